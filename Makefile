@@ -1,0 +1,61 @@
+# Needs Python >= 3.11, make and git; everything else is installed into .venv,
+# pinned and hash-checked. `make help` lists the targets.
+
+PYTHON ?= python3
+CORES  ?= 2
+ARGS   ?=
+
+BIN    := .venv/bin
+STAMP  := .venv/.stamp
+IN_ENV := PATH="$(CURDIR)/$(BIN):$$PATH"
+PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check \
+          --use-pep517 --no-build-isolation
+SNAKEMAKE := $(IN_ENV) snakemake --cores $(CORES)
+
+# One dependency comes as source only. It is built by the pinned setuptools, installed first:
+# in an isolated build pip would fetch a setuptools that no hash vouches for.
+LOCKED_SETUPTOOLS = awk '/^[^ ]/ { found = /^setuptools==/ } found' requirements.txt
+
+.DEFAULT_GOAL := figures
+.PHONY: figures smoke paper test lint env lock clean help
+
+figures: env  ## every figure, number and the report, standard lengths (default)
+	$(SNAKEMAKE) $(ARGS)
+
+smoke: env  ## the same in minutes, on short runs and coarse grids
+	$(SNAKEMAKE) $(ARGS) --config preset=smoke
+
+paper: env  ## the same with the lengths of the paper: hours
+	$(SNAKEMAKE) $(ARGS) --config preset=paper
+
+test: env  ## the quick test suite; ARGS="-m slow" for the slow one
+	$(BIN)/python -m pytest $(ARGS)
+
+lint: env  ## style and lint of the Python and Snakemake files
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/snakefmt --check Snakefile workflow
+	$(IN_ENV) snakemake --lint
+
+env: $(STAMP)  ## .venv, from requirements.txt
+
+$(STAMP): requirements.txt pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
+	  || { echo "error: '$(PYTHON)' is not Python 3.11 or newer; try: make PYTHON=python3.12" >&2; exit 1; }
+	$(PYTHON) -m venv .venv
+	$(LOCKED_SETUPTOOLS) | $(PIP) --require-hashes -r /dev/stdin
+	$(PIP) --require-hashes --only-binary :all: --no-binary connection-pool -r requirements.txt
+	$(PIP) --no-index --no-deps -e .
+	@touch $@
+
+lock:  ## pin anew into requirements.txt (needs uv on the PATH)
+	uv --no-config pip compile --quiet --universal --python-version 3.11 --generate-hashes \
+	  --no-emit-index-url --custom-compile-command "make lock" --upgrade \
+	  --all-extras pyproject.toml requirements.in -o requirements.txt
+
+clean:  ## remove .venv, caches and the smoke results; keep every other result
+	rm -rf .venv .pytest_cache .ruff_cache .hypothesis build dist results/smoke
+	find src tests workflow -name __pycache__ -prune -exec rm -rf {} +
+
+help:  ## this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)

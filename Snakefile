@@ -1,0 +1,37 @@
+# The workflow: config.yaml -> simulations -> figures, claims and the report.
+#
+#     snakemake --cores 2                            everything, preset `standard`
+#     snakemake --cores 2 --config preset=smoke      the same in a few minutes, coarse
+#     snakemake --cores 2 fig12                      one figure, and the simulations it needs
+#     snakemake --list                               all targets, with a sentence each
+
+from snakemake.utils import min_version
+
+min_version("9.12")
+
+
+configfile: "config.yaml"
+
+
+include: "workflow/rules/common.smk"
+
+
+localrules:
+    all,
+
+
+rule all:
+    "Everything: figures, claims and the report; the default."
+    default_target: True
+    input:
+        figure_files,
+        "<results>/claims.csv",
+        "<results>/report.html",
+
+
+include: "workflow/rules/scans.smk"
+include: "workflow/rules/series.smk"
+include: "workflow/rules/catalogues.smk"
+include: "workflow/rules/ensembles.smk"
+include: "workflow/rules/figures.smk"
+include: "workflow/rules/report.smk"

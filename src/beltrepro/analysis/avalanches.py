@@ -1,0 +1,208 @@
+"""Sizes and energies of slips and avalanches, and the power laws in their densities (Fig. 9)."""
+
+import warnings
+
+import numpy as np
+import powerlaw
+
+from beltrepro.analysis.errors import require
+from beltrepro.analysis.fits import PowerLawFit, fit_log_log
+
+__all__ = [
+    "PowerLawFit",
+    "compare_with_exponential",
+    "dissipation_while_last_block_slips",
+    "falling_range",
+    "fit_density",
+    "last_block_slip_sizes",
+    "last_block_slips",
+    "log_histogram",
+    "maximum_likelihood_exponent",
+    "with_last_block",
+]
+
+FRAMES = ("laboratory", "belt")
+MINIMUM_COUNT = 10
+
+
+def last_block_slips(slips, n_blocks):
+    """The entries of a catalogue's `slips` that belong to the last block."""
+    return slips[slips["block"] == n_blocks]
+
+
+def last_block_slip_sizes(slips, n_blocks, belt_velocity, frame="laboratory"):
+    """Slip sizes of the last block: coordinate where it starts to slip minus where it stops.
+
+    Parameters
+    ----------
+    slips : structured array of a catalogue (chain, block, start_time, stop_time, start_position,
+        stop_position, dissipated), model units.
+    n_blocks, belt_velocity : of the chain.
+    frame : "laboratory" (coordinates as in Fig. 8) or "belt" (distance slipped on the belt).
+
+    Returns
+    -------
+    sizes : (S,) signed; positive when the block moves against the belt.
+    """
+    if frame not in FRAMES:
+        raise ValueError(f"frame = {frame!r}: allowed are {', '.join(FRAMES)}")
+    own = last_block_slips(slips, n_blocks)
+    sizes = own["start_position"] - own["stop_position"]
+    if frame == "belt":
+        sizes = sizes + belt_velocity * (own["stop_time"] - own["start_time"])
+    return sizes
+
+
+def dissipation_while_last_block_slips(slips, n_blocks):
+    """Friction loss of the whole chain during each slip of the last block: (S,).
+
+    The reading in which an avalanche ends when the last block stops. A slip of another block that
+    overlaps counts with the share of its duration that overlaps.
+    """
+    energies = []
+    for chain in np.unique(slips["chain"]):
+        of_chain = slips[slips["chain"] == chain]
+        of_chain = of_chain[np.argsort(of_chain["start_time"])]
+        starts, stops = of_chain["start_time"], of_chain["stop_time"]
+        longest = np.max(stops - starts)
+        for own in of_chain[of_chain["block"] == n_blocks]:
+            near = slice(
+                np.searchsorted(starts, own["start_time"] - longest),
+                np.searchsorted(starts, own["stop_time"]),
+            )
+            overlap = np.minimum(stops[near], own["stop_time"]) - np.maximum(
+                starts[near], own["start_time"]
+            )
+            duration = np.maximum(stops[near] - starts[near], np.finfo(float).tiny)
+            share = np.clip(overlap / duration, 0.0, 1.0)
+            energies.append(np.sum(share * of_chain["dissipated"][near]))
+    return np.array(energies)
+
+
+def with_last_block(avalanches, slips, n_blocks):
+    """Which avalanches of a catalogue take in a slip of the last block: (A,) bool."""
+    own = last_block_slips(slips, n_blocks)
+    reached = np.zeros(avalanches.size, dtype=bool)
+    for chain in np.unique(avalanches["chain"]):
+        starts = np.sort(own["start_time"][own["chain"] == chain])
+        of_chain = avalanches["chain"] == chain
+        before = np.searchsorted(starts, avalanches["start_time"][of_chain])
+        after = np.searchsorted(starts, avalanches["stop_time"][of_chain], side="right")
+        reached[of_chain] = after > before
+    return reached
+
+
+def log_histogram(values, *, bins_per_decade, low=None, high=None):
+    """Probability density of positive values in bins of equal width in log10.
+
+    Parameters
+    ----------
+    values : any shape; values <= 0 are left out.
+    bins_per_decade : bins per factor of ten; edges lie at whole multiples, so that histograms of
+        different samples share them.
+    low, high : range; the smallest and largest positive value by default.
+
+    Returns
+    -------
+    centre, density, count : (B,) geometric bin centres, density (1/unit of values) normalised
+        over all positive values, and counts. Empty bins are kept.
+    Raises NotEnoughDataError when no value is positive.
+    """
+    values = np.asarray(values, dtype=float).ravel()
+    values = values[values > 0]
+    require(values.size, "no positive value")
+    first = np.floor(np.log10(values.min() if low is None else low) * bins_per_decade + 1e-9)
+    last = np.ceil(np.log10(values.max() if high is None else high) * bins_per_decade - 1e-9)
+    edges = 10 ** (np.arange(first, max(last, first + 1) + 1) / bins_per_decade)
+    # Rounding must not drop the extreme values.
+    edges[0] *= 1 - 1e-12
+    edges[-1] *= 1 + 1e-12
+    count, _ = np.histogram(values, edges)
+    return np.sqrt(edges[1:] * edges[:-1]), count / (values.size * np.diff(edges)), count
+
+
+def falling_range(centre, density, count, *, minimum_count=MINIMUM_COUNT):
+    """Range of the falling part of a density: the fit range used for Fig. 9, stated as a rule.
+
+    From the bin of the largest density to the last bin of the unbroken run of bins that follow it
+    with at least `minimum_count` values.  Returns (low, high), bin centres.
+    """
+    top = int(np.argmax(density))
+    sparse = np.flatnonzero(count[top:] < minimum_count)
+    end = top + sparse[0] - 1 if sparse.size else len(count) - 1
+    require(end > top, f"no bin after the most probable one holds {minimum_count} values")
+    return float(centre[top]), float(centre[end])
+
+
+def fit_density(centre, density, count, *, low, high) -> PowerLawFit:
+    """Power law through a histogram density, bins between low and high weighted by their counts.
+
+    Arguments as returned by `log_histogram`; low, high: bin centres taken in. The exponent is that
+    of the density (negative for a falling one).
+    """
+    edge = 1e-9
+    return fit_log_log(centre, density, low=low * (1 - edge), high=high * (1 + edge), weight=count)
+
+
+def maximum_likelihood_exponent(values, *, low, high) -> PowerLawFit:
+    """Exponent of a power-law density cut off at both ends, by maximum likelihood.
+
+    values : sample; those with low <= value <= high are used. The bounded form is needed here: slip
+    sizes span less than a decade. The error follows from the Fisher information, whose inverse
+    per value is the variance of ln(value) under the fitted law. Raises NotEnoughDataError with
+    fewer than 20 values.
+    """
+    values = _within(values, low, high)
+    law = _power_law(values, low, high)
+    alpha = float(law.alpha)
+    grid = np.geomspace(low, high, 2001)
+    weight = grid ** (1 - alpha)
+    mean = np.average(np.log(grid), weights=weight)
+    variance = np.average((np.log(grid) - mean) ** 2, weights=weight)
+    normalisation = np.trapezoid(weight, np.log(grid))
+    return PowerLawFit(
+        exponent=-alpha,
+        exponent_error=float(1 / np.sqrt(values.size * variance)),
+        prefactor=float(1 / normalisation),
+        low=float(low),
+        high=float(high),
+        sample_size=int(values.size),
+    )
+
+
+def compare_with_exponential(values, *, low, high):
+    """Which law fits values in [low, high] better, a power law or an exponential?
+
+    Returns (ratio, p): the normalised log-likelihood ratio, positive when the power law is better,
+    and the probability that its sign is chance (Vuong's test, Clauset et al. 2009).
+    """
+    values = _within(values, low, high)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        exponential = powerlaw.Exponential(xmin=low, xmax=high, data=values)
+        ratio, p_value = powerlaw.statistics.loglikelihood_ratio(
+            _power_law(values, low, high).loglikelihoods(values),
+            exponential.loglikelihoods(values),
+            normalized_ratio=True,
+        )
+    return float(ratio), float(p_value)
+
+
+def _within(values, low, high):
+    values = np.asarray(values, dtype=float)
+    values = values[(values >= low) & (values <= high)]
+    require(values.size >= 20, f"{values.size} values between {low:.3g} and {high:.3g}, not 20")
+    return values
+
+
+def _power_law(values, low, high):
+    # The closed form of the package is that of an unbounded law: ask for the numerical fit.
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return powerlaw.Power_Law(
+            xmin=low,
+            xmax=high,
+            data=values,
+            force_numerical_fit=True,
+            parameter_ranges={"alpha": [-5, 10]},
+        )

@@ -1,0 +1,36 @@
+"""Natural distribution on the plane (u, v_N) (Fig. 17)."""
+
+import numpy as np
+
+
+def velocity_density(row, *, bins, range):
+    """Density of the section velocities of a row, each column normalised to 1 over v.
+
+    Parameters
+    ----------
+    row : arrays of a row as from `sections.rows`; points with the same u are joined.
+    bins : number of bins in v_N. range : (lowest, highest) v_N, model units.
+
+    Returns
+    -------
+    u_edges (U+1,), v_edges (bins+1,), density (bins, U): density integrates to 1 over v in each
+    column that has crossings in the range, and is NaN where there are none. u edges lie midway
+    between neighbouring u.
+    """
+    belt_velocity, place = np.unique(row["belt_velocity"], return_inverse=True)
+    v_edges = np.linspace(*range, bins + 1)
+    density = np.full((bins, belt_velocity.size), np.nan)
+    velocities = np.asarray(row["section_velocity"], dtype=float)
+    for column in np.arange(belt_velocity.size):
+        values = velocities[place == column].ravel()
+        count, _ = np.histogram(values[np.isfinite(values)], v_edges)
+        if count.sum():
+            density[:, column] = count / (count.sum() * np.diff(v_edges))
+    return _edges(belt_velocity), v_edges, density
+
+
+def _edges(centres):
+    if centres.size < 2:
+        return np.array([centres[0] - 0.5, centres[0] + 0.5]) if centres.size else np.zeros(1)
+    middle = (centres[1:] + centres[:-1]) / 2
+    return np.concatenate([[2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]])

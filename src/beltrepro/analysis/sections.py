@@ -1,0 +1,149 @@
+"""Cuts through scans, and what the velocities at section crossings say (Figs. 12, 14 and 22)."""
+
+import numpy as np
+
+from beltrepro.analysis.errors import require
+
+# Velocities at the section repeat to this much on a periodic orbit: the paper's scheme locates
+# crossings and sticks to one step, in which v changes by up to F_st*dt ~ 0.07 (model units), and
+# the orbit passes on such errors enlarged, in proportion to its size.
+PERIOD_TOLERANCE = 0.1
+RELATIVE_TOLERANCE = 0.02
+# Quasi-periodic motion comes back to within the tolerance too, after some 100 crossings.
+MAXIMUM_PERIOD = 40
+MINIMUM_CROSSINGS = 12
+
+_SAME = 1e-9
+
+
+def rows(scan, *, n_blocks, noise):
+    """The points of a scan with this n_blocks and noise, as a dict of arrays in order of u.
+
+    scan : Dataset or dict of arrays, the keys of `simulation.measure_points`. Points at one u are
+    in order of replicate. Without a match every array is empty.
+    """
+    arrays = getattr(scan, "arrays", scan)
+    chosen = (arrays["n_blocks"] == n_blocks) & _equal(arrays["noise"], noise)
+    return _cut(arrays, chosen, "belt_velocity")
+
+
+def columns(scan, *, n_blocks, belt_velocity):
+    """The points of a scan with this n_blocks and u, as a dict of arrays in order of noise."""
+    arrays = getattr(scan, "arrays", scan)
+    chosen = (arrays["n_blocks"] == n_blocks) & _equal(arrays["belt_velocity"], belt_velocity)
+    return _cut(arrays, chosen, "noise")
+
+
+def select(points, chosen):
+    """The points of a row or column where `chosen` (bool or index array) says so."""
+    return {name: values[chosen] for name, values in points.items()}
+
+
+def find_period(values, *, tolerance=None):
+    """Period of a sequence, in crossings: the smallest p with |v[i+p] - v[i]| <= tolerance.
+
+    The condition must hold for every i, and the sequence must be seen at least three times over,
+    so periods up to a third of its length, and at most 40, can be found. The tolerance is 0.1 model
+    units or 2 % of the spread of the values, whichever is larger, unless given.
+
+    values : (M,) successive velocities at the section, NaN padding is left out.
+    Returns the period, or 0 for an aperiodic sequence (quasi-periodic, chaotic, or of a longer
+    period). Raises NotEnoughDataError with fewer than 12 crossings.
+    """
+    values = _crossings(values)
+    tolerance = _tolerance(values) if tolerance is None else tolerance
+    for period in range(1, min(values.size // 3, MAXIMUM_PERIOD) + 1):
+        if np.max(np.abs(values[period:] - values[:-period])) <= tolerance:
+            return period
+    return 0
+
+
+def count_distinct(values, *, tolerance=None):
+    """Number of distinct values: groups whose sorted neighbours differ by more than tolerance.
+
+    tolerance : as for `find_period`.
+    """
+    values = np.sort(_crossings(values))
+    tolerance = _tolerance(values) if tolerance is None else tolerance
+    return int(1 + np.sum(np.diff(values) > tolerance))
+
+
+def occupied_share(values, *, range, bins=100, mass=0.9):
+    """Smallest share of the bins in `range` that holds `mass` of the values.
+
+    A measure of how a band diagram is filled that also serves with noise: a periodic orbit fills
+    few bins, noise widens its lines, a chaotic band fills a good part of the range.
+    Raises NotEnoughDataError with fewer than 12 crossings.
+    """
+    values = np.clip(_crossings(values), *range)
+    count, _ = np.histogram(values, bins=bins, range=range)
+    filled = np.cumsum(np.sort(count)[::-1])
+    return float(np.searchsorted(filled, mass * values.size) + 1) / bins
+
+
+def zero_one_test(values, *, n_frequencies=60, seed=0):
+    """0-1 test for chaos (Gottwald and Melbourne 2009): K near 1 for chaos, 0 for regular motion.
+
+    The values drive a walk in the plane for each of n_frequencies random frequencies; K is the
+    median correlation of its mean-square displacement, oscillating term removed, with time.
+
+    values : (M,) successive velocities at the section.  Raises NotEnoughDataError below 50 values:
+    short sequences cannot tell quasi-periodic from weakly chaotic motion.
+    """
+    values = _crossings(values)
+    require(values.size >= 50, f"{values.size} crossings, the 0-1 test needs 50")
+    values = values - values.mean()
+    if np.std(values) == 0:
+        return 0.0
+    frequencies = np.random.default_rng(seed).uniform(np.pi / 5, 4 * np.pi / 5, n_frequencies)
+    phase = np.exp(1j * np.outer(frequencies, np.arange(1, values.size + 1)))
+    walk = np.cumsum(values * phase, axis=1)
+    lags = np.arange(1, values.size // 10 + 1)
+    span = values.size - lags[-1]
+    displacement = np.stack(
+        [np.mean(np.abs(walk[:, lag : lag + span] - walk[:, :span]) ** 2, axis=1) for lag in lags],
+        axis=1,
+    )
+    # The bounded oscillating term of the displacement is proportional to the mean: removed above.
+    correlations = [np.corrcoef(lags, one)[0, 1] for one in displacement]
+    return float(np.median(correlations))
+
+
+def onset_of_recurrence(values, *, tolerance=None, tail=0.4):
+    """Index from which a sequence is periodic to its end, with its period.
+
+    The period is that of the last part (share `tail`); from there the recurrence is followed
+    backwards until it fails.  Returns (index, period), or (len(values), 0) when the last part is
+    aperiodic.  Raises NotEnoughDataError when it has fewer than 12 values.
+    """
+    values = _crossings(values)
+    tolerance = _tolerance(values) if tolerance is None else tolerance
+    period = find_period(values[int(values.size * (1 - tail)) :], tolerance=tolerance)
+    if period == 0:
+        return values.size, 0
+    broken = np.flatnonzero(np.abs(values[period:] - values[:-period]) > tolerance)
+    return (int(broken[-1]) + 1 if broken.size else 0), period
+
+
+def _tolerance(values):
+    return max(PERIOD_TOLERANCE, RELATIVE_TOLERANCE * float(np.ptp(values)))
+
+
+def _crossings(values):
+    values = np.asarray(values, dtype=float)
+    values = values[np.isfinite(values)]
+    require(
+        values.size >= MINIMUM_CROSSINGS,
+        f"{values.size} crossings of the section, {MINIMUM_CROSSINGS} are needed",
+    )
+    return values
+
+
+def _equal(values, wanted):
+    return np.abs(np.asarray(values, dtype=float) - wanted) <= _SAME * max(1.0, abs(wanted))
+
+
+def _cut(arrays, chosen, order):
+    keys = [arrays["replicate"], arrays[order]] if "replicate" in arrays else [arrays[order]]
+    index = np.lexsort([key[chosen] for key in keys])
+    return {name: values[chosen][index] for name, values in arrays.items()}

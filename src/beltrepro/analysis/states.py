@@ -1,0 +1,82 @@
+"""Names for the long-time state of each point of a scan (Figs. 12, 18 and 22)."""
+
+import numpy as np
+
+from beltrepro.analysis import sections
+from beltrepro.analysis.errors import NotEnoughDataError
+from beltrepro.analysis.intermittency import intermittent_mask
+
+CONTINUOUS = "continuous slip"
+PERIODIC = "periodic stick-slip"
+INTERMITTENT = "intermittent"
+CHAOTIC = "chaotic"
+QUASI_PERIODIC = "quasi-periodic stick-slip"
+TRANSIENT = "transient"
+UNDECIDED = "undecided"
+STATES = (CONTINUOUS, PERIODIC, QUASI_PERIODIC, INTERMITTENT, CHAOTIC, TRANSIENT, UNDECIDED)
+
+CHAOS = 0.8
+REGULAR = 0.2
+
+
+def label_states(points, *, transient, duration):
+    """State of every point of a scan, from what was recorded after the transient.
+
+    Criteria, in this order; N is the last block:
+    - "transient": N stuck after the transient, but not in the last half of the time after it: the
+      run leaves a chaotic transient while it is measured;
+    - "continuous slip": N never sticks after the transient;
+    - "intermittent": `intermittent_mask`;
+    - "periodic stick-slip": the section velocities repeat (`sections.find_period`);
+    - "chaotic" or "quasi-periodic stick-slip": they do not, and the 0-1 test gives K > 0.8 or
+      K < 0.2 (`sections.zero_one_test`);
+    - "undecided": K in between, or too few crossings of the section.
+
+    points : arrays of a scan, row or column. transient, duration : of the run, model time.
+    Returns (P,) strings out of STATES.
+    """
+    n_points = len(points["belt_velocity"])
+    mask = intermittent_mask(points)
+    states = np.empty(n_points, dtype=object)
+    for index in range(n_points):
+        last_stick = np.nan_to_num(points["last_stick_time"][index], nan=-1.0)
+        if last_stick <= transient:
+            states[index] = CONTINUOUS
+        elif last_stick < transient + 0.5 * (duration - transient):
+            states[index] = TRANSIENT
+        elif mask[index]:
+            states[index] = INTERMITTENT
+        else:
+            states[index] = _stick_slip(points["section_velocity"][index])
+    return states.astype(str)
+
+
+def periodic_windows(states, periodic=(PERIODIC,)):
+    """Number of windows: runs of consecutive points, in order of u, in one of the given states."""
+    inside = np.isin(states, periodic)
+    return int(inside[:1].sum() + np.sum(inside[1:] & ~inside[:-1]))
+
+
+def diversity(states):
+    """Shannon entropy (bits) of the shares of the states: 0 when all points are alike.
+
+    "transient" and "undecided" do not name a state and are left out. NaN without any other.
+    """
+    named = states[~np.isin(states, (TRANSIENT, UNDECIDED))]
+    if not named.size:
+        return np.nan
+    _, count = np.unique(named, return_counts=True)
+    share = count / count.sum()
+    return float(-np.sum(share * np.log2(share)) + 0.0)
+
+
+def _stick_slip(velocities):
+    try:
+        if sections.find_period(velocities):
+            return PERIODIC
+        chaos = sections.zero_one_test(velocities)
+    except NotEnoughDataError:
+        return UNDECIDED
+    if chaos > CHAOS:
+        return CHAOTIC
+    return QUASI_PERIODIC if chaos < REGULAR else UNDECIDED

@@ -1,0 +1,10 @@
+"""The ledger of the paper's claims, and the code that turns datasets into verdicts.
+
+`ledger.yaml` holds every claim with its criterion. Each claim that can be measured has one function
+in the module of its section, registered under its id; `measure` calls them all.
+"""
+
+from beltrepro.claims.ledger import Claim, load_ledger
+from beltrepro.claims.measuring import COLUMNS, measure
+
+__all__ = ["COLUMNS", "Claim", "load_ledger", "measure"]

@@ -1,0 +1,195 @@
+"""Access of claim functions to the datasets: what is missing or too short is said in one line."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from beltrepro.analysis import intermittency, sections, states, transitions
+from beltrepro.analysis.errors import require
+
+# Chaotic transients live up to 1e4 (inset of Fig. 12): a run that discards less than this shows
+# them in place of the state that follows, and says nothing on claims about that state.
+SETTLED_TRANSIENT = 5000.0
+# Below this discarded transient, a state that is still chaotic may yet be a long transient.
+PERMANENT_TRANSIENT = 1e5
+SCANS_WITH_ROWS = ("n5_rows", "size_rows", "n5_map")
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A row or column of a scan, with what is derived from it once."""
+
+    points: dict = field(hash=False)
+    transient: float
+    duration: float
+
+    @property
+    def belt_velocity(self) -> np.ndarray:
+        """u of the points (P,)."""
+        return self.points["belt_velocity"]
+
+    @property
+    def noise(self) -> np.ndarray:
+        """sigma of the points (P,)."""
+        return self.points["noise"]
+
+    @property
+    def disorder(self) -> np.ndarray:
+        """r of the points (P,)."""
+        return self.points["disorder_parameter"]
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """v_N at the section (P, V), NaN padded."""
+        return self.points["section_velocity"]
+
+    @cached_property
+    def states(self) -> np.ndarray:
+        """Labels of `states.label_states` (P,)."""
+        return states.label_states(self.points, transient=self.transient, duration=self.duration)
+
+    @cached_property
+    def transition(self) -> transitions.Transition:
+        """Transition region along u."""
+        return transitions.transition_region(self.belt_velocity, self.disorder)
+
+    @cached_property
+    def noise_transition(self) -> transitions.Transition:
+        """Noise-induced transition along sigma."""
+        return transitions.critical_noise(self.noise, self.disorder)
+
+    def between(self, low: float, high: float) -> np.ndarray:
+        """Mask of the points with low <= u <= high."""
+        return (self.belt_velocity >= low - 1e-9) & (self.belt_velocity <= high + 1e-9)
+
+
+class Evidence:
+    """The datasets of a preset, by kind and name.
+
+    Missing data raise NotEnoughDataError with the reason. `used` lists what has been asked for
+    since `start` was called.
+    """
+
+    def __init__(
+        self, scans: dict, series: dict, catalogues: dict, ensembles: dict, settings: dict
+    ):
+        self._datasets = {
+            "scans": scans,
+            "series": series,
+            "catalogues": catalogues,
+            "ensembles": ensembles,
+        }
+        self._cuts = {}
+        self.settings = settings
+        self.used = []
+        self.claim = None
+
+    def start(self, claim) -> None:
+        """Begin with a claim: forget what was used for the last one."""
+        self.claim, self.used = claim, []
+
+    def dataset(self, kind: str, name: str):
+        """One dataset, e.g. ("series", "u1")."""
+        require(name in self._datasets[kind], f"this preset has no {kind}/{name}")
+        if f"{kind}/{name}" not in self.used:
+            self.used.append(f"{kind}/{name}")
+        return self._datasets[kind][name]
+
+    def has(self, kind: str, name: str) -> bool:
+        """Whether a dataset is there."""
+        return name in self._datasets[kind]
+
+    def names(self, kind: str) -> list[str]:
+        """Names of the datasets of one kind."""
+        return list(self._datasets[kind])
+
+    @property
+    def laminar_time(self) -> float:
+        """Shortest laminar phase, from the configuration."""
+        return float(self.settings["numerics"]["laminar_time"])
+
+    def row(self, n_blocks: int, noise: float, *, scan: str | None = None, settled=True) -> Cut:
+        """The row of a number of blocks and a noise, from the first scan that has it.
+
+        settled : refuse runs whose discarded transient is shorter than SETTLED_TRANSIENT.
+        """
+        for name in (scan,) if scan else SCANS_WITH_ROWS:
+            if self.has("scans", name):
+                cut = self._cut(name, n_blocks=n_blocks, noise=noise)
+                if len(cut.belt_velocity):
+                    self.dataset("scans", name)
+                    return _settled(cut, f"scans/{name}") if settled else cut
+        place = f"scans/{scan}" if scan else "any scan of this preset"
+        require(False, f"no row with N = {n_blocks}, sigma = {noise:g} in {place}")
+
+    def column(self, scan: str, n_blocks: int, belt_velocity: float, *, settled=True) -> Cut:
+        """The column of a number of blocks and a belt velocity in a scan."""
+        self.dataset("scans", scan)
+        cut = self._cut(scan, n_blocks=n_blocks, belt_velocity=belt_velocity)
+        require(
+            len(cut.noise), f"no column with N = {n_blocks}, u = {belt_velocity:g} in scans/{scan}"
+        )
+        return _settled(cut, f"scans/{scan}") if settled else cut
+
+    def values(self, scan: str, name: str) -> np.ndarray:
+        """Distinct values of an array of a scan, e.g. the noise levels."""
+        return np.unique(self.dataset("scans", scan).arrays[name])
+
+    def table(self, scan: str, *, settled=True) -> Cut:
+        """All points of a scan."""
+        dataset = self.dataset("scans", scan)
+        cut = Cut(dataset.arrays, *_lengths(dataset))
+        return _settled(cut, f"scans/{scan}") if settled else cut
+
+    def laminar_phases(self, name: str, *, shortest=0.0):
+        """Laminar phases of a series after its transient: ((L, 2) begin and end, length of series).
+
+        shortest : refuse a series shorter than this after its transient.
+        """
+        dataset = self.dataset("series", name)
+        transient, duration = _lengths(dataset)
+        length = duration - transient
+        require(length >= shortest, f"series/{name} covers {length:g}, {shortest:g} are needed")
+        slips, sticks = last_block_events(dataset)
+        phases = intermittency.laminar_phases(
+            slips["time"], sticks["time"], self.laminar_time, start=transient, stop=duration
+        )
+        return phases, length
+
+    def _cut(self, scan, **where) -> Cut:
+        key = (scan, *where.items())
+        if key not in self._cuts:
+            dataset = self._datasets["scans"][scan]
+            take = sections.columns if "belt_velocity" in where else sections.rows
+            self._cuts[key] = Cut(take(dataset, **where), *_lengths(dataset))
+        return self._cuts[key]
+
+
+def last_block_events(dataset):
+    """Slips and sticks of the last block of a series: two arrays of events in order of time."""
+    events = dataset.arrays["events"]
+    own = events[events["block"] == dataset.attributes["n_blocks"]]
+    return own[own["kind"] == "slip"], own[own["kind"] == "stick"]
+
+
+def require_permanence(share: float, limit: float, cut: Cut) -> None:
+    """Refuse to call a share of chaotic points above `limit` permanent after a short transient."""
+    require(
+        share <= limit or cut.transient >= PERMANENT_TRANSIENT,
+        f"{share:.0%} of the points are chaotic after a transient of {cut.transient:g}; "
+        f"only one of {PERMANENT_TRANSIENT:g} or more can call that permanent",
+    )
+
+
+def _lengths(dataset):
+    return float(dataset.attributes["transient"]), float(dataset.attributes["duration"])
+
+
+def _settled(cut, name):
+    require(
+        cut.transient >= SETTLED_TRANSIENT,
+        f"{name} discards a transient of {cut.transient:g}; chaotic transients last longer, "
+        f"{SETTLED_TRANSIENT:g} is the least",
+    )
+    return cut

@@ -1,0 +1,81 @@
+"""Fig. 9: sizes and energies of avalanches."""
+
+from beltrepro.analysis import avalanches
+from beltrepro.figures import panels, style
+
+TITLE = "Distributions of slip sizes and of dissipated energies at u = 1."
+USES = {"u1": "catalogue of slips and avalanches at u = 1, sigma = 0"}
+
+BINS_PER_DECADE = 10
+
+
+@style.styled
+def draw(data, caption):
+    """a: density of the slip sizes of the last block; b: of the energy dissipated in avalanches.
+
+    Filled: the reading drawn with its fit; open: another reading of the same words. Bins of equal
+    width in the logarithm; the fit spans `avalanches.falling_range`.
+    """
+    panels.require(data, USES)
+    catalogue = data["u1"]
+    slips, events = catalogue.arrays["slips"], catalogue.arrays["avalanches"]
+    n_blocks = int(catalogue.attributes["n_blocks"])
+    belt_velocity = catalogue.attributes["belt_velocity"]
+    own = avalanches.last_block_slips(slips, n_blocks)
+    reaching = events[avalanches.with_last_block(events, slips, n_blocks)]
+    sizes = {
+        frame: avalanches.last_block_slip_sizes(slips, n_blocks, belt_velocity, frame)
+        for frame in avalanches.FRAMES
+    }
+
+    figure = style.page(caption, 3.7)
+    left, right = figure.subplots(1, 2)
+    panels.letter(left, "a")
+    _density(left, sizes["laboratory"], f"laboratory frame, {own.size} slips", fit=True)
+    _density(left, sizes["belt"], "frame of the belt")
+    _finish(left, r"$\Delta x_s$", r"$P(\Delta x_s)$")
+    panels.letter(right, "b")
+    _density(right, reaching["dissipated"], f"whole chain, {reaching.size} avalanches", fit=True)
+    _density(right, own["dissipated"], "last block only")
+    _finish(right, r"$\Delta E$", r"$P(\Delta E)$")
+    return figure
+
+
+def _density(axes, values, label, *, fit=False):
+    """Density of a sample, with its power law if `fit`, else as an alternative reading."""
+    with panels.shortage_on(axes):
+        histogram = avalanches.log_histogram(values, bins_per_decade=BINS_PER_DECADE)
+        centre, density, count = histogram
+        known = count > 0
+        if not fit:
+            axes.loglog(
+                centre[known],
+                density[known],
+                "s",
+                color=style.SKY,
+                markerfacecolor="none",
+                markersize=3.5,
+                label=label,
+                zorder=1,
+            )
+            return
+        axes.loglog(centre[known], density[known], "o", color=style.BLUE, label=label, zorder=3)
+        low, high = avalanches.falling_range(*histogram)
+        law = avalanches.fit_density(*histogram, low=low, high=high)
+        axes.loglog(
+            [low, high],
+            law([low, high]),
+            color=style.VERMILION,
+            linewidth=1.8,
+            zorder=2,
+            label=rf"$\alpha = {law.exponent:.2f}$  ({low:.0f} to {high:.0f})",
+        )
+
+
+def _finish(axes, xlabel, ylabel):
+    axes.set(xlabel=xlabel, ylabel=ylabel)
+    if axes.lines:
+        panels.plain_log(axes.xaxis)
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high * (high / low) ** 0.35)
+        axes.legend(loc="upper right")

@@ -1,0 +1,87 @@
+"""Fig. 12: the transition without noise."""
+
+import numpy as np
+
+from beltrepro.analysis import lifetimes, sections, transitions
+from beltrepro.figures import panels, style
+
+TITLE = "Bifurcation diagram and r(u) without noise, with lifetimes of chaotic transients."
+USES = {
+    "n5_rows": "row N = 5, sigma = 0: section velocities and r",
+    "lifetimes": "ensemble at sigma = 0: lifetimes of transients",
+}
+
+
+@style.styled
+def draw(data, caption):
+    """Top: v_N at the section against u; bottom: r(u); inset: mean lifetime of transients."""
+    panels.require(data, USES)
+    figure = style.page(caption, 5.6)
+    top, bottom = figure.subplots(2, 1, sharex=True)
+    layers = panels.layers(data, "n5_rows")
+    for scan, overlay in layers:
+        row = sections.rows(scan, n_blocks=5, noise=0.0)
+        colour = style.ORANGE if overlay else style.BLUE
+        panels.band_diagram(top, row, colour=colour, label=overlay or None)
+        panels.curve(
+            bottom,
+            row["belt_velocity"],
+            row["disorder_parameter"],
+            0,
+            overlay=overlay,
+            color=colour,
+            linewidth=0.8,
+        )
+    row = sections.rows(data["n5_rows"], n_blocks=5, noise=0.0)
+    _mark_transition(bottom, row)
+    panels.finish_diagram(top)
+    top.set_ylabel(panels.VELOCITY)
+    top.set_title(panels.section_name(row), loc="right", size=8, color="0.35")
+    panels.finish_curves(bottom, xlabel=panels.BELT_VELOCITY)
+    bottom.set_xlim(left=0)
+    place = (0.56, 0.47, 0.41, 0.47)
+    for scan, _ in layers:
+        row = sections.rows(scan, n_blocks=5, noise=0.0)
+        panels.keep_clear(bottom, place, row["belt_velocity"], row["disorder_parameter"])
+    _lifetimes(panels.inset(bottom, place, xlabel="$u$", ylabel=r"$\tau$"), data["lifetimes"])
+    return figure
+
+
+def _mark_transition(axes, row):
+    try:
+        fall = transitions.transition_region(row["belt_velocity"], row["disorder_parameter"])
+    except ValueError:
+        return
+    if fall.found:
+        axes.axvspan(fall.lower, fall.upper, color="0.9", linewidth=0, zorder=0)
+        axes.axvline(fall.critical, color="0.4", linewidth=0.8, linestyle="--", zorder=0)
+        axes.annotate(
+            f"$u_c = {fall.critical:.1f}$",
+            (fall.critical, 0.03),
+            rotation=90,
+            va="bottom",
+            xycoords=("data", "axes fraction"),
+            xytext=(3, 0),
+            textcoords="offset points",
+            size=8,
+        )
+
+
+def _lifetimes(inner, ensemble):
+    table = lifetimes.by_belt_velocity(ensemble, float(ensemble.attributes["duration"]))
+    known = np.isfinite(table["tau"])
+    if not known.any():
+        panels.note(inner, "too few runs escape", size=6.5)
+        return
+    inner.errorbar(
+        table["belt_velocity"][known],
+        table["tau"][known],
+        table["tau_error"][known],
+        fmt="o-",
+        color=style.VERMILION,
+        markersize=2.5,
+        linewidth=0.8,
+        elinewidth=0.6,
+    )
+    inner.set_yscale("log")
+    panels.plain_log(inner.yaxis)

@@ -1,0 +1,59 @@
+"""Fig. 14: periodic windows and noise."""
+
+from beltrepro.analysis import sections, transitions
+from beltrepro.figures import panels, style
+
+TITLE = "Bifurcation diagrams with noise, and r against noise at u = 7."
+USES = {
+    "n5_rows": "rows N = 5 at several sigma: section velocities",
+    "n5_u7": "column N = 5, u = 7: r",
+}
+
+BELT_VELOCITY = 7.0
+ROWS, COLUMNS = 2, 4
+
+
+@style.styled
+def draw(data, caption):
+    """v_N at the section against u, a panel for each noise level; last panel: r(sigma) at u = 7.
+
+    That panel is the paper's inset: beside the diagrams it covers no points.
+    """
+    panels.require(data, USES)
+    levels = panels.levels(data["n5_rows"], "noise")[: ROWS * COLUMNS - 1]
+    figure = style.page(caption, 5.0)
+    grid = [figure.add_subplot(ROWS, COLUMNS, 1)]
+    for place in range(2, ROWS * COLUMNS):
+        grid.append(figure.add_subplot(ROWS, COLUMNS, place, sharex=grid[0], sharey=grid[0]))
+    for axes, noise in zip(grid, levels, strict=False):
+        axes.set_title(rf"$\sigma = {noise:g}$")
+        panels.band_diagram(axes, sections.rows(data["n5_rows"], n_blocks=5, noise=noise), size=1.3)
+        panels.finish_diagram(axes)
+    for axes in grid[len(levels) :]:
+        panels.note(axes, "no further\nnoise level\nin this scan")
+    grid[0].set_xlim(left=0)
+    for axes in grid:
+        axes.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.VELOCITY)
+        axes.label_outer()
+    _column(figure.add_subplot(ROWS, COLUMNS, ROWS * COLUMNS), data["n5_u7"])
+    return figure
+
+
+def _column(axes, scan):
+    """r(sigma) at one belt velocity, with the noise at which it rises."""
+    column = sections.columns(scan, n_blocks=5, belt_velocity=BELT_VELOCITY)
+    noise, disorder = column["noise"], column["disorder_parameter"]
+    panels.curve(axes, noise, disorder, 1, linewidth=0.8, linestyle="-")
+    panels.finish_curves(axes, xlabel=panels.NOISE)
+    axes.set_title(f"$u = {BELT_VELOCITY:g}$")
+    axes.yaxis.set_label_position("right")
+    axes.yaxis.tick_right()
+    axes.yaxis.set_ticks_position("both")
+    axes.tick_params(labelleft=False, labelright=True)
+    for spine in axes.spines.values():
+        spine.set_color(style.VERMILION)
+    with panels.shortage_on(axes):
+        rise = transitions.critical_noise(noise, disorder)
+        if rise.found:
+            axes.axvline(rise.critical, color="0.4", linewidth=0.8, linestyle="--", zorder=0)
+            axes.set_title(rf"$u = {BELT_VELOCITY:g}$: $\sigma_c = {rise.critical:.2f}$")

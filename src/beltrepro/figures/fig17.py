@@ -1,0 +1,68 @@
+"""Fig. 17: natural distribution over belt velocity."""
+
+import numpy as np
+from matplotlib.colors import LogNorm
+from matplotlib.ticker import LogLocator
+
+from beltrepro.analysis import density, sections
+from beltrepro.figures import panels, style
+
+TITLE = "Natural distribution over belt velocity and velocity of the last block, for four noises."
+USES = {"n5_rows": "rows N = 5, sigma = 0, 1, 5 and 10: section velocities"}
+
+NOISES = (0.0, 1.0, 5.0, 10.0)
+BINS = 120
+DECADES = 3  # range of the colours below the largest density, at most
+
+
+@style.styled
+def draw(data, caption):
+    """Density of v_N at the section for each u, on the plane (u, v_N), a panel per noise level."""
+    panels.require(data, USES)
+    scan = data["n5_rows"]
+    rows = {noise: sections.rows(scan, n_blocks=5, noise=noise) for noise in NOISES}
+    span = _span(rows.values())
+    figure = style.page(caption, 5.6)
+    grid = figure.subplots(2, 2, sharex=True, sharey=True)
+    maps = {
+        noise: density.velocity_density(row, bins=BINS, range=span)
+        for noise, row in rows.items()
+        if np.isfinite(row["section_velocity"]).any()
+    }
+    norm, extend = _colours([found[2] for found in maps.values()])
+    image = None
+    for axes, mark, noise in zip(grid.flat, "abcd", NOISES, strict=True):
+        panels.letter(axes, mark)
+        axes.set_title(rf"$\sigma = {noise:g}$")
+        if noise not in maps:
+            panels.note(axes, "no crossing of the section at this noise in this scan")
+            continue
+        u_edges, v_edges, share = maps[noise]
+        axes.set_facecolor("0.93")
+        image = axes.pcolormesh(
+            u_edges, v_edges, np.where(share > 0, share, np.nan), norm=norm, rasterized=True
+        )
+    for axes in grid[-1]:
+        axes.set_xlabel(panels.BELT_VELOCITY)
+    for axes in grid[:, 0]:
+        axes.set_ylabel(panels.VELOCITY)
+    if image is not None:
+        bar = figure.colorbar(
+            image, ax=grid, pad=0.01, extend=extend, ticks=LogLocator(subs=(1, 2, 5)), format="%g"
+        )
+        bar.minorticks_off()
+        bar.set_label("density of $v_N$ at given $u$")
+    return figure
+
+
+def _span(rows):
+    """Range of v_N that holds all section velocities of these rows."""
+    values = np.concatenate([row["section_velocity"].ravel() for row in rows])
+    return float(np.floor(min(values[np.isfinite(values)], default=-1.0))), 0.0
+
+
+def _colours(densities):
+    """(norm, extend): logarithmic colours for all panels, and whether some densities lie below."""
+    known = np.concatenate([found[found > 0] for found in densities] or [np.ones(1)])
+    lowest = max(known.min(), known.max() / 10**DECADES)
+    return LogNorm(lowest, known.max()), "min" if known.min() < lowest else "neither"

@@ -1,0 +1,272 @@
+"""Parts that several figures share: curves, diagrams, traces, insets, words on panels."""
+
+from contextlib import contextmanager
+
+import numpy as np
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from beltrepro.analysis import spectra
+from beltrepro.analysis.errors import NotEnoughDataError
+from beltrepro.analysis.transitions import running_median
+from beltrepro.errors import InputError
+from beltrepro.figures import style
+
+# What the axes of the paper show, in its symbols (model units).
+BELT_VELOCITY, NOISE, TIME = "$u$", r"$\sigma$", "$t$"
+POSITION, VELOCITY, RELATIVE_VELOCITY = "$x_N$", "$v_N$", "$v_{rN}$"
+DISORDER = "$r$"
+
+EVENT = "_event"
+_SPECTRUM_TO = 2.0  # highest frequency shown: beyond it lies only the smoothness of slips
+_RASTER_FROM = 5000  # more points than this are an image in the PDF
+
+
+# --- data -----------------------------------------------------------------------------------------
+
+
+def require(data, uses):
+    """Raise InputError, in one line, unless `data` has every dataset named in `uses`."""
+    missing = [name for name in uses if name not in data]
+    if missing:
+        given = ", ".join(data) or "none"
+        raise InputError(f"figure needs the dataset {', '.join(missing)}; given: {given}")
+
+
+def layers(data, name):
+    """The scan of this name and "", then, if given, the one to draw over it and words for it."""
+    scans = [(data[name], "")]
+    if name + EVENT in data:
+        over = data[name + EVENT]
+        scans.append((over, f"method {over.attributes['method']}"))
+    return scans
+
+
+def levels(scan, name):
+    """Distinct values of n_blocks, belt_velocity or noise in a scan, rising."""
+    return np.unique(scan.arrays[name])
+
+
+def last_block(series):
+    """(time, x_N, v_rN) of a sampled series."""
+    arrays = series.arrays
+    relative = arrays["velocities"][:, -1] - series.attributes["belt_velocity"]
+    return arrays["time"], arrays["positions"][:, -1], relative
+
+
+def settled(series):
+    """Which samples of a series lie after its transient: (T,) bool."""
+    return series.arrays["time"] >= series.attributes["transient"]
+
+
+# --- words on a panel -----------------------------------------------------------------------------
+
+
+def letter(axes, text):
+    """Letter of a panel, above its upper left corner."""
+    axes.set_title(f"{text}.", loc="left", weight="bold")
+
+
+def note(axes, text, *, place=(0.5, 0.5), size=8):
+    """A remark in the middle of a panel, or at `place` in its own coordinates."""
+    axes.text(
+        *place,
+        text,
+        transform=axes.transAxes,
+        ha="center",
+        va="center",
+        size=size,
+        zorder=9,
+        style="italic",
+        color="0.25",
+        wrap=True,
+        bbox={"boxstyle": "round", "facecolor": "white", "edgecolor": "0.8", "alpha": 0.9},
+    )
+
+
+@contextmanager
+def shortage_on(axes, **where):
+    """Where an estimator lacks data within this block, the panel says so."""
+    try:
+        yield
+    except NotEnoughDataError as reason:
+        note(axes, str(reason), **where)
+
+
+# --- insets ---------------------------------------------------------------------------------------
+
+
+def inset(axes, bounds, *, xlabel="", ylabel=""):
+    """Axes within `bounds` (left, bottom, width, height) of a panel, with small labels."""
+    inner = axes.inset_axes(bounds)
+    inner.tick_params(labelsize=6.5, length=2, pad=1.5)
+    inner.set_xlabel(xlabel, size=7.5, labelpad=1)
+    inner.set_ylabel(ylabel, size=7.5, labelpad=1)
+    return inner
+
+
+def make_room(axes, *, above=0.0, below=0.0):
+    """Widen the y range so that the data leave these shares of the panel free for an inset."""
+    low, high = axes.get_ylim()
+    height = (high - low) / (1 - above - below)
+    _widen(axes, low - below * height, high + above * height)
+
+
+def keep_clear(axes, bounds, abscissa, ordinate, *, margin=0.12):
+    """Widen the y range upwards so that no data lie under an inset within `bounds` and its labels.
+
+    abscissa, ordinate : data of the panel, NaN allowed. The x range must be the final one.
+    """
+    left, right = axes.get_xlim()
+    low, high = axes.get_ylim()
+    begin, bottom, width, _ = bounds
+    share = (abscissa - left) / (right - left)
+    near = (share > begin - margin) & (share < begin + width) & np.isfinite(ordinate)
+    if near.any():
+        needed = low + (ordinate[near].max() - low) / (bottom - margin)
+        _widen(axes, low, max(high, needed))
+
+
+def _widen(axes, low, high):
+    """Set the y range; what is added to the present one bears no ticks."""
+    old_low, old_high = axes.get_ylim()
+    axes.set_ylim(low, high)
+    axes.set_yticks([tick for tick in axes.get_yticks() if old_low <= tick <= old_high])
+    axes.set_ylim(low, high)
+
+
+def plain_log(axis):
+    """Label a logarithmic axis of one or two decades with plain numbers."""
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def zoom(axes, bounds, time, values, window, **labels):
+    """Inset with the part of a trace within `window` = (begin, end), which is shaded outside."""
+    inner = inset(axes, bounds, **labels)
+    axes.axvspan(*window, color=style.ORANGE, alpha=0.35, linewidth=0)
+    inside = (time >= window[0]) & (time <= window[1])
+    inner.plot(time[inside], values[inside], color=style.BLUE, linewidth=0.8)
+    inner.set_xlim(*window)
+    inner.ticklabel_format(axis="x", useOffset=False)
+    inner.locator_params(axis="x", nbins=3)
+    inner.locator_params(axis="y", nbins=4)
+    for spine in inner.spines.values():
+        spine.set_color(style.ORANGE)
+    return inner
+
+
+def spectrum_inset(axes, bounds, series, *, fit):
+    """Inset with the power spectrum of x_N after the transient, and with its power law if `fit`."""
+    inner = inset(axes, bounds, xlabel=r"$\nu$", ylabel=r"$S(\nu)$")
+    time, position, _ = last_block(series)
+    chosen = settled(series)
+    with shortage_on(inner, size=6.5):
+        interval = float(np.median(np.diff(time[chosen]))) if chosen.sum() > 1 else np.nan
+        frequency, power = spectra.power_spectrum(position[chosen], interval)
+        inner.loglog(frequency, power, color=style.SKY, linewidth=0.4, rasterized=True)
+        inner.set_xlim(frequency[0], min(_SPECTRUM_TO, frequency[-1]))
+        inner.set_ylim(np.quantile(power[frequency <= _SPECTRUM_TO], 0.02), 5 * power.max())
+        if fit:
+            law = spectra.fit_power_law(
+                frequency, power, low=spectra.FIT_BAND[0], high=spectra.FIT_BAND[1]
+            )
+            band = np.array([law.low, law.high])
+            inner.loglog(band, law(band), color=style.VERMILION, linewidth=1.4)
+            inner.set_title(
+                rf"$S = {law.prefactor:.2g}\,\nu^{{{law.exponent:.2f} \pm "
+                rf"{law.exponent_error:.2f}}}$  ({law.low:g} < $\nu$ < {law.high:g})",
+                size=6.5,
+                pad=2,
+                color=style.VERMILION,
+            )
+    return inner
+
+
+# --- curves and diagrams --------------------------------------------------------------------------
+
+
+def trace(axes, time, values, *, ylabel):
+    """A sampled quantity against time."""
+    axes.plot(time, values, color=style.BLUE, linewidth=0.5, rasterized=time.size > _RASTER_FROM)
+    if not time.size:
+        note(axes, "no samples")
+    elif time.size > 1:
+        axes.set_xlim(time[0], time[-1])
+    axes.set_ylabel(ylabel)
+
+
+def curve(axes, abscissa, disorder, index, *, label="", overlay="", **changes):
+    """r along u or sigma, median over replicates, in the style of this index.
+
+    overlay : words for a scan drawn over another one: crosses of the same colour, without a line.
+    """
+    finite = np.isfinite(disorder)
+    if not finite.any():
+        return
+    look = style.line_style(index) | {"markersize": 2.6, "label": label} | changes
+    if overlay:
+        look |= {"linestyle": "none", "marker": "x", "markersize": 4, "label": None}
+        if overlay not in axes.get_legend_handles_labels()[1]:
+            axes.plot([], [], "x", color=changes.get("color", style.GREY), label=overlay)
+    axes.plot(*running_median(abscissa[finite], disorder[finite], 0.0), **look)
+
+
+def finish_curves(axes, *, xlabel):
+    """Axes and legend, beside the panel, of curves of r; says so when there is none."""
+    axes.set_xlabel(xlabel)
+    axes.set_ylabel(DISORDER)
+    if not axes.lines:
+        note(axes, "no points in this scan")
+        return
+    axes.set_ylim(bottom=0)
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+def band_diagram(axes, row, *, colour=style.BLUE, label=None, size=1.6):
+    """v_N at the section against u, a dot for each crossing."""
+    velocities = np.asarray(row["section_velocity"], dtype=float)
+    known = np.isfinite(velocities)
+    if not known.any():
+        return
+    abscissa = np.broadcast_to(row["belt_velocity"][:, np.newaxis], velocities.shape)[known]
+    # Few dots can afford to be larger.
+    dot = size * np.clip((20000 / max(abscissa.size, 1)) ** 0.2, 0.7, 2.0)
+    axes.plot(
+        abscissa,
+        velocities[known],
+        linestyle="none",
+        marker=".",
+        markersize=dot,
+        markeredgewidth=0,
+        color=colour,
+        alpha=0.7,
+        label=label,
+        rasterized=abscissa.size > _RASTER_FROM,
+    )
+
+
+def finish_diagram(axes):
+    """Says so when a band diagram has no dots."""
+    if not axes.lines:
+        note(axes, "no crossing of the section in this scan")
+
+
+def section_name(row):
+    """The section of a row in words: "section x_N = 615"; empty for an empty row."""
+    positions = np.unique(row["section_position"])
+    return f"section $x_N = {positions[0]:g}$" if positions.size else ""
+
+
+def dot_legend(figure, axes):
+    """Legend above the page, for diagrams made of tiny dots: large ones tell the colours."""
+    handles, labels = axes.get_legend_handles_labels()
+    if not handles:
+        return
+    legend = figure.legend(
+        handles[::-1], labels[::-1], loc="outside upper right", ncols=len(labels), handletextpad=0
+    )
+    for handle in legend.legend_handles:
+        handle.set_markersize(7)
+        handle.set_alpha(1)

@@ -1,0 +1,132 @@
+"""Look of the figures: colours, page with small print, files that are the same bytes every time."""
+
+import functools
+import textwrap
+from pathlib import Path
+
+import matplotlib.style
+import numpy as np
+from matplotlib.figure import Figure
+
+from beltrepro import provenance
+
+# Okabe and Ito's palette: distinct for colour-blind readers. Its yellow is too pale for lines.
+BLACK, GREY = "#000000", "#7f7f7f"
+BLUE, VERMILION, GREEN, ORANGE = "#0072b2", "#d55e00", "#009e73", "#e69f00"
+SKY, PURPLE = "#56b4e9", "#cc79a7"
+COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+MARKERS = "osD^vXP"
+DASHES = ("-", "--", "-.", ":")
+
+WIDTH = 7.2  # inches
+_PRINT_SIZE = 6.0  # points
+_LINE_HEIGHT = 1.35 * _PRINT_SIZE / 72  # inches
+_LETTERS_PER_INCH = 20  # at the print size
+_SHEET = ["default", str(Path(__file__).with_name("beltrepro.mplstyle"))]
+
+
+def styled(draw):
+    """Decorator: run with the style of this project, whatever the user's matplotlib settings."""
+
+    @functools.wraps(draw)
+    def with_style(*args, **kwargs):
+        with matplotlib.style.context(_SHEET):
+            return draw(*args, **kwargs)
+
+    return with_style
+
+
+def page(caption, height) -> Figure:
+    """Empty figure of full width and the given height in inches, with the caption at the foot."""
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    width = int(WIDTH * _LETTERS_PER_INCH)
+    lines = [part for line in caption.splitlines() for part in textwrap.wrap(line, width)]
+    foot = (len(lines) + 0.5) * _LINE_HEIGHT / height if lines else 0.0
+    figure.get_layout_engine().set(rect=(0, foot, 1, 1 - foot), w_pad=0.06, h_pad=0.05)
+    figure.text(
+        0.008,
+        0.3 * _LINE_HEIGHT / height,
+        "\n".join(lines),
+        size=_PRINT_SIZE,
+        color="0.35",
+        va="bottom",
+        linespacing=1.2,
+    )
+    return figure
+
+
+def line_style(index) -> dict:
+    """Colour, marker and dashes of the curve of this number."""
+    return {
+        "color": COLOURS[index % len(COLOURS)],
+        "marker": MARKERS[index % len(MARKERS)],
+        "linestyle": DASHES[index % len(DASHES)],
+    }
+
+
+def small_print(datasets, preset) -> str:
+    """What a figure rests on, in a few lines: preset, code version, seed; parameters and method.
+
+    datasets : list of `store.Dataset`, may be empty.  preset : name of the preset.
+    """
+    versions = _values(datasets, "code_version") or [provenance.code_version()]
+    first = [f"beltrepro {', '.join(versions)}", f"preset {preset}"]
+    seeds = _values(datasets, "seed")
+    if seeds:
+        first.append(f"seed {', '.join(map(str, seeds))}")
+    groups: dict[tuple, list] = {}
+    for dataset in datasets:
+        how = [dataset.attributes.get(name) for name in _HOW]
+        groups.setdefault(tuple(how), []).append(dataset)
+    lines = [_describe(group, *how) for how, group in groups.items()]
+    return "\n".join([", ".join(first), *(lines or ["no simulation: drawn from the model itself"])])
+
+
+@styled
+def save(figure, png, pdf) -> None:
+    """Write the figure as PNG and PDF. Equal figures give equal bytes: no time is recorded."""
+    for path in (png, pdf):
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(png, format="png")
+    figure.savefig(pdf, format="pdf", metadata={"CreationDate": None})
+
+
+_HOW = ("kind", "method", "time_step", "duration", "transient")
+
+
+def _describe(datasets, kind, method, time_step, duration, transient):
+    """One line on datasets that were made the same way."""
+    parts = [
+        f"{symbol} = {_span(values)}"
+        for symbol, name in (("N", "n_blocks"), ("u", "belt_velocity"), ("σ", "noise"))
+        if (values := _parameter(datasets, name)).size
+    ]
+    parts += [f"method {method}", f"dt = {_number(time_step)}", f"t = {_number(duration)}"]
+    if transient is not None:
+        parts.append(f"t_trans = {_number(transient)}")
+    return f"{kind}: {', '.join(parts)}"
+
+
+def _parameter(datasets, name):
+    found = [
+        np.atleast_1d(dataset.arrays[name] if name in dataset.arrays else dataset.attributes[name])
+        for dataset in datasets
+        if name in dataset.arrays or name in dataset.attributes
+    ]
+    return np.unique(np.concatenate(found)) if found else np.array([])
+
+
+def _span(values):
+    if values.size <= 7:
+        return ", ".join(f"{value:g}" for value in values)
+    return f"{values[0]:g} to {values[-1]:g} ({values.size} values)"
+
+
+def _number(value):
+    return f"{value:.10g}" if isinstance(value, int | float) else str(value)
+
+
+def _values(datasets, name):
+    return list(
+        dict.fromkeys(data.attributes[name] for data in datasets if name in data.attributes)
+    )

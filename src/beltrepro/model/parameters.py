@@ -1,0 +1,100 @@
+"""Parameters of one chain in model units (Sec. III)."""
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from beltrepro.errors import InputError
+
+MAXIMUM_BLOCKS = 64
+
+
+@dataclass(frozen=True)
+class ChainParameters:
+    """One chain on the belt, in model units (mass = spring constant = 1, length 1.4 mm).
+
+    Parameters
+    ----------
+    n_blocks : number of blocks N, 1 to 64.
+    belt_velocity : velocity u of the belt, > 0.
+    noise : standard deviation sigma of the static friction force, >= 0.
+    static_friction : mean static friction force F_st0 (Sec. III: 71.4).
+    friction_ratio : f_s, kinetic over static friction (Sec. II: 0.45), between 0 and 1.
+    rest_length : undeformed spring length l (Sec. III: 50).
+    linear_limit : deformation up to which a spring is linear (Sec. III: 20).
+    compression_rate : exponent b_1 of the compressed branch (Sec. III: 0.2).
+    extension_rate : exponent b_2 of the stretched branch (Sec. III: 0.01).
+
+    Raises
+    ------
+    InputError : a value is not a number or out of its range; names the key and what is allowed.
+    """
+
+    n_blocks: int
+    belt_velocity: float
+    noise: float = 0.0
+    static_friction: float = 71.4
+    friction_ratio: float = 0.45
+    rest_length: float = 50.0
+    linear_limit: float = 20.0
+    compression_rate: float = 0.2
+    extension_rate: float = 0.01
+
+    def __post_init__(self):
+        if isinstance(self.n_blocks, bool) or self.n_blocks != _whole(self.n_blocks):
+            raise InputError(f"n_blocks = {self.n_blocks!r}: a whole number is needed")
+        object.__setattr__(self, "n_blocks", int(self.n_blocks))
+        if not 1 <= self.n_blocks <= MAXIMUM_BLOCKS:
+            raise InputError(
+                f"n_blocks = {self.n_blocks}: allowed are 1 to {MAXIMUM_BLOCKS} blocks"
+            )
+        for field in fields(self)[1:]:
+            object.__setattr__(self, field.name, _finite(field.name, getattr(self, field.name)))
+        for name in (
+            "belt_velocity",
+            "static_friction",
+            "rest_length",
+            "linear_limit",
+            "compression_rate",
+            "extension_rate",
+        ):
+            if getattr(self, name) <= 0:
+                raise InputError(f"{name} = {getattr(self, name):g}: must be greater than 0")
+        if self.noise < 0:
+            raise InputError(f"noise = {self.noise:g}: must be 0 or greater")
+        if not 0 <= self.friction_ratio < 1:
+            raise InputError(
+                f"friction_ratio = {self.friction_ratio:g}: must be at least 0 and below 1"
+            )
+
+    @property
+    def law(self) -> tuple[float, ...]:
+        """Everything but n_blocks, belt_velocity and noise: chains advanced together share it."""
+        return tuple(getattr(self, field.name) for field in fields(self)[3:])
+
+    @property
+    def rest_positions(self) -> np.ndarray:
+        """Positions (N,) of the blocks with undeformed springs: the initial state of Sec. III."""
+        return self.rest_length * np.arange(1, self.n_blocks + 1, dtype=float)
+
+    def describe(self) -> str:
+        """Short text that names the chain, for messages and small print."""
+        return f"N={self.n_blocks}, u={self.belt_velocity:g}, sigma={self.noise:g}"
+
+
+def _whole(value) -> int | None:
+    try:
+        return int(value)
+    except (TypeError, ValueError, OverflowError):
+        return None
+
+
+def _finite(name: str, value) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} = {value!r}: a number is needed") from None
+    if not math.isfinite(number):
+        raise InputError(f"{name} = {number}: a finite number is needed")
+    return number

@@ -1,0 +1,74 @@
+"""Spring law of Sec. III (Fig. 6): linear up to a limit, exponential beyond it."""
+
+import numpy as np
+
+from beltrepro.model.parameters import ChainParameters
+
+_PAPER = ChainParameters(n_blocks=1, belt_velocity=1.0)
+
+
+def spring_force(deformation, parameters: ChainParameters = _PAPER):
+    """Elastic force F_e(dl) of one spring on the block at its far end (Sec. III, Fig. 6).
+
+    Parameters
+    ----------
+    deformation : dl = length minus rest length, any shape, model units.
+    parameters : supplies linear_limit, compression_rate b_1 and extension_rate b_2.
+
+    Returns
+    -------
+    force of the same shape, positive when the spring is compressed.
+    """
+    deformation = np.asarray(deformation, dtype=float)
+    rate, linear, excess = _branches(deformation, parameters)
+    return -np.copysign(linear + np.expm1(rate * excess) / rate, deformation)
+
+
+def spring_energy(deformation, parameters: ChainParameters = _PAPER):
+    """Potential energy of one spring: minus the integral of `spring_force` from 0 to dl.
+
+    deformation : any shape, model units.  Returns energies >= 0 of the same shape.
+    """
+    deformation = np.asarray(deformation, dtype=float)
+    rate, linear, excess = _branches(deformation, parameters)
+    beyond = np.expm1(rate * excess) / rate
+    return linear**2 / 2 + excess * linear + (beyond - excess) / rate
+
+
+def spring_extension(force, parameters: ChainParameters = _PAPER):
+    """Deformation dl at which the spring pulls with the given tension -F_e (inverse of the law).
+
+    force : tension, positive when stretched, any shape.  Returns dl of the same shape.
+    """
+    force = np.asarray(force, dtype=float)
+    rate = np.where(force < 0, parameters.compression_rate, parameters.extension_rate)
+    excess = np.maximum(np.abs(force) - parameters.linear_limit, 0.0)
+    linear = np.minimum(np.abs(force), parameters.linear_limit)
+    return np.copysign(linear + np.log1p(rate * excess) / rate, force)
+
+
+def chain_deformations(positions, parameters: ChainParameters):
+    """Deformations of the N springs from block positions (..., N): shape (..., N)."""
+    positions = np.asarray(positions, dtype=float)
+    wall = np.zeros(positions.shape[:-1] + (1,))
+    return np.diff(np.concatenate([wall, positions], axis=-1)) - parameters.rest_length
+
+
+def external_force(positions, parameters: ChainParameters):
+    """Resultant spring force F_ex on each block (Eq. 1), positions (..., N) -> (..., N)."""
+    force = spring_force(chain_deformations(positions, parameters), parameters)
+    beyond = np.zeros(force.shape[:-1] + (1,))
+    return force - np.concatenate([force[..., 1:], beyond], axis=-1)
+
+
+def potential_energy(positions, parameters: ChainParameters):
+    """Energy stored in all springs of the chain, positions (..., N) -> (...)."""
+    deformations = chain_deformations(positions, parameters)
+    return spring_energy(deformations, parameters).sum(axis=-1)
+
+
+def _branches(deformation, parameters):
+    size = np.abs(deformation)
+    rate = np.where(deformation < 0, parameters.compression_rate, parameters.extension_rate)
+    linear = np.minimum(size, parameters.linear_limit)
+    return rate, linear, size - linear

@@ -1,0 +1,42 @@
+"""Model units and SI (Sec. III).
+
+The three base units are the block's mass, the spring constant and a length; time, velocity,
+force and energy follow: [t] = sqrt([m]/[k]), [u] = [l]/[t], [F] = [k][l], [E] = [k][l]^2.
+"""
+
+import math
+
+MASS_KG = 0.1158
+SPRING_CONSTANT_N_M = 19.8
+LENGTH_M = 1.4e-3
+
+TIME_S = math.sqrt(MASS_KG / SPRING_CONSTANT_N_M)
+VELOCITY_M_S = LENGTH_M / TIME_S
+FORCE_N = SPRING_CONSTANT_N_M * LENGTH_M
+ENERGY_J = SPRING_CONSTANT_N_M * LENGTH_M**2
+
+STATIC_FRICTION_N = 1.98
+KINETIC_FRICTION_N = 0.89
+
+_UNITS = {
+    "mass": MASS_KG,
+    "length": LENGTH_M,
+    "time": TIME_S,
+    "velocity": VELOCITY_M_S,
+    "force": FORCE_N,
+    "energy": ENERGY_J,
+}
+
+
+def to_si(value, quantity: str):
+    """Convert `value` (number or array, model units) of a quantity to SI.
+
+    quantity : "mass" (kg), "length" (m), "time" (s), "velocity" (m/s), "force" (N), "energy" (J);
+    another name raises KeyError.
+    """
+    return value * _UNITS[quantity]
+
+
+def from_si(value, quantity: str):
+    """Convert `value` (number or array, SI) of a quantity to model units; see `to_si`."""
+    return value / _UNITS[quantity]

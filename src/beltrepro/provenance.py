@@ -1,0 +1,170 @@
+"""Where a result comes from: version, commit, libraries, machine; and hashes of code.
+
+Two different things on purpose. `attributes` says what made a file and is stored in it. `code_hash`
+decides whether a file must be made again; it knows the text of the modules a job depends on and
+nothing of commits, so that a commit alone reruns nothing.
+"""
+
+import ast
+import functools
+import hashlib
+import json
+import platform
+import subprocess
+from importlib.metadata import version
+from pathlib import Path
+
+PACKAGE = "beltrepro"
+ROOT = Path(__file__).parent
+LIBRARIES = ("numpy", "scipy", "numba", "h5py")
+DERIVED = (".pyc", ".nbi", ".nbc")  # caches of Python and Numba
+
+
+def attributes(kind: str, preset: str, settings: dict) -> dict:
+    """Attributes that every result file carries.
+
+    kind : "scan", "series", "catalogue" or "ensemble"; preset : name of the preset.
+    settings : what the job was told; method, time_step, duration, transient and seed become
+    attributes, and all of it is kept as JSON under `config`.
+    """
+    return {
+        "kind": kind,
+        "preset": preset,
+        "method": settings["method"],
+        "time_step": settings["time_step"],
+        "duration": settings["duration"],
+        "transient": settings.get("transient", 0.0),
+        "seed": settings["seed"],
+        "code_version": code_version(),
+        "library_versions": json.dumps(library_versions()),
+        "processor": processor(),
+        "config": json.dumps(settings, sort_keys=True),
+        "units": "model units",
+    }
+
+
+@functools.cache
+def code_version() -> str:
+    """Version of the package, with the commit and "dirty" where the source is a git checkout."""
+    number = version(PACKAGE)
+    commit = _git("rev-parse", "--short=12", "HEAD")
+    if not commit:
+        return number
+    changed = _git("status", "--porcelain", "--untracked-files=no")
+    return f"{number}+g{commit}{'.dirty' if changed else ''}"
+
+
+@functools.cache
+def library_versions() -> dict[str, str]:
+    """Versions of Python and of the libraries that numbers depend on."""
+    return {"python": platform.python_version()} | {name: version(name) for name in LIBRARIES}
+
+
+@functools.cache
+def processor() -> str:
+    """Name of the processor, as far as the system tells."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+def code_hash(*modules: str, without: tuple[str, ...] = (), root: Path = ROOT) -> str:
+    """Hash of the modules of this package that the given ones need, found by their imports.
+
+    modules : dotted names, for instance "beltrepro.simulation". Imports inside the package are
+    followed, also those within functions; a package counts with its data files (templates, styles).
+    without : modules to leave out, with all that only they need.
+    root : folder of the package.
+
+    A module that is missing counts by its name: the job that needs it will say so.
+    """
+    digest = hashlib.sha256()
+    for name in sorted(module_closure(*modules, without=without, root=root)):
+        digest.update(f"{name}\0".encode())
+        for path in _files(root, name):
+            digest.update(f"{path.relative_to(root).as_posix()}\0".encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def module_closure(
+    *modules: str, without: tuple[str, ...] = (), root: Path = ROOT
+) -> frozenset[str]:
+    """Names of the modules that `code_hash` covers; same arguments."""
+    found: set[str] = set()
+    waiting = list(modules)
+    while waiting:
+        name = waiting.pop()
+        if name in found or name in without:
+            continue
+        found.add(name)
+        waiting += _parents(name)
+        waiting += _imports(root, name)
+    return frozenset(found)
+
+
+def _git(*arguments: str) -> str:
+    """Output of a git command on the source tree; empty if this is not the tree's own checkout."""
+    tree = ROOT.parent.parent
+    if not (tree / ".git").exists():
+        return ""
+    command = ["git", "--no-optional-locks", "-C", str(tree), *arguments]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+    return done.stdout.strip()
+
+
+def _files(root: Path, module: str) -> tuple[Path, ...]:
+    """Source file of a module; for a package also its data files. Empty if there is none."""
+    place = root.joinpath(*module.split(".")[1:])
+    if (place / "__init__.py").is_file():
+        data = [path for path in place.rglob("*") if _is_data(path, place)] if place != root else []
+        return (place / "__init__.py", *sorted(data))
+    source = place.with_suffix(".py")
+    return (source,) if place != root and source.is_file() else ()
+
+
+def _is_data(path: Path, package: Path) -> bool:
+    hidden = any(part.startswith((".", "__")) for part in path.relative_to(package).parts)
+    return path.is_file() and not hidden and path.suffix not in (".py", *DERIVED)
+
+
+def _parents(module: str) -> list[str]:
+    """Packages around a module, but for the outermost: that only repeats names of others."""
+    parts = module.split(".")
+    return [".".join(parts[:length]) for length in range(2, len(parts))]
+
+
+def _imports(root: Path, module: str) -> set[str]:
+    """Modules of this package that a module imports anywhere in its text."""
+    source = next(iter(_files(root, module)), None)
+    if source is None:
+        return set()
+    package = module if source.name == "__init__.py" else module.rpartition(".")[0]
+    names = set()
+    for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"), str(source))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names if _inside(alias.name)}
+        elif isinstance(node, ast.ImportFrom):
+            origin = node.module or ""
+            if node.level:
+                base = package.split(".")[: len(package.split(".")) - node.level + 1]
+                origin = ".".join([*base, *filter(None, [node.module])])
+            if _inside(origin):
+                names |= {_imported(root, origin, alias.name) for alias in node.names}
+    return names
+
+
+def _imported(root: Path, origin: str, name: str) -> str:
+    """The module meant by `from origin import name`: a submodule, or else the origin itself."""
+    submodule = f"{origin}.{name}"
+    return submodule if _files(root, submodule) else origin
+
+
+def _inside(module: str) -> bool:
+    return module.partition(".")[0] == PACKAGE

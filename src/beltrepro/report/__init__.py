@@ -1,0 +1,5 @@
+"""The report: one HTML page with verdicts, figures and what was run, that needs no network."""
+
+from beltrepro.report.rendering import render
+
+__all__ = ["render"]

@@ -1,0 +1,109 @@
+"""HDF5 in and out: named arrays with attributes, written whole or not at all.
+
+The same content gives the same bytes: nothing written depends on time, path or order of keys.
+"""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from beltrepro.errors import InputError
+
+COMPRESS_FROM_BYTES = 1 << 16  # smaller arrays gain nothing
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """Arrays by name, and attributes by name: kind, preset, method, seed, code_version, ...
+
+    Everything is in model units; see `beltrepro.simulation` for the arrays of each kind.
+    """
+
+    arrays: dict[str, np.ndarray]
+    attributes: dict
+
+
+def write(path, arrays: dict[str, np.ndarray], attributes: dict) -> None:
+    """Write arrays (any shape; structured ones too) and attributes (numbers, text) to `path`.
+
+    The file appears under its name when it is complete. Missing folders are made.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        with h5py.File(unfinished, "w", track_order=False) as file:
+            for name in sorted(arrays):
+                _write_array(file, name, np.asarray(arrays[name]))
+            for name in sorted(attributes):
+                file.attrs[name] = attributes[name]
+        unfinished.replace(path)
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+def read(path) -> Dataset:
+    """Read what `write` wrote: text comes back as str, arrays with their dtype and shape.
+
+    Raises InputError when the file is missing or is not HDF5.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            arrays = {name: _read_array(dataset) for name, dataset in file.items()}
+            attributes = {name: _plain(value) for name, value in file.attrs.items()}
+    except OSError as error:
+        raise InputError(f"{path}: not a readable HDF5 file ({error})") from None
+    return Dataset(arrays, attributes)
+
+
+def join(parts: list[Dataset]) -> Dataset:
+    """One dataset from parts with the same arrays, joined along the first axis in the given order.
+
+    An attribute that differs between parts (say, the code version) keeps every value, in order
+    of appearance, joined by commas.
+    """
+    names = list(parts[0].arrays)
+    arrays = {name: np.concatenate([part.arrays[name] for part in parts]) for name in names}
+    attributes = {}
+    for name, first in parts[0].attributes.items():
+        values = list(dict.fromkeys(part.attributes[name] for part in parts))
+        attributes[name] = first if len(values) == 1 else ", ".join(map(str, values))
+    return Dataset(arrays, attributes)
+
+
+def _write_array(file: h5py.File, name: str, array: np.ndarray) -> None:
+    stored = array.astype(_with_text(array.dtype, "U", "S"))
+    options = {}
+    if stored.nbytes >= COMPRESS_FROM_BYTES:
+        options = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+    file.create_dataset(name, data=stored, track_times=False, **options)
+
+
+def _read_array(dataset: h5py.Dataset) -> np.ndarray:
+    array = dataset[()]
+    return array.astype(_with_text(array.dtype, "S", "U"))
+
+
+def _with_text(dtype: np.dtype, kind: str, other: str) -> np.dtype:
+    """The dtype with text of one kind (U: unicode, S: bytes) turned into the other."""
+    if dtype.names:
+        fields = [(name, _with_text(dtype[name], kind, other)) for name in dtype.names]
+        return np.dtype(fields)
+    if dtype.subdtype:
+        base, shape = dtype.subdtype
+        return np.dtype((_with_text(base, kind, other), shape))
+    if dtype.kind == kind:
+        length = dtype.itemsize // (4 if kind == "U" else 1)
+        return np.dtype(f"{other}{length}")
+    return dtype
+
+
+def _plain(value):
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, bytes):
+        return value.decode()
+    return value

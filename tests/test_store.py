@@ -1,0 +1,172 @@
+"""Files: what is written comes back, the same content gives the same bytes, never half a file."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from beltrepro import provenance, store
+from beltrepro.errors import InputError
+
+EVENT = np.dtype([("time", "f8"), ("block", "i8"), ("kind", "U5"), ("place", "f8", (3,))])
+EVENTS = np.array([(0.5, 1, "slip", (1, 2, 3)), (0.7, 5, "stick", (4, 5, 6))], dtype=EVENT)
+ARRAYS = {
+    "velocity": np.array([[1.5, np.nan], [0.0, -2.0]], dtype="f4"),
+    "count": np.arange(3),
+    "long": np.linspace(0, 1, 40_000),
+    "escaped": np.array([True, False]),
+    "events": EVENTS,
+    "empty": np.empty((0, 4)),
+}
+ATTRIBUTES = {"kind": "series", "n_blocks": 5, "noise": 2.2, "units": "model units"}
+
+
+def test_what_is_written_comes_back(tmp_path):
+    path = tmp_path / "deep" / "er" / "data.h5"
+    store.write(path, ARRAYS, ATTRIBUTES)
+    dataset = store.read(path)
+    assert dataset.attributes == ATTRIBUTES
+    assert {type(value) for value in dataset.attributes.values()} == {str, int, float}
+    assert set(dataset.arrays) == set(ARRAYS)
+    for name, array in ARRAYS.items():
+        assert dataset.arrays[name].dtype == array.dtype
+        np.testing.assert_array_equal(dataset.arrays[name], array)
+
+
+def test_same_content_gives_same_bytes(tmp_path):
+    store.write(tmp_path / "a.h5", ARRAYS, ATTRIBUTES)
+    backwards = dict(reversed(ARRAYS.items())), dict(reversed(ATTRIBUTES.items()))
+    store.write(tmp_path / "b.h5", *backwards)
+    assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
+
+
+def test_failed_write_leaves_the_old_file_and_no_litter(tmp_path):
+    path = tmp_path / "data.h5"
+    store.write(path, {"a": np.arange(3)}, {})
+    before = path.read_bytes()
+    with pytest.raises(TypeError):
+        store.write(path, {"a": np.arange(4), "b": np.array([object()])}, {})
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_unreadable_file_is_one_line(tmp_path):
+    text = tmp_path / "text.h5"
+    text.write_text("no HDF5")
+    for path in (text, tmp_path / "missing.h5"):
+        with pytest.raises(InputError, match=re.escape(str(path))):
+            store.read(path)
+
+
+def test_join_keeps_order_and_names_every_code_version():
+    parts = [
+        store.Dataset({"u": np.array([1.0, 2.0])}, {"kind": "scan", "code_version": "1"}),
+        store.Dataset({"u": np.array([3.0])}, {"kind": "scan", "code_version": "2"}),
+    ]
+    whole = store.join(parts)
+    np.testing.assert_array_equal(whole.arrays["u"], [1, 2, 3])
+    assert whole.attributes == {"kind": "scan", "code_version": "1, 2"}
+
+
+# --- provenance ---
+
+
+def test_attributes_say_what_made_the_file(tmp_path):
+    settings = {
+        "method": "verlet",
+        "time_step": 0.001,
+        "duration": 2.0,
+        "transient": 1.0,
+        "seed": 3,
+        "points": [[5, 1.0, 0.0]],
+    }
+    attributes = provenance.attributes("scan", "smoke", settings)
+    store.write(tmp_path / "data.h5", {}, attributes)
+    assert store.read(tmp_path / "data.h5").attributes == attributes
+    assert json.loads(attributes["config"]) == settings
+    assert attributes["units"] == "model units"
+    assert "numpy" in json.loads(attributes["library_versions"])
+
+
+def test_attributes_hold_no_path_of_this_machine(tmp_path):
+    settings = {"method": "verlet", "time_step": 0.001, "duration": 2.0, "seed": 3}
+    attributes = provenance.attributes("ensemble", "smoke", settings)
+    store.write(tmp_path / "data.h5", {"a": np.arange(3)}, attributes)
+    content = (tmp_path / "data.h5").read_bytes()
+    for place in (provenance.ROOT.parents[1], tmp_path):
+        assert str(place).encode() not in content
+
+
+def test_code_version_is_a_version():
+    assert re.fullmatch(r"\d+\.\d+\.\d+\S*(\+g[0-9a-f]{12}(\.dirty)?)?", provenance.code_version())
+
+
+@pytest.fixture
+def package(tmp_path):
+    """A package of the project's name: simulation -> engine -> two kernels; figures -> style."""
+    root = tmp_path / "beltrepro"
+    sources = {
+        "__init__.py": "from beltrepro.simulation import simulate",
+        "simulation.py": "from beltrepro.engine import driver\nimport numpy",
+        "engine/__init__.py": "",
+        "engine/driver.py": "def go():\n    from . import fast\n    from .slow import step",
+        "engine/fast.py": "",
+        "engine/slow.py": "from beltrepro.law import force",
+        "law.py": "",
+        "figures/__init__.py": "",
+        "figures/style.py": "import beltrepro.law",
+        "figures/one.py": "from beltrepro.figures.style import save",
+        "figures/two.py": "from beltrepro.figures import style",
+        "figures/paper.mplstyle": "",
+    }
+    for name, text in sources.items():
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return root
+
+
+def test_code_hash_follows_imports(package):
+    closure = provenance.module_closure("beltrepro.simulation", root=package)
+    names = ["engine", "engine.driver", "engine.fast", "engine.slow", "law", "simulation"]
+    assert closure == {f"beltrepro.{name}" for name in names}
+
+
+@pytest.mark.parametrize(
+    ("touched", "reruns"),
+    [
+        ("engine/fast.py", {"simulation"}),
+        ("engine/slow.py", {"simulation", "simulation without fast"}),
+        ("law.py", {"simulation", "simulation without fast", "one", "two"}),
+        ("figures/one.py", {"one"}),
+        ("figures/paper.mplstyle", {"one", "two"}),
+        ("__init__.py", set()),
+    ],
+)
+def test_code_hash_changes_with_what_it_covers_and_nothing_else(package, touched, reruns):
+    def hashes():
+        code_hash = provenance.code_hash
+        simulation, fast = "beltrepro.simulation", ("beltrepro.engine.fast",)
+        return {
+            "simulation": code_hash(simulation, root=package),
+            "simulation without fast": code_hash(simulation, without=fast, root=package),
+            "one": code_hash("beltrepro.figures.one", root=package),
+            "two": code_hash("beltrepro.figures.two", root=package),
+        }
+
+    before = hashes()
+    assert before == hashes()
+    with (package / touched).open("a") as file:
+        file.write("\n# touched\n")
+    after = hashes()
+    assert {name for name in before if before[name] != after[name]} == reruns
+
+
+def test_caches_do_not_count_as_code(package):
+    before = provenance.code_hash("beltrepro.figures.one", root=package)
+    cache = package / "figures" / "__pycache__" / "one.pyc"
+    cache.parent.mkdir()
+    cache.write_text("")
+    (package / "figures" / "kernel.nbi").write_text("")
+    assert provenance.code_hash("beltrepro.figures.one", root=package) == before

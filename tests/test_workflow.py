@@ -1,0 +1,361 @@
+"""The workflow: targets, reruns after a change of code, errors, and (slow) the smoke preset."""
+
+import logging
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from beltrepro import config, provenance, scripting, store
+from beltrepro.errors import InputError, ModelStateError
+
+ROOT = Path(__file__).parents[1]
+CONFIG = config.load(ROOT / "config.yaml")
+FIGURES = list(CONFIG["figures"])
+RULES = sorted((ROOT / "workflow" / "rules").glob("*.smk"))
+
+
+def snakemake(tree: Path, *arguments: str, settings=("preset=smoke",)):
+    """The finished process of Snakemake on a copy of the project, with the package of that copy."""
+    command = [sys.executable, "-m", "snakemake", *arguments, "--config", *settings]
+    environment = os.environ | {"PYTHONPATH": str(tree / "src")}
+    return subprocess.run(command, cwd=tree, env=environment, capture_output=True, text=True)
+
+
+def jobs(dry_run: subprocess.CompletedProcess) -> dict[str, int]:
+    """Number of jobs by rule that a dry run announces."""
+    assert dry_run.returncode == 0, dry_run.stderr
+    table = re.search(r"^job +count\n[- ]+\n(.*?)^total ", dry_run.stdout, re.M | re.S)
+    return (
+        {}
+        if table is None
+        else {name: int(count) for name, count in map(str.split, table[1].splitlines())}
+    )
+
+
+def drawn(dry_run: subprocess.CompletedProcess) -> set[str]:
+    """Figures that a dry run would draw."""
+    return set(re.findall(r": Drawing (fig\d\d)", dry_run.stdout))
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
+    """A copy of the project without results."""
+    place = tmp_path_factory.mktemp("project")
+    for name in ("src", "workflow", "profiles"):
+        litter = shutil.ignore_patterns("__pycache__", "*.egg-info")
+        shutil.copytree(ROOT / name, place / name, ignore=litter)
+    for name in ("Snakefile", "config.yaml"):
+        shutil.copy(ROOT / name, place / name)
+    return place
+
+
+@pytest.fixture(scope="module")
+def finished(tree):
+    """The same, as after a complete run: every file is there (but empty) and known to Snakemake."""
+    summary = snakemake(tree, "--summary").stdout.splitlines()
+    for line in summary:
+        if line.startswith("results/"):
+            path = tree / line.split("\t")[0]
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.touch()
+    assert snakemake(tree, "--touch", "--forceall", "--cores", "1").returncode == 0
+    assert jobs(snakemake(tree, "--dry-run")) == {}
+    return tree
+
+
+# --- targets ---
+
+
+def test_list_shows_each_figure_with_its_title(tree):
+    listed = snakemake(tree, "--list").stdout.splitlines()
+    for name, figure in CONFIG["figures"].items():
+        assert f"{name} ({figure['title']})" in listed
+    for target in ("all", "figures", "report", "claims"):
+        assert any(line.startswith(f"{target} (") for line in listed)
+    assert [line for line in listed if "(" not in line] == []
+
+
+def test_every_target_dry_runs(tree):
+    targets = [*FIGURES, "figures", "claims", "report", "all"]
+    count = jobs(snakemake(tree, "--dry-run", *targets))
+    assert all(count[target] == 1 for target in targets)
+    assert count["figure"] == len(FIGURES)
+
+
+def test_one_figure_needs_its_datasets_only(tree):
+    plan = config.make_plan(CONFIG | {"preset": "smoke"}, _schema())
+    count = jobs(snakemake(tree, "--dry-run", "fig12"))
+    assert count == {
+        "fig12": 1,
+        "figure": 1,
+        "scan": 1,
+        "scan_block": len(plan.scans["n5_rows"].blocks),
+        "ensemble": 1,
+        "ensemble_member": len(plan.ensembles["lifetimes"].belt_velocities),
+    }
+
+
+@pytest.mark.parametrize("preset", ["standard", "paper"])
+def test_other_presets_dry_run(tree, preset):
+    dry_run = snakemake(tree, "--dry-run", settings=[f"preset={preset}"])
+    assert jobs(dry_run)["figure"] == len(FIGURES)
+    assert f"results/{preset}/report.html" in dry_run.stdout
+    assert "results/smoke/" not in dry_run.stdout
+
+
+def test_lint_is_clean(tree):
+    lint = snakemake(tree, "--lint")
+    assert lint.returncode == 0, lint.stdout + lint.stderr
+
+
+def test_every_rule_that_runs_declares_what_it_needs():
+    needed = ("output", "log", "benchmark", "threads", "resources", "params", "message")
+    count = 0
+    for path in RULES:
+        for rule in re.split(r"^rule ", path.read_text(), flags=re.M)[1:]:
+            if "    script:" not in rule:
+                continue
+            count += 1
+            for directive in needed:
+                assert f"\n    {directive}:" in rule, (path.name, rule.splitlines()[0], directive)
+            assert "mem_mb=" in rule and "runtime=" in rule
+    assert count == 9
+
+
+def test_every_figure_and_script_is_there():
+    for name in FIGURES:
+        assert (ROOT / "src" / "beltrepro" / "figures" / f"{name}.py").is_file()
+    scripts = {path.name for path in (ROOT / "workflow" / "scripts").glob("*.py")}
+    used = set(re.findall(r'"\.\./scripts/(.*?)"', "".join(path.read_text() for path in RULES)))
+    assert scripts == used
+
+
+# --- reruns ---
+
+SIMULATIONS = {"scan_block", "series", "catalogue", "ensemble_member"}
+JOINS = {"scan", "ensemble"}
+RESULTS = {"figure", "claims", "report", "all"}
+
+
+def after_touching(tree: Path, *names: str) -> subprocess.CompletedProcess:
+    """Dry run after a change of modules, which is undone again."""
+    paths = [tree / "src" / "beltrepro" / name for name in names]
+    before = [path.read_bytes() for path in paths]
+    try:
+        for path, content in zip(paths, before, strict=True):
+            path.write_bytes(content + b"\n# touched\n")
+        return snakemake(tree, "--dry-run")
+    finally:
+        for path, content in zip(paths, before, strict=True):
+            path.write_bytes(content)
+
+
+def test_touched_kernel_reruns_all_that_uses_it(finished):
+    dry_run = after_touching(finished, "engine/verlet.py")
+    assert set(jobs(dry_run)) == SIMULATIONS | JOINS | RESULTS
+    assert drawn(dry_run) == set(FIGURES) - {"fig01", "fig06"}
+
+
+def test_touched_plot_reruns_that_plot_and_the_report(finished):
+    dry_run = after_touching(finished, "figures/fig12.py")
+    assert jobs(dry_run) == {"figure": 1, "report": 1, "all": 1}
+    assert drawn(dry_run) == {"fig12"}
+
+
+def test_touched_style_redraws_every_figure_and_simulates_nothing(finished):
+    dry_run = after_touching(finished, "figures/style.py")
+    assert jobs(dry_run) == {"figure": len(FIGURES), "report": 1, "all": 1}
+
+
+def test_touched_claims_simulate_and_draw_nothing(finished):
+    dry_run = after_touching(finished, "claims/__init__.py")
+    assert set(jobs(dry_run)) == {"claims", "report", "all"}
+
+
+def test_touched_housekeeping_simulates_nothing(finished):
+    dry_run = after_touching(finished, "cli.py", "config.py", "store.py", "scripting.py")
+    assert SIMULATIONS.isdisjoint(jobs(dry_run))
+
+
+def test_touched_file_without_a_change_reruns_nothing(finished):
+    (finished / "src/beltrepro/engine/verlet.py").touch()
+    assert jobs(snakemake(finished, "--dry-run")) == {}
+
+
+def test_integrator_of_one_dataset_does_not_depend_on_the_other():
+    kernels = {"verlet": "beltrepro.engine.verlet", "event": "beltrepro.engine.event"}
+    simulation = provenance.module_closure("beltrepro.simulation")
+    for kernel in kernels.values():
+        rest = provenance.module_closure("beltrepro.simulation", without=(kernel,))
+        assert kernel not in rest
+        assert rest <= simulation
+
+
+# --- errors ---
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("preset=smok", "did you mean 'smoke'?"),
+        ("foo=1", "unknown key 'foo'"),
+        ('presets={"smoke": {"scans": {"n5_map": {"belt_velocity": -3}}}}', "greater than 0"),
+        ('presets={"smoke": {"scans": {"n5_map": {"n_blocks": 0}}}}', "must be at least 1"),
+        ('presets={"smoke": {"duration": 100}}', "must be less than duration = 100"),
+    ],
+)
+def test_bad_configuration_is_one_line(tree, setting, words):
+    done = snakemake(tree, "--dry-run", settings=["preset=smoke", setting])
+    lines = [line for line in done.stderr.splitlines() if "profile" not in line]
+    assert done.returncode == 1
+    assert len(lines) == 1, done.stderr
+    assert lines[0].startswith("error: config.yaml: ") and words in lines[0]
+    assert "Traceback" not in done.stdout + done.stderr
+
+
+@pytest.fixture
+def job(tmp_path):
+    yield SimpleNamespace(log=[str(tmp_path / "logs" / "job.log")], rule="series", threads=1)
+    scripting._in_job = False
+    logging.captureWarnings(False)
+    logging.basicConfig(force=True)
+
+
+@pytest.mark.parametrize("kind", [InputError, ModelStateError])
+def test_expected_error_of_a_job_is_one_line(job, kind):
+    def main(job):
+        raise kind("N=5, u=1, sigma=0: went wrong")
+
+    with pytest.raises(SystemExit) as caught:
+        scripting.run(main, job)
+    assert caught.value.code == "error in rule series: N=5, u=1, sigma=0: went wrong"
+    log = Path(job.log[0]).read_text()
+    assert len(log.splitlines()) == 1 and log.endswith("went wrong\n")
+
+
+def test_unexpected_error_of_a_job_leaves_its_traceback_in_the_log(job):
+    def main(job):
+        raise ZeroDivisionError("oops\nand more")
+
+    with pytest.raises(SystemExit) as caught:
+        scripting.run(main, job)
+    assert caught.value.code == (
+        f"error in rule series: ZeroDivisionError: oops (traceback in {job.log[0]})"
+    )
+    assert "Traceback" in Path(job.log[0]).read_text()
+
+
+# --- progress ---
+
+
+def test_progress_of_a_job_goes_to_the_log(job):
+    def main(job):
+        progress = scripting.Progress("five points", every=0.1, pause=0)
+        for step in range(101):
+            progress(step / 100)
+
+    scripting.run(main, job)
+    lines = Path(job.log[0]).read_text().splitlines()
+    assert len(lines) == 12
+    assert lines[0].endswith("five points: started")
+    assert re.search(r"five points: 50% done, 0 s left$", lines[5])
+    assert lines[-2].endswith("100% done, 0 s left") and lines[-1].endswith("done")
+
+
+def test_progress_by_hand_is_a_bar(capsys):
+    progress = scripting.Progress("five points", bar=True)
+    progress(0.5)
+    progress(1.0)
+    assert "five points: 100%" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(0, "0 s"), (59.6, "1 min 0 s"), (200, "3 min 20 s"), (7500, "2 h 5 min")]
+)
+def test_time_left_in_words(seconds, text):
+    assert scripting._duration(seconds) == text
+
+
+# --- the whole, slow ---
+
+
+def _schema() -> dict:
+    return config.load(ROOT / "workflow" / "schemas" / "config.schema.yaml")
+
+
+@pytest.fixture(scope="module")
+def smoke(tree):
+    """Results of the smoke preset, made in the copy of the project."""
+    shutil.rmtree(tree / "results", ignore_errors=True)
+    done = snakemake(tree, "--cores", "2")
+    assert done.returncode == 0, done.stdout + done.stderr
+    return tree / "results" / "smoke"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FIGURES)
+def test_smoke_draws_every_figure(smoke, name):
+    from matplotlib.image import imread
+
+    image = imread(smoke / "figures" / f"{name}.png")[..., :3]
+    assert min(image.shape[:2]) > 300
+    ink = (image < 0.9).any(axis=-1)
+    assert 0.005 < ink.mean() < 0.95
+    assert (smoke / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.slow
+def test_smoke_writes_claims_and_a_report_that_needs_no_network(smoke):
+    import pandas
+
+    assert len(pandas.read_csv(smoke / "claims.csv")) >= 40
+    report = (smoke / "report.html").read_text()
+    assert report.count("data:image/png;base64,") >= len(FIGURES)
+    assert (
+        re.findall(r'(?:src|href)="(?:https?:)?//[^"]*\.(?:js|css|png|svg|woff2?)"', report) == []
+    )
+
+
+@pytest.mark.slow
+def test_smoke_datasets_say_where_they_come_from(smoke):
+    paths = [path for kind in config.KINDS for path in (smoke / kind).glob("*.h5")]
+    assert len(paths) == 16
+    for path in paths:
+        attributes = store.read(path).attributes
+        assert attributes["preset"] == "smoke"
+        assert attributes["units"] == "model units"
+        assert attributes["code_version"] and attributes["seed"] == CONFIG["seed"]
+
+
+@pytest.mark.slow
+def test_smoke_scans_hold_every_point_in_order(smoke):
+    plan = config.make_plan(CONFIG | {"preset": "smoke"}, _schema())
+    for name, scan in plan.scans.items():
+        arrays = store.read(smoke / "scans" / f"{name}.h5").arrays
+        points = zip(arrays["n_blocks"], arrays["belt_velocity"], arrays["noise"], strict=True)
+        assert list(points) == list(scan.points)
+
+
+@pytest.mark.slow
+def test_smoke_has_nothing_left_to_do(tree, smoke):
+    assert jobs(snakemake(tree, "--dry-run")) == {}
+
+
+@pytest.mark.slow
+def test_scan_does_not_depend_on_how_it_is_cut(tree, smoke):
+    target = "results/smoke/scans/n5_columns.h5"
+    whole = store.read(tree / target).arrays
+    cut = 'presets={"smoke": {"scans": {"n5_columns": {"points_per_job": 5}}}}'
+    done = snakemake(tree, "--cores", "2", target, settings=["preset=smoke", cut])
+    assert done.returncode == 0, done.stdout + done.stderr
+    blocks = list((tree / "results/smoke/blocks/n5_columns").glob("*.h5"))
+    assert len(blocks) == 4
+    for name, array in store.read(tree / target).arrays.items():
+        np.testing.assert_array_equal(array, whole[name], err_msg=name)

@@ -1,0 +1,55 @@
+# Claims, measured from the datasets, and the report that shows everything.
+
+
+rule claims:
+    "A measured value and a verdict for every claim of the paper: claims.csv."
+    input:
+        **datasets_by_kind(),
+    output:
+        "<results>/claims.csv",
+    log:
+        "<logs>/claims.log",
+    benchmark:
+        "<benchmarks>/claims.tsv"
+    conda:
+        "../envs/beltrepro.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=30,
+    params:
+        settings=PLAN.settings(),
+        code=code_hash("beltrepro.claims"),
+    message:
+        "Measuring the claims"
+    script:
+        "../scripts/claims.py"
+
+
+rule report:
+    "One page with every figure, the table of claims and what was run: report.html."
+    input:
+        **datasets_by_kind(),
+        claims="<results>/claims.csv",
+        figures=figure_images,
+    output:
+        "<results>/report.html",
+    log:
+        "<logs>/report.log",
+    benchmark:
+        "<benchmarks>/report.tsv"
+    conda:
+        "../envs/beltrepro.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=10,
+    params:
+        preset=PLAN.preset,
+        settings=PLAN.settings(),
+        benchmarks=f"results/{PLAN.preset}/benchmarks",
+        code=code_hash("beltrepro.report"),
+    message:
+        "Writing the report"
+    script:
+        "../scripts/report.py"
