@@ -80,7 +80,7 @@ def verlet_steps(
     displacement ... dissipated : (N, W) state; wall_impulse : (W,) integral of the first spring's
     pull; streams : (4, W) and normals : (even >= N, W) random numbers; pull : (N+1, W) scratch,
     last row zero.
-    sample_stride : steps between samples; first_sampled : first block sampled;
+    sample_stride : samples are taken where the step index is a multiple of it; first_sampled : first block sampled;
     samples : (S, 3, N-first_sampled, W) displacement, relative velocity, kinetic friction.
     events : (W, E, 6), crossings : (W, C, 1+2N) and their counts (W,).
     section_block : 0-based, or -1 for none; section_displacement : (W,).
@@ -97,6 +97,7 @@ def verlet_steps(
     weight = 11.0 * time_step / 6.0
     previous_weight = -2.0 * time_step / 6.0
     n_normals = n_blocks + (n_blocks & 1)
+    row = 0
 
     for step in range(first_step, first_step + n_steps):
         _spring_pass(displacement, pull, limit, compression_rate, extension_rate)
@@ -184,15 +185,14 @@ def verlet_steps(
                         if slot + 2 > crossings.shape[1]:
                             full = True
 
-        done = step + 1 - first_step
-        if done % sample_stride == 0:
-            row = done // sample_stride - 1
+        if (step + 1) % sample_stride == 0:
             for block in range(first_sampled, n_blocks):
                 for lane in range(lanes):
                     kinetic = -direction[block, lane] * ratio * threshold[block, lane]
                     samples[row, 0, block - first_sampled, lane] = displacement[block, lane]
                     samples[row, 1, block - first_sampled, lane] = velocity[block, lane]
                     samples[row, 2, block - first_sampled, lane] = kinetic
+            row += 1
         if full:
-            return done
+            return step + 1 - first_step
     return n_steps

@@ -88,6 +88,8 @@ def save(figure, png, pdf) -> None:
     for path in (png, pdf):
         Path(path).parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(png, format="png")
+    # The layout stands now; both files have the same one.
+    figure.set_layout_engine("none")
     figure.savefig(pdf, format="pdf", metadata={"CreationDate": None})
 
 

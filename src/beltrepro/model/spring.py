@@ -50,14 +50,14 @@ def spring_extension(force, parameters: ChainParameters = _PAPER):
 def chain_deformations(positions, parameters: ChainParameters):
     """Deformations of the N springs from block positions (..., N): shape (..., N)."""
     positions = np.asarray(positions, dtype=float)
-    wall = np.zeros(positions.shape[:-1] + (1,))
+    wall = np.zeros((*positions.shape[:-1], 1))
     return np.diff(np.concatenate([wall, positions], axis=-1)) - parameters.rest_length
 
 
 def external_force(positions, parameters: ChainParameters):
     """Resultant spring force F_ex on each block (Eq. 1), positions (..., N) -> (..., N)."""
     force = spring_force(chain_deformations(positions, parameters), parameters)
-    beyond = np.zeros(force.shape[:-1] + (1,))
+    beyond = np.zeros((*force.shape[:-1], 1))
     return force - np.concatenate([force[..., 1:], beyond], axis=-1)
 
 

@@ -1,0 +1,122 @@
+"""The command `beltrepro`: single runs without the workflow."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+from beltrepro import ChainParameters, __version__
+from beltrepro.errors import InputError, ModelStateError
+from beltrepro.scripting import Progress
+
+_UNITS = """\
+All numbers are in model units: mass 0.1158 kg, spring constant 19.8 N/m, length 1.4 mm; so one unit
+of time is 0.0765 s, of velocity 0.0183 m/s, of force 0.0277 N. A paper-length run has duration 2e6
+and transient 1e6.
+"""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; returns the exit status (2 for bad input, 1 for a failed run)."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    try:
+        return options.action(options)
+    except InputError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    except (ModelStateError, OSError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return 130
+
+
+def _parser():
+    parser = argparse.ArgumentParser(
+        prog="beltrepro", description="Chaos on the conveyor belt: simulate chains of blocks."
+    )
+    parser.add_argument("--version", action="version", version=f"beltrepro {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    simulate = commands.add_parser(
+        "simulate",
+        help="simulate one chain",
+        description="Simulate one chain from all blocks stuck and undeformed springs.",
+        epilog=_UNITS,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = simulate.add_argument
+    add("--n-blocks", type=int, required=True, help="number of blocks N")
+    add("--belt-velocity", type=float, required=True, help="belt velocity u, units of 0.0183 m/s")
+    add("--noise", type=float, default=0.0, help="noise strength sigma, units of 0.0277 N")
+    add("--duration", type=float, required=True, help="time simulated, transient included")
+    add("--transient", type=float, default=0.0, help="time left out of r and the mean length")
+    add("--method", default="verlet", help="integrator: verlet")
+    add("--time-step", type=float, default=0.001, help="dt (paper: 0.001)")
+    add("--seed", type=int, default=1, help="fixes the random numbers")
+    add("--sample-interval", type=float, default=0.1, help="time between samples in --output")
+    add("--json", action="store_true", help="print the result as JSON")
+    add("--output", type=Path, help="write samples and events to this HDF5 file")
+    simulate.set_defaults(action=_simulate)
+    return parser
+
+
+def _simulate(options) -> int:
+    chain = ChainParameters(options.n_blocks, options.belt_velocity, options.noise)
+    if options.output is not None and not options.output.absolute().parent.is_dir():
+        raise InputError(f"output = {options.output}: its folder does not exist")
+    from beltrepro.simulation import simulate
+
+    run = simulate(
+        chain,
+        duration=options.duration,
+        transient=options.transient,
+        method=options.method,
+        time_step=options.time_step,
+        seed=options.seed,
+        sample_interval=options.sample_interval if options.output else None,
+        progress=Progress(chain.describe()) if sys.stderr.isatty() else None,
+    )
+    result = {
+        "n_blocks": chain.n_blocks,
+        "belt_velocity": chain.belt_velocity,
+        "noise": chain.noise,
+        "duration": options.duration,
+        "transient": options.transient,
+        "method": run.method,
+        "time_step": options.time_step,
+        "seed": run.seed,
+        "disorder_parameter": run.disorder_parameter,
+        "mean_length": run.mean_length,
+        "energy_residual": run.energy_residual,
+        "events": len(run.events),
+    }
+    if options.output:
+        from beltrepro import provenance, store
+
+        arrays = {
+            "time": run.time,
+            "positions": run.positions,
+            "velocities": run.velocities,
+            "friction": run.friction,
+            "events": run.events,
+        }
+        settings = dict(result, sample_interval=options.sample_interval)
+        attributes = provenance.attributes("series", "command", settings) | settings
+        store.write(options.output, arrays, attributes)
+    if options.json:
+        print(json.dumps(result, indent=2))
+    else:
+        width = max(map(len, result))
+        for name, value in result.items():
+            print(
+                f"{name:<{width}}  {value:.6g}"
+                if isinstance(value, float)
+                else f"{name:<{width}}  {value}"
+            )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

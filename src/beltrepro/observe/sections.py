@@ -1,0 +1,49 @@
+"""Crossings of a section: bifurcation diagrams (Fig. 12) and the Poincaré section (Fig. 10)."""
+
+import numpy as np
+
+
+class SectionValues:
+    """Velocity of the last block at the first `n_values` crossings, and the count of all.
+
+    belt_velocity : (W,), turns relative into laboratory velocities.
+    """
+
+    def __init__(self, belt_velocity: np.ndarray, n_values: int, start: float):
+        self._belt_velocity = belt_velocity
+        self._start = start
+        self.count = np.zeros(len(belt_velocity), dtype=np.int64)
+        self.values = np.full((len(belt_velocity), n_values), np.nan, dtype=np.float32)
+
+    def observe(self, chunk) -> None:
+        """Add the crossings of a chunk."""
+        if chunk.end <= self._start:
+            return
+        n_values = self.values.shape[1]
+        for lane in np.flatnonzero(chunk.crossing_count):
+            rows = chunk.crossings[lane, : chunk.crossing_count[lane]]
+            velocity = rows[rows[:, 0] >= self._start, -1] + self._belt_velocity[lane]
+            free = max(n_values - self.count[lane], 0)
+            kept = velocity[:free]
+            self.values[lane, self.count[lane] : self.count[lane] + len(kept)] = kept
+            self.count[lane] += len(velocity)
+
+
+class CrossingLog:
+    """All crossings after `start`: rows of (lane, time, displacements, relative velocities)."""
+
+    def __init__(self, start: float):
+        self._start = start
+        self._parts = []
+
+    def observe(self, chunk) -> None:
+        """Add the crossings of a chunk."""
+        for lane in np.flatnonzero(chunk.crossing_count):
+            rows = chunk.crossings[lane, : chunk.crossing_count[lane]]
+            rows = rows[rows[:, 0] >= self._start]
+            self._parts.append(np.column_stack([np.full(len(rows), float(lane)), rows]))
+
+    def rows(self, n_blocks: int) -> np.ndarray:
+        """(K, 2+2N) sorted by lane, then time."""
+        rows = np.concatenate([np.empty((0, 2 + 2 * n_blocks)), *self._parts])
+        return rows[np.lexsort((rows[:, 1], rows[:, 0]))]

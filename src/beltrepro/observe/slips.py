@@ -1,0 +1,294 @@
+"""Slips of the blocks: counts, laminar phases of the last block, catalogues of avalanches."""
+
+import numpy as np
+
+from beltrepro.engine.law import tension
+from beltrepro.engine.vector import inlined, kernel
+from beltrepro.engine.verlet import (
+    EVENT_BLOCK,
+    EVENT_DISSIPATED,
+    EVENT_FIELDS,
+    EVENT_POSITION,
+    EVENT_SLIP,
+    EVENT_TIME,
+)
+
+# State of one chain in `_follow`: when the present slip of the last block began (NaN: stuck) and
+# when the last block stuck last; then the laminar phases met so far.
+_SLIPPING_SINCE, _LAST_STICK, _LAMINAR_COUNT, _LAMINAR_TIME, _LAMINAR_LONGEST = range(5)
+
+
+class SlipActivity:
+    """Slips per block, laminar phases and last stick of the last block of W chains.
+
+    A laminar phase is a slip of the last block that lasts longer than `laminar_time` (Sec. IV.B:
+    the periodic state is one of continuous slip); only time after `start` counts.
+    """
+
+    def __init__(self, width: int, n_blocks: int, start: float, laminar_time: float):
+        self._start = start
+        self._laminar_time = laminar_time
+        self.slip_count = np.zeros((width, n_blocks), dtype=np.int64)
+        self.stick_count = np.zeros((width, n_blocks), dtype=np.int64)
+        self._state = np.zeros((width, 5))
+        self._state[:, _SLIPPING_SINCE : _LAST_STICK + 1] = np.nan
+        self._end = start
+
+    def observe(self, chunk) -> None:
+        """Follow the events of a chunk."""
+        self._end = chunk.end
+        _follow(
+            chunk.events,
+            chunk.event_count,
+            self._start,
+            self._laminar_time,
+            self.slip_count,
+            self.stick_count,
+            self._state,
+        )
+
+    @property
+    def last_stick_time(self) -> np.ndarray:
+        """Last instant (W,) at which the last block stuck; NaN if it never did."""
+        return self._state[:, _LAST_STICK].copy()
+
+    @property
+    def slipping_since(self) -> np.ndarray:
+        """Start (W,) of the slip of the last block that is going on; NaN while it is stuck."""
+        return self._state[:, _SLIPPING_SINCE].copy()
+
+    def laminar(self) -> dict[str, np.ndarray]:
+        """laminar_fraction, _count, _mean, _longest (W,), the slip going on included."""
+        state = self._state.copy()
+        for lane in range(len(state)):
+            _close_phase(state[lane], self._end, self._start, self._laminar_time)
+        count, total = state[:, _LAMINAR_COUNT], state[:, _LAMINAR_TIME]
+        observed = self._end - self._start
+        return {
+            "laminar_fraction": total / observed if observed > 0 else np.full(len(total), np.nan),
+            "laminar_count": count.astype(np.int64),
+            "laminar_mean": np.divide(total, count, out=np.zeros_like(total), where=count > 0),
+            "laminar_longest": state[:, _LAMINAR_LONGEST],
+        }
+
+
+@inlined
+def _close_phase(state, time, start, laminar_time):
+    began = max(state[_SLIPPING_SINCE], start)
+    length = time - began
+    if length > laminar_time:
+        state[_LAMINAR_COUNT] += 1
+        state[_LAMINAR_TIME] += length
+        state[_LAMINAR_LONGEST] = max(state[_LAMINAR_LONGEST], length)
+
+
+@kernel
+def _follow(events, event_count, start, laminar_time, slip_count, stick_count, states):
+    last_block = slip_count.shape[1] - 1
+    for lane in range(events.shape[0]):
+        state = states[lane]
+        for index in range(event_count[lane]):
+            time = events[lane, index, EVENT_TIME]
+            block = int(events[lane, index, EVENT_BLOCK])
+            slips = events[lane, index, EVENT_SLIP] > 0.0
+            if time >= start:
+                if slips:
+                    slip_count[lane, block] += 1
+                else:
+                    stick_count[lane, block] += 1
+            if block == last_block:
+                if slips:
+                    state[_SLIPPING_SINCE] = time
+                else:
+                    if time > start:
+                        _close_phase(state, time, start, laminar_time)
+                    state[_SLIPPING_SINCE] = np.nan
+                    state[_LAST_STICK] = time
+
+
+class EventLog:
+    """Keeps the events of all chains: for single runs and catalogues."""
+
+    def __init__(self, width: int):
+        self._parts = [[] for _ in range(width)]
+
+    def observe(self, chunk) -> None:
+        """Copy the events of a chunk."""
+        for lane, parts in enumerate(self._parts):
+            parts.append(chunk.events[lane, : chunk.event_count[lane]].copy())
+
+    def events(self, lane: int) -> np.ndarray:
+        """Events (E, 6) of one chain in the order of time."""
+        return np.concatenate([np.empty((0, EVENT_FIELDS)), *self._parts[lane]])
+
+
+SLIP = np.dtype(
+    [
+        ("chain", "i4"),
+        ("block", "i4"),
+        ("start_time", "f8"),
+        ("stop_time", "f8"),
+        ("start_position", "f8"),
+        ("stop_position", "f8"),
+        ("dissipated", "f8"),
+    ]
+)
+AVALANCHE = np.dtype(
+    [
+        ("chain", "i4"),
+        ("start_time", "f8"),
+        ("stop_time", "f8"),
+        ("slips", "i4"),
+        ("blocks", "i4"),
+        ("dissipated", "f8"),
+        ("spring_energy_drop", "f8"),
+        ("last_block_displacement", "f8"),
+    ]
+)
+
+
+def slips_and_avalanches(events, chain, initial_positions, parameters, law_constants, start):
+    """Slips of all blocks and avalanches of one chain (Sec. IV.A, Fig. 9).
+
+    A slip runs from slip to stick of one block. An avalanche is a maximal interval in which at
+    least one block slips; before and after it all blocks are stuck.
+
+    Parameters
+    ----------
+    events : (E, 6) from t = 0 in the order of time. chain : number written to the records.
+    initial_positions : (N,) at t = 0, all blocks stuck. start : earlier slips are left out.
+    law_constants : see `beltrepro.engine.law.law_constants`.
+
+    Returns
+    -------
+    slips (K,) of dtype SLIP with blocks from 1, avalanches (A,) of dtype AVALANCHE.
+    """
+    slips = np.zeros((len(events), 6))
+    avalanches = np.zeros((len(events), 7))
+    n_slips, n_avalanches = _collect(
+        events,
+        initial_positions,
+        parameters.rest_length,
+        parameters.belt_velocity,
+        law_constants,
+        start,
+        slips,
+        avalanches,
+    )
+    return (
+        _records(slips[:n_slips], chain, SLIP),
+        _records(avalanches[:n_avalanches], chain, AVALANCHE),
+    )
+
+
+def _records(columns, chain, dtype):
+    records = np.zeros(len(columns), dtype=dtype)
+    records["chain"] = chain
+    for name, column in zip(dtype.names[1:], columns.T, strict=True):
+        records[name] = column
+    return records
+
+
+@inlined
+def _spring_energy(positions, rest_length, law):
+    """Energy of the springs, by the closed form of beltrepro.model.spring.spring_energy."""
+    energy = 0.0
+    previous = 0.0
+    for block in range(len(positions)):
+        deformation = positions[block] - previous - rest_length
+        previous = positions[block]
+        rate = law[3] if deformation < 0.0 else law[4]
+        linear = min(abs(deformation), law[2])
+        excess = abs(deformation) - linear
+        beyond = abs(tension(deformation, law[2], law[3], law[4])) - linear
+        energy += 0.5 * linear * linear + excess * linear + (beyond - excess) / rate
+    return energy
+
+
+@kernel
+def _collect(events, initial, rest_length, belt_velocity, law, start, slips, avalanches):
+    n_blocks = len(initial)
+    stuck_at = np.zeros(n_blocks)  # time and place of the last stick
+    stuck_position = initial.copy()
+    slip_time = np.full(n_blocks, np.nan)
+    slip_position = np.zeros(n_blocks)
+    slip_loss = np.zeros(n_blocks)
+    slipped = np.zeros(n_blocks)
+    positions = np.zeros(n_blocks)
+    moving = 0
+    n_slips = 0
+    n_avalanches = 0
+    count = 0
+    began = 0.0
+    energy = 0.0
+    loss = 0.0
+    length = 0.0
+    index = 0
+    while index < len(events):
+        time = events[index, EVENT_TIME]
+        block = int(events[index, EVENT_BLOCK])
+        if events[index, EVENT_SLIP] > 0.0:
+            if moving == 0:
+                for other in range(n_blocks):
+                    age = time - stuck_at[other]
+                    positions[other] = stuck_position[other] + belt_velocity * age
+                energy = _spring_energy(positions, rest_length, law)
+                length = positions[-1]
+                began = time
+                count = 0
+                loss = 0.0
+                slipped[:] = 0.0
+            moving += 1
+            count += 1
+            slipped[block] = 1.0
+            slip_time[block] = time
+            slip_position[block] = events[index, EVENT_POSITION]
+            slip_loss[block] = events[index, EVENT_DISSIPATED]
+        else:
+            moving -= 1
+            dissipated = events[index, EVENT_DISSIPATED] - slip_loss[block]
+            loss += dissipated
+            stuck_at[block] = time
+            stuck_position[block] = events[index, EVENT_POSITION]
+            if slip_time[block] >= start:
+                slips[n_slips, 0] = block + 1
+                slips[n_slips, 1] = slip_time[block]
+                slips[n_slips, 2] = time
+                slips[n_slips, 3] = slip_position[block]
+                slips[n_slips, 4] = stuck_position[block]
+                slips[n_slips, 5] = dissipated
+                n_slips += 1
+            slip_time[block] = np.nan
+            # a block that reverses sticks and slips at one instant: the avalanche goes on
+            reverses = (
+                index + 1 < len(events)
+                and events[index + 1, EVENT_TIME] == time
+                and events[index + 1, EVENT_SLIP] > 0.0
+            )
+            if moving == 0 and not reverses:
+                if began >= start:
+                    for other in range(n_blocks):
+                        age = time - stuck_at[other]
+                        positions[other] = stuck_position[other] + belt_velocity * age
+                    avalanches[n_avalanches, 0] = began
+                    avalanches[n_avalanches, 1] = time
+                    avalanches[n_avalanches, 2] = count
+                    avalanches[n_avalanches, 3] = slipped.sum()
+                    avalanches[n_avalanches, 4] = loss
+                    avalanches[n_avalanches, 5] = energy - _spring_energy(
+                        positions, rest_length, law
+                    )
+                    avalanches[n_avalanches, 6] = positions[-1] - length
+                    n_avalanches += 1
+            elif moving == 0:
+                # count the slip that follows as part of this avalanche
+                index += 1
+                moving = 1
+                count += 1
+                block = int(events[index, EVENT_BLOCK])
+                slipped[block] = 1.0
+                slip_time[block] = time
+                slip_position[block] = events[index, EVENT_POSITION]
+                slip_loss[block] = events[index, EVENT_DISSIPATED]
+        index += 1
+    return n_slips, n_avalanches

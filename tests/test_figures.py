@@ -1,0 +1,326 @@
+"""Every figure draws, whole or from hardly any data, labelled, not blank, the same bytes twice."""
+
+import importlib
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pytest
+import yaml
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+
+from beltrepro.errors import InputError
+from beltrepro.figures import fig07, fig12, fig18, panels, style
+from beltrepro.store import Dataset
+
+ROOT = Path(__file__).parents[1]
+NAMES = ("fig01", *(f"fig{number:02d}" for number in range(6, 23)))
+# Insets that the captions of the paper name; in Fig. 14 it is a panel beside the diagrams.
+INSETS = {"fig08": 2, "fig11": 2, "fig12": 1, "fig16": 1}
+
+EVENTS = [
+    ("time", "f8"),
+    ("block", "i8"),
+    ("kind", "U5"),
+    ("force", "f8"),
+    ("position", "f8"),
+    ("dissipated", "f8"),
+]
+SLIPS = [
+    ("chain", "i4"),
+    ("block", "i4"),
+    ("start_time", "f8"),
+    ("stop_time", "f8"),
+    ("start_position", "f8"),
+    ("stop_position", "f8"),
+    ("dissipated", "f8"),
+]
+AVALANCHES = [
+    ("chain", "i4"),
+    ("start_time", "f8"),
+    ("stop_time", "f8"),
+    ("slips", "i4"),
+    ("blocks", "i4"),
+    ("dissipated", "f8"),
+    ("spring_energy_drop", "f8"),
+    ("last_block_displacement", "f8"),
+]
+HOW = {
+    "preset": "smoke",
+    "method": "verlet",
+    "time_step": 0.001,
+    "duration": 2000.0,
+    "transient": 500.0,
+    "seed": 1,
+    "code_version": "0.0+gabc",
+}
+
+
+def module(name):
+    return importlib.import_module(f"beltrepro.figures.{name}")
+
+
+# --- datasets of the right form -------------------------------------------------------------------
+
+
+def series(n_blocks, belt_velocity, noise, *, length=1500, interval=0.1, transient=0.0):
+    """A sawtooth: each block sticks for 20 and slips for 4, one after the other."""
+    time = transient + interval * np.arange(length)
+    block = np.arange(1, n_blocks + 1)
+    phase = (time[:, np.newaxis] + 3 * block) % 24
+    slips = phase >= 20
+    climb = np.where(slips, 20 * (24 - phase) / 4, phase)
+    velocities = np.where(slips, -5 * np.sin((phase - 20) * np.pi / 4), 1.0) * belt_velocity
+    positions = 60.0 * block + climb
+    force = 70 * (1 - 2 * phase / 24)
+    friction = np.where(slips, 32 + 0.45 * noise * np.cos(977 * phase), -force)
+    events = []
+    for index in range(n_blocks):
+        for instant in np.flatnonzero(np.diff(slips[:, index].astype(int))) + 1:
+            kind = "slip" if slips[instant, index] else "stick"
+            events.append((time[instant], index + 1, kind, force[instant, index], 0.0, 0.0))
+    arrays = {
+        "time": time,
+        "positions": positions,
+        "velocities": velocities,
+        "friction": friction,
+        "events": np.sort(np.array(events, EVENTS), order="time"),
+    }
+    chain = {"n_blocks": n_blocks, "belt_velocity": belt_velocity, "noise": noise}
+    attributes = HOW | chain | {"kind": "series", "transient": transient}
+    return Dataset(arrays, attributes)
+
+
+def scan(sizes, velocities, noises, *, crossings=30):
+    """r that falls with u and rises with sigma; bands of velocities, periodic at every third u."""
+    rng = np.random.default_rng(5)
+    grid = np.array([(n, u, s) for n in sizes for u in velocities for s in noises], dtype=float)
+    n_blocks, belt_velocity, noise = grid.reshape(-1, 3).T
+    count = n_blocks.size
+    disorder = 0.02 + 0.11 / (1 + np.exp((belt_velocity - 16 - noise) / 2))
+    spread = np.where(np.arange(count) % 3, 30.0, 0.1 + noise)[:, np.newaxis]
+    section = -40 + spread * rng.uniform(-1, 1, (count, crossings))
+    section[:, crossings // 2 :: 2] = np.nan
+    laminar = np.clip((belt_velocity - 10) / 20, 0, 1) * (noise > 1)
+    arrays = {
+        "n_blocks": n_blocks.astype(int),
+        "belt_velocity": belt_velocity,
+        "noise": noise,
+        "replicate": np.zeros(count, dtype=int),
+        "disorder_parameter": disorder,
+        "section_position": 123 * n_blocks,
+        "section_velocity": section.astype("f4"),
+        "laminar_fraction": laminar,
+        "laminar_count": (10 * laminar).astype(int),
+    }
+    return Dataset(arrays, HOW | {"kind": "scan"})
+
+
+def catalogue(count=400, section_points=300):
+    rng = np.random.default_rng(6)
+    start = np.cumsum(rng.uniform(10, 20, count))
+    size = 50 * (1 - 0.95 * rng.random(count)) ** -0.7
+    slips = np.zeros(count, SLIPS)
+    slips["block"] = 5
+    slips["start_time"], slips["stop_time"] = start, start + 3
+    slips["start_position"], slips["dissipated"] = size, 30 * size
+    avalanches = np.zeros(count, AVALANCHES)
+    avalanches["start_time"], avalanches["stop_time"] = start - 1, start + 4
+    avalanches["dissipated"] = 90 * size
+    points = [("chain", "i4"), ("time", "f8"), ("positions", "f8", 5), ("velocities", "f8", 5)]
+    section = np.zeros(section_points, points)
+    section["positions"][:, -1] = 600 + 50 * rng.standard_normal(section_points)
+    section["velocities"][:, -1] = np.minimum(1, -40 * rng.standard_normal(section_points))
+    chain = {"n_blocks": 5, "belt_velocity": 1.0, "noise": 0.0}
+    where = {"section_block": 2, "section_position": 304.3}
+    arrays = {"slips": slips, "avalanches": avalanches, "section": section}
+    return Dataset(arrays, HOW | chain | where | {"kind": "catalogue"})
+
+
+def ensemble(velocities, members=20, *, escapes=True):
+    rng = np.random.default_rng(7)
+    belt_velocity = np.repeat(velocities, members)
+    lifetime = rng.exponential(200 + 3e4 / belt_velocity)
+    escaped = (lifetime < 2000) & escapes
+    arrays = {"belt_velocity": belt_velocity, "lifetime": lifetime, "escaped": escaped}
+    return Dataset(arrays, HOW | {"kind": "ensemble", "n_blocks": 5, "noise": 0.0})
+
+
+def usual(name):
+    """Data of the size of a short run for each dataset that a figure uses."""
+    u = np.arange(1.0, 50, 3)
+    quiet, noisy = (0.0, 0.25, 0.5, 1.0, 2.2, 5.0, 10.0), np.arange(0.0, 10.1, 2)
+    made = {
+        "friction_event": lambda: series(5, 1.0, 1.0, length=4000, interval=0.01),
+        "u1": catalogue if name in ("fig09", "fig10") else lambda: series(5, 1.0, 0.0),
+        "u20": lambda: series(5, 20.0, 0.0),
+        "u17": lambda: series(5, 17.5, 2.2),
+        "n5_rows": lambda: scan([5], u, quiet),
+        "n5_map": lambda: scan([5], u, noisy),
+        "n5_u7": lambda: scan([5], [7.0], np.arange(0.0, 2.1, 0.25)),
+        "n5_columns": lambda: scan([5], [20.0, 30.0, 40.0], noisy),
+        "size_rows": lambda: scan([2, 3, 4, 6, 7, 10], u, [0.0, 1.0, 5.0]),
+        "size_columns": lambda: scan([5, 7], [18.0], noisy),
+        "lifetimes": lambda: ensemble(np.arange(18.0, 36, 3)),
+    } | {f"n10_u{v}": lambda v=v: series(10, float(v), 0.0) for v in (28, 31, 34, 38)}
+    return {dataset: made[dataset]() for dataset in module(name).USES}
+
+
+def poor(name):
+    """Hardly anything: a point or none, all NaN, nothing escapes, no events, no samples."""
+
+    def point():
+        data = scan([5], [7.0], [0.0])
+        data.arrays["section_velocity"][:] = np.nan
+        data.arrays["disorder_parameter"][:] = np.nan
+        return data
+
+    made = dict.fromkeys(("n5_rows", "n5_u7", "n5_columns", "size_rows", "size_columns"), point)
+    made |= {
+        "n5_map": lambda: scan([5], [], []),
+        "lifetimes": lambda: ensemble(np.array([18.0]), escapes=False),
+        "u1": lambda: catalogue(0, 0) if name in ("fig09", "fig10") else series(5, 1.0, 0.0),
+    }
+    data = {}
+    for dataset in module(name).USES:
+        data[dataset] = made.get(dataset, lambda: series(10, 28.0, 0.0))()
+        if "time" in data[dataset].arrays:
+            short = {key: values[:0] for key, values in data[dataset].arrays.items()}
+            data[dataset] = Dataset(short, data[dataset].attributes)
+    return data
+
+
+def draw(name, data) -> Figure:
+    return module(name).draw(data, style.small_print(list(data.values()), "smoke"))
+
+
+def written(figure, folder):
+    paths = folder / "figure.png", folder / "figure.pdf"
+    style.save(figure, *paths)
+    return paths
+
+
+# --- every figure ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_draws_and_repeats(name, tmp_path):
+    data = usual(name)
+    figure = draw(name, data)
+    png, pdf = written(figure, tmp_path / "first")
+    again = written(draw(name, data), tmp_path / "second")
+    assert png.read_bytes() == again[0].read_bytes()
+    assert pdf.read_bytes() == again[1].read_bytes()
+    assert pdf.read_bytes().startswith(b"%PDF")
+    assert imread(png)[..., :3].std() > 0.05
+    assert figure.get_figwidth() > figure.get_figheight()
+    assert sum(len(axes.child_axes) for axes in figure.axes) == INSETS.get(name, 0)
+    for axes in figure.axes:
+        assert axes.has_data(), "an empty panel"
+        place = axes.get_subplotspec()
+        if name != "fig01" and place is not None:
+            assert axes.get_xlabel() or not place.is_last_row()
+            assert axes.get_ylabel() or not place.is_first_col()
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.filterwarnings("error")
+def test_says_what_is_missing(name, tmp_path):
+    figure = draw(name, poor(name))
+    figure.set_layout_engine("none")
+    figure.savefig(tmp_path / "figure.png", dpi=50)
+    for axes in figure.axes:
+        assert axes.has_data() or axes.texts, "an empty panel without a word"
+    if module(name).USES:
+        inner = [child for axes in figure.axes for child in axes.child_axes]
+        words = [text.get_text() for axes in [*figure.axes, *inner] for text in axes.texts]
+        assert any(" " in text for text in words)
+
+
+def test_registered_as_in_config():
+    config = yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8"))["figures"]
+    assert tuple(config) == NAMES
+    for name, entry in config.items():
+        assert entry["title"] == module(name).TITLE
+        listed = {dataset for names in entry["uses"].values() for dataset in names}
+        assert set(module(name).USES) <= listed
+
+
+# --- parts ----------------------------------------------------------------------------------------
+
+
+def test_own_style_whatever_the_settings(tmp_path):
+    png, pdf = written(draw("fig06", {}), tmp_path / "plain")
+    with matplotlib.rc_context({"font.size": 20, "savefig.dpi": 50, "lines.linewidth": 5}):
+        other = written(draw("fig06", {}), tmp_path / "changed")
+    assert [png.read_bytes(), pdf.read_bytes()] == [path.read_bytes() for path in other]
+
+
+def test_small_print_tells_parameters_and_origin():
+    words = style.small_print([scan([5], np.arange(1.0, 11), [0.0, 1.0])], "smoke")
+    for part in ("0.0+gabc", "preset smoke", "seed 1", "N = 5", "u = 1 to 10 (10 values)"):
+        assert part in words
+    for part in ("σ = 0, 1", "method verlet", "dt = 0.001", "t = 2000", "t_trans = 500"):
+        assert part in words
+    assert "no simulation" in style.small_print([], "smoke")
+
+
+def test_small_print_joins_what_was_made_alike():
+    every = [series(10, u, 0.0) for u in (28.0, 31.0)]
+    assert "N = 10, u = 28, 31, σ = 0" in style.small_print(every, "smoke")
+    assert style.small_print(every, "smoke").count("\n") == 1
+
+
+def test_missing_dataset_is_named():
+    with pytest.raises(InputError, match="lifetimes"):
+        fig12.draw({"n5_rows": scan([5], [1.0], [0.0])}, "")
+
+
+@pytest.mark.parametrize("name", ["fig12", "fig13", "fig15", "fig19", "fig21"])
+def test_other_method_is_drawn_over(name):
+    data = usual(name)
+    plain = draw(name, data)
+    first = next(iter(module(name).USES))
+    over = Dataset(data[first].arrays, data[first].attributes | {"method": "event"})
+    both = draw(name, data | {first + panels.EVENT: over})
+    assert len(both.axes[-1].lines) > len(plain.axes[-1].lines)
+    labels = [text.get_text() for text in both.axes[-1].get_legend().get_texts()]
+    assert "method event" in labels
+
+
+def test_friction_event_is_the_first_complete_one_of_the_last_block():
+    """The first slip of block 5 is at 5 = 20 - 3 * 5; it was stuck from the start."""
+    event = fig07._choose_event(series(5, 1.0, 1.0, interval=0.01))
+    assert event.block == 5
+    assert (event.begin, event.start, event.stop) == pytest.approx((0, 5, 9))
+
+
+def test_friction_event_falls_back_to_a_block_that_slips():
+    data = series(5, 1.0, 1.0, length=3000, interval=0.01)
+    data.arrays["events"] = data.arrays["events"][data.arrays["events"]["block"] == 2]
+    assert fig07._choose_event(data).block == 2
+    data.arrays["events"] = data.arrays["events"][:0]
+    assert fig07._choose_event(data) is None
+
+
+def test_map_takes_medians_and_leaves_holes():
+    points = {
+        "belt_velocity": np.array([1.0, 1.0, 1.0, 2.0]),
+        "noise": np.array([0.0, 0.0, 0.0, 1.0]),
+        "disorder_parameter": np.array([0.1, 0.3, 0.2, 0.5]),
+    }
+    velocities, noises, disorder = fig18._table(points)
+    assert velocities.tolist() == [1, 2]
+    assert noises.tolist() == [0, 1]
+    np.testing.assert_array_equal(disorder, [[0.2, np.nan], [np.nan, 0.5]])
+
+
+def test_inset_covers_no_data():
+    axes = Figure().subplots()
+    abscissa, ordinate = np.arange(11.0), np.full(11, 3.0)
+    axes.plot(abscissa, ordinate)
+    axes.set(xlim=(0, 10), ylim=(0, 4))
+    panels.keep_clear(axes, (0.5, 0.5, 0.4, 0.4), abscissa, ordinate)
+    assert 3.0 / axes.get_ylim()[1] < 0.5
+    assert max(axes.get_yticks()) <= 4
