@@ -2,7 +2,7 @@
 
 
 class InputError(ValueError):
-    """A value given by the user is not allowed; the message names key, value and what is allowed."""
+    """A value is not allowed; the message names the key, the value and what is allowed."""
 
 
 class ModelStateError(RuntimeError):

@@ -7,10 +7,15 @@ from beltrepro.model import ChainParameters
 
 # Columns of the array that carries the constants of the law into the kernels.
 STATIC_FRICTION, FRICTION_RATIO, LINEAR_LIMIT, COMPRESSION_RATE, EXTENSION_RATE = range(5)
+COMPRESSION_RATE_2, EXTENSION_RATE_2, COMPRESSION_SOFTNESS, EXTENSION_SOFTNESS = range(5, 9)
 
 
 def law_constants(parameters: ChainParameters) -> np.ndarray:
-    """The constants of the friction and spring law as the kernels read them, (5,)."""
+    """The constants of the friction and spring law as the kernels read them, (9,).
+
+    Beside the parameters: the rates for base-2 exponentials, and 1/b. Computed in a kernel, 1/b
+    would become a vector division at every step.
+    """
     return np.array(
         [
             parameters.static_friction,
@@ -18,17 +23,38 @@ def law_constants(parameters: ChainParameters) -> np.ndarray:
             parameters.linear_limit,
             parameters.compression_rate,
             parameters.extension_rate,
+            parameters.compression_rate * LOG2_E,
+            parameters.extension_rate * LOG2_E,
+            1.0 / parameters.compression_rate,
+            1.0 / parameters.extension_rate,
         ]
     )
 
 
 @inlined
-def tension(deformation, limit, compression_rate, extension_rate):
+def spring_law(constants):
+    """The constants that `tension` needs, as local scalars.
+
+    Read inside the loop over chains, a choice between two of them would become a vector gather.
+    """
+    return (
+        constants[LINEAR_LIMIT],
+        constants[COMPRESSION_RATE_2],
+        constants[EXTENSION_RATE_2],
+        constants[COMPRESSION_SOFTNESS],
+        constants[EXTENSION_SOFTNESS],
+    )
+
+
+@inlined
+def tension(deformation, law):
     """-F_e(dl) of one spring: the force with which it pulls, without branches."""
+    limit, compression_rate, extension_rate, compression_softness, extension_softness = law
     size = abs(deformation)
     excess = size - limit
     excess = excess if excess > 0.0 else 0.0
-    rate = compression_rate if deformation < 0.0 else extension_rate
-    softness = 1.0 / compression_rate if deformation < 0.0 else 1.0 / extension_rate
-    growth = exp2(excess * (rate * LOG2_E)) - 1.0
+    compressed = deformation < 0.0
+    rate = compression_rate if compressed else extension_rate
+    softness = compression_softness if compressed else extension_softness
+    growth = exp2(excess * rate) - 1.0
     return copysign(fma(softness, growth, size - excess), deformation)

@@ -12,14 +12,7 @@ which rounds better than 2x(t) - x(t-dt) and is the same scheme. Both rules that
 are one expression without branches, see `beltrepro.model.friction.next_direction`.
 """
 
-from beltrepro.engine.law import (
-    COMPRESSION_RATE,
-    EXTENSION_RATE,
-    FRICTION_RATIO,
-    LINEAR_LIMIT,
-    STATIC_FRICTION,
-    tension,
-)
+from beltrepro.engine.law import FRICTION_RATIO, STATIC_FRICTION, spring_law, tension
 from beltrepro.engine.noise import fill_normals
 from beltrepro.engine.vector import copysign, fma, inlined, kernel, separate_arrays
 
@@ -29,15 +22,16 @@ EVENT_FIELDS = 6
 
 
 @inlined
-def _spring_pass(displacement, pull, limit, compression_rate, extension_rate):
+def _spring_pass(displacement, pull, constants):
     separate_arrays()
+    law = spring_law(constants)
     n_blocks, lanes = displacement.shape
     for lane in range(lanes):
-        pull[0, lane] = tension(displacement[0, lane], limit, compression_rate, extension_rate)
+        pull[0, lane] = tension(displacement[0, lane], law)
     for block in range(1, n_blocks):
         for lane in range(lanes):
             deformation = displacement[block, lane] - displacement[block - 1, lane]
-            pull[block, lane] = tension(deformation, limit, compression_rate, extension_rate)
+            pull[block, lane] = tension(deformation, law)
 
 
 @kernel
@@ -80,7 +74,8 @@ def verlet_steps(
     displacement ... dissipated : (N, W) state; wall_impulse : (W,) integral of the first spring's
     pull; streams : (4, W) and normals : (even >= N, W) random numbers; pull : (N+1, W) scratch,
     last row zero.
-    sample_stride : samples are taken where the step index is a multiple of it; first_sampled : first block sampled;
+    sample_stride : samples are taken where the step index is a multiple of it;
+    first_sampled : first block sampled;
     samples : (S, 3, N-first_sampled, W) displacement, relative velocity, kinetic friction.
     events : (W, E, 6), crossings : (W, C, 1+2N) and their counts (W,).
     section_block : 0-based, or -1 for none; section_displacement : (W,).
@@ -89,9 +84,6 @@ def verlet_steps(
     n_blocks, lanes = displacement.shape
     mean_threshold = constants[STATIC_FRICTION]
     ratio = constants[FRICTION_RATIO]
-    limit = constants[LINEAR_LIMIT]
-    compression_rate = constants[COMPRESSION_RATE]
-    extension_rate = constants[EXTENSION_RATE]
     rate = 1.0 / time_step
     square = time_step * time_step
     weight = 11.0 * time_step / 6.0
@@ -100,7 +92,7 @@ def verlet_steps(
     row = 0
 
     for step in range(first_step, first_step + n_steps):
-        _spring_pass(displacement, pull, limit, compression_rate, extension_rate)
+        _spring_pass(displacement, pull, constants)
         for lane in range(lanes):
             wall_impulse[lane] += pull[0, lane] * time_step
         if noisy:
@@ -110,11 +102,11 @@ def verlet_steps(
             for lane in range(lanes):
                 force = pull[block + 1, lane] - pull[block, lane]
                 old = direction[block, lane]
-                limit_force = threshold[block, lane]
-                if noisy:
-                    drawn = fma(noise[lane], normals[block, lane], mean_threshold)
-                    limit_force = drawn if old != 0.0 else limit_force
-                    threshold[block, lane] = limit_force
+                # drawn anew while slipping, kept while stuck; stored in any case, because a store
+                # under a condition becomes a masked store that stalls the load of the next step
+                drawn = fma(noise[lane], normals[block, lane], mean_threshold)
+                limit_force = drawn if old != 0.0 else threshold[block, lane]
+                threshold[block, lane] = limit_force
                 free = copysign(1.0, force) if abs(force) > limit_force else 0.0
                 new = free if old * velocity[block, lane] <= 0.0 else old
                 changed = 1 if new != old else 0

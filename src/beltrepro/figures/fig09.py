@@ -43,7 +43,7 @@ def draw(data, caption):
 
 def _density(axes, values, label, *, fit=False):
     """Density of a sample, with its power law if `fit`, else as an alternative reading."""
-    with panels.shortage_on(axes):
+    with panels.shortage_on(axes, place=(0.68, 0.66)):
         histogram = avalanches.log_histogram(values, bins_per_decade=BINS_PER_DECADE)
         centre, density, count = histogram
         known = count > 0

@@ -28,9 +28,9 @@ def draw(data, caption):
     for axes, noise in zip(grid, levels, strict=False):
         axes.set_title(rf"$\sigma = {noise:g}$")
         panels.band_diagram(axes, sections.rows(data["n5_rows"], n_blocks=5, noise=noise), size=1.3)
-        panels.finish_diagram(axes)
+        panels.finish_diagram(axes, width=14)
     for axes in grid[len(levels) :]:
-        panels.note(axes, "no further\nnoise level\nin this scan")
+        panels.note(axes, "no further noise level in this scan", width=14)
     grid[0].set_xlim(left=0)
     for axes in grid:
         axes.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.VELOCITY)
@@ -44,7 +44,7 @@ def _column(axes, scan):
     column = sections.columns(scan, n_blocks=5, belt_velocity=BELT_VELOCITY)
     noise, disorder = column["noise"], column["disorder_parameter"]
     panels.curve(axes, noise, disorder, 1, linewidth=0.8, linestyle="-")
-    panels.finish_curves(axes, xlabel=panels.NOISE)
+    panels.finish_curves(axes, xlabel=panels.NOISE, width=14)
     axes.set_title(f"$u = {BELT_VELOCITY:g}$")
     axes.yaxis.set_label_position("right")
     axes.yaxis.tick_right()
@@ -52,7 +52,7 @@ def _column(axes, scan):
     axes.tick_params(labelleft=False, labelright=True)
     for spine in axes.spines.values():
         spine.set_color(style.VERMILION)
-    with panels.shortage_on(axes):
+    with panels.shortage_on(axes, place=(0.5, 0.25), width=14):
         rise = transitions.critical_noise(noise, disorder)
         if rise.found:
             axes.axvline(rise.critical, color="0.4", linewidth=0.8, linestyle="--", zorder=0)

@@ -24,7 +24,7 @@ def draw(data, caption):
         for noise, colour in reversed(list(zip(noises, COLOURS, strict=False))):
             row = sections.rows(scan, n_blocks=n_blocks, noise=noise)
             panels.band_diagram(axes, row, colour=colour, size=1.3, label=rf"$\sigma = {noise:g}$")
-        axes.set_title(f"$N = {n_blocks}$, {panels.section_name(row)}", size=8)
+        axes.set_title(f"$N = {n_blocks}$  {panels.section_name(row)}", size=8)
         panels.finish_diagram(axes)
     grid[0, 0].set_xlim(left=0)
     panels.dot_legend(figure, grid[0, 0])

@@ -1,5 +1,6 @@
 """Parts that several figures share: curves, diagrams, traces, insets, words on panels."""
 
+import textwrap
 from contextlib import contextmanager
 
 import numpy as np
@@ -66,11 +67,11 @@ def letter(axes, text):
     axes.set_title(f"{text}.", loc="left", weight="bold")
 
 
-def note(axes, text, *, place=(0.5, 0.5), size=8):
-    """A remark in the middle of a panel, or at `place` in its own coordinates."""
+def note(axes, text, *, place=(0.5, 0.5), size=8, width=24):
+    """A remark in the middle of a panel, or at `place` in its coordinates; `width` in letters."""
     axes.text(
         *place,
-        text,
+        textwrap.fill(text, width),
         transform=axes.transAxes,
         ha="center",
         va="center",
@@ -78,9 +79,8 @@ def note(axes, text, *, place=(0.5, 0.5), size=8):
         zorder=9,
         style="italic",
         color="0.25",
-        wrap=True,
         bbox={"boxstyle": "round", "facecolor": "white", "edgecolor": "0.8", "alpha": 0.9},
-    )
+    ).set_in_layout(False)
 
 
 @contextmanager
@@ -212,12 +212,12 @@ def curve(axes, abscissa, disorder, index, *, label="", overlay="", **changes):
     axes.plot(*running_median(abscissa[finite], disorder[finite], 0.0), **look)
 
 
-def finish_curves(axes, *, xlabel):
+def finish_curves(axes, *, xlabel, **words):
     """Axes and legend, beside the panel, of curves of r; says so when there is none."""
     axes.set_xlabel(xlabel)
     axes.set_ylabel(DISORDER)
     if not axes.lines:
-        note(axes, "no points in this scan")
+        note(axes, "no points in this scan", **words)
         return
     axes.set_ylim(bottom=0)
     if axes.get_legend_handles_labels()[1]:
@@ -247,10 +247,10 @@ def band_diagram(axes, row, *, colour=style.BLUE, label=None, size=1.6):
     )
 
 
-def finish_diagram(axes):
+def finish_diagram(axes, **words):
     """Says so when a band diagram has no dots."""
     if not axes.lines:
-        note(axes, "no crossing of the section in this scan")
+        note(axes, "no crossing of the section in this scan", **words)
 
 
 def section_name(row):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from beltrepro.engine.law import tension
+from beltrepro.engine.law import COMPRESSION_RATE, EXTENSION_RATE, LINEAR_LIMIT, spring_law, tension
 from beltrepro.engine.vector import inlined, kernel
 from beltrepro.engine.verlet import (
     EVENT_BLOCK,
@@ -197,10 +197,10 @@ def _spring_energy(positions, rest_length, law):
     for block in range(len(positions)):
         deformation = positions[block] - previous - rest_length
         previous = positions[block]
-        rate = law[3] if deformation < 0.0 else law[4]
-        linear = min(abs(deformation), law[2])
+        rate = law[COMPRESSION_RATE] if deformation < 0.0 else law[EXTENSION_RATE]
+        linear = min(abs(deformation), law[LINEAR_LIMIT])
         excess = abs(deformation) - linear
-        beyond = abs(tension(deformation, law[2], law[3], law[4])) - linear
+        beyond = abs(tension(deformation, spring_law(law))) - linear
         energy += 0.5 * linear * linear + excess * linear + (beyond - excess) / rate
     return energy
 
