@@ -26,14 +26,14 @@ def series(settings: dict, preset: str, output, progress=None) -> None:
         time_step=settings["time_step"],
         seed=settings["seed"],
         sample_interval=settings["sample_interval"],
+        sample_start=settings["transient"],
         progress=progress or scripting.Progress(chain.describe()),
     )
-    sampled = run.time >= settings["transient"]
     arrays = {
-        "time": run.time[sampled],
-        "positions": run.positions[sampled],
-        "velocities": run.velocities[sampled],
-        "friction": run.friction[sampled],
+        "time": run.time,
+        "positions": run.positions,
+        "velocities": run.velocities,
+        "friction": run.friction,
         "events": run.events[run.events["time"] >= settings["transient"]],
     }
     attributes = provenance.attributes("series", preset, settings) | {

@@ -141,11 +141,14 @@ class VerletEnsemble:
 
     def positions(self) -> np.ndarray:
         """Positions (W, N) of the blocks now."""
-        return self._displacement[:, : self._width].T + self.parameters[0].rest_positions
+        # contiguous, so that sums over blocks round the same way for any number of chains
+        displacement = np.ascontiguousarray(self._displacement[:, : self._width].T)
+        return displacement + self.parameters[0].rest_positions
 
     def velocities(self) -> np.ndarray:
         """Velocities (W, N) of the blocks now, in the laboratory frame."""
-        return (self._relative_velocity + self._velocity)[:, : self._width].T
+        velocity = self._relative_velocity + self._velocity
+        return np.ascontiguousarray(velocity[:, : self._width].T)
 
     def energy(self) -> np.ndarray:
         """Kinetic and potential energy (W,) now."""

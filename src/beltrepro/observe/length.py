@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from beltrepro.engine.vector import kernel
+
 
 class LengthMoments:
     """Mean, standard deviation and range of x_N over the samples it is shown.
@@ -22,16 +24,8 @@ class LengthMoments:
         values = chunk.displacement[chunk.time >= self._start, -1]
         if not len(values):
             return
-        count = len(values)
-        mean = values.mean(axis=0)
-        squares = ((values - mean) ** 2).sum(axis=0)
-        total = self._count + count
-        shift = mean - self._mean
-        self._mean += shift * count / total
-        self._squares += squares + shift**2 * self._count * count / total
-        self._count = total
-        np.minimum(self._low, values.min(axis=0), out=self._low)
-        np.maximum(self._high, values.max(axis=0), out=self._high)
+        self._count += len(values)
+        _add_moments(values, self._count, self._mean, self._squares, self._low, self._high)
 
     def result(self, rest_length: float) -> dict[str, np.ndarray]:
         """mean_length, disorder_parameter, minimum_length, maximum_length, each (W,).
@@ -48,3 +42,24 @@ class LengthMoments:
             "minimum_length": self._low + rest_length,
             "maximum_length": self._high + rest_length,
         }
+
+
+@kernel
+def _add_moments(values, count, mean, squares, low, high):
+    """Add samples (S, W), of which there are `count` in total now, to the moments (W,).
+
+    Chain by chain in one fixed order: NumPy sums in an order that depends on the number of chains.
+    """
+    rows, width = values.shape
+    for lane in range(width):
+        total = 0.0
+        for row in range(rows):
+            total += values[row, lane] - mean[lane]
+            low[lane] = min(low[lane], values[row, lane])
+            high[lane] = max(high[lane], values[row, lane])
+        shift = total / rows
+        centre = mean[lane] + shift
+        for row in range(rows):
+            squares[lane] += (values[row, lane] - centre) ** 2
+        squares[lane] += shift**2 * (count - rows) * rows / count
+        mean[lane] += shift * rows / count

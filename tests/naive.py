@@ -1,0 +1,54 @@
+"""Slow, obvious twins of the kernels: one chain, plain Python, the formulas as they are printed."""
+
+import math
+
+
+def spring_force(deformation, limit=20.0, compression=0.2, extension=0.01):
+    """F_e(dl) of Sec. III, branch by branch."""
+    if deformation < -limit:
+        return (
+            limit + math.exp(compression * (-deformation - limit)) / compression - 1 / compression
+        )
+    if deformation <= limit:
+        return -deformation
+    return -(limit + math.exp(extension * (deformation - limit)) / extension - 1 / extension)
+
+
+def verlet(n_blocks, belt_velocity, n_steps, time_step=0.001, threshold=71.4, ratio=0.45):
+    """The Appendix in the laboratory frame, without noise.
+
+    Returns positions after every step (n_steps, N) and events (time, block from 1, kind).
+    """
+    x = [50.0 * (i + 1) for i in range(n_blocks)]
+    before = [position - belt_velocity * time_step for position in x]
+    v = [belt_velocity] * n_blocks
+    a_before = [0.0] * n_blocks
+    direction = [0] * n_blocks
+    positions, events = [], []
+    for step in range(n_steps):
+        springs = [spring_force(x[i] - (x[i - 1] if i else 0.0) - 50.0) for i in range(n_blocks)]
+        springs.append(0.0)
+        after = [0.0] * n_blocks
+        for i in range(n_blocks):
+            force = springs[i] - springs[i + 1]
+            free = int(math.copysign(1, force)) if abs(force) > threshold else 0
+            if direction[i] * (v[i] - belt_velocity) <= 0 and free != direction[i]:
+                if direction[i]:
+                    events.append((step * time_step, i + 1, "stick"))
+                if free:
+                    events.append((step * time_step, i + 1, "slip"))
+                if not direction[i] or not free:
+                    before[i] = x[i] - belt_velocity * time_step
+                    a_before[i] = 0.0
+                direction[i] = free
+            if direction[i] == 0:
+                after[i] = x[i] + belt_velocity * time_step
+                v[i] = belt_velocity
+            else:
+                a = force - direction[i] * ratio * threshold
+                after[i] = 2 * x[i] - before[i] + a * time_step**2
+                v[i] = (x[i] - before[i]) / time_step + time_step / 6 * (11 * a - 2 * a_before[i])
+                a_before[i] = a
+        before, x = x, after
+        positions.append(x)
+    return positions, events

@@ -1,0 +1,308 @@
+"""The integrator: closed forms, naive twin, order, energy, random streams, invariance."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.stats import chi2, kstest
+
+import naive
+from beltrepro import ChainParameters, simulate
+from beltrepro.engine.law import law_constants, spring_law, tension
+from beltrepro.engine.noise import normal_deviates, stream_states
+from beltrepro.engine.vector import exp2, kernel
+from beltrepro.errors import InputError, ModelStateError
+from beltrepro.model.spring import (
+    chain_deformations,
+    external_force,
+    spring_energy,
+    spring_extension,
+    spring_force,
+)
+from beltrepro.simulation import escape_ensemble, measure_points, record_catalogue
+
+SINGLE = ChainParameters(1, 1.0)
+
+
+def limit_cycle():
+    """Period and r of one block (N=1, u=1, sigma=0) by quadrature of the energy integral.
+
+    In the frame of the belt... the block starts to slip at F_e = F_st with v = u. While it slips,
+    v^2/2 + U(x) - F_k x is constant; it sticks where v = u again; in between v_r < 0.
+    """
+    kinetic = 0.45 * 71.4
+    high = float(spring_extension(71.4))
+
+    def effective(x):
+        return float(spring_energy(x)) - kinetic * x
+
+    energy = 0.5 + effective(high)
+    # v = +1 at `high`, turns, moves to lower x, turns again and reaches v = 1 at the same
+    # effective potential below the minimum
+    from scipy.optimize import brentq
+
+    middle = float(spring_extension(kinetic))
+    top = brentq(lambda x: effective(x) - energy, high, high + 50)
+    bottom = brentq(lambda x: effective(x) - energy, -200, middle)
+    low = brentq(lambda x: effective(x) - energy + 0.5, -200, middle)
+
+    def moments(a, b):
+        # substitution x = m + w sin(theta) removes the root at a turning point
+        m, w = (a + b) / 2, (b - a) / 2
+
+        def integrand(theta, power):
+            x = m + w * np.sin(theta)
+            speed = np.sqrt(max(2 * (energy - effective(x)), 1e-300))
+            return (50 + x) ** power * w * np.cos(theta) / speed
+
+        return np.array(
+            [
+                quad(integrand, -np.pi / 2, np.pi / 2, (p,), epsabs=1e-11, limit=400)[0]
+                for p in range(3)
+            ]
+        )
+
+    slip = moments(high, top) + moments(bottom, top) + moments(bottom, low)
+    stuck = np.array([((50 + high) ** (p + 1) - (50 + low) ** (p + 1)) / (p + 1) for p in range(3)])
+    time, first, second = slip + stuck
+    mean = first / time
+    return slip[0], time, np.sqrt(second / time - mean**2) / mean
+
+
+def test_one_block_follows_the_closed_form():
+    slip_time, period, disorder = limit_cycle()
+    assert period == pytest.approx(65.895, rel=1e-4)
+    run = simulate(SINGLE, duration=65.895 * 61, transient=65.895, sample_interval=0.01)
+    slips = run.events["time"][run.events["kind"] == "slip"]
+    sticks = run.events["time"][run.events["kind"] == "stick"]
+    assert slips[0] == pytest.approx(20 + 100 * np.log(1.514), abs=0.0011)
+    assert np.diff(slips).mean() == pytest.approx(period, rel=1e-3)
+    assert (sticks - slips[: len(sticks)]).mean() == pytest.approx(slip_time, rel=1e-3)
+    assert run.disorder_parameter == pytest.approx(disorder, rel=1e-3)
+    assert disorder == pytest.approx(0.2297, rel=1e-3)
+
+
+@pytest.mark.parametrize(("n_blocks", "belt_velocity"), [(1, 15.0), (3, 20.0), (5, 30.0)])
+def test_kernel_is_the_naive_loop(n_blocks, belt_velocity):
+    steps = 12000
+    positions, events = naive.verlet(n_blocks, belt_velocity, steps)
+    run = simulate(
+        ChainParameters(n_blocks, belt_velocity),
+        duration=steps * 0.001,
+        sample_interval=0.001,
+    )
+    assert len(events) > 3
+    expected = np.array(positions)
+    # the last digits grow in a chaotic chain: tight at first, still close at the end
+    assert np.abs(run.positions[1:] - expected)[:4000].max() < 1e-8
+    assert np.abs(run.positions[1:] - expected).max() < 1e-4
+    found = [(round(e["time"], 6), e["block"], str(e["kind"])) for e in run.events]
+    assert found == [(round(t, 6), block, kind) for t, block, kind in events[: len(found)]]
+
+
+def test_first_order_convergence_in_the_time_step():
+    # until the first stick the instants of slip and stick are found to one step
+    exact = limit_cycle()[0]
+    steps = np.array([0.02, 0.01, 0.005, 0.0025])
+    errors = []
+    for step in steps:
+        run = simulate(SINGLE, duration=65.895 * 40, time_step=step, sample_interval=None)
+        times = run.events["time"]
+        durations = times[1::2] - times[::2][: len(times[1::2])]
+        errors.append(abs(durations.mean() - exact))
+    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert 0.6 < order < 1.6
+
+
+def test_energy_audit_closes_and_improves_with_the_step():
+    chain = ChainParameters(5, 20.0, 1.0)
+    coarse, fine = (
+        abs(simulate(chain, duration=200, time_step=dt, sample_interval=None).energy_residual)
+        for dt in (0.01, 0.001)
+    )
+    assert fine < 1e-4
+    assert fine < coarse
+
+
+def test_exponential_is_good_to_two_units_in_the_last_place():
+    @kernel
+    def fill(x, y):
+        for i in range(len(x)):
+            y[i] = exp2(x[i])
+
+    x = np.linspace(-30, 30, 100001)
+    y = np.empty_like(x)
+    fill(x, y)
+    exact = np.exp2(x.astype(np.longdouble))
+    assert np.max(np.abs((y - exact) / np.spacing(y))) < 2
+    fill(np.zeros(1), y[:1])
+    assert y[0] == 1.0
+
+
+def test_kernel_spring_law_is_the_model():
+    @kernel
+    def fill(x, law, y):
+        for i in range(len(x)):
+            y[i] = tension(x[i], spring_law(law))
+
+    x = np.linspace(-60, 300, 3601)
+    y = np.empty_like(x)
+    fill(x, law_constants(SINGLE), y)
+    np.testing.assert_allclose(y, -spring_force(x), rtol=2e-14, atol=2e-13)
+    np.testing.assert_allclose(y, [-naive.spring_force(value) for value in x], atol=1e-10)
+
+
+def deviates(rows=200_000, lanes=16, seed=7):
+    chain = ChainParameters(5, 20.0, 1.0)
+    normals = np.empty((rows, lanes))
+    normal_deviates(stream_states([chain] * lanes, seed, range(lanes)), normals)
+    return normals
+
+
+def test_normal_deviates_have_the_right_law():
+    # 3.2 million numbers; every bound is at 5 standard errors (error rate 6e-7 each)
+    normals = deviates()
+    count = normals.size
+    for power, expected, variance in ((1, 0, 1), (2, 1, 2), (3, 0, 15), (4, 3, 96)):
+        assert abs((normals**power).mean() - expected) < 5 * np.sqrt(variance / count)
+    edges = np.array([-4.5, -4, -3, -2, -1, 0, 1, 2, 3, 4, 4.5])
+    from scipy.stats import norm
+
+    probability = np.diff(norm.cdf(np.concatenate([[-np.inf], edges, [np.inf]])))
+    observed = np.histogram(normals, np.concatenate([[-np.inf], edges, [np.inf]]))[0]
+    statistic = ((observed - count * probability) ** 2 / (count * probability)).sum()
+    assert chi2.sf(statistic, len(probability) - 1) > 1e-5
+    assert kstest(normals[:, 0], "norm").pvalue > 1e-5
+
+
+def test_streams_are_independent():
+    normals = deviates(100_000)
+    # neighbours in one stream and across streams: correlation 0 within 5 standard errors
+    for lag in (1, 2, 3, 4, 5, 10):
+        assert abs((normals[lag:] * normals[:-lag]).mean()) < 5 / np.sqrt(normals.size)
+        assert abs((normals[lag:, 1:] * normals[:-lag, :-1]).mean()) < 5 / np.sqrt(normals.size)
+    correlation = np.corrcoef(normals.T) - np.eye(normals.shape[1])
+    assert np.abs(correlation).max() < 6 / np.sqrt(len(normals))
+    squares = np.corrcoef(normals.T**2) - np.eye(normals.shape[1])
+    assert np.abs(squares).max() < 6 / np.sqrt(len(normals))
+
+
+def points(chains, **options):
+    return measure_points(chains, duration=60.0, transient=20.0, section_position=615.0, **options)
+
+
+def test_points_do_not_depend_on_order_or_company():
+    chains = [ChainParameters(n, u, s) for n in (3, 5) for u in (7, 20, 33) for s in (0, 1, 5)]
+    together = points(chains)
+    backwards = points(chains[::-1])
+    alone = [points([chain]) for chain in chains[::4]]
+    for name, values in together.items():
+        np.testing.assert_array_equal(values, backwards[name][::-1], err_msg=name)
+        for single, expected in zip(alone, values[::4], strict=True):
+            np.testing.assert_array_equal(single[name][0], expected, err_msg=name)
+
+
+def test_replicates_and_seeds_differ():
+    chain = ChainParameters(5, 20.0, 1.0)
+    table = points([chain] * 3, replicates=[0, 1, 0])
+    assert table["mean_length"][0] == table["mean_length"][2]
+    assert table["mean_length"][0] != table["mean_length"][1]
+    assert points([chain], seed=2)["mean_length"][0] != table["mean_length"][0]
+
+
+def test_a_stuck_block_keeps_its_threshold():
+    # one block: it slips exactly where the spring reaches the threshold drawn when it stuck, so
+    # between stick and slip nothing but the belt moves it
+    run = simulate(ChainParameters(1, 5.0, 5.0), duration=400, sample_interval=0.001, seed=3)
+    stuck = run.velocities[:, 0] == 5.0
+    steps = np.diff(run.positions[:, 0])[stuck[:-1] & stuck[1:]]
+    np.testing.assert_allclose(steps, 0.005, atol=1e-10)
+    slips = run.events[run.events["kind"] == "slip"]
+    thresholds = np.abs(slips["force"])
+    # redrawn every step while stuck, the smallest of thousands would win: mean - 3.5 sigma
+    assert abs(thresholds.mean() - 71.4) < 4 * 5 / np.sqrt(len(thresholds))
+
+
+def test_measured_points_are_what_the_samples_say():
+    chain = ChainParameters(5, 12.0)
+    table = measure_points([chain], duration=300, transient=100, section_position=615.0)
+    run = simulate(chain, duration=300, transient=100, sample_interval=0.001)
+    length = run.positions[run.time >= 100, -1]
+    assert table["mean_length"][0] == pytest.approx(length.mean(), rel=1e-3)
+    assert table["disorder_parameter"][0] == pytest.approx(length.std() / length.mean(), rel=2e-2)
+    down = (length[:-1] >= 615) & (length[1:] < 615)
+    assert table["section_count"][0] == down.sum() > 5
+    velocity = run.velocities[run.time >= 100, -1][1:][down]
+    np.testing.assert_allclose(table["section_velocity"][0, : down.sum()], velocity, atol=0.1)
+    late = run.events[run.events["time"] >= 100]
+    for block in range(1, 6):
+        slips = (late["block"] == block) & (late["kind"] == "slip")
+        assert table["slip_count"][0, block - 1] == slips.sum()
+
+
+def test_catalogue_is_what_the_events_say():
+    chain = ChainParameters(3, 2.0)
+    catalogue = record_catalogue(
+        chain, duration=400, transient=0, n_chains=1, section_position=180.0
+    )
+    run = simulate(chain, duration=400, sample_interval=None)
+    slips, avalanches = catalogue["slips"], catalogue["avalanches"]
+    sticks = run.events[run.events["kind"] == "stick"]
+    assert len(slips) == len(sticks)
+    np.testing.assert_array_equal(slips["stop_time"], sticks["time"])
+    np.testing.assert_array_equal(slips["stop_position"], sticks["position"])
+    # friction takes f_s F_st for every length slipped over the belt
+    slipped = np.abs(
+        slips["stop_position"]
+        - slips["start_position"]
+        - 2.0 * (slips["stop_time"] - slips["start_time"])
+    )
+    np.testing.assert_allclose(slips["dissipated"], 0.45 * 71.4 * slipped, rtol=0.02, atol=0.5)
+    assert avalanches["slips"].sum() <= len(slips)
+    assert np.all(avalanches["start_time"][1:] >= avalanches["stop_time"][:-1])
+    # all stuck before and after: belt work = loss - drop of spring energy, and it is positive
+    assert np.all(avalanches["dissipated"] > 0)
+
+
+def test_escape_of_a_calm_chain():
+    result = escape_ensemble(
+        ChainParameters(5, 45.0), n_members=3, duration=3000, settle_time=500, laminar_time=200
+    )
+    assert result["final_stick_rate"].shape == (3, 5)
+    escaped = result["escaped"]
+    assert np.all(result["lifetime"][~escaped] == 3000)
+    assert np.all(result["final_stick_rate"][escaped, -1] == 0)
+
+
+def test_friction_balances_stuck_blocks():
+    run = simulate(ChainParameters(3, 2.0), duration=150, sample_interval=0.1)
+    force = external_force(run.positions, run.parameters)
+    stuck = run.velocities == 2.0
+    np.testing.assert_allclose(run.friction[stuck], -force[stuck])
+    slipping = np.abs(run.friction[~stuck])
+    np.testing.assert_allclose(slipping, 0.45 * 71.4)
+    assert np.all(np.abs(force[stuck]) <= 71.4 + 0.01)
+    assert chain_deformations(run.positions, run.parameters).shape == run.positions.shape
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"duration": 10, "transient": 10}, "transient = 10: must be"),
+        ({"duration": -1}, "duration = -1: must be"),
+        ({"duration": 10, "method": "euler"}, "method = 'euler': allowed are"),
+        ({"duration": 10, "time_step": 0}, "time_step = 0: must be"),
+        ({"duration": 10, "sample_interval": 0.00015}, "sample_interval = 0.00015: must be"),
+        ({"duration": 10, "seed": -1}, "seed = -1: a whole number"),
+        ({"duration": 10, "initial_positions": [1.0, 2.0]}, "initial_positions"),
+    ],
+)
+def test_bad_input_is_one_clear_line(options, message):
+    with pytest.raises(InputError) as error:
+        simulate(SINGLE, **options)
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_broken_state_names_the_parameters():
+    with pytest.raises(ModelStateError, match=r"N=3, u=20000.*time_step = 0.1"):
+        simulate(ChainParameters(3, 20000.0), duration=200, time_step=0.1, sample_interval=None)
