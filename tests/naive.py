@@ -50,5 +50,5 @@ def verlet(n_blocks, belt_velocity, n_steps, time_step=0.001, threshold=71.4, ra
                 v[i] = (x[i] - before[i]) / time_step + time_step / 6 * (11 * a - 2 * a_before[i])
                 a_before[i] = a
         before, x = x, after
-        positions.append(x)
+        positions.append(list(x))  # a copy: a block that sticks rewrites its place in `before`
     return positions, events

@@ -90,13 +90,12 @@ def test_kernel_is_the_naive_loop(n_blocks, belt_velocity):
         duration=steps * 0.001,
         sample_interval=0.001,
     )
-    assert len(events) > 3
+    assert len(events) >= 2
     expected = np.array(positions)
-    # the last digits grow in a chaotic chain: tight at first, still close at the end
-    assert np.abs(run.positions[1:] - expected)[:4000].max() < 1e-8
-    assert np.abs(run.positions[1:] - expected).max() < 1e-4
+    # 2x(t) - x(t-dt) loses digits in every step that the kernel keeps: 1e-14 a step, 12000 steps
+    assert np.abs(run.positions[1:] - expected).max() < 2e-9
     found = [(round(e["time"], 6), e["block"], str(e["kind"])) for e in run.events]
-    assert found == [(round(t, 6), block, kind) for t, block, kind in events[: len(found)]]
+    assert found == [(round(t, 6), block, kind) for t, block, kind in events]
 
 
 def test_first_order_convergence_in_the_time_step():

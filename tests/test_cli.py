@@ -1,0 +1,76 @@
+"""The command `beltrepro`: results as JSON or file, and errors in one line."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from beltrepro import ChainParameters, simulate, store
+
+CHAIN = {"n-blocks": 3, "belt-velocity": 20, "noise": 1, "duration": 30, "transient": 10}
+
+
+def command(*flags, program=(sys.executable, "-m", "beltrepro.cli"), **changes):
+    settings = CHAIN | {name.replace("_", "-"): value for name, value in changes.items()}
+    options = [f"--{name}={value}" for name, value in settings.items()]
+    call = [*program, "simulate", *options, *flags]
+    return subprocess.run(call, capture_output=True, text=True, timeout=120, check=False)
+
+
+def test_json_is_what_simulate_returns():
+    done = command("--json", seed=4)
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    run = simulate(
+        ChainParameters(3, 20.0, 1.0), duration=30.0, transient=10.0, seed=4, sample_interval=None
+    )
+    assert result["disorder_parameter"] == run.disorder_parameter
+    assert result["mean_length"] == run.mean_length
+    assert result["energy_residual"] == run.energy_residual
+    assert result["events"] == len(run.events) > 0
+    assert (result["n_blocks"], result["method"], result["seed"]) == (3, "verlet", 4)
+
+
+def test_console_script_prints_a_table():
+    script = Path(sys.executable).with_name("beltrepro")
+    if not script.exists():
+        pytest.skip("the package is not installed beside this Python")
+    done = command(program=(script,))
+    assert done.returncode == 0, done.stderr
+    assert "disorder_parameter" in done.stdout
+
+
+def test_output_file_holds_the_samples(tmp_path):
+    done = command("--json", output=tmp_path / "run.h5", sample_interval=0.5)
+    assert done.returncode == 0, done.stderr
+    data = store.read(tmp_path / "run.h5")
+    assert data.arrays["positions"].shape == (61, 3)
+    assert data.attributes["belt_velocity"] == 20
+    assert len(data.arrays["events"]) == json.loads(done.stdout)["events"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"belt_velocity": -20}, "belt_velocity = -20"),
+        ({"n_blocks": 0}, "n_blocks = 0"),
+        ({"noise": -1}, "noise = -1"),
+        ({"transient": 31}, "transient = 31"),
+        ({"method": "euler"}, "method = 'euler'"),
+        ({"output": "no/such/folder/run.h5"}, "output = no/such/folder/run.h5"),
+    ],
+)
+def test_bad_input_is_one_line(changes, message):
+    done = command(**changes)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert message in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_help_explains_the_units():
+    done = command("--help")
+    assert done.returncode == 0
+    assert "0.0765 s" in done.stdout

@@ -1,0 +1,163 @@
+"""Observers against plain NumPy on the samples and events of the same run."""
+
+import numpy as np
+import pytest
+from scipy.stats import kstest
+
+from beltrepro import ChainParameters, simulate
+from beltrepro.model.spring import potential_energy
+from beltrepro.simulation import measure_points, record_catalogue
+
+CHAINS = [ChainParameters(5, 12.0), ChainParameters(5, 25.0, 1.0), ChainParameters(3, 40.0, 2.0)]
+DURATION, TRANSIENT, LAMINAR_TIME = 300.0, 100.0, 4.0
+
+
+@pytest.fixture(scope="module")
+def table():
+    return measure_points(
+        CHAINS,
+        duration=DURATION,
+        transient=TRANSIENT,
+        section_position=[615.0, 615.0, 250.0],
+        laminar_time=LAMINAR_TIME,
+    )
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return simulate(CHAINS, duration=DURATION, transient=TRANSIENT, sample_interval=0.1)
+
+
+def test_moments(table, runs):
+    for point, run in enumerate(runs):
+        length = run.positions[run.time >= TRANSIENT, -1]
+        disorder = np.sqrt((length**2).mean() - length.mean() ** 2) / length.mean()
+        for mean, r in (
+            (run.mean_length, run.disorder_parameter),
+            (table["mean_length"][point], table["disorder_parameter"][point]),
+        ):
+            assert mean == pytest.approx(length.mean(), rel=1e-12)
+            assert r == pytest.approx(disorder, rel=1e-9)
+        assert table["minimum_length"][point] == pytest.approx(length.min(), rel=1e-12)
+        assert table["maximum_length"][point] == pytest.approx(length.max(), rel=1e-12)
+
+
+def test_slips_and_laminar_phases(table, runs):
+    for point, run in enumerate(runs):
+        events = run.events
+        n_blocks = run.parameters.n_blocks
+        for block in range(1, n_blocks + 1):
+            kinds = events["kind"][events["block"] == block]
+            assert np.all(kinds[::2] == "slip") and np.all(kinds[1::2] == "stick")
+            late = (events["block"] == block) & (events["time"] >= TRANSIENT)
+            count = np.sum(events["kind"][late] == "slip")
+            assert table["slip_count"][point, block - 1] == count
+        assert np.all(table["slip_count"][point, n_blocks:] == 0)
+
+        times = events["time"][events["block"] == n_blocks]
+        assert table["last_stick_time"][point] == times[1::2][-1]
+        starts, stops = times[::2], times[1::2]
+        stops = np.append(stops, DURATION)[: len(starts)]
+        lengths = stops - np.maximum(starts, TRANSIENT)
+        phases = lengths[lengths > LAMINAR_TIME]
+        assert table["laminar_count"][point] == len(phases)
+        if len(phases):
+            assert table["laminar_mean"][point] == pytest.approx(phases.mean())
+            assert table["laminar_longest"][point] == pytest.approx(phases.max())
+        share = phases.sum() / (DURATION - TRANSIENT)
+        assert table["laminar_fraction"][point] == pytest.approx(share)
+    assert table["laminar_count"].sum() > 0
+
+
+def test_crossings_of_the_section():
+    chain = ChainParameters(5, 20.0, 1.0)
+    catalogue = record_catalogue(
+        chain, duration=120, transient=40, n_chains=1, section_block=2, section_position=250.0
+    )
+    run = simulate(chain, duration=120, sample_interval=0.001)
+    x, v = run.positions, run.velocities
+    down = (x[:-1, 1] >= 250) & (x[1:, 1] < 250) & (run.time[1:] >= 40)
+    section = catalogue["section"]
+    assert len(section) == down.sum() > 3
+    share = ((x[:-1, 1] - 250) / (x[:-1, 1] - x[1:, 1]))[down]
+    np.testing.assert_allclose(section["time"], run.time[:-1][down] + share * 0.001, atol=1e-9)
+    between = x[:-1][down] + share[:, None] * (x[1:] - x[:-1])[down]
+    np.testing.assert_allclose(section["positions"], between, atol=1e-9)
+    np.testing.assert_allclose(section["positions"][:, 1], 250)
+    # velocities change by a*dt within the step, |a| < 200
+    assert np.abs(section["velocities"] - v[1:][down]).max() < 0.2
+
+
+def test_slips_and_avalanches_of_a_catalogue():
+    chain = ChainParameters(3, 2.0)
+    catalogue = record_catalogue(
+        chain, duration=400, transient=0, n_chains=1, section_position=180.0
+    )
+    run = simulate(chain, duration=400, sample_interval=0.001)
+    events = run.events
+    rows = []
+    for block in range(1, 4):
+        own = events[events["block"] == block]
+        for slip, stick in zip(own[::2], own[1::2], strict=False):
+            rows.append((stick["time"], block, slip["time"], slip["position"], stick["position"]))
+    slips = catalogue["slips"]
+    names = ("stop_time", "block", "start_time", "start_position", "stop_position")
+    found = sorted(zip(*(slips[name] for name in names), strict=True))
+    assert found == sorted(rows)
+
+    # avalanches: merge the slips that overlap or touch
+    merged: list[list[float]] = []
+    for stop, _, start, *_ in sorted(rows, key=lambda row: row[2]):
+        if merged and start <= merged[-1][1]:
+            merged[-1][1] = max(merged[-1][1], stop)
+        else:
+            merged.append([start, stop])
+    avalanches = catalogue["avalanches"]
+    assert len(avalanches) > 5
+    np.testing.assert_array_equal(avalanches["start_time"], [start for start, _ in merged])
+    np.testing.assert_array_equal(avalanches["stop_time"], [stop for _, stop in merged])
+    assert avalanches["slips"].sum() == len(slips)
+    for avalanche in avalanches:
+        ends = avalanche[["start_time", "stop_time"]].tolist()
+        before, after = run.positions[np.round(np.array(ends) / 0.001).astype(int)]
+        inside = slips[(slips["start_time"] >= ends[0]) & (slips["stop_time"] <= ends[1])]
+        assert avalanche["blocks"] == len(np.unique(inside["block"]))
+        assert avalanche["dissipated"] == pytest.approx(inside["dissipated"].sum())
+        drop = potential_energy(before, chain) - potential_energy(after, chain)
+        assert avalanche["spring_energy_drop"] == pytest.approx(drop, abs=1e-6)
+        assert avalanche["last_block_displacement"] == pytest.approx(
+            after[-1] - before[-1], abs=1e-9
+        )
+
+
+def test_a_stuck_block_slips_at_one_constant_threshold():
+    """Each slip starts in the first step in which |F_ex| exceeds a threshold drawn at its stick.
+
+    So the forces at slip are normal (71.4, sigma). Drawn anew in every step while stuck, the
+    lowest of thousands of draws would decide: about three sigma less. One block; Kolmogorov's
+    test rejects a correct engine with probability 1e-4 (seed fixed).
+    """
+    noise = 2.0
+    chains = [ChainParameters(1, 5.0 + 0.01 * lane, noise) for lane in range(32)]
+    forces = []
+    for run in simulate(chains, duration=300, sample_interval=None, seed=5):
+        slips = run.events[run.events["kind"] == "slip"]
+        assert np.all(slips["force"] < 0)
+        forces.append(-slips["force"])
+    forces = np.concatenate(forces)
+    assert len(forces) > 400
+    # the force passes the threshold within one step: less than 5.4 * 0.001 * 1.6 too high
+    assert kstest(forces, "norm", (71.4, noise)).pvalue > 1e-4
+
+
+def test_points_do_not_depend_on_how_a_list_is_split():
+    # more chains than are advanced together
+    chains = [ChainParameters(2, 1.0 + lane, noise=lane % 3) for lane in range(40)]
+
+    def measure(part):
+        return measure_points(part, duration=30.0, transient=10.0, section_position=150.0)
+
+    whole, parts = measure(chains), [measure(chains[:7]), measure(chains[7:])]
+    for name, values in whole.items():
+        joined = np.concatenate([part[name] for part in parts])
+        np.testing.assert_array_equal(joined, values, err_msg=name)
