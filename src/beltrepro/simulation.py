@@ -140,7 +140,7 @@ def simulate(
             sampled_blocks=n_blocks if keeps_samples else 1,
         )
         moments = LengthMoments(len(members), transient)
-        log = EventLog(len(members))
+        log = EventLog(len(members), members[0].rest_positions)
         observers = [moments, log]
         if keeps_samples:
             samples = _SampleLog(ensemble, sample_start)
@@ -313,7 +313,8 @@ def record_catalogue(
             sampled_blocks=1,
             section=Section(section_block, np.full(width, section_position)),
         )
-        events, section = EventLog(width), CrossingLog(transient)
+        events = EventLog(width, parameters.rest_positions)
+        section = CrossingLog(transient)
         _observe(ensemble, duration, [events, section], report)
         for lane, index in enumerate(group):
             found = slips_and_avalanches(

@@ -16,7 +16,7 @@ from beltrepro.engine.law import FRICTION_RATIO, STATIC_FRICTION, spring_law, te
 from beltrepro.engine.noise import fill_normals
 from beltrepro.engine.vector import copysign, fma, inlined, kernel, separate_arrays
 
-# Fields of an event record.
+# Fields of an event record; the position is a displacement from the rest position.
 EVENT_TIME, EVENT_BLOCK, EVENT_SLIP, EVENT_FORCE, EVENT_POSITION, EVENT_DISSIPATED = range(6)
 EVENT_FIELDS = 6
 

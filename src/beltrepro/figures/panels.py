@@ -173,13 +173,13 @@ def spectrum_inset(axes, bounds, series, *, fit):
             )
             band = np.array([law.low, law.high])
             inner.loglog(band, law(band), color=style.VERMILION, linewidth=1.4)
-            inner.set_title(
-                rf"$S = {law.prefactor:.2g}\,\nu^{{{law.exponent:.2f} \pm "
-                rf"{law.exponent_error:.2f}}}$  ({law.low:g} < $\nu$ < {law.high:g})",
-                size=6.5,
-                pad=2,
-                color=style.VERMILION,
+            exponent = f"{law.exponent:.2f} \\pm {law.exponent_error:.2f}"
+            words = (
+                rf"$S = {law.prefactor:.2g}\,\nu^{{{exponent}}}$"
+                rf" for ${law.low:g} < \nu < {law.high:g}$;"
+                rf"  amplitude $\sqrt{{S}} \propto \nu^{{{law.exponent / 2:.2f}}}$"
             )
+            inner.set_title(words, size=6.5, pad=2, color=style.VERMILION)
     return inner
 
 

@@ -107,9 +107,13 @@ def _follow(events, event_count, start, laminar_time, slip_count, stick_count, s
 
 
 class EventLog:
-    """Keeps the events of all chains: for single runs and catalogues."""
+    """Keeps the events of all chains: for single runs and catalogues.
 
-    def __init__(self, width: int):
+    rest_positions : (N,), turn the displacements of the records into laboratory positions.
+    """
+
+    def __init__(self, width: int, rest_positions: np.ndarray):
+        self._rest_positions = rest_positions
         self._parts = [[] for _ in range(width)]
 
     def observe(self, chunk) -> None:
@@ -118,8 +122,10 @@ class EventLog:
             parts.append(chunk.events[lane, : chunk.event_count[lane]].copy())
 
     def events(self, lane: int) -> np.ndarray:
-        """Events (E, 6) of one chain in the order of time."""
-        return np.concatenate([np.empty((0, EVENT_FIELDS)), *self._parts[lane]])
+        """Events (E, 6) of one chain in the order of time, positions in the laboratory frame."""
+        events = np.concatenate([np.empty((0, EVENT_FIELDS)), *self._parts[lane]])
+        events[:, EVENT_POSITION] += self._rest_positions[events[:, EVENT_BLOCK].astype(int)]
+        return events
 
 
 SLIP = np.dtype(
