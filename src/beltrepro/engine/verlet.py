@@ -102,8 +102,7 @@ def verlet_steps(
             for lane in range(lanes):
                 force = pull[block + 1, lane] - pull[block, lane]
                 old = direction[block, lane]
-                # drawn anew while slipping, kept while stuck; stored in any case, because a store
-                # under a condition becomes a masked store that stalls the load of the next step
+                # drawn anew while slipping, kept while stuck
                 drawn = fma(noise[lane], normals[block, lane], mean_threshold)
                 limit_force = drawn if old != 0.0 else threshold[block, lane]
                 threshold[block, lane] = limit_force
