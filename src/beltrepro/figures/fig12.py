@@ -17,12 +17,12 @@ def draw(data, caption):
     """Top: v_N at the section against u; bottom: r(u); inset: mean lifetime of transients."""
     panels.require(data, USES)
     figure = style.page(caption, 5.6)
-    top, bottom = figure.subplots(2, 1, sharex=True)
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(1, 1.2))
     layers = panels.layers(data, "n5_rows")
     for scan, overlay in layers:
         row = sections.rows(scan, n_blocks=5, noise=0.0)
         colour = style.ORANGE if overlay else style.BLUE
-        panels.band_diagram(top, row, colour=colour, label=overlay or None)
+        panels.band_diagram(top, row, colour=colour, label=overlay or None, size=2.6)
         panels.curve(
             bottom,
             row["belt_velocity"],
@@ -55,16 +55,8 @@ def _mark_transition(axes, row):
     if fall.found:
         axes.axvspan(fall.lower, fall.upper, color="0.9", linewidth=0, zorder=0)
         axes.axvline(fall.critical, color="0.4", linewidth=0.8, linestyle="--", zorder=0)
-        axes.annotate(
-            f"$u_c = {fall.critical:.1f}$",
-            (fall.critical, 0.03),
-            rotation=90,
-            va="bottom",
-            xycoords=("data", "axes fraction"),
-            xytext=(3, 0),
-            textcoords="offset points",
-            size=8,
-        )
+        words = f"grey: transition region {fall.lower:.1f} to {fall.upper:.1f}, dashed: $u_c$"
+        axes.set_title(f"{words} = {fall.critical:.1f}", loc="right", size=8, color="0.35")
 
 
 def _lifetimes(inner, ensemble):

@@ -4,6 +4,7 @@ import textwrap
 from contextlib import contextmanager
 
 import numpy as np
+from matplotlib.colors import to_rgba
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from beltrepro.analysis import spectra
@@ -205,6 +206,9 @@ def curve(axes, abscissa, disorder, index, *, label="", overlay="", **changes):
     if not finite.any():
         return
     look = style.line_style(index) | {"markersize": 2.6, "label": label} | changes
+    # Pale lines: where runs end on different attractors, the points tell more than what joins them.
+    look |= {"markerfacecolor": look["color"], "markeredgecolor": look["color"]}
+    look["color"] = to_rgba(look["color"], 0.5)
     if overlay:
         look |= {"linestyle": "none", "marker": "x", "markersize": 4, "label": None}
         if overlay not in axes.get_legend_handles_labels()[1]:
@@ -231,17 +235,17 @@ def band_diagram(axes, row, *, colour=style.BLUE, label=None, size=1.6):
     if not known.any():
         return
     abscissa = np.broadcast_to(row["belt_velocity"][:, np.newaxis], velocities.shape)[known]
-    # Few dots can afford to be larger.
-    dot = size * np.clip((20000 / max(abscissa.size, 1)) ** 0.2, 0.7, 2.0)
+    # Few dots can afford to be large, many must let through what lies below.
+    crowd = (abscissa.size / 10000) ** 0.3
     axes.plot(
         abscissa,
         velocities[known],
         linestyle="none",
         marker=".",
-        markersize=dot,
+        markersize=size * np.clip(1 / crowd, 0.5, 2.0),
         markeredgewidth=0,
         color=colour,
-        alpha=0.7,
+        alpha=np.clip(0.7 / crowd, 0.4, 0.9),
         label=label,
         rasterized=abscissa.size > _RASTER_FROM,
     )

@@ -69,8 +69,10 @@ def small_print(datasets, preset) -> str:
 
     datasets : list of `store.Dataset`, may be empty.  preset : name of the preset.
     """
-    versions = _values(datasets, "code_version") or [provenance.code_version()]
-    first = [f"beltrepro {', '.join(versions)}", f"preset {preset}"]
+    # A dataset that was made in parts by several versions lists them all.
+    versions = {one for listed in _values(datasets, "code_version") for one in listed.split(", ")}
+    versions = versions or {provenance.code_version()}
+    first = [f"beltrepro {', '.join(sorted(versions))}", f"preset {preset}"]
     seeds = _values(datasets, "seed")
     if seeds:
         first.append(f"seed {', '.join(map(str, seeds))}")
