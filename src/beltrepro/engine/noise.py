@@ -81,10 +81,10 @@ def _logarithm(x):
 
 @inlined
 def _uniform_pair(bits):
-    """Two uniform deviates from 64 random bits: radius in (0, 1] from 52, angle from the others.
+    """Two uniform deviates from 64 random bits: radius in (0, 1] from the high 52, angle in [0, 1).
 
-    The angle has 2^24 steps: its 12 high bits are the low bits of the word, which xoshiro's
-    output function fills as well as the high ones, the rest overlap the radius below 2^-40.
+    The angle takes the low 36 bits. The 24 it shares with the radius weigh 2^-29 and less there,
+    which moves a deviate by more than its rounding only beyond 6 standard deviations.
     """
     radius = 2.0 - from_bits(np.int64((bits >> np.uint64(12)) | np.uint64(_ONE_BITS)))
     angle = from_bits(np.int64(((bits << np.uint64(28)) >> np.uint64(12)) | np.uint64(_ONE_BITS)))

@@ -70,7 +70,7 @@ def verlet_steps(
     It stops early only when a buffer of events or crossings might overflow in the next step.
 
     first_step : index of the first step (time = index * time_step).
-    constants : (5,) see `law_constants`; belt_step : (W,) u*dt; noise : (W,) sigma.
+    constants : (9,) see `law_constants`; belt_step : (W,) u*dt; noise : (W,) sigma.
     displacement ... dissipated : (N, W) state; wall_impulse : (W,) integral of the first spring's
     pull; streams : (4, W) and normals : (even >= N, W) random numbers; pull : (N+1, W) scratch,
     last row zero.
