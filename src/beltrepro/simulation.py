@@ -13,9 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from beltrepro.engine.ensemble import LANES, Section, VerletEnsemble
-from beltrepro.engine.law import law_constants
-from beltrepro.engine.noise import stream_key
-from beltrepro.engine.verlet import (
+from beltrepro.engine.events import (
     EVENT_BLOCK,
     EVENT_DISSIPATED,
     EVENT_FORCE,
@@ -23,6 +21,8 @@ from beltrepro.engine.verlet import (
     EVENT_SLIP,
     EVENT_TIME,
 )
+from beltrepro.engine.law import law_constants
+from beltrepro.engine.noise import stream_key
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.spring import external_force

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from beltrepro.engine import verlet
+from beltrepro.engine.events import EVENT_FIELDS
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.noise import normal_deviates, stream_states
 from beltrepro.errors import ModelStateError
@@ -31,7 +32,7 @@ class Chunk:
     start, end : model time.
     time (S,) : instants of the samples; displacement, relative_velocity, kinetic_friction
     (S, B, W) : of the last B blocks; displacement is from the rest position.
-    events (W, E, 6), event_count (W,) : see `beltrepro.engine.verlet`, EVENT_*; blocks from 0.
+    events (W, E, 6), event_count (W,) : see `beltrepro.engine.events`, EVENT_*; blocks from 0.
     crossings (W, C, 1+2N), crossing_count (W,) : time, displacements, relative velocities.
     """
 
@@ -123,7 +124,7 @@ class VerletEnsemble:
         self._chunk_steps = min(self._chunk_steps, _CHUNK_SAMPLES * sample_stride)
         rows = self._chunk_steps // sample_stride + 1
         self._samples = np.empty((rows, 3, sampled_blocks, lanes))
-        self._events = np.empty((lanes, _EVENTS, verlet.EVENT_FIELDS))
+        self._events = np.empty((lanes, _EVENTS, EVENT_FIELDS))
         self._event_count = np.zeros(lanes, dtype=np.int64)
         self._crossings = np.empty((lanes, _CROSSINGS, 1 + 2 * self.n_blocks))
         self._crossing_count = np.zeros(lanes, dtype=np.int64)

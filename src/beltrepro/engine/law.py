@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from beltrepro.engine.vector import LOG2_E, copysign, exp2, fma, inlined
+from beltrepro.engine.simd import copysign, fma, select
+from beltrepro.engine.vector import LOG2_E, exp2, inlined
 from beltrepro.model import ChainParameters
 
 # Columns of the array that carries the constants of the law into the kernels.
@@ -48,13 +49,13 @@ def spring_law(constants):
 
 @inlined
 def tension(deformation, law):
-    """-F_e(dl) of one spring: the force with which it pulls, without branches."""
+    """-F_e(dl): the force with which a spring pulls, for a float64 or a float64x8."""
     limit, compression_rate, extension_rate, compression_softness, extension_softness = law
     size = abs(deformation)
     excess = size - limit
-    excess = excess if excess > 0.0 else 0.0
+    excess = select(excess > 0.0, excess, 0.0)
     compressed = deformation < 0.0
-    rate = compression_rate if compressed else extension_rate
-    softness = compression_softness if compressed else extension_softness
+    rate = select(compressed, compression_rate, extension_rate)
+    softness = select(compressed, compression_softness, extension_softness)
     growth = exp2(excess * rate) - 1.0
     return copysign(fma(softness, growth, size - excess), deformation)

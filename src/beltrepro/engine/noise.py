@@ -4,12 +4,24 @@ A stream is keyed by the physics of its chain (seed, N, u, sigma, replicate) thr
 SeedSequence and advanced by xoshiro256++ (Blackman and Vigna, ACM TOMS 47, 36, 2021), so it does
 not depend on the order of the chains, on the block of work or on the lane. Normal deviates come
 from the Box-Muller transform with polynomial logarithm, sine and cosine (absolute error below
-1e-8), which compiles to vector instructions.
+1e-8). The functions take one lane or a vector of them.
 """
 
 import numpy as np
 
-from beltrepro.engine.vector import as_bits, fma, from_bits, inlined, kernel, separate_arrays
+from beltrepro.engine.simd import (
+    LANES,
+    as_bits,
+    fma,
+    from_bits,
+    load,
+    select,
+    shift_right,
+    square_root,
+    store,
+    to_float,
+)
+from beltrepro.engine.vector import inlined, kernel, separate_arrays
 from beltrepro.model import ChainParameters
 
 STATE_WORDS = 4
@@ -63,7 +75,8 @@ _ROUNDING = 6755399441055744.0
 
 
 @inlined
-def _logarithm(x):
+def logarithm(x):
+    """ln(x) of a float64 or float64x8 > 0, absolute error below 1e-8."""
     bits = as_bits(x)
     exponent = (bits - _SQRT_HALF_BITS) >> 52
     s = from_bits(bits - (exponent << 52)) - 1.0
@@ -76,7 +89,7 @@ def _logarithm(x):
     p = fma(p, s, _L2)
     p = fma(p, s, _L1)
     p = fma(p, s, _L0)
-    return fma(p, s, float(exponent) * _LN2)
+    return fma(p, s, to_float(exponent) * _LN2)
 
 
 @inlined
@@ -86,36 +99,29 @@ def _uniform_pair(bits):
     The angle takes the low 36 bits. The 24 it shares with the radius weigh 2^-29 and less there,
     which moves a deviate by more than its rounding only beyond 6 standard deviations.
     """
-    radius = 2.0 - from_bits(np.int64((bits >> np.uint64(12)) | np.uint64(_ONE_BITS)))
-    angle = from_bits(np.int64(((bits << np.uint64(28)) >> np.uint64(12)) | np.uint64(_ONE_BITS)))
+    radius = 2.0 - from_bits(shift_right(bits, 12) | _ONE_BITS)
+    angle = from_bits(shift_right(bits << 28, 12) | _ONE_BITS)
     return radius, angle - 1.0
 
 
 @inlined
-def _next_word(states, lane):
-    s0 = states[0, lane]
-    s1 = states[1, lane]
-    s2 = states[2, lane]
-    s3 = states[3, lane]
+def _next(s0, s1, s2, s3):
+    """One step of xoshiro256++: the word and the four words of the new state."""
     total = s0 + s3
-    word = ((total << np.uint64(23)) | (total >> np.uint64(41))) + s0
-    shifted = s1 << np.uint64(17)
-    s2 ^= s0
-    s3 ^= s1
-    s1 ^= s2
-    s0 ^= s3
-    s2 ^= shifted
-    states[0, lane] = s0
-    states[1, lane] = s1
-    states[2, lane] = s2
-    states[3, lane] = (s3 << np.uint64(45)) | (s3 >> np.uint64(19))
-    return word
+    word = ((total << 23) | shift_right(total, 41)) + s0
+    shifted = s1 << 17
+    s2 = s2 ^ s0
+    s3 = s3 ^ s1
+    s1 = s1 ^ s2
+    s0 = s0 ^ s3
+    s2 = s2 ^ shifted
+    return word, s0, s1, s2, (s3 << 45) | shift_right(s3, 19)
 
 
 @inlined
 def _box_muller(word):
     radius, angle = _uniform_pair(word)
-    length = np.sqrt(-2.0 * _logarithm(radius))
+    length = square_root(-2.0 * logarithm(radius))
     # four quadrants around the nearest multiple of a quarter turn, f in [-1/8, 1/8]
     shifted = angle * 4.0 + _ROUNDING
     quadrant = as_bits(shifted)
@@ -124,26 +130,75 @@ def _box_muller(word):
     sine = fma(fma(fma(fma(_S4, f2, _S3), f2, _S2), f2, _S1), f2, _S0) * f
     cosine = fma(fma(fma(fma(_C4, f2, _C3), f2, _C2), f2, _C1), f2, _C0)
     swapped = (quadrant & 1) != 0
-    a = sine if swapped else cosine
-    b = cosine if swapped else sine
-    a = -a if ((quadrant + 1) & 2) != 0 else a
-    b = -b if (quadrant & 2) != 0 else b
+    a = select(swapped, sine, cosine)
+    b = select(swapped, cosine, sine)
+    a = select(((quadrant + 1) & 2) != 0, -a, a)
+    b = select((quadrant & 2) != 0, -b, b)
     return length * a, length * b
+
+
+@inlined
+def normal_pairs(states, lane):
+    """Two standard normal deviates for each of the eight chains from `lane` on."""
+    s0, s1, s2, s3 = (
+        load(states, (0, lane)),
+        load(states, (1, lane)),
+        load(states, (2, lane)),
+        load(states, (3, lane)),
+    )
+    word, s0, s1, s2, s3 = _next(s0, s1, s2, s3)
+    store(states, (0, lane), s0)
+    store(states, (1, lane), s1)
+    store(states, (2, lane), s2)
+    store(states, (3, lane), s3)
+    return _box_muller(word)
+
+
+@inlined
+def normal_pairs_where(states, lane, mask):
+    """As `normal_pairs`, but streams of chains outside the mask stay where they are."""
+    o0, o1, o2, o3 = (
+        load(states, (0, lane)),
+        load(states, (1, lane)),
+        load(states, (2, lane)),
+        load(states, (3, lane)),
+    )
+    word, s0, s1, s2, s3 = _next(o0, o1, o2, o3)
+    store(states, (0, lane), select(mask, s0, o0))
+    store(states, (1, lane), select(mask, s1, o1))
+    store(states, (2, lane), select(mask, s2, o2))
+    store(states, (3, lane), select(mask, s3, o3))
+    return _box_muller(word)
+
+
+@inlined
+def normal_pair(states, lane):
+    """Two standard normal deviates of one chain."""
+    word, s0, s1, s2, s3 = _next(
+        np.int64(states[0, lane]),
+        np.int64(states[1, lane]),
+        np.int64(states[2, lane]),
+        np.int64(states[3, lane]),
+    )
+    states[0, lane] = s0
+    states[1, lane] = s1
+    states[2, lane] = s2
+    states[3, lane] = s3
+    return _box_muller(word)
 
 
 @inlined
 def fill_normals(states, normals, n_rows):
     """Write standard normal deviates into rows 0..n_rows-1 of `normals` (R, W), R even."""
-    separate_arrays()
-    lanes = normals.shape[1]
-    for row in range(0, n_rows, 2):
-        for lane in range(lanes):
-            word = _next_word(states, lane)
-            normals[row, lane], normals[row + 1, lane] = _box_muller(word)
+    for lane in range(0, normals.shape[1], LANES):
+        for row in range(0, n_rows, 2):
+            first, second = normal_pairs(states, lane)
+            store(normals, (row, lane), first)
+            store(normals, (row + 1, lane), second)
 
 
 @kernel
 def normal_deviates(states, normals):
-    """Fill `normals` (R, W) float64, R even, from the streams `states` (4, W) uint64."""
+    """Fill `normals` (R, W), R even, W a multiple of 8, from the streams `states` (4, W) uint64."""
     separate_arrays()
     fill_normals(states, normals, normals.shape[0])

@@ -1,24 +1,39 @@
-"""What the kernels need to become wide vector code.
+"""How kernels are compiled, and the exponential they share.
 
-The kernels advance many chains in lock step; their innermost loop runs over chains ("lanes") and
-must compile to vector instructions. Three things stand in the way in plain numba, and this module
-removes them: arrays that might overlap, half-width vectors, and library calls (exp) per element.
-Every function here rounds the same way in vector and scalar code, so results do not depend on the
-number of lanes.
+A kernel works on vectors of eight chains (`beltrepro.engine.simd`). Two things stand between that
+and full speed, and `separate_arrays` removes them: arrays that might overlap, and half-width
+vectors. Functions here round the same way for one chain and for a vector of them.
 """
+
+import functools
+import hashlib
+import pathlib
 
 import numba
 from llvmlite import ir
 from numba.core import types
 from numba.extending import intrinsic
 
-_DOUBLE = ir.DoubleType()
-_INT64 = ir.IntType(64)
+from beltrepro.engine.simd import as_bits, fma, from_bits
+
+
+@functools.cache
+def _engine_version():
+    """Hash of the sources in this folder."""
+    sources = sorted(pathlib.Path(__file__).parent.glob("*.py"))
+    return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
 
 
 def kernel(function):
-    """Compile a kernel that is called from Python: cached, without the GIL, IEEE division."""
-    return numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    """Compile a kernel that is called from Python: cached, without the GIL, IEEE division.
+
+    Numba recompiles a cached function when its own file changes, but not when a helper changes that
+    was inlined from another file. So the stamp of the cached file gets a hash of all of them.
+    """
+    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    cached = dispatcher._cache._cache_file
+    cached._source_stamp = (*cached._source_stamp, _engine_version())
+    return dispatcher
 
 
 def inlined(function):
@@ -45,48 +60,6 @@ def separate_arrays(typing_context):
     return types.void(), generate
 
 
-@intrinsic
-def fma(typing_context, a, b, c):
-    """a*b + c with one rounding (float64), the same on every path of the compiled code."""
-
-    def generate(context, builder, signature, arguments):
-        return builder.fma(*arguments)
-
-    return types.float64(types.float64, types.float64, types.float64), generate
-
-
-@intrinsic
-def copysign(typing_context, magnitude, sign):
-    """|magnitude| with the sign of the second argument (float64), inline in vector code."""
-
-    def generate(context, builder, signature, arguments):
-        kind = ir.FunctionType(_DOUBLE, [_DOUBLE, _DOUBLE])
-        call = builder.module.declare_intrinsic("llvm.copysign", [_DOUBLE], kind)
-        return builder.call(call, arguments)
-
-    return types.float64(types.float64, types.float64), generate
-
-
-@intrinsic
-def as_bits(typing_context, value):
-    """The 64 bits of a float64 as int64."""
-
-    def generate(context, builder, signature, arguments):
-        return builder.bitcast(arguments[0], _INT64)
-
-    return types.int64(types.float64), generate
-
-
-@intrinsic
-def from_bits(typing_context, bits):
-    """The float64 with the given 64 bits (int64)."""
-
-    def generate(context, builder, signature, arguments):
-        return builder.bitcast(arguments[0], _DOUBLE)
-
-    return types.float64(types.int64), generate
-
-
 # 1.5 * 2^52: adding it leaves the nearest integer in the low bits of the sum.
 _ROUNDING = 6755399441055744.0
 LOG2_E = 1.4426950408889634
@@ -107,7 +80,7 @@ _Q10 = 4.4549605981865186e-10
 
 @inlined
 def exp2(x):
-    """2**x for |x| < 1000, within 2 units in the last place, without branches or calls."""
+    """2**x, float64 or float64x8, |x| < 1000: within 2 units in the last place, no branches."""
     shifted = x + _ROUNDING
     r = x - (shifted - _ROUNDING)
     q = fma(_Q10, r, _Q9)

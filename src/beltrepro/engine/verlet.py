@@ -12,13 +12,18 @@ which rounds better than 2x(t) - x(t-dt) and is the same scheme. Both rules that
 are one expression without branches, see `beltrepro.model.friction.next_direction`.
 """
 
+from beltrepro.engine.events import (
+    EVENT_BLOCK,
+    EVENT_DISSIPATED,
+    EVENT_FORCE,
+    EVENT_POSITION,
+    EVENT_SLIP,
+    EVENT_TIME,
+)
 from beltrepro.engine.law import FRICTION_RATIO, STATIC_FRICTION, spring_law, tension
 from beltrepro.engine.noise import fill_normals
-from beltrepro.engine.vector import copysign, fma, inlined, kernel, separate_arrays
-
-# Fields of an event record; the position is a displacement from the rest position.
-EVENT_TIME, EVENT_BLOCK, EVENT_SLIP, EVENT_FORCE, EVENT_POSITION, EVENT_DISSIPATED = range(6)
-EVENT_FIELDS = 6
+from beltrepro.engine.simd import copysign, fma
+from beltrepro.engine.vector import inlined, kernel, separate_arrays
 
 
 @inlined

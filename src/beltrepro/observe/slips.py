@@ -2,9 +2,7 @@
 
 import numpy as np
 
-from beltrepro.engine.law import COMPRESSION_RATE, EXTENSION_RATE, LINEAR_LIMIT, spring_law, tension
-from beltrepro.engine.vector import inlined, kernel
-from beltrepro.engine.verlet import (
+from beltrepro.engine.events import (
     EVENT_BLOCK,
     EVENT_DISSIPATED,
     EVENT_FIELDS,
@@ -12,6 +10,8 @@ from beltrepro.engine.verlet import (
     EVENT_SLIP,
     EVENT_TIME,
 )
+from beltrepro.engine.law import COMPRESSION_RATE, EXTENSION_RATE, LINEAR_LIMIT, spring_law, tension
+from beltrepro.engine.vector import inlined, kernel
 
 # State of one chain in `_follow`: when the present slip of the last block began (NaN: stuck) and
 # when the last block stuck last; then the laminar phases met so far.

@@ -1,0 +1,330 @@
+"""Vectors of eight chains as values inside kernels.
+
+`Float64x8`, `Int64x8` and `Mask8` are numba types that compile to one vector register (or to two or
+four on processors with narrower ones). They take the usual operators, and scalars spread over all
+lanes, so a kernel reads like the formula for one chain. Operations round lane by lane as IEEE
+arithmetic does: what a chain does cannot depend on its neighbours.
+"""
+
+import operator
+
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.core.imputils import lower_builtin
+from numba.core.typing import signature
+from numba.core.typing.templates import ConcreteTemplate, infer_global
+from numba.extending import intrinsic, models, register_model
+
+LANES = 8
+
+
+class _VectorType(types.Type):
+    """Eight values of one scalar type."""
+
+    def __init__(self, name, element):
+        self.element = element
+        super().__init__(name=name)
+
+
+_DOUBLE, _INT64, _BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
+float64x8 = _VectorType("float64x8", _DOUBLE)
+int64x8 = _VectorType("int64x8", _INT64)
+mask8 = _VectorType("mask8", _BIT)
+
+
+def _llvm(vector):
+    return ir.VectorType(vector.element, LANES)
+
+
+@register_model(_VectorType)
+class _VectorModel(models.PrimitiveModel):
+    def __init__(self, manager, fe_type):
+        super().__init__(manager, fe_type, _llvm(fe_type))
+
+
+# --- spreading scalars ---
+
+
+def _spread(builder, scalar, vector):
+    """A scalar in all lanes."""
+    kind = _llvm(vector)
+    first = builder.insert_element(ir.Constant(kind, ir.Undefined), scalar, ir.IntType(32)(0))
+    return builder.shuffle_vector(
+        first,
+        ir.Constant(kind, ir.Undefined),
+        ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES),
+    )
+
+
+def _as_vector(context, builder, value, kind, vector):
+    if isinstance(kind, _VectorType):
+        return value
+    scalar = types.float64 if vector is float64x8 else types.int64
+    return _spread(builder, context.cast(builder, value, kind, scalar), vector)
+
+
+# --- operators ---
+
+
+def _define(function, arguments, result, generate):
+    """One more meaning of an operator: `generate(builder, *vectors)` for these argument types."""
+
+    @infer_global(function)
+    class Template(ConcreteTemplate):
+        cases = (signature(result, *arguments),)
+
+    vector = next(kind for kind in arguments if isinstance(kind, _VectorType))
+
+    @lower_builtin(function, *arguments)
+    def lower(context, builder, sig, values):
+        spread = [
+            _as_vector(context, builder, value, kind, vector)
+            for value, kind in zip(values, sig.args, strict=True)
+        ]
+        return generate(builder, *spread)
+
+
+def _define_binary(function, vector, scalar, result, generate):
+    for pair in ((vector, vector), (vector, scalar), (scalar, vector)):
+        _define(function, pair, result, generate)
+
+
+def _method(name, *first):
+    return lambda builder, *values: getattr(builder, name)(*first, *values)
+
+
+for _function, _name in (
+    (operator.add, "fadd"),
+    (operator.sub, "fsub"),
+    (operator.mul, "fmul"),
+    (operator.truediv, "fdiv"),
+):
+    _define_binary(_function, float64x8, types.float64, float64x8, _method(_name))
+for _function, _sign in (
+    (operator.lt, "<"),
+    (operator.le, "<="),
+    (operator.gt, ">"),
+    (operator.ge, ">="),
+    (operator.eq, "=="),
+):
+    _define_binary(_function, float64x8, types.float64, mask8, _method("fcmp_ordered", _sign))
+    _define_binary(_function, int64x8, types.int64, mask8, _method("icmp_signed", _sign))
+_define_binary(operator.ne, float64x8, types.float64, mask8, _method("fcmp_unordered", "!="))
+_define_binary(operator.ne, int64x8, types.int64, mask8, _method("icmp_signed", "!="))
+for _function, _name in (
+    (operator.add, "add"),
+    (operator.sub, "sub"),
+    (operator.and_, "and_"),
+    (operator.or_, "or_"),
+    (operator.xor, "xor"),
+    (operator.lshift, "shl"),
+    (operator.rshift, "ashr"),
+):
+    _define_binary(_function, int64x8, types.int64, int64x8, _method(_name))
+for _function, _name in (
+    (operator.and_, "and_"),
+    (operator.or_, "or_"),
+    (operator.xor, "xor"),
+):
+    _define(_function, (mask8, mask8), mask8, _method(_name))
+_define(operator.neg, (float64x8,), float64x8, _method("fneg"))
+_define(operator.invert, (mask8,), mask8, _method("not_"))
+
+
+def _call(builder, name, values):
+    """Call of an LLVM intrinsic on vectors or scalars of doubles, all of one type."""
+    kind = values[0].type
+    suffix = f"v{LANES}f64" if isinstance(kind, ir.VectorType) else "f64"
+    callee = cgutils.get_or_insert_function(
+        builder.module, ir.FunctionType(kind, [kind] * len(values)), f"llvm.{name}.{suffix}"
+    )
+    return builder.call(callee, values)
+
+
+_define(abs, (float64x8,), float64x8, lambda builder, x: _call(builder, "fabs", [x]))
+
+
+def _floating(name, n_arguments):
+    """Intrinsic on float64 or float64x8 arguments, scalars spread where vectors are among them."""
+
+    def generic(typing_context, *arguments):
+        result = float64x8 if float64x8 in arguments else types.float64
+
+        def generate(context, builder, sig, values):
+            if result is float64x8:
+                values = [
+                    _as_vector(context, builder, value, kind, float64x8)
+                    for value, kind in zip(values, sig.args, strict=True)
+                ]
+            else:
+                values = [
+                    context.cast(builder, value, kind, types.float64)
+                    for value, kind in zip(values, sig.args, strict=True)
+                ]
+            return _call(builder, name, values)
+
+        return signature(result, *arguments), generate
+
+    generic.__name__ = name
+    one = {
+        1: lambda typing_context, a: generic(typing_context, a),
+        2: lambda typing_context, a, b: generic(typing_context, a, b),
+        3: lambda typing_context, a, b, c: generic(typing_context, a, b, c),
+    }[n_arguments]
+    one.__name__ = name
+    return intrinsic(one)
+
+
+fma = _floating("fma", 3)  # a*b + c with one rounding
+copysign = _floating("copysign", 2)
+square_root = _floating("sqrt", 1)
+minimum = _floating("minnum", 2)
+maximum = _floating("maxnum", 2)
+
+
+# --- lanes, masks, bits ---
+
+
+@intrinsic
+def spread(typing_context, value):
+    """A scalar in all lanes: float64 or int64 to the vector type of the same kind."""
+    vector = float64x8 if isinstance(value, types.Float) else int64x8
+
+    def generate(context, builder, sig, values):
+        return _as_vector(context, builder, values[0], sig.args[0], vector)
+
+    return vector(value), generate
+
+
+@intrinsic
+def select(typing_context, mask, chosen, otherwise):
+    """`chosen` where the mask is set, else `otherwise`; by lanes, or for one bool and scalars."""
+    vectors = [kind for kind in (chosen, otherwise) if isinstance(kind, _VectorType)]
+    if mask is mask8:
+        vector = vectors[0] if vectors else float64x8
+
+        def spread_values(context, builder, value, kind):
+            return _as_vector(context, builder, value, kind, vector)
+
+    else:
+        vector = chosen
+
+        def spread_values(context, builder, value, kind):
+            return context.cast(builder, value, kind, vector)
+
+    def generate(context, builder, sig, values):
+        a, b = (
+            spread_values(context, builder, value, kind)
+            for value, kind in zip(values[1:], sig.args[1:], strict=True)
+        )
+        condition = values[0] if mask is mask8 else builder.trunc(values[0], _BIT)
+        return builder.select(condition, a, b)
+
+    return vector(mask, chosen, otherwise), generate
+
+
+@intrinsic
+def mask_bits(typing_context, mask):
+    """The lanes of a mask as the low eight bits of an int64; 0 if no lane is set."""
+
+    def generate(context, builder, sig, values):
+        return builder.zext(builder.bitcast(values[0], ir.IntType(LANES)), _INT64)
+
+    return types.int64(mask), generate
+
+
+@intrinsic
+def as_bits(typing_context, value):
+    """The 64 bits of a float64 as int64, lane by lane for vectors."""
+    result, kind = (int64x8, _llvm(int64x8)) if value is float64x8 else (types.int64, _INT64)
+
+    def generate(context, builder, sig, values):
+        return builder.bitcast(values[0], kind)
+
+    return result(value), generate
+
+
+@intrinsic
+def from_bits(typing_context, bits):
+    """The float64 with the given 64 bits (int64), lane by lane for vectors."""
+    result, kind = (float64x8, _llvm(float64x8)) if bits is int64x8 else (types.float64, _DOUBLE)
+
+    def generate(context, builder, sig, values):
+        return builder.bitcast(values[0], kind)
+
+    return result(bits), generate
+
+
+@intrinsic
+def to_float(typing_context, value):
+    """int64 to the nearest float64, lane by lane for vectors."""
+    result, kind = (float64x8, _llvm(float64x8)) if value is int64x8 else (types.float64, _DOUBLE)
+
+    def generate(context, builder, sig, values):
+        return builder.sitofp(values[0], kind)
+
+    return result(value), generate
+
+
+@intrinsic
+def shift_right(typing_context, value, count):
+    """Logical shift to the right of int64 or int64x8: zeros come in."""
+    result = int64x8 if value is int64x8 else types.int64
+
+    def generate(context, builder, sig, values):
+        if result is int64x8:
+            count = _as_vector(context, builder, values[1], sig.args[1], int64x8)
+        else:
+            count = context.cast(builder, values[1], sig.args[1], types.int64)
+        return builder.lshr(values[0], count)
+
+    return result(value, count), generate
+
+
+# --- memory ---
+
+
+def _pointer(context, builder, array, value, indices, index_kinds):
+    structure = context.make_array(array)(context, builder, value)
+    numbers = cgutils.unpack_tuple(builder, indices)
+    numbers = [
+        context.cast(builder, number, kind, types.intp)
+        for number, kind in zip(numbers, index_kinds, strict=True)
+    ]
+    return cgutils.get_item_pointer(
+        context, builder, array, structure, numbers, wraparound=False, boundscheck=False
+    )
+
+
+def _vector_of(array):
+    return float64x8 if array.dtype is types.float64 else int64x8
+
+
+@intrinsic
+def load(typing_context, array, indices):
+    """Eight neighbours of a C-contiguous float64, int64 or uint64 array from `indices` on."""
+    vector = _vector_of(array)
+
+    def generate(context, builder, sig, values):
+        kind, index_kinds = sig.args[0], sig.args[1].types
+        pointer = _pointer(context, builder, kind, values[0], values[1], index_kinds)
+        return builder.load(
+            builder.bitcast(pointer, _llvm(vector).as_pointer()), align=8, typ=_llvm(vector)
+        )
+
+    return vector(array, indices), generate
+
+
+@intrinsic
+def store(typing_context, array, indices, value):
+    """Write eight neighbours of a C-contiguous array from `indices` on."""
+    vector = _vector_of(array)
+
+    def generate(context, builder, sig, values):
+        kind, index_kinds = sig.args[0], sig.args[1].types
+        pointer = _pointer(context, builder, kind, values[0], values[1], index_kinds)
+        content = _as_vector(context, builder, values[2], sig.args[2], vector)
+        builder.store(content, builder.bitcast(pointer, _llvm(vector).as_pointer()), align=8)
+        return context.get_dummy_value()
+
+    return types.void(array, indices, value), generate
