@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from beltrepro.engine.ensemble import LANES, Section, VerletEnsemble
+from beltrepro.engine.event_ensemble import EventEnsemble
 from beltrepro.engine.events import (
     EVENT_BLOCK,
     EVENT_DISSIPATED,
@@ -36,7 +37,7 @@ from beltrepro.observe.slips import (
     slips_and_avalanches,
 )
 
-METHODS = {"verlet": VerletEnsemble}
+METHODS = {"verlet": VerletEnsemble, "event": EventEnsemble}
 MOMENTS_INTERVAL = 0.1  # model time between samples of x_N for r; oscillations take 3 or more
 MAXIMUM_SCAN_BLOCKS = 10  # columns of slip_count
 _INITIAL_STATE = 1  # purpose of a random stream: initial positions, not friction
@@ -99,7 +100,8 @@ def simulate(
     ----------
     parameters : one chain, or a sequence of chains that are advanced together.
     duration : model time simulated, the transient included. transient : left out of r and <x_N>.
-    method : integrator, "verlet" (Appendix). time_step : dt, model time.
+    method : integrator, "verlet" (Appendix) or "event" (exact dynamics, docs/event.md).
+    time_step : dt, model time; for "event" it only sets the strength of the noise.
     seed, replicate : whole numbers >= 0; with the parameters they fix all random numbers.
     initial_positions : (N,) or, for a sequence, one such array for each chain; undeformed springs
     if not given.

@@ -108,7 +108,10 @@ def ensemble_settings(wildcards):
 
 # --- hashes of the code behind a result: Snakemake does not see imported modules ---
 
-INTEGRATORS = {"verlet": "beltrepro.engine.verlet", "event": "beltrepro.engine.event"}
+INTEGRATORS = {
+    "verlet": "beltrepro.engine.verlet",
+    "event": "beltrepro.engine.event_ensemble",
+}
 
 
 @functools.cache

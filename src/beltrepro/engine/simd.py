@@ -178,8 +178,27 @@ def _floating(name, n_arguments):
 fma = _floating("fma", 3)  # a*b + c with one rounding
 copysign = _floating("copysign", 2)
 square_root = _floating("sqrt", 1)
-minimum = _floating("minnum", 2)
-maximum = _floating("maxnum", 2)
+
+
+def _floating_choice(name, sign):
+    """Intrinsic that gives one of two float64x8, the second where one of them is NaN."""
+
+    def generic(typing_context, a, b):
+        def generate(context, builder, sig, values):
+            a, b = (
+                _as_vector(context, builder, value, kind, float64x8)
+                for value, kind in zip(values, sig.args, strict=True)
+            )
+            return builder.select(builder.fcmp_ordered(sign, a, b), a, b)
+
+        return float64x8(a, b), generate
+
+    generic.__name__ = name
+    return intrinsic(generic)
+
+
+minimum = _floating_choice("minimum", "<")
+maximum = _floating_choice("maximum", ">")
 
 
 # --- lanes, masks, bits ---

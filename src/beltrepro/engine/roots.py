@@ -1,0 +1,61 @@
+"""The first root of a polynomial on the unit interval, for eight polynomials at once."""
+
+from beltrepro.engine.simd import (
+    LANES,
+    fma,
+    load,
+    mask_bits,
+    maximum,
+    select,
+    spread,
+    square_root,
+    store,
+)
+from beltrepro.engine.taylor import LEVELS, ORDER, at
+from beltrepro.engine.vector import inlined
+
+NO_ROOT = 2.0
+_RESOLUTION = 1e-15
+_MAX_ITERATIONS = 200
+
+
+@inlined
+def first_roots(polynomials, slot, roots):
+    """Write the first root in [0, 1] of the eight polynomials from `slot` on, or NO_ROOT.
+
+    polynomials : candidate `slot` is lane slot % 8 of column slot // 8, coefficients in ascending
+    order, positive at 0; roots : (S,).
+
+    With q'' >= -M on the interval, q(t+s) >= q(t) + q'(t) s - M s^2/2, so the root of that parabola
+    never lies beyond the first root of q: stepping from root to root approaches the first root from
+    the left, quadratically where it is simple, and cannot pass a pair of roots that a test of signs
+    at the ends would miss. A polynomial that is not positive at 0 has its root there.
+    """
+    column = slot // LANES
+    curvature = spread(0.0)
+    for k in range(2, LEVELS):
+        curvature = fma(abs(load(polynomials, (at(k, column),))), k * (k - 1.0), curvature)
+    position = spread(0.0)
+    root = spread(NO_ROOT)
+    searching = position == 0.0
+    for _ in range(_MAX_ITERATIONS):
+        value = load(polynomials, (at(ORDER, column),))
+        slope = spread(0.0)
+        for k in range(ORDER - 1, -1, -1):
+            slope = fma(slope, position, value)
+            value = fma(value, position, load(polynomials, (at(k, column),)))
+        discriminant = square_root(fma(slope, slope, 2.0 * curvature * maximum(value, 0.0)))
+        downward = slope < 0.0
+        # two forms of the same root, each without cancellation on its side
+        step = select(downward, 2.0 * value, slope + discriminant) / select(
+            downward, discriminant - slope, curvature
+        )
+        found = searching & ((value <= 0.0) | (step < _RESOLUTION))
+        root = select(found, position, root)
+        position = position + step
+        searching = searching & ~found & (position < 1.0)
+        if mask_bits(searching) == 0:
+            break
+    else:
+        root = select(searching, position, root)
+    store(roots, (slot,), root)
