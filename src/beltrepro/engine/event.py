@@ -65,7 +65,7 @@ WALL = 0  # column of the series, see `beltrepro.engine.taylor`
 _TOLERANCE = 1e-10
 _LOG_TOLERANCE = math.log(_TOLERANCE)
 # Longest cell of the noise, model time; in shorter ones it is where v_r might graze zero.
-_CELL = 0.25
+_CELL = 0.5
 _GRAZING = 2.0
 
 
@@ -138,44 +138,58 @@ def _taylor_step(n_blocks, force):
 
 
 @inlined
-def _block_bounds(block, heading, step, series, force):
+def _force_tail(block, step, force):
+    """Bound on the step of the terms of F_ex from the third order on."""
+    tail = abs(load(force, (at(FORCE_ORDER, block),)))
+    for k in range(FORCE_ORDER - 1, 2, -1):
+        tail = fma(tail, step, abs(load(force, (at(k, block),))))
+    return tail * (step * step * step)
+
+
+@inlined
+def _block_bounds(block, heading, tail, step, series, force):
     """Bounds on the step of d v_r of slipping and F_ex of stuck blocks.
 
-    The third value is a lower bound of d v_r / t where v_r = 0 at the start.
+    tail : from `_force_tail`; v_r has the terms F_{k-1} t^k / k, so a quarter of it bounds them
+    from the fourth order on. The third value is a lower bound of d v_r / t where v_r starts at 0.
     """
     column = block + 1
     slipping = heading != 0.0
+    bend = load(force, (at(2, block),))
     c0 = select(slipping, heading * load(series, (at(1, column),)), load(force, (at(0, block),)))
     c1 = select(
         slipping, heading * 2.0 * load(series, (at(2, column),)), load(force, (at(1, block),))
     )
-    c2 = select(
-        slipping, heading * 3.0 * load(series, (at(3, column),)), load(force, (at(2, block),))
-    )
-    rest = select(slipping, float(ORDER) * abs(load(series, (at(ORDER, column),))), 0.0)
-    for k in range(FORCE_ORDER, 2, -1):
-        term = select(
-            slipping, (k + 1.0) * load(series, (at(k + 1, column),)), load(force, (at(k, block),))
-        )
-        rest = fma(rest, step, abs(term))
-    rest = rest * (step * step)
-    least, greatest = bounds(c0, c1, c2, rest * step, step)
-    return least, greatest, minimum(c1, fma(c2, step, c1)) - rest
+    c2 = select(slipping, heading * 3.0 * load(series, (at(3, column),)), bend)
+    rest_rate = fma(abs(bend) * (1.0 / 3.0), step * step, 0.25 * tail)
+    least, greatest = bounds(c0, c1, c2, select(slipping, rest_rate * step, tail), step)
+    return least, greatest, minimum(c1, fma(c2, step, c1)) - rest_rate
 
 
 @inlined
-def _spring_bounds(spring, step, series):
-    """Bounds on the step of the deformation, and of its change over time in the way it starts."""
+def _position_tail(block, heading, tail, step, series):
+    """Bound on the step of the terms of the position over t from the third order on.
+
+    From X_{k+2} = F_k / ((k+1)(k+2)), with `tail` from `_force_tail`.
+    """
+    third = abs(load(series, (at(3, block + 1),)))
+    fourth = abs(load(series, (at(4, block + 1),)))
+    bound = fma(fourth, step, third) * (step * step)
+    return select(heading != 0.0, fma(0.05 * tail, step, bound), 0.0)
+
+
+@inlined
+def _spring_bounds(spring, tail, step, series):
+    """Bounds on the step of the deformation, and of its change over time in the way it starts.
+
+    tail : bound of the terms over t from the third order on.
+    """
     c0 = deformation(0, spring, series)
     c1 = deformation(1, spring, series)
     c2 = deformation(2, spring, series)
-    rest = abs(deformation(ORDER, spring, series))
-    for k in range(ORDER - 1, 2, -1):
-        rest = fma(rest, step, abs(deformation(k, spring, series)))
-    rest = rest * (step * step)
-    least, greatest = bounds(c0, c1, c2, rest * step, step)
+    least, greatest = bounds(c0, c1, c2, tail * step, step)
     turned = select(c1 < 0.0, -c2, c2)
-    return least, greatest, minimum(abs(c1), fma(turned, step, abs(c1))) - rest
+    return least, greatest, minimum(abs(c1), fma(turned, step, abs(c1))) - tail
 
 
 @inlined
@@ -267,6 +281,7 @@ def _find_candidates(
     polynomials,
     candidate_lane,
     candidate_source,
+    tails,
     work,
 ):
     """Collect the event functions that the bounds do not clear; returns how many.
@@ -278,7 +293,9 @@ def _find_candidates(
     count = 0
     for block in range(n_blocks):
         heading = load(direction, (block, lane))
-        least, greatest, least_rate = _block_bounds(block, heading, step, series, force)
+        tail = _force_tail(block, step, force)
+        store(tails, (block * LANES,), _position_tail(block, heading, tail, step, series))
+        least, greatest, least_rate = _block_bounds(block, heading, tail, step, series, force)
         limit_force = load(threshold, (block, lane))
         slipping = heading != 0.0
         # v_r is exactly zero only where the slip has just begun
@@ -320,8 +337,11 @@ def _find_candidates(
                     candidate_lane[count] = i
                     candidate_source[count] = block
                     count += 1
+    tail_before = spread(0.0)
     for spring in range(n_blocks):
-        least, greatest, least_rate = _spring_bounds(spring, step, series)
+        tail = load(tails, (spring * LANES,))
+        least, greatest, least_rate = _spring_bounds(spring, tail + tail_before, step, series)
+        tail_before = tail
         branch = load(regime, (spring, lane))
         changed = load(branch_changed, (spring, lane)) != 0.0
         # a spring that has just changed its branch stands at one limit and moves away from it
@@ -477,6 +497,7 @@ def advance_chains(
     candidate_lane,
     candidate_source,
     roots,
+    tails,
     work,
     source,
     sample_interval,
@@ -504,8 +525,8 @@ def advance_chains(
     constants : see `law_constants`; belt_velocity, noise_power (q = f_s^2 sigma^2 dt), noise (W,).
     series of N+1, growth, stretching, force, friction of N, wall_pull of one column (see
     `beltrepro.engine.taylor.at`), rates (8 N,), polynomials of C/8 columns, candidate_lane,
-    candidate_source, roots (C,) with C = N * CANDIDATES_PER_BLOCK, work (4, 8), source (8,):
-    scratch.
+    candidate_source, roots (C,) with C = N * CANDIDATES_PER_BLOCK, tails (8 N,), work (4, 8) and
+    source (8,): scratch.
     Sample m < n_samples is taken at sample_offset + m * sample_interval; sample_row (W,) is the
     next m. samples, events, crossings : as for `beltrepro.engine.verlet.verlet_steps`.
     """
@@ -587,6 +608,7 @@ def advance_chains(
                 polynomials,
                 candidate_lane,
                 candidate_source,
+                tails,
                 work,
             )
             _first_events(count, polynomials, candidate_lane, candidate_source, roots, work, source)
@@ -613,10 +635,7 @@ def advance_chains(
                 column = section_block + 1
                 c1 = load(series, (at(1, column),)) + belt
                 c0 = load(series, (at(0, column),))
-                tail = spread(0.0)
-                for k in range(ORDER, 2, -1):
-                    tail = fma(tail, step, abs(load(series, (at(k, column),))))
-                tail = tail * (step * step * step)
+                tail = load(tails, (section_block * LANES,)) * step
                 c2 = load(series, (at(2, column),))
                 least, greatest = bounds(c0, c1, c2, tail, step)
                 goal = load(section_displacement, (lane,))

@@ -81,6 +81,7 @@ class EventEnsemble:
             np.zeros(candidates, dtype=np.int64),
             np.zeros(candidates, dtype=np.int64),
             np.zeros(candidates),
+            np.zeros(n_blocks * VECTOR),
             np.zeros((4, VECTOR)),
             np.zeros(VECTOR, dtype=np.int64),
         )

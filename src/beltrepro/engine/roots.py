@@ -39,11 +39,17 @@ def first_roots(polynomials, slot, roots):
     root = spread(NO_ROOT)
     searching = position == 0.0
     for _ in range(_MAX_ITERATIONS):
-        value = load(polynomials, (at(ORDER, column),))
-        slope = spread(0.0)
-        for k in range(ORDER - 1, -1, -1):
-            slope = fma(slope, position, value)
-            value = fma(value, position, load(polynomials, (at(k, column),)))
+        # even and odd powers apart: chains of half the length
+        square = position * position
+        even, odd = load(polynomials, (at(ORDER, column),)), spread(0.0)
+        even_slope, odd_slope = spread(0.0), spread(0.0)
+        for k in range(ORDER - 2, -1, -2):
+            even_slope = fma(even_slope, square, even)
+            odd_slope = fma(odd_slope, square, odd)
+            even = fma(even, square, load(polynomials, (at(k, column),)))
+            odd = fma(odd, square, load(polynomials, (at(k + 1, column),)))
+        value = fma(odd, position, even)
+        slope = fma(2.0 * position, fma(odd_slope, position, even_slope), odd)
         discriminant = square_root(fma(slope, slope, 2.0 * curvature * maximum(value, 0.0)))
         downward = slope < 0.0
         # two forms of the same root, each without cancellation on its side
