@@ -66,6 +66,8 @@ def test_paper_grids_are_those_of_the_paper():
         "n5_columns": 6 * 41,
         "size_rows": 6 * 200 * 3,
         "size_columns": 4 * 41,
+        "n5_rows_check": 25 * 2,
+        "size_rows_check": 6 * 50,
     }
     assert len(plan.ensembles["lifetimes"].belt_velocities) == 35
     assert plan.ensembles["lifetimes"].n_members == 1000

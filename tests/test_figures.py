@@ -283,7 +283,7 @@ def test_other_method_is_drawn_over(name):
     plain = draw(name, data)
     first = next(iter(module(name).USES))
     over = Dataset(data[first].arrays, data[first].attributes | {"method": "event"})
-    both = draw(name, data | {first + panels.EVENT: over})
+    both = draw(name, data | {first + panels.CHECK: over})
     assert len(both.axes[-1].lines) > len(plain.axes[-1].lines)
     labels = [text.get_text() for text in both.axes[-1].get_legend().get_texts()]
     assert "method event" in labels

@@ -18,7 +18,7 @@ BELT_VELOCITY, NOISE, TIME = "$u$", r"$\sigma$", "$t$"
 POSITION, VELOCITY, RELATIVE_VELOCITY = "$x_N$", "$v_N$", "$v_{rN}$"
 DISORDER = "$r$"
 
-EVENT = "_event"
+CHECK = "_check"  # suffix of a scan with some of the points by the other integrator
 _SPECTRUM_TO = 2.0  # highest frequency shown: beyond it lies only the smoothness of slips
 _RASTER_FROM = 5000  # more points than this are an image in the PDF
 
@@ -37,9 +37,11 @@ def require(data, uses):
 def layers(data, name):
     """The scan of this name and "", then, if given, the one to draw over it and words for it."""
     scans = [(data[name], "")]
-    if name + EVENT in data:
-        over = data[name + EVENT]
-        scans.append((over, f"method {over.attributes['method']}"))
+    if name + CHECK in data:
+        over = data[name + CHECK]
+        method = over.attributes["method"]
+        # one that differs with the noise is in the small print
+        scans.append((over, "other integrator" if "," in method else f"method {method}"))
     return scans
 
 
