@@ -8,6 +8,7 @@ from beltrepro.engine import event
 from beltrepro.engine.ensemble import Chunk, Section
 from beltrepro.engine.events import EVENT_FIELDS
 from beltrepro.engine.law import law_constants
+from beltrepro.engine.memory import aligned, zeros
 from beltrepro.engine.noise import normal_deviates, stream_states
 from beltrepro.engine.simd import LANES as VECTOR
 from beltrepro.engine.taylor import LEVELS
@@ -42,48 +43,48 @@ class EventEnsemble:
         lanes = -(-self._width // VECTOR) * VECTOR
         source = np.minimum(np.arange(lanes), self._width - 1)
         chains = [self.parameters[lane] for lane in source]
-        self._velocity = np.array([chain.belt_velocity for chain in chains])
-        self._noise = np.array([chain.noise for chain in chains])
-        self._power = (first.friction_ratio * self._noise) ** 2 * time_step
+        self._velocity = aligned([chain.belt_velocity for chain in chains])
+        self._noise = aligned([chain.noise for chain in chains])
+        self._power = aligned((first.friction_ratio * self._noise) ** 2 * time_step)
         self._constants = law_constants(first)
         shape = (n_blocks, lanes)
         rest = first.rest_positions
-        self._displacement = np.ascontiguousarray((initial_positions[source] - rest).T)
-        self._relative_velocity = np.zeros(shape)
-        self._direction = np.zeros(shape)
-        self._branch_changed = np.zeros(shape)
-        self._dissipated = np.zeros(shape)
-        self._noise_force = np.zeros((2, *shape))
-        self._cell = np.zeros(lanes)
-        self._local_time = np.zeros(lanes)
-        self._wall_impulse = np.zeros(lanes)
+        self._displacement = aligned((initial_positions[source] - rest).T)
+        self._relative_velocity = zeros(shape)
+        self._direction = zeros(shape)
+        self._branch_changed = zeros(shape)
+        self._dissipated = zeros(shape)
+        self._noise_force = zeros((2, *shape))
+        self._cell = zeros(lanes)
+        self._local_time = zeros(lanes)
+        self._wall_impulse = zeros(lanes)
         deformation = np.diff(self._displacement, axis=0, prepend=0.0)
-        self._regime = np.sign(deformation) * (np.abs(deformation) > first.linear_limit)
-        self._streams = stream_states(chains, seed, [replicates[lane] for lane in source])
-        normals = np.zeros((n_blocks + n_blocks % 2, lanes))
+        self._regime = aligned(np.sign(deformation) * (np.abs(deformation) > first.linear_limit))
+        self._streams = aligned(stream_states(chains, seed, [replicates[lane] for lane in source]))
+        normals = zeros((n_blocks + n_blocks % 2, lanes))
         normal_deviates(self._streams, normals)
-        self._threshold = first.static_friction + self._noise * normals[:n_blocks]
+        self._threshold = aligned(first.static_friction + self._noise * normals[:n_blocks])
 
         candidates = n_blocks * event.CANDIDATES_PER_BLOCK
         columns = (n_blocks + 1, n_blocks, n_blocks, n_blocks, n_blocks, 1, candidates // VECTOR)
         series, growth, stretching, force, friction, wall_pull, polynomials = (
-            np.zeros(count * LEVELS * VECTOR) for count in columns
+            zeros(count * LEVELS * VECTOR) for count in columns
         )
         self._scratch = (
             series,
-            np.zeros(n_blocks * VECTOR),
+            zeros(n_blocks * VECTOR),
             growth,
             stretching,
             force,
             friction,
             wall_pull,
             polynomials,
-            np.zeros(candidates, dtype=np.int64),
-            np.zeros(candidates, dtype=np.int64),
-            np.zeros(candidates),
-            np.zeros(n_blocks * VECTOR),
-            np.zeros((4, VECTOR)),
-            np.zeros(VECTOR, dtype=np.int64),
+            zeros(candidates, dtype=np.int64),
+            zeros(candidates, dtype=np.int64),
+            zeros(candidates),
+            zeros(n_blocks * VECTOR),
+            zeros((4, VECTOR)),
+            zeros(VECTOR, dtype=np.int64),
         )
         self._interval = sample_stride * time_step
         self._first_sampled = n_blocks - sampled_blocks
@@ -93,11 +94,11 @@ class EventEnsemble:
         rows = round(self._chunk_time / self._interval) + 1
         self._samples = np.empty((rows, 3, sampled_blocks, lanes))
         self._events = np.empty((lanes, _EVENTS, EVENT_FIELDS))
-        self._event_count = np.zeros(lanes, dtype=np.int64)
+        self._event_count = zeros(lanes, dtype=np.int64)
         self._crossings = np.empty((lanes, _CROSSINGS, 1 + 2 * n_blocks))
-        self._crossing_count = np.zeros(lanes, dtype=np.int64)
+        self._crossing_count = zeros(lanes, dtype=np.int64)
         self._section_block = -1 if section is None else section.block - 1
-        self._section_displacement = np.zeros(lanes)
+        self._section_displacement = zeros(lanes)
         if section is not None:
             self._section_displacement[:] = section.positions[source] - rest[section.block - 1]
         self.time = 0.0
@@ -133,7 +134,7 @@ class EventEnsemble:
             self._local_time[:] = 0.0
             first_row = int(np.floor(start / self._interval + 1e-9)) + 1
             n_samples = int(np.floor(end / self._interval + 1e-9)) + 1 - first_row
-            sample_row = np.zeros(len(self._velocity), dtype=np.int64)
+            sample_row = zeros(len(self._velocity), dtype=np.int64)
             while True:
                 status = event.advance_chains(
                     span,
