@@ -194,7 +194,10 @@ def test_touched_file_without_a_change_reruns_nothing(finished):
 
 
 def test_integrator_of_one_dataset_does_not_depend_on_the_other():
-    kernels = {"verlet": "beltrepro.engine.verlet", "event": "beltrepro.engine.event_ensemble"}
+    kernels = {
+        "verlet": "beltrepro.engine.verlet_ensemble",
+        "event": "beltrepro.engine.event_ensemble",
+    }
     simulation = provenance.module_closure("beltrepro.simulation")
     for kernel in kernels.values():
         rest = provenance.module_closure("beltrepro.simulation", without=(kernel,))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from beltrepro.engine.ensemble import LANES, Section, VerletEnsemble
+from beltrepro.engine.ensemble import LANES, Section
 from beltrepro.engine.event_ensemble import EventEnsemble
 from beltrepro.engine.events import (
     EVENT_BLOCK,
@@ -24,6 +24,7 @@ from beltrepro.engine.events import (
 )
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.noise import stream_key
+from beltrepro.engine.verlet_ensemble import VerletEnsemble
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.spring import external_force

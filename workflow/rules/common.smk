@@ -109,7 +109,7 @@ def ensemble_settings(wildcards):
 # --- hashes of the code behind a result: Snakemake does not see imported modules ---
 
 INTEGRATORS = {
-    "verlet": "beltrepro.engine.verlet",
+    "verlet": "beltrepro.engine.verlet_ensemble",
     "event": "beltrepro.engine.event_ensemble",
 }
 

@@ -134,7 +134,7 @@ def _taylor_step(n_blocks, force):
         (_LOG_TOLERANCE - logarithm(last)) * (LOG2_E / FORCE_ORDER),
         (_LOG_TOLERANCE - logarithm(before)) * (LOG2_E / (FORCE_ORDER - 1)),
     )
-    return exp2(exponent)
+    return exp2(exponent, 1.0)
 
 
 @inlined

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from beltrepro.engine.simd import copysign, fma, select
+from beltrepro.engine.simd import fma, select
 from beltrepro.engine.vector import LOG2_E, exp2, inlined
 from beltrepro.model import ChainParameters
 
@@ -51,11 +51,11 @@ def spring_law(constants):
 def tension(deformation, law):
     """-F_e(dl): the force with which a spring pulls, for a float64 or a float64x8."""
     limit, compression_rate, extension_rate, compression_softness, extension_softness = law
-    size = abs(deformation)
-    excess = size - limit
-    excess = select(excess > 0.0, excess, 0.0)
+    linear = select(deformation > limit, limit, deformation)
+    linear = select(linear < -limit, -limit, linear)
+    excess = deformation - linear
     compressed = deformation < 0.0
-    rate = select(compressed, compression_rate, extension_rate)
-    softness = select(compressed, compression_softness, extension_softness)
-    growth = exp2(excess * rate) - 1.0
-    return copysign(fma(softness, growth, size - excess), deformation)
+    rate = select(compressed, -compression_rate, extension_rate)
+    softness = select(compressed, -compression_softness, extension_softness)
+    growth = exp2(excess, rate) - 1.0
+    return fma(softness, growth, linear)

@@ -243,6 +243,18 @@ def select(typing_context, mask, chosen, otherwise):
 
 
 @intrinsic
+def extract(typing_context, value, lane):
+    """One lane of a vector, by its number."""
+    result = types.float64 if value is float64x8 else types.int64
+
+    def generate(context, builder, sig, values):
+        number = context.cast(builder, values[1], sig.args[1], types.int64)
+        return builder.extract_element(values[0], number)
+
+    return result(value, lane), generate
+
+
+@intrinsic
 def mask_bits(typing_context, mask):
     """The lanes of a mask as the low eight bits of an int64; 0 if no lane is set."""
 

@@ -76,7 +76,7 @@ def start_springs(constants, regime, lane, series, rates, growth, force, wall_pu
             stretched, constants[EXTENSION_SOFTNESS], spread(-constants[COMPRESSION_SOFTNESS])
         )
         excess = select(linear, 0.0, fma(branch, -limit, deformation))
-        exponential = exp2(excess * rate_2)
+        exponential = exp2(excess, rate_2)
         tension = select(linear, deformation, fma(branch, limit, (exponential - 1.0) * softness))
         store(rates, (spring * LANES,), select(linear, 0.0, rate))
         store(growth, (at(0, spring),), select(linear, 0.0, exponential * softness))

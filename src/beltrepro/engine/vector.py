@@ -79,19 +79,18 @@ _Q10 = 4.4549605981865186e-10
 
 
 @inlined
-def exp2(x):
-    """2**x, float64 or float64x8, |x| < 1000: within 2 units in the last place, no branches."""
-    shifted = x + _ROUNDING
-    r = x - (shifted - _ROUNDING)
-    q = fma(_Q10, r, _Q9)
-    q = fma(q, r, _Q8)
-    q = fma(q, r, _Q7)
-    q = fma(q, r, _Q6)
-    q = fma(q, r, _Q5)
-    q = fma(q, r, _Q4)
-    q = fma(q, r, _Q3)
-    q = fma(q, r, _Q2)
-    q = fma(q, r, _Q1)
-    q = fma(q, r, _Q0)
+def exp2(x, rate):
+    """2**(x rate), float64 or float64x8, |x rate| < 1000: within 2 units in the last place.
+
+    Without branches; the polynomial is summed by halves, which keeps the chain of operations short.
+    """
+    shifted = fma(x, rate, _ROUNDING)
+    r = fma(x, rate, _ROUNDING - shifted)
+    r2 = r * r
+    r4 = r2 * r2
+    q0 = fma(fma(_Q3, r, _Q2), r2, fma(_Q1, r, _Q0))
+    q4 = fma(fma(_Q7, r, _Q6), r2, fma(_Q5, r, _Q4))
+    q8 = fma(_Q10, r2, fma(_Q9, r, _Q8))
+    q = fma(fma(q8, r4, q4), r4, q0)
     mantissa = fma(q, r, 1.0)
     return from_bits(as_bits(mantissa) + (as_bits(shifted) << 52))

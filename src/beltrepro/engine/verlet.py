@@ -1,16 +1,21 @@
 """The paper's numerical scheme (Appendix), step for step, for many chains at once.
 
-State per block and chain, arrays (N, W), in the frame of the belt so that a stuck block has exactly
-zero relative velocity: displacement from the rest position, displacement relative to the belt in
-the last step, relative velocity, acceleration of the last step, threshold F_st, direction of slip.
-With w(t) = x(t) - x(t-dt) - u dt the printed formulas read
+In the frame of the belt a stuck block has exactly zero relative velocity. With the slip step
+w(t) = x(t) - x(t-dt) - u dt the printed formulas read
 
     w(t+dt) = w(t) + a(t) dt^2,                               x(t+dt) = x(t) + u dt + w(t+dt)
-    v_r(t+dt) = w(t)/dt + dt/6 [11 a(t) - 2 a(t-dt)]
+    v_r(t+dt) dt = w(t) + 11/6 a(t) dt^2 - 1/3 a(t-dt) dt^2
 
-which rounds better than 2x(t) - x(t-dt) and is the same scheme. Both rules that end or start a slip
-are one expression without branches, see `beltrepro.model.friction.next_direction`.
+which rounds better than 2x(t) - x(t-dt) and is the same scheme. Velocities and accelerations are
+kept times dt and dt^2, so that a step takes no more than the additions above.
+
+Most steps change the direction of no block. `_forces` finds the forces on the blocks and how far
+each is from a change; only where one is due, `_turn` applies the stick and slip rules
+(`beltrepro.model.friction.next_direction`) and records events; `_move` is the formulas above, in
+which a stuck block takes the factor zero instead of a branch.
 """
+
+import numpy as np
 
 from beltrepro.engine.events import (
     EVENT_BLOCK,
@@ -21,44 +26,229 @@ from beltrepro.engine.events import (
     EVENT_TIME,
 )
 from beltrepro.engine.law import FRICTION_RATIO, STATIC_FRICTION, spring_law, tension
-from beltrepro.engine.noise import fill_normals
-from beltrepro.engine.simd import copysign, fma
+from beltrepro.engine.memory import zeros
+from beltrepro.engine.noise import normal_pairs
+from beltrepro.engine.simd import (
+    LANES,
+    copysign,
+    extract,
+    fma,
+    load,
+    mask_bits,
+    minimum,
+    select,
+    spread,
+    store,
+)
 from beltrepro.engine.vector import inlined, kernel, separate_arrays
+
+# What is kept of a block, for eight chains each, as offsets into a row of the state.
+# displacement from the rest position; w; v_r dt and a dt^2 of the last step; direction of slip;
+# threshold F_st while stuck; friction loss times dt^2
+(DISPLACEMENT, SLIP_STEP, VELOCITY, ACCELERATION, DIRECTION, THRESHOLD, DISSIPATED) = range(
+    0, 7 * LANES, LANES
+)
+# force and normal deviate of this step
+FORCE, NORMAL = range(7 * LANES, 9 * LANES, LANES)
+# what follows from direction and threshold: 1 if stuck; F_st if stuck; dt^2 if moving; kinetic
+# friction times dt^2, its mean and its standard deviation, with the sign of the direction
+STUCK, HOLD, PUSH, KINETIC, KINETIC_NOISE = range(9 * LANES, 14 * LANES, LANES)
+FIELDS = 14
+
+
+def initial_state(displacement, threshold):
+    """The state of W chains with all blocks stuck; arguments (N, W).
+
+    Shape (W/8, N rounded up to even, FIELDS * 8): eight chains of a block lie together.
+    """
+    n_blocks, lanes = displacement.shape
+    state = zeros((lanes // LANES, n_blocks + n_blocks % 2, FIELDS * LANES))
+    for field, values in (
+        (DISPLACEMENT, displacement),
+        (THRESHOLD, threshold),
+        (HOLD, threshold),
+        (STUCK, np.ones_like(threshold)),
+    ):
+        rows = values.reshape(n_blocks, -1, LANES).transpose(1, 0, 2)
+        state[:, :n_blocks, field : field + LANES] = rows
+    return state
+
+
+def of_blocks(state, field, n_blocks):
+    """One field of the state as an array (N, W)."""
+    return np.concatenate(state[:, :n_blocks, field : field + LANES], axis=1)
 
 
 @inlined
-def _spring_pass(displacement, pull, constants):
-    separate_arrays()
-    law = spring_law(constants)
-    n_blocks, lanes = displacement.shape
-    for lane in range(lanes):
-        pull[0, lane] = tension(displacement[0, lane], law)
-    for block in range(1, n_blocks):
-        for lane in range(lanes):
-            deformation = displacement[block, lane] - displacement[block - 1, lane]
-            pull[block, lane] = tension(deformation, law)
+def _forces(state, vector, n_blocks, law):
+    """Forces on the blocks; returns the first spring's pull and the least margin to a change.
+
+    The margin of a slipping block is its velocity along its direction, that of a stuck block what
+    its threshold exceeds the force by.
+    """
+    margin = spread(1.0)
+    before = load(state, (vector, 0, DISPLACEMENT))
+    wall_pull = tension(before, law)
+    pull = wall_pull
+    for block in range(n_blocks):
+        if block + 1 < n_blocks:
+            displacement = load(state, (vector, block + 1, DISPLACEMENT))
+            next_pull = tension(displacement - before, law)
+            before = displacement
+        else:
+            next_pull = spread(0.0)
+        force = next_pull - pull
+        pull = next_pull
+        store(state, (vector, block, FORCE), force)
+        slack = fma(
+            load(state, (vector, block, DIRECTION)),
+            load(state, (vector, block, VELOCITY)),
+            load(state, (vector, block, HOLD)),
+        )
+        slack = fma(-load(state, (vector, block, STUCK)), abs(force), slack)
+        margin = minimum(slack, margin)
+    return wall_pull, margin
+
+
+@inlined
+def _record(state, vector, block, lane, kind, time, square, events, event_count):
+    chain = vector * LANES + lane
+    slot = event_count[chain]
+    events[chain, slot, EVENT_TIME] = time
+    events[chain, slot, EVENT_BLOCK] = block
+    events[chain, slot, EVENT_SLIP] = kind
+    events[chain, slot, EVENT_FORCE] = state[vector, block, FORCE + lane]
+    events[chain, slot, EVENT_POSITION] = state[vector, block, DISPLACEMENT + lane]
+    events[chain, slot, EVENT_DISSIPATED] = state[vector, block, DISSIPATED + lane] / square
+    event_count[chain] = slot + 1
+
+
+@inlined
+def _turn(state, vector, n_blocks, mean, ratio, noise, square, time, events, event_count):
+    """Apply the stick and slip rules to all blocks and record what they change."""
+    for block in range(n_blocks):
+        force = load(state, (vector, block, FORCE))
+        old = load(state, (vector, block, DIRECTION))
+        # drawn anew while slipping, kept while stuck
+        drawn = fma(noise, load(state, (vector, block, NORMAL)), mean)
+        threshold = select(old != 0.0, drawn, load(state, (vector, block, THRESHOLD)))
+        free = select(abs(force) > threshold, copysign(1.0, force), 0.0)
+        undecided = old * load(state, (vector, block, VELOCITY)) <= 0.0
+        new = select(undecided, free, old)
+        changed = new != old
+        if mask_bits(changed):
+            moving = new != 0.0
+            sticks = mask_bits(changed & (old != 0.0))
+            slips = mask_bits(changed & moving)
+            for lane in range(LANES):
+                if (sticks >> lane) & 1:
+                    _record(state, vector, block, lane, 0, time, square, events, event_count)
+                if (slips >> lane) & 1:
+                    _record(state, vector, block, lane, 1, time, square, events, event_count)
+            store(state, (vector, block, DIRECTION), new)
+            store(state, (vector, block, THRESHOLD), threshold)
+            store(state, (vector, block, STUCK), select(moving, 0.0, 1.0))
+            store(state, (vector, block, HOLD), select(moving, 0.0, threshold))
+            store(state, (vector, block, PUSH), select(moving, square, 0.0))
+            kinetic = new * (ratio * square)
+            store(state, (vector, block, KINETIC), kinetic * mean)
+            store(state, (vector, block, KINETIC_NOISE), kinetic * noise)
+            step_before = load(state, (vector, block, SLIP_STEP))
+            store(state, (vector, block, SLIP_STEP), select(moving, step_before, 0.0))
+            before = load(state, (vector, block, ACCELERATION))
+            store(state, (vector, block, ACCELERATION), select(moving, before, 0.0))
+
+
+@inlined
+def _move(state, vector, n_blocks, belt_step, noisy):
+    """One step of the scheme."""
+    for block in range(n_blocks):
+        kinetic = load(state, (vector, block, KINETIC))
+        if noisy:
+            normal = load(state, (vector, block, NORMAL))
+            kinetic = fma(load(state, (vector, block, KINETIC_NOISE)), normal, kinetic)
+        push = load(state, (vector, block, PUSH))
+        before = load(state, (vector, block, ACCELERATION))
+        w = load(state, (vector, block, SLIP_STEP))
+        a = fma(push, load(state, (vector, block, FORCE)), -kinetic)
+        store(state, (vector, block, ACCELERATION), a)
+        store(state, (vector, block, VELOCITY), fma(a, 11.0 / 6.0, fma(before, -1.0 / 3.0, w)))
+        w = w + a
+        store(state, (vector, block, SLIP_STEP), w)
+        displacement = load(state, (vector, block, DISPLACEMENT))
+        store(state, (vector, block, DISPLACEMENT), displacement + (w + belt_step))
+        dissipated = load(state, (vector, block, DISSIPATED))
+        store(state, (vector, block, DISSIPATED), fma(kinetic, w, dissipated))
+
+
+@inlined
+def _cross(
+    state,
+    vector,
+    n_blocks,
+    belt_step,
+    section_block,
+    level,
+    time,
+    time_step,
+    crossings,
+    crossing_count,
+):
+    """Record the chains whose block came down through its level in the step that ends at `time`."""
+    after = load(state, (vector, section_block, DISPLACEMENT)) - level
+    move = load(state, (vector, section_block, SLIP_STEP)) + belt_step
+    hits = mask_bits((after < 0.0) & (after - move >= 0.0))
+    if hits:
+        back = after / move
+        for lane in range(LANES):
+            if (hits >> lane) & 1:
+                chain = vector * LANES + lane
+                share = extract(back, lane)
+                slot = crossing_count[chain]
+                crossing_count[chain] = slot + 1
+                crossings[chain, slot, 0] = time - share * time_step
+                for block in range(n_blocks):
+                    move = state[vector, block, SLIP_STEP + lane] + extract(belt_step, lane)
+                    crossings[chain, slot, 1 + block] = (
+                        state[vector, block, DISPLACEMENT + lane] - share * move
+                    )
+                    crossings[chain, slot, 1 + n_blocks + block] = (
+                        state[vector, block, VELOCITY + lane]
+                        - share * state[vector, block, ACCELERATION + lane]
+                    ) / time_step
+
+
+@inlined
+def _sample(state, vector, n_blocks, first_sampled, time_step, samples, row):
+    lane = vector * LANES
+    rate = 1.0 / time_step
+    for block in range(first_sampled, n_blocks):
+        kinetic = fma(
+            load(state, (vector, block, KINETIC_NOISE)),
+            load(state, (vector, block, NORMAL)),
+            load(state, (vector, block, KINETIC)),
+        )
+        column = block - first_sampled
+        displacement = load(state, (vector, block, DISPLACEMENT))
+        velocity = load(state, (vector, block, VELOCITY)) * rate
+        store(samples, (row, 0, column, lane), displacement)
+        store(samples, (row, 1, column, lane), velocity)
+        store(samples, (row, 2, column, lane), -kinetic * (rate * rate))
 
 
 @kernel
 def verlet_steps(
+    n_blocks,
     first_step,
     n_steps,
     time_step,
     constants,
     belt_step,
     noise,
-    displacement,
-    slip_step,
-    velocity,
-    acceleration,
-    threshold,
-    direction,
-    known_direction,
-    dissipated,
-    wall_impulse,
+    noisy,
+    state,
+    wall_pull,
     streams,
-    normals,
-    pull,
     sample_stride,
     first_sampled,
     samples,
@@ -68,17 +258,17 @@ def verlet_steps(
     section_displacement,
     crossings,
     crossing_count,
-    noisy,
 ):
     """Advance W chains by at most n_steps steps of the Appendix; returns the steps done.
 
-    It stops early only when a buffer of events or crossings might overflow in the next step.
+    It stops early, at a sample or after a stretch of steps, only when a buffer of events or
+    crossings might overflow in the next stretch.
 
     first_step : index of the first step (time = index * time_step).
-    constants : (9,) see `law_constants`; belt_step : (W,) u*dt; noise : (W,) sigma.
-    displacement ... dissipated : (N, W) state; wall_impulse : (W,) integral of the first spring's
-    pull; streams : (4, W) and normals : (even >= N, W) random numbers; pull : (N+1, W) scratch,
-    last row zero.
+    constants : (9,) see `law_constants`; belt_step : (W,) u*dt; noise : (W,) sigma; noisy : whether
+    any of them is not zero.
+    state : see `initial_state`; wall_pull : (W,) sum of the first spring's pull over the steps;
+    streams : (4, W) random numbers.
     sample_stride : samples are taken where the step index is a multiple of it;
     first_sampled : first block sampled;
     samples : (S, 3, N-first_sampled, W) displacement, relative velocity, kinetic friction.
@@ -86,109 +276,73 @@ def verlet_steps(
     section_block : 0-based, or -1 for none; section_displacement : (W,).
     """
     separate_arrays()
-    n_blocks, lanes = displacement.shape
-    mean_threshold = constants[STATIC_FRICTION]
+    vectors = state.shape[0]
+    law = spring_law(constants)
+    mean = constants[STATIC_FRICTION]
     ratio = constants[FRICTION_RATIO]
-    rate = 1.0 / time_step
     square = time_step * time_step
-    weight = 11.0 * time_step / 6.0
-    previous_weight = -2.0 * time_step / 6.0
-    n_normals = n_blocks + (n_blocks & 1)
+    last = first_step + n_steps
+    stretch = min(events.shape[1] // (8 * n_blocks), crossings.shape[1] // 4)
+    step = first_step
     row = 0
-
-    for step in range(first_step, first_step + n_steps):
-        _spring_pass(displacement, pull, constants)
-        for lane in range(lanes):
-            wall_impulse[lane] += pull[0, lane] * time_step
-        if noisy:
-            fill_normals(streams, normals, n_normals)
-        changes = 0
-        for block in range(n_blocks):
-            for lane in range(lanes):
-                force = pull[block + 1, lane] - pull[block, lane]
-                old = direction[block, lane]
-                # drawn anew while slipping, kept while stuck
-                drawn = fma(noise[lane], normals[block, lane], mean_threshold)
-                limit_force = drawn if old != 0.0 else threshold[block, lane]
-                threshold[block, lane] = limit_force
-                free = copysign(1.0, force) if abs(force) > limit_force else 0.0
-                new = free if old * velocity[block, lane] <= 0.0 else old
-                changed = 1 if new != old else 0
-                changes |= changed
-                moving = new != 0.0
-                w = slip_step[block, lane] if moving else 0.0
-                before = acceleration[block, lane] if moving else 0.0
-                kinetic = new * (ratio * limit_force)
-                a = force - kinetic if moving else 0.0
-                velocity[block, lane] = fma(w, rate, fma(weight, a, previous_weight * before))
-                w = fma(a, square, w)
-                slip_step[block, lane] = w
-                acceleration[block, lane] = a
-                direction[block, lane] = new
-                displacement[block, lane] += w + belt_step[lane]
-                dissipated[block, lane] = fma(kinetic, w, dissipated[block, lane])
-
-        full = False
-        if changes:
-            time = step * time_step
-            for block in range(n_blocks):
-                for lane in range(lanes):
-                    new = direction[block, lane]
-                    old = known_direction[block, lane]
-                    if new != old:
-                        known_direction[block, lane] = new
-                        w = slip_step[block, lane]
-                        position = displacement[block, lane] - (w + belt_step[lane])
-                        loss = dissipated[block, lane] - new * ratio * threshold[block, lane] * w
-                        force = pull[block + 1, lane] - pull[block, lane]
-                        for kind in range(2):
-                            if (kind == 0 and old != 0.0) or (kind == 1 and new != 0.0):
-                                slot = event_count[lane]
-                                events[lane, slot, EVENT_TIME] = time
-                                events[lane, slot, EVENT_BLOCK] = block
-                                events[lane, slot, EVENT_SLIP] = kind
-                                events[lane, slot, EVENT_FORCE] = force
-                                events[lane, slot, EVENT_POSITION] = position
-                                events[lane, slot, EVENT_DISSIPATED] = loss
-                                event_count[lane] = slot + 1
-                        if event_count[lane] + 2 * n_blocks > events.shape[1]:
-                            full = True
-
-        if section_block >= 0:
-            crossed = 0
-            for lane in range(lanes):
-                after = displacement[section_block, lane] - section_displacement[lane]
-                move = slip_step[section_block, lane] + belt_step[lane]
-                hit = 1 if (after < 0.0) & (after - move >= 0.0) else 0
-                crossed |= hit
-            if crossed:
-                for lane in range(lanes):
-                    after = displacement[section_block, lane] - section_displacement[lane]
-                    move = slip_step[section_block, lane] + belt_step[lane]
-                    if after < 0.0 and after - move >= 0.0:
-                        back = after / move
-                        slot = crossing_count[lane]
-                        crossings[lane, slot, 0] = (step + 1 - back) * time_step
-                        for block in range(n_blocks):
-                            move = slip_step[block, lane] + belt_step[lane]
-                            crossings[lane, slot, 1 + block] = (
-                                displacement[block, lane] - back * move
-                            )
-                            crossings[lane, slot, 1 + n_blocks + block] = (
-                                velocity[block, lane] - back * time_step * acceleration[block, lane]
-                            )
-                        crossing_count[lane] = slot + 1
-                        if slot + 2 > crossings.shape[1]:
-                            full = True
-
-        if (step + 1) % sample_stride == 0:
-            for block in range(first_sampled, n_blocks):
-                for lane in range(lanes):
-                    kinetic = -direction[block, lane] * ratio * threshold[block, lane]
-                    samples[row, 0, block - first_sampled, lane] = displacement[block, lane]
-                    samples[row, 1, block - first_sampled, lane] = velocity[block, lane]
-                    samples[row, 2, block - first_sampled, lane] = kinetic
-            row += 1
-        if full:
-            return step + 1 - first_step
-    return n_steps
+    while step < last:
+        start = step
+        step = min(last, start + stretch, (start // sample_stride + 1) * sample_stride)
+        sampled = step % sample_stride == 0
+        room = 1
+        for vector in range(vectors):
+            lane = vector * LANES
+            vector_noise = load(noise, (lane,))
+            vector_belt_step = load(belt_step, (lane,))
+            level = load(section_displacement, (lane,))
+            pulled = load(wall_pull, (lane,))
+            for now in range(start, step):
+                wall, margin = _forces(state, vector, n_blocks, law)
+                pulled = pulled + wall
+                if noisy:
+                    for block in range(0, n_blocks, 2):
+                        first, second = normal_pairs(streams, lane)
+                        store(state, (vector, block, NORMAL), first)
+                        store(state, (vector, block + 1, NORMAL), second)
+                if mask_bits(margin <= 0.0):
+                    _turn(
+                        state,
+                        vector,
+                        n_blocks,
+                        mean,
+                        ratio,
+                        vector_noise,
+                        square,
+                        now * time_step,
+                        events,
+                        event_count,
+                    )
+                if noisy:
+                    _move(state, vector, n_blocks, vector_belt_step, True)
+                else:
+                    _move(state, vector, n_blocks, vector_belt_step, False)
+                if section_block >= 0:
+                    _cross(
+                        state,
+                        vector,
+                        n_blocks,
+                        vector_belt_step,
+                        section_block,
+                        level,
+                        (now + 1) * time_step,
+                        time_step,
+                        crossings,
+                        crossing_count,
+                    )
+            store(wall_pull, (lane,), pulled)
+            if sampled:
+                _sample(state, vector, n_blocks, first_sampled, time_step, samples, row)
+            for chain in range(lane, lane + LANES):
+                if event_count[chain] + 2 * n_blocks * stretch > events.shape[1]:
+                    room = 0
+                if crossing_count[chain] + stretch > crossings.shape[1]:
+                    room = 0
+        row += sampled
+        if not room:
+            break
+    return step - first_step
