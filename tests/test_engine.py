@@ -7,9 +7,12 @@ from scipy.stats import chi2, kstest
 
 import naive
 from beltrepro import ChainParameters, simulate
+from beltrepro.engine.ensemble import Section
 from beltrepro.engine.law import law_constants, spring_law, tension
-from beltrepro.engine.noise import normal_deviates, stream_states
+from beltrepro.engine.noise import normal_deviates, normal_pairs_wide, stream_states
+from beltrepro.engine.simd import load_wide, store
 from beltrepro.engine.vector import exp2, kernel
+from beltrepro.engine.verlet_ensemble import VerletEnsemble
 from beltrepro.errors import InputError, ModelStateError
 from beltrepro.model.spring import (
     chain_deformations,
@@ -305,3 +308,105 @@ def test_bad_input_is_one_clear_line(options, message):
 def test_broken_state_names_the_parameters():
     with pytest.raises(ModelStateError, match=r"N=3, u=20000.*time_step = 0.1"):
         simulate(ChainParameters(3, 20000.0), duration=200, time_step=0.1, sample_interval=None)
+
+
+def recorded(chains, width, events=None, crossings=None):
+    """Samples, crossings and audit of ensembles of `width` chains, event records per chain."""
+    rest = chains[0].rest_positions
+    starts = rest + np.random.default_rng(5).uniform(-1, 1, (len(chains), len(rest)))
+    records, crossed, samples, audit = [], [], [], []
+    for first in range(0, len(chains), width):
+        part = slice(first, first + width)
+        ensemble = VerletEnsemble(
+            chains[part],
+            seed=1,
+            replicates=range(first, first + len(chains[part])),
+            initial_positions=starts[part],
+            time_step=0.01,
+            sample_stride=7,
+            sampled_blocks=2,
+            section=Section(3, np.full(len(chains[part]), 330.0)),
+        )
+        if events:
+            ensemble._events = ensemble._events[:, :events].copy()
+            ensemble._crossings = ensemble._crossings[:, :crossings].copy()
+        chunks = []
+        for chunk in ensemble.advance(120.0):
+            chunks.append(
+                (
+                    [
+                        rows[:n].copy()
+                        for rows, n in zip(chunk.events, chunk.event_count, strict=True)
+                    ],
+                    [
+                        rows[:n].copy()
+                        for rows, n in zip(chunk.crossings, chunk.crossing_count, strict=True)
+                    ],
+                    np.stack(
+                        [chunk.displacement, chunk.relative_velocity, chunk.kinetic_friction]
+                    ).transpose(3, 0, 1, 2),
+                )
+            )
+        assert not events or len(chunks) > 3
+        own, cut, rows = zip(*chunks, strict=True)
+        records += [np.concatenate(parts) for parts in zip(*own, strict=True)]
+        crossed += [np.concatenate(parts) for parts in zip(*cut, strict=True)]
+        samples.append(np.concatenate(rows, axis=2))
+        audit.append(ensemble.energy_residual())
+    return records, crossed, np.concatenate(samples), np.concatenate(audit)
+
+
+@pytest.mark.parametrize("noise", [0.0, 3.0])
+def test_width_and_buffers_change_nothing(noise):
+    chains = [ChainParameters(3, 12.0 + i % 7, noise) for i in range(37)]
+    expected = recorded(chains, 32)
+    assert min(map(len, expected[0])) > 10
+    assert sum(map(len, expected[1])) > 10
+    assert np.abs(expected[3]).max() < 1e-2
+    for found in (recorded(chains, 37), recorded(chains, 5), recorded(chains, 32, 30, 6)):
+        for one, other in zip(found, expected, strict=True):
+            for a, b in zip(one, other, strict=True):
+                np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("time_step", [0.05, 0.1])
+def test_hundreds_of_events_follow_the_naive_loop(time_step):
+    steps = 3000
+    positions, events = naive.verlet(5, 30.0, steps, time_step=time_step)
+    run = simulate(
+        ChainParameters(5, 30.0),
+        duration=steps * time_step,
+        time_step=time_step,
+        sample_interval=time_step,
+    )
+    assert len(events) > 80
+    assert np.abs(run.positions[1:] - np.array(positions)).max() < 1e-9
+    found = [(round(e["time"], 6), e["block"], str(e["kind"])) for e in run.events]
+    assert found == [(round(t, 6), block, kind) for t, block, kind in events]
+
+
+def test_wide_vectors_round_like_one_chain():
+    @kernel
+    def fill(states, law, x, y, normals):
+        for first in range(0, len(x), 16):
+            deformation = load_wide(x, (first,))
+            store(y, (first,), tension(deformation, spring_law(law)))
+        for row in range(0, len(normals), 2):
+            first, second = normal_pairs_wide(states, 0)
+            store(normals, (row, 0), first)
+            store(normals, (row + 1, 0), second)
+
+    @kernel
+    def fill_one(law, x, y):
+        for i in range(len(x)):
+            y[i] = tension(x[i], spring_law(law))
+
+    x = np.linspace(-60, 300, 3600)
+    wide, one, normals = np.empty_like(x), np.empty_like(x), np.empty((10, 16))
+    states = stream_states([SINGLE] * 16, 7, range(16))
+    fill(states, law_constants(SINGLE), x, wide, normals)
+    fill_one(law_constants(SINGLE), x, one)
+    np.testing.assert_array_equal(wide, one)
+    expected = np.empty((10, 16))
+    normal_deviates(stream_states([SINGLE] * 16, 7, range(16)), expected)
+    np.testing.assert_array_equal(normals, expected)

@@ -68,6 +68,8 @@ class ChainEnsemble:
     section : crossings to record, or None.
     """
 
+    _vector = simd.LANES  # chains in a vector of the integrator
+
     def __init__(
         self,
         parameters: Sequence[ChainParameters],
@@ -89,7 +91,7 @@ class ChainEnsemble:
         self._stride = sample_stride
         self._first_sampled = self.n_blocks - sampled_blocks
         # lanes that fill up the last vector repeat the last chain; nobody looks at them
-        lanes = -(-self._width // simd.LANES) * simd.LANES
+        lanes = -(-self._width // self._vector) * self._vector
         source = np.minimum(np.arange(lanes), self._width - 1)
         chains = [self.parameters[lane] for lane in source]
         self._belt_velocity = aligned([chain.belt_velocity for chain in chains])
@@ -107,7 +109,7 @@ class ChainEnsemble:
         self._chunk_steps = -(-steps // sample_stride) * sample_stride
         rows = self._chunk_steps // sample_stride + 1
         self._samples = zeros((rows, 3, sampled_blocks, lanes))
-        self._events = np.empty((lanes, _EVENTS, EVENT_FIELDS))
+        self._events = np.empty((lanes, max(_EVENTS, 8 * self.n_blocks), EVENT_FIELDS))
         self._event_count = np.zeros(lanes, dtype=np.int64)
         self._crossings = np.empty((lanes, _CROSSINGS, 1 + 2 * self.n_blocks))
         self._crossing_count = np.zeros(lanes, dtype=np.int64)

@@ -30,7 +30,7 @@ from beltrepro.engine.law import (
     STATIC_FRICTION,
 )
 from beltrepro.engine.noise import logarithm, normal_pair, normal_pairs_where
-from beltrepro.engine.roots import first_roots
+from beltrepro.engine.roots import NO_ROOT, UNDECIDED, first_roots
 from beltrepro.engine.simd import (
     LANES,
     fma,
@@ -392,11 +392,13 @@ def _first_events(count, polynomials, candidate_lane, candidate_source, roots, w
         first_roots(polynomials, slot, roots)
     for slot in range(count):
         i = candidate_lane[slot]
-        if roots[slot] <= 1.0:
-            instant = roots[slot] * work[0, i]
-            if source[i] < 0 or instant < work[1, i]:
-                work[1, i] = instant
-                source[i] = candidate_source[slot]
+        found = roots[slot] <= 1.0
+        if roots[slot] == NO_ROOT:
+            continue
+        instant = (roots[slot] if found else roots[slot] - UNDECIDED) * work[0, i]
+        if instant < work[1, i] or (found and source[i] < 0 and instant == work[1, i]):
+            work[1, i] = instant
+            source[i] = candidate_source[slot] if found else -1
 
 
 @inlined
@@ -622,8 +624,13 @@ def advance_chains(
                         goal = _extension(pull, limit, compression_rate, extension_rate)
                         here = displacement[0, chain]
                         wait = max((goal - here) / belt_velocity[chain], 0.0)
+                        first = 0
+                        # only a start beyond the threshold can put a block here, at time 0
+                        for block in range(n_blocks - 1, -1, -1):
+                            if abs(force[at(0, block) + i]) > threshold[block, chain]:
+                                first, wait = block, 0.0
                         rest = end - time[chain]
-                        source[i] = 0 if wait <= rest else -1
+                        source[i] = first if wait <= rest else -1
                         work[1, i] = min(wait, rest)
 
             # --- to the first event or the end of the step ---
@@ -723,17 +730,19 @@ def advance_chains(
                     gained -= _stored_energy(before, limit, compression_rate, extension_rate)
                     wall_impulse[chain] += gained / belt_velocity[chain]
                     regime[0, chain] = _branch(here, limit)
-                    if what == 0:
+                    if what >= 0:
                         external = -threshold[0, chain]
-                        direction[0, chain] = -1.0
+                        if work[1, i] == 0.0:
+                            external = force[at(0, what) + i]
+                        direction[what, chain] = 1.0 if external > 0.0 else -1.0
                         _record_event(
                             chain,
                             start_time + time[chain],
-                            0,
+                            what,
                             1.0,
                             external,
-                            here,
-                            dissipated[0, chain],
+                            displacement[what, chain],
+                            dissipated[what, chain],
                             events,
                             event_count,
                         )

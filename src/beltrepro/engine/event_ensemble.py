@@ -64,7 +64,7 @@ class EventEnsemble(ChainEnsemble):
         until = float(until)
         while self.time < until:
             start = self.time
-            end = min(until, (round(start / length) + 1) * length)
+            end = min(until, float(np.floor(start / length + 1e-9) + 1) * length)
             # a sample at the very end belongs to the chunk, whatever its multiple rounds to
             first_row = int(np.floor(start / interval + 1e-9)) + 1
             rows = int(np.floor(end / interval + 1e-9)) + 1 - first_row

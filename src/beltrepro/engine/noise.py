@@ -15,6 +15,7 @@ from beltrepro.engine.simd import (
     fma,
     from_bits,
     load,
+    load_wide,
     select,
     shift_right,
     square_root,
@@ -71,6 +72,7 @@ _LN2 = 0.6931471805599453
 _ONE_BITS = 0x3FF0000000000000
 _MANTISSA = 0x000FFFFFFFFFFFFF
 _SQRT_HALF_BITS = 0x3FE6A09E667F3BCD
+_SIGN = np.int64(-(1 << 63))
 _ROUNDING = 6755399441055744.0
 
 
@@ -123,18 +125,19 @@ def _box_muller(word):
     radius, angle = _uniform_pair(word)
     length = square_root(-2.0 * logarithm(radius))
     # four quadrants around the nearest multiple of a quarter turn, f in [-1/8, 1/8]
-    shifted = angle * 4.0 + _ROUNDING
+    shifted = fma(angle, 4.0, _ROUNDING)
     quadrant = as_bits(shifted)
-    f = angle - (shifted - _ROUNDING) * 0.25
+    f = fma(_ROUNDING - shifted, 0.25, angle)
     f2 = f * f
     sine = fma(fma(fma(fma(_S4, f2, _S3), f2, _S2), f2, _S1), f2, _S0) * f
     cosine = fma(fma(fma(fma(_C4, f2, _C3), f2, _C2), f2, _C1), f2, _C0)
     swapped = (quadrant & 1) != 0
     a = select(swapped, sine, cosine)
     b = select(swapped, cosine, sine)
-    a = select(((quadrant + 1) & 2) != 0, -a, a)
-    b = select((quadrant & 2) != 0, -b, b)
-    return length * a, length * b
+    # bit 1 of the number of the quadrant becomes the sign bit
+    a = from_bits(as_bits(length * a) ^ (((quadrant + 1) << 62) & _SIGN))
+    b = from_bits(as_bits(length * b) ^ ((quadrant << 62) & _SIGN))
+    return a, b
 
 
 @inlined
@@ -147,6 +150,22 @@ def normal_pairs(states, lane):
         load(states, (3, lane)),
     )
     word, s0, s1, s2, s3 = _next(s0, s1, s2, s3)
+    store(states, (0, lane), s0)
+    store(states, (1, lane), s1)
+    store(states, (2, lane), s2)
+    store(states, (3, lane), s3)
+    return _box_muller(word)
+
+
+@inlined
+def normal_pairs_wide(states, lane):
+    """As `normal_pairs`, for sixteen chains."""
+    word, s0, s1, s2, s3 = _next(
+        load_wide(states, (0, lane)),
+        load_wide(states, (1, lane)),
+        load_wide(states, (2, lane)),
+        load_wide(states, (3, lane)),
+    )
     store(states, (0, lane), s0)
     store(states, (1, lane), s1)
     store(states, (2, lane), s2)

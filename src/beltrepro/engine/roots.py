@@ -15,6 +15,7 @@ from beltrepro.engine.taylor import LEVELS, ORDER, at
 from beltrepro.engine.vector import inlined
 
 NO_ROOT = 2.0
+UNDECIDED = 3.0
 _RESOLUTION = 1e-15
 _MAX_ITERATIONS = 200
 
@@ -22,6 +23,8 @@ _MAX_ITERATIONS = 200
 @inlined
 def first_roots(polynomials, slot, roots):
     """Write the first root in [0, 1] of the eight polynomials from `slot` on, or NO_ROOT.
+
+    UNDECIDED + t stands for: no root up to t, but not all of the interval could be searched.
 
     polynomials : candidate `slot` is lane slot % 8 of column slot // 8, coefficients in ascending
     order, positive at 0; roots : (S,).
@@ -63,5 +66,5 @@ def first_roots(polynomials, slot, roots):
         if mask_bits(searching) == 0:
             break
     else:
-        root = select(searching, position, root)
+        root = select(searching, UNDECIDED + position, root)
     store(roots, (slot,), root)

@@ -1,9 +1,11 @@
-"""Vectors of eight chains as values inside kernels.
+"""Vectors of eight or sixteen chains as values inside kernels.
 
-`Float64x8`, `Int64x8` and `Mask8` are numba types that compile to one vector register (or to two or
-four on processors with narrower ones). They take the usual operators, and scalars spread over all
-lanes, so a kernel reads like the formula for one chain. Operations round lane by lane as IEEE
-arithmetic does: what a chain does cannot depend on its neighbours.
+`float64x8`, `int64x8` and `mask8` are numba types that compile to one vector register (or to two or
+four on processors with narrower ones), `float64x16` and so on to two: with every operation done on
+two registers in turn, the processor has work while it waits for a result. They take the usual
+operators, and scalars spread over all lanes, so a kernel reads like the formula for one chain.
+Operations round lane by lane as IEEE arithmetic does: what a chain does cannot depend on its
+neighbours.
 """
 
 import operator
@@ -16,24 +18,37 @@ from numba.core.typing.templates import ConcreteTemplate, infer_global
 from numba.extending import intrinsic, models, register_model
 
 LANES = 8
+WIDE_LANES = 16
 
 
 class _VectorType(types.Type):
-    """Eight values of one scalar type."""
+    """Eight or sixteen values of one scalar type."""
 
-    def __init__(self, name, element):
+    def __init__(self, scalar, element, lanes):
         self.element = element
-        super().__init__(name=name)
+        self.lanes = lanes
+        super().__init__(name=f"{scalar}x{lanes}")
 
 
 _DOUBLE, _INT64, _BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
-float64x8 = _VectorType("float64x8", _DOUBLE)
-int64x8 = _VectorType("int64x8", _INT64)
-mask8 = _VectorType("mask8", _BIT)
+_FLOATS, _INTEGERS, _MASKS = (
+    {lanes: _VectorType(scalar, element, lanes) for lanes in (LANES, WIDE_LANES)}
+    for scalar, element in (("float64", _DOUBLE), ("int64", _INT64), ("mask", _BIT))
+)
+float64x8, int64x8, mask8 = _FLOATS[LANES], _INTEGERS[LANES], _MASKS[LANES]
+float64x16, int64x16, mask16 = _FLOATS[WIDE_LANES], _INTEGERS[WIDE_LANES], _MASKS[WIDE_LANES]
 
 
 def _llvm(vector):
-    return ir.VectorType(vector.element, LANES)
+    return ir.VectorType(vector.element, vector.lanes)
+
+
+def _is_float(kind):
+    return isinstance(kind, _VectorType) and kind.element is _DOUBLE
+
+
+def _is_integer(kind):
+    return isinstance(kind, _VectorType) and kind.element is _INT64
 
 
 @register_model(_VectorType)
@@ -52,14 +67,14 @@ def _spread(builder, scalar, vector):
     return builder.shuffle_vector(
         first,
         ir.Constant(kind, ir.Undefined),
-        ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES),
+        ir.Constant(ir.VectorType(ir.IntType(32), vector.lanes), [0] * vector.lanes),
     )
 
 
 def _as_vector(context, builder, value, kind, vector):
     if isinstance(kind, _VectorType):
         return value
-    scalar = types.float64 if vector is float64x8 else types.int64
+    scalar = types.float64 if _is_float(vector) else types.int64
     return _spread(builder, context.cast(builder, value, kind, scalar), vector)
 
 
@@ -93,67 +108,70 @@ def _method(name, *first):
     return lambda builder, *values: getattr(builder, name)(*first, *values)
 
 
-for _function, _name in (
-    (operator.add, "fadd"),
-    (operator.sub, "fsub"),
-    (operator.mul, "fmul"),
-    (operator.truediv, "fdiv"),
-):
-    _define_binary(_function, float64x8, types.float64, float64x8, _method(_name))
-for _function, _sign in (
-    (operator.lt, "<"),
-    (operator.le, "<="),
-    (operator.gt, ">"),
-    (operator.ge, ">="),
-    (operator.eq, "=="),
-):
-    _define_binary(_function, float64x8, types.float64, mask8, _method("fcmp_ordered", _sign))
-    _define_binary(_function, int64x8, types.int64, mask8, _method("icmp_signed", _sign))
-_define_binary(operator.ne, float64x8, types.float64, mask8, _method("fcmp_unordered", "!="))
-_define_binary(operator.ne, int64x8, types.int64, mask8, _method("icmp_signed", "!="))
-for _function, _name in (
-    (operator.add, "add"),
-    (operator.sub, "sub"),
-    (operator.and_, "and_"),
-    (operator.or_, "or_"),
-    (operator.xor, "xor"),
-    (operator.lshift, "shl"),
-    (operator.rshift, "ashr"),
-):
-    _define_binary(_function, int64x8, types.int64, int64x8, _method(_name))
-for _function, _name in (
-    (operator.and_, "and_"),
-    (operator.or_, "or_"),
-    (operator.xor, "xor"),
-):
-    _define(_function, (mask8, mask8), mask8, _method(_name))
-_define(operator.neg, (float64x8,), float64x8, _method("fneg"))
-_define(operator.invert, (mask8,), mask8, _method("not_"))
+def _define_operators(double, integer, mask):
+    for function, name in (
+        (operator.add, "fadd"),
+        (operator.sub, "fsub"),
+        (operator.mul, "fmul"),
+        (operator.truediv, "fdiv"),
+    ):
+        _define_binary(function, double, types.float64, double, _method(name))
+    for function, sign in (
+        (operator.lt, "<"),
+        (operator.le, "<="),
+        (operator.gt, ">"),
+        (operator.ge, ">="),
+        (operator.eq, "=="),
+    ):
+        _define_binary(function, double, types.float64, mask, _method("fcmp_ordered", sign))
+        _define_binary(function, integer, types.int64, mask, _method("icmp_signed", sign))
+    _define_binary(operator.ne, double, types.float64, mask, _method("fcmp_unordered", "!="))
+    _define_binary(operator.ne, integer, types.int64, mask, _method("icmp_signed", "!="))
+    for function, name in (
+        (operator.add, "add"),
+        (operator.sub, "sub"),
+        (operator.and_, "and_"),
+        (operator.or_, "or_"),
+        (operator.xor, "xor"),
+        (operator.lshift, "shl"),
+        (operator.rshift, "ashr"),
+    ):
+        _define_binary(function, integer, types.int64, integer, _method(name))
+    for function, name in (
+        (operator.and_, "and_"),
+        (operator.or_, "or_"),
+        (operator.xor, "xor"),
+    ):
+        _define(function, (mask, mask), mask, _method(name))
+    _define(operator.neg, (double,), double, _method("fneg"))
+    _define(operator.invert, (mask,), mask, _method("not_"))
+    _define(abs, (double,), double, lambda builder, x: _call(builder, "fabs", [x]))
 
 
 def _call(builder, name, values):
     """Call of an LLVM intrinsic on vectors or scalars of doubles, all of one type."""
     kind = values[0].type
-    suffix = f"v{LANES}f64" if isinstance(kind, ir.VectorType) else "f64"
+    suffix = f"v{kind.count}f64" if isinstance(kind, ir.VectorType) else "f64"
     callee = cgutils.get_or_insert_function(
         builder.module, ir.FunctionType(kind, [kind] * len(values)), f"llvm.{name}.{suffix}"
     )
     return builder.call(callee, values)
 
 
-_define(abs, (float64x8,), float64x8, lambda builder, x: _call(builder, "fabs", [x]))
+for _lanes in (LANES, WIDE_LANES):
+    _define_operators(_FLOATS[_lanes], _INTEGERS[_lanes], _MASKS[_lanes])
 
 
 def _floating(name, n_arguments):
-    """Intrinsic on float64 or float64x8 arguments, scalars spread where vectors are among them."""
+    """Intrinsic on floats or vectors of them, scalars spread where vectors are among them."""
 
     def generic(typing_context, *arguments):
-        result = float64x8 if float64x8 in arguments else types.float64
+        result = next(filter(_is_float, arguments), types.float64)
 
         def generate(context, builder, sig, values):
-            if result is float64x8:
+            if _is_float(result):
                 values = [
-                    _as_vector(context, builder, value, kind, float64x8)
+                    _as_vector(context, builder, value, kind, result)
                     for value, kind in zip(values, sig.args, strict=True)
                 ]
             else:
@@ -181,17 +199,19 @@ square_root = _floating("sqrt", 1)
 
 
 def _floating_choice(name, sign):
-    """Intrinsic that gives one of two float64x8, the second where one of them is NaN."""
+    """Intrinsic that gives one of two vectors, the second where one of them is NaN."""
 
     def generic(typing_context, a, b):
+        vector = next(filter(_is_float, (a, b)))
+
         def generate(context, builder, sig, values):
             a, b = (
-                _as_vector(context, builder, value, kind, float64x8)
+                _as_vector(context, builder, value, kind, vector)
                 for value, kind in zip(values, sig.args, strict=True)
             )
             return builder.select(builder.fcmp_ordered(sign, a, b), a, b)
 
-        return float64x8(a, b), generate
+        return vector(a, b), generate
 
     generic.__name__ = name
     return intrinsic(generic)
@@ -219,8 +239,8 @@ def spread(typing_context, value):
 def select(typing_context, mask, chosen, otherwise):
     """`chosen` where the mask is set, else `otherwise`; by lanes, or for one bool and scalars."""
     vectors = [kind for kind in (chosen, otherwise) if isinstance(kind, _VectorType)]
-    if mask is mask8:
-        vector = vectors[0] if vectors else float64x8
+    if isinstance(mask, _VectorType):
+        vector = vectors[0] if vectors else _FLOATS[mask.lanes]
 
         def spread_values(context, builder, value, kind):
             return _as_vector(context, builder, value, kind, vector)
@@ -236,7 +256,7 @@ def select(typing_context, mask, chosen, otherwise):
             spread_values(context, builder, value, kind)
             for value, kind in zip(values[1:], sig.args[1:], strict=True)
         )
-        condition = values[0] if mask is mask8 else builder.trunc(values[0], _BIT)
+        condition = values[0] if isinstance(mask, _VectorType) else builder.trunc(values[0], _BIT)
         return builder.select(condition, a, b)
 
     return vector(mask, chosen, otherwise), generate
@@ -245,7 +265,7 @@ def select(typing_context, mask, chosen, otherwise):
 @intrinsic
 def extract(typing_context, value, lane):
     """One lane of a vector, by its number."""
-    result = types.float64 if value is float64x8 else types.int64
+    result = types.float64 if _is_float(value) else types.int64
 
     def generate(context, builder, sig, values):
         number = context.cast(builder, values[1], sig.args[1], types.int64)
@@ -256,10 +276,10 @@ def extract(typing_context, value, lane):
 
 @intrinsic
 def mask_bits(typing_context, mask):
-    """The lanes of a mask as the low eight bits of an int64; 0 if no lane is set."""
+    """The lanes of a mask as the low bits of an int64; 0 if no lane is set."""
 
     def generate(context, builder, sig, values):
-        return builder.zext(builder.bitcast(values[0], ir.IntType(LANES)), _INT64)
+        return builder.zext(builder.bitcast(values[0], ir.IntType(mask.lanes)), _INT64)
 
     return types.int64(mask), generate
 
@@ -267,7 +287,8 @@ def mask_bits(typing_context, mask):
 @intrinsic
 def as_bits(typing_context, value):
     """The 64 bits of a float64 as int64, lane by lane for vectors."""
-    result, kind = (int64x8, _llvm(int64x8)) if value is float64x8 else (types.int64, _INT64)
+    result = _INTEGERS[value.lanes] if _is_float(value) else types.int64
+    kind = _llvm(result) if _is_float(value) else _INT64
 
     def generate(context, builder, sig, values):
         return builder.bitcast(values[0], kind)
@@ -278,7 +299,8 @@ def as_bits(typing_context, value):
 @intrinsic
 def from_bits(typing_context, bits):
     """The float64 with the given 64 bits (int64), lane by lane for vectors."""
-    result, kind = (float64x8, _llvm(float64x8)) if bits is int64x8 else (types.float64, _DOUBLE)
+    result = _FLOATS[bits.lanes] if _is_integer(bits) else types.float64
+    kind = _llvm(result) if _is_integer(bits) else _DOUBLE
 
     def generate(context, builder, sig, values):
         return builder.bitcast(values[0], kind)
@@ -289,7 +311,8 @@ def from_bits(typing_context, bits):
 @intrinsic
 def to_float(typing_context, value):
     """int64 to the nearest float64, lane by lane for vectors."""
-    result, kind = (float64x8, _llvm(float64x8)) if value is int64x8 else (types.float64, _DOUBLE)
+    result = _FLOATS[value.lanes] if _is_integer(value) else types.float64
+    kind = _llvm(result) if _is_integer(value) else _DOUBLE
 
     def generate(context, builder, sig, values):
         return builder.sitofp(values[0], kind)
@@ -300,11 +323,11 @@ def to_float(typing_context, value):
 @intrinsic
 def shift_right(typing_context, value, count):
     """Logical shift to the right of int64 or int64x8: zeros come in."""
-    result = int64x8 if value is int64x8 else types.int64
+    result = value if _is_integer(value) else types.int64
 
     def generate(context, builder, sig, values):
-        if result is int64x8:
-            count = _as_vector(context, builder, values[1], sig.args[1], int64x8)
+        if _is_integer(value):
+            count = _as_vector(context, builder, values[1], sig.args[1], value)
         else:
             count = context.cast(builder, values[1], sig.args[1], types.int64)
         return builder.lshr(values[0], count)
@@ -327,29 +350,37 @@ def _pointer(context, builder, array, value, indices, index_kinds):
     )
 
 
-def _vector_of(array):
-    return float64x8 if array.dtype is types.float64 else int64x8
+def _vector_of(array, lanes):
+    return (_FLOATS if array.dtype is types.float64 else _INTEGERS)[lanes]
 
 
-@intrinsic
-def load(typing_context, array, indices):
-    """Eight neighbours of a C-contiguous float64, int64 or uint64 array from `indices` on."""
-    vector = _vector_of(array)
+def _loading(lanes):
+    """Intrinsic that reads a vector from memory."""
 
-    def generate(context, builder, sig, values):
-        kind, index_kinds = sig.args[0], sig.args[1].types
-        pointer = _pointer(context, builder, kind, values[0], values[1], index_kinds)
-        return builder.load(
-            builder.bitcast(pointer, _llvm(vector).as_pointer()), align=8, typ=_llvm(vector)
-        )
+    def load(typing_context, array, indices):
+        vector = _vector_of(array, lanes)
 
-    return vector(array, indices), generate
+        def generate(context, builder, sig, values):
+            kind, index_kinds = sig.args[0], sig.args[1].types
+            pointer = _pointer(context, builder, kind, values[0], values[1], index_kinds)
+            return builder.load(
+                builder.bitcast(pointer, _llvm(vector).as_pointer()), align=8, typ=_llvm(vector)
+            )
+
+        return vector(array, indices), generate
+
+    return intrinsic(load)
+
+
+# neighbours of a C-contiguous float64, int64 or uint64 array from the given indices on
+load = _loading(LANES)
+load_wide = _loading(WIDE_LANES)
 
 
 @intrinsic
 def store(typing_context, array, indices, value):
-    """Write eight neighbours of a C-contiguous array from `indices` on."""
-    vector = _vector_of(array)
+    """Write neighbours of a C-contiguous array from `indices` on; eight for a scalar value."""
+    vector = value if isinstance(value, _VectorType) else _vector_of(array, LANES)
 
     def generate(context, builder, sig, values):
         kind, index_kinds = sig.args[0], sig.args[1].types

@@ -12,6 +12,8 @@ from beltrepro.engine.memory import zeros
 class VerletEnsemble(ChainEnsemble):
     """Chains integrated by the scheme of the Appendix; parameters as for `ChainEnsemble`."""
 
+    _vector = verlet.LANES
+
     def __init__(self, parameters, **settings):
         super().__init__(parameters, **settings)
         self._noisy = bool(np.any(self._noise > 0))
@@ -58,8 +60,10 @@ class VerletEnsemble(ChainEnsemble):
         return verlet.of_blocks(self._state, verlet.DISPLACEMENT, self.n_blocks)
 
     def _relative_velocities(self):
+        # the kernel keeps it times the step and along the direction of slip
         velocity = verlet.of_blocks(self._state, verlet.VELOCITY, self.n_blocks)
-        return velocity / self.time_step
+        direction = verlet.of_blocks(self._state, verlet.DIRECTION, self.n_blocks)
+        return direction * velocity / self.time_step
 
     def _friction_losses(self):
         loss = verlet.of_blocks(self._state, verlet.DISSIPATED, self.n_blocks)
