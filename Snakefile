@@ -21,10 +21,12 @@ localrules:
 
 
 rule all:
-    "Everything: figures, claims and the report; the default."
+    "Everything: figures, claims, the comparison of integrators and the report; the default."
     default_target: True
     input:
         figure_files,
+        agreement_figure_files,
+        "<results>/agreement.csv",
         "<results>/claims.csv",
         "<results>/report.html",
 
@@ -33,5 +35,6 @@ include: "workflow/rules/scans.smk"
 include: "workflow/rules/series.smk"
 include: "workflow/rules/catalogues.smk"
 include: "workflow/rules/ensembles.smk"
+include: "workflow/rules/agreement.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"

@@ -213,7 +213,7 @@ def test_unknown_preset_suggests_the_nearest():
         ("presets.standard.scans.size_columns.n_blocks", [4, 5], "no entry for n_blocks = 4"),
         ("presets.standard.scans.n5_map", None, "has no dataset 'n5_map'"),
         ("methods.scans.n5_map", None, "n5_map has no entry in methods.scans"),
-        ("presets.standard.transient", 20000, "must be less than duration = 12000"),
+        ("presets.standard.transient", 50000, "must be less than duration = 40000"),
         ("presets.standard.series.u1.transient", 1e9, "series.u1.transient = 1e+09"),
         ("presets.standard.series.u1.noise", float("nan"), "a finite number is needed"),
         ("presets.standard.catalogues.u1.section_block", 6, "the chain has 5 blocks"),

@@ -77,13 +77,13 @@ def test_list_shows_each_figure_with_its_title(tree):
     listed = snakemake(tree, "--list").stdout.splitlines()
     for name, figure in CONFIG["figures"].items():
         assert f"{name} ({figure['title']})" in listed
-    for target in ("all", "figures", "report", "claims"):
+    for target in ("all", "figures", "agreement", "report", "claims"):
         assert any(line.startswith(f"{target} (") for line in listed)
     assert [line for line in listed if "(" not in line] == []
 
 
 def test_every_target_dry_runs(tree):
-    targets = [*FIGURES, "figures", "claims", "report", "all"]
+    targets = [*FIGURES, "figures", "agreement", "claims", "report", "all"]
     count = jobs(snakemake(tree, "--dry-run", *targets))
     assert all(count[target] == 1 for target in targets)
     assert count["figure"] == len(FIGURES)
@@ -126,7 +126,7 @@ def test_every_rule_that_runs_declares_what_it_needs():
             for directive in needed:
                 assert f"\n    {directive}:" in rule, (path.name, rule.splitlines()[0], directive)
             assert "mem_mb=" in rule and "runtime=" in rule
-    assert count == 9
+    assert count == 12
 
 
 def test_every_figure_and_script_is_there():
@@ -139,9 +139,10 @@ def test_every_figure_and_script_is_there():
 
 # --- reruns ---
 
-SIMULATIONS = {"scan_block", "series", "catalogue", "ensemble_member"}
+SIMULATIONS = {"scan_block", "series", "catalogue", "ensemble_member", "agreement_runs"}
 JOINS = {"scan", "ensemble"}
-RESULTS = {"figure", "claims", "report", "all"}
+RESULTS = {"figure", "agreement_tables", "agreement_figure", "claims", "report", "all"}
+COMPARISONS = 3  # figures of the comparison of integrators
 
 
 def after_touching(tree: Path, *names: str) -> subprocess.CompletedProcess:
@@ -175,7 +176,8 @@ def test_touched_plot_reruns_that_plot_and_the_report(finished):
 
 def test_touched_style_redraws_every_figure_and_simulates_nothing(finished):
     dry_run = after_touching(finished, "figures/style.py")
-    assert jobs(dry_run) == {"figure": len(FIGURES), "report": 1, "all": 1}
+    redrawn = {"figure": len(FIGURES), "agreement_figure": COMPARISONS}
+    assert jobs(dry_run) == redrawn | {"report": 1, "all": 1}
 
 
 def test_touched_claims_simulate_and_draw_nothing(finished):

@@ -59,13 +59,34 @@ def _parser():
     add("--json", action="store_true", help="print the result as JSON")
     add("--output", type=Path, help="write samples and events to this HDF5 file")
     simulate.set_defaults(action=_simulate)
+    _add_bench(commands)
     return parser
+
+
+def _add_bench(commands):
+    bench = commands.add_parser(
+        "bench",
+        help="measure the speed of the integrators",
+        description="Measure, in one interleaved run: nanoseconds per chain and unit of model "
+        "time, beside plain loops and general solvers; scaling with chains, blocks and cores; "
+        "peak memory; time to the first step. A few minutes; best on a machine that does nothing "
+        "else.",
+        epilog="Competitors: numba and c (a plain loop over one chain), scipy (solve_ivp) and "
+        "heyoka (only without noise), verlet, event. What cannot run here is n/a: c without a "
+        "compiler, heyoka if it is not installed.",
+    )
+    add = bench.add_argument
+    add("--rounds", type=int, default=5, help="timings of each quantity; the median counts")
+    add("--quick", action="store_true", help="few cases, short timings: to see that it works")
+    add("--only", metavar="NAME,NAME", help="some competitors; the loop in numba is always there")
+    add("--json", action="store_true", help="print every timing as JSON instead of tables")
+    add("--output", type=Path, help="write the tables to this Markdown file")
+    bench.set_defaults(action=_bench)
 
 
 def _simulate(options) -> int:
     chain = ChainParameters(options.n_blocks, options.belt_velocity, options.noise)
-    if options.output is not None and not options.output.absolute().parent.is_dir():
-        raise InputError(f"output = {options.output}: its folder does not exist")
+    _check_output(options.output)
     from beltrepro.simulation import simulate
 
     run = simulate(
@@ -116,6 +137,27 @@ def _simulate(options) -> int:
                 else f"{name:<{width}}  {value}"
             )
     return 0
+
+
+def _bench(options) -> int:
+    _check_output(options.output)
+    from beltrepro.bench import measuring, table
+
+    result = measuring.measure(
+        options.rounds,
+        quick=options.quick,
+        only=[name.strip() for name in options.only.split(",")] if options.only else None,
+        progress=Progress("bench") if sys.stderr.isatty() else None,
+    )
+    if options.output:
+        options.output.write_text(table.as_markdown(result), encoding="utf-8")
+    print(json.dumps(result, indent=2) if options.json else table.as_text(result))
+    return 0
+
+
+def _check_output(path):
+    if path is not None and not path.absolute().parent.is_dir():
+        raise InputError(f"output = {path}: its folder does not exist")
 
 
 if __name__ == "__main__":

@@ -21,6 +21,8 @@ from beltrepro.errors import InputError
 SOURCE = "config.yaml"
 LISTED = "listed"
 KINDS = ("scans", "series", "catalogues", "ensembles")
+ROLES = ("tested", "reference")  # of an integrator in the comparison
+PARTS = ("trajectories", "disorder", "slips", "attractors")  # of the comparison
 GRID_DIGITS = 10  # values of a grid are rounded so that 35 steps of 0.2 and 14 of 0.5 are both 7.0
 LONGEST_GRID = 100_000
 
@@ -160,6 +162,37 @@ class Ensemble:
 
 
 @dataclass(frozen=True)
+class Agreement:
+    """Runs by two integrators for their comparison.
+
+    methods : integrator of each of ROLES. parts : lengths and grids of each of PARTS, with grids as
+    lists and with `time_steps` by role.
+    """
+
+    methods: dict[str, str] = field(hash=False)
+    parts: dict[str, dict] = field(hash=False)
+    seed: int
+
+    def settings(self) -> dict:
+        """Plain values."""
+        return {"methods": self.methods, **self.parts}
+
+    def run_settings(self, part: str, role: str) -> dict:
+        """Plain values that the job with the runs of one part by one integrator needs.
+
+        Tests between the two need independent samples, so the reference has another seed; but
+        trajectories begin in the same states.
+        """
+        other = role == "reference" and part != "trajectories"
+        settings = {name: value for name, value in self.parts[part].items() if name != "time_steps"}
+        return settings | {
+            "method": self.methods[role],
+            "time_steps": self.parts[part]["time_steps"][role],
+            "seed": self.seed + other,
+        }
+
+
+@dataclass(frozen=True)
 class Figure:
     """A figure of the paper: its title, and kind and name of the datasets it shows."""
 
@@ -195,6 +228,7 @@ class Plan:
     series: dict[str, Series] = field(hash=False)
     catalogues: dict[str, Catalogue] = field(hash=False)
     ensembles: dict[str, Ensemble] = field(hash=False)
+    agreement: Agreement
     figures: dict[str, Figure] = field(hash=False)
 
     @property
@@ -218,6 +252,7 @@ class Plan:
             "model": dict(self.model),
             "numerics": self.numerics.settings(),
             **datasets,
+            "agreement": self.agreement.settings(),
             "figures": figures,
         }
 
@@ -284,6 +319,7 @@ def _preset_plan(config: dict, preset: str) -> Plan:
             name: _ensemble(name, entry, methods["ensembles"][name], f"{where}.ensembles.{name}")
             for name, entry in section["ensembles"].items()
         },
+        agreement=_agreement(config, section["agreement"], f"{where}.agreement"),
         figures={name: _figure(name, entry) for name, entry in config["figures"].items()},
     )
     _check_sections(plan)
@@ -325,23 +361,39 @@ def _single(kind: type, name: str, entry: dict, method: Method, where: str):
 
 
 def _catalogue(name: str, entry: dict, method: Method, where: str) -> Catalogue:
-    if entry["section_block"] > entry["n_blocks"]:
-        raise _error(
-            f"{where}.section_block = {entry['section_block']}: "
-            f"the chain has {entry['n_blocks']} blocks"
-        )
+    _check_section_block(entry["section_block"], entry["n_blocks"], where)
     return _single(Catalogue, name, entry, method, where)
 
 
 def _ensemble(name: str, entry: dict, method: Method, where: str) -> Ensemble:
-    if entry["settle_time"] >= entry["duration"]:
-        raise _error(
-            f"{where}.settle_time = {entry['settle_time']:g}: "
-            f"must be less than duration = {entry['duration']:g}"
-        )
+    _check_settle_time(entry, where)
     rest = {key: value for key, value in entry.items() if key != "belt_velocity"}
     velocities = _values(entry["belt_velocity"], f"{where}.belt_velocity")
     return Ensemble(name=name, method=method.at(entry["noise"]), belt_velocities=velocities, **rest)
+
+
+def _agreement(config: dict, section: dict, where: str) -> Agreement:
+    base = config["numerics"]["time_step"]
+    parts = {}
+    for name in PARTS:
+        part = dict(section[name])
+        place = f"{where}.{name}"
+        for key in ("n_blocks", "belt_velocity", "noise", "initial_spread"):
+            if key in part:
+                part[key] = list(_values(part[key], f"{place}.{key}"))
+        part["n_blocks"] = list(map(int, part["n_blocks"]))
+        steps = part.setdefault("time_steps", {role: [base] for role in ROLES})
+        for role in ROLES:
+            if base not in steps[role]:
+                raise _error(f"{place}.time_steps.{role} lacks numerics.time_step = {base:g}")
+        if "transient" in part:
+            _check_lengths(part, place)
+        if "settle_time" in part:
+            _check_settle_time(part, place)
+        if "section_block" in part:
+            _check_section_block(part["section_block"], min(part["n_blocks"]), place)
+        parts[name] = part
+    return Agreement(methods=config["agreement"], parts=parts, seed=config["seed"])
 
 
 def _figure(name: str, entry: dict) -> Figure:
@@ -399,13 +451,30 @@ def _check_lengths(section: dict, where: str) -> None:
         )
 
 
+def _check_settle_time(section: dict, where: str) -> None:
+    if section["settle_time"] >= section["duration"]:
+        raise _error(
+            f"{where}.settle_time = {section['settle_time']:g}: "
+            f"must be less than duration = {section['duration']:g}"
+        )
+
+
+def _check_section_block(block: int, n_blocks: int, where: str) -> None:
+    if block > n_blocks:
+        raise _error(f"{where}.section_block = {block}: the chain has {n_blocks} blocks")
+
+
 def _check_sections(plan: Plan) -> None:
     known = plan.numerics.section_position
-    for scan in plan.scans.values():
-        for n_blocks in sorted({point[0] for point in scan.points} - set(known)):
+    users = {
+        f"scans.{scan.name}": {point[0] for point in scan.points} for scan in plan.scans.values()
+    }
+    users["agreement.disorder"] = set(plan.agreement.parts["disorder"]["n_blocks"])
+    for user, sizes in users.items():
+        for n_blocks in sorted(sizes - set(known)):
             raise _error(
                 f"numerics.section_position has no entry for n_blocks = {n_blocks}, "
-                f"which presets.{plan.preset}.scans.{scan.name} uses"
+                f"which presets.{plan.preset}.{user} uses"
             )
 
 

@@ -26,6 +26,8 @@ wildcard_constraints:
     catalogue="|".join(PLAN.catalogues),
     ensemble="|".join(PLAN.ensembles),
     figure="|".join(PLAN.figures),
+    part="|".join(configuration.PARTS),
+    role="|".join(configuration.ROLES),
     block="[0-9]{4}",
     member="[0-9]{4}",
 
@@ -68,6 +70,34 @@ def figure_files(wildcards):
     ]
 
 
+AGREEMENT_FIGURES = ("trajectories", "disorder", "attractors")
+
+
+def agreement_part(wildcards):
+    """Runs of one part of the comparison, by role of the integrator."""
+    return {role: f"<results>/agreement/{wildcards.part}/{role}.h5" for role in configuration.ROLES}
+
+
+def agreement_files():
+    return [
+        f"<results>/agreement/{part}/{role}.h5"
+        for part in configuration.PARTS
+        for role in configuration.ROLES
+    ]
+
+
+def agreement_figure_files(wildcards):
+    return [
+        f"<results>/figures/agreement_{part}.{kind}"
+        for part in AGREEMENT_FIGURES
+        for kind in ("png", "pdf")
+    ]
+
+
+def agreement_images(wildcards):
+    return [f"<results>/figures/agreement_{part}.png" for part in AGREEMENT_FIGURES]
+
+
 # --- what a job is told; all of it in params, so that a change reruns the job ---
 
 
@@ -106,6 +136,22 @@ def ensemble_settings(wildcards):
     return PLAN.constants | PLAN.ensembles[wildcards.ensemble].settings()
 
 
+def agreement_settings(wildcards):
+    numerics = PLAN.numerics
+    recording = {
+        "laminar_time": numerics.laminar_time,
+        "section_values": numerics.section_values,
+    }
+    settings = (
+        PLAN.constants | recording | PLAN.agreement.run_settings(wildcards.part, wildcards.role)
+    )
+    if wildcards.part == "disorder":
+        sizes = settings["n_blocks"]
+        positions = {n_blocks: numerics.section_position[n_blocks] for n_blocks in sizes}
+        settings |= {"section_position": positions}
+    return settings
+
+
 # --- hashes of the code behind a result: Snakemake does not see imported modules ---
 
 INTEGRATORS = {
@@ -139,6 +185,14 @@ def catalogue_code(wildcards):
 
 def member_code(wildcards):
     return simulation_code(PLAN.ensembles[wildcards.ensemble].method)
+
+
+def agreement_run_code(wildcards):
+    return simulation_code(PLAN.agreement.methods[wildcards.role])
+
+
+def agreement_figure_code(wildcards):
+    return code_hash(f"beltrepro.figures.agreement_{wildcards.part}", "beltrepro.figures.style")
 
 
 def figure_code(wildcards):

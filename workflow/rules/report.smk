@@ -32,6 +32,11 @@ rule report:
         **datasets_by_kind(),
         claims="<results>/claims.csv",
         figures=figure_images,
+        comparisons="<results>/agreement.csv",
+        families="<results>/agreement/families.csv",
+        partings="<results>/agreement/trajectories.csv",
+        convergence="<results>/agreement/convergence.csv",
+        agreement_figures=agreement_images,
     output:
         "<results>/report.html",
     log:

@@ -1,6 +1,7 @@
 """Draw one figure from its datasets."""
 
 import importlib
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from beltrepro import scripting, store
@@ -20,7 +21,7 @@ def draw(name: str, files: dict, preset: str, png, pdf) -> None:
 
 def main(job):
     draw(
-        job.wildcards.figure,
+        Path(job.output.png).stem,
         dict(job.input.items()),
         job.params.preset,
         job.output.png,

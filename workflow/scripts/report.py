@@ -19,6 +19,13 @@ def main(job):
         benchmarks=Path(job.params.benchmarks),
         preset=job.params.preset,
         settings=job.params.settings,
+        agreement_tables=report.AgreementTables(
+            comparisons=Path(job.input.comparisons),
+            families=Path(job.input.families),
+            partings=Path(job.input.partings),
+            convergence=Path(job.input.convergence),
+        ),
+        agreement_figures={Path(path).stem: Path(path) for path in job.input.agreement_figures},
     )
 
 

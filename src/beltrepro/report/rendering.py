@@ -8,7 +8,7 @@ from pathlib import Path
 import jinja2
 
 from beltrepro.claims.criteria import VERDICTS
-from beltrepro.report import gathering
+from beltrepro.report import agreement, gathering
 
 TEMPLATE = "report.html.j2"
 STYLE = "report.css"
@@ -23,6 +23,8 @@ def render(
     benchmarks: Path,
     preset: str,
     settings: dict,
+    agreement_tables: agreement.Tables | None = None,
+    agreement_figures: dict[str, Path] | None = None,
 ) -> None:
     """Write the report of one preset as a single HTML file.
 
@@ -34,6 +36,8 @@ def render(
     datasets : HDF5 files that figures and claims rest on: their attributes say what was run.
     benchmarks : folder of Snakemake's benchmark files; may lack or be empty.
     preset, settings : name and resolved configuration of the preset.
+    agreement_tables, agreement_figures : comparison of the integrators, its PNG files by name; the
+        page has no such section without the tables.
 
     Every number in the report comes from these files.
     """
@@ -50,6 +54,11 @@ def render(
         counts=gathering.count_verdicts(claims),
         verdicts=VERDICTS,
         figures=shown,
+        agreement=agreement_tables and agreement.describe(agreement_tables, settings),
+        agreement_figures=[
+            _comparison_figure(name, path, content)
+            for name, path in (agreement_figures or {}).items()
+        ],
         anchors={figure["number"]: figure["name"] for figure in shown},
         datasets=described,
         environment=gathering.environment(described),
@@ -71,10 +80,18 @@ def _figure(name, path, content, claims, settings) -> dict:
         "title": settings["figures"].get(name, {}).get("title", ""),
         "paper": words["paper"],
         "alt": words["alt"],
-        "image": base64.b64encode(Path(path).read_bytes()).decode(),
+        "image": _embedded(path),
         "claims": [claim for claim in claims if claim["figure"] == number],
         "uses": ["/".join(use) for use in settings["figures"].get(name, {}).get("uses", [])],
     }
+
+
+def _comparison_figure(name, path, content) -> dict:
+    return {"name": name, "image": _embedded(path)} | content["agreement"]["figures"][name]
+
+
+def _embedded(path) -> str:
+    return base64.b64encode(Path(path).read_bytes()).decode()
 
 
 def _environment() -> jinja2.Environment:

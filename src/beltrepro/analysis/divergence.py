@@ -1,0 +1,157 @@
+"""How trajectories of two integrators from the same state part, and how that depends on the step.
+
+Arrays of trajectories have one row for each run: n_blocks, belt_velocity, member, time_step (R,);
+positions (R, T, N), NaN for blocks that a chain lacks, at the instants time (T,); events, a
+structured array with run, time, block and kind, in order of run and time. Model units.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy import stats
+
+AFTER_EVENTS = (0, 1, 2, 5, 10, 20, 50)  # numbers of events after which errors are taken
+FIRST_EVENTS = 10
+PARTED = 1.0  # trajectories are apart when a block differs by this; springs are 50 long
+_EVENT_TOLERANCE = 0.5  # events of one block further apart in time than this are different ones
+_ROUNDING = 1e-9  # errors below come from rounding, not from the step
+
+
+@dataclass(frozen=True)
+class Pair:
+    """One run and its reference, which began in the same state.
+
+    time (T,), separation (T,) : largest distance of any block.
+    event_time, event_shift (K,) : instants of shared events in the reference; how much later they
+    come in the run. reference_events : instants of all events of the reference.
+    """
+
+    time: np.ndarray = field(repr=False)
+    separation: np.ndarray = field(repr=False)
+    event_time: np.ndarray = field(repr=False)
+    event_shift: np.ndarray = field(repr=False)
+    reference_events: np.ndarray = field(repr=False)
+
+    @property
+    def parting_time(self) -> float:
+        """First instant at which the separation exceeds PARTED; inf if it never does."""
+        beyond = np.flatnonzero(self.separation > PARTED)
+        return float(self.time[beyond[0]]) if beyond.size else np.inf
+
+    def error_after(self, n_events: int) -> float:
+        """Separation at the first sample after so many events; for 0, the largest one before any.
+
+        NaN if the reference has not so many, or no sample is left.
+        """
+        if n_events == 0:
+            before = self.time < self.reference_events.min(initial=np.inf)
+            return float(self.separation[before].max(initial=0.0))
+        if n_events > self.reference_events.size:
+            return np.nan
+        sample = np.searchsorted(self.time, self.reference_events[n_events - 1], side="right")
+        return float(self.separation[sample]) if sample < self.time.size else np.nan
+
+
+def pairs(runs, reference, *, time_step, reference_step) -> dict[tuple, list[Pair]]:
+    """Runs with one time step beside their references: lists by (n_blocks, belt_velocity).
+
+    runs, reference : arrays of trajectories. A run without a reference is left out.
+    """
+    base = {
+        _key(reference, row): row
+        for row in np.flatnonzero(np.isclose(reference["time_step"], reference_step))
+    }
+    found: dict[tuple, list[Pair]] = {}
+    for row in np.flatnonzero(np.isclose(runs["time_step"], time_step)):
+        key = _key(runs, row)
+        if key in base:
+            found.setdefault(key[:2], []).append(_pair(runs, row, reference, base[key]))
+    return found
+
+
+def match_events(tested, reference):
+    """Instants of events that two runs share: (time in the reference (K,), tested minus it (K,)).
+
+    tested, reference : structured arrays with time, block and kind, in order of time. Block by
+    block, events correspond in their order until the kinds differ or the times by more than 0.5;
+    what comes later in that block is not shared.
+    """
+    times, shifts = [np.empty(0)], [np.empty(0)]
+    for block in np.unique(reference["block"]):
+        ours, theirs = (events[events["block"] == block] for events in (tested, reference))
+        count = min(ours.size, theirs.size)
+        shift = ours["time"][:count] - theirs["time"][:count]
+        same = (ours["kind"][:count] == theirs["kind"][:count]) & (np.abs(shift) < _EVENT_TOLERANCE)
+        shared = count if same.all() else int(np.argmin(same))
+        times.append(theirs["time"][:shared])
+        shifts.append(shift[:shared])
+    times, shifts = np.concatenate(times), np.concatenate(shifts)
+    order = np.argsort(times, kind="stable")
+    return times[order], shifts[order]
+
+
+def convergence_order(time_step, error):
+    """Order q of error = c * time_step**q, with its standard error from the scatter about it.
+
+    Straight line through the logarithms. NaN for fewer than 3 steps, or when an error is below
+    1e-9, where rounding and not the step decides.
+    """
+    time_step, error = np.asarray(time_step, dtype=float), np.asarray(error, dtype=float)
+    if time_step.size < 3 or not np.all(error > _ROUNDING):
+        return np.nan, np.nan
+    line = stats.linregress(np.log(time_step), np.log(error))
+    return float(line.slope), float(line.stderr)
+
+
+def summarise(found: list[Pair]) -> dict:
+    """Pairs of one point in numbers, medians over its members.
+
+    members; parting_time (inf where half never part); shared_events, of reference_events in all;
+    first_shift : largest shift of the first 10 shared events; shift : largest of all shared ones.
+    """
+    return {
+        "members": len(found),
+        "parting_time": float(np.median([pair.parting_time for pair in found])),
+        "shared_events": float(np.median([pair.event_time.size for pair in found])),
+        "reference_events": float(np.median([pair.reference_events.size for pair in found])),
+        "first_shift": _median_largest([pair.event_shift[:FIRST_EVENTS] for pair in found]),
+        "shift": _median_largest([pair.event_shift for pair in found]),
+    }
+
+
+def errors(found: list[Pair]) -> dict[int, tuple[int, float]]:
+    """Number of members and root-mean-square error after each number of AFTER_EVENTS.
+
+    The phase of an event within a step decides its error, so one member alone tells little.
+    """
+    table = {}
+    for n_events in AFTER_EVENTS:
+        values = np.array([pair.error_after(n_events) for pair in found])
+        values = values[np.isfinite(values)]
+        if values.size == len(found):
+            table[n_events] = (values.size, float(np.sqrt(np.mean(values**2))))
+    return table
+
+
+def _pair(runs, row, reference, base) -> Pair:
+    events = reference["events"][reference["events"]["run"] == base]
+    event_time, event_shift = match_events(runs["events"][runs["events"]["run"] == row], events)
+    n_blocks = int(runs["n_blocks"][row])
+    difference = runs["positions"][row] - reference["positions"][base]
+    return Pair(
+        time=runs["time"],
+        separation=np.abs(difference[:, :n_blocks]).max(axis=1),
+        event_time=event_time,
+        event_shift=event_shift,
+        reference_events=np.sort(events["time"]),
+    )
+
+
+def _key(runs, row):
+    names = ("n_blocks", "belt_velocity", "member")
+    return tuple(runs[name][row].item() for name in names)
+
+
+def _median_largest(parts):
+    largest = [np.abs(part).max() for part in parts if part.size]
+    return float(np.median(largest)) if largest else np.nan

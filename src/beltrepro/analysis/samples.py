@@ -1,0 +1,244 @@
+"""Tests of two samples of runs against each other, and of many such tests together.
+
+A run gives one number, so that runs are independent whatever happens within them. Samples are
+compared by their means (Welch's t) and as a whole (two-sample Kolmogorov-Smirnov), labels by their
+shares, lifetimes by the log-rank test, and p-values are corrected for the number of tests (Holm
+1979). NaN in a sample is left out.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+LEVEL = 0.05  # a corrected p-value below this is a difference
+NEAR = 0.01  # distance between distributions, as a share of their size, that matters to nobody
+MINIMUM_RUNS = 5  # fewer runs on a side are no sample
+
+AGREE = "agree"
+CLOSE = "differ by less than 1 %"
+DIFFER = "differ"
+UNKNOWN = "not measured"
+VERDICTS = (AGREE, CLOSE, DIFFER, UNKNOWN)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two samples side by side; NaN where a number does not exist.
+
+    n, mean, error of each side : runs, mean, standard error of the mean.
+    z : difference of the means (tested minus reference) in units of its standard error.
+    mean_p : of Welch's t-test on the means, NaN if no run differs from any.
+    p : of `test` on the whole distributions.
+    distance : of the distributions (Wasserstein, or total variation of shares) as a share of the
+    root mean square of the reference: how much a difference matters.
+    """
+
+    n_tested: int
+    n_reference: int
+    mean_tested: float
+    error_tested: float
+    mean_reference: float
+    error_reference: float
+    z: float
+    mean_p: float
+    test: str
+    p: float
+    distance: float
+
+
+# --- samples --------------------------------------------------------------------------------------
+
+
+def compare_samples(tested, reference) -> Comparison:
+    """Means and distributions of two independent samples (one number for each run).
+
+    The p of the distributions is that of the two-sample Kolmogorov-Smirnov test, exact for these
+    sizes; ties make it too large, never too small. Below MINIMUM_RUNS on a side p and z are NaN.
+    """
+    tested, reference = _finite(tested), _finite(reference)
+    p = np.nan
+    if _enough(tested, reference):
+        p = float(stats.ks_2samp(tested, reference, method="auto").pvalue)
+    return _comparison(tested, reference, "Kolmogorov-Smirnov", p, _distance(tested, reference))
+
+
+def compare_shares(
+    tested, reference, *, labels, counted, n_permutations=9999, seed=0
+) -> Comparison:
+    """Which of several labels the runs of two samples got; means and errors are shares of one.
+
+    tested, reference : (M,) labels; labels : those that are possible; counted : the label whose
+    share is the mean. The p is that of chi^2 of the table of counts among all tables with the same
+    margins (permutation test with n_permutations draws), so it holds for rare labels too; it cannot
+    be less than 1 / (n_permutations + 1).
+    """
+    tested, reference = np.asarray(tested), np.asarray(reference)
+    counts = np.array([[np.sum(side == label) for label in labels] for side in (tested, reference)])
+    p = _permutation_p(counts, n_permutations, seed) if _enough(tested, reference) else np.nan
+    shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    distance = float(np.abs(shares[0] - shares[1]).sum() / 2)
+    has = [(side == counted).astype(float) for side in (tested, reference)]
+    return _comparison(*has, "permutation", p, distance)
+
+
+def compare_lifetimes(tested, reference, *, escaped_tested, escaped_reference) -> Comparison:
+    """Lifetimes, with those of runs that did not escape censored: log-rank test (Mantel 1966).
+
+    Means are of lifetimes cut off at the end of the run (restricted means). With fewer than
+    MINIMUM_RUNS escapes on both sides together p is NaN.
+    """
+    sides = []
+    for lifetime, escaped in ((tested, escaped_tested), (reference, escaped_reference)):
+        lifetime, escaped = np.asarray(lifetime, dtype=float), np.asarray(escaped, dtype=bool)
+        sides.append(stats.CensoredData(uncensored=lifetime[escaped], right=lifetime[~escaped]))
+    p = np.nan
+    if np.sum(escaped_tested) + np.sum(escaped_reference) >= MINIMUM_RUNS:
+        p = float(stats.logrank(*sides).pvalue)
+    return _comparison(
+        np.asarray(tested, dtype=float),
+        np.asarray(reference, dtype=float),
+        "log-rank",
+        p,
+        _distance(tested, reference),
+    )
+
+
+def _comparison(tested, reference, test, p, distance) -> Comparison:
+    means, errors = [], []
+    for side in (tested, reference):
+        means.append(float(np.mean(side)) if side.size else np.nan)
+        errors.append(float(np.std(side, ddof=1) / np.sqrt(side.size)) if side.size > 1 else np.nan)
+    z, mean_p = np.nan, np.nan
+    if _enough(tested, reference):
+        difference, error = means[0] - means[1], float(np.hypot(*errors))
+        if error > 0:
+            z = difference / error
+            mean_p = float(stats.ttest_ind(tested, reference, equal_var=False).pvalue)
+        elif difference == 0:  # nothing varies: no test, and nothing to test
+            z = 0.0
+        else:
+            z, mean_p = np.inf * np.sign(difference), 0.0
+    return Comparison(
+        n_tested=int(tested.size),
+        n_reference=int(reference.size),
+        mean_tested=means[0],
+        error_tested=errors[0],
+        mean_reference=means[1],
+        error_reference=errors[1],
+        z=float(z),
+        mean_p=mean_p,
+        test=test,
+        p=p,
+        distance=distance,
+    )
+
+
+def _permutation_p(counts, n_permutations, seed):
+    total, expected = counts.sum(axis=0), counts.sum(axis=1, keepdims=True) * counts.sum(axis=0)
+    known = total > 0
+    expected = (expected / counts.sum())[0, known]
+    share = expected / total[known]
+
+    # chi^2 of both rows follows from the first, as the columns are given
+    def statistic(first):
+        return np.sum((first - expected) ** 2 / (expected * (1 - share)), axis=-1)
+
+    draws = np.random.default_rng(seed).multivariate_hypergeometric(
+        total[known], counts[0].sum(), size=n_permutations
+    )
+    beyond = np.sum(statistic(draws) >= statistic(counts[0, known]) * (1 - 1e-12))
+    return float((1 + beyond) / (1 + n_permutations))
+
+
+def _distance(tested, reference):
+    if not (np.size(tested) and np.size(reference)):
+        return np.nan
+    size = np.sqrt(np.mean(np.square(reference)))
+    return float(stats.wasserstein_distance(tested, reference) / size) if size > 0 else np.nan
+
+
+def _enough(tested, reference):
+    return min(len(tested), len(reference)) >= MINIMUM_RUNS
+
+
+def _finite(values):
+    values = np.asarray(values, dtype=float)
+    return values[np.isfinite(values)]
+
+
+# --- many tests -----------------------------------------------------------------------------------
+
+
+def holm(p):
+    """p-values (M,) corrected for their number: any of them below LEVEL by chance in 5 of 100.
+
+    Holm's step-down method, valid for dependent tests too; NaN is left out and stays NaN.
+    """
+    p = np.asarray(p, dtype=float)
+    corrected = np.full(p.shape, np.nan)
+    known = np.flatnonzero(np.isfinite(p))
+    order = known[np.argsort(p[known])]
+    factors = np.arange(known.size, 0, -1)
+    corrected[order] = np.minimum(np.maximum.accumulate(factors * p[order]), 1.0)
+    return corrected
+
+
+def verdict(corrected_p, distance) -> str:
+    """AGREE if the corrected p is at least LEVEL; else CLOSE if the distance is below NEAR."""
+    if not np.isfinite(corrected_p):
+        return UNKNOWN
+    if corrected_p >= LEVEL:
+        return AGREE
+    return CLOSE if distance < NEAR else DIFFER
+
+
+@dataclass(frozen=True)
+class Overall:
+    """All comparisons of one quantity together.
+
+    chi2 : sum of the squared normal scores of the mean_p, which has `degrees` degrees of freedom
+    if the means are equal everywhere; chi2_p : its p-value, small when there are too many
+    differences or a common one.
+    uniform_p : of the test that the mean_p are uniform (Kolmogorov-Smirnov, one sample), which
+    also notices that they are too large. NaN without comparisons.
+    shift, shift_error : mean relative difference of the means and its standard error.
+    """
+
+    degrees: int
+    chi2: float
+    chi2_p: float
+    uniform_p: float
+    shift: float
+    shift_error: float
+
+
+def overall(comparisons: list[Comparison]) -> Overall:
+    """Test the comparisons of one quantity at independent points together."""
+    mean_p = _finite([each.mean_p for each in comparisons])
+    if not mean_p.size:
+        return Overall(0, np.nan, np.nan, np.nan, np.nan, np.nan)
+    scores = stats.norm.isf(np.maximum(mean_p, 1e-300) / 2)
+    chi2 = float(np.sum(scores**2))
+    relative = [
+        (
+            each.mean_tested / each.mean_reference - 1,
+            np.hypot(each.error_tested, each.error_reference) / each.mean_reference,
+        )
+        for each in comparisons
+        if np.isfinite(each.mean_p) and each.mean_reference != 0
+    ]
+    shift, errors = np.array(relative).reshape(-1, 2).T
+    return Overall(
+        degrees=int(mean_p.size),
+        chi2=chi2,
+        chi2_p=float(stats.chi2.sf(chi2, mean_p.size)),
+        uniform_p=float(stats.kstest(mean_p, "uniform").pvalue),
+        shift=float(shift.mean()) if shift.size else np.nan,
+        shift_error=float(np.sqrt(np.sum(errors**2)) / shift.size) if shift.size else np.nan,
+    )
+
+
+def largest_of(count) -> float:
+    """What the largest in size of `count` normal deviates exceeds in 5 of 100 cases."""
+    return float(stats.norm.isf((1 - (1 - LEVEL) ** (1 / count)) / 2))

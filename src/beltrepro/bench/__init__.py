@@ -1,0 +1,1 @@
+"""How fast the integrators are, beside plain loops and general solvers: `beltrepro bench`."""

@@ -1,0 +1,78 @@
+"""What is compared: each competitor advances one chain, or several together, by a span of time."""
+
+import numpy as np
+
+from beltrepro.bench.plain import PlainChain, c_loop, numba_loop
+from beltrepro.bench.smooth import HeyokaChain, SolveIvpChain, heyoka_version
+from beltrepro.model import ChainParameters
+from beltrepro.simulation import METHODS
+
+BASE = "numba"  # the plain loop that the others are compared with
+LABELS = {
+    "numba": "plain loop, Numba",
+    "c": "plain loop, C",
+    "scipy": "solve_ivp",
+    "heyoka": "heyoka",
+    "verlet": "verlet",
+    "event": "event",
+}
+ONE_CHAIN = ("numba", "c", "scipy", "heyoka")
+TIME_STEP = 0.001
+_SAMPLE_STRIDE = 100  # as a scan takes x_N for r
+_SPREAD = 1e-3
+
+
+class EnsembleRunner:
+    """Several chains advanced together by an integrator of this package, as a scan does.
+
+    method : "verlet" or "event". parameters : the chain; the others start from positions with
+    normal deviations of 0.001. chains : how many.
+    """
+
+    def __init__(self, method: str, parameters: ChainParameters, chains: int):
+        self.chains = chains
+        random = np.random.default_rng(1)
+        spread = _SPREAD * random.standard_normal((chains, parameters.n_blocks))
+        self._ensemble = METHODS[method](
+            [parameters] * chains,
+            seed=1,
+            replicates=list(range(chains)),
+            initial_positions=parameters.rest_positions + spread,
+            time_step=TIME_STEP,
+            sample_stride=_SAMPLE_STRIDE,
+            sampled_blocks=1,
+        )
+        self._time = 0.0
+
+    def advance(self, span: float) -> None:
+        """Advance all chains by `span` of model time."""
+        self._time += span
+        for _ in self._ensemble.advance(self._time):
+            pass
+
+
+def competitor(name: str, parameters: ChainParameters, chains: int, warm_up: float):
+    """One competitor with a chain that is under way; None if it cannot run here or such a chain.
+
+    name : of `LABELS`. chains : advanced together, by "verlet" and "event" only.
+    warm_up : model time advanced before.
+
+    Returns an object with `chains` and `advance(span)`, span in model time.
+    """
+    if name not in ONE_CHAIN:
+        runner = EnsembleRunner(name, parameters, chains)
+        runner.advance(warm_up)
+        return runner
+    loop = c_loop() if name == "c" else numba_loop
+    smooth = name in ("scipy", "heyoka")
+    if (
+        loop is None
+        or (smooth and parameters.noise > 0)
+        or (name == "heyoka" and heyoka_version() is None)
+    ):
+        return None
+    plain = PlainChain(parameters, loop, time_step=TIME_STEP)
+    plain.advance(warm_up)
+    if smooth:
+        return SolveIvpChain(plain) if name == "scipy" else HeyokaChain(plain)
+    return plain
