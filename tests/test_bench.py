@@ -91,6 +91,14 @@ def test_general_solvers_begin_between_events():
         assert np.all(chain.direction * slip >= 0)
 
 
+def test_solve_ivp_leaves_no_block_beyond_its_threshold():
+    chain = smooth.SolveIvpChain(advanced(plain.numba_loop, 500.0, belt_velocity=1.0))
+    for _ in range(40):  # at 164 a pair of events hides in the step that ends a slip
+        chain.advance(5.0)
+        functions = [chain._event(block) for block in range(5)]
+        assert min(function(chain.time, chain._state) for function in functions) > -1e-6
+
+
 def test_peak_kernel_multiplies_and_adds():
     values = zeros((12, 8))
     multiply_add(values, 2)

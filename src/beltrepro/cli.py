@@ -52,7 +52,7 @@ def _parser():
     add("--noise", type=float, default=0.0, help="noise strength sigma, units of 0.0277 N")
     add("--duration", type=float, required=True, help="time simulated, transient included")
     add("--transient", type=float, default=0.0, help="time left out of r and the mean length")
-    add("--method", default="verlet", help="integrator: verlet")
+    add("--method", default="verlet", help="verlet, the paper's scheme, or event, exact")
     add("--time-step", type=float, default=0.001, help="dt (paper: 0.001)")
     add("--seed", type=int, default=1, help="fixes the random numbers")
     add("--sample-interval", type=float, default=0.1, help="time between samples in --output")

@@ -17,6 +17,8 @@ from beltrepro.model import ChainParameters
 
 METHOD = "DOP853"
 TOLERANCE = 1e-9  # relative and absolute
+_MISSED = 1e-7  # an event function below minus this has passed its event
+_SHORTEST = 1e-6  # model time
 
 
 class SolveIvpChain:
@@ -44,22 +46,39 @@ class SolveIvpChain:
         """Advance by `span` of model time."""
         end = self.time + span
         while self.time < end:
-            piece = self._solve(
-                self._motion(),
-                (self.time, end),
-                self._state,
-                method=METHOD,
-                events=[self._event(block) for block in range(self.parameters.n_blocks)],
-                rtol=TOLERANCE,
-                atol=TOLERANCE,
-            )
-            if piece.status < 0:
-                raise ModelStateError(f"{self.parameters.describe()}: solve_ivp: {piece.message}")
+            piece = self._piece(end)
             self.time = float(piece.t[-1])
             self._state = piece.y[:, -1].copy()
             for block, found in enumerate(piece.t_events):
                 if len(found):
                     self._turn(block)
+
+    def _piece(self, end):
+        """The motion to the next event, or to `end`.
+
+        solve_ivp looks at event functions at the ends of its steps, and misses one that goes below
+        zero and comes back. If the piece ends in between, it is done again in shorter steps. A
+        pair of events within one step stays unseen; heyoka finds it.
+        """
+        events = [self._event(block) for block in range(self.parameters.n_blocks)]
+        longest = np.inf
+        while True:
+            piece = self._solve(
+                self._motion(),
+                (self.time, end),
+                self._state,
+                method=METHOD,
+                events=events,
+                max_step=longest,
+                rtol=TOLERANCE,
+                atol=TOLERANCE,
+            )
+            lowest = min(event(piece.t[-1], piece.y[:, -1]) for event in events)
+            if piece.status < 0 or longest < _SHORTEST:
+                raise ModelStateError(f"{self.parameters.describe()}: solve_ivp: {piece.message}")
+            if lowest > -_MISSED:
+                return piece
+            longest = np.diff(piece.t).max() / 4
 
     def _turn(self, block):
         chain = self.parameters

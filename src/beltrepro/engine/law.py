@@ -49,7 +49,7 @@ def spring_law(constants):
 
 @inlined
 def tension(deformation, law):
-    """-F_e(dl): the force with which a spring pulls, for a float64 or a float64x8."""
+    """-F_e(dl): the force with which a spring pulls, for a float64 or a vector of them."""
     limit, compression_rate, extension_rate, compression_softness, extension_softness = law
     linear = select(deformation > limit, limit, deformation)
     linear = select(linear < -limit, -limit, linear)

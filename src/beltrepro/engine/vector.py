@@ -80,7 +80,7 @@ _Q10 = 4.4549605981865186e-10
 
 @inlined
 def exp2(x, rate):
-    """2**(x rate), float64 or float64x8, |x rate| < 1000: within 2 units in the last place.
+    """2**(x rate), float64 or vector, |x rate| < 1000: within 2 units in the last place.
 
     Without branches; the polynomial is summed by halves, which keeps the chain of operations short.
     """
