@@ -14,6 +14,7 @@ import pytest
 
 from beltrepro import config, provenance, scripting, store
 from beltrepro.errors import InputError, ModelStateError
+from beltrepro.jobs import simulation_jobs
 
 ROOT = Path(__file__).parents[1]
 CONFIG = config.load(ROOT / "config.yaml")
@@ -77,16 +78,25 @@ def test_list_shows_each_figure_with_its_title(tree):
     listed = snakemake(tree, "--list").stdout.splitlines()
     for name, figure in CONFIG["figures"].items():
         assert f"{name} ({figure['title']})" in listed
-    for target in ("all", "figures", "agreement", "report", "claims"):
+    for target in ("all", "figures", "agreement", "report", "claims", "timing"):
         assert any(line.startswith(f"{target} (") for line in listed)
     assert [line for line in listed if "(" not in line] == []
 
 
 def test_every_target_dry_runs(tree):
-    targets = [*FIGURES, "figures", "agreement", "claims", "report", "all"]
+    targets = [*FIGURES, "figures", "agreement", "claims", "report", "timing", "all"]
     count = jobs(snakemake(tree, "--dry-run", *targets))
     assert all(count[target] == 1 for target in targets)
     assert count["figure"] == len(FIGURES)
+
+
+def test_timing_knows_the_files_of_all_simulation_jobs(tree):
+    expected = simulation_jobs(config.make_plan(CONFIG | {"preset": "smoke"}, _schema()))
+    rules = {job.rule for job in expected}
+    rows = [line.split("\t") for line in snakemake(tree, "--summary").stdout.splitlines()]
+    columns = [row for row in rows if row[0] == "output_file"][0]
+    files = {row[0] for row in rows if row[columns.index("rule")] in rules}
+    assert files == {f"results/smoke/{job.name}.h5" for job in expected}
 
 
 def test_one_figure_needs_its_datasets_only(tree):

@@ -1,10 +1,11 @@
 # What the rules share: the plan made from the configuration, and the functions by which rules ask it.
 
+import dataclasses
 import functools
 import sys
 
 from beltrepro import config as configuration
-from beltrepro import provenance
+from beltrepro import jobs, provenance
 from beltrepro.errors import InputError
 
 try:
@@ -96,6 +97,15 @@ def agreement_figure_files(wildcards):
 
 def agreement_images(wildcards):
     return [f"<results>/figures/agreement_{part}.png" for part in AGREEMENT_FIGURES]
+
+
+# Plain tuples: they travel to the script as parameters.
+SIMULATION_JOBS = [dataclasses.astuple(job) for job in jobs.simulation_jobs(PLAN)]
+
+
+def sampled_jobs(wildcards):
+    sample = jobs.draw(jobs.simulation_jobs(PLAN), PLAN.seed)
+    return [f"<results>/{job.name}.h5" for job in sample]
 
 
 # --- what a job is told; all of it in params, so that a change reruns the job ---

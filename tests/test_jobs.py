@@ -1,0 +1,81 @@
+"""How long a preset takes, judged from a sample of its jobs."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from beltrepro import config
+from beltrepro.jobs import Job, draw, estimate, simulation_jobs
+
+ROOT = Path(__file__).parents[1]
+
+
+def plan(preset):
+    schema = config.load(ROOT / "workflow/schemas/config.schema.yaml")
+    return config.make_plan(config.load(ROOT / "config.yaml") | {"preset": preset}, schema)
+
+
+def made_up(count, kind=("scan_block", "event")):
+    return [Job(*kind, f"{kind[0]}/{number}", 1.0 + number) for number in range(count)]
+
+
+@pytest.mark.parametrize("preset", ["smoke", "standard", "paper"])
+def test_sample_is_a_tenth_of_every_kind_and_no_job_twice(preset):
+    jobs = simulation_jobs(plan(preset))
+    assert len({job.name for job in jobs}) == len(jobs)
+    sample = draw(jobs, seed=1)
+    assert len(set(sample)) == len(sample)
+    for kind in {job.kind for job in jobs}:
+        of_kind = [job for job in jobs if job.kind == kind]
+        assert len([job for job in sample if job.kind == kind]) >= len(of_kind) / 10
+
+
+def test_work_is_chains_times_blocks_times_time():
+    paper = plan("paper")
+    work = {job.name: job.work for job in simulation_jobs(paper)}
+    assert work["blocks/n5_map/0000"] == 32 * 5 * 2e6
+    assert work["series/u1"] == 5 * 210000
+    scans = sum(value for name, value in work.items() if name.startswith("blocks/"))
+    assert scans == sum(2e6 * point[0] for scan in paper.scans.values() for point in scan.points)
+
+
+def test_every_job_has_the_same_chance():
+    jobs = made_up(23)
+    counts = np.zeros(23)
+    for seed in range(4000):
+        for job in draw(jobs, seed):
+            counts[int(job.name.split("/")[1])] += 1
+    share = counts / 4000  # one in seven; 5 standard errors of a share are 0.028
+    assert np.all(np.abs(share - 1 / 7) < 0.028)
+
+
+def test_estimate_is_exact_where_time_is_proportional_to_work():
+    jobs = made_up(40)
+    table = estimate(jobs, {job.name: 3600 * 0.5 * job.work for job in jobs[3::10]})
+    assert table["hours"].iloc[0] == pytest.approx(0.5 * sum(job.work for job in jobs))
+    assert table["standard_error"].iloc[0] == pytest.approx(0, abs=1e-9)
+
+
+def test_estimate_covers_the_truth_within_its_error():
+    """Scatter of 20 %: the estimate is within 2 standard errors in 95 % of samples, about."""
+    random = np.random.default_rng(1)
+    jobs = made_up(200)
+    seconds = {job.name: 100 * job.work * random.normal(1, 0.2) for job in jobs}
+    truth = sum(seconds.values()) / 3600
+    within = []
+    for seed in range(300):
+        row = estimate(jobs, {job.name: seconds[job.name] for job in draw(jobs, seed)}).iloc[0]
+        within.append(abs(row["hours"] - truth) < 2 * row["standard_error"])
+    assert 0.85 < np.mean(within)
+
+
+def test_estimate_sums_kinds_and_knows_what_is_missing():
+    jobs = made_up(10) + made_up(1, ("series", "verlet"))
+    known = {job.name: 3600.0 for job in jobs}
+    table = estimate(jobs, known)
+    assert list(table["rule"]) == ["scan_block", "series", "sum"]
+    assert table["hours"].iloc[-1] == pytest.approx(11)
+    assert table["standard_error"].iloc[-1] == 0
+    del known["series/0"]
+    assert np.isnan(estimate(jobs, known)["hours"].iloc[-1])

@@ -1,0 +1,27 @@
+# How long a preset takes, from a sample of its simulation jobs.
+
+
+rule timing:
+    "How long the preset takes, from one in ten of its simulation jobs: timing.csv."
+    input:
+        sampled_jobs,
+    output:
+        "<results>/timing.csv",
+    log:
+        "<logs>/timing.log",
+    benchmark:
+        "<benchmarks>/timing.tsv"
+    conda:
+        "../envs/beltrepro.yaml"
+    threads: 1
+    resources:
+        mem_mb=500,
+        runtime=5,
+    params:
+        jobs=SIMULATION_JOBS,
+        benchmarks=f"results/{PLAN.preset}/benchmarks",
+        code=code_hash("beltrepro.jobs"),
+    message:
+        "Estimating the time of the preset"
+    script:
+        "../scripts/timing.py"
