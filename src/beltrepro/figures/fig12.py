@@ -38,6 +38,8 @@ def draw(data, caption):
     top.set_ylabel(panels.VELOCITY)
     top.set_title(panels.section_name(row), loc="right", size=8, color="0.35")
     panels.finish_curves(bottom, xlabel=panels.BELT_VELOCITY)
+    if bottom.get_legend():
+        bottom.legend(loc="upper left")  # the room over the points, beside the inset
     bottom.set_xlim(left=0)
     place = (0.56, 0.47, 0.41, 0.47)
     for scan, _ in layers:
