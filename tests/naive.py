@@ -14,7 +14,9 @@ def spring_force(deformation, limit=20.0, compression=0.2, extension=0.01):
     return -(limit + math.exp(extension * (deformation - limit)) / extension - 1 / extension)
 
 
-def verlet(n_blocks, belt_velocity, n_steps, time_step=0.001, threshold=71.4, ratio=0.45):
+def verlet(
+    n_blocks, belt_velocity, n_steps, time_step=0.001, threshold=71.4, ratio=0.45, limit=20.0
+):
     """The Appendix in the laboratory frame, without noise.
 
     Returns positions after every step (n_steps, N) and events (time, block from 1, kind).
@@ -26,7 +28,8 @@ def verlet(n_blocks, belt_velocity, n_steps, time_step=0.001, threshold=71.4, ra
     direction = [0] * n_blocks
     positions, events = [], []
     for step in range(n_steps):
-        springs = [spring_force(x[i] - (x[i - 1] if i else 0.0) - 50.0) for i in range(n_blocks)]
+        lengths = [x[i] - (x[i - 1] if i else 0.0) for i in range(n_blocks)]
+        springs = [spring_force(length - 50.0, limit) for length in lengths]
         springs.append(0.0)
         after = [0.0] * n_blocks
         for i in range(n_blocks):

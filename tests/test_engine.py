@@ -1,5 +1,7 @@
 """The integrator: closed forms, naive twin, order, energy, random streams, invariance."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -383,6 +385,110 @@ def test_hundreds_of_events_follow_the_naive_loop(time_step):
     assert np.abs(run.positions[1:] - np.array(positions)).max() < 1e-9
     found = [(round(e["time"], 6), e["block"], str(e["kind"])) for e in run.events]
     assert found == [(round(t, 6), block, kind) for t, block, kind in events]
+
+
+def assert_naive(chain, steps, time_step, atol, least_events):
+    """The run is that of the naive loop, with the same events; returns its positions."""
+    positions, events = naive.verlet(
+        chain.n_blocks,
+        chain.belt_velocity,
+        steps,
+        time_step,
+        chain.static_friction,
+        limit=chain.linear_limit,
+    )
+    run = simulate(
+        chain, duration=steps * time_step, time_step=time_step, sample_interval=time_step
+    )
+    assert len(events) >= least_events
+    np.testing.assert_allclose(run.positions[1:], positions, rtol=0, atol=atol)
+    found = [(round(e["time"], 6), e["block"], str(e["kind"])) for e in run.events]
+    assert found == [(round(t, 6), block, kind) for t, block, kind in events]
+    return np.array(positions), events
+
+
+@pytest.mark.parametrize(("n_blocks", "time_step"), [(5, 0.004), (3, 0.02), (64, 0.01)])
+def test_other_time_steps_follow_the_naive_loop(n_blocks, time_step):
+    assert_naive(ChainParameters(n_blocks, 30.0), 3000, time_step, 1e-9, 10)
+
+
+@pytest.mark.parametrize("time_step", [0.004, 0.01])
+def test_reversals_follow_the_naive_loop(time_step):
+    # so little friction that a block often turns where |F_ex| > F_st
+    chain = ChainParameters(3, 20.0, static_friction=3.05)
+    _, events = assert_naive(chain, round(80 / time_step), time_step, 1e-8, 8)
+    pairs = itertools.pairwise(events)
+    reversals = [a for a, b in pairs if a[:2] == b[:2] and (a[2], b[2]) == ("stick", "slip")]
+    assert len(reversals) >= 3
+
+
+@pytest.mark.parametrize("time_step", [0.004, 0.01])
+def test_ends_of_the_branches_follow_the_naive_loop(time_step):
+    # with a short linear branch, springs pass its ends all the time
+    chain = ChainParameters(4, 15.0, static_friction=30.0, linear_limit=2.0)
+    positions, _ = assert_naive(chain, round(60 / time_step), time_step, 1e-8, 4)
+    deformations = chain_deformations(positions, chain)
+    branch = np.sign(deformations) * (np.abs(deformations) > 2.0)
+    assert np.abs(np.diff(branch, axis=0)).sum() > 20
+    assert (branch < 0).any()
+
+
+def followed(chains, strides, noise_keys):
+    """Events, crossings, last state and audit of an ensemble, and its samples every 700 steps."""
+    rest = chains[0].rest_positions
+    starts = rest + np.random.default_rng(6).uniform(-1, 1, (len(noise_keys), len(rest)))
+    ensemble = VerletEnsemble(
+        chains,
+        seed=1,
+        replicates=noise_keys,
+        initial_positions=starts[: len(chains)],
+        time_step=0.004,
+        sample_stride=strides,
+        sampled_blocks=len(rest),
+        section=Section(2, np.full(len(chains), 190.0)),
+    )
+    events, crossings, samples = ([[] for _ in chains] for _ in range(3))
+    for chunk in ensemble.advance(56.0):
+        row = np.isclose(np.round(chunk.time / 0.004) % 700, 0)
+        for lane in range(len(chains)):
+            events[lane].append(chunk.events[lane, : chunk.event_count[lane]].copy())
+            crossings[lane].append(chunk.crossings[lane, : chunk.crossing_count[lane]].copy())
+            values = chunk.displacement, chunk.relative_velocity, chunk.kinetic_friction
+            samples[lane].append(np.stack(values, axis=1)[row, :, :, lane])
+    parts = [[np.concatenate(own) for own in every] for every in (events, crossings, samples)]
+    return [
+        (*own, *last)
+        for *own, last in zip(
+            *parts,
+            zip(
+                ensemble.positions(),
+                ensemble.velocities(),
+                ensemble.energy_residual(),
+                strict=True,
+            ),
+            strict=True,
+        )
+    ]
+
+
+KINDS = [(0.3, 0.0), (12.0, 0.0), (30.0, 0.0), (45.0, 2.0), (20.0, 15.0), (90.0, 0.0), (8.0, 1.0)]
+
+
+def test_neither_sample_stride_nor_neighbours_change_a_bit():
+    # chains of all kinds: nearly always stuck, laminar, noisy, beyond the reach of the series
+    chains = [ChainParameters(4, u, sigma) for u, sigma in KINDS]
+    keys = range(len(chains))
+    expected = followed(chains, 700, keys)
+    assert sum(len(chain[0]) for chain in expected) > 50
+    assert sum(len(chain[1]) for chain in expected) > 5
+    for stride in (1, 7, 10, 100):
+        for one, other in zip(followed(chains, stride, keys), expected, strict=True):
+            for a, b in zip(one, other, strict=True):
+                np.testing.assert_array_equal(a, b)
+    for last in range(1, len(chains)):
+        for one, other in zip(followed(chains[:last], 50, keys), expected, strict=False):
+            for a, b in zip(one, other, strict=True):
+                np.testing.assert_array_equal(a, b)
 
 
 def test_wide_vectors_round_like_one_chain():

@@ -4,17 +4,23 @@ In the frame of the belt a stuck block has exactly zero relative velocity. With 
 w(t) = x(t) - x(t-dt) - u dt the printed formulas read
 
     w(t+dt) = w(t) + a(t) dt^2,                               x(t+dt) = x(t) + u dt + w(t+dt)
-    v_r(t+dt) dt = w(t) + 11/6 a(t) dt^2 - 1/3 a(t-dt) dt^2
+    v_r(t+dt) dt = w(t+dt) + 5/6 a(t) dt^2 - 1/3 a(t-dt) dt^2
 
 which rounds better than 2x(t) - x(t-dt) and is the same scheme. Velocities are kept times dt and
-accelerations times dt^2, and all three along the direction of slip, so that a block may turn where
-its velocity is not positive.
+accelerations times dt^2. A stuck block has w, push and kinetic friction zero, so that one formula
+moves all blocks.
 
-Hardly any step turns a block (stick to slip, slip to stick, or reversal). `_forces` finds the
-forces and how far the blocks are from a turn; only where one is due, `_turn` applies the stick and
-slip rules (`beltrepro.model.friction.next_direction`) and records events. `_move` is the formulas
-above for all blocks: a stuck block has direction, push and kinetic friction zero, and in place of
-w, and so of v_r dt, its threshold. Both kinds then turn where v_r dt - stuck |F_ex| <= 0.
+A run is cut into stretches of ten steps, at multiples of ten of the step's index. At the start of
+one, `_prepare` finds for every spring its tension as a power series of the deformation, and bounds
+on how far the chain can go before the end. They tell which blocks might turn (stick to slip, slip
+to stick, or reversal): only those are watched, in every step, and `_turn` applies the stick and
+slip rules (`beltrepro.model.friction.next_direction`) where one is due. They also tell which
+springs the series serves: its error must stay below rounding, and the spring on its branch of the
+law. Elsewhere the law itself is evaluated in every step.
+
+Both decisions, series or law and turn or no turn, follow from the chain's own state at the start of
+the stretch. Which blocks of a vector are watched, and what is evaluated and then not used, depends
+on the neighbours and on where a run is cut into pieces; the numbers of a chain do not.
 """
 
 import numpy as np
@@ -27,7 +33,14 @@ from beltrepro.engine.events import (
     EVENT_SLIP,
     EVENT_TIME,
 )
-from beltrepro.engine.law import FRICTION_RATIO, STATIC_FRICTION, spring_law, tension
+from beltrepro.engine.law import (
+    COMPRESSION_RATE,
+    EXTENSION_RATE,
+    FRICTION_RATIO,
+    STATIC_FRICTION,
+    spring_law,
+    tension,
+)
 from beltrepro.engine.memory import zeros
 from beltrepro.engine.noise import normal_pairs_wide
 from beltrepro.engine.simd import (
@@ -37,70 +50,304 @@ from beltrepro.engine.simd import (
     fma,
     load_wide,
     mask_bits,
+    maximum,
     minimum,
     select,
     store,
 )
-from beltrepro.engine.vector import inlined, kernel
+from beltrepro.engine.vector import exp2, inlined, kernel
 
 LANES = WIDE_LANES
+STRETCH = 10  # steps
+_ALL = (1 << LANES) - 1
 
-# The state of a block of sixteen chains: twelve vectors in a row, at these offsets.
-# displacement from the rest position; w, v_r dt and a dt^2; direction of slip (0 if stuck)
-DISPLACEMENT, SLIP_STEP, VELOCITY, ACCELERATION, DIRECTION = range(0, 5 * LANES, LANES)
-# 1 if stuck; direction times dt^2; kinetic friction times dt^2: its mean and what noise adds
-STUCK, PUSH, KINETIC, KINETIC_NOISE = range(5 * LANES, 9 * LANES, LANES)
-# friction loss times dt^2; force and normal deviate of the last step
-DISSIPATED, FORCE, NORMAL = range(9 * LANES, 12 * LANES, LANES)
-_ROW = 12 * LANES
+# The state of a block of sixteen chains, and of the spring before it: vectors in a row, at these
+# offsets. Up to date after every call: displacement from the rest position, v_r dt, direction of
+# slip (0 if stuck), friction loss times dt^2
+DISPLACEMENT, VELOCITY, DIRECTION, DISSIPATED = range(0, 4 * LANES, LANES)
+# slip over the belt since the start of the stretch; w and a dt^2; dt^2, or 0 if stuck; kinetic
+# friction times dt^2, with the sign of the direction: its mean and what noise adds
+_SLIP, _SLIP_STEP, _ACCELERATION, _PUSH, _KINETIC, _KINETIC_NOISE = range(
+    4 * LANES, 10 * LANES, LANES
+)
+# tension: coefficients of the powers 0 to 5 of the change of the deformation in the stretch. Where
+# the series does not serve, power 0 is the tension itself, found anew in every step
+_SERIES = 10 * LANES
+# displacement, deformation of the spring and loss at the start of the stretch; the slip up to which
+# the loss counts
+_START, _DEFORMATION, _LOSS, _SETTLED = range(16 * LANES, 20 * LANES, LANES)
+# F_st of a stuck block; force at the start of the stretch or at the last turn in it; normal deviate
+# of the last step
+_THRESHOLD, _FORCE, _NORMAL = range(20 * LANES, 23 * LANES, LANES)
+_ROW = 23 * LANES
+
+# Six terms of exp(y) for |y| below this leave y^6/720, 1e-16.
+_SERIES_REACH = 0.0065
+_LARGEST_DEVIATE = 8.5  # sqrt(-2 ln 2^-52), see `beltrepro.engine.noise`
+# The bounds hold while no tension changes by more than this share of the mean F_st.
+_TENSION_SHARE = 1 / 16
 
 
-def initial_state(displacement, threshold):
-    """State (W/16, N rounded up to even, row) of W chains with all blocks stuck.
+def initial_state(displacement, threshold, belt_step):
+    """State (W/16, N + 2 rows) of W chains with all blocks stuck.
 
-    displacement, threshold : (N, W).
+    Row 0 is the wall, which slips by -u dt in every step; row N + 1 is a spring that never pulls.
+
+    displacement, threshold : (N, W); belt_step : (W,) u dt.
     """
     n_blocks, lanes = displacement.shape
-    state = zeros((lanes // LANES, n_blocks + n_blocks % 2, _ROW))
+    state = zeros((lanes // LANES, n_blocks + 2, _ROW))
     for field, values in (
         (DISPLACEMENT, displacement),
-        (SLIP_STEP, threshold),
-        (VELOCITY, threshold),
-        (STUCK, np.ones_like(threshold)),
+        (_START, displacement),
+        (_THRESHOLD, threshold),
     ):
         vectors = values.reshape(n_blocks, -1, LANES).swapaxes(0, 1)
-        state[:, :n_blocks, field : field + LANES] = vectors
-    return state
+        state[:, 1 : n_blocks + 1, field : field + LANES] = vectors
+    state[:, 0, _SLIP_STEP : _SLIP_STEP + LANES] = -belt_step.reshape(-1, LANES)
+    return state.reshape(len(state), -1)
 
 
 def of_blocks(state, field, n_blocks):
     """One field of the state as an array (N, W)."""
-    return np.concatenate(state[:, :n_blocks, field : field + LANES], axis=1)
+    state = state.reshape(len(state), -1, _ROW)
+    return np.concatenate(state[:, 1 : n_blocks + 1, field : field + LANES], axis=1)
+
+
+# Rows are of constant length, so that one register points to all fields of a block.
+
+
+@inlined
+def _get(state, vector, block, field):
+    return load_wide(state, (vector, block * _ROW + field))
+
+
+@inlined
+def _put(state, vector, block, field, value):
+    store(state, (vector, block * _ROW + field), value)
+
+
+# --- stretches ---
+
+
+@inlined
+def _expand(state, vector, spring, deformation, law, rates):
+    """Write the power series of a tension; returns the tension."""
+    limit, compression_rate_2, extension_rate_2, compression_softness, extension_softness = law
+    linear = minimum(maximum(deformation, -limit), limit)
+    excess = deformation - linear
+    compressed = deformation < 0.0
+    growth = exp2(excess, select(compressed, -compression_rate_2, extension_rate_2))
+    softness = select(compressed, -compression_softness, extension_softness)
+    pull = fma(softness, growth - 1.0, linear)
+    rate = select(compressed, -rates[0], rates[1])
+    rate = select(excess == 0.0, 0.0, rate)
+    _put(state, vector, spring, _DEFORMATION, deformation)
+    _put(state, vector, spring, _SERIES, pull)
+    # growth is the slope on all branches; every derivative is `rate` times the one before
+    _put(state, vector, spring, _SERIES + LANES, growth)
+    second = growth * rate * (1.0 / 2.0)
+    _put(state, vector, spring, _SERIES + 2 * LANES, second)
+    third = second * rate * (1.0 / 3.0)
+    _put(state, vector, spring, _SERIES + 3 * LANES, third)
+    fourth = third * rate * (1.0 / 4.0)
+    _put(state, vector, spring, _SERIES + 4 * LANES, fourth)
+    _put(state, vector, spring, _SERIES + 5 * LANES, fourth * rate * (1.0 / 5.0))
+    return pull
+
+
+@inlined
+def _prepare(state, vector, n_blocks, friction, square, law, rates):
+    """Start a stretch: write the series, bound the motion.
+
+    friction : mean F_st, strongest kinetic friction. Returns the bound A on |a| dt^2, and bits:
+    springs that need the law, blocks that might turn, and whether the bounds fail for some chain.
+
+    While tensions change by at most `change`, F_ex changes by twice as much, which bounds a. Slips
+    then change by less than K |w| + K (K + 11)/2 A in K steps, of which 5 A a step are for blocks
+    that stick, where |w| < 5 A. And this must keep the tensions within `change`.
+    """
+    limit = law[0]
+    highest_rate = max(rates[0], rates[1])
+    mean, strongest = friction
+    change = _TENSION_SHARE * mean
+    left = _get(state, vector, 0, _START)
+    pull = left
+    fastest = left
+    greatest = left
+    for block in range(1, n_blocks + 1):
+        displacement = _get(state, vector, block, _START)
+        next_pull = _expand(state, vector, block, displacement - left, law, rates)
+        force = next_pull - pull
+        if block > 1:
+            _put(state, vector, block - 1, _FORCE, force)
+            greatest = maximum(abs(force), greatest)
+        fastest = maximum(abs(_get(state, vector, block, _ACCELERATION)), fastest)
+        left = displacement
+        pull = next_pull
+    _put(state, vector, n_blocks, _FORCE, -pull)
+    greatest = maximum(abs(pull), greatest) + (strongest + 2.0 * change)
+    fastest = maximum(greatest * square, fastest)
+
+    bent = 0
+    watched = 0
+    drift = fastest * (STRETCH * (STRETCH + 11.0))
+    hold = drift >= 0.0
+    beyond = 0.0 * drift
+    w = _get(state, vector, n_blocks, _SLIP_STEP)
+    for block in range(n_blocks, 0, -1):
+        left = _get(state, vector, block - 1, _SLIP_STEP)
+        span = fma(abs(w - left), STRETCH, drift)
+        slope = _get(state, vector, block, _SERIES + LANES)
+        second = _get(state, vector, block, _SERIES + 2 * LANES)
+        deformation = _get(state, vector, block, _DEFORMATION)
+        # e^y < 1 + 3/2 y for y < 1/2
+        own = slope * span * fma(span, 1.5 * highest_rate, 1.0)
+        hold = hold & (own <= change) & (span * highest_rate <= 0.5)
+        # second / slope is half the rate
+        serves = (span < abs(abs(deformation) - limit)) & (
+            span * abs(second) <= 0.5 * _SERIES_REACH * slope
+        )
+        if mask_bits(serves) != _ALL:
+            bent |= 1 << (block - 1)
+            _bend(state, vector, block, serves)
+        force = _get(state, vector, block, _FORCE)
+        direction = _get(state, vector, block, DIRECTION)
+        velocity = _get(state, vector, block, VELOCITY)
+        threshold = _get(state, vector, block, _THRESHOLD)
+        # v_r > w - A/3 and K + 1 times the strongest braking
+        reach = own + beyond
+        braking = minimum(fma(direction, force, -strongest) - reach, 0.0) * square
+        slowest = fma(braking, STRETCH + 1.0, fma(direction, w, -0.34 * fastest))
+        goes_on = select(
+            direction == 0.0, threshold - abs(force) - reach, minimum(direction * velocity, slowest)
+        )
+        if mask_bits(goes_on > 0.0) != _ALL:
+            watched |= 1 << (block - 1)
+        beyond = own
+        w = left
+    loose = mask_bits(hold) != _ALL
+    if loose:
+        bent = -1
+        watched = -1
+        for block in range(1, n_blocks + 1):
+            _bend(state, vector, block, hold)
+    return fastest, bent, watched, loose
+
+
+@inlined
+def _bend(state, vector, spring, serves):
+    """Do without the series of a spring in the lanes where it does not serve: all powers are 0."""
+    for power in range(6):
+        place = _SERIES + power * LANES
+        coefficient = _get(state, vector, spring, place)
+        _put(state, vector, spring, place, select(serves, coefficient, 0.0))
+
+
+@inlined
+def _resume(state, vector, n_blocks):
+    """Bits of the springs that need the law, in the middle of a stretch."""
+    bent = 0
+    for spring in range(1, n_blocks + 1):
+        # a spring has a slope
+        if mask_bits(_get(state, vector, spring, _SERIES + LANES) == 0.0):
+            bent |= 1 << (spring - 1)
+    return bent
+
+
+@inlined
+def _conclude(state, vector, n_blocks, belt_travel, ended):
+    """Bring displacements and losses up to date; if the stretch has ended, count from there."""
+    for block in range(1, n_blocks + 1):
+        slip = _get(state, vector, block, _SLIP)
+        displacement = _get(state, vector, block, _START) + (belt_travel + slip)
+        unsettled = slip - _get(state, vector, block, _SETTLED)
+        kinetic = _get(state, vector, block, _KINETIC)
+        loss = fma(kinetic, unsettled, _get(state, vector, block, _LOSS))
+        _put(state, vector, block, DISPLACEMENT, displacement)
+        _put(state, vector, block, DISSIPATED, loss)
+        if ended:
+            _put(state, vector, block, _START, displacement)
+            _put(state, vector, block, _LOSS, loss)
+            _put(state, vector, block, _SLIP, 0.0 * slip)
+            _put(state, vector, block, _SETTLED, 0.0 * slip)
+
+
+# --- steps ---
+
+
+@inlined
+def _tension(state, vector, spring, growth):
+    """Tension of a spring whose deformation has changed by `growth` since the stretch began."""
+    # summed by halves, which keeps the chain of operations short
+    growth_2 = growth * growth
+    t0 = _get(state, vector, spring, _SERIES)
+    t1 = _get(state, vector, spring, _SERIES + LANES)
+    t2 = _get(state, vector, spring, _SERIES + 2 * LANES)
+    t3 = _get(state, vector, spring, _SERIES + 3 * LANES)
+    t4 = _get(state, vector, spring, _SERIES + 4 * LANES)
+    t5 = _get(state, vector, spring, _SERIES + 5 * LANES)
+    high = fma(fma(t5, growth, t4), growth_2, fma(t3, growth, t2))
+    return fma(high, growth_2, fma(t1, growth, t0))
+
+
+@inlined
+def _apply_law(state, vector, n_blocks, bent, law):
+    """Find the tensions of the springs in `bent` by the law, in the lanes without a series."""
+    for spring in range(1, n_blocks + 1):
+        if (bent >> (spring - 1)) & 1:
+            deformation = _get(state, vector, spring, _DEFORMATION) + (
+                _get(state, vector, spring, _SLIP) - _get(state, vector, spring - 1, _SLIP)
+            )
+            without = _get(state, vector, spring, _SERIES + LANES) == 0.0
+            pull = _get(state, vector, spring, _SERIES)
+            pull = select(without, tension(deformation, law), pull)
+            _put(state, vector, spring, _SERIES, pull)
+
+
+@inlined
+def _force(state, vector, block):
+    """F_ex on a block."""
+    slip = _get(state, vector, block, _SLIP)
+    pull = _tension(state, vector, block, slip - _get(state, vector, block - 1, _SLIP))
+    growth = _get(state, vector, block + 1, _SLIP) - slip
+    return _tension(state, vector, block + 1, growth) - pull
 
 
 @inlined
 def _margin(state, vector, block, force):
-    """Keep the force on a block; returns how far the block is from a turn."""
-    store(state, (vector, block, FORCE), force)
-    stuck = load_wide(state, (vector, block, STUCK))
-    return fma(-stuck, abs(force), load_wide(state, (vector, block, VELOCITY)))
+    """How far a block is from a turn: not where it is positive."""
+    direction = _get(state, vector, block, DIRECTION)
+    threshold = _get(state, vector, block, _THRESHOLD)
+    velocity = _get(state, vector, block, VELOCITY)
+    return select(direction == 0.0, threshold - abs(force), direction * velocity)
 
 
 @inlined
-def _forces(state, vector, n_blocks, law):
-    """Forces on the blocks; returns the first spring's pull and the least margin to a turn."""
-    displacement = load_wide(state, (vector, 0, DISPLACEMENT))
-    margin = load_wide(state, (vector, 0, VELOCITY))
-    wall_pull = tension(displacement, law)
-    pull = wall_pull
-    for block in range(1, n_blocks):
-        next_displacement = load_wide(state, (vector, block, DISPLACEMENT))
-        next_pull = tension(next_displacement - displacement, law)
-        margin = minimum(_margin(state, vector, block - 1, next_pull - pull), margin)
-        displacement = next_displacement
-        pull = next_pull
-    margin = minimum(_margin(state, vector, n_blocks - 1, -pull), margin)
-    return wall_pull, margin
+def _move(state, vector, n_blocks, noisy):
+    """Advance all blocks by the scheme; returns the pull of the first spring."""
+    slip = _get(state, vector, n_blocks, _SLIP)
+    pull = 0.0 * slip
+    for block in range(n_blocks, 0, -1):
+        left = _get(state, vector, block - 1, _SLIP)
+        next_pull = pull
+        pull = _tension(state, vector, block, slip - left)
+        w = _get(state, vector, block, _SLIP_STEP)
+        kinetic = _get(state, vector, block, _KINETIC)
+        if noisy:
+            added = _get(state, vector, block, _KINETIC_NOISE)
+            added = added * _get(state, vector, block, _NORMAL)
+            kinetic = kinetic + added
+        a = fma(_get(state, vector, block, _PUSH), next_pull - pull, -kinetic)
+        w = w + a
+        _put(state, vector, block, _ACCELERATION, a)
+        _put(state, vector, block, _SLIP_STEP, w)
+        _put(state, vector, block, _SLIP, slip + w)
+        if noisy:
+            loss = _get(state, vector, block, _LOSS)
+            _put(state, vector, block, _LOSS, fma(added, w, loss))
+        slip = left
+    return pull
 
 
 @inlined
@@ -109,83 +356,112 @@ def _record(state, vector, block, lane, kind, time, square, events, event_count)
     chain = vector * LANES + lane
     slot = event_count[chain]
     events[chain, slot, EVENT_TIME] = time
-    events[chain, slot, EVENT_BLOCK] = block
+    events[chain, slot, EVENT_BLOCK] = block - 1
     events[chain, slot, EVENT_SLIP] = kind
-    events[chain, slot, EVENT_FORCE] = state[vector, block, FORCE + lane]
-    events[chain, slot, EVENT_POSITION] = state[vector, block, DISPLACEMENT + lane]
-    events[chain, slot, EVENT_DISSIPATED] = state[vector, block, DISSIPATED + lane] / square
+    events[chain, slot, EVENT_FORCE] = state[vector, block * _ROW + _FORCE + lane]
+    events[chain, slot, EVENT_POSITION] = state[vector, block * _ROW + DISPLACEMENT + lane]
+    events[chain, slot, EVENT_DISSIPATED] = state[vector, block * _ROW + DISSIPATED + lane] / square
     event_count[chain] = slot + 1
 
 
 @inlined
-def _turn(state, vector, n_blocks, mean, ratio, noise, square, time, events, event_count):
-    """Apply the stick and slip rules to all blocks and record what they change."""
-    for block in range(n_blocks):
-        force = load_wide(state, (vector, block, FORCE))
-        w = load_wide(state, (vector, block, SLIP_STEP))
-        old = load_wide(state, (vector, block, DIRECTION))
-        slipping = old != 0.0
-        # drawn anew while slipping, kept while stuck
-        drawn = fma(noise, load_wide(state, (vector, block, NORMAL)), mean)
-        threshold = select(slipping, drawn, w)
-        free = select(abs(force) > threshold, copysign(1.0, force), 0.0)
-        goes_on = slipping & (load_wide(state, (vector, block, VELOCITY)) > 0.0)
-        new = select(goes_on, old, free)
-        changed = new != old
-        if mask_bits(changed):
-            moving = new != 0.0
-            sticks = mask_bits(changed & slipping)
-            slips = mask_bits(changed & moving)
-            for lane in range(LANES):
-                if (sticks >> lane) & 1:
-                    _record(state, vector, block, lane, 0, time, square, events, event_count)
-                if (slips >> lane) & 1:
-                    _record(state, vector, block, lane, 1, time, square, events, event_count)
-            turned = old * new
-            before = load_wide(state, (vector, block, ACCELERATION))
-            kinetic = select(moving, ratio * square, 0.0)
-            store(state, (vector, block, SLIP_STEP), select(moving, turned * w, threshold))
-            store(state, (vector, block, ACCELERATION), turned * before)
-            store(state, (vector, block, DIRECTION), new)
-            store(state, (vector, block, STUCK), select(moving, 0.0, 1.0))
-            store(state, (vector, block, PUSH), new * square)
-            store(state, (vector, block, KINETIC), kinetic * mean)
-            store(state, (vector, block, KINETIC_NOISE), kinetic * noise)
+def _turn(
+    state, vector, block, force, belt_travel, mean, ratio, noise, square, time, events, event_count
+):
+    """Apply the stick and slip rules to a block and record what they change."""
+    w = _get(state, vector, block, _SLIP_STEP)
+    old = _get(state, vector, block, DIRECTION)
+    slipping = old != 0.0
+    # drawn anew while slipping, kept while stuck
+    drawn = fma(noise, _get(state, vector, block, _NORMAL), mean)
+    threshold = select(slipping, drawn, _get(state, vector, block, _THRESHOLD))
+    free = select(abs(force) > threshold, copysign(1.0, force), 0.0)
+    goes_on = slipping & (old * _get(state, vector, block, VELOCITY) > 0.0)
+    new = select(goes_on, old, free)
+    changed = new != old
+    if mask_bits(changed):
+        moving = new != 0.0
+        slip = _get(state, vector, block, _SLIP)
+        settled = _get(state, vector, block, _SETTLED)
+        loss = _get(state, vector, block, _LOSS)
+        loss = select(
+            changed, fma(_get(state, vector, block, _KINETIC), slip - settled, loss), loss
+        )
+        displacement = _get(state, vector, block, _START) + (belt_travel + slip)
+        _put(state, vector, block, _LOSS, loss)
+        _put(state, vector, block, _SETTLED, select(changed, slip, settled))
+        _put(state, vector, block, _FORCE, force)
+        _put(state, vector, block, DISPLACEMENT, displacement)
+        _put(state, vector, block, DISSIPATED, loss)
+        sticks = mask_bits(changed & slipping)
+        slips = mask_bits(changed & moving)
+        for lane in range(LANES):
+            if (sticks >> lane) & 1:
+                _record(state, vector, block, lane, 0, time, square, events, event_count)
+            if (slips >> lane) & 1:
+                _record(state, vector, block, lane, 1, time, square, events, event_count)
+        turned = old * new != 0.0
+        before = _get(state, vector, block, _ACCELERATION)
+        kinetic = new * (ratio * square)
+        _put(state, vector, block, _THRESHOLD, threshold)
+        _put(state, vector, block, _SLIP_STEP, select(turned, w, 0.0))
+        _put(state, vector, block, _ACCELERATION, select(turned, before, 0.0))
+        _put(state, vector, block, DIRECTION, new)
+        _put(state, vector, block, _PUSH, select(moving, square, 0.0))
+        _put(state, vector, block, _KINETIC, kinetic * mean)
+        _put(state, vector, block, _KINETIC_NOISE, kinetic * noise)
 
 
 @inlined
-def _move(state, vector, n_blocks, belt_step, noisy):
-    """Advance all blocks by the scheme."""
-    for block in range(n_blocks):
-        kinetic = load_wide(state, (vector, block, KINETIC))
-        if noisy:
-            normal = load_wide(state, (vector, block, NORMAL))
-            kinetic = fma(load_wide(state, (vector, block, KINETIC_NOISE)), normal, kinetic)
-        push = load_wide(state, (vector, block, PUSH))
-        before = load_wide(state, (vector, block, ACCELERATION))
-        w = load_wide(state, (vector, block, SLIP_STEP))
-        direction = load_wide(state, (vector, block, DIRECTION))
-        displacement = load_wide(state, (vector, block, DISPLACEMENT))
-        dissipated = load_wide(state, (vector, block, DISSIPATED))
-        a = fma(push, load_wide(state, (vector, block, FORCE)), -kinetic)
-        velocity = fma(a, 11.0 / 6.0, fma(before, -1.0 / 3.0, w))
-        w = w + a
-        store(state, (vector, block, ACCELERATION), a)
-        store(state, (vector, block, VELOCITY), velocity)
-        store(state, (vector, block, SLIP_STEP), w)
-        store(state, (vector, block, DISSIPATED), fma(kinetic, w, dissipated))
-        store(state, (vector, block, DISPLACEMENT), displacement + fma(direction, w, belt_step))
+def _keep_accelerations(state, vector, n_blocks, blocks):
+    """Before a step, keep a(t-dt) of some blocks in place of the velocity."""
+    for block in range(1, n_blocks + 1):
+        if (blocks >> (block - 1)) & 1:
+            _put(state, vector, block, VELOCITY, _get(state, vector, block, _ACCELERATION))
+
+
+@inlined
+def _find_velocities(state, vector, n_blocks, blocks):
+    """Velocities of the same blocks after the step."""
+    for block in range(1, n_blocks + 1):
+        if (blocks >> (block - 1)) & 1:
+            before = _get(state, vector, block, VELOCITY)
+            a = _get(state, vector, block, _ACCELERATION)
+            w = _get(state, vector, block, _SLIP_STEP)
+            velocity = fma(a, 5.0 / 6.0, fma(before, -1.0 / 3.0, w))
+            _put(state, vector, block, VELOCITY, velocity)
+
+
+@inlined
+def _near(state, vector, block, level, belt, fastest):
+    """Whether a block of some chain may come to its level in the stretch."""
+    away = _get(state, vector, block, _START) - level
+    w = _get(state, vector, block, _SLIP_STEP)
+    span = fma(fastest, 0.5 * STRETCH * (STRETCH + 11.0), STRETCH * abs(w + belt))
+    return mask_bits(abs(away) > span) != _ALL
 
 
 @inlined
 def _cross(
-    state, vector, n_blocks, belt_step, section_block, level, time, time_step, crossings, count
+    state,
+    vector,
+    n_blocks,
+    belt,
+    belt_travel,
+    section_block,
+    level,
+    time,
+    time_step,
+    crossings,
+    count,
 ):
-    """Record the chains whose block came down through its level in the step that ends at `time`."""
-    after = load_wide(state, (vector, section_block, DISPLACEMENT)) - level
-    direction = load_wide(state, (vector, section_block, DIRECTION))
-    w = load_wide(state, (vector, section_block, SLIP_STEP))
-    move = fma(direction, w, belt_step)
+    """Record the chains whose block came down through its level in the step that ends at `time`.
+
+    belt_travel : u t since the start of the stretch.
+    """
+    slip = _get(state, vector, section_block, _SLIP)
+    after = _get(state, vector, section_block, _START) + (belt_travel + slip) - level
+    move = _get(state, vector, section_block, _SLIP_STEP) + belt
     hits = mask_bits((after < 0.0) & (after - move >= 0.0))
     if hits:
         back = after / move
@@ -196,34 +472,31 @@ def _cross(
                 slot = count[chain]
                 count[chain] = slot + 1
                 crossings[chain, slot, 0] = time - share * time_step
-                for block in range(n_blocks):
-                    sign = state[vector, block, DIRECTION + lane]
-                    move_one = sign * state[vector, block, SLIP_STEP + lane] + extract(
-                        belt_step, lane
+                for block in range(1, n_blocks + 1):
+                    place = state[vector, block * _ROW + _START + lane] + (
+                        extract(belt_travel, lane) + state[vector, block * _ROW + _SLIP + lane]
                     )
-                    velocity = state[vector, block, VELOCITY + lane]
-                    velocity -= share * state[vector, block, ACCELERATION + lane]
-                    crossings[chain, slot, 1 + block] = (
-                        state[vector, block, DISPLACEMENT + lane] - share * move_one
-                    )
-                    crossings[chain, slot, 1 + n_blocks + block] = sign * velocity / time_step
+                    move_one = state[vector, block * _ROW + _SLIP_STEP + lane] + extract(belt, lane)
+                    velocity = state[vector, block * _ROW + VELOCITY + lane]
+                    velocity -= share * state[vector, block * _ROW + _ACCELERATION + lane]
+                    crossings[chain, slot, block] = place - share * move_one
+                    crossings[chain, slot, n_blocks + block] = velocity / time_step
 
 
 @inlined
 def _sample(state, vector, n_blocks, first_sampled, time_step, samples, row):
     """Write one row of samples of the vector's chains."""
     lane = vector * LANES
-    for block in range(first_sampled, n_blocks):
-        column = block - first_sampled
-        direction = load_wide(state, (vector, block, DIRECTION))
-        velocity = load_wide(state, (vector, block, VELOCITY))
-        noise = load_wide(state, (vector, block, KINETIC_NOISE))
-        kinetic = load_wide(state, (vector, block, KINETIC))
-        kinetic = fma(noise, load_wide(state, (vector, block, NORMAL)), kinetic)
-        displacement = load_wide(state, (vector, block, DISPLACEMENT))
+    for column in range(n_blocks - first_sampled):
+        block = 1 + first_sampled + column
+        velocity = _get(state, vector, block, VELOCITY)
+        noise = _get(state, vector, block, _KINETIC_NOISE)
+        kinetic = _get(state, vector, block, _KINETIC)
+        kinetic = fma(noise, _get(state, vector, block, _NORMAL), kinetic)
+        displacement = _get(state, vector, block, DISPLACEMENT)
         store(samples, (row, 0, column, lane), displacement)
-        store(samples, (row, 1, column, lane), direction * velocity / time_step)
-        store(samples, (row, 2, column, lane), -direction * kinetic / (time_step * time_step))
+        store(samples, (row, 1, column, lane), velocity / time_step)
+        store(samples, (row, 2, column, lane), -kinetic / (time_step * time_step))
 
 
 @kernel
@@ -265,19 +538,23 @@ def verlet_steps(
     section_block : 0-based, or -1 for none; section_displacement : (W,).
     """
     law = spring_law(constants)
+    rates = constants[COMPRESSION_RATE], constants[EXTENSION_RATE]
+    section_block += 1
     mean = constants[STATIC_FRICTION]
     ratio = constants[FRICTION_RATIO]
     square = time_step * time_step
     # sixteen chains take this many steps before the next sixteen do, so that they stay in the
     # fastest memory; it cannot fill more than a quarter of a buffer
-    stretch = min(events.shape[1] // (8 * n_blocks), crossings.shape[1] // 4)
+    visit = min(events.shape[1] // (8 * n_blocks), crossings.shape[1] // 4)
     last = first_step + n_steps
     step = first_step
     row = 0
     full = False
     while step < last and not full:
         start = step
-        step = min(last, start + stretch, (start // sample_stride + 1) * sample_stride)
+        pause = start + visit
+        pause = max(pause - pause % STRETCH, min(pause, (start // STRETCH + 1) * STRETCH))
+        step = min(last, pause, (start // sample_stride + 1) * sample_stride)
         sampled = step % sample_stride == 0
         for vector in range(len(state)):
             lane = vector * LANES
@@ -285,53 +562,91 @@ def verlet_steps(
             belt = load_wide(belt_step, (lane,))
             level = load_wide(section_displacement, (lane,))
             pull = load_wide(wall_pull, (lane,))
-            for now in range(start, step):
-                first_pull, margin = _forces(state, vector, n_blocks, law)
-                pull = pull + first_pull
-                if noisy:
-                    for block in range(0, n_blocks, 2):
-                        first, second = normal_pairs_wide(streams, lane)
-                        store(state, (vector, block, NORMAL), first)
-                        store(state, (vector, block + 1, NORMAL), second)
-                if mask_bits(margin <= 0.0):
-                    time = now * time_step
-                    _turn(
-                        state,
-                        vector,
-                        n_blocks,
-                        mean,
-                        ratio,
-                        spread,
-                        square,
-                        time,
-                        events,
-                        event_count,
+            strongest = ratio * fma(spread, _LARGEST_DEVIATE, mean)
+            now = start
+            while now < step:
+                base = now - now % STRETCH
+                end = min(step, base + STRETCH)
+                near = section_block > 0
+                if now == base:
+                    fastest, bent, watched, loose = _prepare(
+                        state, vector, n_blocks, (mean, strongest), square, law, rates
                     )
-                if noisy:
-                    _move(state, vector, n_blocks, belt, True)
+                    if near and not loose:
+                        near = _near(state, vector, section_block, level, belt, fastest)
                 else:
-                    _move(state, vector, n_blocks, belt, False)
-                if section_block >= 0:
-                    time = (now + 1) * time_step
-                    _cross(
-                        state,
-                        vector,
-                        n_blocks,
-                        belt,
-                        section_block,
-                        level,
-                        time,
-                        time_step,
-                        crossings,
-                        crossing_count,
-                    )
+                    bent = _resume(state, vector, n_blocks)
+                    watched = -1
+                if near:
+                    watched = -1
+                # most steps: a loop with nothing else in it leaves the registers to `_move`
+                if not (noisy or bent or watched):
+                    for quiet_step in range(now, end - 1):
+                        _put(state, vector, 0, _SLIP, belt * float(base - quiet_step))
+                        pull = pull + _move(state, vector, n_blocks, False)
+                    now = end - 1
+                for step_index in range(now, end):
+                    if noisy:
+                        for block in range(1, n_blocks + 1, 2):
+                            first, second = normal_pairs_wide(streams, lane)
+                            _put(state, vector, block, _NORMAL, first)
+                            _put(state, vector, block + 1, _NORMAL, second)
+                    belt_travel = belt * float(step_index - base)
+                    _put(state, vector, 0, _SLIP, -belt_travel)
+                    if bent:
+                        _apply_law(state, vector, n_blocks, bent, law)
+                    if watched:
+                        for block in range(1, n_blocks + 1):
+                            if (watched >> (block - 1)) & 1:
+                                force = _force(state, vector, block)
+                                if mask_bits(_margin(state, vector, block, force) <= 0.0):
+                                    _turn(
+                                        state,
+                                        vector,
+                                        block,
+                                        force,
+                                        belt_travel,
+                                        mean,
+                                        ratio,
+                                        spread,
+                                        square,
+                                        step_index * time_step,
+                                        events,
+                                        event_count,
+                                    )
+                    # velocities serve the rules, samples and crossings
+                    kept = watched if step_index < end - 1 else -1
+                    if kept:
+                        _keep_accelerations(state, vector, n_blocks, kept)
+                    if noisy:
+                        pull = pull + _move(state, vector, n_blocks, True)
+                    else:
+                        pull = pull + _move(state, vector, n_blocks, False)
+                    if kept:
+                        _find_velocities(state, vector, n_blocks, kept)
+                    if near:
+                        _cross(
+                            state,
+                            vector,
+                            n_blocks,
+                            belt,
+                            belt * float(step_index + 1 - base),
+                            section_block,
+                            level,
+                            (step_index + 1) * time_step,
+                            time_step,
+                            crossings,
+                            crossing_count,
+                        )
+                now = end
+                _conclude(state, vector, n_blocks, belt * float(end - base), end == base + STRETCH)
             store(wall_pull, (lane,), pull)
             if sampled:
                 _sample(state, vector, n_blocks, first_sampled, time_step, samples, row)
             for chain in range(lane, lane + LANES):
-                if event_count[chain] + 2 * n_blocks * stretch > events.shape[1]:
+                if event_count[chain] + 2 * n_blocks * visit > events.shape[1]:
                     full = True
-                if crossing_count[chain] + stretch > crossings.shape[1]:
+                if crossing_count[chain] + visit > crossings.shape[1]:
                     full = True
         row += sampled
     return step - first_step

@@ -17,7 +17,11 @@ class VerletEnsemble(ChainEnsemble):
     def __init__(self, parameters, **settings):
         super().__init__(parameters, **settings)
         self._noisy = bool(np.any(self._noise > 0))
-        self._state = verlet.initial_state(self._initial_displacement, self._initial_threshold)
+        self._state = verlet.initial_state(
+            self._initial_displacement,
+            self._initial_threshold,
+            self._belt_velocity * self.time_step,
+        )
         self._wall_pull = zeros(len(self._noise))
         self._steps_done = 0
 
@@ -60,10 +64,8 @@ class VerletEnsemble(ChainEnsemble):
         return verlet.of_blocks(self._state, verlet.DISPLACEMENT, self.n_blocks)
 
     def _relative_velocities(self):
-        # the kernel keeps it times the step and along the direction of slip
-        velocity = verlet.of_blocks(self._state, verlet.VELOCITY, self.n_blocks)
-        direction = verlet.of_blocks(self._state, verlet.DIRECTION, self.n_blocks)
-        return direction * velocity / self.time_step
+        # the kernel keeps it times the step
+        return verlet.of_blocks(self._state, verlet.VELOCITY, self.n_blocks) / self.time_step
 
     def _friction_losses(self):
         loss = verlet.of_blocks(self._state, verlet.DISSIPATED, self.n_blocks)
