@@ -25,7 +25,6 @@ from beltrepro.engine.simd import (
     LANES,
     fma,
     load,
-    mask_bits,
     maximum,
     minimum,
     select,
@@ -122,30 +121,29 @@ def _extend(k, direction, lane, series, rates, stretching, growth, force, wall_p
             place_before, next_before = place, following
             rate = load(rates, (spring * LANES,))
             curved = rate != 0.0
-            if mask_bits(curved):
-                newest = rate * float(k) * tension
-                newest_next = rate * (k + 1.0) * rise
-                store(stretching, (at(k, spring),), newest)
-                store(stretching, (at(k + 1, spring),), newest_next)
-                # even and odd terms apart: chains of half the length
-                start = load(growth, (at(0, spring),))
-                even, even_next = newest * start, newest_next * start
-                odd, odd_next = spread(0.0), spread(0.0)
-                for m in range(2, k, 2):
-                    grown = load(growth, (at(m, spring),))
-                    even = fma(load(stretching, (at(k - m, spring),)), grown, even)
-                    even_next = fma(load(stretching, (at(k + 1 - m, spring),)), grown, even_next)
-                for m in range(1, k, 2):
-                    grown = load(growth, (at(m, spring),))
-                    odd = fma(load(stretching, (at(k - m, spring),)), grown, odd)
-                    odd_next = fma(load(stretching, (at(k + 1 - m, spring),)), grown, odd_next)
-                grown = (even + odd) * (1.0 / k)
-                grown_next = fma(load(stretching, (at(1, spring),)), grown, even_next + odd_next)
-                grown_next = grown_next * (1.0 / (k + 1.0))
-                store(growth, (at(k, spring),), grown)
-                store(growth, (at(k + 1, spring),), grown_next)
-                tension = select(curved, grown, tension)
-                rise = select(curved, grown_next, rise)
+            newest = rate * float(k) * tension
+            newest_next = rate * (k + 1.0) * rise
+            store(stretching, (at(k, spring),), newest)
+            store(stretching, (at(k + 1, spring),), newest_next)
+            # even and odd terms apart: chains of half the length
+            start = load(growth, (at(0, spring),))
+            even, even_next = newest * start, newest_next * start
+            odd, odd_next = spread(0.0), spread(0.0)
+            for m in range(2, k, 2):
+                grown = load(growth, (at(m, spring),))
+                even = fma(load(stretching, (at(k - m, spring),)), grown, even)
+                even_next = fma(load(stretching, (at(k + 1 - m, spring),)), grown, even_next)
+            for m in range(1, k, 2):
+                grown = load(growth, (at(m, spring),))
+                odd = fma(load(stretching, (at(k - m, spring),)), grown, odd)
+                odd_next = fma(load(stretching, (at(k + 1 - m, spring),)), grown, odd_next)
+            grown = (even + odd) * (1.0 / k)
+            grown_next = fma(load(stretching, (at(1, spring),)), grown, even_next + odd_next)
+            grown_next = grown_next * (1.0 / (k + 1.0))
+            store(growth, (at(k, spring),), grown)
+            store(growth, (at(k + 1, spring),), grown_next)
+            tension = select(curved, grown, tension)
+            rise = select(curved, grown_next, rise)
         if spring == 0:
             store(wall_pull, (at(k, 0),), tension)
             store(wall_pull, (at(k + 1, 0),), rise)
