@@ -15,8 +15,9 @@ from beltrepro import ChainParameters, simulate
 from beltrepro.engine import ensemble as engine_ensemble
 from beltrepro.engine.ensemble import Section
 from beltrepro.engine.event_ensemble import EventEnsemble
-from beltrepro.engine.roots import NO_ROOT, first_roots
-from beltrepro.engine.simd import LANES
+from beltrepro.engine.events import EVENT_TIME
+from beltrepro.engine.roots import first_roots
+from beltrepro.engine.simd import LANES, select, spread, store
 from beltrepro.engine.taylor import LEVELS
 from beltrepro.engine.vector import kernel
 from beltrepro.errors import ModelStateError
@@ -26,7 +27,7 @@ from test_engine import limit_cycle
 EXACT = json.loads(reference.DATA.read_text())
 
 
-def ensemble(chains, starts=None, *, replicates=None, section=None, seed=1, stride=100):
+def ensemble(chains, starts=None, *, replicates=None, section=None, seed=1, stride=100, **settings):
     """An `EventEnsemble` that samples all blocks every `stride` ms; starts: displacements."""
     rest = np.array([chain.rest_positions for chain in chains])
     return EventEnsemble(
@@ -38,6 +39,7 @@ def ensemble(chains, starts=None, *, replicates=None, section=None, seed=1, stri
         sample_stride=stride,
         sampled_blocks=chains[0].n_blocks,
         section=section,
+        **settings,
     )
 
 
@@ -98,6 +100,19 @@ def test_events_and_state_of_forty_digits(case):
     end = advanced([chain], last, [start])[0]
     np.testing.assert_allclose(end.positions()[0], case["positions"], rtol=0, atol=1e-9)
     np.testing.assert_allclose(end.velocities()[0], case["velocities"], rtol=0, atol=1e-9)
+
+
+def test_error_falls_with_the_tolerance():
+    case = EXACT[0]
+    chain = ChainParameters(case["n_blocks"], case["belt_velocity"])
+    errors = []
+    for tolerance in (1e-4, 1e-6, 1e-8, 1e-10):
+        chunks = advanced([chain], case["events"][-1][0] + 1e-3, tolerance=tolerance)[1]
+        instants = np.concatenate([chunk.events[0] for chunk in chunks])[:, EVENT_TIME]
+        errors.append(np.abs(instants[: len(case["events"])] - times(case["events"])).max())
+    assert errors[0] < 1e-5
+    assert np.all(np.array(errors[1:]) < 0.2 * np.array(errors[:-1]))
+    assert errors[-1] < 1e-11
 
 
 def compare_random_starts(seed, count, duration=40.0):
@@ -197,10 +212,15 @@ def test_no_grazing_contact_is_lost_at_boundaries(part):
 # --- roots ---
 
 
+NO_ROOT = 2.0
+
+
 @kernel
 def all_first_roots(polynomials, roots):
-    for slot in range(0, roots.size, LANES):
-        first_roots(polynomials, slot, roots)
+    length = spread(1.0)
+    for column in range(roots.size // LANES):
+        place, found, _ = first_roots(polynomials, column, length, length > 0.0)
+        store(roots, (column * LANES,), select(found, place, NO_ROOT))
 
 
 def roots_of(coefficients):

@@ -14,6 +14,8 @@ is exact and what is approximate, see docs/event.md.
 
 import math
 
+import numpy as np
+
 from beltrepro.engine.events import (
     EVENT_BLOCK,
     EVENT_DISSIPATED,
@@ -29,15 +31,18 @@ from beltrepro.engine.law import (
     LINEAR_LIMIT,
     STATIC_FRICTION,
 )
-from beltrepro.engine.noise import logarithm, normal_pair, normal_pairs_where
-from beltrepro.engine.roots import NO_ROOT, UNDECIDED, first_roots
+from beltrepro.engine.memory import aligned
+from beltrepro.engine.noise import normal_pair, normal_pairs_where
+from beltrepro.engine.roots import first_roots
 from beltrepro.engine.simd import (
     LANES,
+    as_bits,
     fma,
     load,
     mask_bits,
     maximum,
     minimum,
+    scatter,
     select,
     spread,
     square_root,
@@ -46,39 +51,40 @@ from beltrepro.engine.simd import (
 )
 from beltrepro.engine.taylor import (
     FORCE_ORDER,
-    LEVELS,
     ORDER,
     at,
     bounds,
     deformation,
     evaluate,
-    extend_springs,
+    extend_series,
+    mean_change,
     start_springs,
 )
-from beltrepro.engine.vector import LOG2_E, exp2, inlined, kernel, separate_arrays
+from beltrepro.engine.vector import exp2, inlined, kernel, separate_arrays
 
 DONE, EVENTS_FULL, CROSSINGS_FULL, STORM = range(4)
-CANDIDATES_PER_BLOCK = 4 * LANES
+CANDIDATES_PER_BLOCK = 4
 WALL = 0  # column of the series, see `beltrepro.engine.taylor`
 
 # Last terms of the series of F_ex allowed at the end of a step: the last, and the one before it.
-_TOLERANCE = 1e-10
-_LOG_TOLERANCE = math.log(_TOLERANCE)
+TOLERANCE = 1e-10
+_EIGHTHS = aligned(np.arange(1.0, 9.0))
 # Longest cell of the noise, model time; in shorter ones it is where v_r might graze zero.
 _CELL = 0.5
 _GRAZING = 2.0
 
 
 @inlined
-def _accelerate(k, lane, direction, friction, series, force):
-    """Level k+2 of the positions from level k of the forces."""
-    weight = 1.0 / ((k + 1.0) * (k + 2.0))
+def _start_positions(lane, kinetic, direction, noise_force, series, force):
+    """X_2 and X_3 from the forces, the friction and the noise."""
     for block in range(direction.shape[0]):
-        acceleration = load(force, (at(k, block),))
-        if k < 2:
-            acceleration = acceleration + load(friction, (at(k, block),))
-        slipping = load(direction, (block, lane)) != 0.0
-        store(series, (at(k + 2, block + 1),), select(slipping, acceleration * weight, 0.0))
+        heading = load(direction, (block, lane))
+        slipping = heading != 0.0
+        push = load(noise_force, (0, block, lane)) - heading * kinetic
+        acceleration = load(force, (at(0, block),)) + push
+        jerk = load(force, (at(1, block),)) + load(noise_force, (1, block, lane))
+        store(series, (at(2, block + 1),), select(slipping, 0.5 * acceleration, 0.0))
+        store(series, (at(3, block + 1),), select(slipping, jerk * (1.0 / 6.0), 0.0))
 
 
 @inlined
@@ -97,9 +103,11 @@ def _cell_length(lane, power, kinetic, velocity, direction, force):
             heading = load(direction, (block, lane))
             slope = load(force, (at(0, block),)) - heading * kinetic
             bend = load(force, (at(1, block),))
-            vertex = -slope / bend
-            depth = fma(0.5 * slope, vertex, load(velocity, (block, lane)))
-            near = (vertex > 0.0) & (vertex < 1.5 * length) & (abs(depth) < margin)
+            # the vertex is at -slope / bend
+            ahead = (slope * bend < 0.0) & (abs(slope) < 1.5 * length * abs(bend))
+            twice = 2.0 * bend
+            depth = fma(twice, load(velocity, (block, lane)), -(slope * slope))
+            near = ahead & (abs(depth) < margin * abs(twice))
             grazing = grazing | (near & (heading != 0.0))
         if mask_bits(grazing) == 0:
             break
@@ -110,7 +118,8 @@ def _cell_length(lane, power, kinetic, velocity, direction, force):
 @inlined
 def _draw_cells(lane, drawing, length, power, streams, noise_force, cell):
     """New noise cells for the chains of a mask: force a + b t until `cell` runs out."""
-    strength = square_root(power / length)
+    rate = 1.0 / length
+    strength = square_root(power * rate)
     for block in range(noise_force.shape[1]):
         first, second = normal_pairs_where(streams, lane, drawing)
         tilt = strength * (math.sqrt(3.0) * second)
@@ -118,12 +127,18 @@ def _draw_cells(lane, drawing, length, power, streams, noise_force, cell):
         start = load(noise_force, (0, block, lane))
         slope = load(noise_force, (1, block, lane))
         store(noise_force, (0, block, lane), select(drawing, level, start))
-        store(noise_force, (1, block, lane), select(drawing, 2.0 * tilt / length, slope))
+        store(noise_force, (1, block, lane), select(drawing, 2.0 * tilt * rate, slope))
     store(cell, (lane,), select(drawing, length, load(cell, (lane,))))
 
 
 @inlined
-def _taylor_step(n_blocks, force):
+def _binary_logarithm(x):
+    """Upper bound of log2(x), x > 0, by 0.09 at most: linear between powers of two."""
+    return fma(to_float(as_bits(x)), 2.0**-52, 0.0861 - 1023.0)
+
+
+@inlined
+def _taylor_step(n_blocks, log_tolerance, force):
     """Step at which the last two terms of the series of all forces are within the tolerance."""
     last = spread(1e-200)
     before = spread(1e-200)
@@ -131,8 +146,8 @@ def _taylor_step(n_blocks, force):
         last = maximum(last, abs(load(force, (at(FORCE_ORDER, block),))))
         before = maximum(before, abs(load(force, (at(FORCE_ORDER - 1, block),))))
     exponent = minimum(
-        (_LOG_TOLERANCE - logarithm(last)) * (LOG2_E / FORCE_ORDER),
-        (_LOG_TOLERANCE - logarithm(before)) * (LOG2_E / (FORCE_ORDER - 1)),
+        (log_tolerance - _binary_logarithm(last)) * (1.0 / FORCE_ORDER),
+        (log_tolerance - _binary_logarithm(before)) * (1.0 / (FORCE_ORDER - 1)),
     )
     return exp2(exponent, 1.0)
 
@@ -140,10 +155,14 @@ def _taylor_step(n_blocks, force):
 @inlined
 def _force_tail(block, step, force):
     """Bound on the step of the terms of F_ex from the third order on."""
-    tail = abs(load(force, (at(FORCE_ORDER, block),)))
-    for k in range(FORCE_ORDER - 1, 2, -1):
-        tail = fma(tail, step, abs(load(force, (at(k, block),))))
-    return tail * (step * step * step)
+    square = step * step
+    odd = abs(load(force, (at(FORCE_ORDER, block),)))
+    even = abs(load(force, (at(FORCE_ORDER - 1, block),)))
+    for k in range(FORCE_ORDER - 2, 3, -2):
+        odd = fma(odd, square, abs(load(force, (at(k, block),))))
+        even = fma(even, square, abs(load(force, (at(k - 1, block),))))
+    odd = fma(odd, square, abs(load(force, (at(3, block),))))
+    return fma(even, step, odd) * (step * square)
 
 
 @inlined
@@ -193,48 +212,63 @@ def _spring_bounds(spring, tail, step, series):
 
 
 @inlined
-def _place(k, slot):
-    """Index of coefficient k of a candidate."""
-    return at(k, slot // LANES) + slot % LANES
+def _place(lanes, source, used, column, polynomials, sources):
+    """Find a column with free places for the candidates of some lanes, and note their source.
+
+    used : bits of the lanes taken in the last column, which is number `column` (-1: none yet).
+
+    Returns used and column after that.
+    """
+    bits = mask_bits(lanes)
+    if column < 0 or used & bits != 0:
+        column += 1
+        used = 0
+        store(sources, (column * LANES,), -1)
+        for k in range(ORDER + 1):
+            store(polynomials, (at(k, column),), 0.0)
+    store(sources, (column * LANES,), select(lanes, source, load(sources, (column * LANES,))))
+    return used | bits, column
 
 
 @inlined
-def _push_slip_end(slot, lane, column, heading, step, series, polynomials):
-    """Candidate: the first root of d v_r in units of the step; of d v_r / t if it starts at 0."""
-    scale = heading
-    shift = 2 if series[at(1, column) + lane] == 0.0 else 1
-    for k in range(ORDER + 1 - shift):
-        polynomials[_place(k, slot)] = scale * (k + shift) * series[at(k + shift, column) + lane]
-        scale *= step
-    for k in range(ORDER + 1 - shift, ORDER + 1):
-        polynomials[_place(k, slot)] = 0.0
+def _put(k, column, lanes, coefficient, polynomials):
+    """Coefficient k of the candidates of some lanes."""
+    place = (at(k, column),)
+    store(polynomials, place, select(lanes, coefficient, load(polynomials, place)))
 
 
 @inlined
-def _push_slip_start(slot, lane, block, side, threshold, step, force, polynomials):
-    """Candidate: the first root of F_st - side F_ex."""
-    scale = -side
-    for k in range(FORCE_ORDER + 1):
-        polynomials[_place(k, slot)] = scale * force[at(k, block) + lane]
-        scale *= step
-    polynomials[_place(0, slot)] += threshold
-    for k in range(FORCE_ORDER + 1, ORDER + 1):
-        polynomials[_place(k, slot)] = 0.0
+def _put_slip_end(column, lanes, block, heading, begins, series, polynomials):
+    """Candidates: the first root of d v_r; of d v_r / t where it starts at 0."""
+    for k in range(ORDER):
+        rate = load(series, (at(k + 1, block + 1),)) * (k + 1.0)
+        divided = spread(0.0)
+        if k + 2 <= ORDER:
+            divided = load(series, (at(k + 2, block + 1),)) * (k + 2.0)
+        _put(k, column, lanes, heading * select(begins, divided, rate), polynomials)
 
 
 @inlined
-def _push_branch_end(slot, lane, spring, sign, offset, divided, step, series, polynomials):
-    """Candidate: the first root of offset + sign D; divided by t if it is zero at the start."""
-    scale = sign
-    shift = 1 if divided else 0
-    for k in range(ORDER + 1 - shift):
-        change = series[at(k + shift, spring + 1) + lane] - series[at(k + shift, spring) + lane]
-        polynomials[_place(k, slot)] = scale * change
-        scale *= step
-    if divided:
-        polynomials[_place(ORDER, slot)] = 0.0
-    else:
-        polynomials[_place(0, slot)] += offset
+def _put_slip_start(column, lanes, block, way, threshold, force, polynomials):
+    """Candidates: the first root of F_st - way F_ex."""
+    _put(0, column, lanes, threshold - way * load(force, (at(0, block),)), polynomials)
+    for k in range(1, FORCE_ORDER + 1):
+        _put(k, column, lanes, -way * load(force, (at(k, block),)), polynomials)
+
+
+@inlined
+def _put_branch_end(column, lanes, spring, sign, offset, divided, series, polynomials):
+    """Candidates: the first root of offset + sign D; divided by t where it is zero at the start."""
+    change = deformation(0, spring, series)
+    for k in range(ORDER + 1):
+        following = spread(0.0)
+        if k < ORDER:
+            following = deformation(k + 1, spring, series)
+        coefficient = sign * select(divided, following, change)
+        if k == 0:
+            coefficient = coefficient + select(divided, 0.0, offset)
+        _put(k, column, lanes, coefficient, polynomials)
+        change = following
 
 
 @inlined
@@ -269,6 +303,7 @@ def _branch(deformation, limit):
 @inlined
 def _find_candidates(
     lane,
+    step,
     moving,
     limit,
     velocity,
@@ -279,18 +314,16 @@ def _find_candidates(
     series,
     force,
     polynomials,
-    candidate_lane,
-    candidate_source,
+    sources,
     tails,
-    work,
 ):
-    """Collect the event functions that the bounds do not clear; returns how many.
+    """Collect the event functions that the bounds do not clear; returns how many columns of them.
 
-    Source b < N: block b sticks or slips; N + s: spring s changes its branch.
+    sources : (C,), of each lane of each column -1: none; b < N: block b sticks or slips; N + s:
+    spring s changes its branch.
     """
     n_blocks = direction.shape[0]
-    step = load(work, (0, 0))
-    count = 0
+    column, used = -1, 0
     for block in range(n_blocks):
         heading = load(direction, (block, lane))
         tail = _force_tail(block, step, force)
@@ -301,42 +334,22 @@ def _find_candidates(
         # v_r is exactly zero only where the slip has just begun
         begins = slipping & (load(velocity, (block, lane)) == 0.0)
         clear_below = select(begins, least_rate, least) > select(slipping, 0.0, -limit_force)
-        below = mask_bits(moving & ~clear_below)
-        above = mask_bits(moving & ~slipping & ~(greatest < limit_force))
-        if below | above:
-            for i in range(LANES):
-                way = direction[block, lane + i]
-                if (below >> i) & 1:
-                    if way != 0.0:
-                        _push_slip_end(count, i, block + 1, way, work[0, i], series, polynomials)
-                    else:
-                        _push_slip_start(
-                            count,
-                            i,
-                            block,
-                            -1.0,
-                            threshold[block, lane + i],
-                            work[0, i],
-                            force,
-                            polynomials,
-                        )
-                    candidate_lane[count] = i
-                    candidate_source[count] = block
-                    count += 1
-                if (above >> i) & 1:
-                    _push_slip_start(
-                        count,
-                        i,
-                        block,
-                        1.0,
-                        threshold[block, lane + i],
-                        work[0, i],
-                        force,
-                        polynomials,
-                    )
-                    candidate_lane[count] = i
-                    candidate_source[count] = block
-                    count += 1
+        below = moving & ~clear_below
+        above = moving & ~slipping & ~(greatest < limit_force)
+        if mask_bits(below | above) != 0:
+            lanes = below & slipping
+            if mask_bits(lanes) != 0:
+                used, column = _place(lanes, block, used, column, polynomials, sources)
+                _put_slip_end(column, lanes, block, heading, begins, series, polynomials)
+            lanes = (below & ~slipping) | above
+            if mask_bits(lanes) != 0:
+                used, column = _place(lanes, block, used, column, polynomials, sources)
+                way = select(above, 1.0, spread(-1.0))
+                _put_slip_start(column, lanes, block, way, limit_force, force, polynomials)
+                lanes = below & above
+                if mask_bits(lanes) != 0:
+                    used, column = _place(lanes, block, used, column, polynomials, sources)
+                    _put_slip_start(column, lanes, block, -way, limit_force, force, polynomials)
     tail_before = spread(0.0)
     for spring in range(n_blocks):
         tail = load(tails, (spring * LANES,))
@@ -344,61 +357,56 @@ def _find_candidates(
         tail_before = tail
         branch = load(regime, (spring, lane))
         changed = load(branch_changed, (spring, lane)) != 0.0
+        linear = branch == 0.0
         # a spring that has just changed its branch stands at one limit and moves away from it
         leaves = changed & (least_rate > 0.0)
         upper = changed & (deformation(0, spring, series) > 0.0)
         lower = changed & ~upper
-        clear_above = (greatest < limit) | (branch > 0.0) | (upper & leaves)
-        clear_below = (least > -limit) | (branch < 0.0) | (lower & leaves)
-        clear_stretched = (branch <= 0.0) | (least > limit) | leaves
-        clear_compressed = (branch >= 0.0) | (greatest < -limit) | leaves
-        above = mask_bits(moving & (branch == 0.0) & ~clear_above)
-        below = mask_bits(moving & (branch == 0.0) & ~clear_below)
-        beyond = mask_bits(moving & ~(clear_stretched & clear_compressed))
-        if above | below | beyond:
-            for i in range(LANES):
-                fresh = branch_changed[spring, lane + i] != 0.0
-                high = series[at(0, spring + 1) + i] - series[at(0, spring) + i] > 0.0
-                for side in range(3):
-                    if side == 0:
-                        bits, sign, offset, divided = above, -1.0, limit, fresh and high
-                    elif side == 1:
-                        bits, sign, offset, divided = below, 1.0, limit, fresh and not high
-                    else:
-                        bits, sign, offset, divided = (
-                            beyond,
-                            regime[spring, lane + i],
-                            -limit,
-                            fresh,
-                        )
-                    if (bits >> i) & 1:
-                        _push_branch_end(
-                            count, i, spring, sign, offset, divided, work[0, i], series, polynomials
-                        )
-                        candidate_lane[count] = i
-                        candidate_source[count] = n_blocks + spring
-                        count += 1
-    return count
+        clear_above = (greatest < limit) | (upper & leaves)
+        clear_below = (least > -limit) | (lower & leaves)
+        clear_beyond = (select(branch < 0.0, -greatest, least) > limit) | leaves
+        above = moving & linear & ~clear_above
+        below = moving & linear & ~clear_below
+        beyond = moving & ~linear & ~clear_beyond
+        lanes = above | below | beyond
+        if mask_bits(lanes) != 0:
+            source = n_blocks + spring
+            used, column = _place(lanes, source, used, column, polynomials, sources)
+            sign = select(linear, select(above, -1.0, spread(1.0)), branch)
+            offset = select(linear, limit, spread(-limit))
+            divided = changed & ~(linear & (above ^ upper))
+            _put_branch_end(column, lanes, spring, sign, offset, divided, series, polynomials)
+            lanes = above & below
+            if mask_bits(lanes) != 0:
+                used, column = _place(lanes, source, used, column, polynomials, sources)
+                _put_branch_end(column, lanes, spring, -sign, offset, lower, series, polynomials)
+    return column + 1
 
 
 @inlined
-def _first_events(count, polynomials, candidate_lane, candidate_source, roots, work, source):
-    """Shorten the steps to the first events, and say which; source -1 is none."""
-    for slot in range(count, (count + LANES - 1) // LANES * LANES):
-        for k in range(LEVELS):
-            polynomials[_place(k, slot)] = 0.0
-        polynomials[_place(0, slot)] = 1.0
-    for slot in range(0, count, LANES):
-        first_roots(polynomials, slot, roots)
-    for slot in range(count):
-        i = candidate_lane[slot]
-        found = roots[slot] <= 1.0
-        if roots[slot] == NO_ROOT:
-            continue
-        instant = (roots[slot] if found else roots[slot] - UNDECIDED) * work[0, i]
-        if instant < work[1, i] or (found and source[i] < 0 and instant == work[1, i]):
-            work[1, i] = instant
-            source[i] = candidate_source[slot] if found else -1
+def _first_events(n_columns, step, polynomials, sources):
+    """First events of the eight chains: their instants (else the step), their sources (else -1)."""
+    instant = step
+    source = spread(-1)
+    for column in range(n_columns):
+        candidate = load(sources, (column * LANES,))
+        place, found, undecided = first_roots(polynomials, column, step, candidate >= 0)
+        earlier = (found | undecided) & (place < instant)
+        first = found & (place == instant) & (source < 0)
+        source = select(earlier | first, select(found, candidate, -1), source)
+        instant = select(earlier, place, instant)
+    return instant, source
+
+
+@inlined
+def _value_and_slope(time, column, i, series):
+    """Position and relative velocity of one chain in a column of the series."""
+    value = series[at(ORDER, column) + i]
+    slope = 0.0
+    for k in range(ORDER - 1, -1, -1):
+        slope = fma(slope, time, value)
+        value = fma(value, time, series[at(k, column) + i])
+    return value, slope
 
 
 @inlined
@@ -408,52 +416,87 @@ def _record_crossings(
     """Downward crossings of the section within the step of one chain."""
     n_blocks = (crossings.shape[2] - 1) // 2
     column = section_block + 1
-    passed = 0.0
     chain = lane + i
+    resolution = 1e-14 * max(step, 1.0)
     above = series[at(0, column) + i] >= position
+    passed = 0.0
     while passed < step:
-        # bisection between instants where the sign differs; a step holds at most a few crossings
-        found = False
-        low = passed
-        high = passed
-        for part in range(1, 9):
-            high = passed + (step - passed) * part / 8
-            value = series[at(ORDER, column) + i]
-            for k in range(ORDER - 1, -1, -1):
-                value = value * high + series[at(k, column) + i]
-            if (value + belt_velocity * high >= position) != above:
-                found = True
-                break
-            low = high
-        if not found:
+        # the first eighth of the rest after which the side differs; a step holds few crossings
+        eighth = 0.125 * (step - passed)
+        places = fma(load(_EIGHTHS, (0,)), eighth, passed)
+        value = spread(series[at(ORDER, column) + i])
+        for k in range(ORDER - 1, -1, -1):
+            value = fma(value, places, spread(series[at(k, column) + i]))
+        changed = mask_bits(fma(belt_velocity, places, value) >= position)
+        if above:
+            changed ^= 0xFF
+        if changed == 0:
             return
-        while high - low > 1e-14 * max(step, 1.0):
-            middle = 0.5 * (low + high)
-            if middle <= low or middle >= high:
-                break
-            value = series[at(ORDER, column) + i]
-            for k in range(ORDER - 1, -1, -1):
-                value = value * middle + series[at(k, column) + i]
-            if (value + belt_velocity * middle >= position) != above:
-                high = middle
+        low = passed
+        while changed & 1 == 0:
+            changed >>= 1
+            low += eighth
+        high = low + eighth
+        # Newton's method in the bracket, by halves where it leaves it
+        place = 0.5 * (low + high)
+        for _ in range(60):
+            value, slope = _value_and_slope(place, column, i, series)
+            value += belt_velocity * place - position
+            if (value >= 0.0) != above:
+                high = place
             else:
-                low = middle
+                low = place
+            following = place - value / (slope + belt_velocity)
+            if not low <= following <= high:
+                following = 0.5 * (low + high)
+            moved = abs(following - place)
+            place = following
+            if moved <= resolution or high - low <= resolution:
+                break
         if above:
             slot = crossing_count[chain]
             if slot == crossings.shape[1]:
                 return
-            crossings[chain, slot, 0] = start + high
+            crossings[chain, slot, 0] = start + place
             for block in range(n_blocks):
-                value = series[at(ORDER, block + 1) + i]
-                slope = 0.0
-                for k in range(ORDER - 1, -1, -1):
-                    slope = slope * high + value
-                    value = value * high + series[at(k, block + 1) + i]
-                crossings[chain, slot, 1 + block] = value + belt_velocity * high
+                value, slope = _value_and_slope(place, block + 1, i, series)
+                crossings[chain, slot, 1 + block] = value + belt_velocity * place
                 crossings[chain, slot, 1 + n_blocks + block] = slope
             crossing_count[chain] = slot + 1
         above = not above
-        passed = high
+        passed = place + resolution
+
+
+@inlined
+def _sample_rest(
+    chain,
+    until,
+    now,
+    belt_velocity,
+    displacement,
+    sample_interval,
+    sample_offset,
+    end,
+    n_samples,
+    sample_row,
+    first_sampled,
+    samples,
+):
+    """Samples of a chain whose blocks all rest on the belt: often many in one step."""
+    n_blocks = displacement.shape[0]
+    row = sample_row[chain]
+    while row < n_samples:
+        instant = min(fma(float(row), sample_interval, sample_offset), end)
+        if instant > until:
+            break
+        for block in range(first_sampled, n_blocks):
+            shown = block - first_sampled
+            position = fma(belt_velocity, instant - now, displacement[block, chain])
+            samples[row, 0, shown, chain] = position
+            samples[row, 1, shown, chain] = 0.0
+            samples[row, 2, shown, chain] = 0.0
+        row += 1
+    sample_row[chain] = row
 
 
 @inlined
@@ -490,18 +533,15 @@ def advance_chains(
     streams,
     series,
     rates,
-    growth,
     stretching,
+    growth,
     force,
-    friction,
     wall_pull,
     polynomials,
-    candidate_lane,
-    candidate_source,
-    roots,
+    sources,
     tails,
-    work,
-    source,
+    steps,
+    found_sources,
     sample_interval,
     sample_offset,
     n_samples,
@@ -515,6 +555,7 @@ def advance_chains(
     crossings,
     crossing_count,
     max_passes,
+    tolerance,
 ):
     """Advance W chains (W a multiple of 8) from their times to `end`, counted from `start_time`.
 
@@ -525,10 +566,10 @@ def advance_chains(
     threshold, regime, branch_changed, dissipated (N, W); noise_force (2, N, W); cell, wall_impulse
     (W,); streams (4, W).
     constants : see `law_constants`; belt_velocity, noise_power (q = f_s^2 sigma^2 dt), noise (W,).
-    series of N+1, growth, stretching, force, friction of N, wall_pull of one column (see
-    `beltrepro.engine.taylor.at`), rates (8 N,), polynomials of C/8 columns, candidate_lane,
-    candidate_source, roots (C,) with C = N * CANDIDATES_PER_BLOCK, tails (8 N,), work (4, 8) and
-    source (8,): scratch.
+    series of N+1, stretching, growth, force of N, wall_pull of one and polynomials of
+    N * CANDIDATES_PER_BLOCK columns (see `beltrepro.engine.taylor.at`), sources (8 of each of the
+    latter), rates, tails (8 N,), steps, found_sources (8,): scratch.
+    tolerance : force that the last terms of the series may reach at the end of a step.
     Sample m < n_samples is taken at sample_offset + m * sample_interval; sample_row (W,) is the
     next m. samples, events, crossings : as for `beltrepro.engine.verlet.verlet_steps`.
     """
@@ -539,6 +580,7 @@ def advance_chains(
     extension_rate = constants[EXTENSION_RATE]
     mean_threshold = constants[STATIC_FRICTION]
     kinetic = mean_threshold * constants[FRICTION_RATIO]
+    log_tolerance = math.log2(tolerance)
 
     for lane in range(0, width, LANES):
         belt = load(belt_velocity, (lane,))
@@ -555,11 +597,11 @@ def advance_chains(
             passes += 1
             if passes > max_passes:
                 return STORM
-            for chain in range(lane, lane + LANES):
-                if event_count[chain] + 2 > events.shape[1]:
-                    return EVENTS_FULL
-                if section_block >= 0 and crossing_count[chain] + 8 > crossings.shape[1]:
-                    return CROSSINGS_FULL
+            if mask_bits(load(event_count, (lane,)) + 2 > events.shape[1]) != 0:
+                return EVENTS_FULL
+            crossings_full = load(crossing_count, (lane,)) + 8 > crossings.shape[1]
+            if section_block >= 0 and mask_bits(crossings_full) != 0:
+                return CROSSINGS_FULL
 
             # --- the series of all chains, and their steps ---
             sliding = belt < 0.0
@@ -569,35 +611,26 @@ def advance_chains(
                 store(series, (at(0, block + 1),), load(displacement, (block, lane)))
                 store(series, (at(1, block + 1),), load(velocity, (block, lane)))
             moving = active & sliding
-            start_springs(constants, regime, lane, series, rates, growth, force, wall_pull)
-            extend_springs(1, series, rates, stretching, growth, force, wall_pull)
+            start_springs(
+                constants, regime, lane, series, rates, stretching, growth, force, wall_pull
+            )
             if noisy:
                 drawing = moving & (load(cell, (lane,)) <= 0.0) & (power > 0.0)
                 if mask_bits(drawing) != 0:
                     length = _cell_length(lane, power, kinetic, velocity, direction, force)
                     _draw_cells(lane, drawing, length, power, streams, noise_force, cell)
-            for block in range(n_blocks):
-                mean = load(direction, (block, lane)) * -kinetic
-                store(friction, (at(0, block),), mean + load(noise_force, (0, block, lane)))
-                store(friction, (at(1, block),), load(noise_force, (1, block, lane)))
-            _accelerate(0, lane, direction, friction, series, force)
-            _accelerate(1, lane, direction, friction, series, force)
-            for k in range(2, FORCE_ORDER + 1):
-                extend_springs(k, series, rates, stretching, growth, force, wall_pull)
-                _accelerate(k, lane, direction, friction, series, force)
-            step = minimum(_taylor_step(n_blocks, force), remaining)
+            _start_positions(lane, kinetic, direction, noise_force, series, force)
+            extend_series(direction, lane, series, rates, stretching, growth, force, wall_pull)
+            step = minimum(_taylor_step(n_blocks, log_tolerance, force), remaining)
             rest_of_cell = load(cell, (lane,))
             if noisy:
                 step = select(power > 0.0, minimum(step, rest_of_cell), step)
             step = select(moving, step, 0.0)
-            store(work, (0, 0), step)
-            store(work, (1, 0), step)
-            for i in range(LANES):
-                source[i] = -1
 
             # --- the first event of each chain ---
-            count = _find_candidates(
+            n_columns = _find_candidates(
                 lane,
+                step,
                 moving,
                 limit,
                 velocity,
@@ -608,12 +641,12 @@ def advance_chains(
                 series,
                 force,
                 polynomials,
-                candidate_lane,
-                candidate_source,
+                sources,
                 tails,
-                work,
             )
-            _first_events(count, polynomials, candidate_lane, candidate_source, roots, work, source)
+            step, source = _first_events(n_columns, step, polynomials, sources)
+            store(steps, (0,), step)
+            store(found_sources, (0,), source)
             # chains at rest on the belt: only the first spring stretches, the next slip is known
             still = mask_bits(active & ~sliding)
             if still:
@@ -630,11 +663,26 @@ def advance_chains(
                             if abs(force[at(0, block) + i]) > threshold[block, chain]:
                                 first, wait = block, 0.0
                         rest = end - time[chain]
-                        source[i] = first if wait <= rest else -1
-                        work[1, i] = min(wait, rest)
+                        found_sources[i] = first if wait <= rest else -1
+                        steps[i] = min(wait, rest)
+                        _sample_rest(
+                            chain,
+                            min(time[chain] + steps[i], end),
+                            time[chain],
+                            belt_velocity[chain],
+                            displacement,
+                            sample_interval,
+                            sample_offset,
+                            end,
+                            n_samples,
+                            sample_row,
+                            first_sampled,
+                            samples,
+                        )
+                step = load(steps, (0,))
+                source = load(found_sources, (0,))
 
             # --- to the first event or the end of the step ---
-            step = load(work, (1, 0))
             later = now + step
             arrived = step >= remaining
             later = select(arrived, end, later)
@@ -655,7 +703,7 @@ def advance_chains(
                                 lane,
                                 i,
                                 section_displacement[lane + i],
-                                work[1, i],
+                                steps[i],
                                 start_time + time[lane + i],
                                 series,
                                 belt_velocity[lane + i],
@@ -663,8 +711,8 @@ def advance_chains(
                                 crossings,
                                 crossing_count,
                             )
+            row = load(sample_row, (lane,))
             while True:
-                row = load(sample_row, (lane,))
                 instant = minimum(fma(to_float(row), sample_interval, sample_offset), end)
                 due = active & (row < n_samples) & (instant <= later)
                 hits = mask_bits(due)
@@ -673,17 +721,13 @@ def advance_chains(
                 since = instant - now
                 for block in range(first_sampled, n_blocks):
                     position, relative = evaluate(series, block, since)
-                    store(work, (2, 0), fma(belt, since, position))
-                    store(work, (3, 0), relative)
-                    for i in range(LANES):
-                        if (hits >> i) & 1:
-                            row_of = sample_row[lane + i]
-                            way = direction[block, lane + i]
-                            shown = block - first_sampled
-                            samples[row_of, 0, shown, lane + i] = work[2, i]
-                            samples[row_of, 1, shown, lane + i] = work[3, i]
-                            samples[row_of, 2, shown, lane + i] = -way * kinetic
-                store(sample_row, (lane,), select(due, row + 1, row))
+                    shown = block - first_sampled
+                    friction = load(direction, (block, lane)) * -kinetic
+                    scatter(samples, (row, 0, shown, lane), fma(belt, since, position), due)
+                    scatter(samples, (row, 1, shown, lane), relative, due)
+                    scatter(samples, (row, 2, shown, lane), friction, due)
+                row = select(due, row + 1, row)
+            store(sample_row, (lane,), row)
 
             impulse = spread(0.0)
             for k in range(FORCE_ORDER, -1, -1):
@@ -697,12 +741,7 @@ def advance_chains(
                 loss = load(direction, (block, lane)) * kinetic * shift
                 if noisy:
                     slope = load(noise_force, (1, block, lane))
-                    mean_shift = spread(0.0)
-                    for k in range(ORDER, 0, -1):
-                        mean_shift = fma(
-                            mean_shift, step, load(series, (at(k, block + 1),)) * (1.0 / (k + 1.0))
-                        )
-                    mean_shift = mean_shift * step
+                    mean_shift = mean_change(series, block, step)
                     level = load(noise_force, (0, block, lane))
                     work_of_noise = fma(level, shift, slope * step * (shift - mean_shift))
                     slipping = load(direction, (block, lane)) != 0.0
@@ -720,19 +759,21 @@ def advance_chains(
                 store(cell, (lane,), select(sliding, rest_of_cell, 0.0))
 
             # --- what the events change ---
+            if mask_bits(source >= 0) | still == 0:
+                continue
             for i in range(LANES):
                 chain = lane + i
-                what = source[i]
+                what = found_sources[i]
                 if (still >> i) & 1:
                     here = displacement[0, chain]
-                    before = here - belt_velocity[chain] * work[1, i]
+                    before = here - belt_velocity[chain] * steps[i]
                     gained = _stored_energy(here, limit, compression_rate, extension_rate)
                     gained -= _stored_energy(before, limit, compression_rate, extension_rate)
                     wall_impulse[chain] += gained / belt_velocity[chain]
                     regime[0, chain] = _branch(here, limit)
                     if what >= 0:
                         external = -threshold[0, chain]
-                        if work[1, i] == 0.0:
+                        if steps[i] == 0.0:
                             external = force[at(0, what) + i]
                         direction[what, chain] = 1.0 if external > 0.0 else -1.0
                         _record_event(
@@ -758,10 +799,10 @@ def advance_chains(
                     branch_changed[spring, chain] = 1.0
                 elif what >= 0:
                     instant = start_time + time[chain]
-                    since = work[1, i]
+                    since = steps[i]
                     external = force[at(FORCE_ORDER, what) + i]
                     for k in range(FORCE_ORDER - 1, -1, -1):
-                        external = external * since + force[at(k, what) + i]
+                        external = fma(external, since, force[at(k, what) + i])
                     here = displacement[what, chain]
                     loss = dissipated[what, chain]
                     way = 1.0 if external > 0.0 else -1.0

@@ -17,10 +17,13 @@ class EventEnsemble(ChainEnsemble):
 
     time_step sets the strength of the noise, which the paper draws anew at every step of its
     scheme, and with sample_stride the interval between samples; the steps taken are longer.
+    tolerance : force allowed in the last terms of the series at the end of a step, see
+    docs/event.md.
     """
 
-    def __init__(self, parameters, **settings):
+    def __init__(self, parameters, *, tolerance: float = event.TOLERANCE, **settings):
         super().__init__(parameters, **settings)
+        self._tolerance = tolerance
         n_blocks, lanes = shape = self._initial_displacement.shape
         law = self.parameters[0]
         self._noise_power = aligned((law.friction_ratio * self._noise) ** 2 * self.time_step)
@@ -35,25 +38,23 @@ class EventEnsemble(ChainEnsemble):
         self._noise_force = zeros((2, *shape))
         self._local_time, self._cell, self._wall_impulse = (zeros(lanes) for _ in range(3))
 
-        candidates = n_blocks * event.CANDIDATES_PER_BLOCK
-        series, growth, stretching, force, friction, wall_pull, polynomials = (
-            zeros(columns * LEVELS * simd.LANES)
-            for columns in (n_blocks + 1, *[n_blocks] * 4, 1, candidates // simd.LANES)
+        columns = n_blocks * event.CANDIDATES_PER_BLOCK
+        series, stretching, growth, force, wall_pull, polynomials = (
+            zeros(count * LEVELS * simd.LANES)
+            for count in (n_blocks + 1, *[n_blocks] * 3, 1, columns)
         )
+        rates, tails = (zeros(n_blocks * simd.LANES) for _ in range(2))
         self._scratch = (
             series,
-            zeros(n_blocks * simd.LANES),
-            growth,
+            rates,
             stretching,
+            growth,
             force,
-            friction,
             wall_pull,
             polynomials,
-            zeros(candidates, dtype=np.int64),
-            zeros(candidates, dtype=np.int64),
-            zeros(candidates),
-            zeros(n_blocks * simd.LANES),
-            zeros((4, simd.LANES)),
+            zeros(columns * simd.LANES, dtype=np.int64),
+            tails,
+            zeros(simd.LANES),
             zeros(simd.LANES, dtype=np.int64),
         )
 
@@ -113,6 +114,7 @@ class EventEnsemble(ChainEnsemble):
                 self._crossings,
                 self._crossing_count,
                 1000 + int(_PASSES_PER_TIME * span),
+                self._tolerance,
             )
             if status == event.DONE:
                 return

@@ -1,7 +1,6 @@
-"""The first root of a polynomial on the unit interval, for eight polynomials at once."""
+"""The first root of a polynomial on an interval [0, length], for eight polynomials at once."""
 
 from beltrepro.engine.simd import (
-    LANES,
     fma,
     load,
     mask_bits,
@@ -9,62 +8,72 @@ from beltrepro.engine.simd import (
     select,
     spread,
     square_root,
-    store,
 )
-from beltrepro.engine.taylor import LEVELS, ORDER, at
+from beltrepro.engine.taylor import ORDER, at, polynomial
 from beltrepro.engine.vector import inlined
 
-NO_ROOT = 2.0
-UNDECIDED = 3.0
 _RESOLUTION = 1e-15
 _MAX_ITERATIONS = 200
 
 
 @inlined
-def first_roots(polynomials, slot, roots):
-    """Write the first root in [0, 1] of the eight polynomials from `slot` on, or NO_ROOT.
+def first_roots(polynomials, column, length, wanted):
+    """First roots in [0, length] of the eight polynomials of a column.
 
-    UNDECIDED + t stands for: no root up to t, but not all of the interval could be searched.
+    polynomials : series of coefficients (see `beltrepro.engine.taylor.at`), positive at 0;
+    length : float64x8; wanted : lanes to look at.
 
-    polynomials : candidate `slot` is lane slot % 8 of column slot // 8, coefficients in ascending
-    order, positive at 0; roots : (S,).
+    Returns place (float64x8), found, undecided (mask8): a root at `place`; or none up to `place`,
+    but not all of the interval could be searched.
 
     With q'' >= -M on the interval, q(t+s) >= q(t) + q'(t) s - M s^2/2, so the root of that parabola
     never lies beyond the first root of q: stepping from root to root approaches the first root from
     the left, quadratically where it is simple, and cannot pass a pair of roots that a test of signs
     at the ends would miss. A polynomial that is not positive at 0 has its root there.
     """
-    column = slot // LANES
-    curvature = spread(0.0)
-    for k in range(2, LEVELS):
-        curvature = fma(abs(load(polynomials, (at(k, column),))), k * (k - 1.0), curvature)
+    # M, to which a positive term adds nothing, and a bound of |q''|
+    square = length * length
+    curvature, curvature_odd, greatest, greatest_odd = (
+        spread(0.0),
+        spread(0.0),
+        spread(0.0),
+        spread(0.0),
+    )
+    for k in range(ORDER - 1, 1, -2):
+        weight = k * (k - 1.0)
+        coefficient = load(polynomials, (at(k, column),))
+        curvature = fma(curvature, square, weight * maximum(-coefficient, 0.0))
+        greatest = fma(greatest, square, weight * abs(coefficient))
+        weight_odd = (k + 1.0) * k
+        coefficient_odd = load(polynomials, (at(k + 1, column),))
+        curvature_odd = fma(curvature_odd, square, weight_odd * maximum(-coefficient_odd, 0.0))
+        greatest_odd = fma(greatest_odd, square, weight_odd * abs(coefficient_odd))
+    curvature = fma(curvature_odd, length, curvature)
+    greatest = fma(greatest_odd, length, greatest)
+    accuracy = length * _RESOLUTION
     position = spread(0.0)
-    root = spread(NO_ROOT)
-    searching = position == 0.0
+    place = spread(0.0)
+    located = length < 0.0
+    searching = wanted
+    value = load(polynomials, (at(0, column),))
+    slope = load(polynomials, (at(1, column),))
     for _ in range(_MAX_ITERATIONS):
-        # even and odd powers apart: chains of half the length
-        square = position * position
-        even, odd = load(polynomials, (at(ORDER, column),)), spread(0.0)
-        even_slope, odd_slope = spread(0.0), spread(0.0)
-        for k in range(ORDER - 2, -1, -2):
-            even_slope = fma(even_slope, square, even)
-            odd_slope = fma(odd_slope, square, odd)
-            even = fma(even, square, load(polynomials, (at(k, column),)))
-            odd = fma(odd, square, load(polynomials, (at(k + 1, column),)))
-        value = fma(odd, position, even)
-        slope = fma(2.0 * position, fma(odd_slope, position, even_slope), odd)
         discriminant = square_root(fma(slope, slope, 2.0 * curvature * maximum(value, 0.0)))
         downward = slope < 0.0
         # two forms of the same root, each without cancellation on its side
         step = select(downward, 2.0 * value, slope + discriminant) / select(
             downward, discriminant - slope, curvature
         )
-        found = searching & ((value <= 0.0) | (step < _RESOLUTION))
-        root = select(found, position, root)
-        position = position + step
-        searching = searching & ~found & (position < 1.0)
+        reached = value <= 0.0
+        following = select(reached, position, position + step)
+        # the root lies within about M step^2 / |slope| beyond the next place
+        close = greatest * (step * step) <= accuracy * discriminant
+        found = searching & (reached | close) & (following <= length)
+        place = select(searching, following, place)
+        position = following
+        located = located | found
+        searching = searching & ~found & (position < length)
         if mask_bits(searching) == 0:
             break
-    else:
-        root = select(searching, UNDECIDED + position, root)
-    store(roots, (slot,), root)
+        value, slope = polynomial(polynomials, column, position)
+    return place, located, searching

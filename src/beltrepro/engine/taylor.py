@@ -25,7 +25,6 @@ from beltrepro.engine.simd import (
     LANES,
     fma,
     load,
-    mask_bits,
     maximum,
     minimum,
     select,
@@ -34,7 +33,7 @@ from beltrepro.engine.simd import (
 )
 from beltrepro.engine.vector import exp2, inlined
 
-ORDER = 16  # of the positions
+ORDER = 19  # of the positions; `extend_series` spells out the levels
 FORCE_ORDER = ORDER - 2
 LEVELS = ORDER + 1
 
@@ -49,23 +48,28 @@ def at(level, column):
 
 
 @inlined
-def start_springs(constants, regime, lane, series, rates, growth, force, wall_pull):
-    """Level 0: tensions and external forces from the positions; rates c of the branches.
+def start_springs(constants, regime, lane, series, rates, stretching, growth, force, wall_pull):
+    """Levels 0 and 1: tensions and external forces from X_0 and X_1; rates c of the branches.
 
     regime : (N, W) -1, 0, 1 compressed, linear, stretched; lane : first of the eight chains.
-    series : of N+1 columns, positions X_k, of which X_0 and X_1 are given.
-    rates : (8 N,), growth : N columns G_k, force : N columns F_k, wall_pull : one column, the
-    tension of the first spring, are written.
+    series : of N+1 columns, positions X_k.
+    rates : (8 N,), stretching : N columns c k D_k, growth : N columns G_k, force : N columns F_k,
+    wall_pull : one column, the tension of the first spring, are written.
     """
     n_blocks = regime.shape[0]
     limit = constants[LINEAR_LIMIT]
-    before = load(series, (at(0, 0),))
+    place_before = load(series, (at(0, 0),))
+    speed_before = load(series, (at(1, 0),))
     tension_before = spread(0.0)
+    growth_before = spread(0.0)
     for spring in range(n_blocks):
         branch = load(regime, (spring, lane))
-        here = load(series, (at(0, spring + 1),))
-        deformation = here - before
-        before = here
+        place = load(series, (at(0, spring + 1),))
+        speed = load(series, (at(1, spring + 1),))
+        deformation = place - place_before
+        change = speed - speed_before
+        place_before = place
+        speed_before = speed
         stretched = branch > 0.0
         linear = branch == 0.0
         rate = select(stretched, constants[EXTENSION_RATE], spread(-constants[COMPRESSION_RATE]))
@@ -78,70 +82,136 @@ def start_springs(constants, regime, lane, series, rates, growth, force, wall_pu
         excess = select(linear, 0.0, fma(branch, -limit, deformation))
         exponential = exp2(excess, rate_2)
         tension = select(linear, deformation, fma(branch, limit, (exponential - 1.0) * softness))
-        store(rates, (spring * LANES,), select(linear, 0.0, rate))
-        store(growth, (at(0, spring),), select(linear, 0.0, exponential * softness))
+        rate = select(linear, 0.0, rate)
+        start = select(linear, 0.0, exponential * softness)
+        newest = rate * change
+        tension_growth = select(linear, change, newest * start)
+        store(rates, (spring * LANES,), rate)
+        store(stretching, (at(1, spring),), newest)
+        store(growth, (at(0, spring),), start)
+        store(growth, (at(1, spring),), tension_growth)
         if spring == 0:
             store(wall_pull, (at(0, 0),), tension)
+            store(wall_pull, (at(1, 0),), tension_growth)
         else:
             store(force, (at(0, spring - 1),), tension - tension_before)
+            store(force, (at(1, spring - 1),), tension_growth - growth_before)
         tension_before = tension
+        growth_before = tension_growth
     store(force, (at(0, n_blocks - 1),), -tension_before)
+    store(force, (at(1, n_blocks - 1),), -growth_before)
 
 
 @inlined
-def extend_springs(k, series, rates, stretching, growth, force, wall_pull):
-    """Level k >= 1: tensions and external forces from X_k.
+def _extend(k, direction, lane, series, rates, stretching, growth, force, wall_pull):
+    """Levels k and k+1 of the forces, so k+2 and k+3 of the positions; k is even.
 
-    stretching : N columns c j D_j, written at level k.
+    Two levels at once, since the positions of both are known: each G_m that is read serves both
+    sums, and only the last term, c D_1 G_k, waits for the first.
     """
     n_blocks = rates.shape[0] // LANES
-    before = load(series, (at(k, 0),))
-    tension_before = spread(0.0)
-    for spring in range(n_blocks):
-        here = load(series, (at(k, spring + 1),))
-        deformation = here - before
-        before = here
-        rate = load(rates, (spring * LANES,))
-        curved = rate != 0.0
-        tension = deformation
-        if mask_bits(curved):
-            newest = rate * deformation * float(k)
+    place_before, next_before = spread(0.0), spread(0.0)
+    tension_before, rise_before = spread(0.0), spread(0.0)
+    for spring in range(n_blocks + 1):
+        tension, rise = spread(0.0), spread(0.0)
+        if spring < n_blocks:
+            place = load(series, (at(k, spring + 1),))
+            following = load(series, (at(k + 1, spring + 1),))
+            tension, rise = place - place_before, following - next_before
+            place_before, next_before = place, following
+            rate = load(rates, (spring * LANES,))
+            curved = rate != 0.0
+            newest = rate * float(k) * tension
+            newest_next = rate * (k + 1.0) * rise
             store(stretching, (at(k, spring),), newest)
-            even = newest * load(growth, (at(0, spring),))
-            odd = spread(0.0)
-            for j in range(1, k - 1, 2):
-                odd = fma(
-                    load(stretching, (at(j, spring),)), load(growth, (at(k - j, spring),)), odd
-                )
-                even = fma(
-                    load(stretching, (at(j + 1, spring),)),
-                    load(growth, (at(k - j - 1, spring),)),
-                    even,
-                )
-            if k & 1 == 0:
-                odd = fma(
-                    load(stretching, (at(k - 1, spring),)), load(growth, (at(1, spring),)), odd
-                )
-            coefficient = (even + odd) * (1.0 / k)
-            store(growth, (at(k, spring),), coefficient)
-            tension = select(curved, coefficient, deformation)
+            store(stretching, (at(k + 1, spring),), newest_next)
+            # even and odd terms apart: chains of half the length
+            start = load(growth, (at(0, spring),))
+            even, even_next = newest * start, newest_next * start
+            odd, odd_next = spread(0.0), spread(0.0)
+            for m in range(2, k, 2):
+                grown = load(growth, (at(m, spring),))
+                even = fma(load(stretching, (at(k - m, spring),)), grown, even)
+                even_next = fma(load(stretching, (at(k + 1 - m, spring),)), grown, even_next)
+            for m in range(1, k, 2):
+                grown = load(growth, (at(m, spring),))
+                odd = fma(load(stretching, (at(k - m, spring),)), grown, odd)
+                odd_next = fma(load(stretching, (at(k + 1 - m, spring),)), grown, odd_next)
+            grown = (even + odd) * (1.0 / k)
+            grown_next = fma(load(stretching, (at(1, spring),)), grown, even_next + odd_next)
+            grown_next = grown_next * (1.0 / (k + 1.0))
+            store(growth, (at(k, spring),), grown)
+            store(growth, (at(k + 1, spring),), grown_next)
+            tension = select(curved, grown, tension)
+            rise = select(curved, grown_next, rise)
         if spring == 0:
             store(wall_pull, (at(k, 0),), tension)
+            store(wall_pull, (at(k + 1, 0),), rise)
         else:
-            store(force, (at(k, spring - 1),), tension - tension_before)
-        tension_before = tension
-    store(force, (at(k, n_blocks - 1),), -tension_before)
+            block = spring - 1
+            slipping = load(direction, (block, lane)) != 0.0
+            pull, pull_rise = tension - tension_before, rise - rise_before
+            store(force, (at(k, block),), pull)
+            store(force, (at(k + 1, block),), pull_rise)
+            weight, weight_next = 1.0 / ((k + 1.0) * (k + 2.0)), 1.0 / ((k + 2.0) * (k + 3.0))
+            store(series, (at(k + 2, spring),), select(slipping, pull * weight, 0.0))
+            store(series, (at(k + 3, spring),), select(slipping, pull_rise * weight_next, 0.0))
+        tension_before, rise_before = tension, rise
+
+
+@inlined
+def extend_series(direction, lane, series, rates, stretching, growth, force, wall_pull):
+    """All levels from 2 on of the forces, from 4 on of the positions.
+
+    direction : (N, W), zero for stuck blocks; the rest as in `start_springs`.
+    """
+    # one call for each pair of levels: a constant level lets the compiler lay out all its terms
+    _extend(2, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    _extend(4, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    _extend(6, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    _extend(8, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    _extend(10, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    _extend(12, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    _extend(14, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    _extend(16, direction, lane, series, rates, stretching, growth, force, wall_pull)
+
+
+@inlined
+def polynomial(coefficients, column, time):
+    """Value and slope at `time` (float64x8) of the polynomials in a column of an array of series.
+
+    Even and odd powers apart: chains of half the length.
+    """
+    square = time * time
+    even = load(coefficients, (at(ORDER - 1, column),))
+    odd = load(coefficients, (at(ORDER, column),))
+    even_slope, odd_slope = spread(0.0), spread(0.0)
+    for k in range(ORDER - 3, -1, -2):
+        even_slope = fma(even_slope, square, even)
+        odd_slope = fma(odd_slope, square, odd)
+        even = fma(even, square, load(coefficients, (at(k, column),)))
+        odd = fma(odd, square, load(coefficients, (at(k + 1, column),)))
+    slope = fma(2.0 * time, fma(odd_slope, time, even_slope), odd)
+    return fma(odd, time, even), slope
 
 
 @inlined
 def evaluate(series, block, time):
     """Position and relative velocity of a block at `time` (float64x8) after the start."""
-    position = load(series, (at(ORDER, block + 1),))
-    velocity = spread(0.0)
-    for k in range(ORDER - 1, -1, -1):
-        velocity = fma(velocity, time, position)
-        position = fma(position, time, load(series, (at(k, block + 1),)))
-    return position, velocity
+    return polynomial(series, block + 1, time)
+
+
+@inlined
+def mean_change(series, block, time):
+    """Mean from the start to `time` of the change of position of a block."""
+    square = time * time
+    even = load(series, (at(ORDER - 1, block + 1),)) * (1.0 / ORDER)
+    odd = load(series, (at(ORDER, block + 1),)) * (1.0 / (ORDER + 1.0))
+    for k in range(ORDER - 2, 2, -2):
+        odd = fma(odd, square, load(series, (at(k, block + 1),)) * (1.0 / (k + 1.0)))
+        even = fma(even, square, load(series, (at(k - 1, block + 1),)) * (1.0 / k))
+    odd = fma(odd, square, load(series, (at(1, block + 1),)) * 0.5)
+    return fma(even, time, odd) * time
 
 
 @inlined
@@ -154,13 +224,13 @@ def deformation(k, spring, series):
 def bounds(c0, c1, c2, rest, step):
     """Least and greatest value on [0, step] of a polynomial c0 + c1 t + c2 t^2 + ...
 
-    rest : bound of the terms from the third order on; the parabola before them is taken as it is.
+    rest : bound of the terms from the third order on. The parabola before them leaves its chord by
+    at most |c2| step^2 / 4, and only if it turns on the way does it leave the values at the ends.
     """
     end = fma(step, fma(step, c2, c1), c0)
-    vertex = -0.5 * c1 / c2
-    inside = (vertex > 0.0) & (vertex < step)
-    extreme = select(inside, fma(0.5 * c1, vertex, c0), c0)
+    turns = c1 * fma(2.0 * step, c2, c1) < 0.0
+    sag = select(turns, 0.25 * c2 * (step * step), 0.0)
     return (
-        minimum(minimum(c0, end), extreme) - rest,
-        maximum(maximum(c0, end), extreme) + rest,
+        minimum(c0, end) - maximum(sag, 0.0) - rest,
+        maximum(c0, end) - minimum(sag, 0.0) + rest,
     )
