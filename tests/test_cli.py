@@ -33,6 +33,13 @@ def test_json_is_what_simulate_returns():
     assert (result["n_blocks"], result["method"], result["seed"]) == (3, "verlet", 4)
 
 
+def test_tolerance_is_told_and_stored(tmp_path):
+    done = command("--json", method="event", tolerance=1e-4, output=tmp_path / "run.h5")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["tolerance"] == 1e-4
+    assert store.read(tmp_path / "run.h5").attributes["tolerance"] == 1e-4
+
+
 def test_console_script_prints_a_table():
     script = Path(sys.executable).with_name("beltrepro")
     if not script.exists():
@@ -59,6 +66,11 @@ def test_output_file_holds_the_samples(tmp_path):
         ({"noise": -1}, "noise = -1"),
         ({"transient": 31}, "transient = 31"),
         ({"method": "euler"}, "method = 'euler'"),
+        ({"tolerance": 1e-8}, "tolerance = 1e-08: method 'verlet' has none"),
+        (
+            {"method": "event", "tolerance": 2},
+            "tolerance = 2: must be at least 1e-16 and at most 1",
+        ),
         ({"output": "no/such/folder/run.h5"}, "output = no/such/folder/run.h5"),
     ],
 )

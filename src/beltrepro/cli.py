@@ -54,6 +54,7 @@ def _parser():
     add("--transient", type=float, default=0.0, help="time left out of r and the mean length")
     add("--method", default="verlet", help="verlet, the paper's scheme, or event, exact")
     add("--time-step", type=float, default=0.001, help="dt (paper: 0.001)")
+    add("--tolerance", type=float, help="truncation allowed in a step of event (its own: 1e-10)")
     add("--seed", type=int, default=1, help="fixes the random numbers")
     add("--sample-interval", type=float, default=0.1, help="time between samples in --output")
     add("--json", action="store_true", help="print the result as JSON")
@@ -95,6 +96,7 @@ def _simulate(options) -> int:
         transient=options.transient,
         method=options.method,
         time_step=options.time_step,
+        tolerance=options.tolerance,
         seed=options.seed,
         sample_interval=options.sample_interval if options.output else None,
         progress=Progress(chain.describe()) if sys.stderr.isatty() else None,
@@ -107,6 +109,7 @@ def _simulate(options) -> int:
         "transient": options.transient,
         "method": run.method,
         "time_step": options.time_step,
+        **({} if run.tolerance is None else {"tolerance": run.tolerance}),
         "seed": run.seed,
         "disorder_parameter": run.disorder_parameter,
         "mean_length": run.mean_length,

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from inspect import signature
 
 import numpy as np
 
@@ -39,6 +40,13 @@ from beltrepro.observe.slips import (
 )
 
 METHODS = {"verlet": VerletEnsemble, "event": EventEnsemble}
+# Tolerance that an integrator takes unless told otherwise, for those that have one.
+TOLERANCES = {
+    name: signature(ensemble).parameters["tolerance"].default
+    for name, ensemble in METHODS.items()
+    if "tolerance" in signature(ensemble).parameters
+}
+TOLERANCE_RANGE = (1e-16, 1.0)  # unit of force; forces are some tens, and rounding 1e-16 of them
 MOMENTS_INTERVAL = 0.1  # model time between samples of x_N for r; oscillations take 3 or more
 MAXIMUM_SCAN_BLOCKS = 10  # columns of slip_count
 _INITIAL_STATE = 1  # purpose of a random stream: initial positions, not friction
@@ -59,6 +67,7 @@ EVENT = np.dtype(
 class Run:
     """One simulated chain, in model units.
 
+    tolerance : truncation allowed in a step, None for a method without one.
     disorder_parameter, mean_length : r and <x_N> after the transient (Eq. 4).
     energy_residual : share of the belt's work that the energy audit does not account for.
     time (T,), positions, velocities, friction (T, N) : samples; laboratory frame; friction is the
@@ -70,6 +79,7 @@ class Run:
 
     parameters: ChainParameters
     method: str
+    tolerance: float | None
     seed: int
     disorder_parameter: float
     mean_length: float
@@ -92,6 +102,7 @@ def simulate(
     sample_interval: float | None = 0.1,
     sample_start: float = 0.0,
     time_step: float = 0.001,
+    tolerance: float | None = None,
     replicate: int = 0,
     progress: Callable[[float], None] | None = None,
 ) -> Run | list[Run]:
@@ -103,6 +114,8 @@ def simulate(
     duration : model time simulated, the transient included. transient : left out of r and <x_N>.
     method : integrator, "verlet" (Appendix) or "event" (exact dynamics, docs/event.md).
     time_step : dt, model time; for "event" it only sets the strength of the noise.
+    tolerance : only for "event": last terms of the series of a force allowed at the end of a step,
+    unit of force, 1e-16 to 1; the method's own if not given (docs/event.md).
     seed, replicate : whole numbers >= 0; with the parameters they fix all random numbers.
     initial_positions : (N,) or, for a sequence, one such array for each chain; undeformed springs
     if not given.
@@ -121,6 +134,11 @@ def simulate(
     single = isinstance(parameters, ChainParameters)
     chains = [parameters] if single else list(parameters)
     _check_lengths(duration, transient, time_step, method, seed, replicate)
+    if tolerance is None:
+        tolerance = TOLERANCES.get(method)
+    else:
+        _check_tolerance(tolerance, method)
+    accuracy = {} if tolerance is None else {"tolerance": tolerance}
     stride = _stride(MOMENTS_INTERVAL if sample_interval is None else sample_interval, time_step)
     if single and initial_positions is not None:
         initial_positions = [initial_positions]
@@ -141,6 +159,7 @@ def simulate(
             time_step=time_step,
             sample_stride=stride,
             sampled_blocks=n_blocks if keeps_samples else 1,
+            **accuracy,
         )
         moments = LengthMoments(len(members), transient)
         log = EventLog(len(members), members[0].rest_positions)
@@ -156,6 +175,7 @@ def simulate(
             runs[index] = Run(
                 parameters=chains[index],
                 method=method,
+                tolerance=tolerance,
                 seed=seed,
                 disorder_parameter=float(length["disorder_parameter"][lane]),
                 mean_length=float(length["mean_length"][lane]),
@@ -546,6 +566,18 @@ def _check_lengths(duration, transient, time_step, method, seed, replicate=0):
     if not 0 <= transient < duration:
         raise InputError(
             f"transient = {transient:g}: must be at least 0 and less than duration = {duration:g}"
+        )
+
+
+def _check_tolerance(tolerance, method):
+    if method not in TOLERANCES:
+        raise InputError(
+            f"tolerance = {tolerance:g}: method {method!r} has none, only {', '.join(TOLERANCES)}"
+        )
+    low, high = TOLERANCE_RANGE
+    if not low <= tolerance <= high:
+        raise InputError(
+            f"tolerance = {tolerance:g}: must be at least {low:g} and at most {high:g}"
         )
 
 
