@@ -22,6 +22,7 @@ from beltrepro.figures import (
 )
 from beltrepro.report import agreement as page
 from beltrepro.report import gathering
+from beltrepro.simulation import TOLERANCES
 from beltrepro.store import Dataset
 from test_report import PIXEL, Page
 
@@ -225,6 +226,10 @@ def test_order_of_convergence_is_found(order):
 def test_rounding_and_two_steps_have_no_order():
     assert np.isnan(divergence.convergence_order([1e-3, 2e-3], [1, 2])[0])
     assert np.isnan(divergence.convergence_order([1e-3, 2e-3, 4e-3], [1, 2, 1e-12])[0])
+    steps, errors = np.array([1e-3, 2e-3, 4e-3, 8e-3]), np.array([1e-12, 4, 16, 64])
+    assert divergence.convergence_order(steps, errors)[0] == pytest.approx(2)
+    found, _ = divergence.convergence_order(steps, errors, rounding=1e-13)
+    assert found > 10
 
 
 def trajectories(steps, *, slope=1.0, members=3):
@@ -243,17 +248,39 @@ def trajectories(steps, *, slope=1.0, members=3):
         "noise": np.zeros(len(rows)),
         "member": member,
         "time_step": step,
+        "tolerance": np.full(len(rows), np.nan),
+        "step": step,
         "time": time,
         "positions": positions,
         "events": np.concatenate(found),
     }
 
 
+MADE_UP = [*10.0 ** -np.arange(1, 10), 1e-14]
+
+
+def by_tolerance(tolerances=MADE_UP, *, order=15):
+    """The same at dt = 0.001 for an integrator with mean step tolerance^(1/14) and this order."""
+    runs = trajectories(np.asarray(tolerances) ** (order / 14))
+    error = runs["time_step"]
+    columns = {"step": error ** (1 / order), "tolerance": error ** (14 / order)}
+    return runs | columns | {"time_step": np.full(error.size, 0.001)}
+
+
+def with_tolerances(steps, tolerances=MADE_UP):
+    """Runs without error with tolerance 1e-10 and several time steps, and those by tolerance."""
+    usual, others = trajectories(steps, slope=0.0), by_tolerance(tolerances)
+    usual |= {"tolerance": np.full(usual["step"].size, 1e-10)}
+    others["events"]["run"] += usual["step"].size
+    joined = {name: np.concatenate([usual[name], others[name]]) for name in usual}
+    return joined | {"time": usual["time"]}
+
+
 def test_errors_and_partings_of_known_trajectories():
     steps = [0.004, 0.002, 0.001]
     reference = trajectories([1e-12, 0.5])
     partings, errors = agreement.compare_trajectories(
-        trajectories(steps), reference, reference_step=1e-12
+        trajectories(steps), reference, reference_step=1e-12, tolerance=np.nan
     )
     assert len(partings) == 2 * len(steps)
     row = next(row for row in partings if row["time_step"] == 0.002 and row["n_blocks"] == 2)
@@ -266,9 +293,42 @@ def test_errors_and_partings_of_known_trajectories():
     assert table[1, 1, 0.004]["error"] == pytest.approx(0.5 * 0.004)
     assert table[2, 2, 0.002]["error"] == pytest.approx(10.5 * 0.002, rel=1e-6)
     assert table[2, 2, 0.002]["order"] == pytest.approx(1, abs=1e-6)
-    own, _ = agreement.compare_trajectories(reference, reference, reference_step=1e-12)
+    own, _ = agreement.compare_trajectories(
+        reference, reference, reference_step=1e-12, tolerance=np.nan
+    )
     assert {row["time_step"] for row in own} == {0.5}
     assert all(row["parting_time"] == 12.5 for row in own)
+
+
+@pytest.mark.parametrize("order", [15, 12])
+def test_order_in_the_step_is_found_from_tolerances(order):
+    rows = agreement.compare_tolerances(by_tolerance(order=order), time_step=0.001)
+    assert len(rows) == 2 * 3 * (len(MADE_UP) - 1)
+    for row in rows:
+        assert (row["varied"], row["time_step"], row["members"]) == ("tolerance", 0.001, 3)
+        assert row["tolerance"] == pytest.approx(row["step"] ** 14)
+        if row["after_events"] == 0:
+            assert row["error"] == 0 and np.isnan(row["order"])
+        else:
+            assert row["order"] == pytest.approx(order, abs=1e-3)
+            assert row["order_error"] < 1e-2
+
+
+def test_one_tolerance_or_none_has_no_order():
+    assert agreement.compare_tolerances(trajectories([0.001]), time_step=0.001) == []
+    assert agreement.compare_tolerances(by_tolerance([1e-10]), time_step=0.001) == []
+
+
+def test_other_comparisons_see_one_tolerance_only():
+    tested, reference = trajectories([0.004, 0.002, 0.001]), with_tolerances([0.001, 0.002])
+    usual = {"reference_step": 0.001, "tolerance": 1e-10}
+    alone = agreement.compare_trajectories(tested, trajectories([0.001], slope=0.0), **usual)
+    among = agreement.compare_trajectories(tested, reference, **usual)
+    assert repr(among) == repr(alone)
+    _, own = agreement.compare_trajectories(reference, reference, **usual)
+    assert {(row["time_step"], row["tolerance"], row["error"]) for row in own} == {
+        (0.002, 1e-10, 0)
+    }
 
 
 # --- which quantities at which points ---
@@ -428,6 +488,11 @@ def test_samples_are_as_large_as_promised(preset):
         ("presets.smoke.agreement.slips.section_block", 6, "the chain has 5 blocks"),
         ("presets.smoke.agreement.attractors.settle_time", 1e6, "must be less than duration"),
         ("presets.smoke.agreement.trajectories.time_steps.tested", [0.3], "must be at most 0.1"),
+        ("presets.smoke.agreement.trajectories.tolerances", [0.1, 2], "tolerances[1] = 2: must be"),
+        ("presets.smoke.agreement.trajectories.tolerances", [0], "must be at least 1e-16"),
+        ("presets.smoke.agreement.trajectories.tolerances", [], "tolerances is empty"),
+        ("presets.smoke.agreement.trajectories.tolerances", None, "tolerances is missing"),
+        ("presets.smoke.agreement.disorder.tolerances", [0.1], "unknown key 'tolerances'"),
         (
             "presets.smoke.agreement.attractors.time_steps.reference",
             [0.002],
@@ -442,6 +507,8 @@ def test_bad_value_is_one_line(path, value, words):
     for key in parents:
         section = section[key]
     section[last] = value
+    if value is None:
+        del section[last]
     with pytest.raises(InputError) as caught:
         config.make_plan(changed, SCHEMA)
     assert words in str(caught.value) and "\n" not in str(caught.value)
@@ -464,15 +531,16 @@ def made_up(role):
     """Datasets of all parts by one integrator, made up."""
     seed = {"tested": 10, "reference": 20}[role]
     steps = {"tested": [0.004, 0.002, 0.001], "reference": [0.001, 0.002]}[role]
-    slope = {"tested": 1.0, "reference": 0.0}[role]
+    runs = {"tested": trajectories, "reference": with_tolerances}[role]
     arrays = {
-        "trajectories": trajectories(steps, slope=slope),
+        "trajectories": runs(steps),
         "disorder": points(seed),
         "slips": catalogue(seed),
         "attractors": ensembles(seed, steps, stays={"tested": 0.3, "reference": 0.9}[role]),
     }
     attributes = HOW | {"method": {"tested": "verlet", "reference": "event"}[role], "kind": "x"}
-    return {part: Dataset(values, attributes) for part, values in arrays.items()}
+    tolerance = {"tested": {}, "reference": {"tolerance": 1e-10}}[role]
+    return {part: Dataset(values, attributes | tolerance) for part, values in arrays.items()}
 
 
 @pytest.fixture(scope="module")
@@ -498,6 +566,12 @@ def test_tables_have_a_row_for_each_comparison(tables):
     assert set(table["tested"]) == {"verlet"} and set(table["reference"]) == {"event"}
     assert len(pd.read_csv(tables.families)) == 6 + 8 + 2 * 3 * 3
     assert set(pd.read_csv(tables.partings)["method"]) == {"verlet", "event"}
+    errors = pd.read_csv(tables.convergence)
+    assert errors.groupby(["method", "varied"]).size().to_dict() == {
+        ("event", "time_step"): 2 * 3,
+        ("event", "tolerance"): 2 * 3 * len(MADE_UP),
+        ("verlet", "time_step"): 2 * 3 * 3,
+    }
 
 
 def test_page_says_what_the_tables_say(tables):
@@ -506,6 +580,9 @@ def test_page_says_what_the_tables_say(tables):
     words = {part["title"]: " ".join(part["sentences"]) for part in found["parts"]}
     assert "agree at 4 of 4 points" in words["With noise"]
     assert "falls as dt to the power 1.00" in words["Trajectories without noise"]
+    assert (
+        "falls as its mean step to the power 15.0 at u = 20" in words["Trajectories without noise"]
+    )
     end = words["Attractors and lifetimes without noise"]
     assert "differ at u = 25" in end
     assert "does not hold in 2 of 4 ensembles" in end
@@ -565,6 +642,18 @@ def test_figures_draw_and_repeat(module, tmp_path):
         module.draw({"tested": data["tested"]}, "")
 
 
+@pytest.mark.parametrize(
+    ("reference", "drawn"),
+    [(trajectories([0.001], slope=0.0), False), (with_tolerances([0.001], [1e-4]), True)],
+)
+def test_few_tolerances_are_drawn_or_missed(reference, drawn):
+    data = {role: made_up(role)["trajectories"] for role in config.ROLES}
+    data["reference"] = Dataset(reference, data["reference"].attributes)
+    figure = agreement_trajectories.draw(data, "")
+    assert bool(figure.axes[3].lines) == drawn
+    assert bool(figure.axes[3].texts) != drawn
+
+
 def test_figures_have_words():
     words = gathering.read_content()["agreement"]["figures"]
     assert list(words) == [module.__name__.rpartition(".")[2] for module in FIGURES]
@@ -611,8 +700,29 @@ def test_trajectories_begin_in_the_same_states(tmp_path):
         first.append(arrays["positions"][:, 0])
         order = np.lexsort((arrays["events"]["time"], arrays["events"]["run"]))
         assert (np.diff(order) > 0).all()
-    np.testing.assert_array_equal(*first)
+    repeats = len(first[1]) // len(first[0])  # one for each tolerance of the reference
+    np.testing.assert_array_equal(np.tile(first[0], (repeats, 1)), first[1])
     assert not np.array_equal(first[0][0], first[0][1])
+
+
+def test_errors_fall_with_the_tolerance(tmp_path):
+    """From runs to rows, by the integrator that has a tolerance."""
+    settings = tiny("trajectories", "reference")
+    settings |= {"n_blocks": [2], "tolerances": [1e-2, 1e-4, 1e-6, 1e-14]}
+    script("agreement_runs").agreement_runs("trajectories", settings, "smoke", tmp_path / "runs.h5")
+    runs = store.read(tmp_path / "runs.h5")
+    assert runs.attributes["tolerance"] == TOLERANCES["event"]
+    arrays = runs.arrays
+    accuracies = set(zip(arrays["time_step"], arrays["tolerance"], strict=True))
+    assert accuracies == {(0.002, 1e-10)} | {(0.001, t) for t in (1e-2, 1e-4, 1e-6, 1e-10, 1e-14)}
+    rows = agreement.compare_tolerances(arrays, time_step=0.001)
+    rows = [row for row in rows if row["after_events"] == 5]
+    assert [row["tolerance"] for row in rows] == [1e-2, 1e-4, 1e-6, 1e-10]
+    errors, mean_steps = ([row[name] for row in rows] for name in ("error", "step"))
+    assert errors[0] > 30 * errors[1] > 900 * errors[2] > 0
+    assert errors[3] < 1e-11
+    assert mean_steps == sorted(mean_steps, reverse=True)
+    assert 12 < rows[0]["order"] < 18
 
 
 def test_unknown_integrator_is_one_line(tmp_path):

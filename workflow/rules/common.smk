@@ -175,10 +175,10 @@ def code_hash(*modules, without=()):
     return provenance.code_hash(*modules, without=without)
 
 
-def simulation_code(method):
+def simulation_code(method, *more):
     """Code behind a simulation with one integrator; the other one does not matter to it."""
     others = tuple(module for name, module in INTEGRATORS.items() if name != method)
-    return code_hash("beltrepro.simulation", INTEGRATORS[method], without=others)
+    return code_hash("beltrepro.simulation", INTEGRATORS[method], *more, without=others)
 
 
 def block_code(wildcards):
@@ -198,7 +198,8 @@ def member_code(wildcards):
 
 
 def agreement_run_code(wildcards):
-    return simulation_code(PLAN.agreement.methods[wildcards.role])
+    more = ["beltrepro.analysis.steps"] if wildcards.part == "trajectories" else []
+    return simulation_code(PLAN.agreement.methods[wildcards.role], *more)
 
 
 def agreement_figure_code(wildcards):

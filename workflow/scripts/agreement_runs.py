@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from beltrepro import provenance, scripting, store
+from beltrepro.analysis.steps import mean_step
 from beltrepro.simulation import (
+    TOLERANCES,
     ChainParameters,
     escape_ensemble,
     measure_points,
@@ -30,7 +32,7 @@ def agreement_runs(part: str, settings: dict, preset: str, output, progress=None
     """Simulate and write one part.
 
     part : "trajectories", "disorder", "slips" or "attractors". settings : its lengths, grids,
-    time_steps and n_runs, method, seed, constants; what to record.
+    time_steps, tolerances and n_runs, method, seed, constants; what to record.
     progress : called with the fraction done; a bar or log lines if not given.
     """
     simulate_part = {
@@ -44,15 +46,21 @@ def agreement_runs(part: str, settings: dict, preset: str, output, progress=None
     attributes = provenance.attributes(KINDS[part], preset, settings)
     if len(settings["time_steps"]) > 1:
         attributes["time_step"] = ", ".join(f"{step:g}" for step in settings["time_steps"])
+    if settings["method"] in TOLERANCES:
+        attributes["tolerance"] = TOLERANCES[settings["method"]]
     store.write(output, arrays, attributes)
 
 
 def trajectories(settings: dict, progress) -> dict:
-    """Samples and events of every chain from n_runs states, with every time step."""
+    """Samples and events of every chain from n_runs states, with every time step and tolerance.
+
+    The time steps are taken with the integrator's own tolerance, the other tolerances, if it has
+    any, with the time step of the project.
+    """
     chains = _chains(settings)
     starts = [_start(chain, member, settings) for chain, member in _repeated(chains, settings)]
-    runs, steps = [], settings["time_steps"]
-    for index, time_step in enumerate(steps):
+    runs, accuracies = [], _accuracies(settings)
+    for index, (time_step, tolerance) in enumerate(accuracies):
         runs += simulate(
             [chain for chain, _ in _repeated(chains, settings)],
             duration=settings["duration"],
@@ -61,9 +69,11 @@ def trajectories(settings: dict, progress) -> dict:
             initial_positions=starts,
             sample_interval=settings["sample_interval"],
             time_step=time_step,
-            progress=_share(progress, index, len(steps)),
+            tolerance=tolerance,
+            progress=_share(progress, index, len(accuracies)),
         )
-    members = list(range(settings["n_runs"])) * (len(chains) * len(steps))
+    members = list(range(settings["n_runs"])) * (len(chains) * len(accuracies))
+    steps, tolerances = np.repeat(np.array(accuracies, dtype=float), len(starts), axis=0).T
     positions = np.full((len(runs), runs[0].time.size, max(settings["n_blocks"])), np.nan)
     events = []
     for row, run in enumerate(runs):
@@ -75,11 +85,27 @@ def trajectories(settings: dict, progress) -> dict:
         events.append(records)
     return _columns([run.parameters for run in runs]) | {
         "member": np.array(members),
-        "time_step": np.repeat(steps, len(starts)).astype(float),
+        "time_step": steps,
+        "tolerance": tolerances,
+        "step": np.array([_mean_step(*run) for run in zip(runs, steps, strict=True)]),
         "time": runs[0].time,
         "positions": positions,
         "events": np.concatenate(events),
     }
+
+
+def _accuracies(settings) -> list[tuple]:
+    """Pairs of time step and tolerance, None for an integrator that has no tolerance."""
+    own = TOLERANCES.get(settings["method"])
+    pairs = [(time_step, own) for time_step in settings["time_steps"]]
+    others = [] if own is None else [value for value in settings["tolerances"] if value != own]
+    return pairs + [(settings["time_step"], tolerance) for tolerance in others]
+
+
+def _mean_step(run, time_step):
+    if run.tolerance is None:
+        return time_step
+    return mean_step(run.positions, run.velocities, run.parameters, run.tolerance)
 
 
 def disorder(settings: dict, progress) -> dict:

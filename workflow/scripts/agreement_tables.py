@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pandas as pd
 
 from beltrepro import scripting, store
@@ -55,17 +56,21 @@ def _attractors(data, reference_step):
 
 
 def _trajectories(data, reference_step):
-    """Partings and errors of all runs against those of the reference with reference_step."""
+    """Partings and errors against the reference with reference_step, errors by tolerance."""
     sides = _sides(data, "trajectories")
     reference = sides[1].arrays
+    tolerance = next(
+        (side.attributes["tolerance"] for side in sides if "tolerance" in side.attributes), np.nan
+    )
     partings, convergence = [], []
     for side in sides:
         method = {"method": side.attributes["method"]}
-        found = agreement.compare_trajectories(
-            side.arrays, reference, reference_step=reference_step
+        parted, errors = agreement.compare_trajectories(
+            side.arrays, reference, reference_step=reference_step, tolerance=tolerance
         )
-        for rows, more in zip((partings, convergence), found, strict=True):
-            rows += [method | row for row in more]
+        errors += agreement.compare_tolerances(side.arrays, time_step=reference_step)
+        partings += [method | row for row in parted]
+        convergence += [method | row for row in errors]
     return partings, convergence
 
 

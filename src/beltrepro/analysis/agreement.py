@@ -27,7 +27,8 @@ STILL_STICKING = "share that still sticks at the end"
 FINAL_DISORDER = "disorder parameter r at the end"
 LIFETIME = "lifetime of the chaotic transient"
 
-_POINT = ("n_blocks", "belt_velocity", "noise")
+PLACE = ("n_blocks", "belt_velocity")
+_POINT = (*PLACE, "noise")
 
 
 # --- one number for each run ----------------------------------------------------------------------
@@ -222,44 +223,72 @@ def _families(rows):
 # --- trajectories ---------------------------------------------------------------------------------
 
 
-def compare_trajectories(runs, reference, *, reference_step) -> tuple[list[dict], list[dict]]:
+def compare_trajectories(runs, reference, *, reference_step, tolerance):
     """Partings and errors of runs against the reference runs with reference_step.
 
     runs, reference : arrays as in `divergence`; `runs` may be the reference itself, of which then
-    the other time steps are compared.
+    the other time steps are compared. tolerance : the one that counts where several were taken.
     Returns two lists of rows: for each point and time step the numbers of `divergence.summarise`;
     and for each point, number of events and time step the error, with the order of convergence in
     the step over all of them (order, order_error).
     """
+    base = divergence.chosen(reference, time_step=reference_step, tolerance=tolerance)
     partings, errors = [], []
     for time_step in np.unique(runs["time_step"]):
         if runs is reference and np.isclose(time_step, reference_step):
             continue
-        found = divergence.pairs(
-            runs, reference, time_step=time_step, reference_step=reference_step
+        rows = divergence.chosen(runs, time_step=time_step, tolerance=tolerance)
+        for at_point, members in _by_point(runs, rows, reference, base):
+            point = {name: at_point[name] for name in (*PLACE, "time_step")}
+            partings.append(point | divergence.summarise(members))
+            errors += _errors({"varied": "time_step"} | at_point, members)
+    return partings, _with_orders(errors, rounding=divergence.ROUNDING)
+
+
+def compare_tolerances(runs, *, time_step) -> list[dict]:
+    """Errors of runs with one time step against those with the tightest tolerance.
+
+    runs : arrays as in `divergence`. Returns rows like those of `compare_trajectories`, for each
+    point, number of events and tolerance; none if there are not several tolerances.
+    """
+    known = np.unique(runs["tolerance"][np.isfinite(runs["tolerance"])])
+    errors = []
+    for tolerance in known[:0:-1]:
+        rows, tightest = (
+            divergence.chosen(runs, time_step=time_step, tolerance=value)
+            for value in (tolerance, known[0])
         )
-        for (n_blocks, belt_velocity), members in sorted(found.items()):
-            at_step = {
-                "n_blocks": n_blocks,
-                "belt_velocity": belt_velocity,
-                "time_step": float(time_step),
-            }
-            partings.append(at_step | divergence.summarise(members))
-            errors += [
-                at_step | {"after_events": n_events, "members": count, "error": error}
-                for n_events, (count, error) in divergence.errors(members).items()
-            ]
-    return partings, _with_orders(errors)
+        for at_point, members in _by_point(runs, rows, runs, tightest):
+            errors += _errors({"varied": "tolerance"} | at_point, members)
+    return _with_orders(errors, rounding=divergence.ROUNDING_OF_LONG_STEPS)
 
 
-def _with_orders(errors):
-    names = ("n_blocks", "belt_velocity", "after_events")
+def _by_point(runs, rows, reference, reference_rows):
+    """Pairs of each point, with the point, time_step, tolerance and mean step of the runs."""
+    found = divergence.pairs(runs, reference, rows=rows, reference_rows=reference_rows)
+    for point, members in sorted(found.items()):
+        here = dict(zip(PLACE, point, strict=True))
+        here_rows = rows & _at(runs, here)
+        first = np.flatnonzero(here_rows)[0]
+        settings = {name: float(runs[name][first]) for name in ("time_step", "tolerance")}
+        yield here | settings | {"step": float(runs["step"][here_rows].mean())}, members
+
+
+def _errors(at_step, members):
+    return [
+        at_step | {"after_events": n_events, "members": count, "error": error}
+        for n_events, (count, error) in divergence.errors(members).items()
+    ]
+
+
+def _with_orders(errors, *, rounding):
+    names = (*PLACE, "after_events")
     groups: dict[tuple, list[dict]] = {}
     for row in errors:
         groups.setdefault(tuple(row[name] for name in names), []).append(row)
     rows = []
     for _, group in sorted(groups.items()):
-        steps, sizes = ([row[name] for row in group] for name in ("time_step", "error"))
-        order, order_error = divergence.convergence_order(steps, sizes)
+        steps, sizes = ([row[name] for row in group] for name in ("step", "error"))
+        order, order_error = divergence.convergence_order(steps, sizes, rounding=rounding)
         rows += [row | {"order": order, "order_error": order_error} for row in group]
     return rows

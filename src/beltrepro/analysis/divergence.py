@@ -1,8 +1,10 @@
 """How trajectories of two integrators from the same state part, and how that depends on the step.
 
-Arrays of trajectories have one row for each run: n_blocks, belt_velocity, member, time_step (R,);
-positions (R, T, N), NaN for blocks that a chain lacks, at the instants time (T,); events, a
-structured array with run, time, block and kind, in order of run and time. Model units.
+Arrays of trajectories have one row for each run: n_blocks, belt_velocity, member, time_step,
+tolerance (NaN for an integrator without one), step (mean length of the steps that the integrator
+chooses: dt, or what the tolerance allows) (R,); positions (R, T, N), NaN for blocks that a chain
+lacks, at the instants time (T,); events, a structured array with run, time, block and kind, in
+order of run and time. Model units.
 """
 
 from dataclasses import dataclass, field
@@ -14,7 +16,8 @@ AFTER_EVENTS = (0, 1, 2, 5, 10, 20, 50)  # numbers of events after which errors 
 FIRST_EVENTS = 10
 PARTED = 1.0  # trajectories are apart when a block differs by this; springs are 50 long
 _EVENT_TOLERANCE = 0.5  # events of one block further apart in time than this are different ones
-_ROUNDING = 1e-9  # errors below come from rounding, not from the step
+ROUNDING = 1e-9  # errors below come from rounding, not from the step
+ROUNDING_OF_LONG_STEPS = 1e-11  # of steps that a tolerance allows: there are a thousandth as many
 
 
 @dataclass(frozen=True)
@@ -52,17 +55,26 @@ class Pair:
         return float(self.separation[sample]) if sample < self.time.size else np.nan
 
 
-def pairs(runs, reference, *, time_step, reference_step) -> dict[tuple, list[Pair]]:
-    """Runs with one time step beside their references: lists by (n_blocks, belt_velocity).
+def chosen(runs, *, time_step, tolerance) -> np.ndarray:
+    """Which runs (R,) have this time step and this tolerance; those without a tolerance have any.
 
-    runs, reference : arrays of trajectories. A run without a reference is left out.
+    runs : arrays of trajectories.
     """
-    base = {
-        _key(reference, row): row
-        for row in np.flatnonzero(np.isclose(reference["time_step"], reference_step))
-    }
+    no_tolerance = np.isnan(runs["tolerance"])
+    return _equal(runs["time_step"], time_step) & (
+        no_tolerance | _equal(runs["tolerance"], tolerance)
+    )
+
+
+def pairs(runs, reference, *, rows, reference_rows) -> dict[tuple, list[Pair]]:
+    """Some runs beside their references: lists by (n_blocks, belt_velocity).
+
+    runs, reference : arrays of trajectories; rows, reference_rows (R,) : which of them, see
+    `chosen`. A run without a reference is left out.
+    """
+    base = {_key(reference, row): row for row in np.flatnonzero(reference_rows)}
     found: dict[tuple, list[Pair]] = {}
-    for row in np.flatnonzero(np.isclose(runs["time_step"], time_step)):
+    for row in np.flatnonzero(rows):
         key = _key(runs, row)
         if key in base:
             found.setdefault(key[:2], []).append(_pair(runs, row, reference, base[key]))
@@ -90,16 +102,17 @@ def match_events(tested, reference):
     return times[order], shifts[order]
 
 
-def convergence_order(time_step, error):
-    """Order q of error = c * time_step**q, with its standard error from the scatter about it.
+def convergence_order(step, error, *, rounding=ROUNDING):
+    """Order q of error = c * step**q, with its standard error from the scatter about it.
 
-    Straight line through the logarithms. NaN for fewer than 3 steps, or when an error is below
-    1e-9, where rounding and not the step decides.
+    Straight line through the logarithms of the errors above `rounding`: below, it and not the step
+    decides. NaN for fewer than 3 of them.
     """
-    time_step, error = np.asarray(time_step, dtype=float), np.asarray(error, dtype=float)
-    if time_step.size < 3 or not np.all(error > _ROUNDING):
+    step, error = np.asarray(step, dtype=float), np.asarray(error, dtype=float)
+    above = error > rounding
+    if above.sum() < 3:
         return np.nan, np.nan
-    line = stats.linregress(np.log(time_step), np.log(error))
+    line = stats.linregress(np.log(step[above]), np.log(error[above]))
     return float(line.slope), float(line.stderr)
 
 
@@ -145,6 +158,10 @@ def _pair(runs, row, reference, base) -> Pair:
         event_shift=event_shift,
         reference_events=np.sort(events["time"]),
     )
+
+
+def _equal(values, value):
+    return np.isclose(values, value, rtol=1e-9, atol=0)
 
 
 def _key(runs, row):

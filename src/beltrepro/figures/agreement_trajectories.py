@@ -3,7 +3,8 @@
 import numpy as np
 from matplotlib.ticker import FixedLocator, NullFormatter
 
-from beltrepro.analysis import divergence
+from beltrepro.analysis import agreement, divergence
+from beltrepro.analysis.steps import FORCE_ORDER
 from beltrepro.figures import panels, style
 
 TITLE = "Trajectories of the two integrators from the same initial states."
@@ -12,26 +13,33 @@ USES = {
     "reference": "runs by the reference from the same states",
 }
 
-_SHOWN_ERRORS = (1, 5, 20)
+_AFTER_TIME_STEPS = (1, 5, 20)  # numbers of events
+_AFTER_LONG_STEPS = (2, 5, 20)  # right after the first event the first step has made no error yet
 _ROUNDING = 1e-5  # below, before the first event, there is only rounding
 
 
 @style.styled
 def draw(data, caption):
-    """a: separation against time; b: shift of shared events; c: error against the time step.
+    """a: separation against time; b: shift of shared events; c and d: error against the step.
 
     a and b: medians over the members, at the time step of the reference runs. c: root mean square
-    over the members of the separation after a number of events, for one point.
+    over the members of the separation after a number of events, for one point, against dt. d: the
+    same for runs with several tolerances from those with the tightest, against their mean step.
     """
     panels.require(data, USES)
     tested, reference = (data[name].arrays for name in USES)
-    base = reference["time_step"][0]
+    base, tolerance = reference["time_step"][0], _own_tolerance(data)
     steps = np.unique(tested["time_step"])
     nearest = steps[np.argmin(np.abs(steps - base))]
-    found = divergence.pairs(tested, reference, time_step=nearest, reference_step=base)
-    figure = style.page(caption, 3.4)
-    axes = figure.subplots(1, 3)
-    for panel, name in zip(axes, "abc", strict=True):
+    found = divergence.pairs(
+        tested,
+        reference,
+        rows=divergence.chosen(tested, time_step=nearest, tolerance=tolerance),
+        reference_rows=divergence.chosen(reference, time_step=base, tolerance=tolerance),
+    )
+    figure = style.page(caption, 5.4)
+    axes = figure.subplots(2, 2).ravel()
+    for panel, name in zip(axes, "abcd", strict=True):
         panels.letter(panel, name)
     for index, (point, members) in enumerate(sorted(found.items())):
         look = style.line_style(index) | {"marker": "", "linewidth": 0.9}
@@ -42,14 +50,41 @@ def draw(data, caption):
     axes[0].set(xlabel=panels.TIME, ylabel="separation of the blocks", title=words)
     axes[0].set_ylim(bottom=_ROUNDING)
     axes[1].set(xlabel=f"{panels.TIME} of the event", ylabel="shift of the event", title=words)
-    _errors(axes[2], tested, reference, steps, base)
-    for panel in axes:
+    axes[2].set(xlabel="$dt$", ylabel="error")
+    axes[3].set(xlabel="mean step", ylabel="error")
+    _, errors = agreement.compare_trajectories(
+        tested, reference, reference_step=base, tolerance=tolerance
+    )
+    _errors(axes[2], errors, data["tested"].attributes["method"], _AFTER_TIME_STEPS, order=1)
+    errors, method = _by_tolerance(data, base)
+    _errors(axes[3], errors, method, _AFTER_LONG_STEPS, order=FORCE_ORDER + 1)
+    if axes[3].lines:
+        tolerances = [row["tolerance"] for row in errors]
+        axes[3].set_xlabel(f"mean step, tolerances {min(tolerances):g} to {max(tolerances):g}")
+        limit = divergence.ROUNDING_OF_LONG_STEPS
+        axes[3].axhline(limit, color=style.GREY, linewidth=0.6, linestyle=":")
+    for panel, words in zip(axes, [*["no run has a reference"] * 3, "no tolerances"], strict=True):
         if not panel.lines:
-            panels.note(panel, "no run has a reference")
+            panels.note(panel, words)
     handles, labels = axes[1].get_legend_handles_labels()
     if labels:
         figure.legend(handles, labels, loc="outside upper center", ncols=6)
     return figure
+
+
+def _own_tolerance(data):
+    """The tolerance that an integrator takes by itself; NaN if neither has one."""
+    known = [data[name].attributes.get("tolerance", np.nan) for name in USES]
+    return max(known, key=np.isfinite)
+
+
+def _by_tolerance(data, time_step):
+    """Errors and name of the integrator that ran with several tolerances, none if there is none."""
+    for name in USES:
+        errors = agreement.compare_tolerances(data[name].arrays, time_step=time_step)
+        if errors:
+            return errors, data[name].attributes["method"]
+    return [], ""
 
 
 def _separation(axes, members, look):
@@ -70,33 +105,42 @@ def _shifts(axes, members, look):
     axes.semilogy(centre, np.where(middle > 0, middle, np.nan), **look)
 
 
-def _errors(axes, tested, reference, steps, base):
-    """Errors at the point with the most blocks but not more than 5, and the largest u."""
-    tables = [
-        divergence.pairs(tested, reference, time_step=step, reference_step=base) for step in steps
-    ]
-    axes.set(xlabel="$dt$", ylabel="error")
-    points = sorted(tables[0]) if tables else []
+def _errors(axes, errors, method, after_events, *, order):
+    """Errors with the fitted orders, at the point with the most blocks up to 5 and the largest u.
+
+    errors : rows of `agreement.compare_trajectories` or `compare_tolerances`.
+    order : of the method; that of the grey line below.
+    """
+    points = {_point(row) for row in errors}
     if not points:
         return
-    point = max([one for one in points if one[0] <= 5] or points)
-    axes.set_title(f"$N = {point[0]}$, $u = {point[1]:g}$")
-    errors = [divergence.errors(table[point]) for table in tables]
-    for index, n_events in enumerate(_SHOWN_ERRORS):
-        known = [(step, error[n_events][1]) for step, error in zip(steps, errors, strict=True)
-                 if n_events in error]  # fmt: skip
-        if known:
-            label = f"after {n_events} event" + ("s" if n_events > 1 else "")
+    point = max({point for point in points if point[0] <= 5} or points)
+    axes.set_title(f"{method}, $N = {point[0]}$, $u = {point[1]:g}$")
+    for index, n_events in enumerate(after_events):
+        rows = [row for row in errors if _point(row) == point and row["after_events"] == n_events]
+        if rows:
+            steps, sizes = zip(*sorted((row["step"], row["error"]) for row in rows), strict=True)
             look = style.line_style(index) | {"markersize": 3, "linewidth": 0.9}
-            axes.loglog(*zip(*known, strict=True), label=label, **look)
+            axes.loglog(steps, sizes, label=_label(rows[0]), **look)
     if not axes.lines:
         return
-    low = min(line.get_ydata()[0] / line.get_xdata()[0] for line in axes.lines)
-    ends = steps[[0, -1]]
-    axes.loglog(ends, 0.5 * low * ends, color=style.GREY, linewidth=0.8, label=r"$\propto dt$")
-    axes.xaxis.set_major_locator(FixedLocator(steps[:: max(1, steps.size // 2)]))
-    axes.xaxis.set_major_formatter("{x:g}")
+    guide = np.array(steps) ** order
+    share = 0.3 * min(line.get_ydata()[-1] for line in axes.lines) / guide[-1]
+    axes.plot(steps, share * guide, color=style.GREY, linewidth=0.8, label=f"order {order}")
+    axes.xaxis.set_major_locator(FixedLocator(steps[:: max(1, len(steps) // 3)]))
+    axes.xaxis.set_major_formatter("{x:.2g}")
     axes.xaxis.set_minor_formatter(NullFormatter())
     low, high = axes.get_ylim()
-    axes.set_ylim(low, high * (high / low) ** 0.45)
+    axes.set_ylim(low, high * (high / low) ** 0.5)
     axes.legend(loc="upper left")
+
+
+def _label(row):
+    words = f"after {row['after_events']} event" + ("s" if row["after_events"] > 1 else "")
+    if np.isfinite(row["order"]):
+        words += rf": order ${row['order']:.2f} \pm {row['order_error']:.2f}$"
+    return words
+
+
+def _point(row):
+    return tuple(row[name] for name in agreement.PLACE)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from beltrepro.analysis import agreement, divergence, samples
+from beltrepro.analysis import agreement, divergence, samples, steps
 
 PARTS = {
     "trajectories": "Trajectories without noise",
@@ -92,25 +92,51 @@ def _on_trajectories(partings, convergence, methods, base) -> list[str]:
             f"that both have differ by at most {ours['first_shift'].max():.2g} in time (median "
             "over the runs, largest of the points)."
         )
-    early = convergence[convergence["after_events"].between(1, 5) & convergence["order"].notna()]
+    by_step = convergence[convergence["varied"] == "time_step"]
+    early = by_step[by_step["after_events"].between(1, 5) & by_step["order"].notna()]
     for method, rows in early.groupby("method"):
         orders = rows.drop_duplicates(["n_blocks", "belt_velocity", "after_events"])["order"]
-        steps = np.sort(rows["time_step"].unique())
+        taken = np.sort(rows["time_step"].unique())
         sentences.append(
             f"The error of {method} after 1 to 5 events falls as dt to the power "
             f"{orders.mean():.2f} ± {orders.std(ddof=1) / np.sqrt(orders.size):.2f} (mean and "
             f"standard error over {orders.size} fits, from {orders.min():.2f} to "
-            f"{orders.max():.2f}; {steps.size} steps from {steps[0]:g} to {steps[-1]:g})."
+            f"{orders.max():.2f}; {taken.size} steps from {taken[0]:g} to {taken[-1]:g})."
         )
+    sentences += _on_tolerances(convergence[convergence["varied"] == "tolerance"])
     before = convergence[convergence["after_events"] == 0]
     if len(before):
         sentences.append(f"Before the first event all runs agree to {before['error'].max():.1g}.")
-    own = convergence[(convergence["method"] == reference) & (reference != tested)]
+    own = by_step[(by_step["method"] == reference) & (reference != tested)]
     if len(own):
-        steps = ", ".join(f"{step:g}" for step in np.sort(own["time_step"].unique()))
+        others = ", ".join(f"{step:g}" for step in np.sort(own["time_step"].unique()))
         sentences.append(
-            f"{reference} with time step {steps} differs from itself with {base:g} by at most "
+            f"{reference} with time step {others} differs from itself with {base:g} by at most "
             f"{own['error'].max():.1g} in any of these errors."
+        )
+    return sentences
+
+
+def _on_tolerances(convergence) -> list[str]:
+    """How fast the error of the integrator that has a tolerance falls with its mean step."""
+    sentences = []
+    for method, rows in convergence[convergence["order"].notna()].groupby("method"):
+        fits = rows.drop_duplicates(["n_blocks", "belt_velocity", "after_events"])
+        events, orders = fits["after_events"], fits["order"]
+        means = ", ".join(
+            f"{at_velocity.mean():.1f} at u = {velocity:g}"
+            for velocity, at_velocity in orders.groupby(fits["belt_velocity"])
+        )
+        sentences.append(
+            f"The error of {method} after {events.min()} to {events.max()} events, against its "
+            f"runs with the tightest tolerance, falls as its mean step to the power {means} (means "
+            f"of {orders.size} fits in all, from {orders.min():.1f} to {orders.max():.1f}, with a "
+            f"median standard error of {fits['order_error'].median():.1f}; they share states and "
+            f"steps, so they are not independent). Tolerances from {rows['tolerance'].min():g} to "
+            f"{rows['tolerance'].max():g} allow mean steps from {rows['step'].min():.2g} to "
+            f"{rows['step'].max():.2g}; errors below {divergence.ROUNDING_OF_LONG_STEPS:g} are "
+            f"rounding and not fitted. Full steps have order {steps.FORCE_ORDER + 1}, a little "
+            "more where they are long, and less after a few short slips, whose ends cut the steps."
         )
     return sentences
 

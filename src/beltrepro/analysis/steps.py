@@ -1,0 +1,58 @@
+"""Steps that a tolerance allows the integrator of Taylor series, from samples of the motion.
+
+A step may be so long that the last two terms of the series of each force reach the tolerance at its
+end (docs/event.md). Events and the end of a run cut steps; those found here are not cut. Without
+noise, in model units.
+"""
+
+import numpy as np
+
+from beltrepro.model import ChainParameters
+from beltrepro.model.friction import friction_force
+from beltrepro.model.spring import chain_deformations, external_force
+
+FORCE_ORDER = 17  # of the series of the forces; that of the positions has two terms more
+
+
+def mean_step(positions, velocities, parameters: ChainParameters, tolerance: float) -> float:
+    """Time of slip over the number of steps allowed in it; NaN if no block ever slips.
+
+    positions, velocities : (T, N) samples at equal intervals, laboratory frame; a block with the
+    velocity of the belt is stuck. tolerance : unit of force.
+    """
+    slips = np.any(velocities != parameters.belt_velocity, axis=1)
+    if not slips.any():
+        return np.nan
+    terms = np.abs(force_series(positions[slips], velocities[slips], parameters)).max(axis=2)
+    orders = np.array([FORCE_ORDER - 1, FORCE_ORDER])
+    steps = (tolerance / np.maximum(terms[orders].T, np.finfo(float).tiny)) ** (1 / orders)
+    return float(1 / np.mean(1 / steps.min(axis=1)))
+
+
+def force_series(positions, velocities, parameters: ChainParameters) -> np.ndarray:
+    """Taylor coefficients of the external force F_ex on each block: (FORCE_ORDER + 1, T, N).
+
+    positions, velocities : (T, N) as in `mean_step`. The tension of a spring beyond the end D_0 of
+    its linear branch is a constant plus G = e^(c(D - D_0))/c, whose coefficients follow from
+    k G_k = sum_{j=1..k} (j c D_j) G_{k-j} (Griewank and Walther, SIAM 2008, ch. 13).
+    """
+    deformation = chain_deformations(positions, parameters)
+    linear = np.abs(deformation) <= parameters.linear_limit
+    rate = np.where(deformation < 0, -parameters.compression_rate, parameters.extension_rate)
+    excess = np.abs(deformation) - parameters.linear_limit
+    growth = [np.exp(np.where(linear, 0.0, np.abs(rate) * excess)) / rate]
+    weighted = [np.zeros_like(rate)]  # j c D_j
+    forces = [external_force(positions, parameters)]
+    direction = np.sign(velocities - parameters.belt_velocity)
+    friction = friction_force(
+        direction, forces[0], parameters.static_friction, parameters.friction_ratio
+    )
+    motion = [positions, velocities, np.where(direction == 0, 0.0, forces[0] + friction) / 2]
+    for k in range(1, FORCE_ORDER + 1):
+        change = np.diff(motion[k], axis=1, prepend=0.0)
+        weighted.append(k * rate * change)
+        growth.append(sum(weighted[j] * growth[k - j] for j in range(1, k + 1)) / k)
+        tension = np.where(linear, change, growth[k])
+        forces.append(np.diff(tension, axis=1, append=0.0))
+        motion.append(np.where(direction == 0, 0.0, forces[k]) / ((k + 1) * (k + 2)))
+    return np.array(forces)
