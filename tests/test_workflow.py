@@ -94,7 +94,7 @@ def test_timing_knows_the_files_of_all_simulation_jobs(tree):
     expected = simulation_jobs(config.make_plan(CONFIG | {"preset": "smoke"}, _schema()))
     rules = {job.rule for job in expected}
     rows = [line.split("\t") for line in snakemake(tree, "--summary").stdout.splitlines()]
-    columns = [row for row in rows if row[0] == "output_file"][0]
+    columns = next(row for row in rows if row[0] == "output_file")
     files = {row[0] for row in rows if row[columns.index("rule")] in rules}
     assert files == {f"results/smoke/{job.name}.h5" for job in expected}
 
