@@ -47,7 +47,7 @@ TOLERANCES = {
     if "tolerance" in signature(ensemble).parameters
 }
 TOLERANCE_RANGE = (1e-16, 1.0)  # unit of force; forces are some tens, and rounding 1e-16 of them
-MOMENTS_INTERVAL = 0.1  # model time between samples of x_N for r; oscillations take 3 or more
+MOMENTS_INTERVAL = 0.1  # model time between samples of x_N for r, about; oscillations take 3
 MAXIMUM_SCAN_BLOCKS = 10  # columns of slip_count
 _INITIAL_STATE = 1  # purpose of a random stream: initial positions, not friction
 
@@ -139,7 +139,11 @@ def simulate(
     else:
         _check_tolerance(tolerance, method)
     accuracy = {} if tolerance is None else {"tolerance": tolerance}
-    stride = _stride(MOMENTS_INTERVAL if sample_interval is None else sample_interval, time_step)
+    stride = (
+        _moments_stride(time_step)
+        if sample_interval is None
+        else _stride(sample_interval, time_step)
+    )
     if single and initial_positions is not None:
         initial_positions = [initial_positions]
     starts = [
@@ -256,7 +260,7 @@ def measure_points(
             replicates=replicates[group],
             initial_positions=np.array([starts[index] for index in group]),
             time_step=time_step,
-            sample_stride=_stride(MOMENTS_INTERVAL, time_step),
+            sample_stride=_moments_stride(time_step),
             sampled_blocks=1,
             section=Section(n_blocks, positions[group]),
         )
@@ -332,7 +336,7 @@ def record_catalogue(
             replicates=group,
             initial_positions=np.array([starts[index] for index in group]),
             time_step=time_step,
-            sample_stride=_stride(MOMENTS_INTERVAL, time_step),
+            sample_stride=_moments_stride(time_step),
             sampled_blocks=1,
             section=Section(section_block, np.full(width, section_position)),
         )
@@ -405,7 +409,7 @@ def escape_ensemble(
                 [_perturbed(parameters, seed, index, initial_spread) for index in group]
             ),
             time_step=time_step,
-            sample_stride=_stride(MOMENTS_INTERVAL, time_step),
+            sample_stride=_moments_stride(time_step),
             sampled_blocks=1,
         )
         settled = duration - settle_time
@@ -579,6 +583,11 @@ def _check_tolerance(tolerance, method):
         raise InputError(
             f"tolerance = {tolerance:g}: must be at least {low:g} and at most {high:g}"
         )
+
+
+def _moments_stride(time_step):
+    """Steps between the samples behind r: about MOMENTS_INTERVAL."""
+    return max(1, round(MOMENTS_INTERVAL / time_step))
 
 
 def _stride(interval, time_step):
