@@ -224,8 +224,6 @@ def _place(lanes, source, used, column, polynomials, sources):
         column += 1
         used = 0
         store(sources, (column * LANES,), -1)
-        for k in range(ORDER + 1):
-            store(polynomials, (at(k, column),), 0.0)
     store(sources, (column * LANES,), select(lanes, source, load(sources, (column * LANES,))))
     return used | bits, column
 
@@ -240,12 +238,14 @@ def _put(k, column, lanes, coefficient, polynomials):
 @inlined
 def _put_slip_end(column, lanes, block, heading, begins, series, polynomials):
     """Candidates: the first root of d v_r; of d v_r / t where it starts at 0."""
+    rate = load(series, (at(1, block + 1),))
     for k in range(ORDER):
-        rate = load(series, (at(k + 1, block + 1),)) * (k + 1.0)
         divided = spread(0.0)
         if k + 2 <= ORDER:
             divided = load(series, (at(k + 2, block + 1),)) * (k + 2.0)
         _put(k, column, lanes, heading * select(begins, divided, rate), polynomials)
+        rate = divided
+    _put(ORDER, column, lanes, spread(0.0), polynomials)
 
 
 @inlined
@@ -254,6 +254,8 @@ def _put_slip_start(column, lanes, block, way, threshold, force, polynomials):
     _put(0, column, lanes, threshold - way * load(force, (at(0, block),)), polynomials)
     for k in range(1, FORCE_ORDER + 1):
         _put(k, column, lanes, -way * load(force, (at(k, block),)), polynomials)
+    for k in range(FORCE_ORDER + 1, ORDER + 1):
+        _put(k, column, lanes, spread(0.0), polynomials)
 
 
 @inlined
@@ -823,3 +825,7 @@ def advance_chains(
                             chain, instant, what, 1.0, external, here, loss, events, event_count
                         )
     return DONE
+
+
+# It makes no arrays and keeps none: no references to count, which numba does by calls in the loop.
+advance_chains.targetoptions["_nrt"] = False
