@@ -88,7 +88,7 @@ def _start_positions(lane, kinetic, direction, noise_force, series, force):
 
 
 @inlined
-def _cell_length(lane, power, kinetic, velocity, direction, force):
+def _cell_length(lane, drawing, power, kinetic, velocity, direction, force):
     """Length of the next noise cell: short where the noise could decide whether v_r reaches zero.
 
     Where the parabola of v_r has its vertex in the cell, less than `_GRAZING` standard deviations
@@ -108,7 +108,7 @@ def _cell_length(lane, power, kinetic, velocity, direction, force):
             twice = 2.0 * bend
             depth = fma(twice, load(velocity, (block, lane)), -(slope * slope))
             near = ahead & (abs(depth) < margin * abs(twice))
-            grazing = grazing | (near & (heading != 0.0))
+            grazing = grazing | (near & drawing & (heading != 0.0))
         if mask_bits(grazing) == 0:
             break
         length = select(grazing, 0.25 * length, length)
@@ -619,7 +619,7 @@ def advance_chains(
             if noisy:
                 drawing = moving & (load(cell, (lane,)) <= 0.0) & (power > 0.0)
                 if mask_bits(drawing) != 0:
-                    length = _cell_length(lane, power, kinetic, velocity, direction, force)
+                    length = _cell_length(lane, drawing, power, kinetic, velocity, direction, force)
                     _draw_cells(lane, drawing, length, power, streams, noise_force, cell)
             _start_positions(lane, kinetic, direction, noise_force, series, force)
             extend_series(direction, lane, series, rates, stretching, growth, force, wall_pull)
