@@ -88,7 +88,7 @@ def _start_positions(lane, kinetic, direction, noise_force, series, force):
 
 
 @inlined
-def _cell_length(lane, power, kinetic, velocity, direction, force):
+def _cell_length(lane, drawing, power, kinetic, velocity, direction, force):
     """Length of the next noise cell: short where the noise could decide whether v_r reaches zero.
 
     Where the parabola of v_r has its vertex in the cell, less than `_GRAZING` standard deviations
@@ -108,7 +108,7 @@ def _cell_length(lane, power, kinetic, velocity, direction, force):
             twice = 2.0 * bend
             depth = fma(twice, load(velocity, (block, lane)), -(slope * slope))
             near = ahead & (abs(depth) < margin * abs(twice))
-            grazing = grazing | (near & (heading != 0.0))
+            grazing = grazing | (near & drawing & (heading != 0.0))
         if mask_bits(grazing) == 0:
             break
         length = select(grazing, 0.25 * length, length)
@@ -224,8 +224,6 @@ def _place(lanes, source, used, column, polynomials, sources):
         column += 1
         used = 0
         store(sources, (column * LANES,), -1)
-        for k in range(ORDER + 1):
-            store(polynomials, (at(k, column),), 0.0)
     store(sources, (column * LANES,), select(lanes, source, load(sources, (column * LANES,))))
     return used | bits, column
 
@@ -240,12 +238,14 @@ def _put(k, column, lanes, coefficient, polynomials):
 @inlined
 def _put_slip_end(column, lanes, block, heading, begins, series, polynomials):
     """Candidates: the first root of d v_r; of d v_r / t where it starts at 0."""
+    rate = load(series, (at(1, block + 1),))
     for k in range(ORDER):
-        rate = load(series, (at(k + 1, block + 1),)) * (k + 1.0)
         divided = spread(0.0)
         if k + 2 <= ORDER:
             divided = load(series, (at(k + 2, block + 1),)) * (k + 2.0)
         _put(k, column, lanes, heading * select(begins, divided, rate), polynomials)
+        rate = divided
+    _put(ORDER, column, lanes, spread(0.0), polynomials)
 
 
 @inlined
@@ -254,6 +254,8 @@ def _put_slip_start(column, lanes, block, way, threshold, force, polynomials):
     _put(0, column, lanes, threshold - way * load(force, (at(0, block),)), polynomials)
     for k in range(1, FORCE_ORDER + 1):
         _put(k, column, lanes, -way * load(force, (at(k, block),)), polynomials)
+    for k in range(FORCE_ORDER + 1, ORDER + 1):
+        _put(k, column, lanes, spread(0.0), polynomials)
 
 
 @inlined
@@ -617,7 +619,7 @@ def advance_chains(
             if noisy:
                 drawing = moving & (load(cell, (lane,)) <= 0.0) & (power > 0.0)
                 if mask_bits(drawing) != 0:
-                    length = _cell_length(lane, power, kinetic, velocity, direction, force)
+                    length = _cell_length(lane, drawing, power, kinetic, velocity, direction, force)
                     _draw_cells(lane, drawing, length, power, streams, noise_force, cell)
             _start_positions(lane, kinetic, direction, noise_force, series, force)
             extend_series(direction, lane, series, rates, stretching, growth, force, wall_pull)
@@ -823,3 +825,7 @@ def advance_chains(
                             chain, instant, what, 1.0, external, here, loss, events, event_count
                         )
     return DONE
+
+
+# It makes no arrays and keeps none: no references to count, which numba does by calls in the loop.
+advance_chains.targetoptions["_nrt"] = False

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from beltrepro.engine.vector import kernel
+from beltrepro.engine.simd import select
+from beltrepro.engine.vector import kernel, separate_arrays
 
 
 class LengthMoments:
@@ -21,7 +22,8 @@ class LengthMoments:
 
     def observe(self, chunk) -> None:
         """Add the samples of a chunk (merging moments, Chan et al. 1983)."""
-        values = chunk.displacement[chunk.time >= self._start, -1]
+        first = np.searchsorted(chunk.time, self._start)
+        values = np.ascontiguousarray(chunk.displacement[first:, -1])
         if not len(values):
             return
         self._count += len(values)
@@ -48,18 +50,21 @@ class LengthMoments:
 def _add_moments(values, count, mean, squares, low, high):
     """Add samples (S, W), of which there are `count` in total now, to the moments (W,).
 
-    Chain by chain in one fixed order: NumPy sums in an order that depends on the number of chains.
+    Each chain in one fixed order: NumPy sums in an order that depends on the number of chains.
     """
+    separate_arrays()
     rows, width = values.shape
-    for lane in range(width):
-        total = 0.0
-        for row in range(rows):
-            total += values[row, lane] - mean[lane]
-            low[lane] = min(low[lane], values[row, lane])
-            high[lane] = max(high[lane], values[row, lane])
-        shift = total / rows
-        centre = mean[lane] + shift
-        for row in range(rows):
-            squares[lane] += (values[row, lane] - centre) ** 2
-        squares[lane] += shift**2 * (count - rows) * rows / count
-        mean[lane] += shift * rows / count
+    total = np.zeros(width)
+    for row in range(rows):
+        for lane in range(width):
+            value = values[row, lane]
+            total[lane] += value - mean[lane]
+            low[lane] = select(value < low[lane], value, low[lane])
+            high[lane] = select(value > high[lane], value, high[lane])
+    shift = total / rows
+    centre = mean + shift
+    for row in range(rows):
+        for lane in range(width):
+            squares[lane] += (values[row, lane] - centre[lane]) ** 2
+    squares += shift**2 * (count - rows) * rows / count
+    mean += shift * rows / count

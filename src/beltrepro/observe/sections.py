@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from beltrepro.engine.vector import kernel
+
 
 class SectionValues:
     """Velocity of the last block at the first `n_values` crossings, and the count of all.
@@ -19,14 +21,26 @@ class SectionValues:
         """Add the crossings of a chunk."""
         if chunk.end <= self._start:
             return
-        n_values = self.values.shape[1]
-        for lane in np.flatnonzero(chunk.crossing_count):
-            rows = chunk.crossings[lane, : chunk.crossing_count[lane]]
-            velocity = rows[rows[:, 0] >= self._start, -1] + self._belt_velocity[lane]
-            free = max(n_values - self.count[lane], 0)
-            kept = velocity[:free]
-            self.values[lane, self.count[lane] : self.count[lane] + len(kept)] = kept
-            self.count[lane] += len(velocity)
+        _add_crossings(
+            chunk.crossings,
+            chunk.crossing_count,
+            self._belt_velocity,
+            self._start,
+            self.count,
+            self.values,
+        )
+
+
+@kernel
+def _add_crossings(crossings, crossing_count, belt_velocity, start, count, values):
+    """Count the crossings since `start`, keep the velocities of those that find a place."""
+    last = crossings.shape[2] - 1
+    for lane in range(len(count)):
+        for row in range(crossing_count[lane]):
+            if crossings[lane, row, 0] >= start:
+                if count[lane] < values.shape[1]:
+                    values[lane, count[lane]] = crossings[lane, row, last] + belt_velocity[lane]
+                count[lane] += 1
 
 
 class CrossingLog:
