@@ -6,6 +6,7 @@ from scipy.stats import kstest
 
 from beltrepro import ChainParameters, simulate
 from beltrepro.model.spring import potential_energy
+from beltrepro.observe.slips import EventLog
 from beltrepro.simulation import measure_points, record_catalogue
 
 CHAINS = [ChainParameters(5, 12.0), ChainParameters(5, 25.0, 1.0), ChainParameters(3, 40.0, 2.0)]
@@ -178,3 +179,14 @@ def test_points_do_not_depend_on_how_a_list_is_split():
     for name, values in whole.items():
         joined = np.concatenate([part[name] for part in parts])
         np.testing.assert_array_equal(joined, values, err_msg=name)
+
+
+def test_event_log_is_the_same_however_it_is_cut(monkeypatch):
+    """A long run keeps its events in blocks; a run's records take them over."""
+    chains = [ChainParameters(5, 20.0, 1.0), ChainParameters(2, 3.0)]
+    lengths = {"duration": 1500, "method": "event", "sample_interval": None}
+    whole = simulate(chains, **lengths)
+    monkeypatch.setattr(EventLog, "_BLOCK", 100)
+    for one, cut in zip(whole, simulate(chains, **lengths), strict=True):
+        assert len(one.events) > 300
+        np.testing.assert_array_equal(one.events, cut.events)

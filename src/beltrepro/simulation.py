@@ -185,7 +185,7 @@ def simulate(
                 mean_length=float(length["mean_length"][lane]),
                 energy_residual=float(residual[lane]),
                 **sampled,
-                events=_event_records(log.events(lane)),
+                events=_event_records(log, lane),
             )
     return runs[0] if single else runs
 
@@ -478,14 +478,19 @@ def _no_samples(n_blocks):
     return {"time": np.empty(0), "positions": empty, "velocities": empty, "friction": empty}
 
 
-def _event_records(rows):
-    records = np.empty(len(rows), dtype=EVENT)
-    records["time"] = rows[:, EVENT_TIME]
-    records["block"] = rows[:, EVENT_BLOCK].astype(np.int64) + 1
-    records["kind"] = np.where(rows[:, EVENT_SLIP] > 0, "slip", "stick")
-    records["force"] = rows[:, EVENT_FORCE]
-    records["position"] = rows[:, EVENT_POSITION]
-    records["dissipated"] = rows[:, EVENT_DISSIPATED]
+def _event_records(log: EventLog, lane):
+    """Events of one chain as records; a long run has millions, so the log gives them up."""
+    records = np.empty(log.count(lane), dtype=EVENT)
+    start = 0
+    for rows in log.give_up(lane):
+        part = records[start : start + len(rows)]
+        part["time"] = rows[:, EVENT_TIME]
+        part["block"] = rows[:, EVENT_BLOCK].astype(np.int64) + 1
+        part["kind"] = np.where(rows[:, EVENT_SLIP] > 0, "slip", "stick")
+        part["force"] = rows[:, EVENT_FORCE]
+        part["position"] = rows[:, EVENT_POSITION]
+        part["dissipated"] = rows[:, EVENT_DISSIPATED]
+        start += len(rows)
     return records
 
 

@@ -1,5 +1,7 @@
 """Slips of the blocks: counts, laminar phases of the last block, catalogues of avalanches."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from beltrepro.engine.events import (
@@ -112,20 +114,44 @@ class EventLog:
     rest_positions : (N,), turn the displacements of the records into laboratory positions.
     """
 
+    _BLOCK = 1 << 16  # events; arrays of this size go back to the system once they are not needed
+
     def __init__(self, width: int, rest_positions: np.ndarray):
         self._rest_positions = rest_positions
         self._parts = [[] for _ in range(width)]
+        self._blocks = [[] for _ in range(width)]
+        self._open = np.zeros(width, dtype=np.int64)  # events in the parts
 
     def observe(self, chunk) -> None:
         """Copy the events of a chunk."""
         for lane, parts in enumerate(self._parts):
             parts.append(chunk.events[lane, : chunk.event_count[lane]].copy())
+        self._open += chunk.event_count
+        for lane in np.flatnonzero(self._open > self._BLOCK):
+            self._close_block(lane)
 
     def events(self, lane: int) -> np.ndarray:
         """Events (E, 6) of one chain in the order of time, positions in the laboratory frame."""
+        self._close_block(lane)
+        return np.concatenate(self._blocks[lane])
+
+    def count(self, lane: int) -> int:
+        """Number of events of one chain."""
+        self._close_block(lane)
+        return sum(map(len, self._blocks[lane]))
+
+    def give_up(self, lane: int) -> Iterator[np.ndarray]:
+        """The events of one chain as `events`, in pieces that the log does not keep."""
+        self._close_block(lane)
+        while self._blocks[lane]:
+            yield self._blocks[lane].pop(0)
+
+    def _close_block(self, lane):
         events = np.concatenate([np.empty((0, EVENT_FIELDS)), *self._parts[lane]])
         events[:, EVENT_POSITION] += self._rest_positions[events[:, EVENT_BLOCK].astype(int)]
-        return events
+        self._blocks[lane].append(events)
+        self._parts[lane].clear()
+        self._open[lane] = 0
 
 
 SLIP = np.dtype(
