@@ -14,7 +14,7 @@ from beltrepro.engine.law import law_constants, spring_law, tension
 from beltrepro.engine.noise import normal_deviates, normal_pairs_wide, stream_states
 from beltrepro.engine.simd import load_wide, store
 from beltrepro.engine.vector import exp2, kernel
-from beltrepro.engine.verlet_ensemble import VerletEnsemble
+from beltrepro.engine.verlet_ensemble import SteppingVerlet
 from beltrepro.errors import InputError, ModelStateError
 from beltrepro.model.spring import (
     chain_deformations,
@@ -336,7 +336,7 @@ def recorded(chains, width, events=None, crossings=None):
     records, crossed, samples, audit = [], [], [], []
     for first in range(0, len(chains), width):
         part = slice(first, first + width)
-        ensemble = VerletEnsemble(
+        ensemble = SteppingVerlet(
             chains[part],
             seed=1,
             replicates=range(first, first + len(chains[part])),
@@ -454,7 +454,7 @@ def followed(chains, strides, noise_keys):
     """Events, crossings, last state and audit of an ensemble, and its samples every 700 steps."""
     rest = chains[0].rest_positions
     starts = rest + np.random.default_rng(6).uniform(-1, 1, (len(noise_keys), len(rest)))
-    ensemble = VerletEnsemble(
+    ensemble = SteppingVerlet(
         chains,
         seed=1,
         replicates=noise_keys,

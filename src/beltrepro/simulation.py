@@ -25,7 +25,7 @@ from beltrepro.engine.events import (
 )
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.noise import stream_key
-from beltrepro.engine.verlet_ensemble import VerletEnsemble
+from beltrepro.engine.verlet_ensemble import verlet_ensemble
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.spring import external_force
@@ -39,7 +39,7 @@ from beltrepro.observe.slips import (
     slips_and_avalanches,
 )
 
-METHODS = {"verlet": VerletEnsemble, "event": EventEnsemble}
+METHODS = {"verlet": verlet_ensemble, "event": EventEnsemble}
 # Tolerance that an integrator takes unless told otherwise, for those that have one.
 TOLERANCES = {
     name: signature(ensemble).parameters["tolerance"].default
@@ -519,10 +519,15 @@ def _observe(ensemble, duration, observers, report):
 
 
 def _groups(chains, progress):
-    """Indices of the chains that can be advanced together, at most LANES, and how to report."""
+    """Indices of the chains that can be advanced together, at most LANES, and how to report.
+
+    An integrator may treat chains without noise in another way, and what a chain does must not
+    depend on the others.
+    """
     alike: dict = {}
     for index, chain in enumerate(chains):
-        alike.setdefault((chain.n_blocks, chain.law), []).append(index)
+        kind = chain.n_blocks, chain.law, chain.noise > 0
+        alike.setdefault(kind, []).append(index)
     groups = [
         np.array(members[first : first + LANES])
         for members in alike.values()

@@ -1,16 +1,39 @@
-"""Many chains advanced by the paper's scheme (`beltrepro.engine.verlet`)."""
+"""Many chains advanced by the paper's scheme, in the way that suits them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from beltrepro.engine import verlet
 from beltrepro.engine.ensemble import ChainEnsemble, Chunk
+from beltrepro.engine.leap_ensemble import LeapingVerlet
 from beltrepro.engine.memory import zeros
+from beltrepro.model import ChainParameters
+
+# Largest (dt omega)^2 at which leaps reproduce the steps to below the rounding of a plain loop.
+_LEAP_LIMIT = 1e-4
 
 
-class VerletEnsemble(ChainEnsemble):
-    """Chains integrated by the scheme of the Appendix; parameters as for `ChainEnsemble`."""
+def verlet_ensemble(
+    parameters: Sequence[ChainParameters], *, time_step: float, **settings
+) -> ChainEnsemble:
+    """Chains integrated by the scheme of the Appendix; parameters as for `ChainEnsemble`.
+
+    In leaps if none of them has noise and the time step is as short as the paper's, else step by
+    step.
+    """
+    # the stiffest spring that friction can hold: on the compressed branch, or the stretched one
+    first = parameters[0]
+    rate = max(first.compression_rate, first.extension_rate)
+    frequency_squared = 4 * (1 + rate * first.static_friction)
+    short = time_step**2 * frequency_squared <= _LEAP_LIMIT
+    quiet = all(chain.noise == 0 for chain in parameters)
+    chosen = LeapingVerlet if quiet and short else SteppingVerlet
+    return chosen(parameters, time_step=time_step, **settings)
+
+
+class SteppingVerlet(ChainEnsemble):
+    """Chains integrated step by step (`beltrepro.engine.verlet`)."""
 
     _vector = verlet.LANES
 
