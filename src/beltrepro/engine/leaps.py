@@ -55,6 +55,7 @@ from beltrepro.engine.taylor import (
     _extend,
     at,
     bounds,
+    deformation,
     evaluate,
     polynomial,
 )
@@ -259,9 +260,11 @@ def _find_candidates(
         heading = load(direction, (block, lane))
         tail = _force_tail(block, step, force)
         store(tails, (block * LANES,), _position_tail(block, heading, tail, step, series))
-        least, greatest, _ = _block_bounds(block, heading, tail, step, series, force)
+        least, greatest, least_rate = _block_bounds(block, heading, tail, step, series, force)
         slipping = heading != 0.0
-        below = moving & ~(least > select(slipping, spread(0.0), -mean))
+        # a slip that has just begun is slow but gains speed
+        gains = slipping & (heading * load(series, (at(1, block + 1),)) > 0.0) & (least_rate > 0.0)
+        below = moving & ~gains & ~(least > select(slipping, spread(0.0), -mean))
         above = moving & ~slipping & ~(greatest < mean)
         if mask_bits(below | above) != 0:
             lanes = below & slipping
@@ -280,13 +283,16 @@ def _find_candidates(
     tail_before = spread(0.0)
     for spring in range(n_blocks):
         tail = load(tails, (spring * LANES,))
-        least, greatest, _ = _spring_bounds(spring, tail + tail_before, step, series)
+        least, greatest, least_rate = _spring_bounds(spring, tail + tail_before, step, series)
         tail_before = tail
         rate = load(rates, (spring * LANES,))
         linear = rate == 0.0
-        above = moving & linear & ~(greatest < limit)
-        below = moving & linear & ~(least > -limit)
-        beyond = moving & ~linear & ~(select(rate < 0.0, -greatest, least) > limit)
+        # a spring that has just passed an end of its branch moves away from it
+        way = select(least_rate > 0.0, deformation(1, spring, series), 0.0)
+        above = moving & linear & ~((greatest < limit) | (way < 0.0))
+        below = moving & linear & ~((least > -limit) | (way > 0.0))
+        clear_beyond = (select(rate < 0.0, -greatest, least) > limit) | (rate * way > 0.0)
+        beyond = moving & ~linear & ~clear_beyond
         lanes = above | below | beyond
         if mask_bits(lanes) != 0:
             source = n_blocks + spring
