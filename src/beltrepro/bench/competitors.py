@@ -4,6 +4,7 @@ import numpy as np
 
 from beltrepro.bench.plain import PlainChain, c_loop, numba_loop
 from beltrepro.bench.smooth import HeyokaChain, SolveIvpChain, heyoka_version
+from beltrepro.engine.verlet_ensemble import SteppingVerlet
 from beltrepro.model import ChainParameters
 from beltrepro.simulation import METHODS
 
@@ -13,9 +14,11 @@ LABELS = {
     "c": "plain loop, C",
     "scipy": "solve_ivp",
     "heyoka": "heyoka",
+    "steps": "verlet step by step",
     "verlet": "verlet",
     "event": "event",
 }
+_ENSEMBLES = {"steps": SteppingVerlet, **METHODS}
 ONE_CHAIN = ("numba", "c", "scipy", "heyoka")
 TIME_STEP = 0.001
 _SAMPLE_STRIDE = 100  # as a scan takes x_N for r
@@ -25,15 +28,15 @@ _SPREAD = 1e-3
 class EnsembleRunner:
     """Several chains advanced together by an integrator of this package, as a scan does.
 
-    method : "verlet" or "event". parameters : the chain; the others start from positions with
-    normal deviations of 0.001. chains : how many.
+    method : "verlet", "event", or "steps" for `verlet` without leaps. parameters : the chain; the
+    others start from positions with normal deviations of 0.001. chains : how many.
     """
 
     def __init__(self, method: str, parameters: ChainParameters, chains: int):
         self.chains = chains
         random = np.random.default_rng(1)
         spread = _SPREAD * random.standard_normal((chains, parameters.n_blocks))
-        self._ensemble = METHODS[method](
+        self._ensemble = _ENSEMBLES[method](
             [parameters] * chains,
             seed=1,
             replicates=list(range(chains)),
@@ -54,11 +57,13 @@ class EnsembleRunner:
 def competitor(name: str, parameters: ChainParameters, chains: int, warm_up: float):
     """One competitor with a chain that is under way; None if it cannot run here or such a chain.
 
-    name : of `LABELS`. chains : advanced together, by "verlet" and "event" only.
+    name : of `LABELS`. chains : advanced together, by the integrators of this package only.
     warm_up : model time advanced before.
 
     Returns an object with `chains` and `advance(span)`, span in model time.
     """
+    if name == "steps" and parameters.noise > 0:
+        return None  # then `verlet` itself goes step by step
     if name not in ONE_CHAIN:
         runner = EnsembleRunner(name, parameters, chains)
         runner.advance(warm_up)
