@@ -16,7 +16,7 @@ def plan(preset):
     return config.make_plan(config.load(ROOT / "config.yaml") | {"preset": preset}, schema)
 
 
-def made_up(count, kind=("scan_block", "event")):
+def made_up(count, kind=("scan_block", "event", True)):
     return [Job(*kind, f"{kind[0]}/{number}", 1.0 + number) for number in range(count)]
 
 
@@ -38,6 +38,14 @@ def test_work_is_chains_times_blocks_times_time():
     assert work["series/u1"] == 5 * 210000
     scans = sum(value for name, value in work.items() if name.startswith("blocks/"))
     assert scans == sum(2e6 * point[0] for scan in paper.scans.values() for point in scan.points)
+
+
+def test_kinds_tell_noise():
+    jobs = simulation_jobs(plan("paper"))
+    assert {job.noise for job in jobs if job.name.startswith("blocks/n5_u7/")} == {False, True}
+    assert {job.noise for job in jobs if job.rule == "catalogue"} == {False}
+    listed = [job for job in jobs if job.rule == "scan_block"]
+    assert {job.noise for job in listed if "n5_map" in job.name and job.method == "event"} == {True}
 
 
 def test_every_job_has_the_same_chance():
@@ -71,7 +79,7 @@ def test_estimate_covers_the_truth_within_its_error():
 
 
 def test_estimate_sums_kinds_and_knows_what_is_missing():
-    jobs = made_up(10) + made_up(1, ("series", "verlet"))
+    jobs = made_up(10) + made_up(1, ("series", "verlet", False))
     known = {job.name: 3600.0 for job in jobs}
     table = estimate(jobs, known)
     assert list(table["rule"]) == ["scan_block", "series", "sum"]

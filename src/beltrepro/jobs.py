@@ -1,8 +1,9 @@
 """The simulation jobs of a plan, and how long all of them take, judged from a sample.
 
-Jobs of one kind (rule and integrator) differ in their work: chains times blocks times model time,
-with a weight for short time steps. Within a kind, time is taken to be proportional to work (ratio
-estimator: W. G. Cochran, Sampling Techniques, 3rd ed., Wiley 1977, ch. 6).
+Jobs of one kind (rule, integrator, with noise or without) differ in their work: chains times blocks
+times model time, with a weight for short time steps. Within a kind, time is taken to be
+proportional to work (ratio estimator: W. G. Cochran, Sampling Techniques, 3rd ed., Wiley 1977,
+ch. 6).
 """
 
 import itertools
@@ -22,19 +23,21 @@ _GRIDS = ("belt_velocity", "noise", "initial_spread")
 class Job:
     """One simulation job.
 
-    rule : of the workflow. name : of its result below results/<preset>/, without suffix.
+    rule : of the workflow. noise : whether any of its chains has noise.
+    name : of its result below results/<preset>/, without suffix.
     work : chains times blocks times model time.
     """
 
     rule: str
     method: str
+    noise: bool
     name: str
     work: float
 
     @property
-    def kind(self) -> tuple[str, str]:
+    def kind(self) -> tuple[str, str, bool]:
         """Jobs of one kind cost the same for the same work."""
-        return self.rule, self.method
+        return self.rule, self.method, self.noise
 
 
 def simulation_jobs(plan: Plan) -> list[Job]:
@@ -43,24 +46,29 @@ def simulation_jobs(plan: Plan) -> list[Job]:
     for scan in plan.scans.values():
         for number, block in enumerate(scan.blocks):
             work = scan.duration * sum(n_blocks for n_blocks, *_ in block.points)
-            jobs.append(Job("scan_block", block.method, f"blocks/{scan.name}/{number:04d}", work))
+            noise = any(point[2] > 0 for point in block.points)
+            name = f"blocks/{scan.name}/{number:04d}"
+            jobs.append(Job("scan_block", block.method, noise, name, work))
     for each in plan.series.values():
         work = each.duration * each.n_blocks
-        jobs.append(Job("series", each.method, f"series/{each.name}", work))
+        jobs.append(Job("series", each.method, each.noise > 0, f"series/{each.name}", work))
     for each in plan.catalogues.values():
         work = each.duration * each.n_blocks * each.n_chains
-        jobs.append(Job("catalogue", each.method, f"catalogues/{each.name}", work))
+        name = f"catalogues/{each.name}"
+        jobs.append(Job("catalogue", each.method, each.noise > 0, name, work))
     for each in plan.ensembles.values():
         work = each.duration * each.n_blocks * each.n_members
         for number in range(len(each.belt_velocities)):
             name = f"ensembles/{each.name}/{number:04d}"
-            jobs.append(Job("ensemble_member", each.method, name, work))
+            jobs.append(Job("ensemble_member", each.method, each.noise > 0, name, work))
     for part, role in itertools.product(PARTS, ROLES):
         settings = plan.agreement.run_settings(part, role)
         chains = settings["n_runs"] * math.prod(len(settings.get(grid, [0])) for grid in _GRIDS)
         steps = sum(plan.numerics.time_step / step for step in settings["time_steps"])
         work = settings["duration"] * sum(settings["n_blocks"]) * chains * steps
-        jobs.append(Job("agreement_runs", settings["method"], f"agreement/{part}/{role}", work))
+        noise = max(settings.get("noise", [0])) > 0
+        name = f"agreement/{part}/{role}"
+        jobs.append(Job("agreement_runs", settings["method"], noise, name, work))
     return sorted(jobs, key=lambda job: job.kind)
 
 
@@ -83,21 +91,28 @@ def estimate(jobs: list[Job], seconds: dict[str, float]) -> pd.DataFrame:
     """Time of all jobs from that of some of them, a row for each kind and one for the sum.
 
     seconds : time of the jobs that ran, by name.
-    Returns columns rule, method, jobs, jobs_run, hours_run, hours and standard_error (core-hours;
-    NaN where fewer than two jobs of several ran, and left out of the sum's).
+    Returns columns rule, method, noise ("with" or "without"), jobs, jobs_run, hours_run, hours and
+    standard_error (core-hours; NaN where fewer than two jobs of several ran, and left out of the
+    sum's).
     """
     rows = []
-    for (rule, method), group in itertools.groupby(jobs, key=lambda job: job.kind):
+    for (rule, method, noise), group in itertools.groupby(jobs, key=lambda job: job.kind):
         members = list(group)
         work = np.array([job.work for job in members if job.name in seconds])
         time = np.array([seconds[job.name] for job in members if job.name in seconds])
         hours, error = _ratio_estimate(time / 3600, work, [job.work for job in members])
-        rows.append((rule, method, len(members), time.size, time.sum() / 3600, hours, error))
-    names = ["rule", "method", "jobs", "jobs_run", "hours_run", "hours", "standard_error"]
+        kind = rule, method, "with" if noise else "without"
+        rows.append((*kind, len(members), time.size, time.sum() / 3600, hours, error))
+    names = ["rule", "method", "noise", "jobs", "jobs_run", "hours_run", "hours", "standard_error"]
     table = pd.DataFrame(rows, columns=names)
     # a kind of which no job ran leaves the sum unknown
     total = table.sum(numeric_only=True, skipna=False).to_dict()
-    total |= {"rule": "sum", "method": "", "standard_error": _norm(table["standard_error"])}
+    total |= {
+        "rule": "sum",
+        "method": "",
+        "noise": "",
+        "standard_error": _norm(table["standard_error"]),
+    }
     table.loc[len(table)] = total
     return table.astype({"jobs": int, "jobs_run": int})
 
