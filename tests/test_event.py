@@ -18,7 +18,7 @@ from beltrepro.engine.event_ensemble import EventEnsemble
 from beltrepro.engine.events import EVENT_TIME
 from beltrepro.engine.roots import first_roots
 from beltrepro.engine.simd import LANES, select, spread, store
-from beltrepro.engine.taylor import LEVELS
+from beltrepro.engine.taylor import LEVELS, ORDER
 from beltrepro.engine.vector import kernel
 from beltrepro.errors import ModelStateError
 from beltrepro.model.spring import external_force, spring_extension
@@ -219,7 +219,7 @@ NO_ROOT = 2.0
 def all_first_roots(polynomials, roots):
     length = spread(1.0)
     for column in range(roots.size // LANES):
-        place, found, _ = first_roots(polynomials, column, length, length > 0.0)
+        place, found, _ = first_roots(ORDER, polynomials, column, length, length > 0.0)
         store(roots, (column * LANES,), select(found, place, NO_ROOT))
 
 

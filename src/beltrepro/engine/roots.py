@@ -9,7 +9,7 @@ from beltrepro.engine.simd import (
     spread,
     square_root,
 )
-from beltrepro.engine.taylor import ORDER, at, polynomial
+from beltrepro.engine.taylor import at, polynomial
 from beltrepro.engine.vector import inlined
 
 _RESOLUTION = 1e-15
@@ -17,10 +17,10 @@ _MAX_ITERATIONS = 200
 
 
 @inlined
-def first_roots(polynomials, column, length, wanted):
+def first_roots(order, polynomials, column, length, wanted):
     """First roots in [0, length] of the eight polynomials of a column.
 
-    polynomials : series of coefficients (see `beltrepro.engine.taylor.at`), positive at 0;
+    polynomials : coefficients up to `order`, odd (see `beltrepro.engine.taylor.at`), positive at 0;
     length : float64x8; wanted : lanes to look at.
 
     Returns place (float64x8), found, undecided (mask8): a root at `place`; or none up to `place`,
@@ -39,7 +39,7 @@ def first_roots(polynomials, column, length, wanted):
         spread(0.0),
         spread(0.0),
     )
-    for k in range(ORDER - 1, 1, -2):
+    for k in range(order - 1, 1, -2):
         weight = k * (k - 1.0)
         coefficient = load(polynomials, (at(k, column),))
         curvature = fma(curvature, square, weight * maximum(-coefficient, 0.0))
@@ -75,5 +75,5 @@ def first_roots(polynomials, column, length, wanted):
         searching = searching & ~found & (position < length)
         if mask_bits(searching) == 0:
             break
-        value, slope = polynomial(polynomials, column, position)
+        value, slope = polynomial(order, polynomials, column, position)
     return place, located, searching
