@@ -219,7 +219,7 @@ NO_ROOT = 2.0
 def all_first_roots(polynomials, roots):
     length = spread(1.0)
     for column in range(roots.size // LANES):
-        place, found, _ = first_roots(ORDER, polynomials, column, length, length > 0.0)
+        place, found, _ = first_roots(ORDER, 1e-15, polynomials, column, length, length > 0.0)
         store(roots, (column * LANES,), select(found, place, NO_ROOT))
 
 

@@ -39,6 +39,7 @@ from beltrepro.engine.simd import (
     as_bits,
     fma,
     load,
+    lowest_lane,
     mask_bits,
     maximum,
     minimum,
@@ -397,13 +398,15 @@ def _find_candidates(
 
 
 @inlined
-def _first_events(order, n_columns, step, polynomials, sources):
+def _first_events(order, resolution, n_columns, step, polynomials, sources):
     """First events of the eight chains: their instants (else the step), their sources (else -1)."""
     instant = step
     source = spread(-1)
     for column in range(n_columns):
         candidate = load(sources, (column * LANES,))
-        place, found, undecided = first_roots(order, polynomials, column, step, candidate >= 0)
+        place, found, undecided = first_roots(
+            order, resolution, polynomials, column, step, candidate >= 0
+        )
         earlier = (found | undecided) & (place < instant)
         first = found & (place == instant) & (source < 0)
         source = select(earlier | first, select(found, candidate, -1), source)
@@ -534,8 +537,11 @@ def _record_event(chain, time, block, slips, force, position, loss, events, even
     event_count[chain] = slot + 1
 
 
-def _advance(order, noisy):
-    """The kernel for chains with noise or those without, with series of one order."""
+def _advance(order, resolution, noisy):
+    """The kernel for chains with noise or those without, with series of one order.
+
+    resolution : of the instants of events, as a share of the step.
+    """
 
     @kernel
     def advance_chains(
@@ -680,7 +686,9 @@ def _advance(order, noisy):
                     sources,
                     tails,
                 )
-                step, source = _first_events(order, n_columns, step, polynomials, sources)
+                step, source = _first_events(
+                    order, resolution, n_columns, step, polynomials, sources
+                )
                 store(steps, (0,), step)
                 store(found_sources, (0,), source)
                 # chains at rest on the belt: only the first spring stretches, next slip known
@@ -732,22 +740,22 @@ def _advance(order, noisy):
                     goal = load(section_displacement, (lane,))
                     # when all blocks are stuck the last one only moves up
                     crossing = mask_bits(moving & ~((least >= goal) | (greatest < goal)))
-                    if crossing:
-                        for i in range(LANES):
-                            if (crossing >> i) & 1:
-                                _record_crossings(
-                                    order,
-                                    lane,
-                                    i,
-                                    section_displacement[lane + i],
-                                    steps[i],
-                                    start_time + time[lane + i],
-                                    series,
-                                    belt_velocity[lane + i],
-                                    section_block,
-                                    crossings,
-                                    crossing_count,
-                                )
+                    while crossing:
+                        i = lowest_lane(crossing)
+                        crossing &= crossing - 1
+                        _record_crossings(
+                            order,
+                            lane,
+                            i,
+                            section_displacement[lane + i],
+                            steps[i],
+                            start_time + time[lane + i],
+                            series,
+                            belt_velocity[lane + i],
+                            section_block,
+                            crossings,
+                            crossing_count,
+                        )
                 row = load(sample_row, (lane,))
                 while True:
                     instant = minimum(fma(to_float(row), sample_interval, sample_offset), end)
@@ -796,9 +804,10 @@ def _advance(order, noisy):
                     store(cell, (lane,), select(sliding, rest_of_cell, 0.0))
 
                 # --- what the events change ---
-                if mask_bits(source >= 0) | still == 0:
-                    continue
-                for i in range(LANES):
+                changing = mask_bits(source >= 0) | still
+                while changing:
+                    i = lowest_lane(changing)
+                    changing &= changing - 1
                     chain = lane + i
                     what = found_sources[i]
                     if (still >> i) & 1:
@@ -866,5 +875,5 @@ def _advance(order, noisy):
     return advance_chains
 
 
-advance_quiet_chains = _advance(ORDER, False)
-advance_noisy_chains = _advance(NOISY_ORDER, True)
+advance_quiet_chains = _advance(ORDER, 1e-15, False)
+advance_noisy_chains = _advance(NOISY_ORDER, 1e-10, True)

@@ -285,6 +285,16 @@ def mask_bits(typing_context, mask):
 
 
 @intrinsic
+def lowest_lane(typing_context, bits):
+    """Number of the lowest bit that is set in an int64, as from `mask_bits`; not for 0."""
+
+    def generate(context, builder, sig, values):
+        return builder.cttz(values[0], _BIT(1))
+
+    return types.int64(bits), generate
+
+
+@intrinsic
 def as_bits(typing_context, value):
     """The 64 bits of a float64 as int64, lane by lane for vectors."""
     result = _INTEGERS[value.lanes] if _is_float(value) else types.int64
