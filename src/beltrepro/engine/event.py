@@ -43,7 +43,7 @@ from beltrepro.engine.simd import (
     mask_bits,
     maximum,
     minimum,
-    scatter,
+    scatter_each,
     select,
     spread,
     square_root,
@@ -70,8 +70,9 @@ WALL = 0  # column of the series, see `beltrepro.engine.taylor`
 # Last terms of the series of F_ex allowed at the end of a step: the last, and the one before it.
 TOLERANCE = 1e-10
 # The same with noise, as a share of sqrt(q): its impulse in a time h has deviation sqrt(q h).
-NOISE_SHARE = 1e-3
+NOISE_SHARE = 1e-2
 _EIGHTHS = aligned(np.arange(1.0, 9.0))
+_LANE_NUMBERS = aligned(np.arange(LANES))
 # Longest cell of the noise, model time; in shorter ones it is where v_r might graze zero.
 _CELL = 0.5
 _GRAZING = 2.0
@@ -508,20 +509,23 @@ def _sample_rest(
     first_sampled,
     samples,
 ):
-    """Samples of a chain whose blocks all rest on the belt: often many in one step."""
+    """Samples of a chain whose blocks all rest on the belt: often many a step, so by eights."""
     n_blocks = displacement.shape[0]
     row = sample_row[chain]
-    while row < n_samples:
-        instant = min(fma(float(row), sample_interval, sample_offset), end)
-        if instant > until:
-            break
+    while True:
+        rows = load(_LANE_NUMBERS, (0,)) + row
+        instants = minimum(fma(to_float(rows), sample_interval, sample_offset), end)
+        due = (rows < n_samples) & (instants <= until)
         for block in range(first_sampled, n_blocks):
             shown = block - first_sampled
-            position = fma(belt_velocity, instant - now, displacement[block, chain])
-            samples[row, 0, shown, chain] = position
-            samples[row, 1, shown, chain] = 0.0
-            samples[row, 2, shown, chain] = 0.0
-        row += 1
+            positions = fma(belt_velocity, instants - now, displacement[block, chain])
+            scatter_each(samples, (0, shown, chain, rows), positions, due)
+            scatter_each(samples, (1, shown, chain, rows), spread(0.0), due)
+            scatter_each(samples, (2, shown, chain, rows), spread(0.0), due)
+        count = lowest_lane(~mask_bits(due))
+        row += count
+        if count < LANES:
+            break
     sample_row[chain] = row
 
 
@@ -605,7 +609,8 @@ def _advance(order, resolution, noisy):
         the latter), rates, tails (8 N,), steps, found_sources (8,): scratch.
         log_tolerance : (W,) log2 of the force that the last terms may reach at the end of a step.
         Sample m < n_samples is taken at sample_offset + m * sample_interval; sample_row (W,) is the
-        next m. samples, events, crossings : as for `beltrepro.engine.verlet.verlet_steps`.
+        next m. samples (3, B, W, S) : displacement, relative velocity and kinetic friction of the
+        last B blocks; events, crossings : as for `beltrepro.engine.verlet.verlet_steps`.
         """
         separate_arrays()
         n_blocks, width = displacement.shape
@@ -620,6 +625,7 @@ def _advance(order, resolution, noisy):
             belt = load(belt_velocity, (lane,))
             power = load(noise_power, (lane,))
             accuracy = load(log_tolerance, (lane,))
+            chains = load(_LANE_NUMBERS, (0,)) + lane
             store(series, (at(1, WALL),), -belt)
             own = power > 0.0
             if not noisy:
@@ -768,9 +774,10 @@ def _advance(order, resolution, noisy):
                         position, relative = evaluate(order, series, block, since)
                         shown = block - first_sampled
                         friction = load(direction, (block, lane)) * -kinetic
-                        scatter(samples, (row, 0, shown, lane), fma(belt, since, position), due)
-                        scatter(samples, (row, 1, shown, lane), relative, due)
-                        scatter(samples, (row, 2, shown, lane), friction, due)
+                        shifted = fma(belt, since, position)
+                        scatter_each(samples, (0, shown, chains, row), shifted, due)
+                        scatter_each(samples, (1, shown, chains, row), relative, due)
+                        scatter_each(samples, (2, shown, chains, row), friction, due)
                     row = select(due, row + 1, row)
                 store(sample_row, (lane,), row)
 
