@@ -36,7 +36,7 @@ from beltrepro.engine.vector import exp2, inlined
 # Order of the positions, odd; that of the forces is two less. Functions take it as an argument, a
 # constant of the kernel that calls them: the compiler lays out their loops.
 ORDER = 19
-NOISY_ORDER = 15  # of chains with noise, which need less accuracy
+NOISY_ORDER = 13  # of chains with noise, which need less accuracy
 LEVELS = ORDER + 1
 
 
@@ -165,7 +165,7 @@ def _extend(k, direction, lane, series, rates, stretching, growth, force, wall_p
 def extend_series(order, direction, lane, series, rates, stretching, growth, force, wall_pull):
     """All levels from 2 on of the forces, from 4 to `order` of the positions.
 
-    order : 15 to 19; direction : (N, W), zero for stuck blocks; the rest as in `start_springs`.
+    order : 13 to 19; direction : (N, W), zero for stuck blocks; the rest as in `start_springs`.
     """
     # one call for each pair of levels: a constant level lets the compiler lay out all its terms
     _extend(2, direction, lane, series, rates, stretching, growth, force, wall_pull)
@@ -173,7 +173,8 @@ def extend_series(order, direction, lane, series, rates, stretching, growth, for
     _extend(6, direction, lane, series, rates, stretching, growth, force, wall_pull)
     _extend(8, direction, lane, series, rates, stretching, growth, force, wall_pull)
     _extend(10, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    _extend(12, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    if order >= 15:
+        _extend(12, direction, lane, series, rates, stretching, growth, force, wall_pull)
     if order >= 17:
         _extend(14, direction, lane, series, rates, stretching, growth, force, wall_pull)
     if order >= 19:
