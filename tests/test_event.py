@@ -18,7 +18,7 @@ from beltrepro.engine.event_ensemble import EventEnsemble
 from beltrepro.engine.events import EVENT_TIME
 from beltrepro.engine.roots import first_roots
 from beltrepro.engine.simd import LANES, select, spread, store
-from beltrepro.engine.taylor import LEVELS
+from beltrepro.engine.taylor import LEVELS, ORDER
 from beltrepro.engine.vector import kernel
 from beltrepro.errors import ModelStateError
 from beltrepro.model.spring import external_force, spring_extension
@@ -219,7 +219,7 @@ NO_ROOT = 2.0
 def all_first_roots(polynomials, roots):
     length = spread(1.0)
     for column in range(roots.size // LANES):
-        place, found, _ = first_roots(polynomials, column, length, length > 0.0)
+        place, found, _ = first_roots(ORDER, 1e-15, polynomials, column, length, length > 0.0)
         store(roots, (column * LANES,), select(found, place, NO_ROOT))
 
 
@@ -347,7 +347,11 @@ def test_energy_audit_closes_to_rounding(n_blocks, noise):
             sample_interval=None,
         )
         assert len(run.events) > 6
-        assert abs(run.energy_residual) < 1e-12
+        # the steps of chains with noise may leave more
+        assert abs(run.energy_residual) < (1e-7 if noise else 1e-12)
+        if noise:
+            strict = advanced([run.parameters], 600.0, noise_share=0.0)[0]
+            assert abs(strict.energy_residual()) < 1e-12
 
 
 def test_one_block_follows_the_closed_form():
@@ -526,10 +530,10 @@ def test_a_run_that_ends_with_a_block_behind_the_wall_is_an_error():
 @pytest.mark.parametrize("noise", [0.0, 1.0])
 def test_samples_are_the_states_of_shorter_runs(noise):
     chain = ChainParameters(4, 15.0, noise)
-    chunks = advanced([chain], 30.0, stride=700)[1]
+    chunks = advanced([chain], 30.0, stride=700, noise_share=0.0)[1]
     assert len(chunks) == 1
     for k, time in enumerate(chunks[0].time):
-        end = advanced([chain], time)[0]
+        end = advanced([chain], time, noise_share=0.0)[0]
         positions = chunks[0].displacement[k, :, 0] + chain.rest_positions
         np.testing.assert_allclose(positions, end.positions()[0], rtol=0, atol=1e-10)
         velocities = chunks[0].relative_velocity[k, :, 0] + 15.0
@@ -540,8 +544,8 @@ def test_samples_are_the_states_of_shorter_runs(noise):
 def test_a_run_in_pieces_goes_on_where_it_stopped(noise):
     # noise cells go on across the ends of the pieces; the steps are cut there, by rounding only
     chain = ChainParameters(3, 20.0, noise)
-    whole = advanced([chain], 40.0)[0]
-    pieces = ensemble([chain])
+    whole = advanced([chain], 40.0, noise_share=0.0)[0]
+    pieces = ensemble([chain], noise_share=0.0)
     for until in (0.3, 7.77, 40.0):
         assert list(pieces.advance(until))[-1].end == until
     np.testing.assert_allclose(pieces.positions(), whole.positions(), rtol=0, atol=1e-9)
@@ -658,11 +662,23 @@ def test_kinetic_noise_has_the_law_of_an_oscillator_in_white_noise(until, monkey
     assert kstest(white.ravel(), "norm").pvalue > 1e-6
 
 
+@pytest.mark.parametrize("noise", [0.25, 2.2, 10.0])
+def test_truncation_is_far_below_the_noise(noise):
+    # Same numbers, other steps: after the first slips the velocities differ by a small share of
+    # what the noise adds in one cell.
+    chains = [ChainParameters(5, u, noise) for u in (15.0, 20.0, 30.0, 45.0)]
+    usual, strict = (advanced(chains, 6.0, noise_share=share)[0] for share in (1e-2, 0.0))
+    in_a_cell = np.sqrt((0.45 * noise) ** 2 * 0.001 * 0.5)
+    difference = np.abs(usual.velocities() - strict.velocities()).max()
+    assert 0 < difference < 0.01 * in_a_cell
+
+
 def test_noise_goes_on_from_chunk_to_chunk(monkeypatch):
     chains = [ChainParameters(n, u, 1.0) for n, u in ((3, 20.0),) * 3]
-    whole = advanced(chains, 30.0, replicates=range(3))[0]
+    options = {"replicates": range(3), "noise_share": 0.0}
+    whole = advanced(chains, 30.0, **options)[0]
     monkeypatch.setattr(engine_ensemble, "_CHUNK_TIME", 0.3)
-    pieces, chunks = advanced(chains, 30.0, replicates=range(3))
+    pieces, chunks = advanced(chains, 30.0, **options)
     assert len(chunks) == 100
     np.testing.assert_allclose(pieces.positions(), whole.positions(), rtol=0, atol=1e-8)
     np.testing.assert_allclose(pieces.velocities(), whole.velocities(), rtol=0, atol=1e-8)

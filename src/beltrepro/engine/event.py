@@ -39,10 +39,11 @@ from beltrepro.engine.simd import (
     as_bits,
     fma,
     load,
+    lowest_lane,
     mask_bits,
     maximum,
     minimum,
-    scatter,
+    scatter_each,
     select,
     spread,
     square_root,
@@ -50,7 +51,7 @@ from beltrepro.engine.simd import (
     to_float,
 )
 from beltrepro.engine.taylor import (
-    FORCE_ORDER,
+    NOISY_ORDER,
     ORDER,
     at,
     bounds,
@@ -68,7 +69,10 @@ WALL = 0  # column of the series, see `beltrepro.engine.taylor`
 
 # Last terms of the series of F_ex allowed at the end of a step: the last, and the one before it.
 TOLERANCE = 1e-10
+# The same with noise, as a share of sqrt(q): its impulse in a time h has deviation sqrt(q h).
+NOISE_SHARE = 1e-2
 _EIGHTHS = aligned(np.arange(1.0, 9.0))
+_LANE_NUMBERS = aligned(np.arange(LANES))
 # Longest cell of the noise, model time; in shorter ones it is where v_r might graze zero.
 _CELL = 0.5
 _GRAZING = 2.0
@@ -138,27 +142,29 @@ def _binary_logarithm(x):
 
 
 @inlined
-def _taylor_step(n_blocks, log_tolerance, force):
+def _taylor_step(order, n_blocks, log_tolerance, force):
     """Step at which the last two terms of the series of all forces are within the tolerance."""
+    force_order = order - 2
     last = spread(1e-200)
     before = spread(1e-200)
     for block in range(n_blocks):
-        last = maximum(last, abs(load(force, (at(FORCE_ORDER, block),))))
-        before = maximum(before, abs(load(force, (at(FORCE_ORDER - 1, block),))))
+        last = maximum(last, abs(load(force, (at(force_order, block),))))
+        before = maximum(before, abs(load(force, (at(force_order - 1, block),))))
     exponent = minimum(
-        (log_tolerance - _binary_logarithm(last)) * (1.0 / FORCE_ORDER),
-        (log_tolerance - _binary_logarithm(before)) * (1.0 / (FORCE_ORDER - 1)),
+        (log_tolerance - _binary_logarithm(last)) * (1.0 / force_order),
+        (log_tolerance - _binary_logarithm(before)) * (1.0 / (force_order - 1)),
     )
     return exp2(exponent, 1.0)
 
 
 @inlined
-def _force_tail(block, step, force):
+def _force_tail(order, block, step, force):
     """Bound on the step of the terms of F_ex from the third order on."""
+    force_order = order - 2
     square = step * step
-    odd = abs(load(force, (at(FORCE_ORDER, block),)))
-    even = abs(load(force, (at(FORCE_ORDER - 1, block),)))
-    for k in range(FORCE_ORDER - 2, 3, -2):
+    odd = abs(load(force, (at(force_order, block),)))
+    even = abs(load(force, (at(force_order - 1, block),)))
+    for k in range(force_order - 2, 3, -2):
         odd = fma(odd, square, abs(load(force, (at(k, block),))))
         even = fma(even, square, abs(load(force, (at(k - 1, block),))))
     odd = fma(odd, square, abs(load(force, (at(3, block),))))
@@ -236,35 +242,35 @@ def _put(k, column, lanes, coefficient, polynomials):
 
 
 @inlined
-def _put_slip_end(column, lanes, block, heading, begins, series, polynomials):
+def _put_slip_end(order, column, lanes, block, heading, begins, series, polynomials):
     """Candidates: the first root of d v_r; of d v_r / t where it starts at 0."""
     rate = load(series, (at(1, block + 1),))
-    for k in range(ORDER):
+    for k in range(order):
         divided = spread(0.0)
-        if k + 2 <= ORDER:
+        if k + 2 <= order:
             divided = load(series, (at(k + 2, block + 1),)) * (k + 2.0)
         _put(k, column, lanes, heading * select(begins, divided, rate), polynomials)
         rate = divided
-    _put(ORDER, column, lanes, spread(0.0), polynomials)
+    _put(order, column, lanes, spread(0.0), polynomials)
 
 
 @inlined
-def _put_slip_start(column, lanes, block, way, threshold, force, polynomials):
+def _put_slip_start(order, column, lanes, block, way, threshold, force, polynomials):
     """Candidates: the first root of F_st - way F_ex."""
     _put(0, column, lanes, threshold - way * load(force, (at(0, block),)), polynomials)
-    for k in range(1, FORCE_ORDER + 1):
+    for k in range(1, order - 1):
         _put(k, column, lanes, -way * load(force, (at(k, block),)), polynomials)
-    for k in range(FORCE_ORDER + 1, ORDER + 1):
+    for k in range(order - 1, order + 1):
         _put(k, column, lanes, spread(0.0), polynomials)
 
 
 @inlined
-def _put_branch_end(column, lanes, spring, sign, offset, divided, series, polynomials):
+def _put_branch_end(order, column, lanes, spring, sign, offset, divided, series, polynomials):
     """Candidates: the first root of offset + sign D; divided by t where it is zero at the start."""
     change = deformation(0, spring, series)
-    for k in range(ORDER + 1):
+    for k in range(order + 1):
         following = spread(0.0)
-        if k < ORDER:
+        if k < order:
             following = deformation(k + 1, spring, series)
         coefficient = sign * select(divided, following, change)
         if k == 0:
@@ -304,6 +310,7 @@ def _branch(deformation, limit):
 
 @inlined
 def _find_candidates(
+    order,
     lane,
     step,
     moving,
@@ -328,7 +335,7 @@ def _find_candidates(
     column, used = -1, 0
     for block in range(n_blocks):
         heading = load(direction, (block, lane))
-        tail = _force_tail(block, step, force)
+        tail = _force_tail(order, block, step, force)
         store(tails, (block * LANES,), _position_tail(block, heading, tail, step, series))
         least, greatest, least_rate = _block_bounds(block, heading, tail, step, series, force)
         limit_force = load(threshold, (block, lane))
@@ -342,16 +349,18 @@ def _find_candidates(
             lanes = below & slipping
             if mask_bits(lanes) != 0:
                 used, column = _place(lanes, block, used, column, polynomials, sources)
-                _put_slip_end(column, lanes, block, heading, begins, series, polynomials)
+                _put_slip_end(order, column, lanes, block, heading, begins, series, polynomials)
             lanes = (below & ~slipping) | above
             if mask_bits(lanes) != 0:
                 used, column = _place(lanes, block, used, column, polynomials, sources)
                 way = select(above, 1.0, spread(-1.0))
-                _put_slip_start(column, lanes, block, way, limit_force, force, polynomials)
+                _put_slip_start(order, column, lanes, block, way, limit_force, force, polynomials)
                 lanes = below & above
                 if mask_bits(lanes) != 0:
                     used, column = _place(lanes, block, used, column, polynomials, sources)
-                    _put_slip_start(column, lanes, block, -way, limit_force, force, polynomials)
+                    _put_slip_start(
+                        order, column, lanes, block, -way, limit_force, force, polynomials
+                    )
     tail_before = spread(0.0)
     for spring in range(n_blocks):
         tail = load(tails, (spring * LANES,))
@@ -377,22 +386,28 @@ def _find_candidates(
             sign = select(linear, select(above, -1.0, spread(1.0)), branch)
             offset = select(linear, limit, spread(-limit))
             divided = changed & ~(linear & (above ^ upper))
-            _put_branch_end(column, lanes, spring, sign, offset, divided, series, polynomials)
+            _put_branch_end(
+                order, column, lanes, spring, sign, offset, divided, series, polynomials
+            )
             lanes = above & below
             if mask_bits(lanes) != 0:
                 used, column = _place(lanes, source, used, column, polynomials, sources)
-                _put_branch_end(column, lanes, spring, -sign, offset, lower, series, polynomials)
+                _put_branch_end(
+                    order, column, lanes, spring, -sign, offset, lower, series, polynomials
+                )
     return column + 1
 
 
 @inlined
-def _first_events(n_columns, step, polynomials, sources):
+def _first_events(order, resolution, n_columns, step, polynomials, sources):
     """First events of the eight chains: their instants (else the step), their sources (else -1)."""
     instant = step
     source = spread(-1)
     for column in range(n_columns):
         candidate = load(sources, (column * LANES,))
-        place, found, undecided = first_roots(polynomials, column, step, candidate >= 0)
+        place, found, undecided = first_roots(
+            order, resolution, polynomials, column, step, candidate >= 0
+        )
         earlier = (found | undecided) & (place < instant)
         first = found & (place == instant) & (source < 0)
         source = select(earlier | first, select(found, candidate, -1), source)
@@ -401,11 +416,11 @@ def _first_events(n_columns, step, polynomials, sources):
 
 
 @inlined
-def _value_and_slope(time, column, i, series):
+def _value_and_slope(order, time, column, i, series):
     """Position and relative velocity of one chain in a column of the series."""
-    value = series[at(ORDER, column) + i]
+    value = series[at(order, column) + i]
     slope = 0.0
-    for k in range(ORDER - 1, -1, -1):
+    for k in range(order - 1, -1, -1):
         slope = fma(slope, time, value)
         value = fma(value, time, series[at(k, column) + i])
     return value, slope
@@ -413,7 +428,17 @@ def _value_and_slope(time, column, i, series):
 
 @inlined
 def _record_crossings(
-    lane, i, position, step, start, series, belt_velocity, section_block, crossings, crossing_count
+    order,
+    lane,
+    i,
+    position,
+    step,
+    start,
+    series,
+    belt_velocity,
+    section_block,
+    crossings,
+    crossing_count,
 ):
     """Downward crossings of the section within the step of one chain."""
     n_blocks = (crossings.shape[2] - 1) // 2
@@ -426,8 +451,8 @@ def _record_crossings(
         # the first eighth of the rest after which the side differs; a step holds few crossings
         eighth = 0.125 * (step - passed)
         places = fma(load(_EIGHTHS, (0,)), eighth, passed)
-        value = spread(series[at(ORDER, column) + i])
-        for k in range(ORDER - 1, -1, -1):
+        value = spread(series[at(order, column) + i])
+        for k in range(order - 1, -1, -1):
             value = fma(value, places, spread(series[at(k, column) + i]))
         changed = mask_bits(fma(belt_velocity, places, value) >= position)
         if above:
@@ -442,7 +467,7 @@ def _record_crossings(
         # Newton's method in the bracket, by halves where it leaves it
         place = 0.5 * (low + high)
         for _ in range(60):
-            value, slope = _value_and_slope(place, column, i, series)
+            value, slope = _value_and_slope(order, place, column, i, series)
             value += belt_velocity * place - position
             if (value >= 0.0) != above:
                 high = place
@@ -461,7 +486,7 @@ def _record_crossings(
                 return
             crossings[chain, slot, 0] = start + place
             for block in range(n_blocks):
-                value, slope = _value_and_slope(place, block + 1, i, series)
+                value, slope = _value_and_slope(order, place, block + 1, i, series)
                 crossings[chain, slot, 1 + block] = value + belt_velocity * place
                 crossings[chain, slot, 1 + n_blocks + block] = slope
             crossing_count[chain] = slot + 1
@@ -484,20 +509,23 @@ def _sample_rest(
     first_sampled,
     samples,
 ):
-    """Samples of a chain whose blocks all rest on the belt: often many in one step."""
+    """Samples of a chain whose blocks all rest on the belt: often many a step, so by eights."""
     n_blocks = displacement.shape[0]
     row = sample_row[chain]
-    while row < n_samples:
-        instant = min(fma(float(row), sample_interval, sample_offset), end)
-        if instant > until:
-            break
+    while True:
+        rows = load(_LANE_NUMBERS, (0,)) + row
+        instants = minimum(fma(to_float(rows), sample_interval, sample_offset), end)
+        due = (rows < n_samples) & (instants <= until)
         for block in range(first_sampled, n_blocks):
             shown = block - first_sampled
-            position = fma(belt_velocity, instant - now, displacement[block, chain])
-            samples[row, 0, shown, chain] = position
-            samples[row, 1, shown, chain] = 0.0
-            samples[row, 2, shown, chain] = 0.0
-        row += 1
+            positions = fma(belt_velocity, instants - now, displacement[block, chain])
+            scatter_each(samples, (0, shown, chain, rows), positions, due)
+            scatter_each(samples, (1, shown, chain, rows), spread(0.0), due)
+            scatter_each(samples, (2, shown, chain, rows), spread(0.0), due)
+        count = lowest_lane(~mask_bits(due))
+        row += count
+        if count < LANES:
+            break
     sample_row[chain] = row
 
 
@@ -513,319 +541,346 @@ def _record_event(chain, time, block, slips, force, position, loss, events, even
     event_count[chain] = slot + 1
 
 
-@kernel
-def advance_chains(
-    end,
-    start_time,
-    constants,
-    belt_velocity,
-    noise_power,
-    noise,
-    time,
-    displacement,
-    velocity,
-    direction,
-    threshold,
-    regime,
-    branch_changed,
-    noise_force,
-    cell,
-    dissipated,
-    wall_impulse,
-    streams,
-    series,
-    rates,
-    stretching,
-    growth,
-    force,
-    wall_pull,
-    polynomials,
-    sources,
-    tails,
-    steps,
-    found_sources,
-    sample_interval,
-    sample_offset,
-    n_samples,
-    sample_row,
-    first_sampled,
-    samples,
-    events,
-    event_count,
-    section_block,
-    section_displacement,
-    crossings,
-    crossing_count,
-    max_passes,
-    tolerance,
-):
-    """Advance W chains (W a multiple of 8) from their times to `end`, counted from `start_time`.
+def _advance(order, resolution, noisy):
+    """The kernel for chains with noise or those without, with series of one order.
 
-    Returns DONE; or EVENTS_FULL or CROSSINGS_FULL, to be called again with a larger buffer; or
-    STORM when some chain has not arrived after `max_passes` steps.
-
-    State: time (W,) since start_time; displacement, velocity (relative to the belt), direction,
-    threshold, regime, branch_changed, dissipated (N, W); noise_force (2, N, W); cell, wall_impulse
-    (W,); streams (4, W).
-    constants : see `law_constants`; belt_velocity, noise_power (q = f_s^2 sigma^2 dt), noise (W,).
-    series of N+1, stretching, growth, force of N, wall_pull of one and polynomials of
-    N * CANDIDATES_PER_BLOCK columns (see `beltrepro.engine.taylor.at`), sources (8 of each of the
-    latter), rates, tails (8 N,), steps, found_sources (8,): scratch.
-    tolerance : force that the last terms of the series may reach at the end of a step.
-    Sample m < n_samples is taken at sample_offset + m * sample_interval; sample_row (W,) is the
-    next m. samples, events, crossings : as for `beltrepro.engine.verlet.verlet_steps`.
+    resolution : of the instants of events, as a share of the step.
     """
-    separate_arrays()
-    n_blocks, width = displacement.shape
-    limit = constants[LINEAR_LIMIT]
-    compression_rate = constants[COMPRESSION_RATE]
-    extension_rate = constants[EXTENSION_RATE]
-    mean_threshold = constants[STATIC_FRICTION]
-    kinetic = mean_threshold * constants[FRICTION_RATIO]
-    log_tolerance = math.log2(tolerance)
 
-    for lane in range(0, width, LANES):
-        belt = load(belt_velocity, (lane,))
-        power = load(noise_power, (lane,))
-        noisy = mask_bits(power > 0.0) != 0
-        store(series, (at(1, WALL),), -belt)
-        passes = 0
-        while True:
-            now = load(time, (lane,))
-            remaining = end - now
-            active = remaining > 0.0
-            if mask_bits(active) == 0:
-                break
-            passes += 1
-            if passes > max_passes:
-                return STORM
-            if mask_bits(load(event_count, (lane,)) + 2 > events.shape[1]) != 0:
-                return EVENTS_FULL
-            crossings_full = load(crossing_count, (lane,)) + 8 > crossings.shape[1]
-            if section_block >= 0 and mask_bits(crossings_full) != 0:
-                return CROSSINGS_FULL
+    @kernel
+    def advance_chains(
+        end,
+        start_time,
+        constants,
+        belt_velocity,
+        noise_power,
+        noise,
+        time,
+        displacement,
+        velocity,
+        direction,
+        threshold,
+        regime,
+        branch_changed,
+        noise_force,
+        cell,
+        dissipated,
+        wall_impulse,
+        streams,
+        series,
+        rates,
+        stretching,
+        growth,
+        force,
+        wall_pull,
+        polynomials,
+        sources,
+        tails,
+        steps,
+        found_sources,
+        sample_interval,
+        sample_offset,
+        n_samples,
+        sample_row,
+        first_sampled,
+        samples,
+        events,
+        event_count,
+        section_block,
+        section_displacement,
+        crossings,
+        crossing_count,
+        max_passes,
+        log_tolerance,
+    ):
+        """Advance W chains (W a multiple of 8) from their times to `end`, both since `start_time`.
 
-            # --- the series of all chains, and their steps ---
-            sliding = belt < 0.0
-            for block in range(n_blocks):
-                heading = load(direction, (block, lane))
-                sliding = sliding | (heading != 0.0)
-                store(series, (at(0, block + 1),), load(displacement, (block, lane)))
-                store(series, (at(1, block + 1),), load(velocity, (block, lane)))
-            moving = active & sliding
-            start_springs(
-                constants, regime, lane, series, rates, stretching, growth, force, wall_pull
-            )
-            if noisy:
-                drawing = moving & (load(cell, (lane,)) <= 0.0) & (power > 0.0)
-                if mask_bits(drawing) != 0:
-                    length = _cell_length(lane, drawing, power, kinetic, velocity, direction, force)
-                    _draw_cells(lane, drawing, length, power, streams, noise_force, cell)
-            _start_positions(lane, kinetic, direction, noise_force, series, force)
-            extend_series(direction, lane, series, rates, stretching, growth, force, wall_pull)
-            step = minimum(_taylor_step(n_blocks, log_tolerance, force), remaining)
-            rest_of_cell = load(cell, (lane,))
-            if noisy:
-                step = select(power > 0.0, minimum(step, rest_of_cell), step)
-            step = select(moving, step, 0.0)
+        Chains of the other kind, with or without noise, stay where they are.
+        Returns DONE; or EVENTS_FULL or CROSSINGS_FULL, to be called again with a larger buffer; or
+        STORM when some chain has not arrived after `max_passes` steps.
 
-            # --- the first event of each chain ---
-            n_columns = _find_candidates(
-                lane,
-                step,
-                moving,
-                limit,
-                velocity,
-                direction,
-                threshold,
-                regime,
-                branch_changed,
-                series,
-                force,
-                polynomials,
-                sources,
-                tails,
-            )
-            step, source = _first_events(n_columns, step, polynomials, sources)
-            store(steps, (0,), step)
-            store(found_sources, (0,), source)
-            # chains at rest on the belt: only the first spring stretches, the next slip is known
-            still = mask_bits(active & ~sliding)
-            if still:
-                for i in range(LANES):
-                    if (still >> i) & 1:
-                        chain = lane + i
-                        pull = force[at(0, 0) + i] + wall_pull[i] + threshold[0, chain]
-                        goal = _extension(pull, limit, compression_rate, extension_rate)
-                        here = displacement[0, chain]
-                        wait = max((goal - here) / belt_velocity[chain], 0.0)
-                        first = 0
-                        # only a start beyond the threshold can put a block here, at time 0
-                        for block in range(n_blocks - 1, -1, -1):
-                            if abs(force[at(0, block) + i]) > threshold[block, chain]:
-                                first, wait = block, 0.0
-                        rest = end - time[chain]
-                        found_sources[i] = first if wait <= rest else -1
-                        steps[i] = min(wait, rest)
-                        _sample_rest(
-                            chain,
-                            min(time[chain] + steps[i], end),
-                            time[chain],
-                            belt_velocity[chain],
-                            displacement,
-                            sample_interval,
-                            sample_offset,
-                            end,
-                            n_samples,
-                            sample_row,
-                            first_sampled,
-                            samples,
-                        )
-                step = load(steps, (0,))
-                source = load(found_sources, (0,))
+        State: time (W,) since start_time; displacement, velocity (relative to the belt), direction,
+        threshold, regime, branch_changed, dissipated (N, W); noise_force (2, N, W); cell,
+        wall_impulse (W,); streams (4, W).
+        constants : see `law_constants`; belt_velocity, noise_power (q = f_s^2 sigma^2 dt), noise
+        (W,).
+        series of N+1, stretching, growth, force of N, wall_pull of one and polynomials of
+        N * CANDIDATES_PER_BLOCK columns (see `beltrepro.engine.taylor.at`), sources (8 of each of
+        the latter), rates, tails (8 N,), steps, found_sources (8,): scratch.
+        log_tolerance : (W,) log2 of the force that the last terms may reach at the end of a step.
+        Sample m < n_samples is taken at sample_offset + m * sample_interval; sample_row (W,) is the
+        next m. samples (3, B, W, S) : displacement, relative velocity and kinetic friction of the
+        last B blocks; events, crossings : as for `beltrepro.engine.verlet.verlet_steps`.
+        """
+        separate_arrays()
+        n_blocks, width = displacement.shape
+        limit = constants[LINEAR_LIMIT]
+        compression_rate = constants[COMPRESSION_RATE]
+        extension_rate = constants[EXTENSION_RATE]
+        mean_threshold = constants[STATIC_FRICTION]
+        kinetic = mean_threshold * constants[FRICTION_RATIO]
+        force_order = order - 2
 
-            # --- to the first event or the end of the step ---
-            later = now + step
-            arrived = step >= remaining
-            later = select(arrived, end, later)
-            if section_block >= 0:
-                column = section_block + 1
-                c1 = load(series, (at(1, column),)) + belt
-                c0 = load(series, (at(0, column),))
-                tail = load(tails, (section_block * LANES,)) * step
-                c2 = load(series, (at(2, column),))
-                least, greatest = bounds(c0, c1, c2, tail, step)
-                goal = load(section_displacement, (lane,))
-                # when all blocks are stuck the last one only moves up
-                crossing = mask_bits(moving & ~((least >= goal) | (greatest < goal)))
-                if crossing:
-                    for i in range(LANES):
-                        if (crossing >> i) & 1:
-                            _record_crossings(
-                                lane,
-                                i,
-                                section_displacement[lane + i],
-                                steps[i],
-                                start_time + time[lane + i],
-                                series,
-                                belt_velocity[lane + i],
-                                section_block,
-                                crossings,
-                                crossing_count,
-                            )
-            row = load(sample_row, (lane,))
+        for lane in range(0, width, LANES):
+            belt = load(belt_velocity, (lane,))
+            power = load(noise_power, (lane,))
+            accuracy = load(log_tolerance, (lane,))
+            chains = load(_LANE_NUMBERS, (0,)) + lane
+            store(series, (at(1, WALL),), -belt)
+            own = power > 0.0
+            if not noisy:
+                own = ~own
+            passes = 0
             while True:
-                instant = minimum(fma(to_float(row), sample_interval, sample_offset), end)
-                due = active & (row < n_samples) & (instant <= later)
-                hits = mask_bits(due)
-                if hits == 0:
+                now = load(time, (lane,))
+                remaining = end - now
+                active = own & (remaining > 0.0)
+                if mask_bits(active) == 0:
                     break
-                since = instant - now
-                for block in range(first_sampled, n_blocks):
-                    position, relative = evaluate(series, block, since)
-                    shown = block - first_sampled
-                    friction = load(direction, (block, lane)) * -kinetic
-                    scatter(samples, (row, 0, shown, lane), fma(belt, since, position), due)
-                    scatter(samples, (row, 1, shown, lane), relative, due)
-                    scatter(samples, (row, 2, shown, lane), friction, due)
-                row = select(due, row + 1, row)
-            store(sample_row, (lane,), row)
+                passes += 1
+                if passes > max_passes:
+                    return STORM
+                if mask_bits(load(event_count, (lane,)) + 2 > events.shape[1]) != 0:
+                    return EVENTS_FULL
+                crossings_full = load(crossing_count, (lane,)) + 8 > crossings.shape[1]
+                if section_block >= 0 and mask_bits(crossings_full) != 0:
+                    return CROSSINGS_FULL
 
-            impulse = spread(0.0)
-            for k in range(FORCE_ORDER, -1, -1):
-                impulse = fma(impulse, step, load(wall_pull, (at(k, 0),)) * (1.0 / (k + 1.0)))
-            impulse = select(moving, impulse * step, 0.0)
-            store(wall_impulse, (lane,), load(wall_impulse, (lane,)) + impulse)
-            for block in range(n_blocks):
-                position, relative = evaluate(series, block, step)
-                start = load(series, (at(0, block + 1),))
-                shift = position - start
-                loss = load(direction, (block, lane)) * kinetic * shift
+                # --- the series of all chains, and their steps ---
+                sliding = belt < 0.0
+                for block in range(n_blocks):
+                    heading = load(direction, (block, lane))
+                    sliding = sliding | (heading != 0.0)
+                    store(series, (at(0, block + 1),), load(displacement, (block, lane)))
+                    store(series, (at(1, block + 1),), load(velocity, (block, lane)))
+                moving = active & sliding
+                start_springs(
+                    constants, regime, lane, series, rates, stretching, growth, force, wall_pull
+                )
                 if noisy:
-                    slope = load(noise_force, (1, block, lane))
-                    mean_shift = mean_change(series, block, step)
-                    level = load(noise_force, (0, block, lane))
-                    work_of_noise = fma(level, shift, slope * step * (shift - mean_shift))
-                    slipping = load(direction, (block, lane)) != 0.0
-                    loss = loss - select(slipping, work_of_noise, 0.0)
-                    store(noise_force, (0, block, lane), fma(slope, step, level))
-                store(dissipated, (block, lane), load(dissipated, (block, lane)) + loss)
-                store(displacement, (block, lane), fma(belt, step, position))
-                store(velocity, (block, lane), relative)
-                advanced = step > 0.0
-                flag = load(branch_changed, (block, lane))
-                store(branch_changed, (block, lane), select(advanced, 0.0, flag))
-            store(time, (lane,), later)
-            if noisy:
-                rest_of_cell = select(step >= rest_of_cell, 0.0, rest_of_cell - step)
-                store(cell, (lane,), select(sliding, rest_of_cell, 0.0))
-
-            # --- what the events change ---
-            if mask_bits(source >= 0) | still == 0:
-                continue
-            for i in range(LANES):
-                chain = lane + i
-                what = found_sources[i]
-                if (still >> i) & 1:
-                    here = displacement[0, chain]
-                    before = here - belt_velocity[chain] * steps[i]
-                    gained = _stored_energy(here, limit, compression_rate, extension_rate)
-                    gained -= _stored_energy(before, limit, compression_rate, extension_rate)
-                    wall_impulse[chain] += gained / belt_velocity[chain]
-                    regime[0, chain] = _branch(here, limit)
-                    if what >= 0:
-                        external = -threshold[0, chain]
-                        if steps[i] == 0.0:
-                            external = force[at(0, what) + i]
-                        direction[what, chain] = 1.0 if external > 0.0 else -1.0
-                        _record_event(
-                            chain,
-                            start_time + time[chain],
-                            what,
-                            1.0,
-                            external,
-                            displacement[what, chain],
-                            dissipated[what, chain],
-                            events,
-                            event_count,
+                    drawing = moving & (load(cell, (lane,)) <= 0.0)
+                    if mask_bits(drawing) != 0:
+                        length = _cell_length(
+                            lane, drawing, power, kinetic, velocity, direction, force
                         )
-                elif what >= n_blocks:
-                    spring = what - n_blocks
-                    stretch = displacement[spring, chain]
-                    if spring > 0:
-                        stretch -= displacement[spring - 1, chain]
-                    if regime[spring, chain] == 0.0:
-                        regime[spring, chain] = 1.0 if stretch > 0.0 else -1.0
-                    else:
-                        regime[spring, chain] = 0.0
-                    branch_changed[spring, chain] = 1.0
-                elif what >= 0:
-                    instant = start_time + time[chain]
-                    since = steps[i]
-                    external = force[at(FORCE_ORDER, what) + i]
-                    for k in range(FORCE_ORDER - 1, -1, -1):
-                        external = fma(external, since, force[at(k, what) + i])
-                    here = displacement[what, chain]
-                    loss = dissipated[what, chain]
-                    way = 1.0 if external > 0.0 else -1.0
-                    starts = True
-                    if direction[what, chain] != 0.0:
-                        if noise[chain] > 0.0:
-                            first, _ = normal_pair(streams, chain)
-                            threshold[what, chain] = mean_threshold + noise[chain] * first
-                        starts = abs(external) > threshold[what, chain]
-                        velocity[what, chain] = 0.0
-                        direction[what, chain] = 0.0
-                        _record_event(
-                            chain, instant, what, 0.0, external, here, loss, events, event_count
+                        _draw_cells(lane, drawing, length, power, streams, noise_force, cell)
+                _start_positions(lane, kinetic, direction, noise_force, series, force)
+                extend_series(
+                    order, direction, lane, series, rates, stretching, growth, force, wall_pull
+                )
+                step = minimum(_taylor_step(order, n_blocks, accuracy, force), remaining)
+                rest_of_cell = load(cell, (lane,))
+                if noisy:
+                    step = minimum(step, rest_of_cell)
+                step = select(moving, step, 0.0)
+
+                # --- the first event of each chain ---
+                n_columns = _find_candidates(
+                    order,
+                    lane,
+                    step,
+                    moving,
+                    limit,
+                    velocity,
+                    direction,
+                    threshold,
+                    regime,
+                    branch_changed,
+                    series,
+                    force,
+                    polynomials,
+                    sources,
+                    tails,
+                )
+                step, source = _first_events(
+                    order, resolution, n_columns, step, polynomials, sources
+                )
+                store(steps, (0,), step)
+                store(found_sources, (0,), source)
+                # chains at rest on the belt: only the first spring stretches, next slip known
+                still = mask_bits(active & ~sliding)
+                if still:
+                    for i in range(LANES):
+                        if (still >> i) & 1:
+                            chain = lane + i
+                            pull = force[at(0, 0) + i] + wall_pull[i] + threshold[0, chain]
+                            goal = _extension(pull, limit, compression_rate, extension_rate)
+                            here = displacement[0, chain]
+                            wait = max((goal - here) / belt_velocity[chain], 0.0)
+                            first = 0
+                            # only a start beyond the threshold can put a block here, at time 0
+                            for block in range(n_blocks - 1, -1, -1):
+                                if abs(force[at(0, block) + i]) > threshold[block, chain]:
+                                    first, wait = block, 0.0
+                            rest = end - time[chain]
+                            found_sources[i] = first if wait <= rest else -1
+                            steps[i] = min(wait, rest)
+                            _sample_rest(
+                                chain,
+                                min(time[chain] + steps[i], end),
+                                time[chain],
+                                belt_velocity[chain],
+                                displacement,
+                                sample_interval,
+                                sample_offset,
+                                end,
+                                n_samples,
+                                sample_row,
+                                first_sampled,
+                                samples,
+                            )
+                    step = load(steps, (0,))
+                    source = load(found_sources, (0,))
+
+                # --- to the first event or the end of the step ---
+                later = now + step
+                arrived = step >= remaining
+                later = select(arrived, end, later)
+                if section_block >= 0:
+                    column = section_block + 1
+                    c1 = load(series, (at(1, column),)) + belt
+                    c0 = load(series, (at(0, column),))
+                    tail = load(tails, (section_block * LANES,)) * step
+                    c2 = load(series, (at(2, column),))
+                    least, greatest = bounds(c0, c1, c2, tail, step)
+                    goal = load(section_displacement, (lane,))
+                    # when all blocks are stuck the last one only moves up
+                    crossing = mask_bits(moving & ~((least >= goal) | (greatest < goal)))
+                    while crossing:
+                        i = lowest_lane(crossing)
+                        crossing &= crossing - 1
+                        _record_crossings(
+                            order,
+                            lane,
+                            i,
+                            section_displacement[lane + i],
+                            steps[i],
+                            start_time + time[lane + i],
+                            series,
+                            belt_velocity[lane + i],
+                            section_block,
+                            crossings,
+                            crossing_count,
                         )
-                    if starts:
-                        direction[what, chain] = way
-                        _record_event(
-                            chain, instant, what, 1.0, external, here, loss, events, event_count
-                        )
-    return DONE
+                row = load(sample_row, (lane,))
+                while True:
+                    instant = minimum(fma(to_float(row), sample_interval, sample_offset), end)
+                    due = active & (row < n_samples) & (instant <= later)
+                    hits = mask_bits(due)
+                    if hits == 0:
+                        break
+                    since = instant - now
+                    for block in range(first_sampled, n_blocks):
+                        position, relative = evaluate(order, series, block, since)
+                        shown = block - first_sampled
+                        friction = load(direction, (block, lane)) * -kinetic
+                        shifted = fma(belt, since, position)
+                        scatter_each(samples, (0, shown, chains, row), shifted, due)
+                        scatter_each(samples, (1, shown, chains, row), relative, due)
+                        scatter_each(samples, (2, shown, chains, row), friction, due)
+                    row = select(due, row + 1, row)
+                store(sample_row, (lane,), row)
+
+                impulse = spread(0.0)
+                for k in range(force_order, -1, -1):
+                    impulse = fma(impulse, step, load(wall_pull, (at(k, 0),)) * (1.0 / (k + 1.0)))
+                impulse = select(moving, impulse * step, 0.0)
+                store(wall_impulse, (lane,), load(wall_impulse, (lane,)) + impulse)
+                for block in range(n_blocks):
+                    position, relative = evaluate(order, series, block, step)
+                    start = load(series, (at(0, block + 1),))
+                    shift = position - start
+                    loss = load(direction, (block, lane)) * kinetic * shift
+                    if noisy:
+                        slope = load(noise_force, (1, block, lane))
+                        mean_shift = mean_change(order, series, block, step)
+                        level = load(noise_force, (0, block, lane))
+                        work_of_noise = fma(level, shift, slope * step * (shift - mean_shift))
+                        slipping = load(direction, (block, lane)) != 0.0
+                        loss = loss - select(slipping, work_of_noise, 0.0)
+                        store(noise_force, (0, block, lane), fma(slope, step, level))
+                    store(dissipated, (block, lane), load(dissipated, (block, lane)) + loss)
+                    store(displacement, (block, lane), fma(belt, step, position))
+                    store(velocity, (block, lane), relative)
+                    advanced = step > 0.0
+                    flag = load(branch_changed, (block, lane))
+                    store(branch_changed, (block, lane), select(advanced, 0.0, flag))
+                store(time, (lane,), later)
+                if noisy:
+                    rest_of_cell = select(step >= rest_of_cell, 0.0, rest_of_cell - step)
+                    store(cell, (lane,), select(sliding, rest_of_cell, 0.0))
+
+                # --- what the events change ---
+                changing = mask_bits(source >= 0) | still
+                while changing:
+                    i = lowest_lane(changing)
+                    changing &= changing - 1
+                    chain = lane + i
+                    what = found_sources[i]
+                    if (still >> i) & 1:
+                        here = displacement[0, chain]
+                        before = here - belt_velocity[chain] * steps[i]
+                        gained = _stored_energy(here, limit, compression_rate, extension_rate)
+                        gained -= _stored_energy(before, limit, compression_rate, extension_rate)
+                        wall_impulse[chain] += gained / belt_velocity[chain]
+                        regime[0, chain] = _branch(here, limit)
+                        if what >= 0:
+                            external = -threshold[0, chain]
+                            if steps[i] == 0.0:
+                                external = force[at(0, what) + i]
+                            direction[what, chain] = 1.0 if external > 0.0 else -1.0
+                            _record_event(
+                                chain,
+                                start_time + time[chain],
+                                what,
+                                1.0,
+                                external,
+                                displacement[what, chain],
+                                dissipated[what, chain],
+                                events,
+                                event_count,
+                            )
+                    elif what >= n_blocks:
+                        spring = what - n_blocks
+                        stretch = displacement[spring, chain]
+                        if spring > 0:
+                            stretch -= displacement[spring - 1, chain]
+                        if regime[spring, chain] == 0.0:
+                            regime[spring, chain] = 1.0 if stretch > 0.0 else -1.0
+                        else:
+                            regime[spring, chain] = 0.0
+                        branch_changed[spring, chain] = 1.0
+                    elif what >= 0:
+                        instant = start_time + time[chain]
+                        since = steps[i]
+                        external = force[at(force_order, what) + i]
+                        for k in range(force_order - 1, -1, -1):
+                            external = fma(external, since, force[at(k, what) + i])
+                        here = displacement[what, chain]
+                        loss = dissipated[what, chain]
+                        way = 1.0 if external > 0.0 else -1.0
+                        starts = True
+                        if direction[what, chain] != 0.0:
+                            if noise[chain] > 0.0:
+                                first, _ = normal_pair(streams, chain)
+                                threshold[what, chain] = mean_threshold + noise[chain] * first
+                            starts = abs(external) > threshold[what, chain]
+                            velocity[what, chain] = 0.0
+                            direction[what, chain] = 0.0
+                            _record_event(
+                                chain, instant, what, 0.0, external, here, loss, events, event_count
+                            )
+                        if starts:
+                            direction[what, chain] = way
+                            _record_event(
+                                chain, instant, what, 1.0, external, here, loss, events, event_count
+                            )
+        return DONE
+
+    # no arrays are made or kept: no references to count, which numba does by calls in the loop
+    advance_chains.targetoptions["_nrt"] = False
+    return advance_chains
 
 
-# It makes no arrays and keeps none: no references to count, which numba does by calls in the loop.
-advance_chains.targetoptions["_nrt"] = False
+advance_quiet_chains = _advance(ORDER, 1e-15, False)
+advance_noisy_chains = _advance(NOISY_ORDER, 1e-10, True)

@@ -17,16 +17,37 @@ class EventEnsemble(ChainEnsemble):
 
     time_step sets the strength of the noise, which the paper draws anew at every step of its
     scheme, and with sample_stride the interval between samples; the steps taken are longer.
-    tolerance : force allowed in the last terms of the series at the end of a step, see
-    docs/event.md.
+    tolerance : force allowed in the last terms of the series at the end of a step; with noise of
+    intensity q it is noise_share sqrt(q) where that is more, see docs/event.md.
     """
 
-    def __init__(self, parameters, *, tolerance: float = event.TOLERANCE, **settings):
+    def __init__(
+        self,
+        parameters,
+        *,
+        tolerance: float = event.TOLERANCE,
+        noise_share: float = event.NOISE_SHARE,
+        **settings,
+    ):
         super().__init__(parameters, **settings)
-        self._tolerance = tolerance
         n_blocks, lanes = shape = self._initial_displacement.shape
         law = self.parameters[0]
         self._noise_power = aligned((law.friction_ratio * self._noise) ** 2 * self.time_step)
+        tolerances = np.maximum(tolerance, noise_share * np.sqrt(self._noise_power))
+        self._log_tolerance = aligned(np.log2(tolerances))
+        # chains with noise and without have kernels of their own, which leave the others alone
+        self._kernels = [
+            (kernel, own)
+            for kernel, own in (
+                (event.advance_quiet_chains, self._noise_power == 0),
+                (event.advance_noisy_chains, self._noise_power > 0),
+            )
+            if own.any()
+        ]
+        # samples of a chain lie side by side: it writes where it has just written
+        rows, *columns = self._samples.shape
+        self._sample_columns = zeros((*columns, rows))
+        self._samples = np.moveaxis(self._sample_columns, -1, 0)
         self._displacement = self._initial_displacement
         self._threshold = self._initial_threshold
         self._velocity, self._direction, self._branch_changed, self._dissipated = (
@@ -72,16 +93,20 @@ class EventEnsemble(ChainEnsemble):
             self._event_count[:] = 0
             self._crossing_count[:] = 0
             self._local_time[:] = 0.0
-            self._run(end - start, first_row * interval - start, interval, rows)
+            for kernel, own in self._kernels:
+                self._run(kernel, own, end - start, first_row * interval - start, interval, rows)
             self.time = end
             self._check_state()
             yield self._chunk(start, first_row, rows)
 
-    def _run(self, span, first_sample, interval, rows):
-        """Advance all chains by `span`; buffers that are full are doubled, which changes no bit."""
+    def _run(self, kernel, own, span, first_sample, interval, rows):
+        """Advance the chains of a kernel by `span`; full buffers are doubled, which changes no bit.
+
+        own : (W,) which chains are those of the kernel.
+        """
         sample_row = zeros(len(self._noise), dtype=np.int64)
         while True:
-            status = event.advance_chains(
+            status = kernel(
                 span,
                 self.time,
                 self._constants,
@@ -106,7 +131,7 @@ class EventEnsemble(ChainEnsemble):
                 rows,
                 sample_row,
                 self._first_sampled,
-                self._samples,
+                self._sample_columns,
                 self._events,
                 self._event_count,
                 self._section_block,
@@ -114,12 +139,12 @@ class EventEnsemble(ChainEnsemble):
                 self._crossings,
                 self._crossing_count,
                 1000 + int(_PASSES_PER_TIME * span),
-                self._tolerance,
+                self._log_tolerance,
             )
             if status == event.DONE:
                 return
             if status == event.STORM:
-                late = self._local_time[: self._width]
+                late = np.where(own, self._local_time, np.inf)[: self._width]
                 lane = int(np.argmin(late))
                 self.time += float(late[lane])
                 self._stop(lane, "slips and sticks follow each other without end")

@@ -9,19 +9,19 @@ from beltrepro.engine.simd import (
     spread,
     square_root,
 )
-from beltrepro.engine.taylor import ORDER, at, polynomial
+from beltrepro.engine.taylor import at, polynomial
 from beltrepro.engine.vector import inlined
 
-_RESOLUTION = 1e-15
 _MAX_ITERATIONS = 200
 
 
 @inlined
-def first_roots(polynomials, column, length, wanted):
+def first_roots(order, resolution, polynomials, column, length, wanted):
     """First roots in [0, length] of the eight polynomials of a column.
 
-    polynomials : series of coefficients (see `beltrepro.engine.taylor.at`), positive at 0;
-    length : float64x8; wanted : lanes to look at.
+    polynomials : coefficients up to `order`, odd (see `beltrepro.engine.taylor.at`), positive at 0;
+    length : float64x8; wanted : lanes to look at; resolution : share of the length by which a root
+    may be missed.
 
     Returns place (float64x8), found, undecided (mask8): a root at `place`; or none up to `place`,
     but not all of the interval could be searched.
@@ -39,7 +39,7 @@ def first_roots(polynomials, column, length, wanted):
         spread(0.0),
         spread(0.0),
     )
-    for k in range(ORDER - 1, 1, -2):
+    for k in range(order - 1, 1, -2):
         weight = k * (k - 1.0)
         coefficient = load(polynomials, (at(k, column),))
         curvature = fma(curvature, square, weight * maximum(-coefficient, 0.0))
@@ -50,7 +50,7 @@ def first_roots(polynomials, column, length, wanted):
         greatest_odd = fma(greatest_odd, square, weight_odd * abs(coefficient_odd))
     curvature = fma(curvature_odd, length, curvature)
     greatest = fma(greatest_odd, length, greatest)
-    accuracy = length * _RESOLUTION
+    accuracy = length * resolution
     position = spread(0.0)
     place = spread(0.0)
     located = length < 0.0
@@ -75,5 +75,5 @@ def first_roots(polynomials, column, length, wanted):
         searching = searching & ~found & (position < length)
         if mask_bits(searching) == 0:
             break
-        value, slope = polynomial(polynomials, column, position)
+        value, slope = polynomial(order, polynomials, column, position)
     return place, located, searching

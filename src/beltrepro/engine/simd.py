@@ -285,6 +285,16 @@ def mask_bits(typing_context, mask):
 
 
 @intrinsic
+def lowest_lane(typing_context, bits):
+    """Number of the lowest bit that is set in an int64, as from `mask_bits`; not for 0."""
+
+    def generate(context, builder, sig, values):
+        return builder.cttz(values[0], _BIT(1))
+
+    return types.int64(bits), generate
+
+
+@intrinsic
 def as_bits(typing_context, value):
     """The 64 bits of a float64 as int64, lane by lane for vectors."""
     result = _INTEGERS[value.lanes] if _is_float(value) else types.int64
@@ -408,6 +418,40 @@ def scatter(typing_context, array, indices, value, mask):
         places = builder.add(
             _spread(builder, builder.ptrtoint(structure.data, _INT64), int64x8), lanes
         )
+        for number, index_kind, stride in zip(numbers, index_kinds, strides, strict=True):
+            vector = _as_vector(context, builder, number, index_kind, int64x8)
+            places = builder.add(places, builder.mul(vector, _spread(builder, stride, int64x8)))
+        pointers = ir.VectorType(ir.PointerType(_DOUBLE), LANES)
+        callee = cgutils.get_or_insert_function(
+            builder.module,
+            ir.FunctionType(
+                ir.VoidType(),
+                [_llvm(value), pointers, ir.IntType(32), ir.VectorType(_BIT, LANES)],
+            ),
+            "llvm.masked.scatter.v8f64.v8p0",
+        )
+        builder.call(
+            callee,
+            [values[2], builder.inttoptr(places, pointers), ir.IntType(32)(8), values[3]],
+        )
+        return context.get_dummy_value()
+
+    return types.void(array, indices, value, mask), generate
+
+
+@intrinsic
+def scatter_each(typing_context, array, indices, value, mask):
+    """Write the lanes of a mask to places of their own in a float64 array.
+
+    Each of the indices is a number or an int64x8 with one for each lane.
+    """
+
+    def generate(context, builder, sig, values):
+        kind, index_kinds = sig.args[0], sig.args[1].types
+        structure = context.make_array(kind)(context, builder, values[0])
+        strides = cgutils.unpack_tuple(builder, structure.strides)
+        numbers = cgutils.unpack_tuple(builder, values[1])
+        places = _spread(builder, builder.ptrtoint(structure.data, _INT64), int64x8)
         for number, index_kind, stride in zip(numbers, index_kinds, strides, strict=True):
             vector = _as_vector(context, builder, number, index_kind, int64x8)
             places = builder.add(places, builder.mul(vector, _spread(builder, stride, int64x8)))

@@ -33,8 +33,10 @@ from beltrepro.engine.simd import (
 )
 from beltrepro.engine.vector import exp2, inlined
 
-ORDER = 19  # of the positions; `extend_series` spells out the levels
-FORCE_ORDER = ORDER - 2
+# Order of the positions, odd; that of the forces is two less. Functions take it as an argument, a
+# constant of the kernel that calls them: the compiler lays out their loops.
+ORDER = 19
+NOISY_ORDER = 13  # of chains with noise, which need less accuracy
 LEVELS = ORDER + 1
 
 
@@ -160,10 +162,10 @@ def _extend(k, direction, lane, series, rates, stretching, growth, force, wall_p
 
 
 @inlined
-def extend_series(direction, lane, series, rates, stretching, growth, force, wall_pull):
-    """All levels from 2 on of the forces, from 4 on of the positions.
+def extend_series(order, direction, lane, series, rates, stretching, growth, force, wall_pull):
+    """All levels from 2 on of the forces, from 4 to `order` of the positions.
 
-    direction : (N, W), zero for stuck blocks; the rest as in `start_springs`.
+    order : 13 to 19; direction : (N, W), zero for stuck blocks; the rest as in `start_springs`.
     """
     # one call for each pair of levels: a constant level lets the compiler lay out all its terms
     _extend(2, direction, lane, series, rates, stretching, growth, force, wall_pull)
@@ -171,22 +173,25 @@ def extend_series(direction, lane, series, rates, stretching, growth, force, wal
     _extend(6, direction, lane, series, rates, stretching, growth, force, wall_pull)
     _extend(8, direction, lane, series, rates, stretching, growth, force, wall_pull)
     _extend(10, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    _extend(12, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    _extend(14, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    _extend(16, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    if order >= 15:
+        _extend(12, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    if order >= 17:
+        _extend(14, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    if order >= 19:
+        _extend(16, direction, lane, series, rates, stretching, growth, force, wall_pull)
 
 
 @inlined
-def polynomial(coefficients, column, time):
+def polynomial(order, coefficients, column, time):
     """Value and slope at `time` (float64x8) of the polynomials in a column of an array of series.
 
     Even and odd powers apart: chains of half the length.
     """
     square = time * time
-    even = load(coefficients, (at(ORDER - 1, column),))
-    odd = load(coefficients, (at(ORDER, column),))
+    even = load(coefficients, (at(order - 1, column),))
+    odd = load(coefficients, (at(order, column),))
     even_slope, odd_slope = spread(0.0), spread(0.0)
-    for k in range(ORDER - 3, -1, -2):
+    for k in range(order - 3, -1, -2):
         even_slope = fma(even_slope, square, even)
         odd_slope = fma(odd_slope, square, odd)
         even = fma(even, square, load(coefficients, (at(k, column),)))
@@ -196,18 +201,18 @@ def polynomial(coefficients, column, time):
 
 
 @inlined
-def evaluate(series, block, time):
+def evaluate(order, series, block, time):
     """Position and relative velocity of a block at `time` (float64x8) after the start."""
-    return polynomial(series, block + 1, time)
+    return polynomial(order, series, block + 1, time)
 
 
 @inlined
-def mean_change(series, block, time):
+def mean_change(order, series, block, time):
     """Mean from the start to `time` of the change of position of a block."""
     square = time * time
-    even = load(series, (at(ORDER - 1, block + 1),)) * (1.0 / ORDER)
-    odd = load(series, (at(ORDER, block + 1),)) * (1.0 / (ORDER + 1.0))
-    for k in range(ORDER - 2, 2, -2):
+    even = load(series, (at(order - 1, block + 1),)) * (1.0 / order)
+    odd = load(series, (at(order, block + 1),)) * (1.0 / (order + 1.0))
+    for k in range(order - 2, 2, -2):
         odd = fma(odd, square, load(series, (at(k, block + 1),)) * (1.0 / (k + 1.0)))
         even = fma(even, square, load(series, (at(k - 1, block + 1),)) * (1.0 / k))
     odd = fma(odd, square, load(series, (at(1, block + 1),)) * 0.5)
