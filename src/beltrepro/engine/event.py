@@ -16,14 +16,19 @@ import math
 
 import numpy as np
 
-from beltrepro.engine.events import (
-    EVENT_BLOCK,
-    EVENT_DISSIPATED,
-    EVENT_FORCE,
-    EVENT_POSITION,
-    EVENT_SLIP,
-    EVENT_TIME,
+from beltrepro.engine.candidates import (
+    block_bounds,
+    first_events,
+    force_tail,
+    position_tail,
+    put_branch_end,
+    put_slip_end,
+    put_slip_start,
+    reserve,
+    spring_bounds,
+    taylor_step,
 )
+from beltrepro.engine.events import record_event
 from beltrepro.engine.law import (
     COMPRESSION_RATE,
     EXTENSION_RATE,
@@ -33,15 +38,12 @@ from beltrepro.engine.law import (
 )
 from beltrepro.engine.memory import aligned
 from beltrepro.engine.noise import normal_pair, normal_pairs_where
-from beltrepro.engine.roots import first_roots
 from beltrepro.engine.simd import (
     LANES,
-    as_bits,
     fma,
     load,
     lowest_lane,
     mask_bits,
-    maximum,
     minimum,
     scatter_each,
     select,
@@ -53,6 +55,7 @@ from beltrepro.engine.simd import (
 from beltrepro.engine.taylor import (
     NOISY_ORDER,
     ORDER,
+    WALL,
     at,
     bounds,
     deformation,
@@ -61,11 +64,9 @@ from beltrepro.engine.taylor import (
     mean_change,
     start_springs,
 )
-from beltrepro.engine.vector import exp2, inlined, kernel, separate_arrays
+from beltrepro.engine.vector import inlined, kernel, separate_arrays
 
 DONE, EVENTS_FULL, CROSSINGS_FULL, STORM = range(4)
-CANDIDATES_PER_BLOCK = 4
-WALL = 0  # column of the series, see `beltrepro.engine.taylor`
 
 # Last terms of the series of F_ex allowed at the end of a step: the last, and the one before it.
 TOLERANCE = 1e-10
@@ -136,150 +137,6 @@ def _draw_cells(lane, drawing, length, power, streams, noise_force, cell):
 
 
 @inlined
-def _binary_logarithm(x):
-    """Upper bound of log2(x), x > 0, by 0.09 at most: linear between powers of two."""
-    return fma(to_float(as_bits(x)), 2.0**-52, 0.0861 - 1023.0)
-
-
-@inlined
-def _taylor_step(order, n_blocks, log_tolerance, force):
-    """Step at which the last two terms of the series of all forces are within the tolerance."""
-    force_order = order - 2
-    last = spread(1e-200)
-    before = spread(1e-200)
-    for block in range(n_blocks):
-        last = maximum(last, abs(load(force, (at(force_order, block),))))
-        before = maximum(before, abs(load(force, (at(force_order - 1, block),))))
-    exponent = minimum(
-        (log_tolerance - _binary_logarithm(last)) * (1.0 / force_order),
-        (log_tolerance - _binary_logarithm(before)) * (1.0 / (force_order - 1)),
-    )
-    return exp2(exponent, 1.0)
-
-
-@inlined
-def _force_tail(order, block, step, force):
-    """Bound on the step of the terms of F_ex from the third order on."""
-    force_order = order - 2
-    square = step * step
-    odd = abs(load(force, (at(force_order, block),)))
-    even = abs(load(force, (at(force_order - 1, block),)))
-    for k in range(force_order - 2, 3, -2):
-        odd = fma(odd, square, abs(load(force, (at(k, block),))))
-        even = fma(even, square, abs(load(force, (at(k - 1, block),))))
-    odd = fma(odd, square, abs(load(force, (at(3, block),))))
-    return fma(even, step, odd) * (step * square)
-
-
-@inlined
-def _block_bounds(block, heading, tail, step, series, force):
-    """Bounds on the step of d v_r of slipping and F_ex of stuck blocks.
-
-    tail : from `_force_tail`; v_r has the terms F_{k-1} t^k / k, so a quarter of it bounds them
-    from the fourth order on. The third value is a lower bound of d v_r / t where v_r starts at 0.
-    """
-    column = block + 1
-    slipping = heading != 0.0
-    bend = load(force, (at(2, block),))
-    c0 = select(slipping, heading * load(series, (at(1, column),)), load(force, (at(0, block),)))
-    c1 = select(
-        slipping, heading * 2.0 * load(series, (at(2, column),)), load(force, (at(1, block),))
-    )
-    c2 = select(slipping, heading * 3.0 * load(series, (at(3, column),)), bend)
-    rest_rate = fma(abs(bend) * (1.0 / 3.0), step * step, 0.25 * tail)
-    least, greatest = bounds(c0, c1, c2, select(slipping, rest_rate * step, tail), step)
-    return least, greatest, minimum(c1, fma(c2, step, c1)) - rest_rate
-
-
-@inlined
-def _position_tail(block, heading, tail, step, series):
-    """Bound on the step of the terms of the position over t from the third order on.
-
-    From X_{k+2} = F_k / ((k+1)(k+2)), with `tail` from `_force_tail`.
-    """
-    third = abs(load(series, (at(3, block + 1),)))
-    fourth = abs(load(series, (at(4, block + 1),)))
-    bound = fma(fourth, step, third) * (step * step)
-    return select(heading != 0.0, fma(0.05 * tail, step, bound), 0.0)
-
-
-@inlined
-def _spring_bounds(spring, tail, step, series):
-    """Bounds on the step of the deformation, and of its change over time in the way it starts.
-
-    tail : bound of the terms over t from the third order on.
-    """
-    c0 = deformation(0, spring, series)
-    c1 = deformation(1, spring, series)
-    c2 = deformation(2, spring, series)
-    least, greatest = bounds(c0, c1, c2, tail * step, step)
-    turned = select(c1 < 0.0, -c2, c2)
-    return least, greatest, minimum(abs(c1), fma(turned, step, abs(c1))) - tail
-
-
-@inlined
-def _place(lanes, source, used, column, polynomials, sources):
-    """Find a column with free places for the candidates of some lanes, and note their source.
-
-    used : bits of the lanes taken in the last column, which is number `column` (-1: none yet).
-
-    Returns used and column after that.
-    """
-    bits = mask_bits(lanes)
-    if column < 0 or used & bits != 0:
-        column += 1
-        used = 0
-        store(sources, (column * LANES,), -1)
-    store(sources, (column * LANES,), select(lanes, source, load(sources, (column * LANES,))))
-    return used | bits, column
-
-
-@inlined
-def _put(k, column, lanes, coefficient, polynomials):
-    """Coefficient k of the candidates of some lanes."""
-    place = (at(k, column),)
-    store(polynomials, place, select(lanes, coefficient, load(polynomials, place)))
-
-
-@inlined
-def _put_slip_end(order, column, lanes, block, heading, begins, series, polynomials):
-    """Candidates: the first root of d v_r; of d v_r / t where it starts at 0."""
-    rate = load(series, (at(1, block + 1),))
-    for k in range(order):
-        divided = spread(0.0)
-        if k + 2 <= order:
-            divided = load(series, (at(k + 2, block + 1),)) * (k + 2.0)
-        _put(k, column, lanes, heading * select(begins, divided, rate), polynomials)
-        rate = divided
-    _put(order, column, lanes, spread(0.0), polynomials)
-
-
-@inlined
-def _put_slip_start(order, column, lanes, block, way, threshold, force, polynomials):
-    """Candidates: the first root of F_st - way F_ex."""
-    _put(0, column, lanes, threshold - way * load(force, (at(0, block),)), polynomials)
-    for k in range(1, order - 1):
-        _put(k, column, lanes, -way * load(force, (at(k, block),)), polynomials)
-    for k in range(order - 1, order + 1):
-        _put(k, column, lanes, spread(0.0), polynomials)
-
-
-@inlined
-def _put_branch_end(order, column, lanes, spring, sign, offset, divided, series, polynomials):
-    """Candidates: the first root of offset + sign D; divided by t where it is zero at the start."""
-    change = deformation(0, spring, series)
-    for k in range(order + 1):
-        following = spread(0.0)
-        if k < order:
-            following = deformation(k + 1, spring, series)
-        coefficient = sign * select(divided, following, change)
-        if k == 0:
-            coefficient = coefficient + select(divided, 0.0, offset)
-        _put(k, column, lanes, coefficient, polynomials)
-        change = following
-
-
-@inlined
 def _extension(tension, limit, compression_rate, extension_rate):
     """Deformation at which a spring pulls with the given tension."""
     size = abs(tension)
@@ -335,9 +192,9 @@ def _find_candidates(
     column, used = -1, 0
     for block in range(n_blocks):
         heading = load(direction, (block, lane))
-        tail = _force_tail(order, block, step, force)
-        store(tails, (block * LANES,), _position_tail(block, heading, tail, step, series))
-        least, greatest, least_rate = _block_bounds(block, heading, tail, step, series, force)
+        tail = force_tail(order, block, step, force)
+        store(tails, (block * LANES,), position_tail(block, heading, tail, step, series))
+        least, greatest, least_rate = block_bounds(block, heading, tail, step, series, force)
         limit_force = load(threshold, (block, lane))
         slipping = heading != 0.0
         # v_r is exactly zero only where the slip has just begun
@@ -348,23 +205,23 @@ def _find_candidates(
         if mask_bits(below | above) != 0:
             lanes = below & slipping
             if mask_bits(lanes) != 0:
-                used, column = _place(lanes, block, used, column, polynomials, sources)
-                _put_slip_end(order, column, lanes, block, heading, begins, series, polynomials)
+                used, column = reserve(lanes, block, used, column, polynomials, sources)
+                put_slip_end(order, column, lanes, block, heading, begins, series, polynomials)
             lanes = (below & ~slipping) | above
             if mask_bits(lanes) != 0:
-                used, column = _place(lanes, block, used, column, polynomials, sources)
+                used, column = reserve(lanes, block, used, column, polynomials, sources)
                 way = select(above, 1.0, spread(-1.0))
-                _put_slip_start(order, column, lanes, block, way, limit_force, force, polynomials)
+                put_slip_start(order, column, lanes, block, way, limit_force, force, polynomials)
                 lanes = below & above
                 if mask_bits(lanes) != 0:
-                    used, column = _place(lanes, block, used, column, polynomials, sources)
-                    _put_slip_start(
+                    used, column = reserve(lanes, block, used, column, polynomials, sources)
+                    put_slip_start(
                         order, column, lanes, block, -way, limit_force, force, polynomials
                     )
     tail_before = spread(0.0)
     for spring in range(n_blocks):
         tail = load(tails, (spring * LANES,))
-        least, greatest, least_rate = _spring_bounds(spring, tail + tail_before, step, series)
+        least, greatest, least_rate = spring_bounds(spring, tail + tail_before, step, series)
         tail_before = tail
         branch = load(regime, (spring, lane))
         changed = load(branch_changed, (spring, lane)) != 0.0
@@ -382,37 +239,18 @@ def _find_candidates(
         lanes = above | below | beyond
         if mask_bits(lanes) != 0:
             source = n_blocks + spring
-            used, column = _place(lanes, source, used, column, polynomials, sources)
+            used, column = reserve(lanes, source, used, column, polynomials, sources)
             sign = select(linear, select(above, -1.0, spread(1.0)), branch)
             offset = select(linear, limit, spread(-limit))
             divided = changed & ~(linear & (above ^ upper))
-            _put_branch_end(
-                order, column, lanes, spring, sign, offset, divided, series, polynomials
-            )
+            put_branch_end(order, column, lanes, spring, sign, offset, divided, series, polynomials)
             lanes = above & below
             if mask_bits(lanes) != 0:
-                used, column = _place(lanes, source, used, column, polynomials, sources)
-                _put_branch_end(
+                used, column = reserve(lanes, source, used, column, polynomials, sources)
+                put_branch_end(
                     order, column, lanes, spring, -sign, offset, lower, series, polynomials
                 )
     return column + 1
-
-
-@inlined
-def _first_events(order, resolution, n_columns, step, polynomials, sources):
-    """First events of the eight chains: their instants (else the step), their sources (else -1)."""
-    instant = step
-    source = spread(-1)
-    for column in range(n_columns):
-        candidate = load(sources, (column * LANES,))
-        place, found, undecided = first_roots(
-            order, resolution, polynomials, column, step, candidate >= 0
-        )
-        earlier = (found | undecided) & (place < instant)
-        first = found & (place == instant) & (source < 0)
-        source = select(earlier | first, select(found, candidate, -1), source)
-        instant = select(earlier, place, instant)
-    return instant, source
 
 
 @inlined
@@ -527,18 +365,6 @@ def _sample_rest(
         if count < LANES:
             break
     sample_row[chain] = row
-
-
-@inlined
-def _record_event(chain, time, block, slips, force, position, loss, events, event_count):
-    slot = event_count[chain]
-    events[chain, slot, EVENT_TIME] = time
-    events[chain, slot, EVENT_BLOCK] = block
-    events[chain, slot, EVENT_SLIP] = slips
-    events[chain, slot, EVENT_FORCE] = force
-    events[chain, slot, EVENT_POSITION] = position
-    events[chain, slot, EVENT_DISSIPATED] = loss
-    event_count[chain] = slot + 1
 
 
 def _advance(order, resolution, noisy):
@@ -668,7 +494,7 @@ def _advance(order, resolution, noisy):
                 extend_series(
                     order, direction, lane, series, rates, stretching, growth, force, wall_pull
                 )
-                step = minimum(_taylor_step(order, n_blocks, accuracy, force), remaining)
+                step = minimum(taylor_step(order, n_blocks, accuracy, force), remaining)
                 rest_of_cell = load(cell, (lane,))
                 if noisy:
                     step = minimum(step, rest_of_cell)
@@ -692,7 +518,7 @@ def _advance(order, resolution, noisy):
                     sources,
                     tails,
                 )
-                step, source = _first_events(
+                step, source = first_events(
                     order, resolution, n_columns, step, polynomials, sources
                 )
                 store(steps, (0,), step)
@@ -829,7 +655,7 @@ def _advance(order, resolution, noisy):
                             if steps[i] == 0.0:
                                 external = force[at(0, what) + i]
                             direction[what, chain] = 1.0 if external > 0.0 else -1.0
-                            _record_event(
+                            record_event(
                                 chain,
                                 start_time + time[chain],
                                 what,
@@ -867,12 +693,12 @@ def _advance(order, resolution, noisy):
                             starts = abs(external) > threshold[what, chain]
                             velocity[what, chain] = 0.0
                             direction[what, chain] = 0.0
-                            _record_event(
+                            record_event(
                                 chain, instant, what, 0.0, external, here, loss, events, event_count
                             )
                         if starts:
                             direction[what, chain] = way
-                            _record_event(
+                            record_event(
                                 chain, instant, what, 1.0, external, here, loss, events, event_count
                             )
         return DONE

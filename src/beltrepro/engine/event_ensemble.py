@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from beltrepro.engine import event, simd
+from beltrepro.engine.candidates import CANDIDATES_PER_BLOCK
 from beltrepro.engine.ensemble import ChainEnsemble, Chunk
 from beltrepro.engine.memory import aligned, zeros
 from beltrepro.engine.taylor import LEVELS
@@ -59,7 +60,7 @@ class EventEnsemble(ChainEnsemble):
         self._noise_force = zeros((2, *shape))
         self._local_time, self._cell, self._wall_impulse = (zeros(lanes) for _ in range(3))
 
-        columns = n_blocks * event.CANDIDATES_PER_BLOCK
+        columns = n_blocks * CANDIDATES_PER_BLOCK
         series, stretching, growth, force, wall_pull, polynomials = (
             zeros(count * LEVELS * simd.LANES)
             for count in (n_blocks + 1, *[n_blocks] * 3, 1, columns)

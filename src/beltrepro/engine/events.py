@@ -1,7 +1,21 @@
-"""Layout of the record of one event, shared by the integrators and the observers.
+"""The record of one event, shared by the integrators and the observers.
 
 The position is a displacement from the rest position, the time is that since the start of the run.
 """
 
+from beltrepro.engine.vector import inlined
+
 EVENT_TIME, EVENT_BLOCK, EVENT_SLIP, EVENT_FORCE, EVENT_POSITION, EVENT_DISSIPATED = range(6)
 EVENT_FIELDS = 6
+
+
+@inlined
+def record_event(chain, time, block, slips, force, position, loss, events, event_count):
+    slot = event_count[chain]
+    events[chain, slot, EVENT_TIME] = time
+    events[chain, slot, EVENT_BLOCK] = block
+    events[chain, slot, EVENT_SLIP] = slips
+    events[chain, slot, EVENT_FORCE] = force
+    events[chain, slot, EVENT_POSITION] = position
+    events[chain, slot, EVENT_DISSIPATED] = loss
+    event_count[chain] = slot + 1

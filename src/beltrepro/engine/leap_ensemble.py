@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from beltrepro.engine import event, leaps, simd
+from beltrepro.engine import leaps, simd
+from beltrepro.engine.candidates import CANDIDATES_PER_BLOCK
 from beltrepro.engine.ensemble import ChainEnsemble, Chunk
 from beltrepro.engine.memory import zeros
 from beltrepro.engine.taylor import LEVELS
@@ -24,7 +25,7 @@ class LeapingVerlet(ChainEnsemble):
             zeros(shape) for _ in range(5)
         )
         self._wall_impulse, self._steps_done = (zeros(lanes) for _ in range(2))
-        columns = n_blocks * event.CANDIDATES_PER_BLOCK
+        columns = n_blocks * CANDIDATES_PER_BLOCK
         series, stretching, growth, force, wall_pull, polynomials = (
             zeros(count * LEVELS * simd.LANES)
             for count in (n_blocks + 1, *[n_blocks] * 3, 1, columns)

@@ -12,20 +12,19 @@ start. What is exact and what is approximate, see docs/verlet.md.
 
 import math
 
-from beltrepro.engine.event import (
-    WALL,
-    _block_bounds,
-    _first_events,
-    _force_tail,
-    _place,
-    _position_tail,
-    _put_branch_end,
-    _put_slip_end,
-    _put_slip_start,
-    _record_event,
-    _spring_bounds,
-    _taylor_step,
+from beltrepro.engine.candidates import (
+    block_bounds,
+    first_events,
+    force_tail,
+    position_tail,
+    put_branch_end,
+    put_slip_end,
+    put_slip_start,
+    reserve,
+    spring_bounds,
+    taylor_step,
 )
+from beltrepro.engine.events import record_event
 from beltrepro.engine.law import (
     COMPRESSION_RATE,
     EXTENSION_RATE,
@@ -50,19 +49,21 @@ from beltrepro.engine.simd import (
     to_float,
 )
 from beltrepro.engine.taylor import (
-    FORCE_ORDER,
     ORDER,
-    _extend,
+    WALL,
     at,
     bounds,
     deformation,
     evaluate,
+    extend_pair,
     polynomial,
 )
 from beltrepro.engine.vector import exp2, inlined, kernel, separate_arrays
 
 DONE, EVENTS_FULL, CROSSINGS_FULL = range(3)
 
+_FORCE_ORDER = ORDER - 2
+_RESOLUTION = 1e-15  # share of a leap by which the instant of an event may be missed
 # Last terms of the series of F_ex allowed at the end of a leap.
 _TOLERANCE = 1e-10
 # A turn due less than this share of a step after the end of a step may be due there.
@@ -218,19 +219,19 @@ def _extend_series(
     share, direction, lane, series, rates, slopes, stretching, growth, force, wall_pull
 ):
     """All levels from 2 on of the forces, from 2 on of the positions."""
-    _extend(2, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    extend_pair(2, direction, lane, series, rates, stretching, growth, force, wall_pull)
     _correct(2, share, direction, lane, series, rates, slopes, stretching, growth, force, wall_pull)
-    _extend(4, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    extend_pair(4, direction, lane, series, rates, stretching, growth, force, wall_pull)
     _correct(4, share, direction, lane, series, rates, slopes, stretching, growth, force, wall_pull)
-    _extend(6, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    extend_pair(6, direction, lane, series, rates, stretching, growth, force, wall_pull)
     _correct(6, share, direction, lane, series, rates, slopes, stretching, growth, force, wall_pull)
-    _extend(8, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    extend_pair(8, direction, lane, series, rates, stretching, growth, force, wall_pull)
     _correct(8, share, direction, lane, series, rates, slopes, stretching, growth, force, wall_pull)
     # smaller than the first by 1e-6 at least, and the correction once more
-    _extend(10, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    _extend(12, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    _extend(14, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    _extend(16, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    extend_pair(10, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    extend_pair(12, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    extend_pair(14, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    extend_pair(16, direction, lane, series, rates, stretching, growth, force, wall_pull)
 
 
 @inlined
@@ -258,9 +259,9 @@ def _find_candidates(
     never = step < 0.0
     for block in range(n_blocks):
         heading = load(direction, (block, lane))
-        tail = _force_tail(block, step, force)
-        store(tails, (block * LANES,), _position_tail(block, heading, tail, step, series))
-        least, greatest, least_rate = _block_bounds(block, heading, tail, step, series, force)
+        tail = force_tail(ORDER, block, step, force)
+        store(tails, (block * LANES,), position_tail(block, heading, tail, step, series))
+        least, greatest, least_rate = block_bounds(block, heading, tail, step, series, force)
         slipping = heading != 0.0
         # a slip that has just begun is slow but gains speed
         gains = slipping & (heading * load(series, (at(1, block + 1),)) > 0.0) & (least_rate > 0.0)
@@ -269,21 +270,23 @@ def _find_candidates(
         if mask_bits(below | above) != 0:
             lanes = below & slipping
             if mask_bits(lanes) != 0:
-                used, column = _place(lanes, block, used, column, polynomials, sources)
-                _put_slip_end(column, lanes, block, heading, never, series, polynomials)
+                used, column = reserve(lanes, block, used, column, polynomials, sources)
+                put_slip_end(ORDER, column, lanes, block, heading, never, series, polynomials)
             lanes = (below & ~slipping) | above
             if mask_bits(lanes) != 0:
-                used, column = _place(lanes, block, used, column, polynomials, sources)
+                used, column = reserve(lanes, block, used, column, polynomials, sources)
                 way = select(above, 1.0, spread(-1.0))
-                _put_slip_start(column, lanes, block, way, spread(mean), force, polynomials)
+                put_slip_start(ORDER, column, lanes, block, way, spread(mean), force, polynomials)
                 lanes = below & above
                 if mask_bits(lanes) != 0:
-                    used, column = _place(lanes, block, used, column, polynomials, sources)
-                    _put_slip_start(column, lanes, block, -way, spread(mean), force, polynomials)
+                    used, column = reserve(lanes, block, used, column, polynomials, sources)
+                    put_slip_start(
+                        ORDER, column, lanes, block, -way, spread(mean), force, polynomials
+                    )
     tail_before = spread(0.0)
     for spring in range(n_blocks):
         tail = load(tails, (spring * LANES,))
-        least, greatest, least_rate = _spring_bounds(spring, tail + tail_before, step, series)
+        least, greatest, least_rate = spring_bounds(spring, tail + tail_before, step, series)
         tail_before = tail
         rate = load(rates, (spring * LANES,))
         linear = rate == 0.0
@@ -296,23 +299,25 @@ def _find_candidates(
         lanes = above | below | beyond
         if mask_bits(lanes) != 0:
             source = n_blocks + spring
-            used, column = _place(lanes, source, used, column, polynomials, sources)
+            used, column = reserve(lanes, source, used, column, polynomials, sources)
             sign = select(linear, select(above, -1.0, spread(1.0)), copysign(spread(1.0), rate))
             offset = select(linear, limit, spread(-limit))
-            _put_branch_end(column, lanes, spring, sign, offset, never, series, polynomials)
+            put_branch_end(ORDER, column, lanes, spring, sign, offset, never, series, polynomials)
             lanes = above & below
             if mask_bits(lanes) != 0:
-                used, column = _place(lanes, source, used, column, polynomials, sources)
-                _put_branch_end(column, lanes, spring, -sign, offset, never, series, polynomials)
+                used, column = reserve(lanes, source, used, column, polynomials, sources)
+                put_branch_end(
+                    ORDER, column, lanes, spring, -sign, offset, never, series, polynomials
+                )
     return column + 1
 
 
 @inlined
 def _with_derivatives(coefficients, column, time):
     """Value and two derivatives of the forces in a column."""
-    value = load(coefficients, (at(FORCE_ORDER, column),))
+    value = load(coefficients, (at(_FORCE_ORDER, column),))
     slope, bend = spread(0.0), spread(0.0)
-    for k in range(FORCE_ORDER - 1, -1, -1):
+    for k in range(_FORCE_ORDER - 1, -1, -1):
         bend = fma(bend, time, slope)
         slope = fma(slope, time, value)
         value = fma(value, time, load(coefficients, (at(k, column),)))
@@ -347,7 +352,7 @@ def _leap(
     cube = square * time_step
     for block in range(direction.shape[0]):
         heading = load(direction, (block, lane))
-        position, speed = evaluate(series, block, step)
+        position, speed = evaluate(ORDER, series, block, step)
         pull, rise, bend = _with_derivatives(force, block, step)
         a = square * (pull - heading * kinetic)
         central = fma(speed, time_step, rise * (cube / 6.0))
@@ -422,7 +427,7 @@ def _literal_step(
                 chain = lane + i
                 for kind, lanes in ((0.0, sticks), (1.0, slips)):
                     if (lanes >> i) & 1:
-                        _record_event(
+                        record_event(
                             chain,
                             (first_step + steps_done[chain]) * time_step,
                             block,
@@ -685,7 +690,7 @@ def leap_steps(
                 force,
                 wall_pull,
             )
-            reach = _taylor_step(n_blocks, log_tolerance, force) * inverse_step
+            reach = taylor_step(ORDER, n_blocks, log_tolerance, force) * inverse_step
             reach = maximum(_round_down(minimum(reach, remaining)), 1.0)
             reach = select(leaping, reach, 0.0)
 
@@ -705,7 +710,9 @@ def leap_steps(
                 sources,
                 tails,
             )
-            instant, source = _first_events(n_columns, longest, polynomials, sources)
+            instant, source = first_events(
+                ORDER, _RESOLUTION, n_columns, longest, polynomials, sources
+            )
             turning = leaping & (source >= 0) & (source < n_blocks)
             ending = leaping & (source >= n_blocks)
             # the next whole step; without a source, the last one before the place reached
@@ -753,7 +760,7 @@ def leap_steps(
                     break
                 since = since * time_step
                 for block in range(first_sampled, n_blocks):
-                    position, relative = evaluate(series, block, since)
+                    position, relative = evaluate(ORDER, series, block, since)
                     _, _, bend = _with_derivatives(force, block, since)
                     heading = load(direction, (block, lane))
                     shown = block - first_sampled
@@ -766,10 +773,10 @@ def leap_steps(
                 row = select(due_row, row + 1, row)
 
             impulse = spread(0.0)
-            for k in range(FORCE_ORDER, -1, -1):
+            for k in range(_FORCE_ORDER, -1, -1):
                 impulse = fma(impulse, step, load(wall_pull, (at(k, 0),)) * (1.0 / (k + 1.0)))
             # a sum over steps instead of an integral: Euler and Maclaurin
-            pull, rise = polynomial(wall_pull, 0, step)
+            pull, rise = polynomial(ORDER, wall_pull, 0, step)
             impulse = impulse * step - 0.5 * time_step * (pull - load(wall_pull, (at(0, 0),)))
             impulse = fma(rise - load(wall_pull, (at(1, 0),)), square * (1.0 / 12.0), impulse)
             impulse = select(leaping, impulse, 0.0)

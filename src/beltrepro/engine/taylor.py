@@ -38,6 +38,7 @@ from beltrepro.engine.vector import exp2, inlined
 ORDER = 19
 NOISY_ORDER = 13  # of chains with noise, which need less accuracy
 LEVELS = ORDER + 1
+WALL = 0  # column of the positions
 
 
 @inlined
@@ -105,7 +106,7 @@ def start_springs(constants, regime, lane, series, rates, stretching, growth, fo
 
 
 @inlined
-def _extend(k, direction, lane, series, rates, stretching, growth, force, wall_pull):
+def extend_pair(k, direction, lane, series, rates, stretching, growth, force, wall_pull):
     """Levels k and k+1 of the forces, so k+2 and k+3 of the positions; k is even.
 
     Two levels at once, since the positions of both are known: each G_m that is read serves both
@@ -168,17 +169,17 @@ def extend_series(order, direction, lane, series, rates, stretching, growth, for
     order : 13 to 19; direction : (N, W), zero for stuck blocks; the rest as in `start_springs`.
     """
     # one call for each pair of levels: a constant level lets the compiler lay out all its terms
-    _extend(2, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    _extend(4, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    _extend(6, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    _extend(8, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    _extend(10, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    extend_pair(2, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    extend_pair(4, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    extend_pair(6, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    extend_pair(8, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    extend_pair(10, direction, lane, series, rates, stretching, growth, force, wall_pull)
     if order >= 15:
-        _extend(12, direction, lane, series, rates, stretching, growth, force, wall_pull)
+        extend_pair(12, direction, lane, series, rates, stretching, growth, force, wall_pull)
     if order >= 17:
-        _extend(14, direction, lane, series, rates, stretching, growth, force, wall_pull)
+        extend_pair(14, direction, lane, series, rates, stretching, growth, force, wall_pull)
     if order >= 19:
-        _extend(16, direction, lane, series, rates, stretching, growth, force, wall_pull)
+        extend_pair(16, direction, lane, series, rates, stretching, growth, force, wall_pull)
 
 
 @inlined
