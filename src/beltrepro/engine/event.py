@@ -40,16 +40,17 @@ from beltrepro.engine.memory import aligned
 from beltrepro.engine.noise import normal_pair, normal_pairs_where
 from beltrepro.engine.simd import (
     LANES,
+    extract,
     fma,
     load,
     lowest_lane,
     mask_bits,
     minimum,
-    scatter_each,
     select,
     spread,
     square_root,
     store,
+    store_where,
     to_float,
 )
 from beltrepro.engine.taylor import (
@@ -60,6 +61,7 @@ from beltrepro.engine.taylor import (
     bounds,
     deformation,
     evaluate,
+    evaluate_one,
     extend_series,
     mean_change,
     start_springs,
@@ -333,12 +335,16 @@ def _record_crossings(
 
 
 @inlined
-def _sample_rest(
-    chain,
+def _record_samples(
+    order,
+    lane,
+    i,
     until,
-    now,
+    kinetic,
+    time,
     belt_velocity,
-    displacement,
+    direction,
+    series,
     sample_interval,
     sample_offset,
     end,
@@ -347,23 +353,26 @@ def _sample_rest(
     first_sampled,
     samples,
 ):
-    """Samples of a chain whose blocks all rest on the belt: often many a step, so by eights."""
-    n_blocks = displacement.shape[0]
+    """Samples of one chain until `until`, eight at a time: they lie side by side."""
+    n_blocks = direction.shape[0]
+    chain = lane + i
     row = sample_row[chain]
-    while True:
+    count = LANES
+    while count == LANES:
         rows = load(_LANE_NUMBERS, (0,)) + row
         instants = minimum(fma(to_float(rows), sample_interval, sample_offset), end)
         due = (rows < n_samples) & (instants <= until)
+        since = instants - time[chain]
         for block in range(first_sampled, n_blocks):
+            position, relative = evaluate_one(order, series, block, i, since)
             shown = block - first_sampled
-            positions = fma(belt_velocity, instants - now, displacement[block, chain])
-            scatter_each(samples, (0, shown, chain, rows), positions, due)
-            scatter_each(samples, (1, shown, chain, rows), spread(0.0), due)
-            scatter_each(samples, (2, shown, chain, rows), spread(0.0), due)
+            friction = spread(direction[block, chain] * -kinetic)
+            shifted = fma(belt_velocity[chain], since, position)
+            store_where(samples, (0, shown, chain, row), shifted, due)
+            store_where(samples, (1, shown, chain, row), relative, due)
+            store_where(samples, (2, shown, chain, row), friction, due)
         count = lowest_lane(~mask_bits(due))
         row += count
-        if count < LANES:
-            break
     sample_row[chain] = row
 
 
@@ -451,7 +460,6 @@ def _advance(order, resolution, noisy):
             belt = load(belt_velocity, (lane,))
             power = load(noise_power, (lane,))
             accuracy = load(log_tolerance, (lane,))
-            chains = load(_LANE_NUMBERS, (0,)) + lane
             store(series, (at(1, WALL),), -belt)
             own = power > 0.0
             if not noisy:
@@ -541,20 +549,6 @@ def _advance(order, resolution, noisy):
                             rest = end - time[chain]
                             found_sources[i] = first if wait <= rest else -1
                             steps[i] = min(wait, rest)
-                            _sample_rest(
-                                chain,
-                                min(time[chain] + steps[i], end),
-                                time[chain],
-                                belt_velocity[chain],
-                                displacement,
-                                sample_interval,
-                                sample_offset,
-                                end,
-                                n_samples,
-                                sample_row,
-                                first_sampled,
-                                samples,
-                            )
                     step = load(steps, (0,))
                     source = load(found_sources, (0,))
 
@@ -589,23 +583,29 @@ def _advance(order, resolution, noisy):
                             crossing_count,
                         )
                 row = load(sample_row, (lane,))
-                while True:
-                    instant = minimum(fma(to_float(row), sample_interval, sample_offset), end)
-                    due = active & (row < n_samples) & (instant <= later)
-                    hits = mask_bits(due)
-                    if hits == 0:
-                        break
-                    since = instant - now
-                    for block in range(first_sampled, n_blocks):
-                        position, relative = evaluate(order, series, block, since)
-                        shown = block - first_sampled
-                        friction = load(direction, (block, lane)) * -kinetic
-                        shifted = fma(belt, since, position)
-                        scatter_each(samples, (0, shown, chains, row), shifted, due)
-                        scatter_each(samples, (1, shown, chains, row), relative, due)
-                        scatter_each(samples, (2, shown, chains, row), friction, due)
-                    row = select(due, row + 1, row)
-                store(sample_row, (lane,), row)
+                instant = minimum(fma(to_float(row), sample_interval, sample_offset), end)
+                sampled = mask_bits(active & (row < n_samples) & (instant <= later))
+                while sampled:
+                    i = lowest_lane(sampled)
+                    sampled &= sampled - 1
+                    _record_samples(
+                        order,
+                        lane,
+                        i,
+                        extract(later, i),
+                        kinetic,
+                        time,
+                        belt_velocity,
+                        direction,
+                        series,
+                        sample_interval,
+                        sample_offset,
+                        end,
+                        n_samples,
+                        sample_row,
+                        first_sampled,
+                        samples,
+                    )
 
                 impulse = spread(0.0)
                 for k in range(force_order, -1, -1):

@@ -202,6 +202,26 @@ def polynomial(order, coefficients, column, time):
 
 
 @inlined
+def evaluate_one(order, series, block, i, times):
+    """Position and relative velocity of a block of the chain in lane i at eight times.
+
+    As `evaluate`, bit by bit.
+    """
+    first = at(0, block + 1) + i
+    square = times * times
+    even = spread(series[first + (order - 1) * LANES])
+    odd = spread(series[first + order * LANES])
+    even_slope, odd_slope = spread(0.0), spread(0.0)
+    for k in range(order - 3, -1, -2):
+        even_slope = fma(even_slope, square, even)
+        odd_slope = fma(odd_slope, square, odd)
+        even = fma(even, square, series[first + k * LANES])
+        odd = fma(odd, square, series[first + (k + 1) * LANES])
+    slope = fma(2.0 * times, fma(odd_slope, times, even_slope), odd)
+    return fma(odd, times, even), slope
+
+
+@inlined
 def evaluate(order, series, block, time):
     """Position and relative velocity of a block at `time` (float64x8) after the start."""
     return polynomial(order, series, block + 1, time)
