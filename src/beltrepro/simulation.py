@@ -67,7 +67,8 @@ EVENT = np.dtype(
 class Run:
     """One simulated chain, in model units.
 
-    tolerance : truncation allowed in a step, None for a method without one.
+    tolerance : truncation allowed in a step (the method's own may be larger with noise), None for a
+    method without one.
     disorder_parameter, mean_length : r and <x_N> after the transient (Eq. 4).
     energy_residual : share of the belt's work that the energy audit does not account for.
     time (T,), positions, velocities, friction (T, N) : samples; laboratory frame; friction is the
@@ -115,7 +116,8 @@ def simulate(
     method : integrator, "verlet" (Appendix) or "event" (exact dynamics, docs/event.md).
     time_step : dt, model time; for "event" it only sets the strength of the noise.
     tolerance : only for "event": last terms of the series of a force allowed at the end of a step,
-    unit of force, 1e-16 to 1; the method's own if not given (docs/event.md).
+    unit of force, 1e-16 to 1; the method's own if not given, which is larger with noise
+    (docs/event.md).
     seed, replicate : whole numbers >= 0; with the parameters they fix all random numbers.
     initial_positions : (N,) or, for a sequence, one such array for each chain; undeformed springs
     if not given.
@@ -134,11 +136,12 @@ def simulate(
     single = isinstance(parameters, ChainParameters)
     chains = [parameters] if single else list(parameters)
     _check_lengths(duration, transient, time_step, method, seed, replicate)
+    accuracy = {}
     if tolerance is None:
         tolerance = TOLERANCES.get(method)
     else:
         _check_tolerance(tolerance, method)
-    accuracy = {} if tolerance is None else {"tolerance": tolerance}
+        accuracy = {"tolerance": tolerance, "noise_share": 0.0}  # as asked for, noise or not
     stride = (
         _moments_stride(time_step)
         if sample_interval is None
