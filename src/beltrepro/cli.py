@@ -54,7 +54,11 @@ def _parser():
     add("--transient", type=float, default=0.0, help="time left out of r and the mean length")
     add("--method", default="verlet", help="verlet, the paper's scheme, or event, exact")
     add("--time-step", type=float, default=0.001, help="dt (paper: 0.001)")
-    add("--tolerance", type=float, help="truncation allowed in a step of event (its own: 1e-10)")
+    add(
+        "--tolerance",
+        type=float,
+        help="truncation allowed in a step of event (its own: 1e-10, more with noise)",
+    )
     add("--seed", type=int, default=1, help="fixes the random numbers")
     add("--sample-interval", type=float, default=0.1, help="time between samples in --output")
     add("--json", action="store_true", help="print the result as JSON")

@@ -69,8 +69,6 @@ _TOLERANCE = 1e-10
 # A turn due less than this share of a step after the end of a step may be due there.
 _DOUBT = 1e-3
 _NEAREST = 6755399441055744.0  # 1.5 * 2^52: adding it rounds to whole numbers
-# Coefficients of higher levels are too small for the correction to matter.
-_CORRECTED_LEVELS = 10
 
 
 @inlined
@@ -227,7 +225,7 @@ def _extend_series(
     _correct(6, share, direction, lane, series, rates, slopes, stretching, growth, force, wall_pull)
     extend_pair(8, direction, lane, series, rates, stretching, growth, force, wall_pull)
     _correct(8, share, direction, lane, series, rates, slopes, stretching, growth, force, wall_pull)
-    # smaller than the first by 1e-6 at least, and the correction once more
+    # terms from here on are 1e-5 of the first at the end of a leap, corrections 1e-7 of them
     extend_pair(10, direction, lane, series, rates, stretching, growth, force, wall_pull)
     extend_pair(12, direction, lane, series, rates, stretching, growth, force, wall_pull)
     extend_pair(14, direction, lane, series, rates, stretching, growth, force, wall_pull)
