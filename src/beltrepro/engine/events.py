@@ -11,7 +11,7 @@ EVENT_FIELDS = 6
 
 @inlined
 def record_event(chain, time, block, slips, force, position, loss, events, event_count):
-    """Add a record to those of a chain: events (W, E, 6) with the fields above, event_count (W,)."""
+    """Add a record to those of a chain: events (W, E, 6), fields as above; event_count (W,)."""
     slot = event_count[chain]
     events[chain, slot, EVENT_TIME] = time
     events[chain, slot, EVENT_BLOCK] = block
