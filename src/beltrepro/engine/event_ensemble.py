@@ -45,10 +45,7 @@ class EventEnsemble(ChainEnsemble):
             )
             if own.any()
         ]
-        # samples of a chain lie side by side: it writes where it has just written
-        rows, *columns = self._samples.shape
-        self._sample_columns = zeros((*columns, rows))
-        self._samples = np.moveaxis(self._sample_columns, -1, 0)
+        self._sample_buffer = self._sample_columns()
         self._displacement = self._initial_displacement
         self._threshold = self._initial_threshold
         self._velocity, self._direction, self._branch_changed, self._dissipated = (
@@ -132,7 +129,7 @@ class EventEnsemble(ChainEnsemble):
                 rows,
                 sample_row,
                 self._first_sampled,
-                self._sample_columns,
+                self._sample_buffer,
                 self._events,
                 self._event_count,
                 self._section_block,

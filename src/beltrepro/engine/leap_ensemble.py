@@ -19,6 +19,7 @@ class LeapingVerlet(ChainEnsemble):
 
     def __init__(self, parameters, **settings):
         super().__init__(parameters, **settings)
+        self._sample_buffer = self._sample_columns()
         n_blocks, lanes = shape = self._initial_displacement.shape
         self._displacement = self._initial_displacement
         self._slip_step, self._acceleration, self._velocity, self._direction, self._dissipated = (
@@ -88,7 +89,7 @@ class LeapingVerlet(ChainEnsemble):
                 self._stride,
                 sample_row,
                 self._first_sampled,
-                self._samples,
+                self._sample_buffer,
                 self._events,
                 self._event_count,
                 self._section_block,

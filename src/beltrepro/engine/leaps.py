@@ -12,6 +12,8 @@ start. What is exact and what is approximate, see docs/verlet.md.
 
 import math
 
+import numpy as np
+
 from beltrepro.engine.candidates import (
     block_bounds,
     first_events,
@@ -34,18 +36,20 @@ from beltrepro.engine.law import (
     spring_law,
     tension,
 )
+from beltrepro.engine.memory import aligned
 from beltrepro.engine.simd import (
     LANES,
     copysign,
     fma,
     load,
+    lowest_lane,
     mask_bits,
     maximum,
     minimum,
-    scatter,
     select,
     spread,
     store,
+    store_where,
     to_float,
 )
 from beltrepro.engine.taylor import (
@@ -55,6 +59,7 @@ from beltrepro.engine.taylor import (
     bounds,
     deformation,
     evaluate,
+    evaluate_one,
     extend_pair,
     polynomial,
 )
@@ -68,6 +73,7 @@ _RESOLUTION = 1e-15  # share of a leap by which the instant of an event may be m
 _TOLERANCE = 1e-10
 # A turn due less than this share of a step after the end of a step may be due there.
 _DOUBT = 1e-3
+_LANE_NUMBERS = aligned(np.arange(LANES))
 _NEAREST = 6755399441055744.0  # 1.5 * 2^52: adding it rounds to whole numbers
 
 
@@ -573,6 +579,60 @@ def _cross_literally(
             crossings[chain, slot, 1 + n_blocks + block] = speed
 
 
+@inlined
+def _bend_one(block, i, times, force):
+    """Second derivative of the force on a block of the chain in lane i at eight times."""
+    first = at(0, block) + i
+    bend = spread(0.0)
+    for k in range(_FORCE_ORDER, 1, -1):
+        bend = fma(bend, times, k * (k - 1.0) * force[first + k * LANES])
+    return bend
+
+
+@inlined
+def _record_samples(
+    lane,
+    i,
+    leap,
+    time_step,
+    kinetic,
+    steps_done,
+    belt_velocity,
+    direction,
+    series,
+    force,
+    stride,
+    first_sample,
+    sample_row,
+    first_sampled,
+    samples,
+):
+    """Samples of one chain in a leap, eight at a time: they lie side by side."""
+    n_blocks = direction.shape[0]
+    chain = lane + i
+    row = sample_row[chain]
+    cube = time_step * time_step * time_step
+    count = LANES
+    while count == LANES:
+        rows = load(_LANE_NUMBERS, (0,)) + row
+        steps = fma(to_float(rows), stride, first_sample) - steps_done[chain]
+        due = steps <= leap
+        since = steps * time_step
+        for block in range(first_sampled, n_blocks):
+            shown = block - first_sampled
+            heading = direction[block, chain]
+            position, relative = evaluate_one(ORDER, series, block, i, since)
+            if heading != 0.0:
+                relative = fma(_bend_one(block, i, since, force), -0.25 * cube, relative)
+            shifted = fma(belt_velocity[chain], since, position)
+            store_where(samples, (0, shown, chain, row), shifted, due)
+            store_where(samples, (1, shown, chain, row), relative, due)
+            store_where(samples, (2, shown, chain, row), spread(heading * -kinetic), due)
+        count = lowest_lane(~mask_bits(due))
+        row += count
+    sample_row[chain] = row
+
+
 @kernel
 def leap_steps(
     first_step,
@@ -624,8 +684,9 @@ def leap_steps(
     series of N+1, stretching, growth, force of N, wall_pull of one and polynomials of
     N * CANDIDATES_PER_BLOCK columns (see `beltrepro.engine.taylor.at`), sources (8 of each of the
     latter), rates, slopes, tails, pulls (8 N,), external_force, leaps (8,): scratch.
-    Samples are taken where the step index is a multiple of sample_stride. samples, events,
-    crossings : as for `beltrepro.engine.verlet.verlet_steps`.
+    Samples are taken where the step index is a multiple of sample_stride.
+    samples : (3, N-first_sampled, W, S) displacement, relative velocity, kinetic friction.
+    events, crossings : as for `beltrepro.engine.verlet.verlet_steps`.
     """
     separate_arrays()
     n_blocks, width = displacement.shape
@@ -751,24 +812,28 @@ def leap_steps(
                                 crossing_count,
                             )
             row = load(sample_row, (lane,))
-            while True:
-                since = fma(to_float(row), stride, first_sample) - done
-                due_row = leaping & (since <= leap)
-                if mask_bits(due_row) == 0:
-                    break
-                since = since * time_step
-                for block in range(first_sampled, n_blocks):
-                    position, relative = evaluate(ORDER, series, block, since)
-                    _, _, bend = _with_derivatives(force, block, since)
-                    heading = load(direction, (block, lane))
-                    shown = block - first_sampled
-                    relative = fma(
-                        select(heading != 0.0, bend, 0.0), -0.25 * time_step * square, relative
-                    )
-                    scatter(samples, (row, 0, shown, lane), fma(belt, since, position), due_row)
-                    scatter(samples, (row, 1, shown, lane), relative, due_row)
-                    scatter(samples, (row, 2, shown, lane), heading * -kinetic, due_row)
-                row = select(due_row, row + 1, row)
+            following = fma(to_float(row), stride, first_sample)
+            sampled = mask_bits(leaping & (following <= done + leap))
+            while sampled != 0:
+                i = lowest_lane(sampled)
+                sampled &= sampled - 1
+                _record_samples(
+                    lane,
+                    i,
+                    leaps[i],
+                    time_step,
+                    kinetic,
+                    steps_done,
+                    belt_velocity,
+                    direction,
+                    series,
+                    force,
+                    stride,
+                    first_sample,
+                    sample_row,
+                    first_sampled,
+                    samples,
+                )
 
             impulse = spread(0.0)
             for k in range(_FORCE_ORDER, -1, -1):
@@ -843,18 +908,20 @@ def leap_steps(
                                 crossings,
                                 crossing_count,
                             )
-                due_row = taken & (fma(to_float(row), stride, first_sample) == done)
-                if mask_bits(due_row) != 0:
+                row = load(sample_row, (lane,))
+                following = fma(to_float(row), stride, first_sample)
+                sampled = mask_bits(taken & (following == done))
+                while sampled != 0:
+                    i = lowest_lane(sampled)
+                    sampled &= sampled - 1
+                    chain = lane + i
+                    place = sample_row[chain]
                     for block in range(first_sampled, n_blocks):
                         shown = block - first_sampled
-                        place = (block, lane)
-                        friction = load(direction, place) * -kinetic
-                        relative = load(velocity, place) * inverse_step
-                        scatter(samples, (row, 0, shown, lane), load(displacement, place), due_row)
-                        scatter(samples, (row, 1, shown, lane), relative, due_row)
-                        scatter(samples, (row, 2, shown, lane), friction, due_row)
-                    row = select(due_row, row + 1, row)
-            store(sample_row, (lane,), row)
+                        samples[0, shown, chain, place] = displacement[block, chain]
+                        samples[1, shown, chain, place] = velocity[block, chain] * inverse_step
+                        samples[2, shown, chain, place] = direction[block, chain] * -kinetic
+                    sample_row[chain] = place + 1
     return DONE
 
 

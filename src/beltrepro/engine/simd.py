@@ -403,43 +403,6 @@ def store(typing_context, array, indices, value):
 
 
 @intrinsic
-def scatter(typing_context, array, indices, value, mask):
-    """Write the lanes of a mask to a float64 array, lane i to `indices` with i added to the last.
-
-    Each of the indices is a number or an int64x8 with one for each lane.
-    """
-
-    def generate(context, builder, sig, values):
-        kind, index_kinds = sig.args[0], sig.args[1].types
-        structure = context.make_array(kind)(context, builder, values[0])
-        strides = cgutils.unpack_tuple(builder, structure.strides)
-        numbers = cgutils.unpack_tuple(builder, values[1])
-        lanes = ir.Constant(_llvm(int64x8), [kind.dtype.bitwidth // 8 * i for i in range(LANES)])
-        places = builder.add(
-            _spread(builder, builder.ptrtoint(structure.data, _INT64), int64x8), lanes
-        )
-        for number, index_kind, stride in zip(numbers, index_kinds, strides, strict=True):
-            vector = _as_vector(context, builder, number, index_kind, int64x8)
-            places = builder.add(places, builder.mul(vector, _spread(builder, stride, int64x8)))
-        pointers = ir.VectorType(ir.PointerType(_DOUBLE), LANES)
-        callee = cgutils.get_or_insert_function(
-            builder.module,
-            ir.FunctionType(
-                ir.VoidType(),
-                [_llvm(value), pointers, ir.IntType(32), ir.VectorType(_BIT, LANES)],
-            ),
-            "llvm.masked.scatter.v8f64.v8p0",
-        )
-        builder.call(
-            callee,
-            [values[2], builder.inttoptr(places, pointers), ir.IntType(32)(8), values[3]],
-        )
-        return context.get_dummy_value()
-
-    return types.void(array, indices, value, mask), generate
-
-
-@intrinsic
 def store_where(typing_context, array, indices, value, mask):
     """Write the lanes of a mask to neighbours of a C-contiguous float64 array from `indices` on."""
 
