@@ -48,14 +48,20 @@ def test_kinds_tell_noise():
     assert {job.noise for job in listed if "n5_map" in job.name and job.method == "event"} == {True}
 
 
-def test_every_job_has_the_same_chance():
+def test_chances_are_proportional_to_work():
     jobs = made_up(23)
+    work = np.array([job.work for job in jobs])
     counts = np.zeros(23)
     for seed in range(4000):
         for job in draw(jobs, seed):
             counts[int(job.name.split("/")[1])] += 1
-    share = counts / 4000  # one in seven; 5 standard errors of a share are 0.028
-    assert np.all(np.abs(share - 1 / 7) < 0.028)
+    # three draws; 5 standard errors of a share are at most 0.04
+    assert np.all(np.abs(counts / 4000 - 3 * work / work.sum()) < 0.04)
+
+
+def test_a_large_job_is_always_drawn():
+    jobs = [*made_up(9), Job("scan_block", "event", True, "scan_block/9", 1e9)]
+    assert all(draw(jobs, seed)[-1].work == 1e9 for seed in range(20))
 
 
 def test_estimate_is_exact_where_time_is_proportional_to_work():

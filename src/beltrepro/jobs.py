@@ -73,17 +73,21 @@ def simulation_jobs(plan: Plan) -> list[Job]:
 
 
 def draw(jobs: list[Job], seed: int, one_in: int = ONE_IN) -> list[Job]:
-    """At least one in `one_in` jobs of every kind, at equal distances from a random start.
+    """One in `one_in` jobs of every kind, at least one, with chances proportional to their work.
 
-    jobs : sorted by kind. The distance makes the sample follow the order of the jobs, in which
-    neighbours cost nearly the same.
+    jobs : sorted by kind. The jobs of a kind are laid end to end, as long as their work, and taken
+    at equal distances from a random start: so the sample follows the order of the jobs, in which
+    neighbours cost nearly the same, and no small job, which costs mostly its start, stands for the
+    large ones. A job as long as the distance is always taken.
     """
     stream = np.random.default_rng(seed)
     drawn = []
     for _, group in itertools.groupby(jobs, key=lambda job: job.kind):
         members = list(group)
-        distance = len(members) // math.ceil(len(members) / one_in)
-        drawn += members[int(stream.integers(distance)) :: distance]
+        ends = np.cumsum([job.work for job in members])
+        count = math.ceil(len(members) / one_in)
+        places = (stream.random() + np.arange(count)) * ends[-1] / count
+        drawn += [members[number] for number in np.unique(np.searchsorted(ends, places))]
     return drawn
 
 
