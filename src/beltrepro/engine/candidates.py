@@ -10,6 +10,7 @@ from beltrepro.engine.roots import first_roots
 from beltrepro.engine.simd import (
     LANES,
     as_bits,
+    copysign,
     fma,
     load,
     mask_bits,
@@ -49,7 +50,7 @@ def taylor_step(order, n_blocks, log_tolerance, force):
 
 
 @inlined
-def force_tail(order, block, step, force):
+def _force_tail(order, block, step, force):
     """Bound on the step of the terms of F_ex from the third order on."""
     force_order = order - 2
     square = step * step
@@ -63,10 +64,10 @@ def force_tail(order, block, step, force):
 
 
 @inlined
-def block_bounds(block, heading, tail, step, series, force):
+def _block_bounds(block, heading, tail, step, series, force):
     """Bounds on the step of d v_r of slipping and F_ex of stuck blocks.
 
-    tail : from `force_tail`; v_r has the terms F_{k-1} t^k / k, so a quarter of it bounds them
+    tail : from `_force_tail`; v_r has the terms F_{k-1} t^k / k, so a quarter of it bounds them
     from the fourth order on. The third value is a lower bound of d v_r / t where v_r starts at 0.
     """
     column = block + 1
@@ -83,10 +84,10 @@ def block_bounds(block, heading, tail, step, series, force):
 
 
 @inlined
-def position_tail(block, heading, tail, step, series):
+def _position_tail(block, heading, tail, step, series):
     """Bound on the step of the terms of the position over t from the third order on.
 
-    From X_{k+2} = F_k / ((k+1)(k+2)), with `tail` from `force_tail`.
+    From X_{k+2} = F_k / ((k+1)(k+2)), with `tail` from `_force_tail`.
     """
     third = abs(load(series, (at(3, block + 1),)))
     fourth = abs(load(series, (at(4, block + 1),)))
@@ -95,7 +96,7 @@ def position_tail(block, heading, tail, step, series):
 
 
 @inlined
-def spring_bounds(spring, tail, step, series):
+def _spring_bounds(spring, tail, step, series):
     """Bounds on the step of the deformation, and of its change over time in the way it starts.
 
     tail : bound of the terms over t from the third order on.
@@ -109,7 +110,7 @@ def spring_bounds(spring, tail, step, series):
 
 
 @inlined
-def reserve(lanes, source, used, column, polynomials, sources):
+def _reserve(lanes, source, used, column, sources):
     """Find a column with free places for the candidates of some lanes, and note their source.
 
     used : bits of the lanes taken in the last column, which is number `column` (-1: none yet).
@@ -133,7 +134,7 @@ def _put(k, column, lanes, coefficient, polynomials):
 
 
 @inlined
-def put_slip_end(order, column, lanes, block, heading, begins, series, polynomials):
+def _put_slip_end(order, column, lanes, block, heading, begins, series, polynomials):
     """Candidates: the first root of d v_r; of d v_r / t where it starts at 0."""
     rate = load(series, (at(1, block + 1),))
     for k in range(order):
@@ -146,7 +147,7 @@ def put_slip_end(order, column, lanes, block, heading, begins, series, polynomia
 
 
 @inlined
-def put_slip_start(order, column, lanes, block, way, threshold, force, polynomials):
+def _put_slip_start(order, column, lanes, block, way, threshold, force, polynomials):
     """Candidates: the first root of F_st - way F_ex."""
     _put(0, column, lanes, threshold - way * load(force, (at(0, block),)), polynomials)
     for k in range(1, order - 1):
@@ -156,7 +157,7 @@ def put_slip_start(order, column, lanes, block, way, threshold, force, polynomia
 
 
 @inlined
-def put_branch_end(order, column, lanes, spring, sign, offset, divided, series, polynomials):
+def _put_branch_end(order, column, lanes, spring, sign, offset, divided, series, polynomials):
     """Candidates: the first root of offset + sign D; divided by t where it is zero at the start."""
     change = deformation(0, spring, series)
     for k in range(order + 1):
@@ -168,6 +169,101 @@ def put_branch_end(order, column, lanes, spring, sign, offset, divided, series, 
             coefficient = coefficient + select(divided, 0.0, offset)
         _put(k, column, lanes, coefficient, polynomials)
         change = following
+
+
+@inlined
+def find_candidates(
+    order,
+    lane,
+    step,
+    moving,
+    limit,
+    direction,
+    threshold,
+    branch_changed,
+    rates,
+    series,
+    force,
+    polynomials,
+    sources,
+    tails,
+):
+    """Collect the event functions that bounds do not clear; returns how many columns of them.
+
+    lane : first of the eight chains; step (float64x8); moving : chains to look at; limit : dl_max.
+    direction, threshold, branch_changed (N, W) : the last is not zero where a spring stands at the
+    end of its branch because it has just changed it. rates, series, force : see
+    `beltrepro.engine.taylor.start_springs`.
+    polynomials, sources (8 for each column), tails (8 N,) : written. sources : of each lane of each
+    column -1: none; b < N: block b sticks or slips; N + s: spring s changes its branch.
+    """
+    n_blocks = direction.shape[0]
+    column, used = -1, 0
+    for block in range(n_blocks):
+        heading = load(direction, (block, lane))
+        tail = _force_tail(order, block, step, force)
+        store(tails, (block * LANES,), _position_tail(block, heading, tail, step, series))
+        least, greatest, least_rate = _block_bounds(block, heading, tail, step, series, force)
+        limit_force = load(threshold, (block, lane))
+        slipping = heading != 0.0
+        speed = heading * load(series, (at(1, block + 1),))
+        # exactly zero only where the slip has just begun
+        begins = slipping & (speed == 0.0)
+        gains = slipping & (speed >= 0.0) & (least_rate > 0.0)
+        below = moving & ~gains & ~(least > select(slipping, 0.0, -limit_force))
+        above = moving & ~slipping & ~(greatest < limit_force)
+        if mask_bits(below | above) != 0:
+            lanes = below & slipping
+            if mask_bits(lanes) != 0:
+                used, column = _reserve(lanes, block, used, column, sources)
+                _put_slip_end(order, column, lanes, block, heading, begins, series, polynomials)
+            lanes = (below & ~slipping) | above
+            if mask_bits(lanes) != 0:
+                used, column = _reserve(lanes, block, used, column, sources)
+                way = select(above, 1.0, spread(-1.0))
+                _put_slip_start(order, column, lanes, block, way, limit_force, force, polynomials)
+                lanes = below & above
+                if mask_bits(lanes) != 0:
+                    used, column = _reserve(lanes, block, used, column, sources)
+                    _put_slip_start(
+                        order, column, lanes, block, -way, limit_force, force, polynomials
+                    )
+    tail_before = spread(0.0)
+    for spring in range(n_blocks):
+        tail = load(tails, (spring * LANES,))
+        least, greatest, least_rate = _spring_bounds(spring, tail + tail_before, step, series)
+        tail_before = tail
+        rate = load(rates, (spring * LANES,))
+        linear = rate == 0.0
+        # the way of a deformation that does not turn: a spring leaves the end it has passed
+        way = select(least_rate > 0.0, deformation(1, spring, series), 0.0)
+        changed = load(branch_changed, (spring, lane)) != 0.0
+        leaves = changed & (least_rate > 0.0)
+        upper = changed & (deformation(0, spring, series) > 0.0)
+        lower = changed & ~upper
+        clear_above = (greatest < limit) | (way < 0.0) | (upper & leaves)
+        clear_below = (least > -limit) | (way > 0.0) | (lower & leaves)
+        clear_beyond = (select(rate < 0.0, -greatest, least) > limit) | (rate * way > 0.0) | leaves
+        above = moving & linear & ~clear_above
+        below = moving & linear & ~clear_below
+        beyond = moving & ~linear & ~clear_beyond
+        lanes = above | below | beyond
+        if mask_bits(lanes) != 0:
+            source = n_blocks + spring
+            used, column = _reserve(lanes, source, used, column, sources)
+            sign = select(linear, select(above, -1.0, spread(1.0)), copysign(spread(1.0), rate))
+            offset = select(linear, limit, spread(-limit))
+            divided = changed & ~(linear & (above ^ upper))
+            _put_branch_end(
+                order, column, lanes, spring, sign, offset, divided, series, polynomials
+            )
+            lanes = above & below
+            if mask_bits(lanes) != 0:
+                used, column = _reserve(lanes, source, used, column, sources)
+                _put_branch_end(
+                    order, column, lanes, spring, -sign, offset, lower, series, polynomials
+                )
+    return column + 1
 
 
 @inlined
@@ -185,3 +281,17 @@ def first_events(order, resolution, n_columns, step, polynomials, sources):
         source = select(earlier | first, select(found, candidate, -1), source)
         instant = select(earlier, place, instant)
     return instant, source
+
+
+@inlined
+def may_pass(block, level, belt, step, series, tails):
+    """Lanes where a block may be at a level (float64x8, from the rest position) within the step.
+
+    tails : from `find_candidates`.
+    """
+    column = block + 1
+    c0 = load(series, (at(0, column),))
+    c1 = load(series, (at(1, column),)) + belt
+    c2 = load(series, (at(2, column),))
+    least, greatest = bounds(c0, c1, c2, load(tails, (block * LANES,)) * step, step)
+    return ~((least >= level) | (greatest < level))

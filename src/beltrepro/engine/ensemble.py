@@ -123,13 +123,6 @@ class ChainEnsemble:
         self._initial_energy = stored + self.n_blocks * speed**2 / 2
         self._initial_momentum = self.n_blocks * speed
 
-    def _sample_columns(self) -> np.ndarray:
-        """Keep samples as (3, B, lanes, S): chains at paces of their own write theirs in a row."""
-        rows, *columns = self._samples.shape
-        by_chain = zeros((*columns, rows))
-        self._samples = np.moveaxis(by_chain, -1, 0)
-        return by_chain
-
     # --- what an integrator provides ---
 
     def advance(self, until: float) -> Iterator[Chunk]:

@@ -14,21 +14,8 @@ is exact and what is approximate, see docs/event.md.
 
 import math
 
-import numpy as np
-
-from beltrepro.engine.candidates import (
-    block_bounds,
-    first_events,
-    force_tail,
-    position_tail,
-    put_branch_end,
-    put_slip_end,
-    put_slip_start,
-    reserve,
-    spring_bounds,
-    taylor_step,
-)
-from beltrepro.engine.events import record_event
+from beltrepro.engine.candidates import find_candidates, first_events, may_pass, taylor_step
+from beltrepro.engine.events import CROSSINGS_FULL, DONE, EVENTS_FULL, STORM, record_event
 from beltrepro.engine.law import (
     COMPRESSION_RATE,
     EXTENSION_RATE,
@@ -36,12 +23,12 @@ from beltrepro.engine.law import (
     LINEAR_LIMIT,
     STATIC_FRICTION,
 )
-from beltrepro.engine.memory import aligned
 from beltrepro.engine.noise import normal_pair, normal_pairs_where
 from beltrepro.engine.simd import (
     LANES,
     extract,
     fma,
+    lane_numbers,
     load,
     lowest_lane,
     mask_bits,
@@ -58,24 +45,19 @@ from beltrepro.engine.taylor import (
     ORDER,
     WALL,
     at,
-    bounds,
-    deformation,
     evaluate,
     evaluate_one,
     extend_series,
+    integral,
     mean_change,
     start_springs,
 )
 from beltrepro.engine.vector import inlined, kernel, separate_arrays
 
-DONE, EVENTS_FULL, CROSSINGS_FULL, STORM = range(4)
-
 # Last terms of the series of F_ex allowed at the end of a step: the last, and the one before it.
 TOLERANCE = 1e-10
 # The same with noise, as a share of sqrt(q): its impulse in a time h has deviation sqrt(q h).
 NOISE_SHARE = 1e-2
-_EIGHTHS = aligned(np.arange(1.0, 9.0))
-_LANE_NUMBERS = aligned(np.arange(LANES))
 # Longest cell of the noise, model time; in shorter ones it is where v_r might graze zero.
 _CELL = 0.5
 _GRAZING = 2.0
@@ -168,94 +150,6 @@ def _branch(deformation, limit):
 
 
 @inlined
-def _find_candidates(
-    order,
-    lane,
-    step,
-    moving,
-    limit,
-    velocity,
-    direction,
-    threshold,
-    regime,
-    branch_changed,
-    series,
-    force,
-    polynomials,
-    sources,
-    tails,
-):
-    """Collect the event functions that the bounds do not clear; returns how many columns of them.
-
-    sources : (C,), of each lane of each column -1: none; b < N: block b sticks or slips; N + s:
-    spring s changes its branch.
-    """
-    n_blocks = direction.shape[0]
-    column, used = -1, 0
-    for block in range(n_blocks):
-        heading = load(direction, (block, lane))
-        tail = force_tail(order, block, step, force)
-        store(tails, (block * LANES,), position_tail(block, heading, tail, step, series))
-        least, greatest, least_rate = block_bounds(block, heading, tail, step, series, force)
-        limit_force = load(threshold, (block, lane))
-        slipping = heading != 0.0
-        # v_r is exactly zero only where the slip has just begun
-        begins = slipping & (load(velocity, (block, lane)) == 0.0)
-        clear_below = select(begins, least_rate, least) > select(slipping, 0.0, -limit_force)
-        below = moving & ~clear_below
-        above = moving & ~slipping & ~(greatest < limit_force)
-        if mask_bits(below | above) != 0:
-            lanes = below & slipping
-            if mask_bits(lanes) != 0:
-                used, column = reserve(lanes, block, used, column, polynomials, sources)
-                put_slip_end(order, column, lanes, block, heading, begins, series, polynomials)
-            lanes = (below & ~slipping) | above
-            if mask_bits(lanes) != 0:
-                used, column = reserve(lanes, block, used, column, polynomials, sources)
-                way = select(above, 1.0, spread(-1.0))
-                put_slip_start(order, column, lanes, block, way, limit_force, force, polynomials)
-                lanes = below & above
-                if mask_bits(lanes) != 0:
-                    used, column = reserve(lanes, block, used, column, polynomials, sources)
-                    put_slip_start(
-                        order, column, lanes, block, -way, limit_force, force, polynomials
-                    )
-    tail_before = spread(0.0)
-    for spring in range(n_blocks):
-        tail = load(tails, (spring * LANES,))
-        least, greatest, least_rate = spring_bounds(spring, tail + tail_before, step, series)
-        tail_before = tail
-        branch = load(regime, (spring, lane))
-        changed = load(branch_changed, (spring, lane)) != 0.0
-        linear = branch == 0.0
-        # a spring that has just changed its branch stands at one limit and moves away from it
-        leaves = changed & (least_rate > 0.0)
-        upper = changed & (deformation(0, spring, series) > 0.0)
-        lower = changed & ~upper
-        clear_above = (greatest < limit) | (upper & leaves)
-        clear_below = (least > -limit) | (lower & leaves)
-        clear_beyond = (select(branch < 0.0, -greatest, least) > limit) | leaves
-        above = moving & linear & ~clear_above
-        below = moving & linear & ~clear_below
-        beyond = moving & ~linear & ~clear_beyond
-        lanes = above | below | beyond
-        if mask_bits(lanes) != 0:
-            source = n_blocks + spring
-            used, column = reserve(lanes, source, used, column, polynomials, sources)
-            sign = select(linear, select(above, -1.0, spread(1.0)), branch)
-            offset = select(linear, limit, spread(-limit))
-            divided = changed & ~(linear & (above ^ upper))
-            put_branch_end(order, column, lanes, spring, sign, offset, divided, series, polynomials)
-            lanes = above & below
-            if mask_bits(lanes) != 0:
-                used, column = reserve(lanes, source, used, column, polynomials, sources)
-                put_branch_end(
-                    order, column, lanes, spring, -sign, offset, lower, series, polynomials
-                )
-    return column + 1
-
-
-@inlined
 def _value_and_slope(order, time, column, i, series):
     """Position and relative velocity of one chain in a column of the series."""
     value = series[at(order, column) + i]
@@ -290,7 +184,7 @@ def _record_crossings(
     while passed < step:
         # the first eighth of the rest after which the side differs; a step holds few crossings
         eighth = 0.125 * (step - passed)
-        places = fma(load(_EIGHTHS, (0,)), eighth, passed)
+        places = fma(to_float(lane_numbers()) + 1.0, eighth, passed)
         value = spread(series[at(order, column) + i])
         for k in range(order - 1, -1, -1):
             value = fma(value, places, spread(series[at(k, column) + i]))
@@ -359,7 +253,7 @@ def _record_samples(
     row = sample_row[chain]
     count = LANES
     while count == LANES:
-        rows = load(_LANE_NUMBERS, (0,)) + row
+        rows = lane_numbers() + row
         instants = minimum(fma(to_float(rows), sample_interval, sample_offset), end)
         due = (rows < n_samples) & (instants <= until)
         since = instants - time[chain]
@@ -509,17 +403,16 @@ def _advance(order, resolution, noisy):
                 step = select(moving, step, 0.0)
 
                 # --- the first event of each chain ---
-                n_columns = _find_candidates(
+                n_columns = find_candidates(
                     order,
                     lane,
                     step,
                     moving,
                     limit,
-                    velocity,
                     direction,
                     threshold,
-                    regime,
                     branch_changed,
+                    rates,
                     series,
                     force,
                     polynomials,
@@ -557,15 +450,11 @@ def _advance(order, resolution, noisy):
                 arrived = step >= remaining
                 later = select(arrived, end, later)
                 if section_block >= 0:
-                    column = section_block + 1
-                    c1 = load(series, (at(1, column),)) + belt
-                    c0 = load(series, (at(0, column),))
-                    tail = load(tails, (section_block * LANES,)) * step
-                    c2 = load(series, (at(2, column),))
-                    least, greatest = bounds(c0, c1, c2, tail, step)
                     goal = load(section_displacement, (lane,))
                     # when all blocks are stuck the last one only moves up
-                    crossing = mask_bits(moving & ~((least >= goal) | (greatest < goal)))
+                    crossing = mask_bits(
+                        moving & may_pass(section_block, goal, belt, step, series, tails)
+                    )
                     while crossing:
                         i = lowest_lane(crossing)
                         crossing &= crossing - 1
@@ -607,10 +496,7 @@ def _advance(order, resolution, noisy):
                         samples,
                     )
 
-                impulse = spread(0.0)
-                for k in range(force_order, -1, -1):
-                    impulse = fma(impulse, step, load(wall_pull, (at(k, 0),)) * (1.0 / (k + 1.0)))
-                impulse = select(moving, impulse * step, 0.0)
+                impulse = select(moving, integral(force_order, wall_pull, 0, step), 0.0)
                 store(wall_impulse, (lane,), load(wall_impulse, (lane,)) + impulse)
                 for block in range(n_blocks):
                     position, relative = evaluate(order, series, block, step)
@@ -687,7 +573,7 @@ def _advance(order, resolution, noisy):
                         way = 1.0 if external > 0.0 else -1.0
                         starts = True
                         if direction[what, chain] != 0.0:
-                            if noise[chain] > 0.0:
+                            if noisy:
                                 first, _ = normal_pair(streams, chain)
                                 threshold[what, chain] = mean_threshold + noise[chain] * first
                             starts = abs(external) > threshold[what, chain]

@@ -5,15 +5,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from beltrepro.engine import event, simd
-from beltrepro.engine.candidates import CANDIDATES_PER_BLOCK
-from beltrepro.engine.ensemble import ChainEnsemble, Chunk
+from beltrepro.engine.ensemble import Chunk
+from beltrepro.engine.events import STORM
 from beltrepro.engine.memory import aligned, zeros
-from beltrepro.engine.taylor import LEVELS
+from beltrepro.engine.series_ensemble import SeriesEnsemble
 
 _PASSES_PER_TIME = 5000  # a chain that takes more steps than this in a unit of time is stopped
 
 
-class EventEnsemble(ChainEnsemble):
+class EventEnsemble(SeriesEnsemble):
     """Chains integrated exactly between located events; parameters as for `ChainEnsemble`.
 
     time_step sets the strength of the noise, which the paper draws anew at every step of its
@@ -31,7 +31,7 @@ class EventEnsemble(ChainEnsemble):
         **settings,
     ):
         super().__init__(parameters, **settings)
-        n_blocks, lanes = shape = self._initial_displacement.shape
+        shape = self._displacement.shape
         law = self.parameters[0]
         self._noise_power = aligned((law.friction_ratio * self._noise) ** 2 * self.time_step)
         tolerances = np.maximum(tolerance, noise_share * np.sqrt(self._noise_power))
@@ -45,37 +45,12 @@ class EventEnsemble(ChainEnsemble):
             )
             if own.any()
         ]
-        self._sample_buffer = self._sample_columns()
-        self._displacement = self._initial_displacement
-        self._threshold = self._initial_threshold
-        self._velocity, self._direction, self._branch_changed, self._dissipated = (
-            zeros(shape) for _ in range(4)
-        )
         deformation = np.diff(self._displacement, axis=0, prepend=0.0)
         beyond = np.abs(deformation) > law.linear_limit
         self._regime = aligned(np.sign(deformation) * beyond)
         self._noise_force = zeros((2, *shape))
-        self._local_time, self._cell, self._wall_impulse = (zeros(lanes) for _ in range(3))
-
-        columns = n_blocks * CANDIDATES_PER_BLOCK
-        series, stretching, growth, force, wall_pull, polynomials = (
-            zeros(count * LEVELS * simd.LANES)
-            for count in (n_blocks + 1, *[n_blocks] * 3, 1, columns)
-        )
-        rates, tails = (zeros(n_blocks * simd.LANES) for _ in range(2))
-        self._scratch = (
-            series,
-            rates,
-            stretching,
-            growth,
-            force,
-            wall_pull,
-            polynomials,
-            zeros(columns * simd.LANES, dtype=np.int64),
-            tails,
-            zeros(simd.LANES),
-            zeros(simd.LANES, dtype=np.int64),
-        )
+        self._local_time, self._cell = (zeros(shape[1]) for _ in range(2))
+        self._scratch = (zeros(simd.LANES), zeros(simd.LANES, dtype=np.int64))
 
     def advance(self, until: float) -> Iterator[Chunk]:
         """Advance all chains to `until`, chunk by chunk."""
@@ -98,13 +73,13 @@ class EventEnsemble(ChainEnsemble):
             yield self._chunk(start, first_row, rows)
 
     def _run(self, kernel, own, span, first_sample, interval, rows):
-        """Advance the chains of a kernel by `span`; full buffers are doubled, which changes no bit.
+        """Advance the chains of a kernel by `span`.
 
         own : (W,) which chains are those of the kernel.
         """
         sample_row = zeros(len(self._noise), dtype=np.int64)
-        while True:
-            status = kernel(
+        status = self._advance(
+            lambda: kernel(
                 span,
                 self.time,
                 self._constants,
@@ -123,13 +98,14 @@ class EventEnsemble(ChainEnsemble):
                 self._dissipated,
                 self._wall_impulse,
                 self._streams,
+                *self._series,
                 *self._scratch,
                 interval,
                 first_sample,
                 rows,
                 sample_row,
                 self._first_sampled,
-                self._sample_buffer,
+                self._sample_columns,
                 self._events,
                 self._event_count,
                 self._section_block,
@@ -139,26 +115,9 @@ class EventEnsemble(ChainEnsemble):
                 1000 + int(_PASSES_PER_TIME * span),
                 self._log_tolerance,
             )
-            if status == event.DONE:
-                return
-            if status == event.STORM:
-                late = np.where(own, self._local_time, np.inf)[: self._width]
-                lane = int(np.argmin(late))
-                self.time += float(late[lane])
-                self._stop(lane, "slips and sticks follow each other without end")
-            if status == event.EVENTS_FULL:
-                self._events = np.concatenate([self._events] * 2, axis=1)
-            else:
-                self._crossings = np.concatenate([self._crossings] * 2, axis=1)
-
-    def _displacements(self):
-        return self._displacement
-
-    def _relative_velocities(self):
-        return self._velocity
-
-    def _friction_losses(self):
-        return self._dissipated
-
-    def _wall_impulses(self):
-        return self._wall_impulse
+        )
+        if status == STORM:
+            late = np.where(own, self._local_time, np.inf)[: self._width]
+            lane = int(np.argmin(late))
+            self.time += float(late[lane])
+            self._stop(lane, "slips and sticks follow each other without end")

@@ -1,4 +1,4 @@
-"""The record of one event, shared by the integrators and the observers.
+"""The record of one event, shared by the integrators and the observers, and how kernels return.
 
 The position is a displacement from the rest position, the time is that since the start of the run.
 """
@@ -7,6 +7,9 @@ from beltrepro.engine.vector import inlined
 
 EVENT_TIME, EVENT_BLOCK, EVENT_SLIP, EVENT_FORCE, EVENT_POSITION, EVENT_DISSIPATED = range(6)
 EVENT_FIELDS = 6
+
+# What a kernel says when it returns: all is done; a buffer is full; a chain hardly advances.
+DONE, EVENTS_FULL, CROSSINGS_FULL, STORM = range(4)
 
 
 @inlined

@@ -34,7 +34,7 @@ def law_constants(parameters: ChainParameters) -> np.ndarray:
 
 @inlined
 def spring_law(constants):
-    """The constants that `tension` needs, as local scalars.
+    """The constants that `tension_and_slope` needs, as local scalars.
 
     Read inside the loop over chains, a choice between two of them would become a vector gather.
     """
@@ -48,8 +48,11 @@ def spring_law(constants):
 
 
 @inlined
-def tension(deformation, law):
-    """-F_e(dl): the force with which a spring pulls, for a float64 or a vector of them."""
+def tension_and_slope(deformation, law):
+    """-F_e(dl), its derivative, and the part of dl beyond the linear branch (0 on it).
+
+    For a float64 or a vector of them; the derivative grows exponentially with the third value.
+    """
     limit, compression_rate, extension_rate, compression_softness, extension_softness = law
     linear = select(deformation > limit, limit, deformation)
     linear = select(linear < -limit, -limit, linear)
@@ -57,5 +60,12 @@ def tension(deformation, law):
     compressed = deformation < 0.0
     rate = select(compressed, -compression_rate, extension_rate)
     softness = select(compressed, -compression_softness, extension_softness)
-    growth = exp2(excess, rate) - 1.0
-    return fma(softness, growth, linear)
+    slope = exp2(excess, rate)
+    return fma(softness, slope - 1.0, linear), slope, excess
+
+
+@inlined
+def tension(deformation, law):
+    """-F_e(dl): the force with which a spring pulls, for a float64 or a vector of them."""
+    pull, _, _ = tension_and_slope(deformation, law)
+    return pull

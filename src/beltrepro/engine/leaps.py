@@ -12,21 +12,8 @@ start. What is exact and what is approximate, see docs/verlet.md.
 
 import math
 
-import numpy as np
-
-from beltrepro.engine.candidates import (
-    block_bounds,
-    first_events,
-    force_tail,
-    position_tail,
-    put_branch_end,
-    put_slip_end,
-    put_slip_start,
-    reserve,
-    spring_bounds,
-    taylor_step,
-)
-from beltrepro.engine.events import record_event
+from beltrepro.engine.candidates import find_candidates, first_events, may_pass, taylor_step
+from beltrepro.engine.events import CROSSINGS_FULL, DONE, EVENTS_FULL, record_event
 from beltrepro.engine.law import (
     COMPRESSION_RATE,
     EXTENSION_RATE,
@@ -35,12 +22,14 @@ from beltrepro.engine.law import (
     STATIC_FRICTION,
     spring_law,
     tension,
+    tension_and_slope,
 )
-from beltrepro.engine.memory import aligned
 from beltrepro.engine.simd import (
     LANES,
     copysign,
+    extract,
     fma,
+    lane_numbers,
     load,
     lowest_lane,
     mask_bits,
@@ -56,16 +45,13 @@ from beltrepro.engine.taylor import (
     ORDER,
     WALL,
     at,
-    bounds,
-    deformation,
     evaluate,
     evaluate_one,
     extend_pair,
+    integral,
     polynomial,
 )
-from beltrepro.engine.vector import exp2, inlined, kernel, separate_arrays
-
-DONE, EVENTS_FULL, CROSSINGS_FULL = range(3)
+from beltrepro.engine.vector import inlined, kernel, separate_arrays
 
 _FORCE_ORDER = ORDER - 2
 _RESOLUTION = 1e-15  # share of a leap by which the instant of an event may be missed
@@ -73,7 +59,6 @@ _RESOLUTION = 1e-15  # share of a leap by which the instant of an event may be m
 _TOLERANCE = 1e-10
 # A turn due less than this share of a step after the end of a step may be due there.
 _DOUBT = 1e-3
-_LANE_NUMBERS = aligned(np.arange(LANES))
 _NEAREST = 6755399441055744.0  # 1.5 * 2^52: adding it rounds to whole numbers
 
 
@@ -108,7 +93,7 @@ def _start_series(
     The scheme's positions at t and t +- dt give the derivative at t: their central difference is
     dt x' + dt^3/6 x''', where x''' is the coefficient F_1.
     """
-    limit, compression_rate_2, extension_rate_2, compression_softness, extension_softness = law
+    _, _, _, compression_softness, extension_softness = law
     n_blocks = direction.shape[0]
     place_before = spread(0.0)
     tension_before = spread(0.0)
@@ -118,17 +103,14 @@ def _start_series(
         store(series, (at(0, spring + 1),), place)
         change = place - place_before
         place_before = place
-        linear = minimum(maximum(change, -limit), limit)
-        excess = change - linear
-        compressed = change < 0.0
-        exponential = exp2(excess, select(compressed, -compression_rate_2, extension_rate_2))
-        softness = select(compressed, -compression_softness, extension_softness)
-        pull = fma(softness, exponential - 1.0, linear)
+        pull, slope, excess = tension_and_slope(change, law)
         curved = excess != 0.0
+        compressed = change < 0.0
         rate = select(compressed, -curvatures[0], curvatures[1])
+        softness = select(compressed, -compression_softness, extension_softness)
         store(rates, (spring * LANES,), select(curved, rate, 0.0))
-        store(slopes, (spring * LANES,), exponential)
-        store(growth, (at(0, spring),), select(curved, exponential * softness, 0.0))
+        store(slopes, (spring * LANES,), slope)
+        store(growth, (at(0, spring),), select(curved, slope * softness, 0.0))
         if spring == 0:
             store(wall_pull, (at(0, 0),), pull)
         else:
@@ -222,7 +204,7 @@ def _correct(
 def _extend_series(
     share, direction, lane, series, rates, slopes, stretching, growth, force, wall_pull
 ):
-    """All levels from 2 on of the forces, from 2 on of the positions."""
+    """All levels from 2 on of the forces and of the positions."""
     extend_pair(2, direction, lane, series, rates, stretching, growth, force, wall_pull)
     _correct(2, share, direction, lane, series, rates, slopes, stretching, growth, force, wall_pull)
     extend_pair(4, direction, lane, series, rates, stretching, growth, force, wall_pull)
@@ -248,72 +230,6 @@ def _turn_due(lane, mean, velocity, direction, force):
         beyond = abs(load(force, (at(0, block),))) > mean
         due = due | (turned & ((heading != 0.0) | beyond))
     return due
-
-
-@inlined
-def _find_candidates(
-    lane, step, moving, limit, mean, direction, rates, series, force, polynomials, sources, tails
-):
-    """Collect the turns and branch ends that bounds do not exclude; returns how many columns.
-
-    sources : (C,), of each lane of each column -1: none; b < N: block b; N + s: spring s.
-    """
-    n_blocks = direction.shape[0]
-    column, used = -1, 0
-    never = step < 0.0
-    for block in range(n_blocks):
-        heading = load(direction, (block, lane))
-        tail = force_tail(ORDER, block, step, force)
-        store(tails, (block * LANES,), position_tail(block, heading, tail, step, series))
-        least, greatest, least_rate = block_bounds(block, heading, tail, step, series, force)
-        slipping = heading != 0.0
-        # a slip that has just begun is slow but gains speed
-        gains = slipping & (heading * load(series, (at(1, block + 1),)) > 0.0) & (least_rate > 0.0)
-        below = moving & ~gains & ~(least > select(slipping, spread(0.0), -mean))
-        above = moving & ~slipping & ~(greatest < mean)
-        if mask_bits(below | above) != 0:
-            lanes = below & slipping
-            if mask_bits(lanes) != 0:
-                used, column = reserve(lanes, block, used, column, polynomials, sources)
-                put_slip_end(ORDER, column, lanes, block, heading, never, series, polynomials)
-            lanes = (below & ~slipping) | above
-            if mask_bits(lanes) != 0:
-                used, column = reserve(lanes, block, used, column, polynomials, sources)
-                way = select(above, 1.0, spread(-1.0))
-                put_slip_start(ORDER, column, lanes, block, way, spread(mean), force, polynomials)
-                lanes = below & above
-                if mask_bits(lanes) != 0:
-                    used, column = reserve(lanes, block, used, column, polynomials, sources)
-                    put_slip_start(
-                        ORDER, column, lanes, block, -way, spread(mean), force, polynomials
-                    )
-    tail_before = spread(0.0)
-    for spring in range(n_blocks):
-        tail = load(tails, (spring * LANES,))
-        least, greatest, least_rate = spring_bounds(spring, tail + tail_before, step, series)
-        tail_before = tail
-        rate = load(rates, (spring * LANES,))
-        linear = rate == 0.0
-        # a spring that has just passed an end of its branch moves away from it
-        way = select(least_rate > 0.0, deformation(1, spring, series), 0.0)
-        above = moving & linear & ~((greatest < limit) | (way < 0.0))
-        below = moving & linear & ~((least > -limit) | (way > 0.0))
-        clear_beyond = (select(rate < 0.0, -greatest, least) > limit) | (rate * way > 0.0)
-        beyond = moving & ~linear & ~clear_beyond
-        lanes = above | below | beyond
-        if mask_bits(lanes) != 0:
-            source = n_blocks + spring
-            used, column = reserve(lanes, source, used, column, polynomials, sources)
-            sign = select(linear, select(above, -1.0, spread(1.0)), copysign(spread(1.0), rate))
-            offset = select(linear, limit, spread(-limit))
-            put_branch_end(ORDER, column, lanes, spring, sign, offset, never, series, polynomials)
-            lanes = above & below
-            if mask_bits(lanes) != 0:
-                used, column = reserve(lanes, source, used, column, polynomials, sources)
-                put_branch_end(
-                    ORDER, column, lanes, spring, -sign, offset, never, series, polynomials
-                )
-    return column + 1
 
 
 @inlined
@@ -394,7 +310,6 @@ def _literal_step(
     dissipated,
     wall_impulse,
     pulls,
-    external_force,
     events,
     event_count,
 ):
@@ -424,24 +339,25 @@ def _literal_step(
         here = load(displacement, place)
         loss = load(dissipated, place)
         if mask_bits(changed) != 0:
-            store(external_force, (0,), external)
             sticks = mask_bits(changed & (old != 0.0))
             slips = mask_bits(changed & (new != 0.0))
-            for i in range(LANES):
+            turned = sticks | slips
+            while turned:
+                i = lowest_lane(turned)
+                turned &= turned - 1
                 chain = lane + i
-                for kind, lanes in ((0.0, sticks), (1.0, slips)):
-                    if (lanes >> i) & 1:
-                        record_event(
-                            chain,
-                            (first_step + steps_done[chain]) * time_step,
-                            block,
-                            kind,
-                            external_force[i],
-                            displacement[block, chain],
-                            dissipated[block, chain],
-                            events,
-                            event_count,
-                        )
+                time = (first_step + steps_done[chain]) * time_step
+                force = extract(external, i)
+                position = extract(here, i)
+                dissipation = extract(loss, i)
+                if (sticks >> i) & 1:
+                    record_event(
+                        chain, time, block, 0.0, force, position, dissipation, events, event_count
+                    )
+                if (slips >> i) & 1:
+                    record_event(
+                        chain, time, block, 1.0, force, position, dissipation, events, event_count
+                    )
             keeps = ~changed | (old * new != 0.0)
             before = select(keeps, before, 0.0)
             w = select(keeps, w, 0.0)
@@ -614,7 +530,7 @@ def _record_samples(
     cube = time_step * time_step * time_step
     count = LANES
     while count == LANES:
-        rows = load(_LANE_NUMBERS, (0,)) + row
+        rows = lane_numbers() + row
         steps = fma(to_float(rows), stride, first_sample) - steps_done[chain]
         due = steps <= leap
         since = steps * time_step
@@ -646,11 +562,12 @@ def leap_steps(
     velocity,
     direction,
     dissipated,
+    threshold,
+    branch_changed,
     wall_impulse,
     steps_done,
     series,
     rates,
-    slopes,
     stretching,
     growth,
     force,
@@ -658,9 +575,8 @@ def leap_steps(
     polynomials,
     sources,
     tails,
+    slopes,
     pulls,
-    external_force,
-    leaps,
     sample_stride,
     sample_row,
     first_sampled,
@@ -680,10 +596,11 @@ def leap_steps(
     chain, whole numbers, zero to begin with; sample_row : (W,) samples taken, likewise.
     State: displacement from the rest positions, slip_step w, acceleration a(t-dt) dt^2, velocity
     v_r dt, direction, dissipated (N, W); wall_impulse (W,). belt_velocity : (W,).
+    threshold : (N, W) F_st; branch_changed : (N, W) zeros, see `find_candidates`.
     constants : (9,) see `law_constants`.
     series of N+1, stretching, growth, force of N, wall_pull of one and polynomials of
     N * CANDIDATES_PER_BLOCK columns (see `beltrepro.engine.taylor.at`), sources (8 of each of the
-    latter), rates, slopes, tails, pulls (8 N,), external_force, leaps (8,): scratch.
+    latter), rates, tails, slopes, pulls (8 N,): scratch.
     Samples are taken where the step index is a multiple of sample_stride.
     samples : (3, N-first_sampled, W, S) displacement, relative velocity, kinetic friction.
     events, crossings : as for `beltrepro.engine.verlet.verlet_steps`.
@@ -755,13 +672,15 @@ def leap_steps(
 
             # --- the first turn or change of branch of each chain ---
             longest = reach * time_step
-            n_columns = _find_candidates(
+            n_columns = find_candidates(
+                ORDER,
                 lane,
                 longest,
                 leaping,
                 limit,
-                mean,
                 direction,
+                threshold,
+                branch_changed,
                 rates,
                 series,
                 force,
@@ -783,44 +702,39 @@ def leap_steps(
             leap = select(turning, maximum(-_round_down(_DOUBT - count), 0.0), leap)
             leap = minimum(leap, reach)
             step = leap * time_step
-            store(leaps, (0,), leap)
 
             # --- there at once ---
             if section_block >= 0:
-                column = section_block + 1
-                c0 = load(series, (at(0, column),))
-                c1 = load(series, (at(1, column),)) + belt
-                c2 = load(series, (at(2, column),))
-                tail = load(tails, (section_block * LANES,)) * step
-                least, greatest = bounds(c0, c1, c2, tail, step)
                 goal = load(section_displacement, (lane,))
-                crossing = mask_bits(leaping & ~((least >= goal) | (greatest < goal)))
-                if crossing:
-                    for i in range(LANES):
-                        if (crossing >> i) & 1:
-                            _record_crossings(
-                                lane,
-                                i,
-                                leaps[i],
-                                first_step + steps_done[lane + i],
-                                time_step,
-                                series,
-                                belt_velocity[lane + i],
-                                section_block,
-                                section_displacement[lane + i],
-                                crossings,
-                                crossing_count,
-                            )
+                crossing = mask_bits(
+                    leaping & may_pass(section_block, goal, belt, step, series, tails)
+                )
+                while crossing:
+                    i = lowest_lane(crossing)
+                    crossing &= crossing - 1
+                    _record_crossings(
+                        lane,
+                        i,
+                        extract(leap, i),
+                        first_step + steps_done[lane + i],
+                        time_step,
+                        series,
+                        belt_velocity[lane + i],
+                        section_block,
+                        section_displacement[lane + i],
+                        crossings,
+                        crossing_count,
+                    )
             row = load(sample_row, (lane,))
             following = fma(to_float(row), stride, first_sample)
             sampled = mask_bits(leaping & (following <= done + leap))
-            while sampled != 0:
+            while sampled:
                 i = lowest_lane(sampled)
                 sampled &= sampled - 1
                 _record_samples(
                     lane,
                     i,
-                    leaps[i],
+                    extract(leap, i),
                     time_step,
                     kinetic,
                     steps_done,
@@ -835,12 +749,10 @@ def leap_steps(
                     samples,
                 )
 
-            impulse = spread(0.0)
-            for k in range(_FORCE_ORDER, -1, -1):
-                impulse = fma(impulse, step, load(wall_pull, (at(k, 0),)) * (1.0 / (k + 1.0)))
             # a sum over steps instead of an integral: Euler and Maclaurin
+            impulse = integral(_FORCE_ORDER, wall_pull, 0, step)
             pull, rise = polynomial(ORDER, wall_pull, 0, step)
-            impulse = impulse * step - 0.5 * time_step * (pull - load(wall_pull, (at(0, 0),)))
+            impulse = impulse - 0.5 * time_step * (pull - load(wall_pull, (at(0, 0),)))
             impulse = fma(rise - load(wall_pull, (at(1, 0),)), square * (1.0 / 12.0), impulse)
             impulse = select(leaping, impulse, 0.0)
             store(wall_impulse, (lane,), load(wall_impulse, (lane,)) + impulse)
@@ -884,34 +796,34 @@ def leap_steps(
                     dissipated,
                     wall_impulse,
                     pulls,
-                    external_force,
                     events,
                     event_count,
                 )
                 done = select(taken, done + 1.0, done)
                 store(steps_done, (lane,), done)
                 if section_block >= 0:
-                    bits = mask_bits(taken)
-                    for i in range(LANES):
-                        if (bits >> i) & 1:
-                            _cross_literally(
-                                lane + i,
-                                first_step + steps_done[lane + i],
-                                time_step,
-                                belt_velocity[lane + i],
-                                displacement,
-                                slip_step,
-                                acceleration,
-                                velocity,
-                                section_block,
-                                section_displacement[lane + i],
-                                crossings,
-                                crossing_count,
-                            )
+                    stepping = mask_bits(taken)
+                    while stepping:
+                        i = lowest_lane(stepping)
+                        stepping &= stepping - 1
+                        _cross_literally(
+                            lane + i,
+                            first_step + steps_done[lane + i],
+                            time_step,
+                            belt_velocity[lane + i],
+                            displacement,
+                            slip_step,
+                            acceleration,
+                            velocity,
+                            section_block,
+                            section_displacement[lane + i],
+                            crossings,
+                            crossing_count,
+                        )
                 row = load(sample_row, (lane,))
                 following = fma(to_float(row), stride, first_sample)
                 sampled = mask_bits(taken & (following == done))
-                while sampled != 0:
+                while sampled:
                     i = lowest_lane(sampled)
                     sampled &= sampled - 1
                     chain = lane + i

@@ -263,6 +263,16 @@ def select(typing_context, mask, chosen, otherwise):
 
 
 @intrinsic
+def lane_numbers(typing_context):
+    """0 to 7, as int64x8."""
+
+    def generate(context, builder, sig, values):
+        return ir.Constant(_llvm(int64x8), list(range(LANES)))
+
+    return int64x8(), generate
+
+
+@intrinsic
 def extract(typing_context, value, lane):
     """One lane of a vector, by its number."""
     result = types.float64 if _is_float(value) else types.int64

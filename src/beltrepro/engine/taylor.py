@@ -228,6 +228,15 @@ def evaluate(order, series, block, time):
 
 
 @inlined
+def integral(order, coefficients, column, time):
+    """Integral from the start to `time` (float64x8) of the series in a column."""
+    total = spread(0.0)
+    for k in range(order, -1, -1):
+        total = fma(total, time, load(coefficients, (at(k, column),)) * (1.0 / (k + 1.0)))
+    return total * time
+
+
+@inlined
 def mean_change(order, series, block, time):
     """Mean from the start to `time` of the change of position of a block."""
     square = time * time

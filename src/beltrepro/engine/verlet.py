@@ -40,6 +40,7 @@ from beltrepro.engine.law import (
     STATIC_FRICTION,
     spring_law,
     tension,
+    tension_and_slope,
 )
 from beltrepro.engine.memory import zeros
 from beltrepro.engine.noise import normal_pairs_wide
@@ -55,7 +56,7 @@ from beltrepro.engine.simd import (
     select,
     store,
 )
-from beltrepro.engine.vector import exp2, inlined, kernel
+from beltrepro.engine.vector import inlined, kernel
 
 LANES = WIDE_LANES
 STRETCH = 10  # steps
@@ -133,20 +134,14 @@ def _put(state, vector, block, field, value):
 @inlined
 def _expand(state, vector, spring, deformation, law, rates):
     """Write the power series of a tension; returns the tension."""
-    limit, compression_rate_2, extension_rate_2, compression_softness, extension_softness = law
-    linear = minimum(maximum(deformation, -limit), limit)
-    excess = deformation - linear
-    compressed = deformation < 0.0
-    growth = exp2(excess, select(compressed, -compression_rate_2, extension_rate_2))
-    softness = select(compressed, -compression_softness, extension_softness)
-    pull = fma(softness, growth - 1.0, linear)
-    rate = select(compressed, -rates[0], rates[1])
+    pull, slope, excess = tension_and_slope(deformation, law)
+    rate = select(deformation < 0.0, -rates[0], rates[1])
     rate = select(excess == 0.0, 0.0, rate)
     _put(state, vector, spring, _DEFORMATION, deformation)
     _put(state, vector, spring, _SERIES, pull)
-    # growth is the slope on all branches; every derivative is `rate` times the one before
-    _put(state, vector, spring, _SERIES + LANES, growth)
-    second = growth * rate * (1.0 / 2.0)
+    # every derivative is `rate` times the one before
+    _put(state, vector, spring, _SERIES + LANES, slope)
+    second = slope * rate * (1.0 / 2.0)
     _put(state, vector, spring, _SERIES + 2 * LANES, second)
     third = second * rate * (1.0 / 3.0)
     _put(state, vector, spring, _SERIES + 3 * LANES, third)
