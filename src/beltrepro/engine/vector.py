@@ -68,7 +68,8 @@ def _identity(enclosed):
 def inlined(function):
     """Compile a helper that is always inlined into the kernel that calls it; it makes no arrays."""
     dispatcher = numba.njit(error_model="numpy", forceinline=True)(function)
-    dispatcher.targetoptions["_nrt"] = False
+    # nor can Python call it: half of the compile time would go into the code for that
+    dispatcher.targetoptions.update(_nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
     return dispatcher
 
 

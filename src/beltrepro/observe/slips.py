@@ -62,8 +62,7 @@ class SlipActivity:
     def laminar(self) -> dict[str, np.ndarray]:
         """laminar_fraction, _count, _mean, _longest (W,), the slip going on included."""
         state = self._state.copy()
-        for lane in range(len(state)):
-            _close_phase(state[lane], self._end, self._start, self._laminar_time)
+        _close_phases(state, self._end, self._start, self._laminar_time)
         count, total = state[:, _LAMINAR_COUNT], state[:, _LAMINAR_TIME]
         observed = self._end - self._start
         return {
@@ -82,6 +81,12 @@ def _close_phase(state, time, start, laminar_time):
         state[_LAMINAR_COUNT] += 1
         state[_LAMINAR_TIME] += length
         state[_LAMINAR_LONGEST] = max(state[_LAMINAR_LONGEST], length)
+
+
+@kernel
+def _close_phases(states, time, start, laminar_time):
+    for lane in range(len(states)):
+        _close_phase(states[lane], time, start, laminar_time)
 
 
 @kernel
