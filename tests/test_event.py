@@ -12,13 +12,14 @@ from scipy.stats import chi2, ks_2samp, kstest
 
 import reference
 from beltrepro import ChainParameters, simulate
+from beltrepro.accuracy import ORDER
 from beltrepro.engine import integrator as engine_integrator
 from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.records import EVENT_TIME
 from beltrepro.engine.roots import first_roots
 from beltrepro.engine.simd import LANES, select, spread, store
-from beltrepro.engine.taylor import LEVELS, ORDER
+from beltrepro.engine.taylor import LEVELS
 from beltrepro.engine.vector import kernel
 from beltrepro.errors import ModelStateError
 from beltrepro.model.spring import external_force, spring_extension

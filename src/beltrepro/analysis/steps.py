@@ -7,11 +7,10 @@ noise, in model units.
 
 import numpy as np
 
+from beltrepro.accuracy import FORCE_ORDER
 from beltrepro.model import ChainParameters
 from beltrepro.model.friction import friction_force
 from beltrepro.model.spring import chain_deformations, external_force
-
-FORCE_ORDER = 17  # of the series of the forces; that of the positions has two terms more
 
 
 def mean_step(positions, velocities, parameters: ChainParameters, tolerance: float) -> float:

@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from beltrepro.accuracy import NOISY_ORDER, ORDER
 from beltrepro.engine.candidates import (
     Candidates,
     find_candidates,
@@ -29,12 +30,14 @@ from beltrepro.engine.candidates import (
     new_candidates,
     taylor_step,
 )
-from beltrepro.engine.law import Law, kinetic_friction
+from beltrepro.engine.friction import kinetic_friction, slip_direction
+from beltrepro.engine.law import Law, branch_at, extension, stored_energy
 from beltrepro.engine.memory import zeros
 from beltrepro.engine.noise import normal_pair, normal_pairs_where
 from beltrepro.engine.records import DONE, STORM, full_buffer, record_event
 from beltrepro.engine.simd import (
     LANES,
+    copysign,
     extract,
     fma,
     lane_numbers,
@@ -50,8 +53,6 @@ from beltrepro.engine.simd import (
     to_float,
 )
 from beltrepro.engine.taylor import (
-    NOISY_ORDER,
-    ORDER,
     WALL,
     Series,
     at,
@@ -66,10 +67,6 @@ from beltrepro.engine.taylor import (
 )
 from beltrepro.engine.vector import inlined, kernel, separate_arrays
 
-# Last terms of the series of F_ex allowed at the end of a step: the last, and the one before it.
-TOLERANCE = 1e-10
-# The same with noise, as a share of sqrt(q): its impulse in a time h has deviation sqrt(q h).
-NOISE_SHARE = 1e-2
 # Longest cell of the noise, model time; in shorter ones it is where v_r might graze zero.
 _CELL = 0.5
 _GRAZING = 2.0
@@ -282,20 +279,6 @@ def _wait_on_belt(lane, i, end, group, scratch):
     rest = end - chains.time[chain]
     scratch.found.source[i] = first if wait <= rest else -1
     scratch.found.step[i] = min(wait, rest)
-
-
-@inlined
-def extension(tension, law):
-    """Deformation at which a spring pulls with the given tension."""
-    size = abs(tension)
-    limit = law.linear_limit
-    if size <= limit:
-        return tension
-    rate = law.extension_rate if tension > 0.0 else law.compression_rate
-    return math.copysign(limit + math.log1p(rate * (size - limit)) / rate, tension)
-
-
-# --- records ---
 
 
 @inlined
@@ -515,26 +498,6 @@ def _end_rest(lane, i, group, scratch):
 
 
 @inlined
-def stored_energy(deformation, law):
-    """Potential energy of a spring."""
-    size = abs(deformation)
-    limit = law.linear_limit
-    if size <= limit:
-        return 0.5 * size * size
-    rate = law.extension_rate if deformation > 0.0 else law.compression_rate
-    excess = size - limit
-    return limit * (0.5 * limit + excess) + (math.expm1(rate * excess) / rate - excess) / rate
-
-
-@inlined
-def branch_at(deformation, law):
-    """Branch of the spring law: -1, 0, 1 compressed, linear, stretched."""
-    if deformation > law.linear_limit:
-        return 1.0
-    return -1.0 if deformation < -law.linear_limit else 0.0
-
-
-@inlined
 def _start_from_rest(lane, i, block, start, group, scratch, events):
     """The first slip after a rest on the belt."""
     chains = group.chains
@@ -542,7 +505,7 @@ def _start_from_rest(lane, i, block, start, group, scratch, events):
     external = -chains.threshold[0, chain]
     if scratch.found.step[i] == 0.0:
         external = scratch.series.force[at(0, block) + i]
-    chains.direction[block, chain] = 1.0 if external > 0.0 else -1.0
+    chains.direction[block, chain] = copysign(1.0, external)
     _record(chain, block, 1.0, external, start, chains, events)
 
 
@@ -573,18 +536,19 @@ def _turn(order, noisy, lane, i, block, start, group, scratch, events):
     external = force[at(force_order(order), block) + i]
     for k in range(force_order(order) - 1, -1, -1):
         external = fma(external, since, force[at(k, block) + i])
-    kind = SLIP
+    kind, way = SLIP, copysign(1.0, external)
     if chains.direction[block, chain] != 0.0:
         if noisy:
             first, _ = normal_pair(chains.streams, chain)
             noise = group.conditions.noise[chain]
             chains.threshold[block, chain] = law.static_friction + noise * first
-        kind = REVERSAL if abs(external) > chains.threshold[block, chain] else STICK
+        way = slip_direction(external, chains.threshold[block, chain])
+        kind = STICK if way == 0.0 else REVERSAL
         chains.velocity[block, chain] = 0.0
         chains.direction[block, chain] = 0.0
         _record(chain, block, 0.0, external, start, chains, events)
     if kind != STICK:
-        chains.direction[block, chain] = 1.0 if external > 0.0 else -1.0
+        chains.direction[block, chain] = way
         _record(chain, block, 1.0, external, start, chains, events)
     return kind
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from beltrepro.accuracy import NOISE_SHARE, TOLERANCE
 from beltrepro.engine import event
 from beltrepro.engine.integrator import Chunk
 from beltrepro.engine.memory import aligned, zeros
@@ -26,8 +27,8 @@ class EventIntegrator(SeriesIntegrator):
         self,
         parameters,
         *,
-        tolerance: float = event.TOLERANCE,
-        noise_share: float = event.NOISE_SHARE,
+        tolerance: float = TOLERANCE,
+        noise_share: float = NOISE_SHARE,
         **settings,
     ):
         super().__init__(parameters, **settings)

@@ -3,8 +3,8 @@
 import numpy as np
 from matplotlib.ticker import FixedLocator, NullFormatter
 
+from beltrepro.accuracy import FORCE_ORDER
 from beltrepro.analysis import agreement, divergence
-from beltrepro.analysis.steps import FORCE_ORDER
 from beltrepro.figures import panels, style
 
 TITLE = "Trajectories of the two integrators from the same initial states."
