@@ -11,10 +11,30 @@ the others, and moves every chain to its first event or to the end of its step:
 A function that is zero at the start because its own event has just happened is divided by t. What
 is exact and what is approximate, see docs/event.md.
 
-`advance_kernel` makes the kernel, and takes hooks with which another computation follows the
-chains, a deviation from them for instance.
+Another computation can follow the chains, for instance a deviation from their motion: `Hooks` are
+functions that the kernel calls on the way, and `companion` is whatever they keep, a named tuple of
+arrays with the chains along the last axis. `EventIntegrator._hooks` and `_companion` hand them to
+the kernel; without hooks it is the same as if there were no place for them.
+
+    series_made(lane, active, sliding, group, scratch, companion)
+    moved(lane, active, sliding, step, group, scratch, companion)
+    event_applied(kind, block, lane, i, group, scratch, companion)
+
+`lane` is the first of the eight chains; `active` and `sliding` are masks, the chains that move in
+this pass and those of which a block slips. (The others wait on the belt: all blocks move with it,
+and their series serve only until the first spring changes its branch.) `step` is the time that they
+have moved. `kind` is SLIP, STICK, REVERSAL or BRANCH, of the chain `lane + i` and the block, or the
+spring, `block`.
+
+`scratch.series` holds the series about the start of the step in all three, also after the move and
+the event, and `scratch.found.step[i]` its length: so the state, the forces and their rates at the
+event are at hand. After the move `group.chains` holds the new positions and velocities with the old
+directions, branches and thresholds; after the event, all that it has changed. The force of the
+noise on a block is a + b t, `group.chains.noise_force`: a at the start of the step when the series
+are made, at its end after the move.
 """
 
+import functools
 import math
 from collections.abc import Callable
 from typing import NamedTuple
@@ -557,33 +577,42 @@ def _turn(order, noisy, lane, i, block, start, group, scratch, events):
 
 
 @inlined
-def no_series_hook(lane, active, sliding, group, scratch, companion):
-    """Hook after the series of eight chains are made: does nothing."""
+def _no_series_hook(lane, active, sliding, group, scratch, companion):
+    """Nothing follows the chains."""
 
 
 @inlined
-def no_move_hook(lane, active, sliding, step, group, scratch, companion):
-    """Hook after eight chains have moved: does nothing."""
+def _no_move_hook(lane, active, sliding, step, group, scratch, companion):
+    """Nothing follows the chains."""
 
 
 @inlined
-def no_event_hook(kind, block, lane, i, group, scratch, companion):
-    """Hook after an event of one chain: does nothing."""
+def _no_event_hook(kind, block, lane, i, group, scratch, companion):
+    """Nothing follows the chains."""
 
 
 class Hooks(NamedTuple):
-    """Functions, made with `inlined`, that the kernel calls on the way."""
+    """Functions, made with `inlined`, that the kernel calls on the way; see above."""
 
-    series_made: Callable = no_series_hook
-    moved: Callable = no_move_hook
-    event_applied: Callable = no_event_hook
+    series_made: Callable = _no_series_hook
+    moved: Callable = _no_move_hook
+    event_applied: Callable = _no_event_hook
 
 
 NO_HOOKS = Hooks()
 
 
-def advance_kernel(order: int, resolution: float, noisy: bool, hooks: Hooks = NO_HOOKS):
-    """The kernel for chains with noise or those without, with series of one order.
+@functools.cache
+def advance_kernels(hooks: Hooks = NO_HOOKS) -> tuple[Callable, Callable]:
+    """The kernels for chains without noise and for those with noise."""
+    return (
+        _advance_kernel(ORDER, 1e-15, False, hooks),
+        _advance_kernel(NOISY_ORDER, 1e-10, True, hooks),
+    )
+
+
+def _advance_kernel(order, resolution, noisy, hooks):
+    """One kernel, with series of one order.
 
     resolution : of the instants of events, as a share of the step.
     """
@@ -652,7 +681,3 @@ def advance_kernel(order: int, resolution: float, noisy: bool, hooks: Hooks = NO
         return DONE
 
     return advance_chains
-
-
-advance_quiet_chains = advance_kernel(ORDER, 1e-15, False)
-advance_noisy_chains = advance_kernel(NOISY_ORDER, 1e-10, True)

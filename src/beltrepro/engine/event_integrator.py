@@ -23,6 +23,10 @@ class EventIntegrator(SeriesIntegrator):
     intensity q it is noise_share sqrt(q) where that is more, see docs/event.md.
     """
 
+    # what follows the chains: functions, and what they keep
+    _hooks = event.NO_HOOKS
+    _companion: tuple = ()
+
     def __init__(
         self,
         parameters,
@@ -48,14 +52,9 @@ class EventIntegrator(SeriesIntegrator):
         )
         self._scratch = event.new_scratch(self.n_blocks)
         # chains with noise and without have kernels of their own, which leave the others alone
-        self._kernels = [
-            (kernel, own)
-            for kernel, own in (
-                (event.advance_quiet_chains, power == 0),
-                (event.advance_noisy_chains, power > 0),
-            )
-            if own.any()
-        ]
+        quiet, noisy = event.advance_kernels(self._hooks)
+        kernels = ((quiet, power == 0), (noisy, power > 0))
+        self._kernels = [(kernel, own) for kernel, own in kernels if own.any()]
 
     def _initial_chains(self, linear_limit):
         displacement = self._initial_displacement
@@ -102,7 +101,7 @@ class EventIntegrator(SeriesIntegrator):
         """
         span = event.Span(self.time, length, 1000 + int(_PASSES_PER_TIME * length))
         status = self._advance(
-            lambda records: kernel(span, self._group, self._scratch, records, ()),
+            lambda records: kernel(span, self._group, self._scratch, records, self._companion),
             first_sample,
             interval,
             rows,
