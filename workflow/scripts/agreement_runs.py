@@ -5,16 +5,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from beltrepro import provenance, scripting, store
+from beltrepro import ChainParameters, provenance, scripting, store
 from beltrepro.analysis.steps import mean_step
-from beltrepro.simulation import (
-    TOLERANCES,
-    ChainParameters,
-    escape_ensemble,
-    measure_points,
-    record_catalogue,
-    simulate,
-)
+from beltrepro.simulation import TOLERANCES, catalogue, escapes, scan, simulate
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
@@ -112,14 +105,14 @@ def disorder(settings: dict, progress) -> dict:
     """What a scan records, for n_runs replicates of every chain."""
     chains, replicates = zip(*_repeated(_chains(settings), settings), strict=True)
     sections = settings["section_position"]
-    return measure_points(
+    return scan(
         chains,
         duration=settings["duration"],
         transient=settings["transient"],
         method=settings["method"],
         time_step=settings["time_step"],
         seed=settings["seed"],
-        replicates=replicates,
+        replicate=replicates,
         section_position=[sections[chain.n_blocks] for chain in chains],
         section_values=settings["section_values"],
         laminar_time=settings["laminar_time"],
@@ -128,12 +121,12 @@ def disorder(settings: dict, progress) -> dict:
 
 
 def slips(settings: dict, progress) -> dict:
-    """Slips and section points of n_runs of every chain; `chain` in them is the row of the run."""
+    """Slips and section points of n_runs of every chain; `point` in them is the row of the run."""
     chains = _chains(settings)
     parts = {"slips": [], "section": []}
     for index, chain in enumerate(chains):
-        catalogue = record_catalogue(
-            chain,
+        recorded = catalogue(
+            [chain] * settings["n_runs"],
             duration=settings["duration"],
             transient=settings["transient"],
             method=settings["method"],
@@ -141,13 +134,13 @@ def slips(settings: dict, progress) -> dict:
             seed=settings["seed"],
             section_block=settings["section_block"],
             section_position=settings["section_position"],
-            n_chains=settings["n_runs"],
+            replicate=range(settings["n_runs"]),
             initial_spread=settings["initial_spread"][0],
             progress=_share(progress, index, len(chains)),
         )
         for name, tables in parts.items():
-            catalogue[name]["chain"] += index * settings["n_runs"]
-            tables.append(catalogue[name])
+            recorded[name]["point"] += index * settings["n_runs"]
+            tables.append(recorded[name])
     rows = _columns([chain for chain, _ in _repeated(chains, settings)])
     return rows | {name: np.concatenate(tables) for name, tables in parts.items()}
 
@@ -159,9 +152,9 @@ def attractors(settings: dict, progress) -> dict:
     )
     tables = []
     for index, (chain, spread, time_step) in enumerate(cases):
-        table = escape_ensemble(
-            chain,
-            n_members=settings["n_runs"],
+        table = escapes(
+            [chain] * settings["n_runs"],
+            replicate=range(settings["n_runs"]),
             duration=settings["duration"],
             settle_time=settings["settle_time"],
             laminar_time=settings["laminar_time"],

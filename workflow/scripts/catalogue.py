@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from beltrepro import provenance, scripting, store
-from beltrepro.simulation import ChainParameters, record_catalogue
+from beltrepro import ChainParameters, provenance, scripting, store
+from beltrepro import catalogue as record
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
@@ -18,8 +18,9 @@ def catalogue(settings: dict, preset: str, output, progress=None) -> None:
     chain = ChainParameters(
         settings["n_blocks"], settings["belt_velocity"], settings["noise"], **settings["model"]
     )
-    arrays = record_catalogue(
-        chain,
+    n_chains = settings["n_chains"]
+    arrays = record(
+        [chain] * n_chains,
         duration=settings["duration"],
         transient=settings["transient"],
         method=settings["method"],
@@ -27,7 +28,8 @@ def catalogue(settings: dict, preset: str, output, progress=None) -> None:
         seed=settings["seed"],
         section_block=settings["section_block"],
         section_position=settings["section_position"],
-        n_chains=settings["n_chains"],
+        replicate=range(n_chains),
+        initial_spread=1e-3,
         progress=progress or scripting.Progress(f"{settings['n_chains']} chains"),
     )
     attributes = provenance.attributes("catalogue", preset, settings) | {

@@ -2,8 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from beltrepro import provenance, scripting, store
-from beltrepro.simulation import ChainParameters, escape_ensemble
+from beltrepro import ChainParameters, escapes, provenance, scripting, store
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
@@ -19,9 +18,10 @@ def ensemble_member(settings: dict, preset: str, output, progress=None) -> None:
     chain = ChainParameters(
         settings["n_blocks"], settings["belt_velocity"], settings["noise"], **settings["model"]
     )
-    arrays = escape_ensemble(
-        chain,
-        n_members=settings["n_members"],
+    n_members = settings["n_members"]
+    arrays = escapes(
+        [chain] * n_members,
+        replicate=range(n_members),
         duration=settings["duration"],
         method=settings["method"],
         time_step=settings["time_step"],

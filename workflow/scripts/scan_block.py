@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from beltrepro import provenance, scripting, store
-from beltrepro.simulation import ChainParameters, measure_points
+from beltrepro import ChainParameters, provenance, scripting, store
+from beltrepro.simulation import scan
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
@@ -20,7 +20,7 @@ def scan_block(settings: dict, preset: str, output, progress=None) -> None:
         for n_blocks, belt_velocity, noise in settings["points"]
     ]
     sections = settings["section_position"]
-    arrays = measure_points(
+    arrays = scan(
         chains,
         duration=settings["duration"],
         transient=settings["transient"],

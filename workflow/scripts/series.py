@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from beltrepro import provenance, scripting, store
-from beltrepro.simulation import ChainParameters, simulate
+from beltrepro import ChainParameters, provenance, scripting, store
+from beltrepro.simulation import simulate
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
