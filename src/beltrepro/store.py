@@ -29,6 +29,7 @@ class Dataset:
 def write(path, arrays: dict[str, np.ndarray], attributes: dict) -> None:
     """Write arrays (any shape; structured ones too) and attributes (numbers, text) to `path`.
 
+    A name "group/array" puts the array in a group.
     The file appears under its name when it is complete. Missing folders are made.
     """
     path = Path(path)
@@ -52,7 +53,7 @@ def read(path) -> Dataset:
     """
     try:
         with h5py.File(path, "r") as file:
-            arrays = {name: _read_array(dataset) for name, dataset in file.items()}
+            arrays = {name: _read_array(file[name]) for name in _names(file)}
             attributes = {name: _plain(value) for name, value in file.attrs.items()}
     except OSError as error:
         raise InputError(f"{path}: not a readable HDF5 file ({error})") from None
@@ -80,6 +81,15 @@ def _write_array(file: h5py.File, name: str, array: np.ndarray) -> None:
     if stored.nbytes >= COMPRESS_FROM_BYTES:
         options = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
     file.create_dataset(name, data=stored, track_times=False, **options)
+
+
+def _names(file: h5py.File) -> list[str]:
+    """Names of all arrays, with those of the groups they are in: "group/array"."""
+    names: list[str] = []
+    file.visititems(
+        lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None
+    )
+    return names
 
 
 def _read_array(dataset: h5py.Dataset) -> np.ndarray:

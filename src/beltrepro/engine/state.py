@@ -356,9 +356,7 @@ class ChainState:
 
 def equal_fields(one, other) -> bool:
     """Whether two values of one dataclass agree in every field, arrays bit by bit (NaN is NaN)."""
-    return all(
-        _same(getattr(one, field.name), getattr(other, field.name)) for field in fields(one)
-    )
+    return all(_same(getattr(one, field.name), getattr(other, field.name)) for field in fields(one))
 
 
 def _same(one, other) -> bool:

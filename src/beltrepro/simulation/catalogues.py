@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from beltrepro import checks
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.state import ChainState
@@ -15,7 +16,6 @@ from beltrepro.model import ChainParameters
 from beltrepro.model import section_position as section_rule
 from beltrepro.observe.sections import CrossingLog
 from beltrepro.observe.slips import AVALANCHE, SLIP, EventLog, slips_and_avalanches
-from beltrepro import checks
 from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points

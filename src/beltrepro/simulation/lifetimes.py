@@ -7,15 +7,22 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from beltrepro import checks
 from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity
-from beltrepro import checks
-from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
-from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points, slipping_since
+from beltrepro.simulation.points import (
+    Point,
+    Progress,
+    groups,
+    integrator_of,
+    observe,
+    points,
+    slipping_since,
+)
 from beltrepro.simulation.sampling import sampling_of
 
 SETTLE_SHARE = 0.1  # of the duration, over which the final state is measured unless told otherwise

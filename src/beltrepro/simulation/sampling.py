@@ -101,9 +101,7 @@ class SampleLog:
             stuck = (relative_velocity[..., lane] == 0) & (kinetic == 0)
             self._positions[lane, rows] = positions
             self._velocities[lane, rows] = relative_velocity[..., lane] + chain.belt_velocity
-            self._friction[lane, rows] = np.where(
-                stuck, -external_force(positions, chain), kinetic
-            )
+            self._friction[lane, rows] = np.where(stuck, -external_force(positions, chain), kinetic)
         self._filled = rows.stop
 
 

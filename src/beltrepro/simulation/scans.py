@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from beltrepro import checks
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
@@ -15,10 +16,17 @@ from beltrepro.model import section_position as section_rule
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.sections import SectionValues
 from beltrepro.observe.slips import SlipActivity
-from beltrepro import checks
 from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
-from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points, slipping_since
+from beltrepro.simulation.points import (
+    Point,
+    Progress,
+    groups,
+    integrator_of,
+    observe,
+    points,
+    slipping_since,
+)
 from beltrepro.simulation.sampling import sampling_of
 
 MAXIMUM_BLOCKS = 10  # columns of slip_count
