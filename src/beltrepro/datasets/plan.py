@@ -5,9 +5,7 @@ schema cannot say, and raises InputError with one line that names key, value and
 """
 
 import functools
-import hashlib
 import itertools
-import json
 from dataclasses import dataclass, field
 
 from beltrepro.datasets import checking, grids
@@ -255,8 +253,3 @@ def _check_settings(entry: Given, kind: Kind) -> None:
         if key not in known:
             own = ", ".join(each.name for each in kind.settings)
             raise complain(f"{where}: a dataset of kind {kind.name} has no such setting, only {own}")
-
-
-def digest(told: dict) -> str:
-    """Short text that is the same for equal plain values only."""
-    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:16]
