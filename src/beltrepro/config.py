@@ -1,4 +1,4 @@
-"""The typed plan made from config.yaml: datasets with their lengths and grids, and figures.
+"""The typed plan made from config.yaml: datasets with their lengths and grids.
 
 `make_plan` is the one entrance. It checks the configuration against the schema and then what a
 schema cannot say, and raises InputError with one line that names key, value and what is allowed.
@@ -193,15 +193,6 @@ class Agreement:
 
 
 @dataclass(frozen=True)
-class Figure:
-    """A figure of the paper: its title, and kind and name of the datasets it shows."""
-
-    name: str
-    title: str
-    uses: tuple[tuple[str, str], ...]
-
-
-@dataclass(frozen=True)
 class Numerics:
     """Numerical choices common to all presets; see the schema for each."""
 
@@ -229,7 +220,6 @@ class Plan:
     catalogues: dict[str, Catalogue] = field(hash=False)
     ensembles: dict[str, Ensemble] = field(hash=False)
     agreement: Agreement
-    figures: dict[str, Figure] = field(hash=False)
 
     @property
     def constants(self) -> dict:
@@ -242,10 +232,6 @@ class Plan:
             kind: {name: each.settings() for name, each in getattr(self, kind).items()}
             for kind in KINDS
         }
-        figures = {
-            name: {"title": figure.title, "uses": [list(use) for use in figure.uses]}
-            for name, figure in self.figures.items()
-        }
         return {
             "preset": self.preset,
             "seed": self.seed,
@@ -253,7 +239,6 @@ class Plan:
             "numerics": self.numerics.settings(),
             **datasets,
             "agreement": self.agreement.settings(),
-            "figures": figures,
         }
 
 
@@ -320,10 +305,8 @@ def _preset_plan(config: dict, preset: str) -> Plan:
             for name, entry in section["ensembles"].items()
         },
         agreement=_agreement(config, section["agreement"], f"{where}.agreement"),
-        figures={name: _figure(name, entry) for name, entry in config["figures"].items()},
     )
     _check_sections(plan)
-    _check_figures(plan)
     return plan
 
 
@@ -394,11 +377,6 @@ def _agreement(config: dict, section: dict, where: str) -> Agreement:
             _check_section_block(part["section_block"], min(part["n_blocks"]), place)
         parts[name] = part
     return Agreement(methods=config["agreement"], parts=parts, seed=config["seed"])
-
-
-def _figure(name: str, entry: dict) -> Figure:
-    uses = ((kind, dataset) for kind, names in entry["uses"].items() for dataset in names)
-    return Figure(name=name, title=entry["title"], uses=tuple(uses))
 
 
 def _methods(config: dict, kind: str, datasets: dict, where: str) -> dict[str, Method]:
@@ -476,19 +454,6 @@ def _check_sections(plan: Plan) -> None:
                 f"numerics.section_position has no entry for n_blocks = {n_blocks}, "
                 f"which presets.{plan.preset}.{user} uses"
             )
-
-
-def _check_figures(plan: Plan) -> None:
-    for figure in plan.figures.values():
-        names = [name for _, name in figure.uses]
-        for kind, name in figure.uses:
-            known = list(getattr(plan, kind))
-            where = f"figures.{figure.name}.uses.{kind}"
-            if name not in known:
-                text = f"{where} names {name!r}, which presets.{plan.preset}.{kind} lacks"
-                raise _error(text, name, known)
-            if names.count(name) > 1:
-                raise _error(f"{where} names {name!r}, which is also used as another kind")
 
 
 # --- the schema, in words -------------------------------------------------------------------------
