@@ -24,8 +24,7 @@ rule all:
     "Everything: figures, claims, the comparison of integrators and the report; the default."
     default_target: True
     input:
-        figure_files,
-        agreement_figure_files,
+        drawn("png", "pdf"),
         "<results>/agreement.csv",
         "<results>/claims.csv",
         "<results>/report.html",

@@ -44,11 +44,6 @@ def plan(request):
 # --- what the plan holds ---
 
 
-def test_every_preset_covers_every_figure(plan):
-    names = {f"fig{number:02d}" for number in (1, *range(6, 23))}
-    assert set(plan.figures) == names
-
-
 def test_standard_is_the_default():
     assert CONFIG["preset"] == "standard"
 
@@ -161,8 +156,6 @@ def test_every_key_of_the_schema_is_described():
         ("presets.paper.series.u1.durration", "presets.paper.series.u1"),
         ("presets.paper.catalogues.u1.n_chain", "presets.paper.catalogues.u1"),
         ("presets.paper.ensembles.lifetimes.n_member", "presets.paper.ensembles.lifetimes"),
-        ("figures.fig12.titel", "figures.fig12"),
-        ("figures.fig12.uses.scan", "figures.fig12.uses"),
     ],
 )
 def test_misspelt_key_is_refused_at_every_level(path, where):
@@ -218,10 +211,6 @@ def test_unknown_preset_suggests_the_nearest():
         ("presets.standard.series.u1.noise", float("nan"), "a finite number is needed"),
         ("presets.standard.catalogues.u1.section_block", 6, "the chain has 5 blocks"),
         ("presets.standard.ensembles.lifetimes.settle_time", 1e9, "must be less than duration"),
-        ("figures.fig13.uses.scans", ["n5_mpa"], "did you mean 'n5_map'"),
-        ("figures.fig01.uses.series", ["n5_map"], "presets.smoke.series lacks"),
-        ("figures.fig08.uses.catalogues", ["u1"], "also used as another kind"),
-        ("figures.figure13", {}, "unknown key 'figure13' in figures"),
     ],
 )
 def test_bad_value_is_refused(path, value, words):

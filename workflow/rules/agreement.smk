@@ -57,34 +57,8 @@ rule agreement_tables:
         "../scripts/agreement_tables.py"
 
 
-rule agreement_figure:
-    "Draw a figure of the comparison as PNG and PDF."
-    input:
-        unpack(agreement_part),
-    output:
-        png="<results>/figures/agreement_{part}.png",
-        pdf="<results>/figures/agreement_{part}.pdf",
-    log:
-        "<logs>/figures/agreement_{part}.log",
-    benchmark:
-        "<benchmarks>/figures/agreement_{part}.tsv"
-    conda:
-        "../envs/beltrepro.yaml"
-    threads: 1
-    resources:
-        mem_mb=2000,
-        runtime=10,
-    params:
-        preset=PLAN.preset,
-        code=agreement_figure_code,
-    message:
-        "Drawing agreement_{wildcards.part}"
-    script:
-        "../scripts/figure.py"
-
-
 rule agreement:
     "Whether the two integrators agree: agreement.csv and its figures."
     input:
         "<results>/agreement.csv",
-        agreement_figure_files,
+        drawn("png", "pdf", category="Integrators compared"),

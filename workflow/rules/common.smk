@@ -7,10 +7,28 @@ import sys
 from beltrepro import config as configuration
 from beltrepro import jobs, provenance
 from beltrepro.errors import InputError
+from beltrepro.figures import registry
+
+
+def files_of_figures(plan):
+    """Files that a figure can be drawn from, by the names in its entry."""
+    files = {
+        f"slips_{name}" if kind == "catalogues" else name: f"<results>/{kind}/{name}.h5"
+        for kind in configuration.KINDS
+        for name in getattr(plan, kind)
+    }
+    return files | {
+        f"{part}_{role}": f"<results>/agreement/{part}/{role}.h5"
+        for part in configuration.PARTS
+        for role in configuration.ROLES
+    }
+
 
 try:
     schema = configuration.load(workflow.source_path("../schemas/config.schema.yaml"))
     PLAN = configuration.make_plan(config, schema)
+    FIGURES = registry.entries()
+    registry.check_uses(files_of_figures(PLAN), f"presets.{PLAN.preset}")
 except InputError as error:
     sys.exit(f"error: {error}")
 
@@ -26,7 +44,7 @@ wildcard_constraints:
     series="|".join(PLAN.series),
     catalogue="|".join(PLAN.catalogues),
     ensemble="|".join(PLAN.ensembles),
-    figure="|".join(PLAN.figures),
+    figure="|".join(FIGURES),
     part="|".join(configuration.PARTS),
     role="|".join(configuration.ROLES),
     block="[0-9]{4}",
@@ -57,26 +75,28 @@ def ensemble_members(wildcards):
 
 
 def figure_data(wildcards):
-    """Datasets of a figure, by name."""
-    return {name: dataset_file(kind, name) for kind, name in PLAN.figures[wildcards.figure].uses}
+    """Datasets and tables of a figure, by name."""
+    files = files_of_figures(PLAN)
+    return {name: files[name] for name in FIGURES[wildcards.figure].uses}
 
 
-def figure_images(wildcards):
-    return [f"<results>/figures/{figure}.png" for figure in PLAN.figures]
-
-
-def figure_files(wildcards):
+def drawn(*kinds, category=None):
+    """Files of all figures, or of those of one category: kinds "png", "pdf"."""
     return [
-        f"<results>/figures/{figure}.{kind}" for figure in PLAN.figures for kind in ("png", "pdf")
+        f"<results>/figures/{name}.{kind}"
+        for name, entry in FIGURES.items()
+        if category in (None, entry.category)
+        for kind in kinds
     ]
 
 
-AGREEMENT_FIGURES = ("trajectories", "disorder", "attractors")
+def of_figure(field):
+    """What the entry of the figure says under this name, for a directive."""
+    return lambda wildcards: getattr(FIGURES[wildcards.figure], field)
 
 
-def agreement_part(wildcards):
-    """Runs of one part of the comparison, by role of the integrator."""
-    return {role: f"<results>/agreement/{wildcards.part}/{role}.h5" for role in configuration.ROLES}
+def figure_labels(wildcards):
+    return {"figure": wildcards.figure, "title": FIGURES[wildcards.figure].title}
 
 
 def agreement_files():
@@ -85,18 +105,6 @@ def agreement_files():
         for part in configuration.PARTS
         for role in configuration.ROLES
     ]
-
-
-def agreement_figure_files(wildcards):
-    return [
-        f"<results>/figures/agreement_{part}.{kind}"
-        for part in AGREEMENT_FIGURES
-        for kind in ("png", "pdf")
-    ]
-
-
-def agreement_images(wildcards):
-    return [f"<results>/figures/agreement_{part}.png" for part in AGREEMENT_FIGURES]
 
 
 # Plain tuples: they travel to the script as parameters.
@@ -200,10 +208,6 @@ def member_code(wildcards):
 def agreement_run_code(wildcards):
     more = ["beltrepro.analysis.steps"] if wildcards.part == "trajectories" else []
     return simulation_code(PLAN.agreement.methods[wildcards.role], *more)
-
-
-def agreement_figure_code(wildcards):
-    return code_hash(f"beltrepro.figures.agreement_{wildcards.part}", "beltrepro.figures.style")
 
 
 def figure_code(wildcards):

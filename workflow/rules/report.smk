@@ -6,7 +6,7 @@ rule claims:
     input:
         **datasets_by_kind(),
     output:
-        "<results>/claims.csv",
+        report("<results>/claims.csv", caption="../report/claims.rst", category="Claims"),
     log:
         "<logs>/claims.log",
     benchmark:
@@ -29,16 +29,15 @@ rule claims:
 rule report:
     "One page with every figure, the table of claims and what was run: report.html."
     input:
-        **datasets_by_kind(),
+        datasets=sum(datasets_by_kind().values(), []),
         claims="<results>/claims.csv",
-        figures=figure_images,
+        figures=drawn("png"),
         comparisons="<results>/agreement.csv",
         families="<results>/agreement/families.csv",
         partings="<results>/agreement/trajectories.csv",
         convergence="<results>/agreement/convergence.csv",
-        agreement_figures=agreement_images,
     output:
-        "<results>/report.html",
+        report("<results>/report.html", caption="../report/report.rst", category="Report"),
     log:
         "<logs>/report.log",
     benchmark:

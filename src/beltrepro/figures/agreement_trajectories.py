@@ -6,12 +6,27 @@ from matplotlib.ticker import FixedLocator, NullFormatter
 from beltrepro.analysis import agreement, divergence
 from beltrepro.analysis.steps import FORCE_ORDER
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Trajectories of the two integrators from the same initial states."
-USES = {
-    "tested": "runs by the tested integrator with several time steps",
-    "reference": "runs by the reference from the same states",
-}
+ENTRY = Entry(
+    title="Trajectories of the two integrators from the same initial states.",
+    uses=("trajectories_tested", "trajectories_reference"),
+    words=(
+        "a: largest distance of any block between the two runs, median over the runs of a point; "
+        "the dotted line marks where we call them parted. b: shift in time of the events that "
+        "both runs have. c: error after a number of events against the time step, beside a line "
+        "of first order. d: error of the integrator that has a tolerance, against its runs with "
+        "the tightest one, over the mean step that each tolerance allows, beside a line with the "
+        "order that full steps have; errors below the dotted line are rounding and are left out "
+        "of the fits."
+    ),
+    alt=(
+        "Four panels: separation of trajectories against time, shift of events against time, "
+        "error against time step on logarithmic axes beside a line of slope one, and error "
+        "against mean step beside a line with the order of long steps."
+    ),
+    category="Integrators compared",
+)
 
 _AFTER_TIME_STEPS = (1, 5, 20)  # numbers of events
 _AFTER_LONG_STEPS = (2, 5, 20)  # right after the first event the first step has made no error yet
@@ -26,8 +41,8 @@ def draw(data, caption):
     over the members of the separation after a number of events, for one point, against dt. d: the
     same for runs with several tolerances from those with the tightest, against their mean step.
     """
-    panels.require(data, USES)
-    tested, reference = (data[name].arrays for name in USES)
+    panels.require(data, ENTRY)
+    tested, reference = (data[name].arrays for name in ENTRY.uses)
     base, tolerance = reference["time_step"][0], _own_tolerance(data)
     steps = np.unique(tested["time_step"])
     nearest = steps[np.argmin(np.abs(steps - base))]
@@ -55,7 +70,7 @@ def draw(data, caption):
     _, errors = agreement.compare_trajectories(
         tested, reference, reference_step=base, tolerance=tolerance
     )
-    _errors(axes[2], errors, data["tested"].attributes["method"], _AFTER_TIME_STEPS, order=1)
+    _errors(axes[2], errors, data[ENTRY.uses[0]].attributes["method"], _AFTER_TIME_STEPS, order=1)
     errors, method = _by_tolerance(data, base)
     _errors(axes[3], errors, method, _AFTER_LONG_STEPS, order=FORCE_ORDER + 1)
     if axes[3].lines:
@@ -74,13 +89,13 @@ def draw(data, caption):
 
 def _own_tolerance(data):
     """The tolerance that an integrator takes by itself; NaN if neither has one."""
-    known = [data[name].attributes.get("tolerance", np.nan) for name in USES]
+    known = [data[name].attributes.get("tolerance", np.nan) for name in ENTRY.uses]
     return max(known, key=np.isfinite)
 
 
 def _by_tolerance(data, time_step):
     """Errors and name of the integrator that ran with several tolerances, none if there is none."""
-    for name in USES:
+    for name in ENTRY.uses:
         errors = agreement.compare_tolerances(data[name].arrays, time_step=time_step)
         if errors:
             return errors, data[name].attributes["method"]

@@ -7,11 +7,23 @@ import numpy as np
 from matplotlib.patches import FancyArrowPatch
 
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 from beltrepro.model.parameters import ChainParameters
 from beltrepro.model.spring import external_force
 
-TITLE = "Friction force against external force during one stick-slip event, with noise."
-USES = {"friction_event": "series with the friction force, sampled at every step"}
+ENTRY = Entry(
+    title="Friction force against external force during one stick-slip event, with noise.",
+    uses=("friction_event",),
+    words=(
+        "One stick-slip event with noise: friction follows the external force while the block is "
+        "stuck, drops when it starts to slip, and then fluctuates about the kinetic value."
+    ),
+    alt=(
+        "Friction force against external force during one event: a straight line while stuck, a "
+        "jump, and a noisy band while slipping."
+    ),
+    number="7",
+)
 
 
 @dataclass(frozen=True)
@@ -31,7 +43,7 @@ def draw(data, caption):
     The event is the first slip that is complete in the series, of the last block if it slips at
     all there, else of the block nearest to it; with the time it was stuck before.
     """
-    panels.require(data, USES)
+    panels.require(data, ENTRY)
     series = data["friction_event"]
     figure = style.page(caption, 3.9)
     axes = figure.subplots()

@@ -1,4 +1,4 @@
-"""The page of the report on the two integrators: sentences and tables from the tables of a run."""
+"""What the report says of the two integrators: sentences and rows from the tables of a run."""
 
 from dataclasses import dataclass
 from pathlib import Path
