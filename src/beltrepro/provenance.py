@@ -11,6 +11,7 @@ import hashlib
 import json
 import platform
 import subprocess
+from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
 
@@ -28,6 +29,13 @@ def origin() -> dict[str, str]:
         "processor": processor(),
         "units": "model units",
     }
+
+
+def of_all(parts: Iterable[dict]) -> dict[str, str]:
+    """The origin of what was made in parts: every value of each attribute, joined by commas."""
+    parts = list(parts)
+    values = {name: dict.fromkeys(part[name] for part in parts) for name in origin()}
+    return {name: ", ".join(found) for name, found in values.items()}
 
 
 @functools.cache

@@ -3,7 +3,6 @@
 import hashlib
 import json
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -16,7 +15,9 @@ from beltrepro.model import ChainParameters
 IDENTITY = ("dataset", "kind", "preset", "run")
 
 
-def write(path, told: dict, arrays: dict[str, np.ndarray]) -> None:
+def write(
+    path, told: dict, arrays: dict[str, np.ndarray], origin: dict[str, str] | None = None
+) -> None:
     """Write arrays with what they are.
 
     Parameters
@@ -24,17 +25,20 @@ def write(path, told: dict, arrays: dict[str, np.ndarray]) -> None:
     path : path-like
         The HDF5 file.
     told : dict
-        What a job was told: `Plan.told`.
+        What the file holds: `Plan.told` or `Plan.told_batch`.
     arrays : dict
         By name, as the kind lists them.
+    origin : dict, optional
+        What made them; this process if not given.
     """
     known = KINDS[told["kind"]].arrays
     about = {name: known[name].attributes() for name in arrays}
-    store.write(path, arrays, attributes(told, arrays), about)
+    attributes = _attributes(told, arrays, origin or provenance.origin())
+    store.write(path, arrays, attributes, about)
 
 
-def attributes(told: dict, arrays: dict[str, np.ndarray]) -> dict:
-    """Attributes of a file: what it is, settings, what made it, quantities with a single value."""
+def _attributes(told, arrays, origin) -> dict:
+    """What a file is, what made it, its settings, and the quantities with a single value."""
     single = {
         name: arrays[name][0].item()
         for name in QUANTITIES
@@ -46,7 +50,7 @@ def attributes(told: dict, arrays: dict[str, np.ndarray]) -> dict:
         **{name: told[name] for name in IDENTITY},
         "digest": digest(told),
         "config": json.dumps(told, sort_keys=True),
-        **provenance.origin(),
+        **origin,
         **settings,
         "method": _methods(arrays),
         **single,
@@ -135,15 +139,6 @@ def single_run(series: store.Dataset) -> store.Dataset:
 def is_single_run(dataset: store.Dataset) -> bool:
     """Whether a dataset is a series of one point."""
     return dataset.attributes["kind"] == "series" and len(dataset.arrays["n_blocks"]) == 1
-
-
-def load(files: dict[str, str | Path], expected: dict[str, dict]) -> dict[str, store.Dataset]:
-    """Read and check the datasets that figures, tables and claims use, by name.
-
-    A series of a single point is given as that run, see `single_run`.
-    """
-    found = {name: read(path, expected[name]) for name, path in files.items()}
-    return {name: single_run(each) if is_single_run(each) else each for name, each in found.items()}
 
 
 def chain(dataset: store.Dataset) -> ChainParameters:

@@ -110,17 +110,24 @@ class Plan:
             "datasets": {name: each.described() for name, each in self.datasets.items()},
         }
 
-    def told(self, name: str, batch: int | None = None) -> dict:
-        """Plain values that say what a file holds: a whole dataset, or the batch of one job."""
+    def told(self, name: str) -> dict:
+        """Plain values that say what the file of a dataset holds."""
         dataset = self.datasets[name]
-        points = dataset.points if batch is None else dataset.batches[batch]
+        return self._told(dataset, {"count": len(dataset.points)} | dataset.values())
+
+    def told_batch(self, name: str, number: int) -> dict:
+        """Plain values that the job of one batch needs, and its file keeps."""
+        dataset = self.datasets[name]
+        return self._told(dataset, plain(dataset.batches[number]))
+
+    def _told(self, dataset, points) -> dict:
         return {
-            "dataset": name,
+            "dataset": dataset.name,
             "kind": dataset.kind.name,
             "preset": self.preset,
             "run": self.run,
             "settings": dataset.settings,
-            "points": plain(points),
+            "points": points,
         }
 
 
