@@ -37,7 +37,7 @@ _POINT = (*PLACE, "noise")
 def disorder_statistics(points, *, measured_time) -> dict[str, np.ndarray]:
     """Per run (R,): r, mean length, rates of slips and crossings, v_N at the section.
 
-    points : arrays of `simulation.measure_points`. measured_time : duration without the transient.
+    points : arrays of `simulation.scan`. measured_time : duration without the transient.
     """
     rows = np.arange(points["n_blocks"].size)
     mean, spread = _moments([row[np.isfinite(row)] for row in points["section_velocity"]])
@@ -55,17 +55,17 @@ def disorder_statistics(points, *, measured_time) -> dict[str, np.ndarray]:
 def slip_statistics(catalogue) -> dict[str, np.ndarray]:
     """Per run (R,): number, sizes and losses of the slips of the last block, and section points.
 
-    catalogue : slips and section of `simulation.record_catalogue`, whose `chain` is the row of the
+    catalogue : slips and section of `simulation.catalogue`, whose `chain` is the row of the
     run in n_blocks and belt_velocity (R,). Sizes are those in the laboratory frame (Fig. 9).
     """
     sizes, losses, velocities = [], [], []
     for run, n_blocks in enumerate(catalogue["n_blocks"]):
-        slips = catalogue["slips"][catalogue["slips"]["chain"] == run]
+        slips = catalogue["slips"][catalogue["slips"]["point"] == run]
         sizes.append(
             avalanches.last_block_slip_sizes(slips, n_blocks, catalogue["belt_velocity"][run])
         )
         losses.append(avalanches.last_block_slips(slips, n_blocks)["dissipated"])
-        section = catalogue["section"][catalogue["section"]["chain"] == run]
+        section = catalogue["section"][catalogue["section"]["point"] == run]
         velocities.append(section["velocities"][:, n_blocks - 1])
     mean_velocity, velocity_spread = _moments(velocities)
     return {
@@ -113,7 +113,7 @@ def compare_points(tested, reference, statistics_tested, statistics_reference) -
 def compare_attractors(tested, reference, *, reference_step) -> list[dict]:
     """Where runs without noise end, for each u, initial spread and time step of the tested side.
 
-    tested, reference : arrays of `simulation.escape_ensemble`, with time_step and initial_spread;
+    tested, reference : arrays of `simulation.escapes`, with time_step and initial_spread;
     the reference is that with reference_step. The quantities are the share of runs in which the
     last block still sticks at the end (tested over all labels of `lifetimes.label_attractors`), r
     over the end of the run, and the lifetime of the chaotic transient.

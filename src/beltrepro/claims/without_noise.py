@@ -105,7 +105,7 @@ def slip_velocity(evidence):
 def slip_size_exponent(evidence):
     """Exponent of the density of slip sizes of the last block."""
     slips, n_blocks, belt_velocity = _slips(evidence)
-    chain = avalanches.last_block_slips(slips, n_blocks)["chain"]
+    chain = avalanches.last_block_slips(slips, n_blocks)["point"]
     sizes = {
         frame: avalanches.last_block_slip_sizes(slips, n_blocks, belt_velocity, frame)
         for frame in avalanches.FRAMES
@@ -129,14 +129,14 @@ def slip_energy_exponent(evidence):
     own = avalanches.last_block_slips(slips, n_blocks)
     reaching = catalogue[avalanches.with_last_block(catalogue, slips, n_blocks)]
     until_stop = avalanches.dissipation_while_last_block_slips(slips, n_blocks)
-    energy, chain = reaching["dissipated"], reaching["chain"]
+    energy, chain = reaching["dissipated"], reaching["point"]
     drop = reaching["spring_energy_drop"]
     return {
         "chain, until all are stuck": partial(_density_exponent, energy, chain),
-        "chain, until the last block stops": partial(_density_exponent, until_stop, own["chain"]),
-        "last block only": partial(_density_exponent, own["dissipated"], own["chain"]),
+        "chain, until the last block stops": partial(_density_exponent, until_stop, own["point"]),
+        "last block only": partial(_density_exponent, own["dissipated"], own["point"]),
         "all avalanches of the chain": partial(
-            _density_exponent, catalogue["dissipated"], catalogue["chain"]
+            _density_exponent, catalogue["dissipated"], catalogue["point"]
         ),
         "drop in spring energy": partial(_density_exponent, drop, chain),
         "20 bins per decade": partial(_density_exponent, energy, chain, bins_per_decade=20),
