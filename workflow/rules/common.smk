@@ -16,6 +16,7 @@ try:
     PLAN = plan.make_plan(config)
     TABLES = tables_registry.entries()
     FIGURES = figures_registry.entries()
+    tables_registry.check_names(PLAN.datasets)
     for folder, entries in (("tables", TABLES), ("figures", FIGURES)):
         check_uses(folder, entries, [*PLAN.datasets, *TABLES], f"preset {PLAN.preset}")
 except InputError as error:

@@ -133,9 +133,9 @@ SECTION_POSITION = Setting(
     "section_position",
     "",
     "length",
-    "Position of the Poincare section, crossed with dx/dt < 0. Of a scan that of the last block; "
-    "null for 615 with five blocks (Fig. 12) and the same share of the length at balance for other "
-    "chains. Of a catalogue that of section_block (Fig. 10, x_2 = 304.3).",
+    "Position of the Poincare section, crossed with dx/dt < 0: of the last block in a scan, of "
+    "section_block in a catalogue (Fig. 10, x_2 = 304.3). Null, only for the last block: 615 with "
+    "five blocks (Fig. 12), the same share of the length at balance for other chains.",
     {"type": ["number", "null"], "exclusiveMinimum": 0},
     None,
 )
@@ -143,9 +143,10 @@ SECTION_BLOCK = Setting(
     "section_block",
     "",
     "1",
-    "Number of the block whose position defines the Poincare section (Fig. 10, block 2).",
-    {"type": "integer", "minimum": 1, "maximum": 64},
-    2,
+    "Number of the block whose position defines the Poincare section (Fig. 10, block 2); null for "
+    "the last one.",
+    {"type": ["integer", "null"], "minimum": 1, "maximum": 64},
+    None,
 )
 SAMPLE_INTERVAL = Setting(
     "sample_interval",
@@ -204,10 +205,12 @@ def _sizes(points, limit):
 
 def _section(settings, points):
     block, smallest = settings["section_block"], min(point.n_blocks for point in points)
+    if block is None:
+        return None
     if block > smallest:
         return "section_block", f"= {block}: the chain has {smallest} blocks"
     if settings["section_position"] is None:
-        return "section_position", "is missing: a catalogue has no rule for it"
+        return "section_position", "is missing: only for the last block there is a rule"
     return None
 
 
@@ -216,9 +219,7 @@ def _section(settings, points):
 
 def _of_points(*rows) -> tuple[Array, ...]:
     """Arrays (P,) from rows of name, symbol, unit and description."""
-    return tuple(
-        Array(name, symbol, unit, (POINT,), text) for name, symbol, unit, text in rows
-    )
+    return tuple(Array(name, symbol, unit, (POINT,), text) for name, symbol, unit, text in rows)
 
 
 _LENGTH = _of_points(

@@ -48,7 +48,9 @@ class PlannedDataset:
         """The points cut into jobs, in their order; all of a batch have one method, and all or
         none of them noise."""
         cut = []
-        for _, alike in itertools.groupby(self.points, lambda point: (point.method, point.noise > 0)):
+        for _, alike in itertools.groupby(
+            self.points, lambda point: (point.method, point.noise > 0)
+        ):
             points = tuple(alike)
             starts = range(0, len(points), self.points_per_job)
             cut += [points[start : start + self.points_per_job] for start in starts]
@@ -223,9 +225,7 @@ def _given(section: dict, where: str) -> Given:
     return {key: (value, f"{where}.{key}") for key, value in section.items()}
 
 
-def _dataset(
-    name: str, entry: Given, defaults: Given, config: dict, preset: str
-) -> PlannedDataset:
+def _dataset(name: str, entry: Given, defaults: Given, config: dict, preset: str) -> PlannedDataset:
     place = f"datasets.{name} of preset {preset}"
     if "kind" not in entry:
         raise complain(f"{place} has no kind: allowed are {', '.join(KINDS)}")
@@ -259,4 +259,6 @@ def _check_settings(entry: Given, kind: Kind) -> None:
     for key, (_, where) in entry.items():
         if key not in known:
             own = ", ".join(each.name for each in kind.settings)
-            raise complain(f"{where}: a dataset of kind {kind.name} has no such setting, only {own}")
+            raise complain(
+                f"{where}: a dataset of kind {kind.name} has no such setting, only {own}"
+            )

@@ -5,7 +5,7 @@ The order of QUANTITIES is that of the points: the last one varies fastest.
 
 from collections import namedtuple
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
@@ -199,7 +199,7 @@ QUANTITIES = {
     )
 }
 
-CHAIN = ("n_blocks", "belt_velocity", "noise", *(each.name for each in LAW))
+CHAIN = tuple(each.name for each in fields(ChainParameters))
 """The quantities that are parameters of the chain; the others say how it is computed."""
 
 Point = namedtuple("Point", QUANTITIES)

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from beltrepro.datasets.old_api import catalogue, escapes, scan, simulate
 from beltrepro.datasets.quantities import Point, chain, columns
+from beltrepro.simulation import catalogue, escapes, scan, simulate
 
 _HOW = ("method", "time_step", "tolerance", "seed", "replicate", "initial_spread")
 
@@ -38,15 +38,10 @@ def run(
     InputError, ModelStateError
         As the functions of `beltrepro.simulation`.
     """
-    record = {"scan": _scan, "series": _series, "catalogue": catalogue, "escapes": escapes}[kind]
+    record = {"scan": scan, "series": _series, "catalogue": catalogue, "escapes": escapes}[kind]
     how = {name: [getattr(point, name) for point in points] for name in _HOW}
     recorded = record([chain(point) for point in points], **how, **settings, progress=progress)
     return columns(points) | recorded
-
-
-def _scan(chains, *, section_position, **told):
-    known = {} if section_position is None else {"section_position": section_position}
-    return scan(chains, **known, **told)
 
 
 def _series(chains, *, samples, transient, **told):

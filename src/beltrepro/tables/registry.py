@@ -1,6 +1,7 @@
 """Which tables there are, and what each says of itself, without importing any."""
 
 import functools
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -51,3 +52,10 @@ class Entry:
 def entries(folder: Path = FOLDER) -> dict[str, Entry]:
     """All tables: their entries by name. Raises InputError as `entries.read_entries`."""
     return read_entries(folder, Entry)
+
+
+def check_names(datasets: Iterable[str]) -> None:
+    """Raise InputError for a dataset that has the name of a table."""
+    for name in datasets:
+        if name in entries():
+            raise InputError(f"datasets.{name} has the name of a table: tables/{name}.py")
