@@ -110,9 +110,7 @@ def told_dataset(wildcards):
 
 def expected_batches(wildcards):
     count = len(PLAN.datasets[wildcards.dataset].batches)
-    return [
-        files.expected(PLAN.told_batch(wildcards.dataset, number)) for number in range(count)
-    ]
+    return [files.expected(PLAN.told_batch(wildcards.dataset, number)) for number in range(count)]
 
 
 @functools.cache
