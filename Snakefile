@@ -1,4 +1,4 @@
-# The workflow: config.yaml -> simulations -> figures, claims and the report.
+# The workflow: config.yaml -> datasets -> tables, figures, claims and the report.
 #
 #     snakemake --cores 2                            everything, preset `standard`
 #     snakemake --cores 2 --config preset=smoke      the same in a few minutes, coarse
@@ -25,16 +25,13 @@ rule all:
     default_target: True
     input:
         drawn("png", "pdf"),
-        "<results>/agreement.csv",
+        [file_of(name) for name in TABLES],
         "<results>/claims.csv",
         "<results>/report.html",
 
 
-include: "workflow/rules/scans.smk"
-include: "workflow/rules/series.smk"
-include: "workflow/rules/catalogues.smk"
-include: "workflow/rules/ensembles.smk"
-include: "workflow/rules/agreement.smk"
+include: "workflow/rules/datasets.smk"
+include: "workflow/rules/tables.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/timing.smk"

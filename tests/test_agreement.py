@@ -354,15 +354,15 @@ def points(seed, *, shift=0.0, runs=12):
 
 def catalogue(seed, runs=8):
     rng = np.random.default_rng(seed)
-    slips = np.zeros(runs * 40, [("chain", "i4"), ("block", "i4"), ("start_time", "f8"),
+    slips = np.zeros(runs * 40, [("point", "i4"), ("block", "i4"), ("start_time", "f8"),
                                  ("stop_time", "f8"), ("start_position", "f8"),
                                  ("stop_position", "f8"), ("dissipated", "f8")])  # fmt: skip
-    slips["chain"] = np.repeat(np.arange(runs), 40)
+    slips["point"] = np.repeat(np.arange(runs), 40)
     slips["block"] = 4 + np.arange(runs * 40) % 2
     slips["start_position"] = rng.exponential(50, slips.size)
     slips["dissipated"] = 30
-    section = np.zeros(runs * 20, [("chain", "i4"), ("velocities", "f8", 5)])
-    section["chain"] = np.repeat(np.arange(runs), 20)
+    section = np.zeros(runs * 20, [("point", "i4"), ("velocities", "f8", 5)])
+    section["point"] = np.repeat(np.arange(runs), 20)
     section["velocities"] = rng.standard_normal((section.size, 5))
     return {
         "n_blocks": np.full(runs, 5),
@@ -407,7 +407,7 @@ def test_statistics_of_runs():
     slips = catalogue(2)
     found = agreement.slip_statistics(slips)
     assert found["slips of the last block"].tolist() == [20] * 8
-    own = slips["slips"][(slips["slips"]["chain"] == 3) & (slips["slips"]["block"] == 5)]
+    own = slips["slips"][(slips["slips"]["point"] == 3) & (slips["slips"]["block"] == 5)]
     assert found["slip size, median"][3] == pytest.approx(np.median(own["start_position"]))
     assert found["v_N at section points, mean"][3] == pytest.approx(
         slips["section"]["velocities"][60:80, 4].mean()

@@ -191,16 +191,16 @@ def made_up_catalogue(chains=8, per_chain=500):
 
     chain = np.repeat(np.arange(chains, dtype="i4"), per_chain)
     start = np.tile(100.0 * np.arange(per_chain), chains)
-    slip = [("chain", "i4"), ("block", "i4"), ("start_time", "f8"), ("stop_time", "f8")]
+    slip = [("point", "i4"), ("block", "i4"), ("start_time", "f8"), ("stop_time", "f8")]
     slip += [("start_position", "f8"), ("stop_position", "f8"), ("dissipated", "f8")]
     slips = np.zeros(size, dtype=slip)
-    slips["chain"], slips["block"] = chain, 5
+    slips["point"], slips["block"] = chain, 5
     slips["start_time"], slips["stop_time"] = start, start + 5
     slips["start_position"], slips["stop_position"] = power_law(-1.47, 60, 400), 0.0
     slips["dissipated"] = 30 * slips["start_position"]
-    avalanche = [("chain", "i4"), ("start_time", "f8"), ("stop_time", "f8"), ("dissipated", "f8")]
+    avalanche = [("point", "i4"), ("start_time", "f8"), ("stop_time", "f8"), ("dissipated", "f8")]
     avalanches = np.zeros(size, dtype=[*avalanche, ("spring_energy_drop", "f8")])
-    avalanches["chain"] = chain
+    avalanches["point"] = chain
     avalanches["start_time"], avalanches["stop_time"] = start - 1, start + 8
     avalanches["dissipated"] = power_law(-0.87, 7e3, 4e4)
     avalanches["spring_energy_drop"] = avalanches["dissipated"]

@@ -28,7 +28,7 @@ EVENTS = [
     ("dissipated", "f8"),
 ]
 SLIPS = [
-    ("chain", "i4"),
+    ("point", "i4"),
     ("block", "i4"),
     ("start_time", "f8"),
     ("stop_time", "f8"),
@@ -37,7 +37,7 @@ SLIPS = [
     ("dissipated", "f8"),
 ]
 AVALANCHES = [
-    ("chain", "i4"),
+    ("point", "i4"),
     ("start_time", "f8"),
     ("stop_time", "f8"),
     ("slips", "i4"),
@@ -128,7 +128,7 @@ def catalogue(count=400, section_points=300):
     avalanches = np.zeros(count, AVALANCHES)
     avalanches["start_time"], avalanches["stop_time"] = start - 1, start + 4
     avalanches["dissipated"] = 90 * size
-    points = [("chain", "i4"), ("time", "f8"), ("positions", "f8", 5), ("velocities", "f8", 5)]
+    points = [("point", "i4"), ("time", "f8"), ("positions", "f8", 5), ("velocities", "f8", 5)]
     section = np.zeros(section_points, points)
     section["positions"][:, -1] = 600 + 50 * rng.standard_normal(section_points)
     section["velocities"][:, -1] = np.minimum(1, -40 * rng.standard_normal(section_points))

@@ -5,7 +5,7 @@ localrules:
     figures,
 
 
-rule figure:
+rule draw:
     "Draw a figure as PNG and PDF."
     input:
         unpack(figure_data),
@@ -29,6 +29,7 @@ rule figure:
         runtime=10,
     params:
         preset=PLAN.preset,
+        expected=expected_of_figure,
         title=of_figure("title"),
         words=of_figure("words"),
         code=figure_code,

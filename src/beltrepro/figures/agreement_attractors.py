@@ -8,7 +8,7 @@ from beltrepro.figures.registry import Entry
 
 ENTRY = Entry(
     title="States reached without noise by the two integrators, from near and from distant states.",
-    uses=("attractors_tested", "attractors_reference"),
+    uses=("pairs_states_verlet", "pairs_states_event"),
     words=(
         "Each row has another spread of initial states. Left: share of runs in which the last "
         "block still sticks at the end. Right: r over the end of each run, a dot a run, side by "

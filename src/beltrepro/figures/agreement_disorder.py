@@ -10,7 +10,7 @@ ENTRY = Entry(
     title=(
         "Disorder parameter with noise by the two integrators, and the tests of their difference."
     ),
-    uses=("disorder_tested", "disorder_reference"),
+    uses=("pairs_r_verlet", "pairs_r_event"),
     words=(
         "a: r against belt velocity, lines the reference, crosses with standard errors the tested"
         " integrator. b: difference of the means in standard errors; beyond the dashed lines the "

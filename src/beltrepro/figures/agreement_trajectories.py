@@ -10,7 +10,7 @@ from beltrepro.figures.registry import Entry
 
 ENTRY = Entry(
     title="Trajectories of the two integrators from the same initial states.",
-    uses=("trajectories_tested", "trajectories_reference"),
+    uses=("pairs_paths_verlet", "pairs_paths_event", "pairs_paths_tolerances"),
     words=(
         "a: largest distance of any block between the two runs, median over the runs of a point; "
         "the dotted line marks where we call them parted. b: shift in time of the events that "
@@ -42,15 +42,17 @@ def draw(data, caption):
     same for runs with several tolerances from those with the tightest, against their mean step.
     """
     panels.require(data, ENTRY)
-    tested, reference = (data[name].arrays for name in ENTRY.uses)
-    base, tolerance = reference["time_step"][0], _own_tolerance(data)
+    tested, reference, tolerances = (
+        divergence.with_steps(data[name].arrays) for name in ENTRY.uses
+    )
+    base = float(reference["time_step"].min())
     steps = np.unique(tested["time_step"])
     nearest = steps[np.argmin(np.abs(steps - base))]
     found = divergence.pairs(
         tested,
         reference,
-        rows=divergence.chosen(tested, time_step=nearest, tolerance=tolerance),
-        reference_rows=divergence.chosen(reference, time_step=base, tolerance=tolerance),
+        rows=divergence.equal(tested["time_step"], nearest),
+        reference_rows=divergence.equal(reference["time_step"], base),
     )
     figure = style.page(caption, 5.4)
     axes = figure.subplots(2, 2).ravel()
@@ -67,12 +69,11 @@ def draw(data, caption):
     axes[1].set(xlabel=f"{panels.TIME} of the event", ylabel="shift of the event", title=words)
     axes[2].set(xlabel="$dt$", ylabel="error")
     axes[3].set(xlabel="mean step", ylabel="error")
-    _, errors = agreement.compare_trajectories(
-        tested, reference, reference_step=base, tolerance=tolerance
-    )
-    _errors(axes[2], errors, data[ENTRY.uses[0]].attributes["method"], _AFTER_TIME_STEPS, order=1)
-    errors, method = _by_tolerance(data, base)
-    _errors(axes[3], errors, method, _AFTER_LONG_STEPS, order=FORCE_ORDER + 1)
+    methods = [data[name].attributes["method"] for name in ENTRY.uses]
+    _, errors = agreement.compare_trajectories(tested, reference, reference_step=base)
+    _errors(axes[2], errors, methods[0], _AFTER_TIME_STEPS, order=1)
+    errors = agreement.compare_tolerances(tolerances)
+    _errors(axes[3], errors, methods[2], _AFTER_LONG_STEPS, order=FORCE_ORDER + 1)
     if axes[3].lines:
         tolerances = [row["tolerance"] for row in errors]
         axes[3].set_xlabel(f"mean step, tolerances {min(tolerances):g} to {max(tolerances):g}")
@@ -85,21 +86,6 @@ def draw(data, caption):
     if labels:
         figure.legend(handles, labels, loc="outside upper center", ncols=6)
     return figure
-
-
-def _own_tolerance(data):
-    """The tolerance that an integrator takes by itself; NaN if neither has one."""
-    known = [data[name].attributes.get("tolerance", np.nan) for name in ENTRY.uses]
-    return max(known, key=np.isfinite)
-
-
-def _by_tolerance(data, time_step):
-    """Errors and name of the integrator that ran with several tolerances, none if there is none."""
-    for name in ENTRY.uses:
-        errors = agreement.compare_tolerances(data[name].arrays, time_step=time_step)
-        if errors:
-            return errors, data[name].attributes["method"]
-    return [], ""
 
 
 def _separation(axes, members, look):

@@ -1,14 +1,13 @@
 """Fig. 7: friction force during one stick-slip event."""
 
-import json
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.patches import FancyArrowPatch
 
+from beltrepro.datasets import files
 from beltrepro.figures import panels, style
 from beltrepro.figures.registry import Entry
-from beltrepro.model.parameters import ChainParameters
 from beltrepro.model.spring import external_force
 
 ENTRY = Entry(
@@ -50,7 +49,7 @@ def draw(data, caption):
     axes.set(xlabel="$F_{ex}$", ylabel="$F_f$")
     axes.axhline(0, color="0.85", linewidth=0.7, zorder=0)
     axes.axvline(0, color="0.85", linewidth=0.7, zorder=0)
-    chain = _chain(series)
+    chain = files.chain(series)
     event = _choose_event(series)
     if event is None:
         _draw_samples(axes, series, chain)
@@ -59,14 +58,6 @@ def draw(data, caption):
     _draw_event(axes, series, chain, event)
     axes.legend(loc="lower left")
     return figure
-
-
-def _chain(series):
-    attributes = series.attributes
-    constants = json.loads(attributes.get("config", "{}")).get("model", {})
-    return ChainParameters(
-        int(attributes["n_blocks"]), attributes["belt_velocity"], attributes["noise"], **constants
-    )
 
 
 def _choose_event(series):

@@ -71,8 +71,8 @@ def _mark_transition(axes, row):
         axes.set_title(f"{words} = {fall.critical:.1f}", loc="right", size=8, color="0.35")
 
 
-def _lifetimes(inner, ensemble):
-    table = lifetimes.by_belt_velocity(ensemble, float(ensemble.attributes["duration"]))
+def _lifetimes(inner, runs):
+    table = lifetimes.by_belt_velocity(runs, float(runs.attributes["duration"]))
     known = np.isfinite(table["tau"])
     if not known.any():
         panels.note(inner, "too few runs escape", size=6.5)

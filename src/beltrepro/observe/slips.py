@@ -156,7 +156,7 @@ class EventLog:
 
 SLIP = np.dtype(
     [
-        ("chain", "i4"),
+        ("point", "i4"),
         ("block", "i4"),
         ("start_time", "f8"),
         ("stop_time", "f8"),
@@ -167,7 +167,7 @@ SLIP = np.dtype(
 )
 AVALANCHE = np.dtype(
     [
-        ("chain", "i4"),
+        ("point", "i4"),
         ("start_time", "f8"),
         ("stop_time", "f8"),
         ("slips", "i4"),
@@ -179,7 +179,7 @@ AVALANCHE = np.dtype(
 )
 
 
-def slips_and_avalanches(events, chain, initial_positions, parameters, law_constants, start):
+def slips_and_avalanches(events, point, initial_positions, parameters, law_constants, start):
     """Slips of all blocks and avalanches of one chain (Sec. IV.A, Fig. 9).
 
     A slip runs from slip to stick of one block. An avalanche is a maximal interval in which at
@@ -187,7 +187,7 @@ def slips_and_avalanches(events, chain, initial_positions, parameters, law_const
 
     Parameters
     ----------
-    events : (E, 6) from t = 0 in the order of time. chain : number written to the records.
+    events : (E, 6) from t = 0 in the order of time. point : number written to the records.
     initial_positions : (N,) at t = 0, all blocks stuck. start : earlier slips are left out.
     law_constants : see `beltrepro.engine.law.law_constants`.
 
@@ -208,14 +208,14 @@ def slips_and_avalanches(events, chain, initial_positions, parameters, law_const
         avalanches,
     )
     return (
-        _records(slips[:n_slips], chain, SLIP),
-        _records(avalanches[:n_avalanches], chain, AVALANCHE),
+        _records(slips[:n_slips], point, SLIP),
+        _records(avalanches[:n_avalanches], point, AVALANCHE),
     )
 
 
-def _records(columns, chain, dtype):
+def _records(columns, point, dtype):
     records = np.zeros(len(columns), dtype=dtype)
-    records["chain"] = chain
+    records["point"] = point
     for name, column in zip(dtype.names[1:], columns.T, strict=True):
         records[name] = column
     return records

@@ -142,26 +142,21 @@ def _parts(cell: str) -> list[tuple[str, str]]:
 def _describe(path: Path) -> dict:
     dataset = store.read(path)
     attributes, arrays = dataset.attributes, dataset.arrays
-    config = json.loads(attributes.get("config", "{}"))
-    residual = arrays.get("energy_residual", attributes.get("energy_residual"))
-    lengths = {len(array) for array in arrays.values() if array.ndim}
+    residual = arrays.get("energy_residual")
     libraries = json.loads(attributes.get("library_versions", "{}"))
-    chains = {"scan": "points", "ensemble": "members"}.get(attributes["kind"])
+    count = f"{len(arrays['n_blocks'])} points"
     return {
-        "name": f"{path.parent.name}/{path.stem}",
+        "name": attributes["dataset"],
         "kind": attributes["kind"],
         "method": str(attributes["method"]),
-        "n_blocks": _span(config.get("n_blocks", attributes.get("n_blocks"))),
-        "belt_velocity": _span(
-            config.get("belt_velocity", config.get("belt_velocities"))
-            or attributes.get("belt_velocity")
-        ),
-        "noise": _span(config.get("noise", attributes.get("noise"))),
+        "n_blocks": _span(arrays["n_blocks"]),
+        "belt_velocity": _span(arrays["belt_velocity"]),
+        "noise": _span(arrays["noise"]),
         "duration": length(attributes["duration"]),
-        "transient": length(attributes["transient"]),
-        "time_step": f"{attributes['time_step']:g}",
-        "seed": str(attributes["seed"]),
-        "size": f"{max(lengths, default=0)} {chains}" if chains else _contents(arrays),
+        "transient": length(attributes.get("transient", 0.0)),
+        "time_step": _span(arrays["time_step"]),
+        "seed": _span(arrays["seed"]),
+        "size": ", ".join(filter(None, [count, _contents(arrays)])),
         "energy_residual": "" if residual is None else f"{np.nanmax(np.abs(residual)):.1e}",
         "code_version": str(attributes["code_version"]),
         "processor": str(attributes.get("processor", "")),
@@ -177,9 +172,7 @@ def _contents(arrays) -> str:
 
 def _span(values) -> str:
     """A grid as short text: its value, its few values, or its ends and number."""
-    if values is None:
-        return ""
-    values = np.unique(np.atleast_1d(values))
+    values = np.unique(values)
     if values.size <= 7:
         return ", ".join(f"{value:g}" for value in values)
     return f"{values[0]:g} to {values[-1]:g} ({values.size})"

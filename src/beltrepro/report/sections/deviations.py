@@ -28,10 +28,10 @@ ALWAYS = (
     {
         "what": "Lifetimes of transients",
         "paper": "method of a cited reference",
-        "ours": "exponential law by maximum likelihood, members that did not escape counted as "
+        "ours": "exponential law by maximum likelihood, runs that did not escape counted as "
         "censored",
         "where": "inset of Fig. 12",
-        "why": "uses every member of the ensemble and gives an error",
+        "why": "uses every run and gives an error",
     },
 )
 

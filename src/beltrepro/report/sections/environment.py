@@ -18,5 +18,5 @@ def gather(material) -> dict:
         "cores": os.cpu_count(),
         "preset": material.preset,
         "constants": material.settings["model"],
-        "laminar_time": material.settings["numerics"]["laminar_time"],
+        "laminar_time": material.settings["defaults"]["laminar_time"],
     }

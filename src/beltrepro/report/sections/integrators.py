@@ -4,7 +4,7 @@ from beltrepro.report import agreement
 
 TITLE = "Integrators compared"
 ANCHOR = "agreement"
-NEEDS = ("comparisons", "families", "partings", "convergence")
+NEEDS = ("agreement", "families", "partings", "convergence")
 
 
 def gather(material) -> dict:

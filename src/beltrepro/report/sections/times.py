@@ -11,11 +11,9 @@ NEEDS = ()
 
 # Folders or names of benchmark files, and what the jobs behind them do.
 RULES = {
-    "blocks": "simulate blocks of scans",
-    "scans": "join scans",
-    "series": "simulate series",
-    "catalogues": "simulate catalogues",
-    "ensembles": "simulate and join ensembles",
+    "batches": "simulate batches",
+    "datasets": "join batches",
+    "tables": "derive tables",
     "agreement": "compare the integrators",
     "figures": "draw figures",
     "claims": "measure claims",
