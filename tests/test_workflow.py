@@ -1,6 +1,8 @@
 """The workflow: targets, reruns after a change of code, errors, and (slow) the smoke preset."""
 
 import dataclasses
+import html
+import json
 import logging
 import os
 import re
@@ -147,6 +149,25 @@ def test_every_script_is_used():
     assert scripts == used
 
 
+def test_snakemake_report_holds_every_figure_with_its_words(finished):
+    done = snakemake(finished, "--report", "made.html")
+    assert done.returncode == 0, done.stderr
+    page = (finished / "made.html").read_text()
+    results, categories = (
+        json.loads(re.search(rf"var {name} = (\{{.*\}});\n", page)[1])
+        for name in ("results", "categories")
+    )
+    for name, entry in FIGURES.items():
+        shown = results[f"results/smoke/figures/{name}.png"]
+        assert shown["labels"] == {"figure": name, "title": entry.title}
+        paragraphs = re.findall(r"<p>(.*?)</p>", html.unescape(shown["caption"]), re.S)
+        assert [" ".join(words.split()) for words in paragraphs] == [entry.title, entry.words]
+        assert f"results/smoke/figures/{name}.png" in categories[entry.category]["Other"]
+    assert categories["Claims"]["Other"] == ["results/smoke/claims.csv"]
+    assert categories["Report"]["Other"] == ["results/smoke/report.html"]
+    assert len(results) == len(FIGURES) + 2
+
+
 # --- reruns ---
 
 SIMULATIONS = {"scan_block", "series", "catalogue", "ensemble_member", "agreement_runs"}
@@ -235,6 +256,20 @@ def test_bad_configuration_is_one_line(tree, setting, words):
     assert len(lines) == 1, done.stderr
     assert lines[0].startswith("error: config.yaml: ") and words in lines[0]
     assert "Traceback" not in done.stdout + done.stderr
+
+
+def test_figure_of_an_unknown_dataset_is_one_line(tree):
+    module = tree / "src/beltrepro/figures/fig13.py"
+    before = module.read_text()
+    try:
+        module.write_text(before.replace('"n5_rows_check"', '"n5_rows_chek"'))
+        done = snakemake(tree, "--dry-run", "fig12")
+    finally:
+        module.write_text(before)
+    lines = [line for line in done.stderr.splitlines() if "profile" not in line]
+    assert done.returncode == 1 and len(lines) == 1, done.stderr
+    assert lines[0].startswith("error: figures/fig13.py uses 'n5_rows_chek', which preset")
+    assert lines[0].endswith("smoke lacks; did you mean 'n5_rows_check'?")
 
 
 @pytest.fixture

@@ -53,6 +53,8 @@ class Entry:
             raise InputError(f"uses = {self.uses!r}: must be a tuple of different names")
         if self.category not in CATEGORIES:
             raise InputError(f"category = {self.category!r}: allowed are {', '.join(CATEGORIES)}")
+        if not isinstance(self.number, str):
+            raise InputError(f"number = {self.number!r}: must be text")
         if bool(self.number) != (self.category == CATEGORIES[0]):
             raise InputError("number must be given for a figure of the paper, and only for one")
 
