@@ -7,7 +7,6 @@ down from the formulas, without the functions that cut rows out of files.
 
 import importlib
 import itertools
-import json
 import re
 
 import numpy as np
@@ -123,7 +122,7 @@ def friction_event():
     fields = [("time", "f8"), ("block", "i8"), ("kind", "U5")]
     events = [(2, 4, "slip"), (5, 5, "stick"), (9, 5, "slip"), (12, 4, "stick"), (14, 5, "stick")]
     friction = np.random.default_rng(9).uniform(-70, 70, data.arrays["positions"].shape)
-    model = {
+    law = {
         "static_friction": 80.0,
         "friction_ratio": 0.4,
         "rest_length": 55.0,
@@ -132,28 +131,28 @@ def friction_event():
         "extension_rate": 0.012,
     }
     arrays = data.arrays | {"events": np.array(events, fields), "friction": friction}
-    return Dataset(arrays, data.attributes | {"config": json.dumps({"model": model})})
+    return Dataset(arrays, data.attributes | law)
 
 
 def slips_u1(points=900):
     """Slips of blocks 4 and 5 in two chains; avalanches that reach the last block and others."""
     rng = np.random.default_rng(8)
-    fields = [("chain", "i4"), ("block", "i4"), ("start_time", "f8"), ("stop_time", "f8"),
+    fields = [("point", "i4"), ("block", "i4"), ("start_time", "f8"), ("stop_time", "f8"),
               ("start_position", "f8"), ("stop_position", "f8"), ("dissipated", "f8")]  # fmt: skip
     count = 1200
     slips = np.zeros(count, fields)
-    slips["chain"], slips["block"] = np.arange(count) % 2, 4 + (np.arange(count) // 2) % 2
+    slips["point"], slips["block"] = np.arange(count) % 2, 4 + (np.arange(count) // 2) % 2
     slips["start_time"] = 100.0 * np.arange(count)
     slips["stop_time"] = slips["start_time"] + rng.uniform(1, 9, count)
     slips["stop_position"] = rng.uniform(-5, 5, count)
     slips["start_position"] = slips["stop_position"] + 10 * (1 - 0.99 * rng.random(count)) ** -0.8
     slips["dissipated"] = 3 * (1 - 0.99 * rng.random(count)) ** -0.7
-    fields = [("chain", "i4"), ("start_time", "f8"), ("stop_time", "f8"), ("dissipated", "f8")]
+    fields = [("point", "i4"), ("start_time", "f8"), ("stop_time", "f8"), ("dissipated", "f8")]
     events = np.zeros(count, fields)
-    for name in ("chain", "start_time", "stop_time"):
+    for name in ("point", "start_time", "stop_time"):
         events[name] = slips[name]
     events["dissipated"] = 7 * (1 - 0.99 * rng.random(count)) ** -0.7
-    fields = [("chain", "i4"), ("positions", "f8", 5), ("velocities", "f8", 5)]
+    fields = [("point", "i4"), ("positions", "f8", 5), ("velocities", "f8", 5)]
     section = np.zeros(points, fields)
     section["positions"] = 300 + rng.uniform(0, 90, (points, 5))
     section["velocities"] = 1.5 - rng.uniform(0, 40, (points, 5))
@@ -170,7 +169,7 @@ def lifetimes():
     escaped = np.array([[1, 1, 1], [1, 1, 1], [1, 1, 0], [1, 1, 0], [0, 1, 0], [0, 0, 0]], bool)
     life = 100.0 + 10 * np.arange(18) + u
     arrays = {"belt_velocity": u, "lifetime": life, "escaped": escaped.ravel()}
-    return Dataset(arrays, HOW | {"kind": "ensemble", "n_blocks": 5, "noise": 0.0})
+    return Dataset(arrays, HOW | {"kind": "escapes", "n_blocks": 5, "noise": 0.0})
 
 
 DATASETS = {name: scan(name) for name in SCANS} | {
