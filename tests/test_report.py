@@ -350,7 +350,7 @@ def test_what_was_run_has_a_row_for_each_dataset(made):
     rows = cells(part(text, "runs"))[1:]
     assert rows == [
         ["n5_rows", "verlet", "5", "1 to 60 (60)", "0, 1", "2000", "500", "60 points", "3.0e-08"],
-        ["u1", "verlet", "6", "17.5", "2.2", "2000", "500", "1 points, 7 samples, 4 events", ""],
+        ["u1", "verlet", "6", "17.5", "2.2", "2000", "500", "1 point, 7 samples, 4 events", ""],
         ["slips_u1", "verlet", "2, 3", "1", "0", "3000", "0",
          "2 points, 19 slips, 17 avalanches, 13 section points", ""],
         ["lifetimes", "event", "4", "18, 24, 30", "0.5", "2000", "500", "3 points", "2.0e-05"],
