@@ -55,3 +55,30 @@ def verlet(
         before, x = x, after
         positions.append(list(x))  # a copy: a block that sticks rewrites its place in `before`
     return positions, events
+
+
+def normal_deviates(state, count):
+    """xoshiro256++ as its authors print it, and Box and Muller's two deviates of each word."""
+    mask = (1 << 64) - 1
+
+    def rotated(word, places):
+        return ((word << places) | (word >> (64 - places))) & mask
+
+    s, normals = list(state), []
+    for _ in range(count // 2):
+        word = (rotated((s[0] + s[3]) & mask, 23) + s[0]) & mask
+        shifted = (s[1] << 17) & mask
+        s[2] ^= s[0]
+        s[3] ^= s[1]
+        s[1] ^= s[2]
+        s[0] ^= s[3]
+        s[2] ^= shifted
+        s[3] = rotated(s[3], 45)
+        radius = 1.0 - (word >> 12) / 2.0**52  # the high 52 bits, 0 excluded
+        angle = (word & ((1 << 36) - 1)) / 2.0**36  # the low 36 bits
+        length = math.sqrt(-2.0 * math.log(radius))
+        normals += [
+            length * math.cos(2 * math.pi * angle),
+            length * math.sin(2 * math.pi * angle),
+        ]
+    return normals

@@ -6,9 +6,9 @@
 Errors come from a list (YAML: entries with `file`, `old`, `new`, where `old` occurs once in the
 file; paths from the root of the tree) or are drawn at random from the sources, without a look at
 the tests: see `OPERATORS`. A room is a file or folder of src/beltrepro. By default the test files
-run that can see the changed module by their imports, those with the fewest modules first; --all
-runs the quick suite. --write keeps the list with its outcome, to be judged by hand: a change that
-leaves every result as it was is no error.
+run that can see the changed module by their imports, those that name it first; --all runs the
+quick suite. --write keeps the list with its outcome, to be judged by hand: a change that leaves
+every result as it was is no error.
 
 Mutation tools on the market run the whole suite for each change, or rewrite functions in ways that
 Numba cannot compile. This one forks each trial from a process with the libraries loaded and leaves
@@ -17,7 +17,7 @@ alone the time stamps of the other files, so that compiled kernels stay valid.
 
 import argparse
 import ast
-import importlib
+import importlib.util
 import multiprocessing
 import os
 import random
@@ -248,26 +248,30 @@ def files(room: str) -> list[Path]:
 
 
 def tests_for(file: str) -> list[str]:
-    """Test files that can see a module by their imports, the most special ones first."""
+    """Test files that can see a module by their imports: those that name it, then by their size."""
     module = ".".join(Path(file).with_suffix("").relative_to("src").parts)
-    sizes = {}
+    ranks = {}
     for path in sorted((ROOT / "tests").glob("test_*.py")):
-        seen = _closure(path)
+        named, seen = _imports(path)
         if module in seen:
-            sizes[f"tests/{path.name}"] = len(seen)
-    return sorted(sizes, key=sizes.get)
+            ranks[f"tests/{path.name}"] = (module not in named, len(seen))
+    return sorted(ranks, key=ranks.get)
 
 
-def _closure(path):
-    from beltrepro.provenance import module_closure
-
+def _imports(path):
+    """Modules that a test file names, and all that these need."""
+    # by its file: the package must not be loaded before a trial loads the copy
+    module = importlib.util.spec_from_file_location("provenance", ROOT / PACKAGE / "provenance.py")
+    provenance = importlib.util.module_from_spec(module)
+    module.loader.exec_module(provenance)
     names = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
         elif isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
-    return module_closure(*(name for name in names if name.startswith("beltrepro")))
+    names = {name for name in names if name.startswith("beltrepro")}
+    return names, provenance.module_closure(*names)
 
 
 def attempt(tree: Path, plant: Plant, tests: list[str]) -> str:
@@ -339,6 +343,7 @@ def main():
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--rooms", default=ROOMS, help=f"default: {ROOMS}")
     parser.add_argument("--all", action="store_true", help="run the whole quick suite")
+    parser.add_argument("--tests", nargs="+", help="run only these, where they see the module")
     parser.add_argument("--list", action="store_true", help="only show the errors")
     parser.add_argument("--write", type=Path, help="YAML list of the errors with their outcome")
     options = parser.parse_args()
@@ -354,6 +359,7 @@ def main():
         for number, plant in enumerate(plants, 1):
             if not options.list:
                 tests = ["tests"] if options.all else tests_for(plant.file)
+                tests = [test for test in tests if not options.tests or test in options.tests]
                 plant.outcome = attempt(tree, plant, tests) if tests else "survived: no tests"
             print(_line(number, plant), flush=True)
             if options.write:
@@ -371,6 +377,7 @@ def _load(tree):
     for library in LIBRARIES:
         importlib.import_module(library)
     outcome = run(tree, ["tests/test_model.py"])
+    assert not any(name.startswith("beltrepro") for name in sys.modules), "loaded too early"
     if outcome != "survived":
         raise SystemExit(f"the tests fail without any error planted: {outcome}")
 
