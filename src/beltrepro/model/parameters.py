@@ -42,9 +42,10 @@ class ChainParameters:
     extension_rate: float = 0.01
 
     def __post_init__(self):
-        if isinstance(self.n_blocks, bool) or self.n_blocks != _whole(self.n_blocks):
+        whole = _whole(self.n_blocks)
+        if isinstance(self.n_blocks, bool) or whole is None or self.n_blocks != whole:
             raise InputError(f"n_blocks = {self.n_blocks!r}: a whole number is needed")
-        object.__setattr__(self, "n_blocks", int(self.n_blocks))
+        object.__setattr__(self, "n_blocks", whole)
         if not 1 <= self.n_blocks <= MAXIMUM_BLOCKS:
             raise InputError(
                 f"n_blocks = {self.n_blocks}: allowed are 1 to {MAXIMUM_BLOCKS} blocks"
