@@ -77,6 +77,7 @@ SIGNS = {
 }  # fmt: skip
 EDGES = {ast.Lt: b"<=", ast.LtE: b"<", ast.Gt: b">=", ast.GtE: b">"}
 DROPPED = {"sqrt", "abs", "log", "log10", "exp", "expm1", "sort", "cumsum", "diff", "unique"}
+SYMMETRIC = {"maximum", "minimum", "max", "min", "hypot", "isclose", "allclose", "union1d"}
 PAIRS = (
     "min max", "minimum maximum", "argmin argmax", "nanmin nanmax", "mean median", "any all",
     "floor ceil", "rows columns", "mean std", "ones zeros", "low high", "lower upper",
@@ -180,14 +181,16 @@ def arguments(node, text, span, plant, **_):
     """Neighbouring positional arguments swapped; keyword argument forgotten."""
     if not isinstance(node, ast.Call):
         return
+    symmetric = getattr(node.func, "attr", getattr(node.func, "id", "")) in SYMMETRIC
     for one, two in zip(node.args, node.args[1:], strict=False):
-        if isinstance(one, (ast.Name, ast.Attribute)) and isinstance(two, type(one)):
+        named = isinstance(one, (ast.Name, ast.Attribute)) and isinstance(two, type(one))
+        if named and not symmetric:
             (a, b), (c, d) = span(one), span(two)
             plant("arguments", a, d, text[c:d] + text[b:c] + text[a:b])
     if node.keywords and (node.args or len(node.keywords) > 1):
         last = node.keywords[-1]
         before = [*node.args, *node.keywords][: len(node.args) + len(node.keywords) - 1]
-        if last.arg not in (None, "strict") and before:
+        if last.arg not in (None, "strict", "dtype") and before:
             plant("arguments", max(span(item)[1] for item in before), span(last)[1], b"")
 
 

@@ -788,6 +788,15 @@ def test_a_fall_needs_the_stated_contrast(low, found):
     assert not flat.found
 
 
+@pytest.mark.parametrize("step", [10.5, 30.5])
+def test_a_fall_that_smoothing_hides_is_not_found(step):
+    """The median over all points is one of the plateaus everywhere."""
+    r = np.where(step > VELOCITY, 0.1, 0.02)
+    found = transitions.transition_region(VELOCITY, r, smoothing=100.0)
+    assert not found.found and np.isnan([found.lower, found.upper, found.critical]).all()
+    assert (found.r_high, found.r_low, found.n_points) == (0.1, 0.02, 40)
+
+
 def test_a_rise_without_scatter_by_hand():
     """From 1 at 10 to 2 at 20: plateaus by the medians about the step, levels between them."""
     r = np.interp(VELOCITY, [10, 20], [1.0, 2.0])
