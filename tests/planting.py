@@ -356,6 +356,8 @@ def main():
     plants += draw(options.draw, options.seed, options.rooms.split(","))
     tree = copy_tree()
     os.environ["PYTHONPATH"] = str(tree / "src")
+    sys.dont_write_bytecode = False  # compiled once in the copy, whatever the environment says
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     try:
         if not options.list:
             _load(tree)

@@ -819,6 +819,14 @@ def test_replicates_and_dips_weigh_in_the_monotone_curve():
     assert (pooled.lower, pooled.critical) == pytest.approx((1.2, 2))
 
 
+def test_a_point_measured_more_often_weighs_more_in_the_monotone_curve():
+    """2.5 once and 1.5 three times are 1.75 together; half way, 2, lies a fifth of a step on."""
+    noise = np.repeat(np.arange(10.0), [3, 3, 1, 3, 3, 3, 3, 3, 3, 3])
+    r = np.select([noise < 2, noise < 3, noise < 4], [1.0, 2.5, 1.5], 3.0)
+    found = transitions.critical_noise(noise, r, bootstrap=0)
+    assert (found.r_low, found.r_high) == (1, 3) and found.critical == pytest.approx(3.2)
+
+
 def test_a_curve_that_begins_or_ends_in_the_rise():
     noise = np.arange(8.0)
     early = transitions.critical_noise(noise, [1.6, 2, 2, 2, 2, 2, 2, 2.2], bootstrap=0)
