@@ -177,8 +177,10 @@ def code_hash(*modules, without=()):
 
 def simulation_code(method, *more):
     """Code behind a simulation with one integrator; the other one does not matter to it."""
-    others = tuple(module for name, module in INTEGRATORS.items() if name != method)
-    return code_hash("beltrepro.simulation", INTEGRATORS[method], *more, without=others)
+    others = [module for name, module in INTEGRATORS.items() if name != method]
+    # how a run is written to a file of its own does not change it
+    without = (*others, "beltrepro.simulation.files")
+    return code_hash("beltrepro.simulation", INTEGRATORS[method], *more, without=without)
 
 
 def block_code(wildcards):
