@@ -143,8 +143,10 @@ def code_hash(*modules, without=()):
 def batch_code(wildcards):
     """Code behind a batch: its own integrator; the other one does not matter to it."""
     method = PLAN.datasets[wildcards.dataset].batches[int(wildcards.batch)][0].method
-    others = tuple(module for name, module in INTEGRATORS.items() if name != method)
-    return code_hash("beltrepro.datasets.running", INTEGRATORS[method], without=others)
+    others = [module for name, module in INTEGRATORS.items() if name != method]
+    # how a run is written to a file of its own does not change it
+    without = (*others, "beltrepro.simulation.files")
+    return code_hash("beltrepro.datasets.running", INTEGRATORS[method], without=without)
 
 
 def table_code(wildcards):
