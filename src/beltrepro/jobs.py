@@ -63,10 +63,10 @@ def simulation_jobs(plan: Plan) -> list[Job]:
 def draw(jobs: list[Job], seed: int, one_in: int = ONE_IN) -> list[Job]:
     """One in `one_in` jobs of every class, at least one, with chances proportional to their work.
 
-    jobs : sorted by class. The jobs of a class are laid end to end, as long as their work, and taken
-    at equal distances from a random start: so the sample follows the order of the jobs, in which
-    neighbours cost nearly the same, and no small job, which costs mostly its start, stands for the
-    large ones. A job as long as the distance is always taken.
+    jobs : sorted by class. The jobs of a class are laid end to end, as long as their work, and
+    taken at equal distances from a random start: so the sample follows the order of the jobs, in
+    which neighbours cost nearly the same, and no small job, which costs mostly its start, stands
+    for the large ones. A job as long as the distance is always taken.
     """
     stream = np.random.default_rng(seed)
     drawn = []

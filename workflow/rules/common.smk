@@ -110,9 +110,7 @@ def told_dataset(wildcards):
 
 def expected_batches(wildcards):
     count = len(PLAN.datasets[wildcards.dataset].batches)
-    return [
-        files.expected(PLAN.told_batch(wildcards.dataset, number)) for number in range(count)
-    ]
+    return [files.expected(PLAN.told_batch(wildcards.dataset, number)) for number in range(count)]
 
 
 @functools.cache
@@ -132,8 +130,8 @@ def expected_of_figure(wildcards):
 # --- hashes of the code behind a result: Snakemake does not see imported modules ---
 
 INTEGRATORS = {
-    "verlet": "beltrepro.engine.verlet_ensemble",
-    "event": "beltrepro.engine.event_ensemble",
+    "verlet": "beltrepro.engine.verlet_integrators",
+    "event": "beltrepro.engine.event_integrator",
 }
 
 

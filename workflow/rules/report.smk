@@ -31,10 +31,10 @@ rule claims:
 rule report:
     "One page with every figure, the table of claims and what was run: report.html."
     input:
+        **{name: file_of(name) for name in TABLES},
         datasets=dataset_files(),
         claims="<results>/claims.csv",
         figures=drawn("png"),
-        **{name: file_of(name) for name in TABLES},
     output:
         report("<results>/report.html", caption="../report/report.rst", category="Report"),
     log:

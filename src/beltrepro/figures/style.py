@@ -100,7 +100,7 @@ _HOW = ("kind", "method", "duration", "transient")
 
 
 def _describe(datasets, kind, method, duration, transient):
-    """One line on datasets that were made the same way, with every constant that is no usual one."""
+    """One line on datasets made the same way; with constants that differ from the paper's."""
     spans = {
         symbol: _span(values)
         for symbol, name in (("N", "n_blocks"), ("u", "belt_velocity"), ("σ", "noise"))

@@ -15,7 +15,7 @@ ENTRY = Entry(
         "step": "mean step (model time)",
         "after_events": "number of events after which the error is taken",
         "members": "pairs of trajectories",
-        "error": "root mean square over the pairs of the largest distance of a block (model length)",
+        "error": "largest distance of a block (model length), root mean square over pairs",
         "order": "order of convergence in the step, over all rows of a point",
         "order_error": "its standard error",
     },

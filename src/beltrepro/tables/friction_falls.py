@@ -12,7 +12,7 @@ ENTRY = Entry(
     uses=("friction_ratio",),
     columns={
         "points": "points of the scan, replicates included",
-        "critical": "u_c, middle of the transition region (model velocity); empty if r does not fall",
+        "critical": "middle of the transition region (model velocity); empty if r does not fall",
         "error": "standard error of critical",
         "lower": "u at which the fall begins (model velocity)",
         "upper": "u at which it ends (model velocity)",
