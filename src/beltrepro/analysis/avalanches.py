@@ -4,6 +4,7 @@ import warnings
 
 import numpy as np
 import powerlaw
+from scipy import optimize, stats
 
 from beltrepro.analysis.errors import require
 from beltrepro.analysis.fits import PowerLawFit, fit_log_log
@@ -173,18 +174,16 @@ def maximum_likelihood_exponent(values, *, low, high) -> PowerLawFit:
 def compare_with_exponential(values, *, low, high):
     """Which law fits values in [low, high] better, a power law or an exponential?
 
-    Returns (ratio, p): the normalised log-likelihood ratio, positive when the power law is better,
-    and the probability that its sign is chance (Vuong's test, Clauset et al. 2009).
+    Both laws are cut off at both ends. Returns (ratio, p): the normalised log-likelihood ratio,
+    positive when the power law is better, and the probability that its sign is chance (Vuong's
+    test, Clauset et al. 2009).
     """
     values = _within(values, low, high)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        exponential = powerlaw.Exponential(xmin=low, xmax=high, data=values)
-        ratio, p_value = powerlaw.statistics.loglikelihood_ratio(
-            _power_law(values, low, high).loglikelihoods(values),
-            exponential.loglikelihoods(values),
-            normalized_ratio=True,
-        )
+    ratio, p_value = powerlaw.statistics.loglikelihood_ratio(
+        _power_law(values, low, high).loglikelihoods(values),
+        _exponential(values, low, high).logpdf(values),
+        normalized_ratio=True,
+    )
     return float(ratio), float(p_value)
 
 
@@ -206,3 +205,20 @@ def _power_law(values, low, high):
             force_numerical_fit=True,
             parameter_ranges={"alpha": [-5, 10]},
         )
+
+
+def _exponential(values, low, high):
+    """Exponential law cut off at both ends, by maximum likelihood: its mean is that of the values.
+
+    The package fits and normalises an exponential without upper end. Values that do not fall have
+    the uniform law, the limit of long decay.
+    """
+    mean = (values.mean() - low) / (high - low)
+
+    def excess(decays):
+        """Mean of the law over `decays` decay lengths, as a share of the range, minus that mean."""
+        return 1 / decays - 1 / np.expm1(min(decays, 700.0)) - mean
+
+    fewest = 1e-6
+    decays = optimize.brentq(excess, fewest, 1 + 2 / mean) if excess(fewest) > 0 else fewest
+    return stats.truncexpon(b=decays, loc=low, scale=(high - low) / decays)

@@ -1,11 +1,10 @@
 """Parameters of one chain in model units (Sec. III)."""
 
-import math
 from dataclasses import dataclass, fields
-from numbers import Integral, Real
 
 import numpy as np
 
+from beltrepro.checks import finite_number, whole_number
 from beltrepro.errors import InputError
 
 MAXIMUM_BLOCKS = 64
@@ -81,24 +80,3 @@ class ChainParameters:
     def describe(self) -> str:
         """Short text that names the chain, for messages and small print."""
         return f"N={self.n_blocks}, u={self.belt_velocity:g}, sigma={self.noise:g}"
-
-
-def whole_number(name: str, value) -> int:
-    """The value as an int; InputError names it if it is not a whole number."""
-    is_whole = isinstance(value, Integral) or (isinstance(value, Real) and value % 1 == 0)
-    if isinstance(value, bool) or not is_whole:
-        raise InputError(f"{name} = {value!r}: a whole number is needed")
-    return int(value)
-
-
-def finite_number(name: str, value) -> float:
-    """The value as a float; InputError names it if it is not a finite number."""
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise InputError(f"{name} = {value!r}: a number is needed")
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        raise InputError(f"{name} = {number}: a finite number is needed")
-    return number
