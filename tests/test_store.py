@@ -13,7 +13,7 @@ import pytest
 from beltrepro import inputs, provenance, store
 from beltrepro.datasets import files
 from beltrepro.datasets.plan import make_plan
-from beltrepro.datasets.quantities import columns, points_of
+from beltrepro.datasets.points import columns, points_of
 from beltrepro.errors import InputError
 from beltrepro.tables import files as tables
 

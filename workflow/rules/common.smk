@@ -140,11 +140,16 @@ def code_hash(*modules, without=()):
     return provenance.code_hash(*modules, without=without)
 
 
+# What a job is told says which quantities its points have; the words on them change no number, nor
+# does how a run is written to a file of its own.
+WORDS = ("beltrepro.datasets.quantities", "beltrepro.simulation.files")
+
+
 def batch_code(wildcards):
     """Code behind a batch: its own integrator; the other one does not matter to it."""
     method = PLAN.datasets[wildcards.dataset].batches[int(wildcards.batch)][0].method
-    others = tuple(module for name, module in INTEGRATORS.items() if name != method)
-    return code_hash("beltrepro.datasets.running", INTEGRATORS[method], without=others)
+    others = [module for name, module in INTEGRATORS.items() if name != method]
+    return code_hash("beltrepro.datasets.running", INTEGRATORS[method], without=(*others, *WORDS))
 
 
 def table_code(wildcards):
