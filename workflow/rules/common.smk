@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import re
 import sys
 from pathlib import Path
 
@@ -158,3 +159,13 @@ def table_code(wildcards):
 
 def figure_code(wildcards):
     return code_hash(f"beltrepro.figures.{wildcards.figure}", "beltrepro.figures.style")
+
+
+# --- errors ---
+
+
+def said_of_failures(log):
+    """What failed jobs wrote in their logs, which Snakemake repeats in its own."""
+    text = Path(log).read_text()
+    said = dict.fromkeys(re.findall(r"^[0-9:]+ ERROR (.*)$", text, re.M))
+    return "\n".join(f"error: {line}" for line in said)
