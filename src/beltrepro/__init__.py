@@ -4,14 +4,18 @@
 """
 
 from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
 
 from beltrepro.model.parameters import ChainParameters
+
+if TYPE_CHECKING:
+    from beltrepro.simulation import simulate
 
 __all__ = ["ChainParameters", "simulate"]
 __version__ = version("beltrepro")
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> Any:
     if name == "simulate":
         from beltrepro.simulation import simulate
 

@@ -11,8 +11,10 @@ import hashlib
 import json
 import platform
 import subprocess
+from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 PACKAGE = "beltrepro"
 ROOT = Path(__file__).parent
@@ -20,12 +22,23 @@ LIBRARIES = ("numpy", "scipy", "numba", "h5py")
 DERIVED = (".pyc", ".nbi", ".nbc")  # caches of Python and Numba
 
 
-def attributes(kind: str, preset: str, settings: dict) -> dict:
+def attributes(kind: str, preset: str, settings: Mapping[str, Any]) -> dict[str, Any]:
     """Attributes that every result file carries.
 
-    kind : "scan", "series", "catalogue" or "ensemble"; preset : name of the preset.
-    settings : what the job was told; method, time_step, duration, transient and seed become
-    attributes, and all of it is kept as JSON under `config`.
+    Parameters
+    ----------
+    kind : str
+        Kind of the dataset.
+    preset : str
+        Name of the preset.
+    settings : dict
+        What the job was told; method, time_step, duration, transient and seed become attributes,
+        and all of it is kept as JSON under `config`.
+
+    Returns
+    -------
+    dict
+        Numbers and texts by name.
     """
     return {
         "kind": kind,
@@ -74,12 +87,23 @@ def processor() -> str:
 def code_hash(*modules: str, without: tuple[str, ...] = (), root: Path = ROOT) -> str:
     """Hash of the modules of this package that the given ones need, found by their imports.
 
-    modules : dotted names, for instance "beltrepro.simulation". Imports inside the package are
-    followed, also those within functions; a package counts with its data files (templates, styles).
-    without : modules to leave out, with all that only they need.
-    root : folder of the package.
+    Imports inside the package are followed, also those within functions; a package counts with its
+    data files (templates, styles). A module that is missing counts by its name: the job that needs
+    it will say so.
 
-    A module that is missing counts by its name: the job that needs it will say so.
+    Parameters
+    ----------
+    *modules : str
+        Dotted names, for instance "beltrepro.simulation".
+    without : tuple of str
+        Modules to leave out, with all that only they need.
+    root : path
+        Folder of the package.
+
+    Returns
+    -------
+    str
+        16 hexadecimal digits.
     """
     digest = hashlib.sha256()
     for name in sorted(module_closure(*modules, without=without, root=root)):
@@ -93,7 +117,22 @@ def code_hash(*modules: str, without: tuple[str, ...] = (), root: Path = ROOT) -
 def module_closure(
     *modules: str, without: tuple[str, ...] = (), root: Path = ROOT
 ) -> frozenset[str]:
-    """Names of the modules that `code_hash` covers; same arguments."""
+    """Names of the modules that `code_hash` covers.
+
+    Parameters
+    ----------
+    *modules : str
+        As for `code_hash`.
+    without : tuple of str
+        As for `code_hash`.
+    root : path
+        As for `code_hash`.
+
+    Returns
+    -------
+    frozenset of str
+        Dotted names.
+    """
     found: set[str] = set()
     waiting = list(modules)
     while waiting:

@@ -4,11 +4,14 @@ The same content gives the same bytes: nothing written depends on time, path or 
 """
 
 import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
+import numpy.typing as npt
 
 from beltrepro.errors import InputError
 
@@ -17,19 +20,37 @@ COMPRESS_FROM_BYTES = 1 << 16  # smaller arrays gain nothing
 
 @dataclass(frozen=True)
 class Dataset:
-    """Arrays by name, and attributes by name: kind, preset, method, seed, code_version, ...
+    """Arrays and attributes of one file.
 
     Everything is in model units; see `beltrepro.simulation` for the arrays of each kind.
+
+    Attributes
+    ----------
+    arrays : dict of arrays
+        By name, any shape; structured ones too.
+    attributes : dict
+        Numbers and texts by name: kind, preset, method, seed, code_version, ...
     """
 
     arrays: dict[str, np.ndarray]
     attributes: dict
 
 
-def write(path, arrays: dict[str, np.ndarray], attributes: dict) -> None:
-    """Write arrays (any shape; structured ones too) and attributes (numbers, text) to `path`.
+def write(
+    path: str | os.PathLike,
+    arrays: Mapping[str, npt.ArrayLike],
+    attributes: Mapping[str, Any],
+) -> None:
+    """Write arrays and attributes to a file, which appears when it is complete.
 
-    The file appears under its name when it is complete. Missing folders are made.
+    Parameters
+    ----------
+    path : path
+        File to write; missing folders are made.
+    arrays : dict of arrays
+        By name, any shape; structured ones too.
+    attributes : dict
+        Numbers and texts by name.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -45,10 +66,23 @@ def write(path, arrays: dict[str, np.ndarray], attributes: dict) -> None:
         unfinished.unlink(missing_ok=True)
 
 
-def read(path) -> Dataset:
+def read(path: str | os.PathLike) -> Dataset:
     """Read what `write` wrote: text comes back as str, arrays with their dtype and shape.
 
-    Raises InputError when the file is missing or is not HDF5.
+    Parameters
+    ----------
+    path : path
+        File to read.
+
+    Returns
+    -------
+    Dataset
+        All that the file holds.
+
+    Raises
+    ------
+    InputError
+        When the file is missing or is not HDF5.
     """
     try:
         with h5py.File(path, "r") as file:
@@ -59,11 +93,19 @@ def read(path) -> Dataset:
     return Dataset(arrays, attributes)
 
 
-def join(parts: list[Dataset]) -> Dataset:
-    """One dataset from parts with the same arrays, joined along the first axis in the given order.
+def join(parts: Sequence[Dataset]) -> Dataset:
+    """One dataset from parts with the same arrays, joined along the first axis.
 
-    An attribute that differs between parts (say, the code version) keeps every value, in order
-    of appearance, joined by commas.
+    Parameters
+    ----------
+    parts : sequence of Dataset
+        The parts, in order.
+
+    Returns
+    -------
+    Dataset
+        An attribute that differs between parts (say, the code version) keeps every value, in
+        order of appearance, joined by commas.
     """
     names = list(parts[0].arrays)
     arrays = {name: np.concatenate([part.arrays[name] for part in parts]) for name in names}
@@ -101,7 +143,7 @@ def _with_text(dtype: np.dtype, kind: str, other: str) -> np.dtype:
     return dtype
 
 
-def _plain(value):
+def _plain(value: Any) -> Any:
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, bytes):

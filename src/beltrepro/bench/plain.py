@@ -113,11 +113,11 @@ def c_loop(flags: tuple[str, ...] = FLAGS) -> Callable | None:
     if program is None:
         return None
     with tempfile.TemporaryDirectory() as folder:
-        library = Path(folder) / "naive_loop.so"
-        call = [program, *flags, "-std=c99", "-shared", "-fPIC", "-o", library, SOURCE, "-lm"]
+        library = str(Path(folder) / "naive_loop.so")
+        call = [program, *flags, "-std=c99", "-shared", "-fPIC", "-o", library, str(SOURCE), "-lm"]
         try:
             subprocess.run(call, capture_output=True, check=True)
-            function = ctypes.CDLL(str(library)).advance_chain
+            function = ctypes.CDLL(library).advance_chain
         except (OSError, subprocess.CalledProcessError):
             return None
     function.restype = None
