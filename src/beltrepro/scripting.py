@@ -55,7 +55,7 @@ def run(main: Callable[[Any], None], snakemake: Any) -> None:
 
 
 def use_threads(threads: int) -> None:
-    """Hold Numba to the threads of the job: it does not know Snakemake's limit by itself.
+    """Limit Numba to the threads of the job: by itself it takes all cores.
 
     Parameters
     ----------

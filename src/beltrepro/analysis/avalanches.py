@@ -83,8 +83,8 @@ def last_block_slip_sizes(
 def dissipation_while_last_block_slips(slips: np.ndarray, n_blocks: int) -> np.ndarray:
     """Friction loss of the whole chain during each slip of the last block.
 
-    The reading in which an avalanche ends when the last block stops. A slip of another block that
-    overlaps counts with the share of its duration that overlaps.
+    In this reading of the paper an avalanche ends when the last block stops. A slip of another
+    block that overlaps counts with the share of its duration that overlaps.
 
     Parameters
     ----------

@@ -53,8 +53,8 @@ def correlation_dimension(
     """Slope of log C(R) against log R (Grassberger and Procaccia 1983), by a k-d tree.
 
     C(R) is the share of pairs closer than R (Euclidean). It is read where it lies within `window`,
-    raised at the lower end so that at least `minimum_pairs` pairs are counted: smaller radii see
-    single pairs, larger ones the size of the set.
+    raised at the lower end so that at least `minimum_pairs` pairs are counted. At smaller radii C
+    depends on single pairs, at larger ones on the size of the set.
 
     Parameters
     ----------

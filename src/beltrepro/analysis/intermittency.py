@@ -17,7 +17,7 @@ def intermittent_mask(
     high: float = LAMINAR_SHARE[1],
     minimum_phases: int = MINIMUM_PHASES,
 ) -> np.ndarray:
-    """Which points of a scan are intermittent: the paper gives no criterion, this one is ours.
+    """Which points of a scan are intermittent, by a criterion of ours: the paper gives none.
 
     A laminar phase is an interval longer than `laminar_time` in which the last block does not
     stick. A point is intermittent when laminar phases take between `low` and `high` of the time

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from scipy import stats
 
 LEVEL = 0.05  # a corrected p-value below this is a difference
-NEAR = 0.01  # distance between distributions, as a share of their size, that matters to nobody
+NEAR = 0.01  # a smaller distance between distributions, as a share of their size, is negligible
 MINIMUM_RUNS = 5  # fewer runs on a side are no sample
 
 AGREE = "agree"

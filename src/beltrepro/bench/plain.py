@@ -1,7 +1,7 @@
 """One chain by the scheme of the Appendix, as one would write it first: Numba, or C.
 
-What the integrators of this package are compared with. No vectors, no frame of the belt, branches
-where the paper has an "if"; only the disorder parameter is measured.
+The integrators of this package are compared with it. It uses no vectors and no frame of the belt,
+and branches where the paper has an "if". It measures only the disorder parameter.
 """
 
 import ctypes
