@@ -1,23 +1,23 @@
 """A replication of "Chaos on the conveyor belt" (Sándor, Járai-Szabó, Tél, Néda, 2013).
 
-`simulate` is loaded on first use, so that what needs no simulation starts without numba.
+What simulates is loaded on first use, so that what needs no simulation starts without numba.
 """
 
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from beltrepro.model.parameters import ChainParameters
 
 if TYPE_CHECKING:
-    from beltrepro.simulation import simulate
+    from beltrepro.simulation import Run, catalogue, escapes, scan, simulate
 
-__all__ = ["ChainParameters", "simulate"]
+__all__ = ["ChainParameters", "Run", "catalogue", "escapes", "scan", "simulate"]
 __version__ = version("beltrepro")
 
 
-def __getattr__(name: str) -> Any:
-    if name == "simulate":
-        from beltrepro.simulation import simulate
+def __getattr__(name):
+    if name in __all__:
+        from beltrepro import simulation
 
-        return simulate
+        return getattr(simulation, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -99,8 +99,8 @@ def dissipation_while_last_block_slips(slips: np.ndarray, n_blocks: int) -> np.n
         Energies, model units.
     """
     energies = []
-    for chain in np.unique(slips["chain"]):
-        of_chain = slips[slips["chain"] == chain]
+    for chain in np.unique(slips["point"]):
+        of_chain = slips[slips["point"] == chain]
         of_chain = of_chain[np.argsort(of_chain["start_time"])]
         starts, stops = of_chain["start_time"], of_chain["stop_time"]
         longest = np.max(stops - starts)
@@ -137,9 +137,9 @@ def with_last_block(avalanches: np.ndarray, slips: np.ndarray, n_blocks: int) ->
     """
     own = last_block_slips(slips, n_blocks)
     reached = np.zeros(avalanches.size, dtype=bool)
-    for chain in np.unique(avalanches["chain"]):
-        starts = np.sort(own["start_time"][own["chain"] == chain])
-        of_chain = avalanches["chain"] == chain
+    for chain in np.unique(avalanches["point"]):
+        starts = np.sort(own["start_time"][own["point"] == chain])
+        of_chain = avalanches["point"] == chain
         before = np.searchsorted(starts, avalanches["start_time"][of_chain])
         after = np.searchsorted(starts, avalanches["stop_time"][of_chain], side="right")
         reached[of_chain] = after > before

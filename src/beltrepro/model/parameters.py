@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, fields
-from typing import Any
+from numbers import Integral, Real
 
 import numpy as np
 
@@ -52,16 +52,15 @@ class ChainParameters:
     compression_rate: float = 0.2
     extension_rate: float = 0.01
 
-    def __post_init__(self) -> None:
-        if isinstance(self.n_blocks, bool) or self.n_blocks != _whole(self.n_blocks):
-            raise InputError(f"n_blocks = {self.n_blocks!r}: a whole number is needed")
-        object.__setattr__(self, "n_blocks", int(self.n_blocks))
+    def __post_init__(self):
+        object.__setattr__(self, "n_blocks", whole_number("n_blocks", self.n_blocks))
         if not 1 <= self.n_blocks <= MAXIMUM_BLOCKS:
             raise InputError(
                 f"n_blocks = {self.n_blocks}: allowed are 1 to {MAXIMUM_BLOCKS} blocks"
             )
         for field in fields(self)[1:]:
-            object.__setattr__(self, field.name, _finite(field.name, getattr(self, field.name)))
+            number = finite_number(field.name, getattr(self, field.name))
+            object.__setattr__(self, field.name, number)
         for name in (
             "belt_velocity",
             "static_friction",
@@ -94,18 +93,22 @@ class ChainParameters:
         return f"N={self.n_blocks}, u={self.belt_velocity:g}, sigma={self.noise:g}"
 
 
-def _whole(value: Any) -> int | None:
-    try:
-        return int(value)
-    except (TypeError, ValueError, OverflowError):
-        return None
+def whole_number(name: str, value) -> int:
+    """The value as an int; InputError names it if it is not a whole number."""
+    is_whole = isinstance(value, Integral) or (isinstance(value, Real) and value % 1 == 0)
+    if isinstance(value, bool) or not is_whole:
+        raise InputError(f"{name} = {value!r}: a whole number is needed")
+    return int(value)
 
 
-def _finite(name: str, value: Any) -> float:
+def finite_number(name: str, value) -> float:
+    """The value as a float; InputError names it if it is not a finite number."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise InputError(f"{name} = {value!r}: a number is needed")
     try:
         number = float(value)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} = {value!r}: a number is needed") from None
+    except OverflowError:
+        number = math.inf
     if not math.isfinite(number):
         raise InputError(f"{name} = {number}: a finite number is needed")
     return number

@@ -226,7 +226,7 @@ class EventLog:
 
 SLIP = np.dtype(
     [
-        ("chain", "i4"),
+        ("point", "i4"),
         ("block", "i4"),
         ("start_time", "f8"),
         ("stop_time", "f8"),
@@ -237,7 +237,7 @@ SLIP = np.dtype(
 )
 AVALANCHE = np.dtype(
     [
-        ("chain", "i4"),
+        ("point", "i4"),
         ("start_time", "f8"),
         ("stop_time", "f8"),
         ("slips", "i4"),
@@ -249,14 +249,7 @@ AVALANCHE = np.dtype(
 )
 
 
-def slips_and_avalanches(
-    events: np.ndarray,
-    chain: int,
-    initial_positions: np.ndarray,
-    parameters: ChainParameters,
-    law_constants: np.ndarray,
-    start: float,
-) -> tuple[np.ndarray, np.ndarray]:
+def slips_and_avalanches(events, point, initial_positions, parameters, law_constants, start):
     """Slips of all blocks and avalanches of one chain (Sec. IV.A, Fig. 9).
 
     A slip runs from slip to stick of one block. An avalanche is a maximal interval in which at
@@ -264,18 +257,9 @@ def slips_and_avalanches(
 
     Parameters
     ----------
-    events : array (E, 6)
-        Events from t = 0 in the order of time, see `beltrepro.engine.events`.
-    chain : int
-        Number written to the records.
-    initial_positions : array (N,)
-        Positions at t = 0, when all blocks are stuck.
-    parameters : ChainParameters
-        The chain.
-    law_constants : array
-        See `beltrepro.engine.law.law_constants`.
-    start : float
-        Slips and avalanches that begin earlier are left out, model time.
+    events : (E, 6) from t = 0 in the order of time. point : number written to the records.
+    initial_positions : (N,) at t = 0, all blocks stuck. start : earlier slips are left out.
+    law_constants : see `beltrepro.engine.law.law_constants`.
 
     Returns
     -------
@@ -297,14 +281,14 @@ def slips_and_avalanches(
         avalanches,
     )
     return (
-        _records(slips[:n_slips], chain, SLIP),
-        _records(avalanches[:n_avalanches], chain, AVALANCHE),
+        _records(slips[:n_slips], point, SLIP),
+        _records(avalanches[:n_avalanches], point, AVALANCHE),
     )
 
 
-def _records(columns, chain, dtype):
+def _records(columns, point, dtype):
     records = np.zeros(len(columns), dtype=dtype)
-    records["chain"] = chain
+    records["point"] = point
     for name, column in zip(dtype.names[1:], columns.T, strict=True):
         records[name] = column
     return records
