@@ -14,7 +14,6 @@ import subprocess
 from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 PACKAGE = "beltrepro"
 ROOT = Path(__file__).parent
@@ -33,7 +32,18 @@ def origin() -> dict[str, str]:
 
 
 def of_all(parts: Iterable[dict]) -> dict[str, str]:
-    """The origin of what was made in parts: every value of each attribute, joined by commas."""
+    """The origin of what was made in parts.
+
+    Parameters
+    ----------
+    parts : iterable of dict
+        Attributes of the parts, with those of `origin`.
+
+    Returns
+    -------
+    dict of str
+        Every value of each attribute of `origin`, joined by commas.
+    """
     parts = list(parts)
     values = {name: dict.fromkeys(part[name] for part in parts) for name in origin()}
     return {name: ", ".join(found) for name, found in values.items()}

@@ -4,7 +4,7 @@ The same content gives the same bytes: nothing written depends on time, path or 
 """
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,13 @@ class Dataset:
     """Arrays and attributes of one file.
 
     Everything is in model units; see `beltrepro.datasets.kinds` for the arrays of each kind.
+
+    Attributes
+    ----------
+    arrays : dict of arrays
+        By name, any shape; structured ones too.
+    attributes : dict
+        Numbers and texts by name.
     """
 
     arrays: dict[str, np.ndarray]
@@ -30,10 +37,10 @@ class Dataset:
 
 
 def write(
-    path,
-    arrays: dict[str, np.ndarray],
-    attributes: dict,
-    about: dict[str, dict[str, str]] | None = None,
+    path: str | os.PathLike,
+    arrays: Mapping[str, npt.ArrayLike],
+    attributes: Mapping[str, Any],
+    about: Mapping[str, Mapping[str, str]] | None = None,
 ) -> None:
     """Write arrays with attributes; the file appears under its name when it is complete.
 
@@ -65,7 +72,20 @@ def write(
 def read(path: str | os.PathLike) -> Dataset:
     """Read what `write` wrote: text comes back as str, arrays with their dtype and shape.
 
-    Raises InputError when the file is missing, damaged or not HDF5.
+    Parameters
+    ----------
+    path : path
+        File to read.
+
+    Returns
+    -------
+    Dataset
+        All that the file holds.
+
+    Raises
+    ------
+    InputError
+        When the file is missing, damaged or not HDF5.
     """
     try:
         with h5py.File(path, "r") as file:
@@ -76,7 +96,7 @@ def read(path: str | os.PathLike) -> Dataset:
     return Dataset(arrays, attributes)
 
 
-def _write_array(file: h5py.File, name: str, array: np.ndarray, about: dict[str, str]) -> None:
+def _write_array(file: h5py.File, name: str, array: np.ndarray, about: Mapping[str, str]) -> None:
     stored = array.astype(_with_text(array.dtype, "U", "S"))
     options = {}
     if stored.nbytes >= COMPRESS_FROM_BYTES:

@@ -7,6 +7,7 @@ structured array with point (the row), time, block and kind, in order of row and
 (R,), see `with_steps`. Model units.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 
 import numpy as np
@@ -76,22 +77,47 @@ class Pair:
         return float(self.separation[sample]) if sample < self.time.size else np.nan
 
 
-def with_steps(runs) -> dict[str, np.ndarray]:
-    """The arrays with `step` (R,): mean length of the steps that the method chooses.
+def with_steps(runs: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Add the mean length of the steps that the method chooses.
 
     That is dt, or what the allowed error permits, for which velocities (R, T, N) are needed.
+
+    Parameters
+    ----------
+    runs : dict of arrays (R, ...)
+        Arrays of trajectories.
+
+    Returns
+    -------
+    dict of arrays (R, ...)
+        The same arrays and `step` (R,), model time.
     """
     steps = runs["time_step"].copy()
     for row in np.flatnonzero(np.isfinite(runs["allowed_error"])):
         names = [each.name for each in fields(ChainParameters)]
         chain = ChainParameters(**{name: runs[name][row].item() for name in names})
-        samples = (runs[name][row][:, : chain.n_blocks] for name in ("positions", "velocities"))
-        steps[row] = mean_step(*samples, chain, runs["allowed_error"][row])
-    return runs | {"step": steps}
+        positions, velocities = (
+            runs[name][row][:, : chain.n_blocks] for name in ("positions", "velocities")
+        )
+        steps[row] = mean_step(positions, velocities, chain, runs["allowed_error"][row])
+    return {**runs, "step": steps}
 
 
-def equal(values, value) -> np.ndarray:
-    """Which of the values (R,), steps or tolerances, are this one."""
+def equal(values: np.ndarray, value: float) -> np.ndarray:
+    """Which of the values are this one, up to rounding.
+
+    Parameters
+    ----------
+    values : array (R,)
+        Time steps or tolerances.
+    value : float
+        Wanted one.
+
+    Returns
+    -------
+    array (R,) of bool
+        True where they are equal; NaN is equal to nothing.
+    """
     return np.isclose(values, value, rtol=1e-9, atol=0)
 
 
@@ -104,8 +130,21 @@ def pairs(
 ) -> dict[tuple, list[Pair]]:
     """Some runs beside their references; a run without a reference is left out.
 
-    runs, reference : arrays of trajectories; rows, reference_rows (R,) : which of them. A run
-    without a reference is left out.
+    Parameters
+    ----------
+    runs : dict of arrays (R, ...)
+        Arrays of trajectories.
+    reference : dict of arrays (R', ...)
+        Arrays of the trajectories that they are compared with.
+    rows : array (R,) of bool
+        Which of the runs.
+    reference_rows : array (R',) of bool
+        Which of the references.
+
+    Returns
+    -------
+    dict of lists of Pair
+        By (n_blocks, belt_velocity).
     """
     base = {_key(reference, row): row for row in np.flatnonzero(reference_rows).tolist()}
     found: dict[tuple, list[Pair]] = {}
@@ -228,7 +267,9 @@ def errors(found: list[Pair]) -> dict[int, tuple[int, float]]:
     return table
 
 
-def _pair(runs, row, reference, base) -> Pair:
+def _pair(
+    runs: Mapping[str, np.ndarray], row: int, reference: Mapping[str, np.ndarray], base: int
+) -> Pair:
     events = reference["events"][reference["events"]["point"] == base]
     event_time, event_shift = match_events(runs["events"][runs["events"]["point"] == row], events)
     n_blocks = int(runs["n_blocks"][row])
@@ -242,7 +283,7 @@ def _pair(runs, row, reference, base) -> Pair:
     )
 
 
-def _key(runs, row):
+def _key(runs: Mapping[str, np.ndarray], row: int) -> tuple:
     names = ("n_blocks", "belt_velocity", "replicate")
     return tuple(runs[name][row].item() for name in names)
 

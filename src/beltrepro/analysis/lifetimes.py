@@ -24,10 +24,15 @@ def mean_lifetime(
 
     Parameters
     ----------
-    lifetime : (M,) time of escape; the value is ignored for members that did not escape.
-    escaped : (M,) bool. duration : time at which those that did not escape were given up.
-    start : members that escape before are left out and time counts from here; use it to skip the
-        time in which the runs have not yet spread over the saddle.
+    lifetime : array (M,)
+        Time of escape of each run; the value is ignored for runs that did not escape.
+    escaped : array (M,) of bool
+        Which runs escaped.
+    duration : float
+        Time at which runs that did not escape were given up.
+    start : float
+        Runs that escape before are left out and time counts from here. Use it to skip the time in
+        which the runs have not yet spread over the saddle.
 
     Returns
     -------
@@ -50,23 +55,53 @@ def mean_lifetime(
     return tau, tau / np.sqrt(escapes)
 
 
-def survival(lifetime, escaped, duration):
-    """Share of the runs still on the saddle: (time (M,), share (M,)), in order of time."""
+def survival(
+    lifetime: npt.ArrayLike, escaped: npt.ArrayLike, duration: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Share of the runs that are still on the saddle, in order of time.
+
+    Parameters
+    ----------
+    lifetime : array (M,)
+        Time of escape of each run.
+    escaped : array (M,) of bool
+        Which runs escaped.
+    duration : float
+        Escapes after this time are left out.
+
+    Returns
+    -------
+    time : array (E,)
+        Instants of the escapes.
+    share : array (E,)
+        Share of all M runs that is left after each escape.
+    """
     escaped = np.asarray(escaped, dtype=bool)
     times = np.sort(np.where(escaped, np.asarray(lifetime, dtype=float), np.inf))
     times = times[np.isfinite(times) & (times <= duration)]
     return times, 1 - np.arange(1, times.size + 1) / escaped.size
 
 
-def by_belt_velocity(runs, duration, *, start=0.0):
+def by_belt_velocity(runs: Any, duration: float, *, start: float = 0.0) -> dict[str, np.ndarray]:
     """Lifetimes for each belt velocity.
 
-    runs : a dataset of kind escapes, or its arrays. Returns a dict of arrays, one entry per
-    belt velocity in rising order: belt_velocity, members, escaped (share), tau and tau_error (NaN
-    where fewer than 3 members escaped), median (inf where half did not escape).
+    Parameters
+    ----------
+    runs : Dataset of kind escapes, or its arrays (M,)
+        Arrays belt_velocity, lifetime and escaped, one entry for each run.
+    duration : float
+        As for `mean_lifetime`.
+    start : float
+        As for `mean_lifetime`.
+
+    Returns
+    -------
+    dict of arrays (U,)
+        belt_velocity in rising order, members (number of runs), escaped (share), tau and tau_error
+        (NaN where fewer than 3 runs escaped), median (inf where half did not escape).
     """
     arrays = getattr(runs, "arrays", runs)
-    table = {
+    table: dict[str, list] = {
         name: [] for name in ("belt_velocity", "members", "escaped", "tau", "tau_error", "median")
     }
     for belt_velocity in np.unique(arrays["belt_velocity"]):
@@ -85,7 +120,9 @@ def by_belt_velocity(runs, duration, *, start=0.0):
     return {name: np.array(values) for name, values in table.items()}
 
 
-def label_attractors(escaped, final_disorder, final_stick_rate):
+def label_attractors(
+    escaped: npt.ArrayLike, final_disorder: npt.ArrayLike, final_stick_rate: npt.ArrayLike
+) -> np.ndarray:
     """Name the state in which each run ends.
 
     Criterion: "stick-slip" when the last block still sticks in the settled part of the run or the

@@ -23,8 +23,19 @@ _SAME = 1e-9
 def rows(scan: Any, *, n_blocks: int, noise: float) -> dict[str, np.ndarray]:
     """The points of a scan with this n_blocks and noise, in order of u.
 
-    scan : Dataset or dict of arrays, the keys of `simulation.scan`. Points at one u are
-    in order of replicate. Without a match every array is empty.
+    Parameters
+    ----------
+    scan : Dataset or dict of arrays (P, ...)
+        The keys of `simulation.scan`.
+    n_blocks : int
+        Number of blocks N.
+    noise : float
+        Noise sigma.
+
+    Returns
+    -------
+    dict of arrays (R, ...)
+        Points at one u are in order of replicate. Every array is empty without a match.
     """
     arrays = getattr(scan, "arrays", scan)
     chosen = (arrays["n_blocks"] == n_blocks) & _equal(arrays["noise"], noise)
@@ -37,7 +48,7 @@ def columns(scan: Any, *, n_blocks: int, belt_velocity: float) -> dict[str, np.n
     Parameters
     ----------
     scan : Dataset or dict of arrays (P, ...)
-        The keys of `simulation.measure_points`.
+        The keys of `simulation.scan`.
     n_blocks : int
         Number of blocks N.
     belt_velocity : float

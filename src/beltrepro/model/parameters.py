@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, fields
 from numbers import Integral, Real
+from typing import Any
 
 import numpy as np
 
@@ -52,7 +53,7 @@ class ChainParameters:
     compression_rate: float = 0.2
     extension_rate: float = 0.01
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "n_blocks", whole_number("n_blocks", self.n_blocks))
         if not 1 <= self.n_blocks <= MAXIMUM_BLOCKS:
             raise InputError(
@@ -93,16 +94,52 @@ class ChainParameters:
         return f"N={self.n_blocks}, u={self.belt_velocity:g}, sigma={self.noise:g}"
 
 
-def whole_number(name: str, value) -> int:
-    """The value as an int; InputError names it if it is not a whole number."""
+def whole_number(name: str, value: Any) -> int:
+    """Check that a value is a whole number.
+
+    Parameters
+    ----------
+    name : str
+        Name of the value, for the message.
+    value : any
+        The value.
+
+    Returns
+    -------
+    int
+        The value.
+
+    Raises
+    ------
+    InputError
+        If it is not a whole number.
+    """
     is_whole = isinstance(value, Integral) or (isinstance(value, Real) and value % 1 == 0)
     if isinstance(value, bool) or not is_whole:
         raise InputError(f"{name} = {value!r}: a whole number is needed")
     return int(value)
 
 
-def finite_number(name: str, value) -> float:
-    """The value as a float; InputError names it if it is not a finite number."""
+def finite_number(name: str, value: Any) -> float:
+    """Check that a value is a finite number.
+
+    Parameters
+    ----------
+    name : str
+        Name of the value, for the message.
+    value : any
+        The value.
+
+    Returns
+    -------
+    float
+        The value.
+
+    Raises
+    ------
+    InputError
+        If it is not a finite number.
+    """
     if isinstance(value, bool) or not isinstance(value, Real):
         raise InputError(f"{name} = {value!r}: a number is needed")
     try:

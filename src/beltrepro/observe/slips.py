@@ -249,7 +249,14 @@ AVALANCHE = np.dtype(
 )
 
 
-def slips_and_avalanches(events, point, initial_positions, parameters, law_constants, start):
+def slips_and_avalanches(
+    events: np.ndarray,
+    point: int,
+    initial_positions: np.ndarray,
+    parameters: ChainParameters,
+    law_constants: np.ndarray,
+    start: float,
+) -> tuple[np.ndarray, np.ndarray]:
     """Slips of all blocks and avalanches of one chain (Sec. IV.A, Fig. 9).
 
     A slip runs from slip to stick of one block. An avalanche is a maximal interval in which at
@@ -257,9 +264,18 @@ def slips_and_avalanches(events, point, initial_positions, parameters, law_const
 
     Parameters
     ----------
-    events : (E, 6) from t = 0 in the order of time. point : number written to the records.
-    initial_positions : (N,) at t = 0, all blocks stuck. start : earlier slips are left out.
-    law_constants : see `beltrepro.engine.law.law_constants`.
+    events : array (E, 6)
+        Events from t = 0 in the order of time, see `beltrepro.engine.events`.
+    point : int
+        Number written to the records.
+    initial_positions : array (N,)
+        Positions at t = 0, when all blocks are stuck.
+    parameters : ChainParameters
+        The chain.
+    law_constants : array
+        See `beltrepro.engine.law.law_constants`.
+    start : float
+        Slips and avalanches that begin earlier are left out, model time.
 
     Returns
     -------
