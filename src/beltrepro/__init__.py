@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from beltrepro.model.parameters import ChainParameters
 
 if TYPE_CHECKING:
-    from beltrepro.simulation import Run, catalogue, escapes, scan, simulate
+    from beltrepro.simulation import ChainState, Run, catalogue, escapes, scan, simulate
 
-__all__ = ["ChainParameters", "Run", "catalogue", "escapes", "scan", "simulate"]
+__all__ = ["ChainParameters", "ChainState", "Run", "catalogue", "escapes", "scan", "simulate"]
 __version__ = version("beltrepro")
 
 

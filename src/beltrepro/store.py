@@ -49,7 +49,8 @@ def write(
     path : path-like
         The HDF5 file; missing folders are made.
     arrays : dict
-        Arrays of any shape by name; structured ones too.
+        Arrays of any shape by name; structured ones too. A name "group/array" puts the array in a
+        group.
     attributes : dict
         Numbers and text on the whole file.
     about : dict, optional
@@ -89,7 +90,7 @@ def read(path: str | os.PathLike) -> Dataset:
     """
     try:
         with h5py.File(path, "r") as file:
-            arrays = {name: _read_array(dataset) for name, dataset in file.items()}
+            arrays = {name: _read_array(file[name]) for name in _names(file)}
             attributes = {name: _plain(value) for name, value in file.attrs.items()}
     except (OSError, KeyError, RuntimeError, ValueError) as error:
         raise InputError(f"{path}: not a readable HDF5 file ({error})") from None
@@ -104,6 +105,15 @@ def _write_array(file: h5py.File, name: str, array: np.ndarray, about: Mapping[s
     dataset = file.create_dataset(name, data=stored, track_times=False, **options)
     for key in sorted(about):
         dataset.attrs[key] = about[key]
+
+
+def _names(file: h5py.File) -> list[str]:
+    """Names of all arrays, with those of the groups they are in: "group/array"."""
+    names: list[str] = []
+    file.visititems(
+        lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None
+    )
+    return names
 
 
 def _read_array(dataset: h5py.Dataset) -> np.ndarray:

@@ -4,7 +4,9 @@ import numpy as np
 
 from beltrepro.bench.plain import PlainChain, c_loop, numba_loop
 from beltrepro.bench.smooth import HeyokaChain, SolveIvpChain, heyoka_version
-from beltrepro.engine.verlet_ensemble import SteppingVerlet
+from beltrepro.engine.integrator import Sampling
+from beltrepro.engine.state import ChainState
+from beltrepro.engine.verlet_integrators import SteppingVerlet
 from beltrepro.model import ChainParameters
 from beltrepro.simulation import METHODS
 
@@ -18,14 +20,14 @@ LABELS = {
     "verlet": "verlet",
     "event": "event",
 }
-_ENSEMBLES = {"steps": SteppingVerlet, **METHODS}
+_INTEGRATORS = {"steps": SteppingVerlet, **METHODS}
 ONE_CHAIN = ("numba", "c", "scipy", "heyoka")
 TIME_STEP = 0.001
 _SAMPLE_STRIDE = 100  # steps between samples of x_N, the same as in a scan
 _SPREAD = 1e-3
 
 
-class EnsembleRunner:
+class GroupRunner:
     """Several chains advanced together by an integrator of this package.
 
     method : "verlet", "event", or "steps" for `verlet` without leaps. parameters : the chain; the
@@ -36,13 +38,11 @@ class EnsembleRunner:
         self.chains = chains
         random = np.random.default_rng(1)
         spread = _SPREAD * random.standard_normal((chains, parameters.n_blocks))
-        self._ensemble = _ENSEMBLES[method](
-            [parameters] * chains,
-            seed=1,
-            replicates=list(range(chains)),
-            initial_positions=parameters.rest_positions + spread,
+        starts = parameters.rest_positions + spread
+        self._integrator = _INTEGRATORS[method](
+            [ChainState.at_rest(parameters, start, replicate=k) for k, start in enumerate(starts)],
             time_step=TIME_STEP,
-            sample_stride=_SAMPLE_STRIDE,
+            sampling=Sampling(_SAMPLE_STRIDE, TIME_STEP),
             sampled_blocks=1,
         )
         self._time = 0.0
@@ -50,7 +50,7 @@ class EnsembleRunner:
     def advance(self, span: float) -> None:
         """Advance all chains by `span` of model time."""
         self._time += span
-        for _ in self._ensemble.advance(self._time):
+        for _ in self._integrator.advance(self._time):
             pass
 
 
@@ -65,7 +65,7 @@ def competitor(name: str, parameters: ChainParameters, chains: int, warm_up: flo
     if name == "steps" and parameters.noise > 0:
         return None  # then `verlet` itself goes step by step
     if name not in ONE_CHAIN:
-        runner = EnsembleRunner(name, parameters, chains)
+        runner = GroupRunner(name, parameters, chains)
         runner.advance(warm_up)
         return runner
     loop = c_loop() if name == "c" else numba_loop

@@ -1,12 +1,10 @@
 """Parameters of one chain in model units (Sec. III)."""
 
-import math
 from dataclasses import dataclass, fields
-from numbers import Integral, Real
-from typing import Any
 
 import numpy as np
 
+from beltrepro.checks import finite_number, whole_number
 from beltrepro.errors import InputError
 
 MAXIMUM_BLOCKS = 64
@@ -92,60 +90,3 @@ class ChainParameters:
     def describe(self) -> str:
         """Short text that names the chain, for messages and small print."""
         return f"N={self.n_blocks}, u={self.belt_velocity:g}, sigma={self.noise:g}"
-
-
-def whole_number(name: str, value: Any) -> int:
-    """Check that a value is a whole number.
-
-    Parameters
-    ----------
-    name : str
-        Name of the value, for the message.
-    value : any
-        The value.
-
-    Returns
-    -------
-    int
-        The value.
-
-    Raises
-    ------
-    InputError
-        If it is not a whole number.
-    """
-    is_whole = isinstance(value, Integral) or (isinstance(value, Real) and value % 1 == 0)
-    if isinstance(value, bool) or not is_whole:
-        raise InputError(f"{name} = {value!r}: a whole number is needed")
-    return int(value)
-
-
-def finite_number(name: str, value: Any) -> float:
-    """Check that a value is a finite number.
-
-    Parameters
-    ----------
-    name : str
-        Name of the value, for the message.
-    value : any
-        The value.
-
-    Returns
-    -------
-    float
-        The value.
-
-    Raises
-    ------
-    InputError
-        If it is not a finite number.
-    """
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise InputError(f"{name} = {value!r}: a number is needed")
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        raise InputError(f"{name} = {number}: a finite number is needed")
-    return number

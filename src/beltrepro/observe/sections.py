@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from beltrepro.engine.ensemble import Chunk
+from beltrepro.engine.integrator import Chunk
 from beltrepro.engine.vector import kernel
 
 

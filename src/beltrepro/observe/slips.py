@@ -4,8 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from beltrepro.engine.ensemble import Chunk
-from beltrepro.engine.events import (
+from beltrepro.engine.integrator import Chunk
+from beltrepro.engine.law import Law, tension
+from beltrepro.engine.records import (
     EVENT_BLOCK,
     EVENT_DISSIPATED,
     EVENT_FIELDS,
@@ -13,9 +14,8 @@ from beltrepro.engine.events import (
     EVENT_SLIP,
     EVENT_TIME,
 )
-from beltrepro.engine.law import COMPRESSION_RATE, EXTENSION_RATE, LINEAR_LIMIT, spring_law, tension
-from beltrepro.engine.vector import inlined, kernel
-from beltrepro.model import ChainParameters
+from beltrepro.engine.state import ChainState
+from beltrepro.engine.vector import allocating_kernel, inlined, kernel
 
 # State of one chain in `_follow`: when the present slip of the last block began (NaN: stuck) and
 # when the last block stuck last; then the laminar phases met so far.
@@ -38,6 +38,8 @@ class SlipActivity:
         Instant from which slips are counted, model time.
     laminar_time : float
         Length that a laminar phase exceeds, model time.
+    slipping_since : array (W,)
+        When the slip of the last block began that goes on at the beginning; NaN if it is stuck.
 
     Attributes
     ----------
@@ -47,13 +49,21 @@ class SlipActivity:
         Number of slips that end.
     """
 
-    def __init__(self, width: int, n_blocks: int, start: float, laminar_time: float) -> None:
+    def __init__(
+        self,
+        width: int,
+        n_blocks: int,
+        start: float,
+        laminar_time: float,
+        slipping_since: np.ndarray | float = np.nan,
+    ) -> None:
         self._start = start
         self._laminar_time = laminar_time
         self.slip_count = np.zeros((width, n_blocks), dtype=np.int64)
         self.stick_count = np.zeros((width, n_blocks), dtype=np.int64)
         self._state = np.zeros((width, 5))
-        self._state[:, _SLIPPING_SINCE : _LAST_STICK + 1] = np.nan
+        self._state[:, _SLIPPING_SINCE] = slipping_since
+        self._state[:, _LAST_STICK] = np.nan
         self._end = start
 
     def observe(self, chunk: Chunk) -> None:
@@ -178,7 +188,7 @@ class EventLog:
         Returns
         -------
         array (E, 6)
-            See `beltrepro.engine.events`; positions in the laboratory frame.
+            See `beltrepro.engine.records`; positions in the laboratory frame.
         """
         self._close_block(lane)
         return np.concatenate(self._blocks[lane])
@@ -250,29 +260,23 @@ AVALANCHE = np.dtype(
 
 
 def slips_and_avalanches(
-    events: np.ndarray,
-    point: int,
-    initial_positions: np.ndarray,
-    parameters: ChainParameters,
-    law_constants: np.ndarray,
-    start: float,
+    events: np.ndarray, point: int, state: ChainState, law_constants: Law, start: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Slips of all blocks and avalanches of one chain (Sec. IV.A, Fig. 9).
 
     A slip runs from slip to stick of one block. An avalanche is a maximal interval in which at
-    least one block slips; before and after it all blocks are stuck.
+    least one block slips; before and after it all blocks are stuck. What has begun before the first
+    event is left out.
 
     Parameters
     ----------
     events : array (E, 6)
-        Events from t = 0 in the order of time, see `beltrepro.engine.events`.
+        Events in the order of time, see `beltrepro.engine.records`.
     point : int
         Number written to the records.
-    initial_positions : array (N,)
-        Positions at t = 0, when all blocks are stuck.
-    parameters : ChainParameters
-        The chain.
-    law_constants : array
+    state : ChainState
+        State of the chain before the first event.
+    law_constants : Law
         See `beltrepro.engine.law.law_constants`.
     start : float
         Slips and avalanches that begin earlier are left out, model time.
@@ -288,9 +292,11 @@ def slips_and_avalanches(
     avalanches = np.zeros((len(events), 7))
     n_slips, n_avalanches = _collect(
         events,
-        initial_positions,
-        parameters.rest_length,
-        parameters.belt_velocity,
+        state.time,
+        state.positions,
+        state.directions,
+        state.parameters.rest_length,
+        state.parameters.belt_velocity,
         law_constants,
         start,
         slips,
@@ -318,29 +324,40 @@ def _spring_energy(positions, rest_length, law):
     for block in range(len(positions)):
         deformation = positions[block] - previous - rest_length
         previous = positions[block]
-        rate = law[COMPRESSION_RATE] if deformation < 0.0 else law[EXTENSION_RATE]
-        linear = min(abs(deformation), law[LINEAR_LIMIT])
+        rate = law.compression_rate if deformation < 0.0 else law.extension_rate
+        linear = min(abs(deformation), law.linear_limit)
         excess = abs(deformation) - linear
-        beyond = abs(tension(deformation, spring_law(law))) - linear
+        beyond = abs(tension(deformation, law)) - linear
         energy += 0.5 * linear * linear + excess * linear + (beyond - excess) / rate
     return energy
 
 
-@kernel
-def _collect(events, initial, rest_length, belt_velocity, law, start, slips, avalanches):
-    n_blocks = len(initial)
-    stuck_at = np.zeros(n_blocks)  # time and place of the last stick
-    stuck_position = initial.copy()
+@allocating_kernel
+def _collect(
+    events,
+    initial_time,
+    initial_positions,
+    initial_directions,
+    rest_length,
+    belt_velocity,
+    law,
+    start,
+    slips,
+    avalanches,
+):
+    n_blocks = len(initial_positions)
+    stuck_at = np.full(n_blocks, initial_time)  # time and place of the last stick
+    stuck_position = initial_positions.copy()
     slip_time = np.full(n_blocks, np.nan)
     slip_position = np.zeros(n_blocks)
     slip_loss = np.zeros(n_blocks)
     slipped = np.zeros(n_blocks)
     positions = np.zeros(n_blocks)
-    moving = 0
+    moving = np.count_nonzero(initial_directions)
     n_slips = 0
     n_avalanches = 0
     count = 0
-    began = 0.0
+    began = -np.inf  # earlier than any start
     energy = 0.0
     loss = 0.0
     length = 0.0

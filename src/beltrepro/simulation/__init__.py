@@ -5,6 +5,7 @@ return arrays in model units. What a chain does depends on its own parameters, m
 replicate only, never on the chains beside it.
 """
 
+from beltrepro.engine.state import ChainState
 from beltrepro.simulation.catalogues import catalogue
 from beltrepro.simulation.lifetimes import escapes
 from beltrepro.simulation.methods import METHODS, TOLERANCES
@@ -12,4 +13,4 @@ from beltrepro.simulation.run import Run
 from beltrepro.simulation.scans import scan
 from beltrepro.simulation.trajectories import simulate
 
-__all__ = ["METHODS", "TOLERANCES", "Run", "catalogue", "escapes", "scan", "simulate"]
+__all__ = ["METHODS", "TOLERANCES", "ChainState", "Run", "catalogue", "escapes", "scan", "simulate"]

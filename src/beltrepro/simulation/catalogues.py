@@ -5,17 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from beltrepro.engine.ensemble import Section
+from beltrepro import checks
+from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
+from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model import section_position as section_rule
 from beltrepro.observe.sections import CrossingLog
 from beltrepro.observe.slips import AVALANCHE, SLIP, EventLog, slips_and_avalanches
-from beltrepro.simulation import checks, sampling
-from beltrepro.simulation.checks import PerChain
+from beltrepro.simulation import arguments
+from beltrepro.simulation.arguments import PerChain
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
+from beltrepro.simulation.sampling import sampling_of
 
 
 def catalogue(
@@ -26,10 +30,11 @@ def catalogue(
     method: PerChain[str] = "verlet",
     time_step: PerChain[float] = 0.001,
     tolerance: PerChain[float | None] = None,
-    seed: PerChain[int] = 1,
-    replicate: PerChain[int] = 0,
-    initial_positions=None,
+    seed: PerChain[int] | None = None,
+    replicate: PerChain[int] | None = None,
+    initial_positions: ArrayLike | Sequence[ArrayLike] | None = None,
     initial_spread: PerChain[float] = 0.0,
+    initial_state: PerChain[ChainState] | None = None,
     section_block: int | None = None,
     section_position: PerChain[float] | None = None,
     progress: Progress | None = None,
@@ -42,7 +47,7 @@ def catalogue(
         P chains; `[chain] * 32` with `replicate=range(32)` follows one chain 32 times.
     duration, transient, method, time_step, tolerance, seed, replicate
         As in `simulate`.
-    initial_positions, initial_spread, progress
+    initial_positions, initial_spread, initial_state, progress
         As in `simulate`.
     section_block : int
         Block of the section x_block = position, dx_block/dt < 0 (Fig. 10: 2), from 1; the last one
@@ -66,7 +71,7 @@ def catalogue(
     ModelStateError
         A state left the range of the model.
     """
-    duration, transient = checks.lengths(duration, transient)
+    duration, transient = arguments.lengths(duration, transient)
     chains = points(
         parameters,
         method=method,
@@ -76,6 +81,7 @@ def catalogue(
         replicate=replicate,
         initial_positions=initial_positions,
         initial_spread=initial_spread,
+        initial_state=initial_state,
     )
     block = None if section_block is None else _section_block(section_block, chains)
     sections = _section_positions(section_position, block, chains)
@@ -112,7 +118,7 @@ def _section_block(value, chains: Sequence[Point]) -> int:
 
 def _section_positions(given, block: int | None, chains: Sequence[Point]) -> np.ndarray:
     if given is not None:
-        return np.array(checks.for_each("section_position", given, len(chains), checks.positive))
+        return np.array(arguments.for_each("section_position", given, len(chains), checks.positive))
     if any(block not in (None, point.parameters.n_blocks) for point in chains):
         raise InputError(
             f"section_position is needed with section_block = {block}: "
@@ -137,19 +143,20 @@ def _record(
     chain = members[0].parameters
     integrator = integrator_of(
         members,
-        sample_stride=sampling.stride(None, members[0].time_step),
+        sampling=sampling_of(None, members[0].method, members[0].time_step),
         sampled_blocks=1,
         section=Section(block or chain.n_blocks, sections),
     )
+    start = members[0].state.time + transient
     events = EventLog(len(members), chain.rest_positions)
-    crossings = CrossingLog(transient)
+    crossings = CrossingLog(start)
     observe(integrator, duration, [events, crossings], report)
     rows = crossings.rows(chain.n_blocks)
     law = law_constants(chain)
     tables: dict[str, list[np.ndarray]] = {"slips": [], "avalanches": [], "section": []}
     for lane, (number, point) in enumerate(zip(group, members, strict=True)):
         slips, avalanches = slips_and_avalanches(
-            events.events(lane), number, point.initial_positions, point.parameters, law, transient
+            events.events(lane), number, point.state, law, start
         )
         tables["slips"].append(slips)
         tables["avalanches"].append(avalanches)

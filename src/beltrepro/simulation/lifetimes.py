@@ -5,14 +5,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from beltrepro import checks
+from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity
-from beltrepro.simulation import checks, sampling
-from beltrepro.simulation.checks import PerChain
-from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
+from beltrepro.simulation.arguments import PerChain
+from beltrepro.simulation.points import (
+    Point,
+    Progress,
+    groups,
+    integrator_of,
+    observe,
+    points,
+    slipping_since,
+)
+from beltrepro.simulation.sampling import sampling_of
 
 SETTLE_SHARE = 0.1  # of the duration, over which the final state is measured unless told otherwise
 
@@ -25,10 +36,11 @@ def escapes(
     method: PerChain[str] = "verlet",
     time_step: PerChain[float] = 0.001,
     tolerance: PerChain[float | None] = None,
-    seed: PerChain[int] = 1,
-    replicate: PerChain[int] = 0,
-    initial_positions=None,
+    seed: PerChain[int] | None = None,
+    replicate: PerChain[int] | None = None,
+    initial_positions: ArrayLike | Sequence[ArrayLike] | None = None,
     initial_spread: PerChain[float] = 0.0,
+    initial_state: PerChain[ChainState] | None = None,
     laminar_time: float = 200.0,
     progress: Progress | None = None,
 ) -> dict[str, np.ndarray]:
@@ -44,7 +56,7 @@ def escapes(
         slightly different states.
     duration, method, time_step, tolerance, seed, replicate
         As in `simulate`.
-    initial_positions, initial_spread, progress
+    initial_positions, initial_spread, initial_state, progress
         As in `simulate`.
     settle_time : float
         The end of each run over which its final state is measured, model time; a tenth of the
@@ -83,6 +95,7 @@ def escapes(
         replicate=replicate,
         initial_positions=initial_positions,
         initial_spread=initial_spread,
+        initial_state=initial_state,
     )
     width = max(point.parameters.n_blocks for point in chains)
     table: dict[str, np.ndarray] = {
@@ -113,19 +126,20 @@ def _measure(
     chain, width = members[0].parameters, len(members)
     integrator = integrator_of(
         members,
-        sample_stride=sampling.stride(None, members[0].time_step),
+        sampling=sampling_of(None, members[0].method, members[0].time_step),
         sampled_blocks=1,
     )
-    settled = duration - settle_time
+    start = members[0].state.time
+    settled = start + (duration - settle_time)
     moments = LengthMoments(width, settled)
-    slips = SlipActivity(width, chain.n_blocks, settled, laminar_time)
+    slips = SlipActivity(width, chain.n_blocks, settled, laminar_time, slipping_since(members))
     observe(integrator, duration, [moments, slips], report)
     final = moments.result(chain.rest_positions[-1])
-    # NaN (stuck at the end) compares false; the last block sticks at t = 0 to begin with
-    escaped = duration - slips.slipping_since > laminar_time
-    last_stick = np.nan_to_num(slips.last_stick_time, nan=0.0)
+    # NaN (stuck at the end) compares false; without a stick on the way the lifetime is 0
+    escaped = integrator.time - slips.slipping_since > laminar_time
+    last_stick = np.nan_to_num(slips.last_stick_time, nan=start)
     return {
-        "lifetime": np.where(escaped, last_stick, duration),
+        "lifetime": np.where(escaped, last_stick - start, duration),
         "escaped": escaped,
         "final_disorder": final["disorder_parameter"],
         "final_mean_length": final["mean_length"],

@@ -2,10 +2,10 @@
 
 from inspect import signature
 
-from beltrepro.engine.event_ensemble import EventEnsemble
-from beltrepro.engine.verlet_ensemble import verlet_ensemble
+from beltrepro.engine.event_integrator import EventIntegrator
+from beltrepro.engine.verlet_integrators import verlet_integrator
 
-METHODS = {"verlet": verlet_ensemble, "event": EventEnsemble}
+METHODS = {"verlet": verlet_integrator, "event": EventIntegrator}
 # Tolerance of a step that a method takes unless told otherwise, for those that have one.
 TOLERANCES: dict[str, float] = {
     name: signature(integrator).parameters["tolerance"].default

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from beltrepro.engine.state import ChainState, equal_fields
 from beltrepro.model import ChainParameters
 
 EVENT = np.dtype(
@@ -43,7 +44,9 @@ class Run:
     sample_interval : float or None
         Time between samples; None if none were kept.
     sample_start : float
-        No samples were kept before this time.
+        The first part of the run that has no samples.
+    initial_state, final_state : ChainState
+        Where the run began and ended; a run can begin at either.
     version : str
         Of the package that made the run.
     disorder_parameter, mean_length : float
@@ -51,14 +54,14 @@ class Run:
     energy_residual : float
         Share of the belt's work that the energy audit does not account for.
     time : array (T,)
-        Instants of the samples.
+        Instants of the samples, counted like those of the states.
     positions, velocities, friction : array (T, N)
         Samples in the laboratory frame; friction is the friction force on each block (while stuck
         minus the external force).
     events : structured array (E,)
         time; block, from 1; kind, "slip" or "stick"; force, the external force F_ex there;
-        position; dissipated, the friction loss of that block since t = 0. A block that reverses
-        without sticking has a stick and a slip at one time.
+        position; dissipated, the friction loss of that block since the energy audit began (see
+        `ChainState`). A block that reverses without sticking has a stick and a slip at one time.
     """
 
     parameters: ChainParameters
@@ -71,6 +74,8 @@ class Run:
     replicate: int
     sample_interval: float | None
     sample_start: float
+    initial_state: ChainState
+    final_state: ChainState
     version: str
     disorder_parameter: float
     mean_length: float
@@ -82,8 +87,9 @@ class Run:
     events: np.ndarray
 
     def __repr__(self) -> str:
+        start, end = self.initial_state.time, self.final_state.time
         return (
-            f"Run({self.parameters.describe()}, {self.method}, duration={self.duration:g}: "
+            f"Run({self.parameters.describe()}, {self.method}, t={start:g} to {end:g}: "
             f"r={self.disorder_parameter:.6g}, <x_N>={self.mean_length:.6g}, "
             f"{len(self.time)} samples, {len(self.events)} events)"
         )
@@ -92,9 +98,7 @@ class Run:
         """Whether all numbers are the same bit by bit; NaN equals NaN."""
         if not isinstance(other, Run):
             return NotImplemented
-        return all(
-            _same(getattr(self, field.name), getattr(other, field.name)) for field in fields(self)
-        )
+        return equal_fields(self, other)
 
     __hash__ = None
 
@@ -132,13 +136,3 @@ class Run:
         from beltrepro.simulation.files import load_run
 
         return load_run(path)
-
-
-def _same(one, other) -> bool:
-    if not isinstance(one, np.ndarray):
-        return one == other or (one != one and other != other)
-    if one.dtype.names:
-        return one.dtype == other.dtype and all(
-            _same(one[name], other[name]) for name in one.dtype.names
-        )
-    return one.dtype == other.dtype and np.array_equal(one, other, equal_nan=one.dtype.kind == "f")

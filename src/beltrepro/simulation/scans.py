@@ -5,17 +5,29 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from beltrepro.engine.ensemble import Section
+from beltrepro import checks
+from beltrepro.engine.integrator import Section
+from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model import section_position as section_rule
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.sections import SectionValues
 from beltrepro.observe.slips import SlipActivity
-from beltrepro.simulation import checks, sampling
-from beltrepro.simulation.checks import PerChain
-from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
+from beltrepro.simulation import arguments
+from beltrepro.simulation.arguments import PerChain
+from beltrepro.simulation.points import (
+    Point,
+    Progress,
+    groups,
+    integrator_of,
+    observe,
+    points,
+    slipping_since,
+)
+from beltrepro.simulation.sampling import sampling_of
 
 MAXIMUM_BLOCKS = 10  # columns of slip_count
 
@@ -28,10 +40,11 @@ def scan(
     method: PerChain[str] = "verlet",
     time_step: PerChain[float] = 0.001,
     tolerance: PerChain[float | None] = None,
-    seed: PerChain[int] = 1,
-    replicate: PerChain[int] = 0,
-    initial_positions=None,
+    seed: PerChain[int] | None = None,
+    replicate: PerChain[int] | None = None,
+    initial_positions: ArrayLike | Sequence[ArrayLike] | None = None,
     initial_spread: PerChain[float] = 0.0,
+    initial_state: PerChain[ChainState] | None = None,
     section_position: PerChain[float] | None = None,
     section_values: int = 500,
     laminar_time: float = 200.0,
@@ -45,7 +58,7 @@ def scan(
         P chains of at most 10 blocks, of any mixture of sizes.
     duration, transient, method, time_step, tolerance, seed, replicate
         As in `simulate`.
-    initial_positions, initial_spread, progress
+    initial_positions, initial_spread, initial_state, progress
         As in `simulate`.
     section_position : float, or a sequence of P
         x_N of the section, model length (Fig. 12: 615). If not given, by the rule
@@ -72,7 +85,7 @@ def scan(
     ModelStateError
         A state left the range of the model.
     """
-    duration, transient = checks.lengths(duration, transient)
+    duration, transient = arguments.lengths(duration, transient)
     chains = points(
         parameters,
         method=method,
@@ -82,10 +95,11 @@ def scan(
         replicate=replicate,
         initial_positions=initial_positions,
         initial_spread=initial_spread,
+        initial_state=initial_state,
     )
     sections = _section_positions(section_position, chains)
     recording = {
-        "section_values": checks.count("section_values", section_values),
+        "section_values": checks.key("section_values", section_values),
         "laminar_time": checks.not_negative("laminar_time", laminar_time),
     }
     table: dict[str, np.ndarray] = {
@@ -117,7 +131,7 @@ def _section_positions(given, chains: Sequence[Point]) -> np.ndarray:
             )
     if given is None:
         return np.array([section_rule(point.parameters) for point in chains])
-    return np.array(checks.for_each("section_position", given, len(chains), checks.positive))
+    return np.array(arguments.for_each("section_position", given, len(chains), checks.positive))
 
 
 def _measure(
@@ -134,14 +148,15 @@ def _measure(
     n_blocks, width = members[0].parameters.n_blocks, len(members)
     integrator = integrator_of(
         members,
-        sample_stride=sampling.stride(None, members[0].time_step),
+        sampling=sampling_of(None, members[0].method, members[0].time_step),
         sampled_blocks=1,
         section=Section(n_blocks, sections),
     )
-    moments = LengthMoments(width, transient)
+    start = members[0].state.time + transient
+    moments = LengthMoments(width, start)
     belt_velocities = np.array([point.parameters.belt_velocity for point in members])
-    section = SectionValues(belt_velocities, section_values, transient)
-    slips = SlipActivity(width, n_blocks, transient, laminar_time)
+    section = SectionValues(belt_velocities, section_values, start)
+    slips = SlipActivity(width, n_blocks, start, laminar_time, slipping_since(members))
     observe(integrator, duration, [moments, section, slips], report)
     counts = np.zeros((width, MAXIMUM_BLOCKS), dtype=np.int64)
     counts[:, :n_blocks] = slips.slip_count

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from importlib.metadata import version
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from beltrepro.engine.events import (
+from beltrepro.engine.records import (
     EVENT_BLOCK,
     EVENT_DISSIPATED,
     EVENT_FORCE,
@@ -15,14 +16,16 @@ from beltrepro.engine.events import (
     EVENT_SLIP,
     EVENT_TIME,
 )
+from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import EventLog
-from beltrepro.simulation import checks, memory, sampling
-from beltrepro.simulation.checks import PerChain
+from beltrepro.simulation import arguments, memory
+from beltrepro.simulation.arguments import PerChain
 from beltrepro.simulation.methods import TOLERANCES
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
 from beltrepro.simulation.run import EVENT, Run
+from beltrepro.simulation.sampling import SampleLog, checked, no_samples, sampling_of
 
 
 def simulate(
@@ -33,22 +36,23 @@ def simulate(
     method: PerChain[str] = "verlet",
     time_step: PerChain[float] = 0.001,
     tolerance: PerChain[float | None] = None,
-    seed: PerChain[int] = 1,
-    replicate: PerChain[int] = 0,
-    initial_positions=None,
+    seed: PerChain[int] | None = None,
+    replicate: PerChain[int] | None = None,
+    initial_positions: ArrayLike | Sequence[ArrayLike] | None = None,
     initial_spread: PerChain[float] = 0.0,
+    initial_state: PerChain[ChainState] | None = None,
     sample_interval: float | None = 0.1,
     sample_start: float = 0.0,
     progress: Progress | None = None,
 ) -> Run | list[Run]:
-    """Simulate one chain, or several together, from all blocks stuck at t = 0 (Sec. III).
+    """Simulate one chain, or several together, from all blocks stuck (Sec. III) or from a state.
 
     Parameters
     ----------
     parameters : ChainParameters or sequence of them
         One chain, or several that are advanced together. Of the quantities below, `method`,
-        `time_step`, `tolerance`, `seed`, `replicate` and `initial_spread` are one value for all
-        chains, or a sequence with one value for each.
+        `time_step`, `tolerance`, `seed`, `replicate`, `initial_spread` and `initial_state` are one
+        value for all chains, or a sequence with one value for each.
     duration : float
         Model time simulated, the transient included.
     transient : float
@@ -61,16 +65,23 @@ def simulate(
         Only for "event": last terms of the series of a force allowed at the end of a step, unit of
         force, 1e-16 to 1. None for the method's own, which is larger with noise (docs/event.md).
     seed, replicate : int
-        Of 0 or greater; with the parameters they fix all random numbers.
+        Of 0 or greater; with the parameters they fix all random numbers. If not given, 1 and 0, or
+        those of `initial_state`, whose random stream then goes on.
     initial_positions : array (N,), or a sequence of such arrays for a sequence of chains
         Positions of the blocks at t = 0, model length; undeformed springs if not given.
     initial_spread : float
         Standard deviation of normal deviates that are added to the initial positions of replicates
         other than 0, model length.
+    initial_state : ChainState
+        Where to go on, for instance `final_state` of another run, see docs/states.md. Time goes on
+        from that of the state. The chain may have another belt velocity, noise or law than that of
+        the state (`ChainState.under`), and another method may go on.
     sample_interval : float or None
-        Model time between samples, a multiple of time_step; None keeps no samples.
+        Model time between samples, which are taken at its multiples; None keeps no samples. For
+        "verlet" a multiple of time_step. A run from t = 0 has a sample there, one from a later
+        state none at its beginning.
     sample_start : float
-        No samples are kept before this time.
+        The first part of the run that has no samples, model time.
     progress : callable
         Called with the fraction done.
 
@@ -82,11 +93,11 @@ def simulate(
     Raises
     ------
     InputError
-        A value is not allowed.
+        A value is not allowed, or the samples do not fit in the memory.
     ModelStateError
         A state left the range of the model.
     """
-    duration, transient = checks.lengths(duration, transient)
+    duration, transient = arguments.lengths(duration, transient)
     chains = points(
         parameters,
         method=method,
@@ -96,9 +107,10 @@ def simulate(
         replicate=replicate,
         initial_positions=initial_positions,
         initial_spread=initial_spread,
+        initial_state=initial_state,
     )
     lengths = {"duration": duration, "transient": transient}
-    samples = sampling.checked(sample_interval, sample_start, duration, chains)
+    samples = checked(sample_interval, sample_start, duration, chains)
     if samples["sample_interval"] is not None:
         memory.check_samples(chains, duration, **samples)
     runs: list[Run | None] = [None] * len(chains)
@@ -111,17 +123,20 @@ def simulate(
 
 def _follow(members: list[Point], lengths: dict, samples: dict, report: Progress) -> list[Run]:
     """The runs of a group of points."""
-    rest = members[0].parameters.rest_positions
+    first = members[0]
+    rest, start = first.parameters.rest_positions, first.state.time
     keeps_samples = samples["sample_interval"] is not None
+    sampling = sampling_of(samples["sample_interval"], first.method, first.time_step)
     integrator = integrator_of(
-        members,
-        sample_stride=sampling.stride(samples["sample_interval"], members[0].time_step),
-        sampled_blocks=len(rest) if keeps_samples else 1,
+        members, sampling=sampling, sampled_blocks=len(rest) if keeps_samples else 1
     )
-    moments = LengthMoments(len(members), lengths["transient"])
+    moments = LengthMoments(len(members), start + lengths["transient"])
     events = EventLog(len(members), rest)
-    kept = sampling.SampleLog(integrator, samples["sample_start"])
-    observers = [moments, events, kept] if keeps_samples else [moments, events]
+    observers = [moments, events]
+    if keeps_samples:
+        begin, end = start + samples["sample_start"], start + lengths["duration"]
+        kept = SampleLog(members, sampling, begin, end)
+        observers.append(kept)
     observe(integrator, lengths["duration"], observers, report)
     length, residual = moments.result(rest[-1]), integrator.energy_residual()
     return [
@@ -130,18 +145,20 @@ def _follow(members: list[Point], lengths: dict, samples: dict, report: Progress
             method=point.method,
             time_step=point.time_step,
             tolerance=TOLERANCES.get(point.method) if point.tolerance is None else point.tolerance,
-            seed=point.seed,
-            replicate=point.replicate,
+            seed=point.state.seed,
+            replicate=point.state.replicate,
             **lengths,
             **samples,
+            initial_state=point.state,
+            final_state=final_state,
             version=version("beltrepro"),
             disorder_parameter=float(length["disorder_parameter"][lane]),
             mean_length=float(length["mean_length"][lane]),
             energy_residual=float(residual[lane]),
-            **(kept.of(lane) if keeps_samples else sampling.no_samples(len(rest))),
+            **(kept.of(lane) if keeps_samples else no_samples(len(rest))),
             events=_event_records(events, lane),
         )
-        for lane, point in enumerate(members)
+        for lane, (point, final_state) in enumerate(zip(members, integrator.state(), strict=True))
     ]
 
 

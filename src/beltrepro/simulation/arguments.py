@@ -7,18 +7,18 @@ one value for each chain.
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeVar
 
-import numpy as np
-
+from beltrepro import checks
+from beltrepro.checks import finite_number, positive
+from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
-from beltrepro.model.parameters import finite_number, whole_number
 from beltrepro.simulation.methods import METHODS, TOLERANCE_RANGE, TOLERANCES
 
 T = TypeVar("T")
 PerChain = T | Sequence[T]
 
+_STEP_SHARE = 1e-6  # by which an instant may miss a whole number of steps
 LONGEST_STEP = 0.1  # model time; oscillations take 3
-_LARGEST_KEY = 2**63 - 1  # what a file can hold
 
 
 def chains_of(parameters) -> list[ChainParameters]:
@@ -58,11 +58,16 @@ def method_name(name: str, value) -> str:
     return value
 
 
-def key(name: str, value) -> int:
-    """A seed or a replicate."""
-    if whole_number(name, value) < 0 or value > _LARGEST_KEY:
-        raise InputError(f"{name} = {value!r}: a whole number of 0 or greater is needed")
-    return int(value)
+def optional_key(name: str, value) -> int | None:
+    """A seed or a replicate, or None if it is left to the rule."""
+    return None if value is None else checks.key(name, value)
+
+
+def optional_state(name: str, value) -> ChainState | None:
+    """A state to begin from, or None."""
+    if value is not None and not isinstance(value, ChainState):
+        raise InputError(f"{name} = {value!r}: a ChainState is needed")
+    return value
 
 
 def step(name: str, value) -> float:
@@ -90,25 +95,13 @@ def method_has_tolerance(method: str, value: float | None) -> None:
         )
 
 
-def not_negative(name: str, value) -> float:
-    """A number of 0 or greater."""
-    if finite_number(name, value) < 0:
-        raise InputError(f"{name} = {value:g}: must be 0 or greater")
-    return float(value)
-
-
-def positive(name: str, value) -> float:
-    """A number greater than 0."""
-    if finite_number(name, value) <= 0:
-        raise InputError(f"{name} = {value:g}: must be greater than 0")
-    return float(value)
-
-
-def count(name: str, value) -> int:
-    """A whole number of 0 or greater."""
-    if whole_number(name, value) < 0:
-        raise InputError(f"{name} = {value}: must be 0 or greater")
-    return int(value)
+def whole_steps(name: str, value: float, time_step: float) -> None:
+    """That an instant of a scheme in steps is a multiple of the step."""
+    steps = value / time_step
+    if abs(steps - round(steps)) > _STEP_SHARE:
+        raise InputError(
+            f"{name} = {value!r}: method 'verlet' needs a multiple of time_step = {time_step:g}"
+        )
 
 
 def lengths(duration, transient) -> tuple[float, float]:
@@ -119,18 +112,3 @@ def lengths(duration, transient) -> tuple[float, float]:
             f"transient = {transient:g}: must be at least 0 and less than duration = {duration:g}"
         )
     return duration, float(transient)
-
-
-def positions(name: str, value, n_blocks: int) -> np.ndarray:
-    """Positions (N,) of the blocks of one chain: finite, from the wall outwards."""
-    try:
-        values = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} = {value!r}: {n_blocks} numbers are needed") from None
-    if values.shape != (n_blocks,):
-        raise InputError(
-            f"{name} of shape {values.shape}: {n_blocks} numbers are needed, one for each block"
-        )
-    if not (np.all(np.isfinite(values)) and np.all(np.diff(values, prepend=0.0) > 0)):
-        raise InputError(f"{name} = {values.tolist()}: must be finite, positive and increasing")
-    return values
