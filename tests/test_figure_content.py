@@ -5,18 +5,29 @@ dataset, N, u and sigma, which differs between any two points. What a figure mus
 down from the formulas, without the functions that cut rows out of files.
 """
 
+import dataclasses
 import importlib
 import itertools
-import json
 import re
 
 import numpy as np
+import pandas as pd
 import pytest
+from scipy import stats
 
 import naive
-from beltrepro.analysis import avalanches, intermittency, spectra, transitions
+from beltrepro.analysis import (
+    avalanches,
+    divergence,
+    intermittency,
+    samples,
+    spectra,
+    transitions,
+)
+from beltrepro.analysis.steps import FORCE_ORDER
 from beltrepro.figures import panels, registry, style
 from beltrepro.figures.content import content
+from beltrepro.model import ChainParameters
 from beltrepro.store import Dataset
 
 FIGURES = registry.entries()
@@ -123,7 +134,7 @@ def friction_event():
     fields = [("time", "f8"), ("block", "i8"), ("kind", "U5")]
     events = [(2, 4, "slip"), (5, 5, "stick"), (9, 5, "slip"), (12, 4, "stick"), (14, 5, "stick")]
     friction = np.random.default_rng(9).uniform(-70, 70, data.arrays["positions"].shape)
-    model = {
+    law = {
         "static_friction": 80.0,
         "friction_ratio": 0.4,
         "rest_length": 55.0,
@@ -132,28 +143,28 @@ def friction_event():
         "extension_rate": 0.012,
     }
     arrays = data.arrays | {"events": np.array(events, fields), "friction": friction}
-    return Dataset(arrays, data.attributes | {"config": json.dumps({"model": model})})
+    return Dataset(arrays, data.attributes | law)
 
 
 def slips_u1(points=900):
     """Slips of blocks 4 and 5 in two chains; avalanches that reach the last block and others."""
     rng = np.random.default_rng(8)
-    fields = [("chain", "i4"), ("block", "i4"), ("start_time", "f8"), ("stop_time", "f8"),
+    fields = [("point", "i4"), ("block", "i4"), ("start_time", "f8"), ("stop_time", "f8"),
               ("start_position", "f8"), ("stop_position", "f8"), ("dissipated", "f8")]  # fmt: skip
     count = 1200
     slips = np.zeros(count, fields)
-    slips["chain"], slips["block"] = np.arange(count) % 2, 4 + (np.arange(count) // 2) % 2
+    slips["point"], slips["block"] = np.arange(count) % 2, 4 + (np.arange(count) // 2) % 2
     slips["start_time"] = 100.0 * np.arange(count)
     slips["stop_time"] = slips["start_time"] + rng.uniform(1, 9, count)
     slips["stop_position"] = rng.uniform(-5, 5, count)
     slips["start_position"] = slips["stop_position"] + 10 * (1 - 0.99 * rng.random(count)) ** -0.8
     slips["dissipated"] = 3 * (1 - 0.99 * rng.random(count)) ** -0.7
-    fields = [("chain", "i4"), ("start_time", "f8"), ("stop_time", "f8"), ("dissipated", "f8")]
+    fields = [("point", "i4"), ("start_time", "f8"), ("stop_time", "f8"), ("dissipated", "f8")]
     events = np.zeros(count, fields)
-    for name in ("chain", "start_time", "stop_time"):
+    for name in ("point", "start_time", "stop_time"):
         events[name] = slips[name]
     events["dissipated"] = 7 * (1 - 0.99 * rng.random(count)) ** -0.7
-    fields = [("chain", "i4"), ("positions", "f8", 5), ("velocities", "f8", 5)]
+    fields = [("point", "i4"), ("positions", "f8", 5), ("velocities", "f8", 5)]
     section = np.zeros(points, fields)
     section["positions"] = 300 + rng.uniform(0, 90, (points, 5))
     section["velocities"] = 1.5 - rng.uniform(0, 40, (points, 5))
@@ -170,7 +181,7 @@ def lifetimes():
     escaped = np.array([[1, 1, 1], [1, 1, 1], [1, 1, 0], [1, 1, 0], [0, 1, 0], [0, 0, 0]], bool)
     life = 100.0 + 10 * np.arange(18) + u
     arrays = {"belt_velocity": u, "lifetime": life, "escaped": escaped.ravel()}
-    return Dataset(arrays, HOW | {"kind": "ensemble", "n_blocks": 5, "noise": 0.0})
+    return Dataset(arrays, HOW | {"kind": "escapes", "n_blocks": 5, "noise": 0.0})
 
 
 DATASETS = {name: scan(name) for name in SCANS} | {
@@ -189,7 +200,8 @@ DATASETS = {name: scan(name) for name in SCANS} | {
 
 def shown(name, *, also=(), **changed):
     """Panels of a figure, drawn from all that it uses."""
-    data = {used: DATASETS[used] for used in (*FIGURES[name].uses, *also)} | changed
+    names = (*FIGURES[name].uses, *also)
+    data = {used: DATASETS[used] for used in names if used not in changed} | changed
     module = importlib.import_module(f"beltrepro.figures.{name}")
     return content(module.draw(data, "small print"))
 
@@ -201,10 +213,10 @@ def points(curve):
     return np.column_stack([curve.x, curve.y])
 
 
-def same(curve, x, y, *, label="", index=None, colour=None, marker=None):
+def same(curve, x, y, *, label="", index=None, colour=None, marker=None, rtol=1e-12):
     """A curve with these points, and this label, style number, colour or marker."""
-    np.testing.assert_allclose(curve.x, x, rtol=1e-12)
-    np.testing.assert_allclose(curve.y, y, rtol=1e-12)
+    np.testing.assert_allclose(curve.x, x, rtol=rtol)
+    np.testing.assert_allclose(curve.y, y, rtol=rtol)
     assert curve.label == label
     if index is not None:
         colour = colour or style.COLOURS[index % len(style.COLOURS)]
@@ -239,17 +251,22 @@ def is_diagram(curve, name, n, s):
 
 # --- every figure ---------------------------------------------------------------------------------
 
-IN_WORDS = {"two": 2, "four": 4, "six": 6, "several": None}
+IN_WORDS = {"Two": 2, "Three": 3, "Four": 4, "Six": 6}
+
+
+def alt_fits(name, figure):
+    """The alternative text counts the panels that there are, and speaks of insets if there are."""
+    alt = FIGURES[name].alt
+    first = alt.split()[0]
+    assert not re.search(r"\d+ (panels|diagrams|maps|curves)", alt)
+    assert IN_WORDS.get(first, len(figure.panels)) == len(figure.panels)
+    insets = any(panel.insets for panel in figure.panels)
+    assert insets == ("inset" in alt or "enlarged" in alt)
 
 
 @pytest.mark.parametrize("name", [name for name, entry in FIGURES.items() if entry.number])
-def test_alternative_text_counts_the_panels(name):
-    found = re.match(r"(Two|Four|Six) ", FIGURES[name].alt)
-    assert not re.search(r"\d+ panels", FIGURES[name].alt)
-    if found:
-        assert len(shown(name).panels) == IN_WORDS[found[1].lower()]
-    if "inset" in FIGURES[name].alt or "enlarged" in FIGURES[name].alt:
-        assert any(panel.insets for panel in shown(name).panels)
+def test_alternative_text_fits(name):
+    alt_fits(name, shown(name))
 
 
 @pytest.mark.parametrize("name", [name for name, entry in FIGURES.items() if entry.number])
@@ -668,3 +685,268 @@ def test_fig22_is_a_diagram_for_each_number_of_blocks():
     assert figure.legend == tuple(rf"$\sigma = {s:g}$" for s in colours)
     assert [panel.xlabel for panel in figure.panels] == [""] * 3 + ["$u$"] * 3
     assert [panel.ylabel for panel in figure.panels] == ["$v_N$", "", ""] * 2
+
+
+# --- further studies ------------------------------------------------------------------------------
+
+
+def test_friction_ratio_is_a_curve_for_each_ratio_and_the_falls():
+    ratios, velocities = (0.2, 0.45, 0.8), U[:6]
+    grid = [(f, u, k) for f in ratios for u in velocities for k in range(3)]
+    f, u, replicate = (np.array(each) for each in zip(*RNG.permutation(grid), strict=True))
+    disorder = f + 1e-3 * u + np.array([-2e-3, 0, 9e-3])[replicate.astype(int)]
+    arrays = {"friction_ratio": f, "belt_velocity": u, "disorder_parameter": disorder}
+    falls = pd.DataFrame(
+        {
+            "friction_ratio": ratios,
+            "critical": [31.0, np.nan, 17.0],
+            "error": [0.5, np.nan, 0.7],
+            "lower": [28.0, np.nan, 12.0],
+            "upper": [35.0, np.nan, 21.0],
+        }
+    )
+    scan = Dataset(arrays, HOW | {"kind": "scan"})
+    figure = shown("friction_ratio", friction_ratio=scan, friction_falls=falls)
+    alt_fits("friction_ratio", figure)
+    left, right = figure.panels
+    curves = [
+        (f"$f_s = {ratio:g}$", index, velocities, ratio + 1e-3 * velocities)
+        for index, ratio in enumerate(ratios)
+    ]
+    is_family(left, curves, "$u$", overlay="")
+    axes_are(right, "$f_s$", "$u_c$")
+    (curve,) = right.curves
+    same(curve, [0.2, 0.8], [31, 17])
+    np.testing.assert_allclose(curve.error, [0.5, 0.7])
+    np.testing.assert_allclose(right.bars, [[(0.2, 28), (0.2, 35)], [(0.8, 12), (0.8, 21)]])
+
+
+# --- comparison of integrators --------------------------------------------------------------------
+
+
+def pair(name, tested, reference, **others):
+    """Datasets of a comparison in the order of its entry, by method."""
+    arrays = [tested, reference, *others.values()]
+    methods = ["verlet", "event", "event"]
+    return {
+        used: Dataset(each, HOW | {"kind": "any", "method": method})
+        for used, each, method in zip(FIGURES[name].uses, arrays, methods, strict=False)
+    }
+
+
+def columns(rows, *names):
+    return dict(zip(names, map(np.array, zip(*rows, strict=True)), strict=True))
+
+
+VELOCITIES, NOISES, RUNS = (10.0, 30.0, 50.0), (1.0, 5.0), 9
+
+
+def noisy_r(side, u, s):
+    """r of several runs at a point by one of the methods."""
+    scatter = np.random.default_rng([side, int(u), int(s)]).normal(0, 0.01, RUNS)
+    return 0.01 * side + 0.001 * u + 0.002 * s + scatter
+
+
+def test_disorder_of_two_integrators():
+    sides = []
+    for side in (1, 2):
+        rows = [(5, u, s, v) for u in VELOCITIES for s in NOISES for v in noisy_r(side, u, s)]
+        rows = [rows[index] for index in RNG.permutation(len(rows))]
+        sides.append(columns(rows, "n_blocks", "belt_velocity", "noise", "disorder_parameter"))
+    figure = shown("agreement_disorder", **pair("agreement_disorder", *sides))
+    alt_fits("agreement_disorder", figure)
+    left, middle, right = figure.panels
+    axes_are(left, "$u$", "$r$")
+    axes_are(middle, "$u$", "difference / standard error")
+    axes_are(right, "expected in order", "p-value")
+    assert [panel.titles[0] for panel in figure.panels] == ["a.", "b.", "c."]
+    labels = tuple(rf"$\sigma = {s:g}$" for s in NOISES)
+    assert figure.legend == labels and right.legend == ("distributions", "means")
+    ks, welch = [], []
+    for index, (s, label) in enumerate(zip(NOISES, labels, strict=True)):
+        ours, theirs = ([noisy_r(side, u, s) for u in VELOCITIES] for side in (1, 2))
+        line, crosses = left.curves[2 * index : 2 * index + 2]
+        same(line, VELOCITIES, np.mean(theirs, axis=1), index=index, marker="")
+        same(crosses, VELOCITIES, np.mean(ours, axis=1), index=index, marker="x", label=label)
+        errors = [np.std(each, axis=1, ddof=1) / 3 for each in (ours, theirs)]
+        np.testing.assert_allclose(crosses.error, errors[0])
+        z = (np.mean(ours, axis=1) - np.mean(theirs, axis=1)) / np.hypot(*errors)
+        same(middle.curves[index], VELOCITIES, z, index=index)
+        for one, other in zip(ours, theirs, strict=True):
+            ks.append(stats.ks_2samp(one, other).pvalue)
+            welch.append(stats.ttest_ind(one, other, equal_var=False).pvalue)
+    assert middle.spans == (("y", -2, 2),)
+    limit = samples.largest_of(6)
+    assert middle.guides == (("y", -limit), ("y", limit))
+    diagonal, distributions, means = right.curves
+    same(diagonal, [0, 1], [0, 1])
+    share = (np.arange(6) + 0.5) / 6
+    same(distributions, share, np.sort(ks), label="distributions")
+    same(means, share, np.sort(welch), label="means")
+
+
+def settled_r(side, u, spread, step):
+    """(sticks, r) of some runs at their end; the number that sticks tells where they belong."""
+    rng = np.random.default_rng([side, int(u), int(1000 * spread), int(1e4 * step)])
+    sticks = np.arange(RUNS) < rng.integers(1, RUNS)
+    return list(zip(sticks, rng.uniform(0.01, 0.2, RUNS), strict=True))
+
+
+def test_attractors_of_two_integrators():
+    spreads, steps = (0.001, 1.0), {1: (0.001, 0.002), 2: (0.001,)}
+    sides = []
+    for side in (1, 2):
+        rows = [
+            (u, spread, step, *run)
+            for u in VELOCITIES
+            for spread in spreads
+            for step in steps[side]
+            for run in settled_r(side, u, spread, step)
+        ]
+        rows = [rows[index] for index in RNG.permutation(len(rows))]
+        names = ("belt_velocity", "initial_spread", "time_step", "sticks", "final_disorder")
+        arrays = columns(rows, *names)
+        rate = np.zeros((len(rows), 5))
+        rate[:, -1] = arrays["sticks"]
+        escaped = np.ones(len(rows), dtype=bool)
+        sides.append(arrays | {"final_stick_rate": rate, "escaped": escaped})
+    figure = shown("agreement_attractors", **pair("agreement_attractors", *sides))
+    alt_fits("agreement_attractors", figure)
+    looks = [
+        ("verlet, $dt = 0.001$", style.COLOURS[0], 1, 0.001),
+        ("verlet, $dt = 0.002$", style.COLOURS[1], 1, 0.002),
+        ("event", style.BLACK, 2, 0.001),
+    ]
+    assert figure.legend == tuple(label for label, *_ in looks)
+    for row, spread in enumerate(spreads):
+        left, right = figure.panels[2 * row : 2 * row + 2]
+        assert left.titles[0] == f"initial spread {spread:g}"
+        assert (left.ylabel, right.ylabel) == ("share still sticking", "$r$ at the end")
+        places = [(place, *look) for place in range(3) for look in looks]
+        both = zip(places, left.curves, right.curves, strict=True)
+        for (place, label, colour, side, step), share, dots in both:
+            runs = settled_r(side, VELOCITIES[place], spread, step)
+            expected = np.mean([sticks for sticks, _ in runs])
+            assert share.label == (label if place == 0 else "")
+            assert share.colour == dots.colour == colour
+            assert share.y == pytest.approx([expected])
+            assert share.error == pytest.approx([np.sqrt(expected * (1 - expected) / RUNS)])
+            np.testing.assert_allclose(dots.y, sorted(r for _, r in runs))
+            assert np.abs(np.append(dots.x, share.x) - place).max() < 0.5
+    for panel in figure.panels[-2:]:
+        assert panel.xlabel == "$u$" and panel.xticks == ("10", "30", "50")
+
+
+PATH_TIME = np.arange(0.0, 100.25, 0.5)
+EVENT_TIME = 10.0 + 2 * np.arange(25)
+MEMBERS = (1.0, 2.0, 10.0)
+
+
+def drift(n, u, size):
+    """How fast runs of an error part, without the factor of the member."""
+    return size * (1 + n / 10 + u / 100)
+
+
+def paths(rows):
+    """Runs (N, u, member, time step, allowed error, size of the error) with errors from t = 10."""
+    names = ("n_blocks", "belt_velocity", "replicate", "time_step", "allowed_error", "size")
+    arrays = columns(rows, *names)
+    time = PATH_TIME
+    shape = (len(rows), time.size, 10)
+    positions = np.broadcast_to(52.0 * np.arange(1, 11), shape) + 0.1 * np.sin(time)[:, np.newaxis]
+    velocities = np.broadcast_to(0.3 * np.arange(1, 11), shape).copy()
+    events = []
+    for row, (n, u, member, _, _, size) in enumerate(rows):
+        error = MEMBERS[member] * drift(n, u, size)
+        positions[row, :, n - 1] += error * np.maximum(time - 10, 0)
+        positions[row, :, n:] = velocities[row, :, n:] = np.nan
+        for number, instant in enumerate(EVENT_TIME):
+            kind = ("slip", "stick")[number % 2]
+            events.append((row, instant + 0.01 * error * (number + 1), 1, kind))
+    fields = [("point", "i4"), ("time", "f8"), ("block", "i4"), ("kind", "U5")]
+    law = {each.name: each.default for each in dataclasses.fields(ChainParameters)
+           if each.default is not dataclasses.MISSING}  # fmt: skip
+    alike = {name: np.full(len(rows), value) for name, value in law.items()}
+    return alike | arrays | {
+        "time": time,
+        "positions": positions,
+        "velocities": velocities,
+        "events": np.array(events, fields),
+    }  # fmt: skip
+
+
+PLACES = [(2, 3.0), (5, 3.0), (5, 20.0), (10, 20.0)]
+
+
+def all_paths():
+    """Runs by verlet with three steps, by event with two, and by event with four tolerances."""
+    places = [(n, u, member) for n, u in PLACES for member in range(3)]
+    steps = [(*place, dt, np.nan, dt) for place in places for dt in (0.004, 0.002, 0.001)]
+    exact = [(*place, dt, np.nan, 0.0) for place in places for dt in (0.001, 0.002)]
+    allowed = [(*place, 0.001, e, 1e-3 * e) for place in places for e in (1e-2, 1e-4, 1e-6)]
+    tightest = [(*place, 0.001, 1e-14, 0.0) for place in places]
+    return paths(steps), paths(exact), paths(allowed + tightest)
+
+
+def after(n_events, n, u, size):
+    """Root-mean-square separation at the first sample after so many events of the reference."""
+    time, instant = PATH_TIME, EVENT_TIME[n_events - 1]
+    sample = time[time > instant][0]
+    return np.sqrt(np.mean(np.square(MEMBERS))) * drift(n, u, size) * (sample - 10)
+
+
+def test_trajectories_of_two_integrators():
+    tested, reference, tolerances = all_paths()
+    data = pair("agreement_trajectories", tested, reference, tolerances=tolerances)
+    figure = shown("agreement_trajectories", **data)
+    alt_fits("agreement_trajectories", figure)
+    first, second, third, fourth = figure.panels
+    assert [panel.titles[0] for panel in figure.panels] == ["a.", "b.", "c.", "d."]
+    axes_are(first, "$t$", "separation of the blocks", scales=("linear", "log"))
+    axes_are(second, "$t$ of the event", "shift of the event", scales=("linear", "log"))
+    assert first.titles[1] == second.titles[1] == "$dt = 0.001$"
+    assert first.guides == (("y", 1.0),)
+    labels = [f"$N = {n}$, $u = {u:g}$" for n, u in PLACES]
+    assert figure.legend == tuple(labels)
+    edges, instants = np.linspace(0, 100, 41), EVENT_TIME
+    for index, (n, u) in enumerate(PLACES):
+        slope = 2 * drift(n, u, 0.001)  # of the member in the middle
+        separation = slope * np.maximum(PATH_TIME - 10, 0)
+        same(first.curves[index], PATH_TIME, np.where(separation > 0, separation, np.nan),
+             index=index, rtol=1e-6)  # fmt: skip
+        shifts = 0.01 * np.outer(MEMBERS, np.arange(1, 26)) * drift(n, u, 0.001)
+        found = {}
+        for low, high in itertools.pairwise(edges):
+            inside = (instants >= low) & (instants < high)
+            if inside.any():
+                found[(low + high) / 2] = np.median(shifts[:, inside])
+        same(second.curves[index], list(found), list(found.values()), label=labels[index],
+             index=index, rtol=1e-6)  # fmt: skip
+    assert third.titles[1] == "verlet, $N = 5$, $u = 20$"
+    is_convergence(third, "$dt$", (1, 5, 20), [0.001, 0.002, 0.004], [0.001, 0.002, 0.004], 1)
+    assert fourth.titles[1] == "event, $N = 5$, $u = 20$"
+    here = (tolerances["n_blocks"] == 5) & (tolerances["belt_velocity"] == 20)
+    step = divergence.with_steps(tolerances)["step"]
+    allowed = (1e-6, 1e-4, 1e-2)
+    steps = [step[here & (tolerances["allowed_error"] == e)].mean() for e in allowed]
+    sizes = [1e-3 * e for e in allowed]
+    xlabel = "mean step, tolerances 1e-06 to 0.01"
+    is_convergence(fourth, xlabel, (2, 5, 20), steps, sizes, FORCE_ORDER + 1)
+    assert fourth.guides == (("y", divergence.ROUNDING_OF_LONG_STEPS),)
+
+
+def is_convergence(panel, xlabel, numbers, steps, sizes, order):
+    """Errors at N = 5, u = 20 after these numbers of events, over a line of this order."""
+    axes_are(panel, xlabel, "error", scales=("log", "log"))
+    *curves, guide = panel.curves
+    for index, (curve, count) in enumerate(zip(curves, numbers, strict=True)):
+        words = f"after {count} event{'s' if count > 1 else ''}: order"
+        assert curve.label.startswith(words)
+        errors = [after(count, 5, 20.0, size) for size in sizes]
+        same(curve, steps, errors, label=curve.label, index=index, rtol=1e-6)
+        slope = stats.linregress(np.log(steps), np.log(errors)).slope
+        assert f"${slope:.2f} \\pm" in curve.label
+    assert guide.label == f"order {order}"
+    slope = np.diff(np.log(guide.y)) / np.diff(np.log(guide.x))
+    np.testing.assert_allclose(slope, order)
+    assert np.all(guide.y[-1] < [curve.y[-1] for curve in curves])

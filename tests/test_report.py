@@ -27,7 +27,7 @@ SETTINGS = {
     "preset": "smoke",
     "seed": 1,
     "model": {"static_friction": 71.4, "friction_ratio": 0.45},
-    "numerics": {"laminar_time": 213.0},
+    "defaults": {"laminar_time": 213.0},
 }
 VOID = {"meta", "img", "br", "link", "input", "hr"}
 
@@ -58,18 +58,15 @@ class Page(HTMLParser):
         self.text.append(data)
 
 
-def attributes(kind, **more):
+def attributes(kind):
     return {
         "kind": kind,
         "method": "verlet",
-        "time_step": 0.001,
         "duration": 2000.0,
         "transient": 500.0,
-        "seed": 1,
         "code_version": "0.1.0+gabc",
         "library_versions": json.dumps({"python": "3.11", "numpy": "2.4"}),
         "processor": "Some CPU",
-        "config": json.dumps(more),
     }
 
 
@@ -114,33 +111,49 @@ def claims_table() -> pd.DataFrame:
 
 def write_datasets(folder: Path) -> list[Path]:
     """A scan, a series, a catalogue and lifetimes, with different sizes and parameters."""
-    scan = {"noise": np.zeros(3), "energy_residual": np.array([1e-9, -3e-8, 0])}
-    spans = {"n_blocks": [5], "belt_velocity": list(np.arange(1.0, 51)), "noise": [0, 1]}
     slips, avalanches, section = (np.zeros(count, [("block", "i4")]) for count in (19, 17, 13))
-    single = {"n_blocks": 6, "belt_velocity": 17.5, "noise": 2.2}
-    ensemble = {"belt_velocities": [18, 24, 30], "noise": 0.5, "n_blocks": 4}
     each = {
-        "scans/n5_rows": (scan, attributes("scan", **spans)),
-        "series/u1": ({"time": np.zeros(7)}, attributes("series") | single | {"seed": 3}),
-        "catalogues/slips_u1": (
-            {"slips": slips, "avalanches": avalanches, "section": section},
+        "n5_rows": (
+            points([5] * 60, np.arange(1.0, 61), [0, 1] * 30)
+            | {"energy_residual": np.append(np.zeros(58), [1e-9, -3e-8])},
+            attributes("scan"),
+        ),
+        "u1": (
+            points([6], [17.5], [2.2], seed=3) | {"time": np.zeros(7), "events": np.zeros(4)},
+            attributes("series"),
+        ),
+        "slips_u1": (
+            points([2, 3], [1, 1], [0, 0])
+            | {"slips": slips, "avalanches": avalanches, "section": section},
             attributes("catalogue") | {"duration": 3000.0, "transient": 0.0},
         ),
-        "ensembles/lifetimes": (
-            {"lifetime": np.zeros(23)},
-            attributes("ensemble", **ensemble) | {"method": "event", "energy_residual": 2e-5},
+        "lifetimes": (
+            points([4] * 3, [18, 24, 30], [0.5] * 3, time_step=0.002)
+            | {"energy_residual": np.array([0, 2e-5, np.nan])},
+            attributes("escapes") | {"method": "event"},
         ),
     }
     for name, (arrays, about) in each.items():
-        store.write(folder / f"{name}.h5", arrays, about)
+        store.write(folder / f"{name}.h5", arrays, about | {"dataset": name})
     return [folder / f"{name}.h5" for name in each]
+
+
+def points(n_blocks, belt_velocity, noise, *, seed=1, time_step=0.001):
+    count = len(n_blocks)
+    return {
+        "n_blocks": np.array(n_blocks),
+        "belt_velocity": np.array(belt_velocity, dtype=float),
+        "noise": np.array(noise, dtype=float),
+        "seed": np.full(count, seed),
+        "time_step": np.full(count, time_step),
+    }
 
 
 def write_benchmarks(folder: Path) -> None:
     """Two jobs of one rule, one of another; the first has the most memory."""
     for place, seconds, memory in (
-        ("blocks/n5_rows/0000", 100, 250),
-        ("blocks/n5_rows/0001", 23, 99),
+        ("batches/n5_rows/0000", 100, 250),
+        ("batches/n5_rows/0001", 23, 99),
         ("claims", 4, 61),
     ):
         path = folder / f"{place}.tsv"
@@ -336,13 +349,11 @@ def test_what_was_run_has_a_row_for_each_dataset(made):
     text, _ = made
     rows = cells(part(text, "runs"))[1:]
     assert rows == [
-        ["scans/n5_rows", "verlet", "5", "1 to 50 (50)", "0, 1", "2000", "500", "3 points",
-         "3.0e-08"],
-        ["series/u1", "verlet", "6", "17.5", "2.2", "2000", "500", "7 samples", ""],
-        ["catalogues/slips_u1", "verlet", "", "", "", "3000", "0",
-         "19 slips, 17 avalanches, 13 section points", ""],
-        ["ensembles/lifetimes", "event", "4", "18, 24, 30", "0.5", "2000", "500", "23 members",
-         "2.0e-05"],
+        ["n5_rows", "verlet", "5", "1 to 60 (60)", "0, 1", "2000", "500", "60 points", "3.0e-08"],
+        ["u1", "verlet", "6", "17.5", "2.2", "2000", "500", "1 point, 7 samples, 4 events", ""],
+        ["slips_u1", "verlet", "2, 3", "1", "0", "3000", "0",
+         "2 points, 19 slips, 17 avalanches, 13 section points", ""],
+        ["lifetimes", "event", "4", "18, 24, 30", "0.5", "2000", "500", "3 points", "2.0e-05"],
     ]  # fmt: skip
 
 
@@ -353,9 +364,9 @@ def test_deviations_are_those_of_the_run_and_the_general_ones(made):
         "Length of the runs", "Integrator", *(row["what"] for row in deviations.ALWAYS)
     ]  # fmt: skip
     assert rows[0][1:4] == [
-        "t = 2e6, of which 1e6 discarded", "t = 2000, of which 500 discarded", "scans/n5_rows"
+        "t = 2e6, of which 1e6 discarded", "t = 2000, of which 500 discarded", "n5_rows"
     ]  # fmt: skip
-    assert rows[1][3] == "ensembles/lifetimes"
+    assert rows[1][3] == "lifetimes"
     for row, general in zip(rows[2:], deviations.ALWAYS, strict=True):
         assert row == [general[name] for name in ("what", "paper", "ours", "where", "why")]
 
@@ -398,7 +409,7 @@ def test_open_points_are_those_of_the_model_and_of_the_claims(made):
 def test_time_is_summed_by_rule(made):
     text, _ = made
     assert cells(part(text, "time"))[1:] == [
-        ["simulate blocks of scans", "2", "2 min 03 s", "1 min 40 s", "250 MB"],
+        ["simulate batches", "2", "2 min 03 s", "1 min 40 s", "250 MB"],
         ["measure claims", "1", "4.0 s", "4.0 s", "61 MB"],
         ["sum", "3", "2 min 07 s", "", ""],
     ]
@@ -414,7 +425,7 @@ def test_environment_lists_what_differs(made):
         "Libraries": "python 3.11, numpy 2.4",
         "Processor": "Some CPU",
         "Seed": "1; 3",
-        "Time step": "0.001",
+        "Time step": "0.001; 0.002",
         "Preset": "smoke",
         "Constants": "static_friction = 71.4, friction_ratio = 0.45",
         "Laminar phase": "longer than 213.0",

@@ -49,8 +49,7 @@ def write(
     path : path-like
         The HDF5 file; missing folders are made.
     arrays : dict
-        Arrays of any shape by name; structured ones too. A name "group/array" puts the array in a
-        group.
+        Arrays of any shape by name; structured ones too. "group/array" puts one in a group.
     attributes : dict
         Numbers and text on the whole file.
     about : dict, optional

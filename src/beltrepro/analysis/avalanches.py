@@ -1,10 +1,12 @@
 """Sizes and energies of slips and avalanches, and the power laws in their densities (Fig. 9)."""
 
 import warnings
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import powerlaw
+from scipy import optimize, stats
 
 from beltrepro.analysis.errors import require
 from beltrepro.analysis.fits import PowerLawFit, fit_log_log
@@ -311,7 +313,7 @@ def compare_with_exponential(
 ) -> tuple[float, float]:
     """Which law fits values in [low, high] better, a power law or an exponential?
 
-    Vuong's test (Clauset et al. 2009).
+    Both laws are cut off at both ends. Vuong's test (Clauset et al. 2009).
 
     Parameters
     ----------
@@ -335,14 +337,11 @@ def compare_with_exponential(
         With fewer than 20 values in the range.
     """
     values = _within(values, low, high)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        exponential = powerlaw.Exponential(xmin=low, xmax=high, data=values)
-        ratio, p_value = powerlaw.statistics.loglikelihood_ratio(
-            _power_law(values, low, high).loglikelihoods(values),
-            exponential.loglikelihoods(values),
-            normalized_ratio=True,
-        )
+    ratio, p_value = powerlaw.statistics.loglikelihood_ratio(
+        _power_law(values, low, high).loglikelihoods(values),
+        _exponential(values, low, high).logpdf(values),
+        normalized_ratio=True,
+    )
     return float(ratio), float(p_value)
 
 
@@ -363,3 +362,18 @@ def _power_law(values: np.ndarray, low: float, high: float) -> powerlaw.Power_La
             force_numerical_fit=True,
             parameter_ranges={"alpha": [-5, 10]},
         )
+
+
+def _exponential(values: np.ndarray, low: float, high: float) -> Any:
+    """Exponential law cut off at both ends, by maximum likelihood: its mean is that of the values."""
+    # The package fits and normalises an exponential without upper end. Values that do not fall have
+    # the uniform law, the limit of long decay.
+    mean = (values.mean() - low) / (high - low)
+
+    def excess(decays: float) -> float:
+        """Mean of the law over `decays` decay lengths, as a share of the range, minus that mean."""
+        return 1 / decays - 1 / np.expm1(min(decays, 700.0)) - mean
+
+    fewest = 1e-6
+    decays = optimize.brentq(excess, fewest, 1 + 2 / mean) if excess(fewest) > 0 else fewest
+    return stats.truncexpon(b=decays, loc=low, scale=(high - low) / decays)

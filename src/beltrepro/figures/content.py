@@ -10,12 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import QuadMesh
+from matplotlib.collections import LineCollection, QuadMesh
 from matplotlib.colors import LogNorm, to_hex
 from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch, Rectangle
+from matplotlib.ticker import FixedLocator
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +87,8 @@ class Panel:
     spans : tuple of (str, float, float)
         Shaded strips across the panel: "x" or "y", from, to.
     arrows : tuple of ((x, y), (x, y))
+    bars : tuple of ((x, y), (x, y))
+        Ends of upright bars that are no error bars.
     images : tuple of Image
     texts : tuple of str
     insets : tuple of Panel
@@ -104,6 +107,7 @@ class Panel:
     guides: tuple[tuple[str, float], ...]
     spans: tuple[tuple[str, float, float], ...]
     arrows: tuple
+    bars: tuple
     images: tuple[Image, ...]
     texts: tuple[str, ...]
     insets: tuple["Panel", ...]
@@ -150,6 +154,7 @@ def _panel(axes: Axes) -> Panel:
         guides=tuple(_guides(axes)),
         spans=tuple(_spans(axes)),
         arrows=tuple(_arrows(axes)),
+        bars=tuple(_bars(axes)),
         images=tuple(_image(mesh) for mesh in _meshes(axes)),
         texts=_words(axes.texts),
         insets=tuple(_panel(inner) for inner in axes.child_axes),
@@ -161,7 +166,8 @@ def _words(texts) -> tuple[str, ...]:
 
 
 def _ticks_by_hand(axes) -> tuple[str, ...]:
-    return tuple(map(str, getattr(axes.xaxis.get_major_formatter(), "seq", ())))
+    by_hand = isinstance(axes.xaxis.get_major_locator(), FixedLocator)
+    return _words(axes.get_xticklabels()) if by_hand else ()
 
 
 def _in_data(axes, transform) -> tuple[bool, bool]:
@@ -223,6 +229,13 @@ def _arrows(axes):
     for patch in axes.patches:
         if isinstance(patch, FancyArrowPatch):
             yield tuple(tuple(map(float, end)) for end in patch._posA_posB)
+
+
+def _bars(axes):
+    errors = [line for each in axes.containers for line in each.lines[2]]
+    for lines in axes.collections:
+        if isinstance(lines, LineCollection) and lines not in errors:
+            yield from (tuple(map(tuple, segment)) for segment in lines.get_segments())
 
 
 def _meshes(axes) -> list[QuadMesh]:

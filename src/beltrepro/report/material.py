@@ -144,7 +144,7 @@ def _describe(path: Path) -> dict:
     attributes, arrays = dataset.attributes, dataset.arrays
     residual = arrays.get("energy_residual")
     libraries = json.loads(attributes.get("library_versions", "{}"))
-    count = f"{len(arrays['n_blocks'])} points"
+    count = len(arrays["n_blocks"])
     return {
         "name": attributes["dataset"],
         "kind": attributes["kind"],
@@ -156,7 +156,7 @@ def _describe(path: Path) -> dict:
         "transient": length(attributes.get("transient", 0.0)),
         "time_step": _span(arrays["time_step"]),
         "seed": _span(arrays["seed"]),
-        "size": ", ".join(filter(None, [count, _contents(arrays)])),
+        "size": ", ".join(filter(None, [f"{count} point{'s' * (count != 1)}", _contents(arrays)])),
         "energy_residual": "" if residual is None else f"{np.nanmax(np.abs(residual)):.1e}",
         "code_version": str(attributes["code_version"]),
         "processor": str(attributes.get("processor", "")),
