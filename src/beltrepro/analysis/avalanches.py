@@ -365,7 +365,7 @@ def _power_law(values: np.ndarray, low: float, high: float) -> powerlaw.Power_La
 
 
 def _exponential(values: np.ndarray, low: float, high: float) -> Any:
-    """Exponential law cut off at both ends, by maximum likelihood: it has the mean of the values."""
+    """Exponential cut off at both ends, by maximum likelihood: its mean is that of the values."""
     # The package fits and normalises an exponential without upper end. Values that do not fall have
     # the uniform law, the limit of long decay.
     mean = (values.mean() - low) / (high - low)
