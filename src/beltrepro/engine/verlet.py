@@ -56,7 +56,7 @@ _ALL = (1 << LANES) - 1
 DISPLACEMENT, VELOCITY, DIRECTION, DISSIPATED = range(0, 4 * LANES, LANES)
 # slip over the belt since the start of the stretch; w and a dt^2; dt^2, or 0 if stuck; kinetic
 # friction times dt^2, with the sign of the direction: its mean and what noise adds
-_SLIP, _SLIP_STEP, _ACCELERATION, _PUSH, _KINETIC, _KINETIC_NOISE = range(
+_SLIP, SLIP_STEP, ACCELERATION, _PUSH, _KINETIC, _KINETIC_NOISE = range(
     4 * LANES, 10 * LANES, LANES
 )
 # tension: coefficients of the powers 0 to 5 of the change of the deformation in the stretch. Where
@@ -67,7 +67,7 @@ _SERIES = 10 * LANES
 _START, _DEFORMATION, _LOSS, _SETTLED = range(16 * LANES, 20 * LANES, LANES)
 # F_st of a stuck block; force at the start of the stretch or at the last turn in it; normal deviate
 # of the last step
-_THRESHOLD, _FORCE, _NORMAL = range(20 * LANES, 23 * LANES, LANES)
+THRESHOLD, _FORCE, _NORMAL = range(20 * LANES, 23 * LANES, LANES)
 _ROW = 23 * LANES
 
 # Six terms of exp(y) for |y| below this leave y^6/720, 1e-16.
@@ -80,7 +80,7 @@ _TENSION_SHARE = 1 / 16
 class Chains(NamedTuple):
     """State of W chains, W a multiple of 16."""
 
-    state: np.ndarray  # (W/16, rows of all blocks), see `initial_state`
+    state: np.ndarray  # (W/16, rows of all blocks), see `empty_state`
     wall_pull: np.ndarray  # (W,) sum of the first spring's pull over the steps
     streams: np.ndarray  # (4, W) random streams
 
@@ -121,24 +121,58 @@ class Records(NamedTuple):
     crossings: Crossings
 
 
-def initial_state(displacement, threshold, belt_step):
-    """State (W/16, N + 2 rows) of W chains with all blocks stuck.
+class BlockState(NamedTuple):
+    """The blocks of one chain at the start of a step; arrays (N,)."""
+
+    displacement: np.ndarray
+    velocity: np.ndarray  # v_r dt
+    direction: np.ndarray
+    threshold: np.ndarray
+    dissipated: np.ndarray  # friction loss times dt^2
+    slip_step: np.ndarray  # w
+    acceleration: np.ndarray  # a(t-dt) dt^2
+
+
+def empty_state(n_blocks, belt_step):
+    """State (W/16, N + 2 rows) of W chains, without its blocks.
 
     Row 0 is the wall, which slips by -u dt in every step; row N + 1 is a spring that never pulls.
 
-    displacement, threshold : (N, W); belt_step : (W,) u dt.
+    belt_step : (W,) u dt.
     """
-    n_blocks, lanes = displacement.shape
-    state = zeros((lanes // LANES, n_blocks + 2, _ROW))
-    for field, values in (
-        (DISPLACEMENT, displacement),
-        (_START, displacement),
-        (_THRESHOLD, threshold),
-    ):
-        vectors = values.reshape(n_blocks, -1, LANES).swapaxes(0, 1)
-        state[:, 1 : n_blocks + 1, field : field + LANES] = vectors
-    state[:, 0, _SLIP_STEP : _SLIP_STEP + LANES] = -belt_step.reshape(-1, LANES)
+    state = zeros((len(belt_step) // LANES, n_blocks + 2, _ROW))
+    state[:, 0, SLIP_STEP : SLIP_STEP + LANES] = -belt_step.reshape(-1, LANES)
     return state.reshape(len(state), -1)
+
+
+def write_blocks(group, lane, step, blocks):
+    """Let a chain be in another state at the start of the step of that index.
+
+    In the middle of a stretch it goes on without series, as if the stretch had begun without slip.
+    """
+    state = group.chains.state.reshape(len(group.chains.state), -1, _ROW)
+    rows = state[lane // LANES, 1 : group.n_blocks + 1]
+    place = lane % LANES
+    square = group.time_step * group.time_step
+    kinetic = blocks.direction * (group.law.friction_ratio * square)
+    start = blocks.displacement - group.belt_step[lane] * float(step % STRETCH)
+    rows[:, place::LANES] = 0.0
+    for field, values in (
+        (DISPLACEMENT, blocks.displacement),
+        (VELOCITY, blocks.velocity),
+        (DIRECTION, blocks.direction),
+        (DISSIPATED, blocks.dissipated),
+        (SLIP_STEP, blocks.slip_step),
+        (ACCELERATION, blocks.acceleration),
+        (_PUSH, np.where(blocks.direction != 0, square, 0.0)),
+        (_KINETIC, kinetic * group.law.static_friction),
+        (_KINETIC_NOISE, kinetic * group.noise[lane]),
+        (_START, start),
+        (_DEFORMATION, np.diff(start, prepend=0.0)),
+        (_LOSS, blocks.dissipated),
+        (THRESHOLD, blocks.threshold),
+    ):
+        rows[:, field + place] = values
 
 
 def of_blocks(state, field, n_blocks):
@@ -203,9 +237,9 @@ def _prepare(chains, strongest, square, law):
     watched = 0
     hold = drift >= 0.0
     beyond = 0.0 * drift
-    w = _get(chains, chains.n_blocks, _SLIP_STEP)
+    w = _get(chains, chains.n_blocks, SLIP_STEP)
     for block in range(chains.n_blocks, 0, -1):
-        left = _get(chains, block - 1, _SLIP_STEP)
+        left = _get(chains, block - 1, SLIP_STEP)
         span = fma(abs(w - left), STRETCH, drift)
         own, holds, serves = _bound_spring(chains, block, span, change, law)
         hold = hold & holds
@@ -239,7 +273,7 @@ def _start_stretch(chains, law):
         if block > 1:
             _put(chains, block - 1, _FORCE, force)
             greatest = maximum(abs(force), greatest)
-        fastest = maximum(abs(_get(chains, block, _ACCELERATION)), fastest)
+        fastest = maximum(abs(_get(chains, block, ACCELERATION)), fastest)
         left = displacement
         pull = next_pull
     _put(chains, chains.n_blocks, _FORCE, -pull)
@@ -276,7 +310,7 @@ def _goes_on(chains, block, w, reach, braking):
     force = _get(chains, block, _FORCE)
     direction = _get(chains, block, DIRECTION)
     velocity = _get(chains, block, VELOCITY)
-    threshold = _get(chains, block, _THRESHOLD)
+    threshold = _get(chains, block, THRESHOLD)
     # v_r > w - A/3 and K + 1 times the strongest braking
     slowing = minimum(fma(direction, force, -strongest) - reach, 0.0) * square
     slowest = fma(slowing, STRETCH + 1.0, fma(direction, w, -0.34 * fastest))
@@ -368,7 +402,7 @@ def _force(chains, block):
 def _margin(chains, block, force):
     """How far a block is from a turn: not where it is positive."""
     direction = _get(chains, block, DIRECTION)
-    threshold = _get(chains, block, _THRESHOLD)
+    threshold = _get(chains, block, THRESHOLD)
     velocity = _get(chains, block, VELOCITY)
     return select(direction == 0.0, threshold - abs(force), direction * velocity)
 
@@ -382,7 +416,7 @@ def _move(chains, noisy):
         left = _get(chains, block - 1, _SLIP)
         next_pull = pull
         pull = _tension(chains, block, slip - left)
-        w = _get(chains, block, _SLIP_STEP)
+        w = _get(chains, block, SLIP_STEP)
         kinetic = _get(chains, block, _KINETIC)
         if noisy:
             added = _get(chains, block, _KINETIC_NOISE)
@@ -390,8 +424,8 @@ def _move(chains, noisy):
             kinetic = kinetic + added
         a = fma(_get(chains, block, _PUSH), next_pull - pull, -kinetic)
         w = w + a
-        _put(chains, block, _ACCELERATION, a)
-        _put(chains, block, _SLIP_STEP, w)
+        _put(chains, block, ACCELERATION, a)
+        _put(chains, block, SLIP_STEP, w)
         _put(chains, block, _SLIP, slip + w)
         if noisy:
             loss = _get(chains, block, _LOSS)
@@ -420,7 +454,7 @@ def _turn(chains, block, force, belt_travel, time, noise, group, events):
     old = _get(chains, block, DIRECTION)
     # drawn anew while slipping, kept while stuck
     drawn = fma(noise, _get(chains, block, _NORMAL), law.static_friction)
-    threshold = select(old != 0.0, drawn, _get(chains, block, _THRESHOLD))
+    threshold = select(old != 0.0, drawn, _get(chains, block, THRESHOLD))
     new = next_direction(old, _get(chains, block, VELOCITY), force, threshold)
     changed = new != old
     if mask_bits(changed):
@@ -472,13 +506,13 @@ def _redirect(chains, block, old, new, threshold, noise, group):
     """Let a block move as its new direction wants."""
     law = group.law
     square = group.time_step * group.time_step
-    w = _get(chains, block, _SLIP_STEP)
-    before = _get(chains, block, _ACCELERATION)
+    w = _get(chains, block, SLIP_STEP)
+    before = _get(chains, block, ACCELERATION)
     turned = old * new != 0.0
     kinetic = new * (law.friction_ratio * square)
-    _put(chains, block, _THRESHOLD, threshold)
-    _put(chains, block, _SLIP_STEP, select(turned, w, 0.0))
-    _put(chains, block, _ACCELERATION, select(turned, before, 0.0))
+    _put(chains, block, THRESHOLD, threshold)
+    _put(chains, block, SLIP_STEP, select(turned, w, 0.0))
+    _put(chains, block, ACCELERATION, select(turned, before, 0.0))
     _put(chains, block, DIRECTION, new)
     _put(chains, block, _PUSH, select(new != 0.0, square, 0.0))
     _put(chains, block, _KINETIC, kinetic * law.static_friction)
@@ -493,7 +527,7 @@ def _keep_accelerations(chains, blocks):
     """Before a step, keep a(t-dt) of some blocks in place of the velocity."""
     for block in range(1, chains.n_blocks + 1):
         if (blocks >> (block - 1)) & 1:
-            _put(chains, block, VELOCITY, _get(chains, block, _ACCELERATION))
+            _put(chains, block, VELOCITY, _get(chains, block, ACCELERATION))
 
 
 @inlined
@@ -502,8 +536,8 @@ def _find_velocities(chains, blocks):
     for block in range(1, chains.n_blocks + 1):
         if (blocks >> (block - 1)) & 1:
             before = _get(chains, block, VELOCITY)
-            a = _get(chains, block, _ACCELERATION)
-            w = _get(chains, block, _SLIP_STEP)
+            a = _get(chains, block, ACCELERATION)
+            w = _get(chains, block, SLIP_STEP)
             _put(chains, block, VELOCITY, scheme_velocity(w, a, before))
 
 
@@ -514,7 +548,7 @@ def _find_velocities(chains, blocks):
 def _near(chains, block, level, belt, fastest):
     """Whether a block of some chain may come to its level in the stretch."""
     away = _get(chains, block, _START) - level
-    w = _get(chains, block, _SLIP_STEP)
+    w = _get(chains, block, SLIP_STEP)
     span = fma(fastest, 0.5 * STRETCH * (STRETCH + 11.0), STRETCH * abs(w + belt))
     return mask_bits(abs(away) > span) != _ALL
 
@@ -529,7 +563,7 @@ def _record_crossings(chains, belt, belt_travel, time, time_step, crossings):
     level = load_wide(crossings.level, (chains.vector * LANES,))
     slip = _get(chains, block, _SLIP)
     after = _get(chains, block, _START) + (belt_travel + slip) - level
-    move = _get(chains, block, _SLIP_STEP) + belt
+    move = _get(chains, block, SLIP_STEP) + belt
     hits = mask_bits((after < 0.0) & (after - move >= 0.0))
     if hits:
         back = after / move
@@ -552,9 +586,9 @@ def _cross(chains, lane, share, belt_step, belt_travel, time, time_step, crossin
         place = block * _ROW + lane
         slip = chains.state[chains.vector, place + _SLIP]
         here = chains.state[chains.vector, place + _START] + (belt_travel + slip)
-        move = chains.state[chains.vector, place + _SLIP_STEP] + belt_step
+        move = chains.state[chains.vector, place + SLIP_STEP] + belt_step
         velocity = chains.state[chains.vector, place + VELOCITY]
-        velocity -= share * chains.state[chains.vector, place + _ACCELERATION]
+        velocity -= share * chains.state[chains.vector, place + ACCELERATION]
         crossings.rows[chain, slot, block] = here - share * move
         crossings.rows[chain, slot, n_blocks + block] = velocity / time_step
 
