@@ -4,11 +4,14 @@ The same content gives the same bytes: nothing written depends on time, path or 
 """
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
+import numpy.typing as npt
 
 from beltrepro.errors import InputError
 
@@ -17,20 +20,40 @@ COMPRESS_FROM_BYTES = 1 << 16  # smaller arrays gain nothing
 
 @dataclass(frozen=True)
 class Dataset:
-    """Arrays by name, and attributes by name: kind, preset, method, seed, code_version, ...
+    """Arrays and attributes of one file.
 
-    Everything is in model units; see `beltrepro.simulation` for the arrays of each kind.
+    Everything is in model units; see `beltrepro.datasets.kinds` for the arrays of each kind.
+
+    Attributes
+    ----------
+    arrays : dict of arrays
+        By name, any shape; structured ones too.
+    attributes : dict
+        Numbers and texts by name.
     """
 
     arrays: dict[str, np.ndarray]
     attributes: dict
 
 
-def write(path, arrays: dict[str, np.ndarray], attributes: dict) -> None:
-    """Write arrays (any shape; structured ones too) and attributes (numbers, text) to `path`.
+def write(
+    path: str | os.PathLike,
+    arrays: Mapping[str, npt.ArrayLike],
+    attributes: Mapping[str, Any],
+    about: Mapping[str, Mapping[str, str]] | None = None,
+) -> None:
+    """Write arrays with attributes; the file appears under its name when it is complete.
 
-    A name "group/array" puts the array in a group.
-    The file appears under its name when it is complete. Missing folders are made.
+    Parameters
+    ----------
+    path : path-like
+        The HDF5 file; missing folders are made.
+    arrays : dict
+        Arrays of any shape by name; structured ones too. "group/array" puts one in a group.
+    attributes : dict
+        Numbers and text on the whole file.
+    about : dict, optional
+        For each array what is said of it alone: unit, dimensions, symbol, description.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -38,7 +61,7 @@ def write(path, arrays: dict[str, np.ndarray], attributes: dict) -> None:
     try:
         with h5py.File(unfinished, "w", track_order=False) as file:
             for name in sorted(arrays):
-                _write_array(file, name, np.asarray(arrays[name]))
+                _write_array(file, name, np.asarray(arrays[name]), (about or {}).get(name, {}))
             for name in sorted(attributes):
                 file.attrs[name] = attributes[name]
         unfinished.replace(path)
@@ -46,41 +69,41 @@ def write(path, arrays: dict[str, np.ndarray], attributes: dict) -> None:
         unfinished.unlink(missing_ok=True)
 
 
-def read(path) -> Dataset:
+def read(path: str | os.PathLike) -> Dataset:
     """Read what `write` wrote: text comes back as str, arrays with their dtype and shape.
 
-    Raises InputError when the file is missing or is not HDF5.
+    Parameters
+    ----------
+    path : path
+        File to read.
+
+    Returns
+    -------
+    Dataset
+        All that the file holds.
+
+    Raises
+    ------
+    InputError
+        When the file is missing, damaged or not HDF5.
     """
     try:
         with h5py.File(path, "r") as file:
             arrays = {name: _read_array(file[name]) for name in _names(file)}
             attributes = {name: _plain(value) for name, value in file.attrs.items()}
-    except OSError as error:
+    except (OSError, KeyError, RuntimeError, ValueError) as error:
         raise InputError(f"{path}: not a readable HDF5 file ({error})") from None
     return Dataset(arrays, attributes)
 
 
-def join(parts: list[Dataset]) -> Dataset:
-    """One dataset from parts with the same arrays, joined along the first axis in the given order.
-
-    An attribute that differs between parts (say, the code version) keeps every value, in order
-    of appearance, joined by commas.
-    """
-    names = list(parts[0].arrays)
-    arrays = {name: np.concatenate([part.arrays[name] for part in parts]) for name in names}
-    attributes = {}
-    for name, first in parts[0].attributes.items():
-        values = list(dict.fromkeys(part.attributes[name] for part in parts))
-        attributes[name] = first if len(values) == 1 else ", ".join(map(str, values))
-    return Dataset(arrays, attributes)
-
-
-def _write_array(file: h5py.File, name: str, array: np.ndarray) -> None:
+def _write_array(file: h5py.File, name: str, array: np.ndarray, about: Mapping[str, str]) -> None:
     stored = array.astype(_with_text(array.dtype, "U", "S"))
     options = {}
     if stored.nbytes >= COMPRESS_FROM_BYTES:
         options = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
-    file.create_dataset(name, data=stored, track_times=False, **options)
+    dataset = file.create_dataset(name, data=stored, track_times=False, **options)
+    for key in sorted(about):
+        dataset.attrs[key] = about[key]
 
 
 def _names(file: h5py.File) -> list[str]:
@@ -111,7 +134,7 @@ def _with_text(dtype: np.dtype, kind: str, other: str) -> np.dtype:
     return dtype
 
 
-def _plain(value):
+def _plain(value: Any) -> Any:
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, bytes):
