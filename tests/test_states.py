@@ -133,13 +133,13 @@ def test_what_is_measured_of_the_pieces_adds_up():
     np.testing.assert_array_equal(np.concatenate(crossings), kept)
     assert parts[1]["last_stick_time"] == whole["last_stick_time"]
     assert parts[1]["energy_residual"] == whole["energy_residual"]
-    late = scan(chain, duration=500, **options | {"transient": 250.0})
-    assert parts[1]["mean_length"] == late["mean_length"]
+    mean = np.mean([part["mean_length"] for part in parts])
+    assert mean == pytest.approx(whole["mean_length"][0], rel=1e-13)
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_catalogue_from_a_state_is_the_rest_of_the_catalogue(method):
-    chain = ChainParameters(3, 4.0)
+    chain = ChainParameters(3, 12.0)
     state = simulate(chain, duration=250, method=method, sample_interval=None).final_state
     # slips and avalanches that are under way at the cut belong to neither
     assert state.directions.any()
@@ -195,7 +195,7 @@ def test_a_slipping_block_follows_the_closed_form(method):
 
 def test_the_scheme_starts_from_a_state_to_second_order():
     chain = ChainParameters(3, 20.0)
-    state = simulate(chain, duration=20, method="event", sample_interval=None).final_state
+    state = simulate(chain, duration=13, method="event", sample_interval=None).final_state
     assert state.directions.all()
     exact = simulate(chain, duration=0.5, method="event", tolerance=1e-13, initial_state=state)
     assert len(exact.events) == 0
@@ -223,7 +223,7 @@ def test_the_other_method_goes_on_where_one_has_ended(before, after):
 
 def test_another_belt_velocity_takes_the_stuck_blocks_along():
     old, new = ChainParameters(5, 7.5), ChainParameters(5, 9.0)
-    run = simulate(old, duration=70, method="event")
+    run = simulate(old, duration=19, method="event")
     state = run.final_state.under(new)
     stuck = run.final_state.directions == 0
     assert 0 < stuck.sum() < 5
@@ -279,7 +279,7 @@ def test_a_state_goes_on_with_its_own_random_numbers_or_with_others():
 def test_moved_blocks_begin_a_new_audit():
     chain = ChainParameters(3, 20.0)
     run = simulate(chain, duration=20, method="event")
-    moved = run.final_state.moved(positions=run.final_state.positions + [0.0, 0.0, 2.0])
+    moved = run.final_state.moved(positions=run.final_state.positions + np.array([0.0, 0.0, 2.0]))
     later = simulate(chain, duration=20, method="event", initial_state=moved)
     assert abs(later.energy_residual) < 1e-12
     stopped = run.final_state.moved(velocities=[20.0, 0.0, 21.0])
@@ -423,7 +423,7 @@ def test_event_samples_at_any_interval():
     half = simulate(chain, duration=300, method="event", sample_interval=frame / 2)
     np.testing.assert_allclose(half.positions[::2], run.positions, rtol=0, atol=1e-9)
     np.testing.assert_array_equal(half.events, run.events)
-    with pytest.raises(InputError, match="method 'verlet' needs a multiple of time_step = 0.001"):
+    with pytest.raises(InputError, match="method 'verlet' needs a multiple of time_step"):
         simulate(chain, duration=300, sample_interval=frame)
 
 

@@ -4,6 +4,7 @@ import argparse
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 from beltrepro import ChainParameters, __version__
 from beltrepro.errors import InputError, ModelStateError
@@ -21,7 +22,18 @@ attributes. In Python: beltrepro.Run.load(FILE).
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command; returns the exit status (2 for bad input, 1 for a failed run)."""
+    """Run the command.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        Words after the command's name; those of the shell if not given.
+
+    Returns
+    -------
+    int
+        Exit status: 0, 2 for bad input, 1 for a failed run, 130 when interrupted.
+    """
     parser = _parser()
     options = parser.parse_args(arguments)
     try:
@@ -37,7 +49,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 130
 
 
-def _parser():
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="beltrepro", description="Chaos on the conveyor belt: simulate chains of blocks."
     )
@@ -79,7 +91,7 @@ def _parser():
     return parser
 
 
-def _add_bench(commands):
+def _add_bench(commands: Any) -> None:
     bench = commands.add_parser(
         "bench",
         help="measure the speed of the integrators",
@@ -100,7 +112,7 @@ def _add_bench(commands):
     bench.set_defaults(action=_bench)
 
 
-def _simulate(options) -> int:
+def _simulate(options: argparse.Namespace) -> int:
     chain = ChainParameters(options.n_blocks, options.belt_velocity, options.noise)
     _check_output(options.output)
     from beltrepro.simulation import Run, simulate
@@ -155,7 +167,7 @@ def _print(result: dict, as_json: bool) -> None:
         print(f"{name:<{width}}  {shown}")
 
 
-def _bench(options) -> int:
+def _bench(options: argparse.Namespace) -> int:
     _check_output(options.output)
     from beltrepro.bench import measuring, table
 
@@ -171,7 +183,7 @@ def _bench(options) -> int:
     return 0
 
 
-def _check_output(path):
+def _check_output(path: Path | None) -> None:
     if path is not None and not path.absolute().parent.is_dir():
         raise InputError(f"output = {path}: its folder does not exist")
 
