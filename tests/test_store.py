@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 
+import h5py
 import numpy as np
 import pandas as pd
 import pytest
