@@ -10,7 +10,8 @@ import pytest
 from beltrepro.datasets import checking, grids, schema
 from beltrepro.datasets.kinds import KINDS, MAXIMUM_SCAN_BLOCKS, SETTINGS
 from beltrepro.datasets.plan import make_plan
-from beltrepro.datasets.quantities import QUANTITIES, columns, plain, points_of
+from beltrepro.datasets.points import columns, plain, points_of
+from beltrepro.datasets.quantities import QUANTITIES
 from beltrepro.errors import InputError
 
 ROOT = Path(__file__).parents[1]

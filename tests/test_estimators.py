@@ -194,9 +194,9 @@ def test_a_cut_off_exponential_beats_a_power_law_and_does_not_rise():
 def random_slips(seed, count=60):
     """Slips of three blocks on two chains that overlap, touch, or come alone, in any order."""
     rng = RNG(seed)
-    slips = np.zeros(count, [("chain", "i4"), ("block", "i4"), ("start_time", "f8"),
+    slips = np.zeros(count, [("point", "i4"), ("block", "i4"), ("start_time", "f8"),
                              ("stop_time", "f8"), ("dissipated", "f8")])  # fmt: skip
-    slips["chain"], slips["block"] = rng.integers(0, 2, count), rng.integers(1, 4, count)
+    slips["point"], slips["block"] = rng.integers(0, 2, count), rng.integers(1, 4, count)
     slips["start_time"] = rng.integers(0, 80, count) / 2
     slips["stop_time"] = slips["start_time"] + rng.integers(1, 9, count) / 2
     slips["dissipated"] = rng.random(count)
@@ -207,10 +207,10 @@ def random_slips(seed, count=60):
 def test_losses_while_the_last_block_slips_are_those_of_a_plain_loop(seed):
     slips, expected = random_slips(seed), []
     for own in sorted(
-        slips[slips["block"] == 3], key=lambda own: (own["chain"], own["start_time"])
+        slips[slips["block"] == 3], key=lambda own: (own["point"], own["start_time"])
     ):
         energy = 0.0
-        for slip in slips[slips["chain"] == own["chain"]]:
+        for slip in slips[slips["point"] == own["point"]]:
             overlap = min(slip["stop_time"], own["stop_time"]) - max(
                 slip["start_time"], own["start_time"]
             )
@@ -226,12 +226,12 @@ def test_avalanches_reach_the_last_block_if_one_of_its_slips_starts_in_them():
     slips = random_slips(5)[:20]
     rng = RNG(6)
     starts = rng.integers(0, 40, 30).astype(float)
-    catalogue = np.zeros(30, [("chain", "i4"), ("start_time", "f8"), ("stop_time", "f8")])
-    catalogue["chain"] = rng.integers(0, 2, 30)
+    catalogue = np.zeros(30, [("point", "i4"), ("start_time", "f8"), ("stop_time", "f8")])
+    catalogue["point"] = rng.integers(0, 2, 30)
     catalogue["start_time"], catalogue["stop_time"] = starts, starts + 2
     expected = [
         any(
-            slip["chain"] == avalanche["chain"]
+            slip["point"] == avalanche["point"]
             and slip["block"] == 3
             and avalanche["start_time"] <= slip["start_time"] <= avalanche["stop_time"]
             for slip in slips
@@ -461,17 +461,17 @@ def test_survival_is_that_of_the_members_still_there():
 
 
 def test_the_lifetime_table_by_hand():
-    ensemble = {
+    runs = {
         "belt_velocity": np.array([2.0, 1, 2, 1, 2, 1, 2, 1]),
         "lifetime": np.array([4.0, 3, 6, 5, 8, 7, 10, 10]),
         "escaped": np.array([1, 1, 1, 1, 1, 1, 0, 0]),
     }
-    table = lifetimes.by_belt_velocity(ensemble, 10.0, start=4.0)
+    table = lifetimes.by_belt_velocity(runs, 10.0, start=4.0)
     assert table["belt_velocity"].tolist() == [1, 2] and table["members"].tolist() == [4, 4]
     assert table["escaped"].tolist() == [0.75, 0.75] and table["median"].tolist() == [6, 7]
     np.testing.assert_allclose(table["tau"], [np.nan, (0 + 2 + 4 + 6) / 3])
     np.testing.assert_allclose(table["tau_error"], [np.nan, 4 / math.sqrt(3)])
-    whole = lifetimes.by_belt_velocity(ensemble, 10.0)
+    whole = lifetimes.by_belt_velocity(runs, 10.0)
     np.testing.assert_allclose(whole["tau"], [25 / 3, 28 / 3])
 
 

@@ -66,17 +66,31 @@ def draw(jobs: list[Job], seed: int, one_in: int = ONE_IN) -> list[Job]:
     jobs : sorted by class. The jobs of a class are laid end to end, as long as their work, and
     taken at equal distances from a random start: so the sample follows the order of the jobs, in
     which neighbours cost nearly the same, and no small job, which costs mostly its start, stands
-    for the large ones. A job as long as the distance is always taken.
+    for the large ones. A job as long as the distance is always taken, and the others share the
+    places left.
     """
     stream = np.random.default_rng(seed)
     drawn = []
     for _, group in itertools.groupby(jobs, key=lambda job: job.cost_class):
         members = list(group)
-        ends = np.cumsum([job.work for job in members])
+        work = np.array([job.work for job in members])
         count = math.ceil(len(members) / one_in)
-        places = (stream.random() + np.arange(count)) * ends[-1] / count
-        drawn += [members[number] for number in np.unique(np.searchsorted(ends, places))]
+        drawn += [members[number] for number in _chosen(work, count, stream)]
     return drawn
+
+
+def _chosen(work, count, stream) -> np.ndarray:
+    """Numbers of `count` of the jobs with this work."""
+    always = np.zeros(work.size, dtype=bool)
+    while always.sum() < count:
+        distance = work[~always].sum() / (count - always.sum())
+        longer = ~always & (work >= distance)
+        if not longer.any():
+            places = (stream.random() + np.arange(count - always.sum())) * distance
+            rest = np.flatnonzero(~always)
+            always[rest[np.searchsorted(np.cumsum(work[rest]), places)]] = True
+        always |= longer
+    return np.flatnonzero(always)
 
 
 def estimate(jobs: list[Job], seconds: dict[str, float]) -> pd.DataFrame:

@@ -8,8 +8,8 @@ import numpy as np
 from beltrepro.analysis import intermittency, sections, states, transitions
 from beltrepro.analysis.errors import require
 
-# Chaotic transients live up to 1e4 (inset of Fig. 12): a run that discards less than this shows
-# them in place of the state that follows, and says nothing on claims about that state.
+# Chaotic transients last up to 1e4 (inset of Fig. 12). A run that discards less than this shows
+# the transient instead of the state that follows, so it cannot test claims about that state.
 SETTLED_TRANSIENT = 5000.0
 # Below this discarded transient, a state that is still chaotic may yet be a long transient.
 PERMANENT_TRANSIENT = 1e5

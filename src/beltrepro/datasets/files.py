@@ -8,7 +8,8 @@ import numpy as np
 
 from beltrepro import provenance, store
 from beltrepro.datasets.kinds import KINDS, POINT
-from beltrepro.datasets.quantities import CHAIN, QUANTITIES
+from beltrepro.datasets.points import CHAIN
+from beltrepro.datasets.quantities import QUANTITIES
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 

@@ -4,7 +4,8 @@ import itertools
 import math
 from collections.abc import Callable
 
-from beltrepro.datasets.quantities import QUANTITIES, Point, cast
+from beltrepro.datasets.points import Point
+from beltrepro.datasets.quantities import QUANTITIES, cast
 
 GRID_DIGITS = 10  # values of a grid are rounded so that 35 steps of 0.2 and 14 of 0.5 are both 7.0
 LONGEST_GRID = 100_000

@@ -7,7 +7,8 @@ joined, and what every array in a file says of itself. `running` has the functio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from beltrepro.datasets.quantities import QUANTITIES, REQUIRED, UNITS, Point
+from beltrepro.datasets.points import Point
+from beltrepro.datasets.quantities import QUANTITIES, REQUIRED, UNITS
 
 POINT = "point"  # name of the axis along which batches are joined
 MAXIMUM_SCAN_BLOCKS = 10  # columns of slip_count

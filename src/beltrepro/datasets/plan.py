@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 from beltrepro.datasets import checking, grids
 from beltrepro.datasets.checking import complain
 from beltrepro.datasets.kinds import KINDS, SETTINGS, Kind
-from beltrepro.datasets.quantities import LAW, QUANTITIES, REQUIRED, Point, cast, plain
+from beltrepro.datasets.points import Point, plain
+from beltrepro.datasets.quantities import LAW, QUANTITIES, REQUIRED, cast
 from beltrepro.datasets.schema import config_schema
 
 OWN = ("kind", "like", "own_method")  # keys of a dataset that are no quantity and no setting

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from beltrepro.datasets.quantities import Point, chain, columns
+from beltrepro.datasets.points import Point, chain, columns
 from beltrepro.simulation import catalogue, escapes, scan, simulate
 
 _HOW = ("method", "time_step", "tolerance", "seed", "replicate", "initial_spread")

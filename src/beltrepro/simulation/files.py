@@ -86,7 +86,7 @@ def _state(name: str, chain: ChainParameters, data: store.Dataset) -> ChainState
             data.attributes[f"{name}_integrator"],
             data.attributes[f"{name}_time_step"],
             {
-                each.removeprefix(prefix): value
+                each.removeprefix(prefix): np.asarray(value)
                 for each, value in data.arrays.items()
                 if each.startswith(prefix)
             },

@@ -102,7 +102,7 @@ def escapes(
         "n_blocks": np.array([point.parameters.n_blocks for point in chains]),
         "belt_velocity": np.array([point.parameters.belt_velocity for point in chains]),
         "noise": np.array([point.parameters.noise for point in chains]),
-        "replicate": np.array([point.replicate for point in chains], dtype=np.int64),
+        "replicate": np.array([point.state.replicate for point in chains], dtype=np.int64),
         "final_stick_rate": np.full((len(chains), width), np.nan),
     }
     for group, report in groups(chains, progress):
