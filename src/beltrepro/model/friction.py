@@ -25,6 +25,7 @@ def slip_direction_rule(select: Callable, copysign: Callable) -> Callable:
     """
 
     def slip_direction(external_force, threshold):
+        """The rule for these numbers."""
         towards = copysign(1.0, external_force)
         return select(abs(external_force) > threshold, towards, 0.0)
 
@@ -48,6 +49,7 @@ def next_direction_rule(select: Callable, slip_direction: Callable) -> Callable:
     """
 
     def next_direction(direction, relative_velocity, external_force, threshold):
+        """The rules for these numbers."""
         undecided = direction * relative_velocity <= 0.0
         return select(undecided, slip_direction(external_force, threshold), direction)
 
