@@ -379,7 +379,7 @@ def main():
                 options.write.write_text(text)
     finally:
         shutil.rmtree(tree)
-    for room in sorted({plant.room for plant in plants}):
+    for room in sorted({plant.room for plant in plants if plant.outcome}):
         own = [plant.outcome.startswith("noticed") for plant in plants if plant.room == room]
         print(f"{room}: {sum(own)} of {len(own)} noticed")
 
