@@ -382,6 +382,18 @@ def test_small_print_tells_parameters_and_origin():
     assert "no simulation" in style.small_print([], "smoke")
 
 
+def test_small_print_names_the_constants_that_differ_from_the_paper():
+    usual = scan([5], np.arange(1.0, 4), [0.0])
+    for name, value in (("friction_ratio", 0.45), ("rest_length", 50.0)):
+        usual.arrays[name] = np.full(3, value)
+    words = style.small_print([usual], "smoke")
+    assert "f_s" not in words and "l = " not in words
+    usual.arrays["friction_ratio"] = np.array([0.1, 0.45, 0.6])
+    usual.arrays["rest_length"][:] = 40
+    words = style.small_print([usual], "smoke")
+    assert "f_s = 0.1, 0.45, 0.6, l = 40, method" in words
+
+
 def test_small_print_joins_what_was_made_alike():
     every = [series(10, u, 0.0) for u in (28.0, 31.0)]
     assert "N = 10, u = 28, 31, σ = 0" in style.small_print(every, "smoke")
