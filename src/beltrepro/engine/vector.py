@@ -13,6 +13,7 @@ import pathlib
 import numba
 from llvmlite import ir
 from numba.core import types
+from numba.core.caching import IndexDataCacheFile
 from numba.extending import intrinsic
 
 from beltrepro.engine.simd import as_bits, fma, from_bits
@@ -33,9 +34,8 @@ def kernel(function):
     It makes no arrays and keeps none: no references to count, which numba does by calls in loops.
 
     Numba recompiles a cached function when its own file changes, but not when a helper changes that
-    was inlined from another file. So the stamp of the cached file gets a hash of all of them. It
-    tells apart kernels made by one function by what they enclose; of a helper that is its name, as
-    another process could not know it by its identity.
+    was inlined from another file. So the stamp of the cached file gets a hash of all of them.
+    Kernels made by one function have a file for each set of what they enclose.
     """
     dispatcher = allocating_kernel(function)
     dispatcher.targetoptions["_nrt"] = False
@@ -46,14 +46,16 @@ def allocating_kernel(function):
     """As `kernel`, for kernels that make arrays."""
     dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
     cache = dispatcher._cache
-    cached = cache._cache_file
-    cached._source_stamp = (*cached._source_stamp, _engine_version())
-    enclosed = repr([_identity(cell.cell_contents) for cell in function.__closure__ or ()])
+    enclosed = [_identity(cell.cell_contents) for cell in function.__closure__ or ()]
+    cache._cache_file = IndexDataCacheFile(
+        cache_path=cache._cache_path,
+        filename_base=f"{cache._impl.filename_base}-{_hash(repr(enclosed))[:12]}",
+        source_stamp=(*cache._impl.locator.get_source_stamp(), _engine_version()),
+    )
     cache._index_key = lambda signature, codegen: (
         signature,
         codegen.magic_tuple(),
         hashlib.sha256(function.__code__.co_code).hexdigest(),
-        enclosed,
     )
     return dispatcher
 
@@ -63,8 +65,11 @@ def _identity(enclosed):
     function = getattr(enclosed, "py_func", None)
     if function is None:
         return enclosed
-    code = hashlib.sha256(inspect.getsource(function).encode()).hexdigest()
-    return function.__module__, function.__qualname__, code
+    return function.__module__, function.__qualname__, _hash(inspect.getsource(function))
+
+
+def _hash(text):
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def inlined(function):
