@@ -17,6 +17,7 @@ alone the time stamps of the other files, so that compiled kernels stay valid.
 
 import argparse
 import ast
+import functools
 import importlib.util
 import multiprocessing
 import os
@@ -33,12 +34,13 @@ import yaml
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = Path("src/beltrepro")
-ROOMS = "analysis,claims,engine,figures,model,observe,report,simulation.py,provenance.py,store.py"
-COPIED = ("src", "tests", "workflow", "docs", "profiles", "Snakefile", "config.yaml")
-COPIED += ("pyproject.toml", "README.md")
+ROOMS = "analysis,claims,datasets,engine,figures,model,observe,report,simulation,jobs.py,"
+ROOMS += "provenance.py,store.py,tables"
+NOT_COPIED = (".git", ".venv", ".snakemake", ".pytest_cache", ".hypothesis", "results", "logs")
 LIBRARIES = ("h5py", "matplotlib.pyplot", "mpmath", "numba", "numpy", "pandas", "powerlaw")
 LIBRARIES += ("jinja2", "jsonschema", "scipy.optimize", "scipy.signal", "scipy.stats")
 LIMIT = 300.0  # seconds for the tests of one planted error
+LIMIT_WITHOUT = 3600.0  # and for all of them without one, when kernels may have to be compiled
 
 
 @dataclass
@@ -261,12 +263,10 @@ def tests_for(file: str) -> list[str]:
     return sorted(ranks, key=ranks.get)
 
 
+@functools.cache
 def _imports(path):
     """Modules that a test file names, and all that these need."""
-    # by its file: the package must not be loaded before a trial loads the copy
-    module = importlib.util.spec_from_file_location("provenance", ROOT / PACKAGE / "provenance.py")
-    provenance = importlib.util.module_from_spec(module)
-    module.loader.exec_module(provenance)
+    provenance = _provenance()
     names = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.module:
@@ -275,6 +275,16 @@ def _imports(path):
             names |= {alias.name for alias in node.names}
     names = {name for name in names if name.startswith("beltrepro")}
     return names, provenance.module_closure(*names)
+
+
+@functools.cache
+def _provenance():
+    """That module by its file: the package must not be loaded before a trial loads the copy."""
+    place = ROOT / PACKAGE / "provenance.py"
+    specification = importlib.util.spec_from_file_location("provenance", place)
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module
 
 
 def attempt(tree: Path, plant: Plant, tests: list[str]) -> str:
@@ -289,13 +299,13 @@ def attempt(tree: Path, plant: Plant, tests: list[str]) -> str:
         os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
 
 
-def run(tree: Path, tests: list[str]) -> str:
+def run(tree: Path, tests: list[str], limit: float = LIMIT) -> str:
     """Run tests in a process of their own: first failing test, or "survived"."""
     context = multiprocessing.get_context("fork")
     queue = context.SimpleQueue()
     process = context.Process(target=_pytest, args=(tree, tests, queue))
     process.start()
-    process.join(LIMIT)
+    process.join(limit)
     if process.is_alive():
         process.kill()
         process.join()
@@ -330,11 +340,7 @@ def _pytest(tree, tests, queue):
 def copy_tree() -> Path:
     """Copy of the tree with time stamps and compiled kernels."""
     tree = Path(tempfile.mkdtemp(prefix="planting-"))
-    for item in COPIED:
-        if (ROOT / item).is_dir():
-            shutil.copytree(ROOT / item, tree / item, symlinks=True)
-        elif (ROOT / item).exists():
-            shutil.copy2(ROOT / item, tree / item)
+    shutil.copytree(ROOT, tree, ignore=shutil.ignore_patterns(*NOT_COPIED), dirs_exist_ok=True)
     return tree
 
 
@@ -359,12 +365,13 @@ def main():
     sys.dont_write_bytecode = False  # compiled once in the copy, whatever the environment says
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     try:
+        chosen = [["tests"] if options.all else tests_for(plant.file) for plant in plants]
+        if options.tests:
+            chosen = [[test for test in tests if test in options.tests] for tests in chosen]
         if not options.list:
-            _load(tree)
-        for number, plant in enumerate(plants, 1):
+            _prepare(tree, sorted({test for tests in chosen for test in tests}))
+        for number, (plant, tests) in enumerate(zip(plants, chosen, strict=True), 1):
             if not options.list:
-                tests = ["tests"] if options.all else tests_for(plant.file)
-                tests = [test for test in tests if not options.tests or test in options.tests]
                 plant.outcome = attempt(tree, plant, tests) if tests else "survived: no tests"
             print(_line(number, plant), flush=True)
             if options.write:
@@ -372,17 +379,17 @@ def main():
                 options.write.write_text(text)
     finally:
         shutil.rmtree(tree)
-    for room in sorted({plant.room for plant in plants}):
+    for room in sorted({plant.room for plant in plants if plant.outcome}):
         own = [plant.outcome.startswith("noticed") for plant in plants if plant.room == room]
         print(f"{room}: {sum(own)} of {len(own)} noticed")
 
 
-def _load(tree):
+def _prepare(tree, tests):
     """Load the libraries that trials share, and see that the tests pass without an error."""
     for library in LIBRARIES:
         importlib.import_module(library)
-    outcome = run(tree, ["tests/test_model.py"])
     assert not any(name.startswith("beltrepro") for name in sys.modules), "loaded too early"
+    outcome = run(tree, tests, limit=LIMIT_WITHOUT)
     if outcome != "survived":
         raise SystemExit(f"the tests fail without any error planted: {outcome}")
 

@@ -769,7 +769,7 @@ def test_noise_goes_on_from_chunk_to_chunk(monkeypatch):
     chains = [ChainParameters(n, u, 1.0) for n, u in ((3, 20.0),) * 3]
     options = {"replicates": range(3), "noise_share": 0.0}
     whole = advanced(chains, 30.0, **options)[0]
-    monkeypatch.setattr(engine_integrator, "_CHUNK_TIME", 0.3)
+    monkeypatch.setattr(engine_integrator, "CUT_TIME", 0.3)
     pieces, chunks = advanced(chains, 30.0, **options)
     assert len(chunks) == 100
     np.testing.assert_allclose(pieces.positions(), whole.positions(), rtol=0, atol=1e-8)

@@ -130,13 +130,14 @@ def _simulate(options: argparse.Namespace) -> int:
         sample_interval=options.sample_interval if options.output else None,
         progress=Progress(chain.describe()) if sys.stderr.isatty() else None,
     )
+    assert isinstance(run, Run)  # as it was one chain
     if options.output:
         run.save(options.output)
     _print(_summary(run), options.json)
     return 0
 
 
-def _summary(run) -> dict:
+def _summary(run: Any) -> dict[str, Any]:
     """What the command prints of a run."""
     chain = run.parameters
     return {

@@ -164,8 +164,8 @@ def figure_code(wildcards):
 # --- errors ---
 
 
-def said_of_failures(log):
+def said_of_failures(logs):
     """What failed jobs wrote in their logs, which Snakemake repeats in its own."""
-    text = Path(log).read_text()
+    text = "".join(Path(log).read_text() for log in logs)
     said = dict.fromkeys(re.findall(r"^[0-9:]+ ERROR (.*)$", text, re.M))
     return "\n".join(f"error: {line}" for line in said)

@@ -136,13 +136,15 @@ def label_attractors(
     final_disorder : array (M,)
         Disorder parameter r in the settled part.
     final_stick_rate : array (M, N)
-        Sticks of each block per time in the settled part, last block in the last column.
+        Sticks of each block per time in the settled part, NaN for blocks that a chain lacks.
 
     Returns
     -------
     array (M,) of str
         Labels out of ATTRACTORS.
     """
-    sticks = np.asarray(final_stick_rate)[:, -1] > 0
+    rates = np.asarray(final_stick_rate, dtype=float)
+    last = np.isfinite(rates).sum(axis=1) - 1
+    sticks = rates[np.arange(len(rates)), last] > 0
     slips = np.where(np.asarray(final_disorder) >= LARGE_AMPLITUDE, LARGE_SLIP, SMALL_SLIP)
     return np.where(sticks | ~np.asarray(escaped, dtype=bool), STICK_SLIP, slips)

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from beltrepro.analysis import intermittency, sections, states, transitions
-from beltrepro.analysis.errors import require
+from beltrepro.analysis.errors import NotEnoughDataError, require
 
 # Chaotic transients last up to 1e4 (inset of Fig. 12). A run that discards less than this shows
 # the transient instead of the state that follows, so it cannot test claims about that state.
@@ -73,9 +73,9 @@ class Evidence:
 
     def __init__(self, datasets: dict, settings: dict):
         self._datasets = datasets
-        self._cuts = {}
+        self._cuts: dict[tuple, Cut] = {}
         self.settings = settings
-        self.used = []
+        self.used: list[str] = []
         self.claim = None
 
     def start(self, claim) -> None:
@@ -110,7 +110,7 @@ class Evidence:
                     self.dataset(name)
                     return _settled(cut, name) if settled else cut
         place = scan if scan else "any scan of this preset"
-        require(False, f"no row with N = {n_blocks}, sigma = {noise:g} in {place}")
+        raise NotEnoughDataError(f"no row with N = {n_blocks}, sigma = {noise:g} in {place}")
 
     def column(self, scan: str, n_blocks: int, belt_velocity: float, *, settled=True) -> Cut:
         """The column of a number of blocks and a belt velocity in a scan."""

@@ -14,7 +14,7 @@ METHODS = ("verlet", "event")
 class _Required:
     """Default of what every dataset must be given."""
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return "REQUIRED"
 
 
@@ -25,7 +25,7 @@ REQUIRED = _Required()
 class Quantity:
     """What a point has a value of.
 
-    Parameters
+    Attributes
     ----------
     name, symbol : str
         Name in code, config and files; symbol of the paper, in plain letters.
@@ -196,8 +196,21 @@ QUANTITIES = {
 }
 
 
-def cast(schema: dict, value):
-    """A number as the type that its schema names: float or int; anything else as it is."""
+def cast(schema: dict, value: object) -> object:
+    """A number as the type that its schema names.
+
+    Parameters
+    ----------
+    schema : dict
+        JSON schema of the value.
+    value : object
+        The value.
+
+    Returns
+    -------
+    object
+        A float where the schema asks for a number; anything else as it is.
+    """
     if isinstance(value, int | float) and "number" in schema.get("type", ""):
         return float(value)
     return value

@@ -24,11 +24,11 @@ def slip_direction_rule(select: Callable, copysign: Callable) -> Callable:
         Direction of slip, -1.0, 0.0 or +1.0, from F_ex and F_st.
     """
 
-    def slip_direction(external_force, threshold):
+    def _slip_direction(external_force, threshold):
         towards = copysign(1.0, external_force)
         return select(abs(external_force) > threshold, towards, 0.0)
 
-    return slip_direction
+    return _slip_direction
 
 
 def next_direction_rule(select: Callable, slip_direction: Callable) -> Callable:
@@ -47,11 +47,11 @@ def next_direction_rule(select: Callable, slip_direction: Callable) -> Callable:
         `next_direction`.
     """
 
-    def next_direction(direction, relative_velocity, external_force, threshold):
+    def _next_direction(direction, relative_velocity, external_force, threshold):
         undecided = direction * relative_velocity <= 0.0
         return select(undecided, slip_direction(external_force, threshold), direction)
 
-    return next_direction
+    return _next_direction
 
 
 _next_direction = next_direction_rule(np.where, slip_direction_rule(np.where, np.copysign))
