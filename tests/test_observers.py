@@ -179,7 +179,7 @@ def test_event_log_is_the_same_however_it_is_cut(monkeypatch):
     chains = [ChainParameters(5, 20.0, 1.0), ChainParameters(2, 3.0)]
     lengths = {"duration": 1500, "method": "event", "sample_interval": None}
     whole = simulate(chains, **lengths)
-    monkeypatch.setattr(EventLog, "_BLOCK", 100)
+    monkeypatch.setattr(EventLog, "_PIECE", 100)
     for one, cut in zip(whole, simulate(chains, **lengths), strict=True):
         assert len(one.events) > 300
         np.testing.assert_array_equal(one.events, cut.events)

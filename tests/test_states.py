@@ -138,6 +138,35 @@ def test_what_is_measured_of_the_pieces_adds_up():
 
 
 @pytest.mark.parametrize("method", METHODS)
+def test_a_transient_counts_from_the_state(method):
+    chain = ChainParameters(3, 12.0)
+    state = simulate(chain, duration=250, method=method, sample_interval=None).final_state
+    options = {"duration": 250, "method": method, "initial_state": state}
+    run = simulate(chain, transient=100, sample_start=60, **options)
+    assert run.time[0] == pytest.approx(310) and run.time[-1] == pytest.approx(500)
+    length = run.positions[run.time > 349.95, -1]
+    assert len(length) == 1501
+    assert run.mean_length == pytest.approx(length.mean(), rel=1e-12)
+    table = scan(chain, transient=100, section_position=300.0, **options)
+    assert table["mean_length"][0] == run.mean_length
+    late = run.events[run.events["time"] >= 350]
+    slips = late["block"][late["kind"] == "slip"]
+    counts = np.bincount(slips, minlength=4)[1:]
+    np.testing.assert_array_equal(table["slip_count"][0, :3], counts)
+    assert counts.min() > 3
+    x = run.positions[:, -1]
+    down = (x[:-1] >= 300) & (x[1:] < 300) & (run.time[1:] > 350)
+    assert table["section_count"][0] == down.sum() > 3
+    every, some = (catalogue(chain, transient=first, **options) for first in (0, 100))
+    for name, key in (("slips", "start_time"), ("avalanches", "start_time"), ("section", "time")):
+        expected = every[name][every[name][key] >= 350]
+        np.testing.assert_array_equal(some[name], expected)
+        assert 0 < len(expected) < len(every[name])
+    table = escapes(chain, settle_time=150, **options)
+    assert table["final_mean_length"][0] == run.mean_length
+
+
+@pytest.mark.parametrize("method", METHODS)
 def test_a_catalogue_from_a_state_is_the_rest_of_the_catalogue(method):
     chain = ChainParameters(3, 12.0)
     state = simulate(chain, duration=250, method=method, sample_interval=None).final_state

@@ -19,12 +19,13 @@ import numpy as np
 from beltrepro.engine.noise import stream_key
 from beltrepro.model import ChainParameters
 
-STATIC_FRICTION = 71.4
-FRICTION_RATIO = 0.45
-REST_LENGTH = 50.0
-LINEAR_LIMIT = 20.0
-COMPRESSION_RATE = 0.2
-EXTENSION_RATE = 0.01
+# the paper's law, which naive_loop.c has as well
+STATIC_FRICTION = ChainParameters.static_friction
+FRICTION_RATIO = ChainParameters.friction_ratio
+REST_LENGTH = ChainParameters.rest_length
+LINEAR_LIMIT = ChainParameters.linear_limit
+COMPRESSION_RATE = ChainParameters.compression_rate
+EXTENSION_RATE = ChainParameters.extension_rate
 
 POSITION, POSITION_BEFORE, VELOCITY, ACCELERATION_BEFORE, THRESHOLD, DIRECTION = range(6)
 _HAS_SPARE, _SPARE, _SUM, _SUM_OF_SQUARES = range(4)

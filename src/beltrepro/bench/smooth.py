@@ -14,6 +14,8 @@ import numpy as np
 from beltrepro.bench.plain import DIRECTION, POSITION, VELOCITY, PlainChain
 from beltrepro.errors import ModelStateError
 from beltrepro.model import ChainParameters
+from beltrepro.model.friction import next_direction
+from beltrepro.model.spring import external_force
 
 METHOD = "DOP853"
 TOLERANCE = 1e-9  # relative and absolute
@@ -83,9 +85,7 @@ class SolveIvpChain:
     def _turn(self, block):
         chain = self.parameters
         force = _external_force(self.positions, block, chain)
-        slipped = self.direction[block] != 0
-        free = abs(force) > chain.static_friction or not slipped
-        self.direction[block] = math.copysign(1.0, force) if free else 0.0
+        self.direction[block] = _turned(self.direction[block], force, chain)
         self._state[chain.n_blocks + block] = chain.belt_velocity
 
     def _motion(self):
@@ -202,8 +202,7 @@ class HeyokaChain:
 
         def callback(integrator, sign):
             force = _external_force(integrator.state, block, chain)
-            free = abs(force) > chain.static_friction or self.direction[block] == 0
-            self.direction[block] = math.copysign(1.0, force) if free else 0.0
+            self.direction[block] = _turned(self.direction[block], force, chain)
             integrator.state[chain.n_blocks + block] = chain.belt_velocity
             self._set_direction(integrator, block)
             return True
@@ -242,18 +241,23 @@ class HeyokaChain:
 def _begin(start: PlainChain):
     """State (2N,) and directions (N,), with the events done that the scheme does one step late."""
     chain = start.parameters
-    velocity, direction = start.state[VELOCITY].copy(), start.state[DIRECTION].copy()
-    for block in range(chain.n_blocks):
-        force = _external_force(start.state[POSITION], block, chain)
-        if direction[block] * (velocity[block] - chain.belt_velocity) <= 0:
-            free = abs(force) > chain.static_friction
-            direction[block] = math.copysign(1.0, force) if free else 0.0
-            velocity[block] = chain.belt_velocity
+    velocity, before = start.state[VELOCITY].copy(), start.state[DIRECTION]
+    relative = velocity - chain.belt_velocity
+    forces = external_force(start.state[POSITION], chain)
+    direction = next_direction(before, relative, forces, chain.static_friction)
+    velocity[before * relative <= 0] = chain.belt_velocity
     return np.concatenate([start.state[POSITION], velocity]), direction
 
 
+def _turned(direction, force, chain):
+    """Direction of a block after its event; a stuck one has reached its threshold."""
+    if direction == 0:
+        return math.copysign(1.0, force)
+    return float(next_direction(direction, 0.0, force, chain.static_friction))
+
+
 def _external_force(positions, block, chain: ChainParameters) -> float:
-    """F_ex on one block (Eq. 1)."""
+    """F_ex on one block (Eq. 1): the solvers spend their time here, so without arrays."""
     before = positions[block - 1] if block else 0.0
     force = -_tension(positions[block] - before - chain.rest_length, chain)
     if block + 1 < chain.n_blocks:

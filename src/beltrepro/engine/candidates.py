@@ -218,73 +218,89 @@ def find_candidates(order, lane, step, moving, law, chains, series, candidates):
     spring stands at the end of its branch because it has just changed it.
     """
     n_blocks = chains.direction.shape[0]
-    limit = law.linear_limit
     column, used = -1, 0
     for block in range(n_blocks):
-        heading = load(chains.direction, (block, lane))
-        tail = _force_tail(order, block, step, series)
-        store(
-            candidates.tails, (block * LANES,), _position_tail(block, heading, tail, step, series)
+        used, column = _block_candidates(
+            order, lane, block, step, moving, used, column, chains, series, candidates
         )
-        least, greatest, least_rate = _block_bounds(block, heading, tail, step, series)
-        limit_force = load(chains.threshold, (block, lane))
-        slipping = heading != 0.0
-        speed = heading * load(series.position, (at(1, block + 1),))
-        # exactly zero only where the slip has just begun
-        begins = slipping & (speed == 0.0)
-        gains = slipping & (speed >= 0.0) & (least_rate > 0.0)
-        below = moving & ~gains & ~(least > select(slipping, 0.0, -limit_force))
-        above = moving & ~slipping & ~(greatest < limit_force)
-        if mask_bits(below | above) != 0:
-            lanes = below & slipping
-            if mask_bits(lanes) != 0:
-                used, column = _reserve(lanes, block, used, column, candidates)
-                _put_slip_end(order, column, lanes, block, heading, begins, series, candidates)
-            lanes = (below & ~slipping) | above
-            if mask_bits(lanes) != 0:
-                used, column = _reserve(lanes, block, used, column, candidates)
-                way = select(above, 1.0, spread(-1.0))
-                _put_slip_start(order, column, lanes, block, way, limit_force, series, candidates)
-                lanes = below & above
-                if mask_bits(lanes) != 0:
-                    used, column = _reserve(lanes, block, used, column, candidates)
-                    _put_slip_start(
-                        order, column, lanes, block, -way, limit_force, series, candidates
-                    )
     tail_before = spread(0.0)
     for spring in range(n_blocks):
         tail = load(candidates.tails, (spring * LANES,))
-        least, greatest, least_rate = _spring_bounds(spring, tail + tail_before, step, series)
+        limits = _spring_bounds(spring, tail + tail_before, step, series)
         tail_before = tail
-        rate = load(series.rate, (spring * LANES,))
-        linear = rate == 0.0
-        # the way of a deformation that does not turn: a spring leaves the end it has passed
-        way = select(least_rate > 0.0, deformation(1, spring, series), 0.0)
-        changed = load(chains.branch_changed, (spring, lane)) != 0.0
-        leaves = changed & (least_rate > 0.0)
-        upper = changed & (deformation(0, spring, series) > 0.0)
-        lower = changed & ~upper
-        clear_above = (greatest < limit) | (way < 0.0) | (upper & leaves)
-        clear_below = (least > -limit) | (way > 0.0) | (lower & leaves)
-        clear_beyond = (select(rate < 0.0, -greatest, least) > limit) | (rate * way > 0.0) | leaves
-        above = moving & linear & ~clear_above
-        below = moving & linear & ~clear_below
-        beyond = moving & ~linear & ~clear_beyond
-        lanes = above | below | beyond
-        if mask_bits(lanes) != 0:
-            source = n_blocks + spring
-            used, column = _reserve(lanes, source, used, column, candidates)
-            sign = select(linear, select(above, -1.0, spread(1.0)), copysign(spread(1.0), rate))
-            offset = select(linear, limit, spread(-limit))
-            divided = changed & ~(linear & (above ^ upper))
-            _put_branch_end(order, column, lanes, spring, sign, offset, divided, series, candidates)
-            lanes = above & below
-            if mask_bits(lanes) != 0:
-                used, column = _reserve(lanes, source, used, column, candidates)
-                _put_branch_end(
-                    order, column, lanes, spring, -sign, offset, lower, series, candidates
-                )
+        used, column = _spring_candidates(
+            order, lane, spring, limits, moving, used, column, law, chains, series, candidates
+        )
     return column + 1
+
+
+@inlined
+def _block_candidates(order, lane, block, step, moving, used, column, chains, series, candidates):
+    """Candidates for the end or the start of a slip; returns used and column as `_reserve`."""
+    heading = load(chains.direction, (block, lane))
+    tail = _force_tail(order, block, step, series)
+    position_tail = _position_tail(block, heading, tail, step, series)
+    store(candidates.tails, (block * LANES,), position_tail)
+    least, greatest, least_rate = _block_bounds(block, heading, tail, step, series)
+    threshold = load(chains.threshold, (block, lane))
+    slipping = heading != 0.0
+    speed = heading * load(series.position, (at(1, block + 1),))
+    # exactly zero only where the slip has just begun
+    begins = slipping & (speed == 0.0)
+    gains = slipping & (speed >= 0.0) & (least_rate > 0.0)
+    below = moving & ~gains & ~(least > select(slipping, 0.0, -threshold))
+    above = moving & ~slipping & ~(greatest < threshold)
+    if mask_bits(below | above) != 0:
+        lanes = below & slipping
+        if mask_bits(lanes) != 0:
+            used, column = _reserve(lanes, block, used, column, candidates)
+            _put_slip_end(order, column, lanes, block, heading, begins, series, candidates)
+        lanes = (below & ~slipping) | above
+        if mask_bits(lanes) != 0:
+            used, column = _reserve(lanes, block, used, column, candidates)
+            way = select(above, 1.0, spread(-1.0))
+            _put_slip_start(order, column, lanes, block, way, threshold, series, candidates)
+            lanes = below & above
+            if mask_bits(lanes) != 0:
+                used, column = _reserve(lanes, block, used, column, candidates)
+                _put_slip_start(order, column, lanes, block, -way, threshold, series, candidates)
+    return used, column
+
+
+@inlined
+def _spring_candidates(
+    order, lane, spring, limits, moving, used, column, law, chains, series, candidates
+):
+    """Candidates for a change of branch; limits : from `_spring_bounds`; returns as `_reserve`."""
+    least, greatest, least_rate = limits
+    limit = law.linear_limit
+    rate = load(series.rate, (spring * LANES,))
+    linear = rate == 0.0
+    # the way of a deformation that does not turn: a spring leaves the end it has passed
+    way = select(least_rate > 0.0, deformation(1, spring, series), 0.0)
+    changed = load(chains.branch_changed, (spring, lane)) != 0.0
+    leaves = changed & (least_rate > 0.0)
+    upper = changed & (deformation(0, spring, series) > 0.0)
+    lower = changed & ~upper
+    clear_above = (greatest < limit) | (way < 0.0) | (upper & leaves)
+    clear_below = (least > -limit) | (way > 0.0) | (lower & leaves)
+    clear_beyond = (select(rate < 0.0, -greatest, least) > limit) | (rate * way > 0.0) | leaves
+    above = moving & linear & ~clear_above
+    below = moving & linear & ~clear_below
+    beyond = moving & ~linear & ~clear_beyond
+    lanes = above | below | beyond
+    if mask_bits(lanes) != 0:
+        source = chains.direction.shape[0] + spring
+        used, column = _reserve(lanes, source, used, column, candidates)
+        sign = select(linear, select(above, -1.0, spread(1.0)), copysign(spread(1.0), rate))
+        offset = select(linear, limit, spread(-limit))
+        divided = changed & ~(linear & (above ^ upper))
+        _put_branch_end(order, column, lanes, spring, sign, offset, divided, series, candidates)
+        lanes = above & below
+        if mask_bits(lanes) != 0:
+            used, column = _reserve(lanes, source, used, column, candidates)
+            _put_branch_end(order, column, lanes, spring, -sign, offset, lower, series, candidates)
+    return used, column
 
 
 @inlined

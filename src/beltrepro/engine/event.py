@@ -327,34 +327,16 @@ def record_crossings(order, lane, moving, step, start, group, scratch, crossings
 
 
 @inlined
-def _value_and_slope(order, time, column, i, series):
-    """Position and relative velocity of one chain in a column of the series."""
-    value = series.position[at(order, column) + i]
-    slope = 0.0
-    for k in range(order - 1, -1, -1):
-        slope = fma(slope, time, value)
-        value = fma(value, time, series.position[at(k, column) + i])
-    return value, slope
-
-
-@inlined
 def _record_crossings(order, lane, i, step, start, belt_velocity, series, crossings):
     """Downward crossings of the section within the step of one chain."""
-    n_blocks = (crossings.rows.shape[2] - 1) // 2
-    column = crossings.block + 1
     chain = lane + i
-    position = crossings.level[chain]
     resolution = 1e-14 * max(step, 1.0)
-    above = series.position[at(0, column) + i] >= position
+    above = series.position[at(0, crossings.block + 1) + i] >= crossings.level[chain]
     passed = 0.0
     while passed < step:
         # the first eighth of the rest after which the side differs; a step holds few crossings
         eighth = 0.125 * (step - passed)
-        places = fma(to_float(lane_numbers()) + 1.0, eighth, passed)
-        value = spread(series.position[at(order, column) + i])
-        for k in range(order - 1, -1, -1):
-            value = fma(value, places, spread(series.position[at(k, column) + i]))
-        changed = mask_bits(fma(belt_velocity, places, value) >= position)
+        changed = _sides(order, chain, i, passed, eighth, belt_velocity, series, crossings)
         if above:
             changed ^= 0xFF
         if changed == 0:
@@ -363,35 +345,74 @@ def _record_crossings(order, lane, i, step, start, belt_velocity, series, crossi
         while changed & 1 == 0:
             changed >>= 1
             low += eighth
-        high = low + eighth
-        # Newton's method in the bracket, by halves where it leaves it
-        place = 0.5 * (low + high)
-        for _ in range(60):
-            value, slope = _value_and_slope(order, place, column, i, series)
-            value += belt_velocity * place - position
-            if (value >= 0.0) != above:
-                high = place
-            else:
-                low = place
-            following = place - value / (slope + belt_velocity)
-            if not low <= following <= high:
-                following = 0.5 * (low + high)
-            moved = abs(following - place)
-            place = following
-            if moved <= resolution or high - low <= resolution:
-                break
+        place = _locate_crossing(
+            order, chain, i, low, eighth, above, resolution, belt_velocity, series, crossings
+        )
         if above:
-            slot = crossings.count[chain]
-            if slot == crossings.rows.shape[1]:
+            if crossings.count[chain] == crossings.rows.shape[1]:
                 return
-            crossings.rows[chain, slot, 0] = start + place
-            for block in range(n_blocks):
-                value, slope = _value_and_slope(order, place, block + 1, i, series)
-                crossings.rows[chain, slot, 1 + block] = value + belt_velocity * place
-                crossings.rows[chain, slot, 1 + n_blocks + block] = slope
-            crossings.count[chain] = slot + 1
+            _record_crossing(order, chain, i, place, start, belt_velocity, series, crossings)
         above = not above
         passed = place + resolution
+
+
+@inlined
+def _sides(order, chain, i, passed, eighth, belt_velocity, series, crossings):
+    """Bits of those of the next eight instants at which a chain is above the section."""
+    column = crossings.block + 1
+    places = fma(to_float(lane_numbers()) + 1.0, eighth, passed)
+    value = spread(series.position[at(order, column) + i])
+    for k in range(order - 1, -1, -1):
+        value = fma(value, places, spread(series.position[at(k, column) + i]))
+    return mask_bits(fma(belt_velocity, places, value) >= crossings.level[chain])
+
+
+@inlined
+def _locate_crossing(
+    order, chain, i, low, length, above, resolution, belt_velocity, series, crossings
+):
+    """Instant of a crossing: Newton's method in its bracket, by halves where it leaves it."""
+    high = low + length
+    place = 0.5 * (low + high)
+    for _ in range(60):
+        value, slope = _value_and_slope(order, place, crossings.block + 1, i, series)
+        value += belt_velocity * place - crossings.level[chain]
+        if (value >= 0.0) != above:
+            high = place
+        else:
+            low = place
+        following = place - value / (slope + belt_velocity)
+        if not low <= following <= high:
+            following = 0.5 * (low + high)
+        moved = abs(following - place)
+        place = following
+        if moved <= resolution or high - low <= resolution:
+            break
+    return place
+
+
+@inlined
+def _record_crossing(order, chain, i, place, start, belt_velocity, series, crossings):
+    """Record a crossing `place` after the start of the step."""
+    n_blocks = (crossings.rows.shape[2] - 1) // 2
+    slot = crossings.count[chain]
+    crossings.rows[chain, slot, 0] = start + place
+    for block in range(n_blocks):
+        value, slope = _value_and_slope(order, place, block + 1, i, series)
+        crossings.rows[chain, slot, 1 + block] = value + belt_velocity * place
+        crossings.rows[chain, slot, 1 + n_blocks + block] = slope
+    crossings.count[chain] = slot + 1
+
+
+@inlined
+def _value_and_slope(order, time, column, i, series):
+    """Position and relative velocity of one chain in a column of the series."""
+    value = series.position[at(order, column) + i]
+    slope = 0.0
+    for k in range(order - 1, -1, -1):
+        slope = fma(slope, time, value)
+        value = fma(value, time, series.position[at(k, column) + i])
+    return value, slope
 
 
 @inlined

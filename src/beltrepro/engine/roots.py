@@ -16,22 +16,8 @@ _MAX_ITERATIONS = 200
 
 
 @inlined
-def first_roots(order, resolution, polynomials, column, length, wanted):
-    """First roots in [0, length] of the eight polynomials of a column.
-
-    polynomials : coefficients up to `order`, odd (see `beltrepro.engine.taylor.at`), positive at 0;
-    length : float64x8; wanted : lanes to look at; resolution : share of the length by which a root
-    may be missed.
-
-    Returns place (float64x8), found, undecided (mask8): a root at `place`; or none up to `place`,
-    but not all of the interval could be searched.
-
-    With q'' >= -M on the interval, q(t+s) >= q(t) + q'(t) s - M s^2/2, so the root of that parabola
-    never lies beyond the first root of q: stepping from root to root approaches the first root from
-    the left, quadratically where it is simple, and cannot pass a pair of roots that a test of signs
-    at the ends would miss. A polynomial that is not positive at 0 has its root there.
-    """
-    # M, to which a positive term adds nothing, and a bound of |q''|
+def _curvature_bounds(order, polynomials, column, length):
+    """M, to which a positive term of q'' adds nothing, and a bound of |q''|."""
     square = length * length
     curvature, curvature_odd, greatest, greatest_odd = (
         spread(0.0),
@@ -48,8 +34,26 @@ def first_roots(order, resolution, polynomials, column, length, wanted):
         coefficient_odd = load(polynomials, (at(k + 1, column),))
         curvature_odd = fma(curvature_odd, square, weight_odd * maximum(-coefficient_odd, 0.0))
         greatest_odd = fma(greatest_odd, square, weight_odd * abs(coefficient_odd))
-    curvature = fma(curvature_odd, length, curvature)
-    greatest = fma(greatest_odd, length, greatest)
+    return fma(curvature_odd, length, curvature), fma(greatest_odd, length, greatest)
+
+
+@inlined
+def first_roots(order, resolution, polynomials, column, length, wanted):
+    """First roots in [0, length] of the eight polynomials of a column.
+
+    polynomials : coefficients up to `order`, odd (see `beltrepro.engine.taylor.at`), positive at 0;
+    length : float64x8; wanted : lanes to look at; resolution : share of the length by which a root
+    may be missed.
+
+    Returns place (float64x8), found, undecided (mask8): a root at `place`; or none up to `place`,
+    but not all of the interval could be searched.
+
+    With q'' >= -M on the interval, q(t+s) >= q(t) + q'(t) s - M s^2/2, so the root of that parabola
+    never lies beyond the first root of q: stepping from root to root approaches the first root from
+    the left, quadratically where it is simple, and cannot pass a pair of roots that a test of signs
+    at the ends would miss. A polynomial that is not positive at 0 has its root there.
+    """
+    curvature, greatest = _curvature_bounds(order, polynomials, column, length)
     accuracy = length * resolution
     position = spread(0.0)
     place = spread(0.0)

@@ -1,6 +1,7 @@
 """Slips of the blocks: counts, laminar phases of the last block, catalogues of avalanches."""
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -160,12 +161,12 @@ class EventLog:
         Positions that turn the displacements of the records into laboratory positions.
     """
 
-    _BLOCK = 1 << 16  # events; arrays of this size go back to the system once they are not needed
+    _PIECE = 1 << 16  # events; arrays of this size go back to the system once they are not needed
 
     def __init__(self, width: int, rest_positions: np.ndarray) -> None:
         self._rest_positions = rest_positions
         self._parts: list[list[np.ndarray]] = [[] for _ in range(width)]
-        self._blocks: list[list[np.ndarray]] = [[] for _ in range(width)]
+        self._pieces: list[list[np.ndarray]] = [[] for _ in range(width)]
         self._open = np.zeros(width, dtype=np.int64)  # events in the parts
 
     def observe(self, chunk: Chunk) -> None:
@@ -179,8 +180,8 @@ class EventLog:
         for lane, parts in enumerate(self._parts):
             parts.append(chunk.events[lane, : chunk.event_count[lane]].copy())
         self._open += chunk.event_count
-        for lane in np.flatnonzero(self._open > self._BLOCK):
-            self._close_block(lane)
+        for lane in np.flatnonzero(self._open > self._PIECE):
+            self._close_piece(lane)
 
     def events(self, lane: int) -> np.ndarray:
         """Events of one chain in the order of time.
@@ -195,8 +196,8 @@ class EventLog:
         array (E, 6)
             See `beltrepro.engine.records`; positions in the laboratory frame.
         """
-        self._close_block(lane)
-        return np.concatenate(self._blocks[lane])
+        self._close_piece(lane)
+        return np.concatenate(self._pieces[lane])
 
     def count(self, lane: int) -> int:
         """Number of events of one chain.
@@ -211,8 +212,8 @@ class EventLog:
         int
             Events so far.
         """
-        self._close_block(lane)
-        return sum(map(len, self._blocks[lane]))
+        self._close_piece(lane)
+        return sum(map(len, self._pieces[lane]))
 
     def give_up(self, lane: int) -> Iterator[np.ndarray]:
         """Events of one chain in pieces, which the log then no longer keeps.
@@ -227,14 +228,14 @@ class EventLog:
         array (E, 6)
             As from `events`.
         """
-        self._close_block(lane)
-        while self._blocks[lane]:
-            yield self._blocks[lane].pop(0)
+        self._close_piece(lane)
+        while self._pieces[lane]:
+            yield self._pieces[lane].pop(0)
 
-    def _close_block(self, lane):
+    def _close_piece(self, lane):
         events = np.concatenate([np.empty((0, EVENT_FIELDS)), *self._parts[lane]])
         events[:, EVENT_POSITION] += self._rest_positions[events[:, EVENT_BLOCK].astype(int)]
-        self._blocks[lane].append(events)
+        self._pieces[lane].append(events)
         self._parts[lane].clear()
         self._open[lane] = 0
 
@@ -295,22 +296,45 @@ def slips_and_avalanches(
     """
     slips = np.zeros((len(events), 6))
     avalanches = np.zeros((len(events), 7))
+    blocks = _Blocks(
+        stuck_at=np.full(len(state.positions), state.time),
+        stuck_position=state.positions,
+        slip_time=np.full(len(state.positions), np.nan),
+        slip_position=np.zeros(len(state.positions)),
+        slip_loss=np.zeros(len(state.positions)),
+        slipped=np.zeros(len(state.positions)),
+    )
+    chain = _Chain(law_constants, state.parameters.rest_length, state.parameters.belt_velocity)
     n_slips, n_avalanches = _collect(
-        events,
-        state.time,
-        state.positions,
-        state.directions,
-        state.parameters.rest_length,
-        state.parameters.belt_velocity,
-        law_constants,
-        start,
-        slips,
-        avalanches,
+        events, start, int(np.count_nonzero(state.directions)), chain, blocks, slips, avalanches
     )
     return (
         _records(slips[:n_slips], point, SLIP),
         _records(avalanches[:n_avalanches], point, AVALANCHE),
     )
+
+
+class _Chain(NamedTuple):
+    """Constants of the chain whose events are read."""
+
+    law: Law
+    rest_length: float
+    belt_velocity: float
+
+
+class _Blocks(NamedTuple):
+    """What is known of the blocks while the events are read; arrays (N,)."""
+
+    stuck_at: np.ndarray  # time of the last stick
+    stuck_position: np.ndarray
+    slip_time: np.ndarray  # start of the slip going on, else NaN
+    slip_position: np.ndarray
+    slip_loss: np.ndarray  # friction loss at its start
+    slipped: np.ndarray  # 1.0 if the block has slipped in the avalanche
+
+
+# The avalanche going on: when it began, energy of the springs and x_N then, loss and slips so far.
+_BEGAN, _ENERGY, _LENGTH, _LOSS, _SLIPS = range(5)
 
 
 def _records(columns, point, dtype):
@@ -321,117 +345,113 @@ def _records(columns, point, dtype):
     return records
 
 
+@allocating_kernel
+def _collect(events, start, moving, chain, blocks, slips, avalanches):
+    """Write slips (K, 6) and avalanches (A, 7), and count them; `moving` blocks slip before."""
+    avalanche = np.zeros(5)
+    avalanche[_BEGAN] = -np.inf  # earlier than any start
+    goes_on = False
+    n_slips, n_avalanches = 0, 0
+    for index in range(len(events)):
+        event = events[index]
+        block = int(event[EVENT_BLOCK])
+        if event[EVENT_SLIP] > 0.0:
+            if moving == 0 and not goes_on:
+                _begin_avalanche(event[EVENT_TIME], chain, blocks, avalanche)
+            _begin_slip(event, block, blocks, avalanche)
+            moving += 1
+            continue
+        moving -= 1
+        if blocks.slip_time[block] >= start:
+            _write_slip(event, block, blocks, slips[n_slips])
+            n_slips += 1
+        _end_slip(event, block, blocks, avalanche)
+        # a block that reverses sticks and slips at one instant
+        goes_on = _slips_at_once(events, index)
+        if moving == 0 and not goes_on and avalanche[_BEGAN] >= start:
+            _write_avalanche(event[EVENT_TIME], chain, blocks, avalanche, avalanches[n_avalanches])
+            n_avalanches += 1
+    return n_slips, n_avalanches
+
+
 @inlined
-def _spring_energy(positions, rest_length, law):
-    """Energy of the springs, by the closed form of beltrepro.model.spring.spring_energy."""
+def _slips_at_once(events, index):
+    """Whether the event that follows is the start of a slip at the same time."""
+    if index + 1 == len(events):
+        return False
+    following = events[index + 1]
+    return following[EVENT_TIME] == events[index, EVENT_TIME] and following[EVENT_SLIP] > 0.0
+
+
+@inlined
+def _begin_slip(event, block, blocks, avalanche):
+    avalanche[_SLIPS] += 1.0
+    blocks.slipped[block] = 1.0
+    blocks.slip_time[block] = event[EVENT_TIME]
+    blocks.slip_position[block] = event[EVENT_POSITION]
+    blocks.slip_loss[block] = event[EVENT_DISSIPATED]
+
+
+@inlined
+def _end_slip(event, block, blocks, avalanche):
+    avalanche[_LOSS] += event[EVENT_DISSIPATED] - blocks.slip_loss[block]
+    blocks.slip_time[block] = np.nan
+    blocks.stuck_at[block] = event[EVENT_TIME]
+    blocks.stuck_position[block] = event[EVENT_POSITION]
+
+
+@inlined
+def _write_slip(event, block, blocks, row):
+    row[0] = block + 1
+    row[1] = blocks.slip_time[block]
+    row[2] = event[EVENT_TIME]
+    row[3] = blocks.slip_position[block]
+    row[4] = event[EVENT_POSITION]
+    row[5] = event[EVENT_DISSIPATED] - blocks.slip_loss[block]
+
+
+@inlined
+def _begin_avalanche(time, chain, blocks, avalanche):
+    avalanche[_BEGAN] = time
+    avalanche[_ENERGY] = _energy_at_rest(time, chain, blocks)
+    avalanche[_LENGTH] = _position_at_rest(time, len(blocks.stuck_at) - 1, chain, blocks)
+    avalanche[_LOSS] = 0.0
+    avalanche[_SLIPS] = 0.0
+    blocks.slipped[:] = 0.0
+
+
+@inlined
+def _write_avalanche(time, chain, blocks, avalanche, row):
+    row[0] = avalanche[_BEGAN]
+    row[1] = time
+    row[2] = avalanche[_SLIPS]
+    row[3] = blocks.slipped.sum()
+    row[4] = avalanche[_LOSS]
+    row[5] = avalanche[_ENERGY] - _energy_at_rest(time, chain, blocks)
+    last = _position_at_rest(time, len(blocks.stuck_at) - 1, chain, blocks)
+    row[6] = last - avalanche[_LENGTH]
+
+
+@inlined
+def _position_at_rest(time, block, chain, blocks):
+    """Position of a block that has been stuck since its last stick."""
+    age = time - blocks.stuck_at[block]
+    return blocks.stuck_position[block] + chain.belt_velocity * age
+
+
+@inlined
+def _energy_at_rest(time, chain, blocks):
+    """Energy of the springs while all blocks are stuck, as `beltrepro.model.spring` has it."""
+    law = chain.law
     energy = 0.0
     previous = 0.0
-    for block in range(len(positions)):
-        deformation = positions[block] - previous - rest_length
-        previous = positions[block]
+    for block in range(len(blocks.stuck_at)):
+        position = _position_at_rest(time, block, chain, blocks)
+        deformation = position - previous - chain.rest_length
+        previous = position
         rate = law.compression_rate if deformation < 0.0 else law.extension_rate
         linear = min(abs(deformation), law.linear_limit)
         excess = abs(deformation) - linear
         beyond = abs(tension(deformation, law)) - linear
         energy += 0.5 * linear * linear + excess * linear + (beyond - excess) / rate
     return energy
-
-
-@allocating_kernel
-def _collect(
-    events,
-    initial_time,
-    initial_positions,
-    initial_directions,
-    rest_length,
-    belt_velocity,
-    law,
-    start,
-    slips,
-    avalanches,
-):
-    n_blocks = len(initial_positions)
-    stuck_at = np.full(n_blocks, initial_time)  # time and place of the last stick
-    stuck_position = initial_positions.copy()
-    slip_time = np.full(n_blocks, np.nan)
-    slip_position = np.zeros(n_blocks)
-    slip_loss = np.zeros(n_blocks)
-    slipped = np.zeros(n_blocks)
-    positions = np.zeros(n_blocks)
-    moving = np.count_nonzero(initial_directions)
-    n_slips = 0
-    n_avalanches = 0
-    count = 0
-    began = -np.inf  # earlier than any start
-    energy = 0.0
-    loss = 0.0
-    length = 0.0
-    index = 0
-    while index < len(events):
-        time = events[index, EVENT_TIME]
-        block = int(events[index, EVENT_BLOCK])
-        if events[index, EVENT_SLIP] > 0.0:
-            if moving == 0:
-                for other in range(n_blocks):
-                    age = time - stuck_at[other]
-                    positions[other] = stuck_position[other] + belt_velocity * age
-                energy = _spring_energy(positions, rest_length, law)
-                length = positions[-1]
-                began = time
-                count = 0
-                loss = 0.0
-                slipped[:] = 0.0
-            moving += 1
-            count += 1
-            slipped[block] = 1.0
-            slip_time[block] = time
-            slip_position[block] = events[index, EVENT_POSITION]
-            slip_loss[block] = events[index, EVENT_DISSIPATED]
-        else:
-            moving -= 1
-            dissipated = events[index, EVENT_DISSIPATED] - slip_loss[block]
-            loss += dissipated
-            stuck_at[block] = time
-            stuck_position[block] = events[index, EVENT_POSITION]
-            if slip_time[block] >= start:
-                slips[n_slips, 0] = block + 1
-                slips[n_slips, 1] = slip_time[block]
-                slips[n_slips, 2] = time
-                slips[n_slips, 3] = slip_position[block]
-                slips[n_slips, 4] = stuck_position[block]
-                slips[n_slips, 5] = dissipated
-                n_slips += 1
-            slip_time[block] = np.nan
-            # a block that reverses sticks and slips at one instant: the avalanche goes on
-            reverses = (
-                index + 1 < len(events)
-                and events[index + 1, EVENT_TIME] == time
-                and events[index + 1, EVENT_SLIP] > 0.0
-            )
-            if moving == 0 and not reverses:
-                if began >= start:
-                    for other in range(n_blocks):
-                        age = time - stuck_at[other]
-                        positions[other] = stuck_position[other] + belt_velocity * age
-                    avalanches[n_avalanches, 0] = began
-                    avalanches[n_avalanches, 1] = time
-                    avalanches[n_avalanches, 2] = count
-                    avalanches[n_avalanches, 3] = slipped.sum()
-                    avalanches[n_avalanches, 4] = loss
-                    avalanches[n_avalanches, 5] = energy - _spring_energy(
-                        positions, rest_length, law
-                    )
-                    avalanches[n_avalanches, 6] = positions[-1] - length
-                    n_avalanches += 1
-            elif moving == 0:
-                # count the slip that follows as part of this avalanche
-                index += 1
-                moving = 1
-                count += 1
-                block = int(events[index, EVENT_BLOCK])
-                slipped[block] = 1.0
-                slip_time[block] = time
-                slip_position[block] = events[index, EVENT_POSITION]
-                slip_loss[block] = events[index, EVENT_DISSIPATED]
-        index += 1
-    return n_slips, n_avalanches

@@ -54,7 +54,8 @@ def bytes_per_row(chain: ChainParameters) -> int:
 class SampleLog:
     """Keeps the samples of a group of runs.
 
-    members : the points. start : instant of the first sample kept. end : of the runs.
+    members : the points. start : of the samples kept; one at t = 0 shows the initial states.
+    end : of the runs.
     """
 
     def __init__(self, members: Sequence[Point], sampling: Sampling, start: float, end: float):
@@ -66,7 +67,7 @@ class SampleLog:
         shape = (len(members), most, self._chains[0].n_blocks)
         self._positions, self._velocities, self._friction = (np.empty(shape) for _ in range(3))
         states = [point.state for point in members]
-        if states[0].time == 0 and start <= 0:
+        if start == 0:
             self._add(
                 np.zeros(1),
                 np.stack([state.displacements for state in states], axis=1)[None],
