@@ -210,9 +210,11 @@ def _put_branch_end(order, column, lanes, spring, sign, offset, divided, series,
 
 
 @inlined
-def find_candidates(order, lane, step, moving, law, chains, series, candidates):
+def find_candidates(order, passed, lane, step, moving, law, chains, series, candidates):
     """Collect the event functions that bounds do not clear; returns how many columns of them.
 
+    passed : whether a series may begin up to a step after an event instead of at it, a constant; a
+    function then may stand on either side of its zero and is cleared if it goes away from it.
     lane : first of the eight chains; step (float64x8); moving : chains to look at.
     chains : direction, threshold and branch_changed (N, W) are read; the last is not zero where a
     spring stands at the end of its branch because it has just changed it.
@@ -221,7 +223,7 @@ def find_candidates(order, lane, step, moving, law, chains, series, candidates):
     column, used = -1, 0
     for block in range(n_blocks):
         used, column = _block_candidates(
-            order, lane, block, step, moving, used, column, chains, series, candidates
+            order, passed, lane, block, step, moving, used, column, chains, series, candidates
         )
     tail_before = spread(0.0)
     for spring in range(n_blocks):
@@ -229,13 +231,26 @@ def find_candidates(order, lane, step, moving, law, chains, series, candidates):
         limits = _spring_bounds(spring, tail + tail_before, step, series)
         tail_before = tail
         used, column = _spring_candidates(
-            order, lane, spring, limits, moving, used, column, law, chains, series, candidates
+            order,
+            passed,
+            lane,
+            spring,
+            limits,
+            moving,
+            used,
+            column,
+            law,
+            chains,
+            series,
+            candidates,
         )
     return column + 1
 
 
 @inlined
-def _block_candidates(order, lane, block, step, moving, used, column, chains, series, candidates):
+def _block_candidates(
+    order, passed, lane, block, step, moving, used, column, chains, series, candidates
+):
     """Candidates for the end or the start of a slip; returns used and column as `_reserve`."""
     heading = load(chains.direction, (block, lane))
     tail = _force_tail(order, block, step, series)
@@ -247,7 +262,9 @@ def _block_candidates(order, lane, block, step, moving, used, column, chains, se
     speed = heading * load(series.position, (at(1, block + 1),))
     # exactly zero only where the slip has just begun
     begins = slipping & (speed == 0.0)
-    gains = slipping & (speed >= 0.0) & (least_rate > 0.0)
+    gains = begins & (least_rate > 0.0)
+    if passed:
+        gains = slipping & (speed >= 0.0) & (least_rate > 0.0)
     below = moving & ~gains & ~(least > select(slipping, 0.0, -threshold))
     above = moving & ~slipping & ~(greatest < threshold)
     if mask_bits(below | above) != 0:
@@ -269,22 +286,26 @@ def _block_candidates(order, lane, block, step, moving, used, column, chains, se
 
 @inlined
 def _spring_candidates(
-    order, lane, spring, limits, moving, used, column, law, chains, series, candidates
+    order, passed, lane, spring, limits, moving, used, column, law, chains, series, candidates
 ):
     """Candidates for a change of branch; limits : from `_spring_bounds`; returns as `_reserve`."""
     least, greatest, least_rate = limits
     limit = law.linear_limit
     rate = load(series.rate, (spring * LANES,))
     linear = rate == 0.0
-    # the way of a deformation that does not turn: a spring leaves the end it has passed
-    way = select(least_rate > 0.0, deformation(1, spring, series), 0.0)
     changed = load(chains.branch_changed, (spring, lane)) != 0.0
     leaves = changed & (least_rate > 0.0)
     upper = changed & (deformation(0, spring, series) > 0.0)
     lower = changed & ~upper
-    clear_above = (greatest < limit) | (way < 0.0) | (upper & leaves)
-    clear_below = (least > -limit) | (way > 0.0) | (lower & leaves)
-    clear_beyond = (select(rate < 0.0, -greatest, least) > limit) | (rate * way > 0.0) | leaves
+    clear_above = (greatest < limit) | (upper & leaves)
+    clear_below = (least > -limit) | (lower & leaves)
+    clear_beyond = (select(rate < 0.0, -greatest, least) > limit) | leaves
+    if passed:
+        # the way of a deformation that does not turn
+        way = select(least_rate > 0.0, deformation(1, spring, series), 0.0)
+        clear_above = clear_above | (way < 0.0)
+        clear_below = clear_below | (way > 0.0)
+        clear_beyond = clear_beyond | (rate * way > 0.0)
     above = moving & linear & ~clear_above
     below = moving & linear & ~clear_below
     beyond = moving & ~linear & ~clear_beyond

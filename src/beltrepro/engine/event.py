@@ -268,7 +268,15 @@ def choose_step(order, noisy, lane, moving, remaining, group, series):
 def find_first_event(order, resolution, lane, moving, step, group, scratch):
     """Write the first event of each moving chain, or the end of its step, to `scratch.found`."""
     n_columns = find_candidates(
-        order, lane, step, moving, group.law, group.chains, scratch.series, scratch.candidates
+        order,
+        False,
+        lane,
+        step,
+        moving,
+        group.law,
+        group.chains,
+        scratch.series,
+        scratch.candidates,
     )
     step, source = first_events(order, resolution, n_columns, step, scratch.candidates)
     store(scratch.found.step, (0,), step)

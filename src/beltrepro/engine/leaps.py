@@ -324,7 +324,7 @@ def _choose_leap(lane, leaping, remaining, group, scratch):
     longest = reach * group.time_step
     candidates = scratch.candidates
     n_columns = find_candidates(
-        ORDER, lane, longest, leaping, group.law, group.chains, scratch.series, candidates
+        ORDER, True, lane, longest, leaping, group.law, group.chains, scratch.series, candidates
     )
     instant, source = first_events(ORDER, _RESOLUTION, n_columns, longest, candidates)
     turning = leaping & (source >= 0) & (source < n_blocks)
