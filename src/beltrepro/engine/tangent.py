@@ -1,0 +1,169 @@
+"""Deviations from chains that `event` advances: the tangent dynamics of the hybrid motion.
+
+A deviation (dx, dv) obeys the linearised equations of motion between events. The tension of a
+spring is T(D), so dT = T'(D) dD, and the Taylor coefficients of dT are the sums of products of those
+of T'(D) and of dD. On the linear branch T' = 1, on a curved one T' = c G (`beltrepro.engine.taylor`).
+A stuck block keeps its place on the belt, so dv = 0 and dx stays.
+
+At an event the chains beside the one followed change their rules a little earlier or later, which
+adds the jump of the vector field times the shift of the instant (Aizerman and Gantmakher 1958;
+docs/chaos.md derives the formulas):
+
+- stick: dv = 0;
+- slip: dv = a dF_ex / (dF_ex/dt), a the acceleration with which the slip starts;
+- reversal: dv is multiplied by the ratio of the accelerations after and before;
+- change of branch: nothing, since force and slope are continuous.
+
+With noise the force of the noise is a given function of time, and thresholds are given.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from beltrepro.engine.event import REVERSAL, SLIP, STICK, Hooks
+from beltrepro.engine.law import kinetic_friction, tension_and_slope
+from beltrepro.engine.simd import LANES, fma, load, mask_bits, select, spread, store
+from beltrepro.engine.taylor import at, force_order, polynomial
+from beltrepro.engine.vector import inlined
+
+
+class Deviations(NamedTuple):
+    """K deviations of each of W chains, and scratch space for their series."""
+
+    displacement: np.ndarray  # (K, N, W) dx
+    velocity: np.ndarray  # (K, N, W) dv
+    position: np.ndarray  # N+1 columns of series, see `beltrepro.engine.taylor.at`: dX_k
+    slope: np.ndarray  # N columns of series: T'(D)
+
+
+def carry_hook(order: int):
+    """Hook that carries the deviations through the steps of eight chains."""
+
+    @inlined
+    def carry(lane, active, sliding, step, group, scratch, deviations):
+        n_blocks = group.chains.direction.shape[0]
+        _find_slopes(order, n_blocks, scratch.series, deviations)
+        for vector in range(deviations.displacement.shape[0]):
+            _make_series(order, vector, lane, group.chains, scratch.series, deviations)
+            for block in range(n_blocks):
+                place = (vector, block, lane)
+                position, velocity = polynomial(order, deviations.position, block + 1, step)
+                store(deviations.displacement, place, position)
+                store(deviations.velocity, place, velocity)
+
+    return carry
+
+
+@inlined
+def _find_slopes(order, n_blocks, series, deviations):
+    """Series of T'(D) of all springs: 1 on the linear branch, c G on a curved one."""
+    for spring in range(n_blocks):
+        rate = load(series.rate, (spring * LANES,))
+        curved = rate != 0.0
+        first = rate * load(series.growth, (at(0, spring),))
+        store(deviations.slope, (at(0, spring),), select(curved, first, 1.0))
+        if mask_bits(curved) != 0:
+            for k in range(1, force_order(order) + 1):
+                grown = rate * load(series.growth, (at(k, spring),))
+                store(deviations.slope, (at(k, spring),), select(curved, grown, 0.0))
+
+
+@inlined
+def _make_series(order, vector, lane, chains, series, deviations):
+    """Series of one deviation of eight chains about now."""
+    n_blocks = chains.direction.shape[0]
+    position = deviations.position
+    for block in range(n_blocks):
+        place = (vector, block, lane)
+        store(position, (at(0, block + 1),), load(deviations.displacement, place))
+        store(position, (at(1, block + 1),), load(deviations.velocity, place))
+    for k in range(force_order(order) + 1):
+        weight = 1.0 / ((k + 1.0) * (k + 2.0))
+        tension_before = spread(0.0)
+        for spring in range(n_blocks + 1):
+            tension = spread(0.0)
+            if spring < n_blocks:
+                tension = _tension(k, spring, series, deviations)
+            if spring > 0:
+                slipping = load(chains.direction, (spring - 1, lane)) != 0.0
+                pull = (tension - tension_before) * weight
+                store(position, (at(k + 2, spring),), select(slipping, pull, 0.0))
+            tension_before = tension
+
+
+@inlined
+def _tension(k, spring, series, deviations):
+    """Coefficient k of dT."""
+    position, slope = deviations.position, deviations.slope
+    newest = load(position, (at(k, spring + 1),)) - load(position, (at(k, spring),))
+    total = load(slope, (at(0, spring),)) * newest
+    if mask_bits(load(series.rate, (spring * LANES,)) != 0.0) != 0:
+        for m in range(k):
+            change = load(position, (at(m, spring + 1),)) - load(position, (at(m, spring),))
+            total = fma(load(slope, (at(k - m, spring),)), change, total)
+    return total
+
+
+@inlined
+def apply_jumps(kind, block, lane, i, group, scratch, deviations):
+    """Hook: what the event of one chain does to its deviations."""
+    chain = lane + i
+    velocity = deviations.velocity
+    if kind == STICK:
+        for vector in range(velocity.shape[0]):
+            velocity[vector, block, chain] = 0.0
+    elif kind == SLIP or kind == REVERSAL:
+        external, rate, own, following = _pull(block, chain, group)
+        way = group.chains.direction[block, chain]
+        push = external + group.chains.noise_force[0, block, chain]
+        kinetic = way * kinetic_friction(group.law)
+        after = push - kinetic
+        for vector in range(velocity.shape[0]):
+            if kind == REVERSAL:
+                velocity[vector, block, chain] *= after / (push + kinetic)
+            else:
+                change = _pull_change(vector, block, chain, own, following, deviations)
+                velocity[vector, block, chain] = after * change / rate
+
+
+@inlined
+def _pull(block, chain, group):
+    """F_ex on a block of one chain, dF_ex/dt, and the slopes of the springs before and after it."""
+    chains = group.chains
+    last = chains.direction.shape[0] - 1
+    here, speed = chains.displacement[block, chain], chains.velocity[block, chain]
+    before, speed_before = 0.0, -group.conditions.belt_velocity[chain]
+    if block > 0:
+        before = chains.displacement[block - 1, chain]
+        speed_before = chains.velocity[block - 1, chain]
+    pull, own, _ = tension_and_slope(here - before, group.law)
+    external, rate, following = -pull, -own * (speed - speed_before), 0.0
+    if block < last:
+        stretch = chains.displacement[block + 1, chain] - here
+        pull, following, _ = tension_and_slope(stretch, group.law)
+        external += pull
+        rate += following * (chains.velocity[block + 1, chain] - speed)
+    return external, rate, own, following
+
+
+@inlined
+def _pull_change(vector, block, chain, own, following, deviations):
+    """dF_ex on a block."""
+    displacement = deviations.displacement
+    here = displacement[vector, block, chain]
+    before = 0.0
+    if block > 0:
+        before = displacement[vector, block - 1, chain]
+    change = -own * (here - before)
+    if block < displacement.shape[1] - 1:
+        change += following * (displacement[vector, block + 1, chain] - here)
+    return change
+
+
+def tangent_hooks(order: int) -> Hooks:
+    """The hooks with which a kernel of `event`, with series of this order, carries deviations.
+
+    The kernel's `companion` is then of type `Deviations`.
+    """
+    return Hooks(moved=carry_hook(order), event_applied=apply_jumps)
