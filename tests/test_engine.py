@@ -9,12 +9,12 @@ from scipy.stats import chi2, kstest
 
 import naive
 from beltrepro import ChainParameters, simulate
-from beltrepro.engine.ensemble import Section
-from beltrepro.engine.law import law_constants, spring_law, tension
+from beltrepro.engine.integrator import Section
+from beltrepro.engine.law import law_constants, tension
 from beltrepro.engine.noise import normal_deviates, normal_pairs_wide, stream_states
 from beltrepro.engine.simd import load_wide, store
 from beltrepro.engine.vector import exp2, kernel
-from beltrepro.engine.verlet_ensemble import SteppingVerlet
+from beltrepro.engine.verlet_integrators import SteppingVerlet
 from beltrepro.errors import InputError, ModelStateError
 from beltrepro.model.spring import (
     chain_deformations,
@@ -163,7 +163,7 @@ def test_kernel_spring_law_is_the_model():
     @kernel
     def fill(x, law, y):
         for i in range(len(x)):
-            y[i] = tension(x[i], spring_law(law))
+            y[i] = tension(x[i], law)
 
     x = np.linspace(-60, 300, 3601)
     y = np.empty_like(x)
@@ -329,14 +329,21 @@ def test_broken_state_names_the_parameters():
         simulate(ChainParameters(3, 20000.0), duration=200, time_step=0.1, sample_interval=None)
 
 
+def small_buffers(integrator, events, crossings):
+    """Leave an integrator room for a few records of each chain only."""
+    for name, rows in (("_events", events), ("_crossings", crossings)):
+        buffer = getattr(integrator, name)
+        setattr(integrator, name, buffer._replace(rows=buffer.rows[:, :rows].copy()))
+
+
 def recorded(chains, width, events=None, crossings=None):
-    """Samples, crossings and audit of ensembles of `width` chains, event records per chain."""
+    """Samples, crossings and audit of integrators of `width` chains, event records per chain."""
     rest = chains[0].rest_positions
     starts = rest + np.random.default_rng(5).uniform(-1, 1, (len(chains), len(rest)))
     records, crossed, samples, audit = [], [], [], []
     for first in range(0, len(chains), width):
         part = slice(first, first + width)
-        ensemble = SteppingVerlet(
+        integrator = SteppingVerlet(
             chains[part],
             seed=1,
             replicates=range(first, first + len(chains[part])),
@@ -347,10 +354,9 @@ def recorded(chains, width, events=None, crossings=None):
             section=Section(3, np.full(len(chains[part]), 330.0)),
         )
         if events:
-            ensemble._events = ensemble._events[:, :events].copy()
-            ensemble._crossings = ensemble._crossings[:, :crossings].copy()
+            small_buffers(integrator, events, crossings)
         chunks = []
-        for chunk in ensemble.advance(120.0):
+        for chunk in integrator.advance(120.0):
             chunks.append(
                 (
                     [
@@ -371,7 +377,7 @@ def recorded(chains, width, events=None, crossings=None):
         records += [np.concatenate(parts) for parts in zip(*own, strict=True)]
         crossed += [np.concatenate(parts) for parts in zip(*cut, strict=True)]
         samples.append(np.concatenate(rows, axis=2))
-        audit.append(ensemble.energy_residual())
+        audit.append(integrator.energy_residual())
     return records, crossed, np.concatenate(samples), np.concatenate(audit)
 
 
@@ -451,10 +457,10 @@ def test_ends_of_the_branches_follow_the_naive_loop(time_step):
 
 
 def followed(chains, strides, noise_keys):
-    """Events, crossings, last state and audit of an ensemble, and its samples every 700 steps."""
+    """Events, crossings, last state and audit of an integrator, and its samples every 700 steps."""
     rest = chains[0].rest_positions
     starts = rest + np.random.default_rng(6).uniform(-1, 1, (len(noise_keys), len(rest)))
-    ensemble = SteppingVerlet(
+    integrator = SteppingVerlet(
         chains,
         seed=1,
         replicates=noise_keys,
@@ -465,7 +471,7 @@ def followed(chains, strides, noise_keys):
         section=Section(2, np.full(len(chains), 190.0)),
     )
     events, crossings, samples = ([[] for _ in chains] for _ in range(3))
-    for chunk in ensemble.advance(56.0):
+    for chunk in integrator.advance(56.0):
         row = np.isclose(np.round(chunk.time / 0.004) % 700, 0)
         for lane in range(len(chains)):
             events[lane].append(chunk.events[lane, : chunk.event_count[lane]].copy())
@@ -478,9 +484,9 @@ def followed(chains, strides, noise_keys):
         for *own, last in zip(
             *parts,
             zip(
-                ensemble.positions(),
-                ensemble.velocities(),
-                ensemble.energy_residual(),
+                integrator.positions(),
+                integrator.velocities(),
+                integrator.energy_residual(),
                 strict=True,
             ),
             strict=True,
@@ -513,7 +519,7 @@ def test_wide_vectors_round_like_one_chain():
     def fill(states, law, x, y, normals):
         for first in range(0, len(x), 16):
             deformation = load_wide(x, (first,))
-            store(y, (first,), tension(deformation, spring_law(law)))
+            store(y, (first,), tension(deformation, law))
         for row in range(0, len(normals), 2):
             first, second = normal_pairs_wide(states, 0)
             store(normals, (row, 0), first)
@@ -522,7 +528,7 @@ def test_wide_vectors_round_like_one_chain():
     @kernel
     def fill_one(law, x, y):
         for i in range(len(x)):
-            y[i] = tension(x[i], spring_law(law))
+            y[i] = tension(x[i], law)
 
     x = np.linspace(-60, 300, 3600)
     wide, one, normals = np.empty_like(x), np.empty_like(x), np.empty((10, 16))

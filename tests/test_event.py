@@ -12,10 +12,10 @@ from scipy.stats import chi2, ks_2samp, kstest
 
 import reference
 from beltrepro import ChainParameters, simulate
-from beltrepro.engine import ensemble as engine_ensemble
-from beltrepro.engine.ensemble import Section
-from beltrepro.engine.event_ensemble import EventEnsemble
-from beltrepro.engine.events import EVENT_TIME
+from beltrepro.engine import integrator as engine_integrator
+from beltrepro.engine.event_integrator import EventIntegrator
+from beltrepro.engine.integrator import Section
+from beltrepro.engine.records import EVENT_TIME
 from beltrepro.engine.roots import first_roots
 from beltrepro.engine.simd import LANES, select, spread, store
 from beltrepro.engine.taylor import LEVELS, ORDER
@@ -27,10 +27,12 @@ from test_engine import limit_cycle
 EXACT = json.loads(reference.DATA.read_text())
 
 
-def ensemble(chains, starts=None, *, replicates=None, section=None, seed=1, stride=100, **settings):
-    """An `EventEnsemble` that samples all blocks every `stride` ms; starts: displacements."""
+def integrator(
+    chains, starts=None, *, replicates=None, section=None, seed=1, stride=100, **settings
+):
+    """An `EventIntegrator` that samples all blocks every `stride` ms; starts: displacements."""
     rest = np.array([chain.rest_positions for chain in chains])
-    return EventEnsemble(
+    return EventIntegrator(
         chains,
         seed=seed,
         replicates=[0] * len(chains) if replicates is None else replicates,
@@ -44,8 +46,8 @@ def ensemble(chains, starts=None, *, replicates=None, section=None, seed=1, stri
 
 
 def advanced(chains, until, starts=None, **options):
-    """End state of `ensemble`, and copies of what its chunks hold."""
-    chain = ensemble(chains, starts, **options)
+    """End state of `integrator`, and copies of what its chunks hold."""
+    chain = integrator(chains, starts, **options)
     chunks = []
     for chunk in chain.advance(until):
         lanes = range(len(chains))
@@ -420,8 +422,8 @@ def test_growing_buffers_change_no_bit(monkeypatch):
         return [array.tobytes() for array in arrays]
 
     wide = everything()
-    monkeypatch.setattr(engine_ensemble, "_EVENTS", 1)
-    monkeypatch.setattr(engine_ensemble, "_CROSSINGS", 1)
+    monkeypatch.setattr(engine_integrator, "_EVENTS", 1)
+    monkeypatch.setattr(engine_integrator, "_CROSSINGS", 1)
     assert everything() == wide
 
 
@@ -545,7 +547,7 @@ def test_a_run_in_pieces_goes_on_where_it_stopped(noise):
     # noise cells go on across the ends of the pieces; the steps are cut there, by rounding only
     chain = ChainParameters(3, 20.0, noise)
     whole = advanced([chain], 40.0, noise_share=0.0)[0]
-    pieces = ensemble([chain], noise_share=0.0)
+    pieces = integrator([chain], noise_share=0.0)
     for until in (0.3, 7.77, 40.0):
         assert list(pieces.advance(until))[-1].end == until
     np.testing.assert_allclose(pieces.positions(), whole.positions(), rtol=0, atol=1e-9)
@@ -641,7 +643,7 @@ def slipping_blocks(count, until):
 def test_kinetic_noise_has_the_law_of_an_oscillator_in_white_noise(until, monkeypatch):
     # intensity q = f_s^2 sigma^2 dt; at the end of a cell the variances are 1e-4 too small,
     # invisible here. Bounds at 5 standard errors: error rate 6e-7 each.
-    monkeypatch.setattr(engine_ensemble, "_EVENTS", 16)
+    monkeypatch.setattr(engine_integrator, "_EVENTS", 16)
     count = 12_000
     deviations = slipping_blocks(count, until)
     power = 0.45**2 * 0.001
@@ -677,7 +679,7 @@ def test_noise_goes_on_from_chunk_to_chunk(monkeypatch):
     chains = [ChainParameters(n, u, 1.0) for n, u in ((3, 20.0),) * 3]
     options = {"replicates": range(3), "noise_share": 0.0}
     whole = advanced(chains, 30.0, **options)[0]
-    monkeypatch.setattr(engine_ensemble, "_CHUNK_TIME", 0.3)
+    monkeypatch.setattr(engine_integrator, "_CHUNK_TIME", 0.3)
     pieces, chunks = advanced(chains, 30.0, **options)
     assert len(chunks) == 100
     np.testing.assert_allclose(pieces.positions(), whole.positions(), rtol=0, atol=1e-8)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from beltrepro import ChainParameters, simulate
-from beltrepro.engine.ensemble import Section
-from beltrepro.engine.leap_ensemble import LeapingVerlet
-from beltrepro.engine.verlet_ensemble import SteppingVerlet, verlet_ensemble
+from beltrepro.engine.integrator import Section
+from beltrepro.engine.verlet_integrators import LeapingVerlet, SteppingVerlet, verlet_integrator
+from test_engine import small_buffers
 
 
-def ensemble(kind, chains, *, spread=0.3, time_step=0.001, stride=100, section=0.9):
+def integrator(kind, chains, *, spread=0.3, time_step=0.001, stride=100, section=0.9):
     rest = chains[0].rest_positions
     n_blocks = len(rest)
     deviates = np.random.default_rng(3).standard_normal((len(chains), n_blocks))
@@ -28,7 +28,7 @@ def ensemble(kind, chains, *, spread=0.3, time_step=0.001, stride=100, section=0
 
 
 def recorded(advanced, duration):
-    """Events, crossings and samples of every chain of an ensemble over one or more chunks."""
+    """Events, crossings and samples of every chain of an integrator over one or more chunks."""
     width = len(advanced.parameters)
     events, crossings, samples = ([[] for _ in range(width)] for _ in range(3))
     for chunk in advanced.advance(duration):
@@ -43,8 +43,8 @@ def recorded(advanced, duration):
 
 def assert_same(chains, duration, atol, **settings):
     """Both ways give the same events at the same steps, and all else within `atol`."""
-    steps = recorded(ensemble(SteppingVerlet, chains, **settings), duration)
-    leaps = recorded(ensemble(LeapingVerlet, chains, **settings), duration)
+    steps = recorded(integrator(SteppingVerlet, chains, **settings), duration)
+    leaps = recorded(integrator(LeapingVerlet, chains, **settings), duration)
     for one, other in zip(leaps, steps, strict=True):
         np.testing.assert_array_equal(one[0][:, :3], other[0][:, :3])
         # losses grow to some thousands; the force follows a position where springs are stiff
@@ -100,7 +100,7 @@ def test_what_leaps_neglect_is_of_fourth_order():
     for time_step in (0.016, 0.008, 0.004):
         stride = round(0.08 / time_step)
         states = [
-            recorded(ensemble(kind, chains, time_step=time_step, stride=stride), 8.0)
+            recorded(integrator(kind, chains, time_step=time_step, stride=stride), 8.0)
             for kind in (SteppingVerlet, LeapingVerlet)
         ]
         errors.append([np.abs(a[2][:, 0] - b[2][:, 0]).max() for a, b in zip(*states, strict=True)])
@@ -112,17 +112,17 @@ def test_what_leaps_neglect_is_of_fourth_order():
 @pytest.mark.parametrize("widths", [(5, 8, 3), (16,), (1, 15)])
 def test_neighbours_and_buffers_change_no_bit(widths):
     chains = [ChainParameters(5, 3.0 + 2.5 * i) for i in range(16)]
-    whole = ensemble(LeapingVerlet, chains)
+    whole = integrator(LeapingVerlet, chains)
     expected = recorded(whole, 300)
     rest = chains[0].rest_positions
     first, found = 0, []
     for width in widths:
         part = slice(first, first + width)
-        own = ensemble(LeapingVerlet, chains[part])
-        own._displacement[:, :width] = ensemble(LeapingVerlet, chains)._displacement[:, part]
-        own._displacement[:, width:] = own._displacement[:, [width - 1]]
-        own._events = own._events[:, :50].copy()
-        own._crossings = own._crossings[:, :10].copy()
+        own = integrator(LeapingVerlet, chains[part])
+        places = own._chains.displacement
+        places[:, :width] = integrator(LeapingVerlet, chains)._chains.displacement[:, part]
+        places[:, width:] = places[:, [width - 1]]
+        small_buffers(own, 50, 10)
         found += recorded(own, 300)
         first += width
     assert len(rest) == 5
@@ -133,11 +133,11 @@ def test_neighbours_and_buffers_change_no_bit(widths):
 
 def test_noise_and_long_steps_go_step_by_step():
     quiet, noisy = ChainParameters(3, 5.0), ChainParameters(3, 5.0, 1.0)
-    assert isinstance(ensemble(verlet_ensemble, [quiet]), LeapingVerlet)
-    assert isinstance(ensemble(verlet_ensemble, [quiet, noisy]), SteppingVerlet)
-    assert isinstance(ensemble(verlet_ensemble, [quiet], time_step=0.002), SteppingVerlet)
+    assert isinstance(integrator(verlet_integrator, [quiet]), LeapingVerlet)
+    assert isinstance(integrator(verlet_integrator, [quiet, noisy]), SteppingVerlet)
+    assert isinstance(integrator(verlet_integrator, [quiet], time_step=0.002), SteppingVerlet)
     stiff = ChainParameters(3, 5.0, compression_rate=2.0)
-    assert isinstance(ensemble(verlet_ensemble, [stiff]), SteppingVerlet)
+    assert isinstance(integrator(verlet_integrator, [stiff]), SteppingVerlet)
 
 
 def test_chains_with_noise_beside_it_change_no_bit():

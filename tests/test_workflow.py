@@ -208,8 +208,8 @@ def test_touched_file_without_a_change_reruns_nothing(finished):
 
 def test_integrator_of_one_dataset_does_not_depend_on_the_other():
     kernels = {
-        "verlet": "beltrepro.engine.verlet_ensemble",
-        "event": "beltrepro.engine.event_ensemble",
+        "verlet": "beltrepro.engine.verlet_integrators",
+        "event": "beltrepro.engine.event_integrator",
     }
     simulation = provenance.module_closure("beltrepro.simulation")
     for kernel in kernels.values():

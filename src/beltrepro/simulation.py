@@ -13,9 +13,11 @@ from inspect import signature
 
 import numpy as np
 
-from beltrepro.engine.ensemble import LANES, Section
-from beltrepro.engine.event_ensemble import EventEnsemble
-from beltrepro.engine.events import (
+from beltrepro.engine.event_integrator import EventIntegrator
+from beltrepro.engine.integrator import GROUP_SIZE, Section
+from beltrepro.engine.law import law_constants
+from beltrepro.engine.noise import stream_key
+from beltrepro.engine.records import (
     EVENT_BLOCK,
     EVENT_DISSIPATED,
     EVENT_FORCE,
@@ -23,9 +25,7 @@ from beltrepro.engine.events import (
     EVENT_SLIP,
     EVENT_TIME,
 )
-from beltrepro.engine.law import law_constants
-from beltrepro.engine.noise import stream_key
-from beltrepro.engine.verlet_ensemble import verlet_ensemble
+from beltrepro.engine.verlet_integrators import verlet_integrator
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.spring import external_force
@@ -39,12 +39,12 @@ from beltrepro.observe.slips import (
     slips_and_avalanches,
 )
 
-METHODS = {"verlet": verlet_ensemble, "event": EventEnsemble}
+METHODS = {"verlet": verlet_integrator, "event": EventIntegrator}
 # Tolerance that an integrator takes unless told otherwise, for those that have one.
 TOLERANCES = {
-    name: signature(ensemble).parameters["tolerance"].default
-    for name, ensemble in METHODS.items()
-    if "tolerance" in signature(ensemble).parameters
+    name: signature(integrator).parameters["tolerance"].default
+    for name, integrator in METHODS.items()
+    if "tolerance" in signature(integrator).parameters
 }
 TOLERANCE_RANGE = (1e-16, 1.0)  # unit of force; forces are some tens, and rounding 1e-16 of them
 MOMENTS_INTERVAL = 0.1  # model time between samples of x_N for r, about; oscillations take 3
@@ -158,7 +158,7 @@ def simulate(
         members = [chains[index] for index in group]
         n_blocks = members[0].n_blocks
         keeps_samples = sample_interval is not None
-        ensemble = METHODS[method](
+        integrator = METHODS[method](
             members,
             seed=seed,
             replicates=[replicate] * len(members),
@@ -172,11 +172,11 @@ def simulate(
         log = EventLog(len(members), members[0].rest_positions)
         observers = [moments, log]
         if keeps_samples:
-            samples = _SampleLog(ensemble, sample_start)
+            samples = _SampleLog(integrator, sample_start)
             observers.append(samples)
-        _observe(ensemble, duration, observers, report)
+        _observe(integrator, duration, observers, report)
         length = moments.result(members[0].rest_positions[-1])
-        residual = ensemble.energy_residual()
+        residual = integrator.energy_residual()
         for lane, index in enumerate(group):
             sampled = samples.of(lane) if keeps_samples else _no_samples(n_blocks)
             runs[index] = Run(
@@ -257,7 +257,7 @@ def measure_points(
     for group, report in _groups(chains, progress):
         members = [chains[index] for index in group]
         n_blocks, width = members[0].n_blocks, len(members)
-        ensemble = METHODS[method](
+        integrator = METHODS[method](
             members,
             seed=seed,
             replicates=replicates[group],
@@ -270,12 +270,12 @@ def measure_points(
         moments = LengthMoments(width, transient)
         section = SectionValues(table["belt_velocity"][group], section_values, transient)
         slips = SlipActivity(width, n_blocks, transient, laminar_time)
-        _observe(ensemble, duration, [moments, section, slips], report)
+        _observe(integrator, duration, [moments, section, slips], report)
         counts = np.zeros((width, MAXIMUM_SCAN_BLOCKS), dtype=np.int64)
         counts[:, :n_blocks] = slips.slip_count
         measured = {
             **moments.result(members[0].rest_positions[-1]),
-            "energy_residual": ensemble.energy_residual(),
+            "energy_residual": integrator.energy_residual(),
             "section_count": section.count,
             "section_velocity": section.values,
             "slip_count": counts,
@@ -333,7 +333,7 @@ def record_catalogue(
     slips, avalanches, crossings = [np.empty(0, SLIP)], [np.empty(0, AVALANCHE)], []
     for group, report in _groups(chains, progress):
         width = len(group)
-        ensemble = METHODS[method](
+        integrator = METHODS[method](
             [parameters] * width,
             seed=seed,
             replicates=group,
@@ -345,7 +345,7 @@ def record_catalogue(
         )
         events = EventLog(width, parameters.rest_positions)
         section = CrossingLog(transient)
-        _observe(ensemble, duration, [events, section], report)
+        _observe(integrator, duration, [events, section], report)
         for lane, index in enumerate(group):
             found = slips_and_avalanches(
                 events.events(lane), index, starts[index], parameters, law, transient
@@ -404,7 +404,7 @@ def escape_ensemble(
     columns: list[dict[str, np.ndarray]] = []
     for group, report in _groups([parameters] * n_members, progress):
         width = len(group)
-        ensemble = METHODS[method](
+        integrator = METHODS[method](
             [parameters] * width,
             seed=seed,
             replicates=group,
@@ -418,7 +418,7 @@ def escape_ensemble(
         settled = duration - settle_time
         moments = LengthMoments(width, settled)
         slips = SlipActivity(width, n_blocks, settled, laminar_time)
-        _observe(ensemble, duration, [moments, slips], report)
+        _observe(integrator, duration, [moments, slips], report)
         final = moments.result(parameters.rest_positions[-1])
         # NaN (stuck at the end) compares false; the last block sticks at t = 0 to begin with
         escaped = duration - slips.slipping_since > laminar_time
@@ -441,14 +441,14 @@ def escape_ensemble(
 class _SampleLog:
     """Keeps the samples of a run; the state at t = 0 included."""
 
-    def __init__(self, ensemble, start: float):
+    def __init__(self, integrator, start: float):
         self._start = start
-        self._chains = ensemble.parameters
+        self._chains = integrator.parameters
         self._time = []
         self._parts = []
         if start <= 0:
             self._time.append(np.zeros(1))
-            displacement = ensemble.positions() - self._chains[0].rest_positions
+            displacement = integrator.positions() - self._chains[0].rest_positions
             still = np.zeros_like(displacement)
             self._parts.append(np.stack([displacement, still, still])[:, None].swapaxes(2, 3))
 
@@ -514,15 +514,15 @@ def _section_records(rows, parameters):
     return records
 
 
-def _observe(ensemble, duration, observers, report):
-    for chunk in ensemble.advance(duration):
+def _observe(integrator, duration, observers, report):
+    for chunk in integrator.advance(duration):
         for observer in observers:
             observer.observe(chunk)
         report(chunk.end / duration)
 
 
 def _groups(chains, progress):
-    """Indices of the chains that can be advanced together, at most LANES, and how to report.
+    """Indices of the chains that can be advanced together, at most GROUP_SIZE, and how to report.
 
     An integrator may treat chains without noise in another way, and what a chain does must not
     depend on the others.
@@ -532,9 +532,9 @@ def _groups(chains, progress):
         kind = chain.n_blocks, chain.law, chain.noise > 0
         alike.setdefault(kind, []).append(index)
     groups = [
-        np.array(members[first : first + LANES])
+        np.array(members[first : first + GROUP_SIZE])
         for members in alike.values()
-        for first in range(0, len(members), LANES)
+        for first in range(0, len(members), GROUP_SIZE)
     ]
     weights = np.array([chains[group[0]].n_blocks * len(group) for group in groups], dtype=float)
     before = np.concatenate([[0.0], np.cumsum(weights)]) / weights.sum()

@@ -165,8 +165,8 @@ def agreement_settings(wildcards):
 # --- hashes of the code behind a result: Snakemake does not see imported modules ---
 
 INTEGRATORS = {
-    "verlet": "beltrepro.engine.verlet_ensemble",
-    "event": "beltrepro.engine.event_ensemble",
+    "verlet": "beltrepro.engine.verlet_integrators",
+    "event": "beltrepro.engine.event_integrator",
 }
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from beltrepro.bench.plain import PlainChain, c_loop, numba_loop
 from beltrepro.bench.smooth import HeyokaChain, SolveIvpChain, heyoka_version
-from beltrepro.engine.verlet_ensemble import SteppingVerlet
+from beltrepro.engine.verlet_integrators import SteppingVerlet
 from beltrepro.model import ChainParameters
 from beltrepro.simulation import METHODS
 
@@ -18,14 +18,14 @@ LABELS = {
     "verlet": "verlet",
     "event": "event",
 }
-_ENSEMBLES = {"steps": SteppingVerlet, **METHODS}
+_INTEGRATORS = {"steps": SteppingVerlet, **METHODS}
 ONE_CHAIN = ("numba", "c", "scipy", "heyoka")
 TIME_STEP = 0.001
 _SAMPLE_STRIDE = 100  # as a scan takes x_N for r
 _SPREAD = 1e-3
 
 
-class EnsembleRunner:
+class GroupRunner:
     """Several chains advanced together by an integrator of this package, as a scan does.
 
     method : "verlet", "event", or "steps" for `verlet` without leaps. parameters : the chain; the
@@ -36,7 +36,7 @@ class EnsembleRunner:
         self.chains = chains
         random = np.random.default_rng(1)
         spread = _SPREAD * random.standard_normal((chains, parameters.n_blocks))
-        self._ensemble = _ENSEMBLES[method](
+        self._integrator = _INTEGRATORS[method](
             [parameters] * chains,
             seed=1,
             replicates=list(range(chains)),
@@ -50,7 +50,7 @@ class EnsembleRunner:
     def advance(self, span: float) -> None:
         """Advance all chains by `span` of model time."""
         self._time += span
-        for _ in self._ensemble.advance(self._time):
+        for _ in self._integrator.advance(self._time):
             pass
 
 
@@ -65,7 +65,7 @@ def competitor(name: str, parameters: ChainParameters, chains: int, warm_up: flo
     if name == "steps" and parameters.noise > 0:
         return None  # then `verlet` itself goes step by step
     if name not in ONE_CHAIN:
-        runner = EnsembleRunner(name, parameters, chains)
+        runner = GroupRunner(name, parameters, chains)
         runner.advance(warm_up)
         return runner
     loop = c_loop() if name == "c" else numba_loop

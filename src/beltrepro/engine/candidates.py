@@ -6,6 +6,11 @@ bound does not clear become candidates, at most one of each chain in a column of
 first root of all ends the step.
 """
 
+from typing import NamedTuple
+
+import numpy as np
+
+from beltrepro.engine.memory import zeros
 from beltrepro.engine.roots import first_roots
 from beltrepro.engine.simd import (
     LANES,
@@ -21,10 +26,29 @@ from beltrepro.engine.simd import (
     store,
     to_float,
 )
-from beltrepro.engine.taylor import at, bounds, deformation
+from beltrepro.engine.taylor import LEVELS, at, bounds, deformation, force_order
 from beltrepro.engine.vector import exp2, inlined
 
-CANDIDATES_PER_BLOCK = 4
+_CANDIDATES_PER_BLOCK = 4
+
+
+class Candidates(NamedTuple):
+    """Event functions of eight chains that may have a root in the step, at most 4 N columns."""
+
+    polynomials: np.ndarray  # coefficients, in columns as those of `beltrepro.engine.taylor.Series`
+    # (8 for each column) -1: none; b < N: block b sticks or slips; N + s: spring s changes branch
+    sources: np.ndarray
+    tails: np.ndarray  # (8 N,) bounds of the positions over t from the third order on
+
+
+def new_candidates(n_blocks: int) -> Candidates:
+    """Room for the candidates of eight chains of N blocks."""
+    columns = n_blocks * _CANDIDATES_PER_BLOCK
+    return Candidates(
+        polynomials=zeros(columns * LEVELS * LANES),
+        sources=zeros(columns * LANES, dtype=np.int64),
+        tails=zeros(n_blocks * LANES),
+    )
 
 
 @inlined
@@ -34,37 +58,37 @@ def _binary_logarithm(x):
 
 
 @inlined
-def taylor_step(order, n_blocks, log_tolerance, force):
+def taylor_step(order, log_tolerance, series):
     """Step at which the last two terms of the series of all forces are within the tolerance."""
-    force_order = order - 2
+    highest = force_order(order)
     last = spread(1e-200)
     before = spread(1e-200)
-    for block in range(n_blocks):
-        last = maximum(last, abs(load(force, (at(force_order, block),))))
-        before = maximum(before, abs(load(force, (at(force_order - 1, block),))))
+    for block in range(series.rate.shape[0] // LANES):
+        last = maximum(last, abs(load(series.force, (at(highest, block),))))
+        before = maximum(before, abs(load(series.force, (at(highest - 1, block),))))
     exponent = minimum(
-        (log_tolerance - _binary_logarithm(last)) * (1.0 / force_order),
-        (log_tolerance - _binary_logarithm(before)) * (1.0 / (force_order - 1)),
+        (log_tolerance - _binary_logarithm(last)) * (1.0 / highest),
+        (log_tolerance - _binary_logarithm(before)) * (1.0 / (highest - 1)),
     )
     return exp2(exponent, 1.0)
 
 
 @inlined
-def _force_tail(order, block, step, force):
+def _force_tail(order, block, step, series):
     """Bound on the step of the terms of F_ex from the third order on."""
-    force_order = order - 2
+    highest = force_order(order)
     square = step * step
-    odd = abs(load(force, (at(force_order, block),)))
-    even = abs(load(force, (at(force_order - 1, block),)))
-    for k in range(force_order - 2, 3, -2):
-        odd = fma(odd, square, abs(load(force, (at(k, block),))))
-        even = fma(even, square, abs(load(force, (at(k - 1, block),))))
-    odd = fma(odd, square, abs(load(force, (at(3, block),))))
+    odd = abs(load(series.force, (at(highest, block),)))
+    even = abs(load(series.force, (at(highest - 1, block),)))
+    for k in range(highest - 2, 3, -2):
+        odd = fma(odd, square, abs(load(series.force, (at(k, block),))))
+        even = fma(even, square, abs(load(series.force, (at(k - 1, block),))))
+    odd = fma(odd, square, abs(load(series.force, (at(3, block),))))
     return fma(even, step, odd) * (step * square)
 
 
 @inlined
-def _block_bounds(block, heading, tail, step, series, force):
+def _block_bounds(block, heading, tail, step, series):
     """Bounds on the step of d v_r of slipping and F_ex of stuck blocks.
 
     tail : from `_force_tail`; v_r has the terms F_{k-1} t^k / k, so a quarter of it bounds them
@@ -72,12 +96,18 @@ def _block_bounds(block, heading, tail, step, series, force):
     """
     column = block + 1
     slipping = heading != 0.0
-    bend = load(force, (at(2, block),))
-    c0 = select(slipping, heading * load(series, (at(1, column),)), load(force, (at(0, block),)))
-    c1 = select(
-        slipping, heading * 2.0 * load(series, (at(2, column),)), load(force, (at(1, block),))
+    bend = load(series.force, (at(2, block),))
+    c0 = select(
+        slipping,
+        heading * load(series.position, (at(1, column),)),
+        load(series.force, (at(0, block),)),
     )
-    c2 = select(slipping, heading * 3.0 * load(series, (at(3, column),)), bend)
+    c1 = select(
+        slipping,
+        heading * 2.0 * load(series.position, (at(2, column),)),
+        load(series.force, (at(1, block),)),
+    )
+    c2 = select(slipping, heading * 3.0 * load(series.position, (at(3, column),)), bend)
     rest_rate = fma(abs(bend) * (1.0 / 3.0), step * step, 0.25 * tail)
     least, greatest = bounds(c0, c1, c2, select(slipping, rest_rate * step, tail), step)
     return least, greatest, minimum(c1, fma(c2, step, c1)) - rest_rate
@@ -89,8 +119,8 @@ def _position_tail(block, heading, tail, step, series):
 
     From X_{k+2} = F_k / ((k+1)(k+2)), with `tail` from `_force_tail`.
     """
-    third = abs(load(series, (at(3, block + 1),)))
-    fourth = abs(load(series, (at(4, block + 1),)))
+    third = abs(load(series.position, (at(3, block + 1),)))
+    fourth = abs(load(series.position, (at(4, block + 1),)))
     bound = fma(fourth, step, third) * (step * step)
     return select(heading != 0.0, fma(0.05 * tail, step, bound), 0.0)
 
@@ -110,7 +140,7 @@ def _spring_bounds(spring, tail, step, series):
 
 
 @inlined
-def _reserve(lanes, source, used, column, sources):
+def _reserve(lanes, source, used, column, candidates):
     """Find a column with free places for the candidates of some lanes, and note their source.
 
     used : bits of the lanes taken in the last column, which is number `column` (-1: none yet).
@@ -121,43 +151,51 @@ def _reserve(lanes, source, used, column, sources):
     if column < 0 or used & bits != 0:
         column += 1
         used = 0
-        store(sources, (column * LANES,), -1)
-    store(sources, (column * LANES,), select(lanes, source, load(sources, (column * LANES,))))
+        store(candidates.sources, (column * LANES,), -1)
+    store(
+        candidates.sources,
+        (column * LANES,),
+        select(lanes, source, load(candidates.sources, (column * LANES,))),
+    )
     return used | bits, column
 
 
 @inlined
-def _put(k, column, lanes, coefficient, polynomials):
+def _put(k, column, lanes, coefficient, candidates):
     """Coefficient k of the candidates of some lanes."""
     place = (at(k, column),)
-    store(polynomials, place, select(lanes, coefficient, load(polynomials, place)))
+    store(
+        candidates.polynomials,
+        place,
+        select(lanes, coefficient, load(candidates.polynomials, place)),
+    )
 
 
 @inlined
-def _put_slip_end(order, column, lanes, block, heading, begins, series, polynomials):
+def _put_slip_end(order, column, lanes, block, heading, begins, series, candidates):
     """Candidates: the first root of d v_r; of d v_r / t where it starts at 0."""
-    rate = load(series, (at(1, block + 1),))
+    rate = load(series.position, (at(1, block + 1),))
     for k in range(order):
         divided = spread(0.0)
         if k + 2 <= order:
-            divided = load(series, (at(k + 2, block + 1),)) * (k + 2.0)
-        _put(k, column, lanes, heading * select(begins, divided, rate), polynomials)
+            divided = load(series.position, (at(k + 2, block + 1),)) * (k + 2.0)
+        _put(k, column, lanes, heading * select(begins, divided, rate), candidates)
         rate = divided
-    _put(order, column, lanes, spread(0.0), polynomials)
+    _put(order, column, lanes, spread(0.0), candidates)
 
 
 @inlined
-def _put_slip_start(order, column, lanes, block, way, threshold, force, polynomials):
+def _put_slip_start(order, column, lanes, block, way, threshold, series, candidates):
     """Candidates: the first root of F_st - way F_ex."""
-    _put(0, column, lanes, threshold - way * load(force, (at(0, block),)), polynomials)
+    _put(0, column, lanes, threshold - way * load(series.force, (at(0, block),)), candidates)
     for k in range(1, order - 1):
-        _put(k, column, lanes, -way * load(force, (at(k, block),)), polynomials)
+        _put(k, column, lanes, -way * load(series.force, (at(k, block),)), candidates)
     for k in range(order - 1, order + 1):
-        _put(k, column, lanes, spread(0.0), polynomials)
+        _put(k, column, lanes, spread(0.0), candidates)
 
 
 @inlined
-def _put_branch_end(order, column, lanes, spring, sign, offset, divided, series, polynomials):
+def _put_branch_end(order, column, lanes, spring, sign, offset, divided, series, candidates):
     """Candidates: the first root of offset + sign D; divided by t where it is zero at the start."""
     change = deformation(0, spring, series)
     for k in range(order + 1):
@@ -167,46 +205,31 @@ def _put_branch_end(order, column, lanes, spring, sign, offset, divided, series,
         coefficient = sign * select(divided, following, change)
         if k == 0:
             coefficient = coefficient + select(divided, 0.0, offset)
-        _put(k, column, lanes, coefficient, polynomials)
+        _put(k, column, lanes, coefficient, candidates)
         change = following
 
 
 @inlined
-def find_candidates(
-    order,
-    lane,
-    step,
-    moving,
-    limit,
-    direction,
-    threshold,
-    branch_changed,
-    rates,
-    series,
-    force,
-    polynomials,
-    sources,
-    tails,
-):
+def find_candidates(order, lane, step, moving, law, chains, series, candidates):
     """Collect the event functions that bounds do not clear; returns how many columns of them.
 
-    lane : first of the eight chains; step (float64x8); moving : chains to look at; limit : dl_max.
-    direction, threshold, branch_changed (N, W) : the last is not zero where a spring stands at the
-    end of its branch because it has just changed it. rates, series, force : see
-    `beltrepro.engine.taylor.start_springs`.
-    polynomials, sources (8 for each column), tails (8 N,) : written. sources : of each lane of each
-    column -1: none; b < N: block b sticks or slips; N + s: spring s changes its branch.
+    lane : first of the eight chains; step (float64x8); moving : chains to look at.
+    chains : direction, threshold and branch_changed (N, W) are read; the last is not zero where a
+    spring stands at the end of its branch because it has just changed it.
     """
-    n_blocks = direction.shape[0]
+    n_blocks = chains.direction.shape[0]
+    limit = law.linear_limit
     column, used = -1, 0
     for block in range(n_blocks):
-        heading = load(direction, (block, lane))
-        tail = _force_tail(order, block, step, force)
-        store(tails, (block * LANES,), _position_tail(block, heading, tail, step, series))
-        least, greatest, least_rate = _block_bounds(block, heading, tail, step, series, force)
-        limit_force = load(threshold, (block, lane))
+        heading = load(chains.direction, (block, lane))
+        tail = _force_tail(order, block, step, series)
+        store(
+            candidates.tails, (block * LANES,), _position_tail(block, heading, tail, step, series)
+        )
+        least, greatest, least_rate = _block_bounds(block, heading, tail, step, series)
+        limit_force = load(chains.threshold, (block, lane))
         slipping = heading != 0.0
-        speed = heading * load(series, (at(1, block + 1),))
+        speed = heading * load(series.position, (at(1, block + 1),))
         # exactly zero only where the slip has just begun
         begins = slipping & (speed == 0.0)
         gains = slipping & (speed >= 0.0) & (least_rate > 0.0)
@@ -215,29 +238,29 @@ def find_candidates(
         if mask_bits(below | above) != 0:
             lanes = below & slipping
             if mask_bits(lanes) != 0:
-                used, column = _reserve(lanes, block, used, column, sources)
-                _put_slip_end(order, column, lanes, block, heading, begins, series, polynomials)
+                used, column = _reserve(lanes, block, used, column, candidates)
+                _put_slip_end(order, column, lanes, block, heading, begins, series, candidates)
             lanes = (below & ~slipping) | above
             if mask_bits(lanes) != 0:
-                used, column = _reserve(lanes, block, used, column, sources)
+                used, column = _reserve(lanes, block, used, column, candidates)
                 way = select(above, 1.0, spread(-1.0))
-                _put_slip_start(order, column, lanes, block, way, limit_force, force, polynomials)
+                _put_slip_start(order, column, lanes, block, way, limit_force, series, candidates)
                 lanes = below & above
                 if mask_bits(lanes) != 0:
-                    used, column = _reserve(lanes, block, used, column, sources)
+                    used, column = _reserve(lanes, block, used, column, candidates)
                     _put_slip_start(
-                        order, column, lanes, block, -way, limit_force, force, polynomials
+                        order, column, lanes, block, -way, limit_force, series, candidates
                     )
     tail_before = spread(0.0)
     for spring in range(n_blocks):
-        tail = load(tails, (spring * LANES,))
+        tail = load(candidates.tails, (spring * LANES,))
         least, greatest, least_rate = _spring_bounds(spring, tail + tail_before, step, series)
         tail_before = tail
-        rate = load(rates, (spring * LANES,))
+        rate = load(series.rate, (spring * LANES,))
         linear = rate == 0.0
         # the way of a deformation that does not turn: a spring leaves the end it has passed
         way = select(least_rate > 0.0, deformation(1, spring, series), 0.0)
-        changed = load(branch_changed, (spring, lane)) != 0.0
+        changed = load(chains.branch_changed, (spring, lane)) != 0.0
         leaves = changed & (least_rate > 0.0)
         upper = changed & (deformation(0, spring, series) > 0.0)
         lower = changed & ~upper
@@ -250,31 +273,29 @@ def find_candidates(
         lanes = above | below | beyond
         if mask_bits(lanes) != 0:
             source = n_blocks + spring
-            used, column = _reserve(lanes, source, used, column, sources)
+            used, column = _reserve(lanes, source, used, column, candidates)
             sign = select(linear, select(above, -1.0, spread(1.0)), copysign(spread(1.0), rate))
             offset = select(linear, limit, spread(-limit))
             divided = changed & ~(linear & (above ^ upper))
-            _put_branch_end(
-                order, column, lanes, spring, sign, offset, divided, series, polynomials
-            )
+            _put_branch_end(order, column, lanes, spring, sign, offset, divided, series, candidates)
             lanes = above & below
             if mask_bits(lanes) != 0:
-                used, column = _reserve(lanes, source, used, column, sources)
+                used, column = _reserve(lanes, source, used, column, candidates)
                 _put_branch_end(
-                    order, column, lanes, spring, -sign, offset, lower, series, polynomials
+                    order, column, lanes, spring, -sign, offset, lower, series, candidates
                 )
     return column + 1
 
 
 @inlined
-def first_events(order, resolution, n_columns, step, polynomials, sources):
+def first_events(order, resolution, n_columns, step, candidates):
     """First events of the eight chains: their instants (else the step), their sources (else -1)."""
     instant = step
     source = spread(-1)
     for column in range(n_columns):
-        candidate = load(sources, (column * LANES,))
+        candidate = load(candidates.sources, (column * LANES,))
         place, found, undecided = first_roots(
-            order, resolution, polynomials, column, step, candidate >= 0
+            order, resolution, candidates.polynomials, column, step, candidate >= 0
         )
         earlier = (found | undecided) & (place < instant)
         first = found & (place == instant) & (source < 0)
@@ -284,14 +305,14 @@ def first_events(order, resolution, n_columns, step, polynomials, sources):
 
 
 @inlined
-def may_pass(block, level, belt, step, series, tails):
+def may_pass(block, level, belt, step, series, candidates):
     """Lanes where a block may be at a level (float64x8, from the rest position) within the step.
 
-    tails : from `find_candidates`.
+    candidates : as `find_candidates` has left them.
     """
     column = block + 1
-    c0 = load(series, (at(0, column),))
-    c1 = load(series, (at(1, column),)) + belt
-    c2 = load(series, (at(2, column),))
-    least, greatest = bounds(c0, c1, c2, load(tails, (block * LANES,)) * step, step)
+    c0 = load(series.position, (at(0, column),))
+    c1 = load(series.position, (at(1, column),)) + belt
+    c2 = load(series.position, (at(2, column),))
+    least, greatest = bounds(c0, c1, c2, load(candidates.tails, (block * LANES,)) * step, step)
     return ~((least >= level) | (greatest < level))

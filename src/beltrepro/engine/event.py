@@ -10,20 +10,29 @@ the others, and moves every chain to its first event or to the end of its step:
 
 A function that is zero at the start because its own event has just happened is divided by t. What
 is exact and what is approximate, see docs/event.md.
+
+`advance_kernel` makes the kernel, and takes hooks with which another computation follows the
+chains, a deviation from them for instance.
 """
 
 import math
+from collections.abc import Callable
+from typing import NamedTuple
 
-from beltrepro.engine.candidates import find_candidates, first_events, may_pass, taylor_step
-from beltrepro.engine.events import CROSSINGS_FULL, DONE, EVENTS_FULL, STORM, record_event
-from beltrepro.engine.law import (
-    COMPRESSION_RATE,
-    EXTENSION_RATE,
-    FRICTION_RATIO,
-    LINEAR_LIMIT,
-    STATIC_FRICTION,
+import numpy as np
+
+from beltrepro.engine.candidates import (
+    Candidates,
+    find_candidates,
+    first_events,
+    may_pass,
+    new_candidates,
+    taylor_step,
 )
+from beltrepro.engine.law import Law, kinetic_friction
+from beltrepro.engine.memory import zeros
 from beltrepro.engine.noise import normal_pair, normal_pairs_where
+from beltrepro.engine.records import DONE, STORM, full_buffer, record_event
 from beltrepro.engine.simd import (
     LANES,
     extract,
@@ -44,12 +53,15 @@ from beltrepro.engine.taylor import (
     NOISY_ORDER,
     ORDER,
     WALL,
+    Series,
     at,
     evaluate,
     evaluate_one,
     extend_series,
+    force_order,
     integral,
     mean_change,
+    new_series,
     start_springs,
 )
 from beltrepro.engine.vector import inlined, kernel, separate_arrays
@@ -62,22 +74,140 @@ NOISE_SHARE = 1e-2
 _CELL = 0.5
 _GRAZING = 2.0
 
+_EVENTS_AT_ONCE = 2  # of a chain at one instant: the end of a slip and the start of the next
+SLIP, STICK, REVERSAL, BRANCH, NOTHING = range(5)  # kinds of events, as the hooks are told
+
+
+class Conditions(NamedTuple):
+    """What W chains are driven by; arrays (W,)."""
+
+    belt_velocity: np.ndarray
+    noise: np.ndarray  # sigma
+    noise_power: np.ndarray  # q = f_s^2 sigma^2 dt
+    log_tolerance: np.ndarray  # log2 of the force that the last terms may reach in a step
+
+
+class Chains(NamedTuple):
+    """State of W chains, W a multiple of 8; positions are displacements from the rest positions."""
+
+    time: np.ndarray  # (W,) since the start of the span
+    displacement: np.ndarray  # (N, W)
+    velocity: np.ndarray  # (N, W) relative to the belt
+    direction: np.ndarray  # (N, W) of the slip, 0: stuck
+    threshold: np.ndarray  # (N, W) F_st
+    branch: np.ndarray  # (N, W) of the springs: -1, 0, 1 compressed, linear, stretched
+    branch_changed: np.ndarray  # (N, W) 1: at the end of its branch, which it has just changed
+    dissipated: np.ndarray  # (N, W) friction force times slip since t = 0
+    wall_impulse: np.ndarray  # (W,) integral of the first spring's pull since t = 0
+    cell: np.ndarray  # (W,) rest of the cell of the noise, model time
+    noise_force: np.ndarray  # (2, N, W) force of the noise in the rest of the cell, a + b t
+    streams: np.ndarray  # (4, W) random streams
+
+
+class Group(NamedTuple):
+    """Chains of one law with all that moves them."""
+
+    law: Law
+    conditions: Conditions
+    chains: Chains
+
+
+class Found(NamedTuple):
+    """What ends the steps of eight chains."""
+
+    step: np.ndarray  # (8,) time to the event, or to the end of the step
+    source: np.ndarray  # (8,) as `Candidates.sources`
+
+
+class Scratch(NamedTuple):
+    """What a pass of the loop makes of eight chains."""
+
+    series: Series
+    candidates: Candidates
+    found: Found
+
+
+def new_scratch(n_blocks: int) -> Scratch:
+    """Room for eight chains of N blocks."""
+    found = Found(zeros(LANES), zeros(LANES, dtype=np.int64))
+    return Scratch(new_series(n_blocks), new_candidates(n_blocks), found)
+
+
+class Span(NamedTuple):
+    """What time a call of the kernel is about."""
+
+    start: float  # time since the start of the run
+    end: float  # time since `start`
+    max_passes: int  # steps after which a chain that has not arrived is stopped
+
+
+# --- the series ---
+
 
 @inlined
-def _start_positions(lane, kinetic, direction, noise_force, series, force):
+def make_series(order, noisy, lane, active, group, series):
+    """Series of eight chains about now; draws new cells of the noise where they are used up.
+
+    Returns the chains of which a block slips.
+    """
+    law, chains = group.law, group.chains
+    sliding = _start_positions(lane, chains, series)
+    start_springs(law, chains.branch, lane, series)
+    if noisy:
+        drawing = active & sliding & (load(chains.cell, (lane,)) <= 0.0)
+        if mask_bits(drawing) != 0:
+            _draw_cells(lane, drawing, group, series)
+    _start_accelerations(lane, kinetic_friction(law), chains, series)
+    extend_series(order, chains.direction, lane, series)
+    return sliding
+
+
+@inlined
+def _start_positions(lane, chains, series):
+    """X_0 and X_1; returns the chains of which a block slips."""
+    sliding = load(chains.cell, (lane,)) < 0.0  # none: a rest is not negative
+    for block in range(chains.direction.shape[0]):
+        place = (block, lane)
+        sliding = sliding | (load(chains.direction, place) != 0.0)
+        store(series.position, (at(0, block + 1),), load(chains.displacement, place))
+        store(series.position, (at(1, block + 1),), load(chains.velocity, place))
+    return sliding
+
+
+@inlined
+def _start_accelerations(lane, kinetic, chains, series):
     """X_2 and X_3 from the forces, the friction and the noise."""
-    for block in range(direction.shape[0]):
-        heading = load(direction, (block, lane))
+    for block in range(chains.direction.shape[0]):
+        heading = load(chains.direction, (block, lane))
         slipping = heading != 0.0
-        push = load(noise_force, (0, block, lane)) - heading * kinetic
-        acceleration = load(force, (at(0, block),)) + push
-        jerk = load(force, (at(1, block),)) + load(noise_force, (1, block, lane))
-        store(series, (at(2, block + 1),), select(slipping, 0.5 * acceleration, 0.0))
-        store(series, (at(3, block + 1),), select(slipping, jerk * (1.0 / 6.0), 0.0))
+        push = load(chains.noise_force, (0, block, lane)) - heading * kinetic
+        acceleration = load(series.force, (at(0, block),)) + push
+        jerk = load(series.force, (at(1, block),)) + load(chains.noise_force, (1, block, lane))
+        store(series.position, (at(2, block + 1),), select(slipping, 0.5 * acceleration, 0.0))
+        store(series.position, (at(3, block + 1),), select(slipping, jerk * (1.0 / 6.0), 0.0))
 
 
 @inlined
-def _cell_length(lane, drawing, power, kinetic, velocity, direction, force):
+def _draw_cells(lane, drawing, group, series):
+    """New noise cells for the chains of a mask: force a + b t until `cell` runs out."""
+    chains = group.chains
+    power = load(group.conditions.noise_power, (lane,))
+    length = _cell_length(lane, drawing, power, kinetic_friction(group.law), chains, series)
+    rate = 1.0 / length
+    strength = square_root(power * rate)
+    for block in range(chains.noise_force.shape[1]):
+        first, second = normal_pairs_where(chains.streams, lane, drawing)
+        tilt = strength * (math.sqrt(3.0) * second)
+        level = strength * first - tilt
+        start = load(chains.noise_force, (0, block, lane))
+        slope = load(chains.noise_force, (1, block, lane))
+        store(chains.noise_force, (0, block, lane), select(drawing, level, start))
+        store(chains.noise_force, (1, block, lane), select(drawing, 2.0 * tilt * rate, slope))
+    store(chains.cell, (lane,), select(drawing, length, load(chains.cell, (lane,))))
+
+
+@inlined
+def _cell_length(lane, drawing, power, kinetic, chains, series):
     """Length of the next noise cell: short where the noise could decide whether v_r reaches zero.
 
     Where the parabola of v_r has its vertex in the cell, less than `_GRAZING` standard deviations
@@ -88,14 +218,14 @@ def _cell_length(lane, drawing, power, kinetic, velocity, direction, force):
     for _ in range(4):
         grazing = power < 0.0
         margin = square_root(power * length) * _GRAZING
-        for block in range(direction.shape[0]):
-            heading = load(direction, (block, lane))
-            slope = load(force, (at(0, block),)) - heading * kinetic
-            bend = load(force, (at(1, block),))
+        for block in range(chains.direction.shape[0]):
+            heading = load(chains.direction, (block, lane))
+            slope = load(series.force, (at(0, block),)) - heading * kinetic
+            bend = load(series.force, (at(1, block),))
             # the vertex is at -slope / bend
             ahead = (slope * bend < 0.0) & (abs(slope) < 1.5 * length * abs(bend))
             twice = 2.0 * bend
-            depth = fma(twice, load(velocity, (block, lane)), -(slope * slope))
+            depth = fma(twice, load(chains.velocity, (block, lane)), -(slope * slope))
             near = ahead & (abs(depth) < margin * abs(twice))
             grazing = grazing | (near & drawing & (heading != 0.0))
         if mask_bits(grazing) == 0:
@@ -104,90 +234,123 @@ def _cell_length(lane, drawing, power, kinetic, velocity, direction, force):
     return length
 
 
-@inlined
-def _draw_cells(lane, drawing, length, power, streams, noise_force, cell):
-    """New noise cells for the chains of a mask: force a + b t until `cell` runs out."""
-    rate = 1.0 / length
-    strength = square_root(power * rate)
-    for block in range(noise_force.shape[1]):
-        first, second = normal_pairs_where(streams, lane, drawing)
-        tilt = strength * (math.sqrt(3.0) * second)
-        level = strength * first - tilt
-        start = load(noise_force, (0, block, lane))
-        slope = load(noise_force, (1, block, lane))
-        store(noise_force, (0, block, lane), select(drawing, level, start))
-        store(noise_force, (1, block, lane), select(drawing, 2.0 * tilt * rate, slope))
-    store(cell, (lane,), select(drawing, length, load(cell, (lane,))))
+# --- the first events ---
 
 
 @inlined
-def _extension(tension, limit, compression_rate, extension_rate):
+def choose_step(order, noisy, lane, moving, remaining, group, series):
+    """How far the series of moving chains may serve: within the tolerance, the cell, the span."""
+    accuracy = load(group.conditions.log_tolerance, (lane,))
+    step = minimum(taylor_step(order, accuracy, series), remaining)
+    if noisy:
+        step = minimum(step, load(group.chains.cell, (lane,)))
+    return select(moving, step, 0.0)
+
+
+@inlined
+def find_first_event(order, resolution, lane, moving, step, group, scratch):
+    """Write the first event of each moving chain, or the end of its step, to `scratch.found`."""
+    n_columns = find_candidates(
+        order, lane, step, moving, group.law, group.chains, scratch.series, scratch.candidates
+    )
+    step, source = first_events(order, resolution, n_columns, step, scratch.candidates)
+    store(scratch.found.step, (0,), step)
+    store(scratch.found.source, (0,), source)
+
+
+@inlined
+def wait_on_belt(lane, resting, end, group, scratch):
+    """The same for chains at rest on the belt, by closed forms: only the first spring stretches."""
+    while resting:
+        i = lowest_lane(resting)
+        resting &= resting - 1
+        _wait_on_belt(lane, i, end, group, scratch)
+
+
+@inlined
+def _wait_on_belt(lane, i, end, group, scratch):
+    law, chains, series = group.law, group.chains, scratch.series
+    chain = lane + i
+    pull = series.force[at(0, 0) + i] + series.wall_pull[i] + chains.threshold[0, chain]
+    here = chains.displacement[0, chain]
+    wait = max((extension(pull, law) - here) / group.conditions.belt_velocity[chain], 0.0)
+    first = 0
+    # only a start beyond the threshold can put a block here, at time 0
+    for block in range(chains.direction.shape[0] - 1, -1, -1):
+        if abs(series.force[at(0, block) + i]) > chains.threshold[block, chain]:
+            first, wait = block, 0.0
+    rest = end - chains.time[chain]
+    scratch.found.source[i] = first if wait <= rest else -1
+    scratch.found.step[i] = min(wait, rest)
+
+
+@inlined
+def extension(tension, law):
     """Deformation at which a spring pulls with the given tension."""
     size = abs(tension)
+    limit = law.linear_limit
     if size <= limit:
         return tension
-    rate = extension_rate if tension > 0.0 else compression_rate
+    rate = law.extension_rate if tension > 0.0 else law.compression_rate
     return math.copysign(limit + math.log1p(rate * (size - limit)) / rate, tension)
 
 
-@inlined
-def _stored_energy(deformation, limit, compression_rate, extension_rate):
-    """Potential energy of a spring."""
-    size = abs(deformation)
-    if size <= limit:
-        return 0.5 * size * size
-    rate = extension_rate if deformation > 0.0 else compression_rate
-    excess = size - limit
-    return limit * (0.5 * limit + excess) + (math.expm1(rate * excess) / rate - excess) / rate
+# --- records ---
 
 
 @inlined
-def _branch(deformation, limit):
-    """Branch of the spring law: -1, 0, 1 compressed, linear, stretched."""
-    if deformation > limit:
-        return 1.0
-    return -1.0 if deformation < -limit else 0.0
+def record_crossings(order, lane, moving, step, start, group, scratch, crossings):
+    """Downward crossings of the section within the steps of moving chains.
+
+    When all blocks are stuck the last one only moves up.
+    """
+    level = load(crossings.level, (lane,))
+    belt = load(group.conditions.belt_velocity, (lane,))
+    passing = may_pass(crossings.block, level, belt, step, scratch.series, scratch.candidates)
+    crossing = mask_bits(moving & passing)
+    while crossing:
+        i = lowest_lane(crossing)
+        crossing &= crossing - 1
+        _record_crossings(
+            order,
+            lane,
+            i,
+            scratch.found.step[i],
+            start + group.chains.time[lane + i],
+            group.conditions.belt_velocity[lane + i],
+            scratch.series,
+            crossings,
+        )
 
 
 @inlined
 def _value_and_slope(order, time, column, i, series):
     """Position and relative velocity of one chain in a column of the series."""
-    value = series[at(order, column) + i]
+    value = series.position[at(order, column) + i]
     slope = 0.0
     for k in range(order - 1, -1, -1):
         slope = fma(slope, time, value)
-        value = fma(value, time, series[at(k, column) + i])
+        value = fma(value, time, series.position[at(k, column) + i])
     return value, slope
 
 
 @inlined
-def _record_crossings(
-    order,
-    lane,
-    i,
-    position,
-    step,
-    start,
-    series,
-    belt_velocity,
-    section_block,
-    crossings,
-    crossing_count,
-):
+def _record_crossings(order, lane, i, step, start, belt_velocity, series, crossings):
     """Downward crossings of the section within the step of one chain."""
-    n_blocks = (crossings.shape[2] - 1) // 2
-    column = section_block + 1
+    n_blocks = (crossings.rows.shape[2] - 1) // 2
+    column = crossings.block + 1
     chain = lane + i
+    position = crossings.level[chain]
     resolution = 1e-14 * max(step, 1.0)
-    above = series[at(0, column) + i] >= position
+    above = series.position[at(0, column) + i] >= position
     passed = 0.0
     while passed < step:
         # the first eighth of the rest after which the side differs; a step holds few crossings
         eighth = 0.125 * (step - passed)
         places = fma(to_float(lane_numbers()) + 1.0, eighth, passed)
-        value = spread(series[at(order, column) + i])
+        value = spread(series.position[at(order, column) + i])
         for k in range(order - 1, -1, -1):
-            value = fma(value, places, spread(series[at(k, column) + i]))
+            value = fma(value, places, spread(series.position[at(k, column) + i]))
         changed = mask_bits(fma(belt_velocity, places, value) >= position)
         if above:
             changed ^= 0xFF
@@ -215,384 +378,317 @@ def _record_crossings(
             if moved <= resolution or high - low <= resolution:
                 break
         if above:
-            slot = crossing_count[chain]
-            if slot == crossings.shape[1]:
+            slot = crossings.count[chain]
+            if slot == crossings.rows.shape[1]:
                 return
-            crossings[chain, slot, 0] = start + place
+            crossings.rows[chain, slot, 0] = start + place
             for block in range(n_blocks):
                 value, slope = _value_and_slope(order, place, block + 1, i, series)
-                crossings[chain, slot, 1 + block] = value + belt_velocity * place
-                crossings[chain, slot, 1 + n_blocks + block] = slope
-            crossing_count[chain] = slot + 1
+                crossings.rows[chain, slot, 1 + block] = value + belt_velocity * place
+                crossings.rows[chain, slot, 1 + n_blocks + block] = slope
+            crossings.count[chain] = slot + 1
         above = not above
         passed = place + resolution
 
 
 @inlined
-def _record_samples(
-    order,
-    lane,
-    i,
-    until,
-    kinetic,
-    time,
-    belt_velocity,
-    direction,
-    series,
-    sample_interval,
-    sample_offset,
-    end,
-    n_samples,
-    sample_row,
-    first_sampled,
-    samples,
-):
+def record_samples(order, lane, active, later, end, group, series, samples):
+    """Samples of active chains until the instants `later`."""
+    row = load(samples.following, (lane,))
+    instant = minimum(fma(to_float(row), samples.interval, samples.first), end)
+    sampled = mask_bits(active & (row < samples.count) & (instant <= later))
+    while sampled:
+        i = lowest_lane(sampled)
+        sampled &= sampled - 1
+        _record_samples(order, lane, i, extract(later, i), end, group, series, samples)
+
+
+@inlined
+def _record_samples(order, lane, i, until, end, group, series, samples):
     """Samples of one chain until `until`, eight at a time: they lie side by side."""
-    n_blocks = direction.shape[0]
+    chains = group.chains
     chain = lane + i
-    row = sample_row[chain]
+    belt_velocity = group.conditions.belt_velocity[chain]
+    kinetic = kinetic_friction(group.law)
+    row = samples.following[chain]
     count = LANES
     while count == LANES:
         rows = lane_numbers() + row
-        instants = minimum(fma(to_float(rows), sample_interval, sample_offset), end)
-        due = (rows < n_samples) & (instants <= until)
-        since = instants - time[chain]
-        for block in range(first_sampled, n_blocks):
+        instants = minimum(fma(to_float(rows), samples.interval, samples.first), end)
+        due = (rows < samples.count) & (instants <= until)
+        since = instants - chains.time[chain]
+        for block in range(samples.first_block, chains.direction.shape[0]):
             position, relative = evaluate_one(order, series, block, i, since)
-            shown = block - first_sampled
-            friction = spread(direction[block, chain] * -kinetic)
-            shifted = fma(belt_velocity[chain], since, position)
-            store_where(samples, (0, shown, chain, row), shifted, due)
-            store_where(samples, (1, shown, chain, row), relative, due)
-            store_where(samples, (2, shown, chain, row), friction, due)
+            shown = block - samples.first_block
+            friction = spread(chains.direction[block, chain] * -kinetic)
+            shifted = fma(belt_velocity, since, position)
+            store_where(samples.values, (0, shown, chain, row), shifted, due)
+            store_where(samples.values, (1, shown, chain, row), relative, due)
+            store_where(samples.values, (2, shown, chain, row), friction, due)
         count = lowest_lane(~mask_bits(due))
         row += count
-    sample_row[chain] = row
+    samples.following[chain] = row
 
 
-def _advance(order, resolution, noisy):
+# --- to the first events ---
+
+
+@inlined
+def move(order, noisy, lane, moving, step, group, series):
+    """Advance the blocks by the steps; those of chains at rest move with the belt."""
+    chains = group.chains
+    kinetic = kinetic_friction(group.law)
+    belt = load(group.conditions.belt_velocity, (lane,))
+    impulse = select(moving, integral(force_order(order), series.wall_pull, 0, step), 0.0)
+    store(chains.wall_impulse, (lane,), load(chains.wall_impulse, (lane,)) + impulse)
+    for block in range(chains.direction.shape[0]):
+        place = (block, lane)
+        position, relative = evaluate(order, series, block, step)
+        shift = position - load(series.position, (at(0, block + 1),))
+        loss = load(chains.direction, place) * kinetic * shift
+        if noisy:
+            slipping = load(chains.direction, place) != 0.0
+            work = _move_noise(order, lane, block, step, shift, chains, series)
+            loss = loss - select(slipping, work, 0.0)
+        store(chains.dissipated, place, load(chains.dissipated, place) + loss)
+        store(chains.displacement, place, fma(belt, step, position))
+        store(chains.velocity, place, relative)
+        flag = load(chains.branch_changed, place)
+        store(chains.branch_changed, place, select(step > 0.0, 0.0, flag))
+
+
+@inlined
+def _move_noise(order, lane, block, step, shift, chains, series):
+    """Advance the force of the noise on a block by the step; returns its work."""
+    level = load(chains.noise_force, (0, block, lane))
+    slope = load(chains.noise_force, (1, block, lane))
+    mean_shift = mean_change(order, series, block, step)
+    store(chains.noise_force, (0, block, lane), fma(slope, step, level))
+    return fma(level, shift, slope * step * (shift - mean_shift))
+
+
+@inlined
+def move_clocks(noisy, lane, sliding, step, later, chains):
+    """Time, and the rest of the cells of the noise, which end with the slips."""
+    store(chains.time, (lane,), later)
+    if noisy:
+        rest = load(chains.cell, (lane,))
+        rest = select(step >= rest, 0.0, rest - step)
+        store(chains.cell, (lane,), select(sliding, rest, 0.0))
+
+
+# --- what the events change ---
+
+
+@inlined
+def apply_event(order, noisy, rests, lane, i, start, group, scratch, events):
+    """What the event of one chain changes; rests : whether it was at rest on the belt.
+
+    Returns the kind of the event and the block, or the spring for BRANCH.
+    """
+    source = scratch.found.source[i]
+    n_blocks = group.chains.direction.shape[0]
+    if rests:
+        _end_rest(lane, i, group, scratch)
+        if source < 0:
+            return NOTHING, 0
+        _start_from_rest(lane, i, source, start, group, scratch, events)
+        return SLIP, source
+    if source >= n_blocks:
+        _change_branch(lane + i, source - n_blocks, group.chains)
+        return BRANCH, source - n_blocks
+    return _turn(order, noisy, lane, i, source, start, group, scratch, events), source
+
+
+@inlined
+def _end_rest(lane, i, group, scratch):
+    """The first spring after a rest on the belt: what it has pulled and where it is."""
+    law, chains = group.law, group.chains
+    chain = lane + i
+    belt_velocity = group.conditions.belt_velocity[chain]
+    here = chains.displacement[0, chain]
+    before = here - belt_velocity * scratch.found.step[i]
+    gained = stored_energy(here, law)
+    gained -= stored_energy(before, law)
+    chains.wall_impulse[chain] += gained / belt_velocity
+    chains.branch[0, chain] = branch_at(here, law)
+
+
+@inlined
+def stored_energy(deformation, law):
+    """Potential energy of a spring."""
+    size = abs(deformation)
+    limit = law.linear_limit
+    if size <= limit:
+        return 0.5 * size * size
+    rate = law.extension_rate if deformation > 0.0 else law.compression_rate
+    excess = size - limit
+    return limit * (0.5 * limit + excess) + (math.expm1(rate * excess) / rate - excess) / rate
+
+
+@inlined
+def branch_at(deformation, law):
+    """Branch of the spring law: -1, 0, 1 compressed, linear, stretched."""
+    if deformation > law.linear_limit:
+        return 1.0
+    return -1.0 if deformation < -law.linear_limit else 0.0
+
+
+@inlined
+def _start_from_rest(lane, i, block, start, group, scratch, events):
+    """The first slip after a rest on the belt."""
+    chains = group.chains
+    chain = lane + i
+    external = -chains.threshold[0, chain]
+    if scratch.found.step[i] == 0.0:
+        external = scratch.series.force[at(0, block) + i]
+    chains.direction[block, chain] = 1.0 if external > 0.0 else -1.0
+    _record(chain, block, 1.0, external, start, chains, events)
+
+
+@inlined
+def _record(chain, block, slips, external, start, chains, events):
+    here, loss = chains.displacement[block, chain], chains.dissipated[block, chain]
+    record_event(chain, start + chains.time[chain], block, slips, external, here, loss, events)
+
+
+@inlined
+def _change_branch(chain, spring, chains):
+    stretch = chains.displacement[spring, chain]
+    if spring > 0:
+        stretch -= chains.displacement[spring - 1, chain]
+    if chains.branch[spring, chain] == 0.0:
+        chains.branch[spring, chain] = 1.0 if stretch > 0.0 else -1.0
+    else:
+        chains.branch[spring, chain] = 0.0
+    chains.branch_changed[spring, chain] = 1.0
+
+
+@inlined
+def _turn(order, noisy, lane, i, block, start, group, scratch, events):
+    """A slip that ends, or starts, or ends and starts at once; returns which."""
+    law, chains, force = group.law, group.chains, scratch.series.force
+    chain = lane + i
+    since = scratch.found.step[i]
+    external = force[at(force_order(order), block) + i]
+    for k in range(force_order(order) - 1, -1, -1):
+        external = fma(external, since, force[at(k, block) + i])
+    kind = SLIP
+    if chains.direction[block, chain] != 0.0:
+        if noisy:
+            first, _ = normal_pair(chains.streams, chain)
+            noise = group.conditions.noise[chain]
+            chains.threshold[block, chain] = law.static_friction + noise * first
+        kind = REVERSAL if abs(external) > chains.threshold[block, chain] else STICK
+        chains.velocity[block, chain] = 0.0
+        chains.direction[block, chain] = 0.0
+        _record(chain, block, 0.0, external, start, chains, events)
+    if kind != STICK:
+        chains.direction[block, chain] = 1.0 if external > 0.0 else -1.0
+        _record(chain, block, 1.0, external, start, chains, events)
+    return kind
+
+
+# --- the kernel ---
+
+
+@inlined
+def no_series_hook(lane, active, sliding, group, scratch, companion):
+    """Hook after the series of eight chains are made: does nothing."""
+
+
+@inlined
+def no_move_hook(lane, active, sliding, step, group, scratch, companion):
+    """Hook after eight chains have moved: does nothing."""
+
+
+@inlined
+def no_event_hook(kind, block, lane, i, group, scratch, companion):
+    """Hook after an event of one chain: does nothing."""
+
+
+class Hooks(NamedTuple):
+    """Functions, made with `inlined`, that the kernel calls on the way."""
+
+    series_made: Callable = no_series_hook
+    moved: Callable = no_move_hook
+    event_applied: Callable = no_event_hook
+
+
+NO_HOOKS = Hooks()
+
+
+def advance_kernel(order: int, resolution: float, noisy: bool, hooks: Hooks = NO_HOOKS):
     """The kernel for chains with noise or those without, with series of one order.
 
     resolution : of the instants of events, as a share of the step.
     """
+    series_made, moved, event_applied = hooks
 
     @kernel
-    def advance_chains(
-        end,
-        start_time,
-        constants,
-        belt_velocity,
-        noise_power,
-        noise,
-        time,
-        displacement,
-        velocity,
-        direction,
-        threshold,
-        regime,
-        branch_changed,
-        noise_force,
-        cell,
-        dissipated,
-        wall_impulse,
-        streams,
-        series,
-        rates,
-        stretching,
-        growth,
-        force,
-        wall_pull,
-        polynomials,
-        sources,
-        tails,
-        steps,
-        found_sources,
-        sample_interval,
-        sample_offset,
-        n_samples,
-        sample_row,
-        first_sampled,
-        samples,
-        events,
-        event_count,
-        section_block,
-        section_displacement,
-        crossings,
-        crossing_count,
-        max_passes,
-        log_tolerance,
-    ):
-        """Advance W chains (W a multiple of 8) from their times to `end`, both since `start_time`.
+    def advance_chains(span, group, scratch, records, companion):
+        """Advance the chains of a group from their times to `span.end`.
 
         Chains of the other kind, with or without noise, stay where they are.
         Returns DONE; or EVENTS_FULL or CROSSINGS_FULL, to be called again with a larger buffer; or
-        STORM when some chain has not arrived after `max_passes` steps.
+        STORM when some chain has not arrived after `span.max_passes` steps.
 
-        State: time (W,) since start_time; displacement, velocity (relative to the belt), direction,
-        threshold, regime, branch_changed, dissipated (N, W); noise_force (2, N, W); cell,
-        wall_impulse (W,); streams (4, W).
-        constants : see `law_constants`; belt_velocity, noise_power (q = f_s^2 sigma^2 dt), noise
-        (W,).
-        series of N+1, stretching, growth, force of N, wall_pull of one and polynomials of
-        N * CANDIDATES_PER_BLOCK columns (see `beltrepro.engine.taylor.at`), sources (8 of each of
-        the latter), rates, tails (8 N,), steps, found_sources (8,): scratch.
-        log_tolerance : (W,) log2 of the force that the last terms may reach at the end of a step.
-        Sample m < n_samples is taken at sample_offset + m * sample_interval; sample_row (W,) is the
-        next m. samples (3, B, W, S) : displacement, relative velocity and kinetic friction of the
-        last B blocks; events, crossings : as for `beltrepro.engine.verlet.verlet_steps`.
+        span : Span; group : Group; scratch : Scratch; records : Records; companion : whatever the
+        hooks need, () without any.
         """
         separate_arrays()
-        n_blocks, width = displacement.shape
-        limit = constants[LINEAR_LIMIT]
-        compression_rate = constants[COMPRESSION_RATE]
-        extension_rate = constants[EXTENSION_RATE]
-        mean_threshold = constants[STATIC_FRICTION]
-        kinetic = mean_threshold * constants[FRICTION_RATIO]
-        force_order = order - 2
-
-        for lane in range(0, width, LANES):
-            belt = load(belt_velocity, (lane,))
-            power = load(noise_power, (lane,))
-            accuracy = load(log_tolerance, (lane,))
-            store(series, (at(1, WALL),), -belt)
-            own = power > 0.0
+        conditions, chains, series = group.conditions, group.chains, scratch.series
+        for lane in range(0, chains.time.size, LANES):
+            store(series.position, (at(1, WALL),), -load(conditions.belt_velocity, (lane,)))
+            own = load(conditions.noise_power, (lane,)) > 0.0
             if not noisy:
                 own = ~own
             passes = 0
             while True:
-                now = load(time, (lane,))
-                remaining = end - now
+                remaining = span.end - load(chains.time, (lane,))
                 active = own & (remaining > 0.0)
                 if mask_bits(active) == 0:
                     break
                 passes += 1
-                if passes > max_passes:
+                if passes > span.max_passes:
                     return STORM
-                if mask_bits(load(event_count, (lane,)) + 2 > events.shape[1]) != 0:
-                    return EVENTS_FULL
-                crossings_full = load(crossing_count, (lane,)) + 8 > crossings.shape[1]
-                if section_block >= 0 and mask_bits(crossings_full) != 0:
-                    return CROSSINGS_FULL
+                status = full_buffer(lane, _EVENTS_AT_ONCE, records)
+                if status != DONE:
+                    return status
 
-                # --- the series of all chains, and their steps ---
-                sliding = belt < 0.0
-                for block in range(n_blocks):
-                    heading = load(direction, (block, lane))
-                    sliding = sliding | (heading != 0.0)
-                    store(series, (at(0, block + 1),), load(displacement, (block, lane)))
-                    store(series, (at(1, block + 1),), load(velocity, (block, lane)))
+                sliding = make_series(order, noisy, lane, active, group, series)
+                series_made(lane, active, sliding, group, scratch, companion)
                 moving = active & sliding
-                start_springs(
-                    constants, regime, lane, series, rates, stretching, growth, force, wall_pull
-                )
-                if noisy:
-                    drawing = moving & (load(cell, (lane,)) <= 0.0)
-                    if mask_bits(drawing) != 0:
-                        length = _cell_length(
-                            lane, drawing, power, kinetic, velocity, direction, force
-                        )
-                        _draw_cells(lane, drawing, length, power, streams, noise_force, cell)
-                _start_positions(lane, kinetic, direction, noise_force, series, force)
-                extend_series(
-                    order, direction, lane, series, rates, stretching, growth, force, wall_pull
-                )
-                step = minimum(taylor_step(order, n_blocks, accuracy, force), remaining)
-                rest_of_cell = load(cell, (lane,))
-                if noisy:
-                    step = minimum(step, rest_of_cell)
-                step = select(moving, step, 0.0)
+                step = choose_step(order, noisy, lane, moving, remaining, group, series)
+                find_first_event(order, resolution, lane, moving, step, group, scratch)
+                resting = mask_bits(active & ~sliding)
+                wait_on_belt(lane, resting, span.end, group, scratch)
+                step = load(scratch.found.step, (0,))
+                later = select(step >= remaining, span.end, load(chains.time, (lane,)) + step)
 
-                # --- the first event of each chain ---
-                n_columns = find_candidates(
-                    order,
-                    lane,
-                    step,
-                    moving,
-                    limit,
-                    direction,
-                    threshold,
-                    branch_changed,
-                    rates,
-                    series,
-                    force,
-                    polynomials,
-                    sources,
-                    tails,
-                )
-                step, source = first_events(
-                    order, resolution, n_columns, step, polynomials, sources
-                )
-                store(steps, (0,), step)
-                store(found_sources, (0,), source)
-                # chains at rest on the belt: only the first spring stretches, next slip known
-                still = mask_bits(active & ~sliding)
-                if still:
-                    for i in range(LANES):
-                        if (still >> i) & 1:
-                            chain = lane + i
-                            pull = force[at(0, 0) + i] + wall_pull[i] + threshold[0, chain]
-                            goal = _extension(pull, limit, compression_rate, extension_rate)
-                            here = displacement[0, chain]
-                            wait = max((goal - here) / belt_velocity[chain], 0.0)
-                            first = 0
-                            # only a start beyond the threshold can put a block here, at time 0
-                            for block in range(n_blocks - 1, -1, -1):
-                                if abs(force[at(0, block) + i]) > threshold[block, chain]:
-                                    first, wait = block, 0.0
-                            rest = end - time[chain]
-                            found_sources[i] = first if wait <= rest else -1
-                            steps[i] = min(wait, rest)
-                    step = load(steps, (0,))
-                    source = load(found_sources, (0,))
-
-                # --- to the first event or the end of the step ---
-                later = now + step
-                arrived = step >= remaining
-                later = select(arrived, end, later)
-                if section_block >= 0:
-                    goal = load(section_displacement, (lane,))
-                    # when all blocks are stuck the last one only moves up
-                    crossing = mask_bits(
-                        moving & may_pass(section_block, goal, belt, step, series, tails)
+                if records.crossings.block >= 0:
+                    record_crossings(
+                        order, lane, moving, step, span.start, group, scratch, records.crossings
                     )
-                    while crossing:
-                        i = lowest_lane(crossing)
-                        crossing &= crossing - 1
-                        _record_crossings(
-                            order,
-                            lane,
-                            i,
-                            section_displacement[lane + i],
-                            steps[i],
-                            start_time + time[lane + i],
-                            series,
-                            belt_velocity[lane + i],
-                            section_block,
-                            crossings,
-                            crossing_count,
-                        )
-                row = load(sample_row, (lane,))
-                instant = minimum(fma(to_float(row), sample_interval, sample_offset), end)
-                sampled = mask_bits(active & (row < n_samples) & (instant <= later))
-                while sampled:
-                    i = lowest_lane(sampled)
-                    sampled &= sampled - 1
-                    _record_samples(
-                        order,
-                        lane,
-                        i,
-                        extract(later, i),
-                        kinetic,
-                        time,
-                        belt_velocity,
-                        direction,
-                        series,
-                        sample_interval,
-                        sample_offset,
-                        end,
-                        n_samples,
-                        sample_row,
-                        first_sampled,
-                        samples,
-                    )
+                record_samples(order, lane, active, later, span.end, group, series, records.samples)
+                move(order, noisy, lane, moving, step, group, series)
+                move_clocks(noisy, lane, sliding, step, later, chains)
+                moved(lane, active, sliding, step, group, scratch, companion)
 
-                impulse = select(moving, integral(force_order, wall_pull, 0, step), 0.0)
-                store(wall_impulse, (lane,), load(wall_impulse, (lane,)) + impulse)
-                for block in range(n_blocks):
-                    position, relative = evaluate(order, series, block, step)
-                    start = load(series, (at(0, block + 1),))
-                    shift = position - start
-                    loss = load(direction, (block, lane)) * kinetic * shift
-                    if noisy:
-                        slope = load(noise_force, (1, block, lane))
-                        mean_shift = mean_change(order, series, block, step)
-                        level = load(noise_force, (0, block, lane))
-                        work_of_noise = fma(level, shift, slope * step * (shift - mean_shift))
-                        slipping = load(direction, (block, lane)) != 0.0
-                        loss = loss - select(slipping, work_of_noise, 0.0)
-                        store(noise_force, (0, block, lane), fma(slope, step, level))
-                    store(dissipated, (block, lane), load(dissipated, (block, lane)) + loss)
-                    store(displacement, (block, lane), fma(belt, step, position))
-                    store(velocity, (block, lane), relative)
-                    advanced = step > 0.0
-                    flag = load(branch_changed, (block, lane))
-                    store(branch_changed, (block, lane), select(advanced, 0.0, flag))
-                store(time, (lane,), later)
-                if noisy:
-                    rest_of_cell = select(step >= rest_of_cell, 0.0, rest_of_cell - step)
-                    store(cell, (lane,), select(sliding, rest_of_cell, 0.0))
-
-                # --- what the events change ---
-                changing = mask_bits(source >= 0) | still
+                changing = mask_bits(load(scratch.found.source, (0,)) >= 0) | resting
                 while changing:
                     i = lowest_lane(changing)
                     changing &= changing - 1
-                    chain = lane + i
-                    what = found_sources[i]
-                    if (still >> i) & 1:
-                        here = displacement[0, chain]
-                        before = here - belt_velocity[chain] * steps[i]
-                        gained = _stored_energy(here, limit, compression_rate, extension_rate)
-                        gained -= _stored_energy(before, limit, compression_rate, extension_rate)
-                        wall_impulse[chain] += gained / belt_velocity[chain]
-                        regime[0, chain] = _branch(here, limit)
-                        if what >= 0:
-                            external = -threshold[0, chain]
-                            if steps[i] == 0.0:
-                                external = force[at(0, what) + i]
-                            direction[what, chain] = 1.0 if external > 0.0 else -1.0
-                            record_event(
-                                chain,
-                                start_time + time[chain],
-                                what,
-                                1.0,
-                                external,
-                                displacement[what, chain],
-                                dissipated[what, chain],
-                                events,
-                                event_count,
-                            )
-                    elif what >= n_blocks:
-                        spring = what - n_blocks
-                        stretch = displacement[spring, chain]
-                        if spring > 0:
-                            stretch -= displacement[spring - 1, chain]
-                        if regime[spring, chain] == 0.0:
-                            regime[spring, chain] = 1.0 if stretch > 0.0 else -1.0
-                        else:
-                            regime[spring, chain] = 0.0
-                        branch_changed[spring, chain] = 1.0
-                    elif what >= 0:
-                        instant = start_time + time[chain]
-                        since = steps[i]
-                        external = force[at(force_order, what) + i]
-                        for k in range(force_order - 1, -1, -1):
-                            external = fma(external, since, force[at(k, what) + i])
-                        here = displacement[what, chain]
-                        loss = dissipated[what, chain]
-                        way = 1.0 if external > 0.0 else -1.0
-                        starts = True
-                        if direction[what, chain] != 0.0:
-                            if noisy:
-                                first, _ = normal_pair(streams, chain)
-                                threshold[what, chain] = mean_threshold + noise[chain] * first
-                            starts = abs(external) > threshold[what, chain]
-                            velocity[what, chain] = 0.0
-                            direction[what, chain] = 0.0
-                            record_event(
-                                chain, instant, what, 0.0, external, here, loss, events, event_count
-                            )
-                        if starts:
-                            direction[what, chain] = way
-                            record_event(
-                                chain, instant, what, 1.0, external, here, loss, events, event_count
-                            )
+                    rests = (resting >> i) & 1
+                    kind, block = apply_event(
+                        order, noisy, rests, lane, i, span.start, group, scratch, records.events
+                    )
+                    if kind != NOTHING:
+                        event_applied(kind, block, lane, i, group, scratch, companion)
         return DONE
 
-    # no arrays are made or kept: no references to count, which numba does by calls in the loop
-    advance_chains.targetoptions["_nrt"] = False
     return advance_chains
 
 
-advance_quiet_chains = _advance(ORDER, 1e-15, False)
-advance_noisy_chains = _advance(NOISY_ORDER, 1e-10, True)
+advance_quiet_chains = advance_kernel(ORDER, 1e-15, False)
+advance_noisy_chains = advance_kernel(NOISY_ORDER, 1e-10, True)

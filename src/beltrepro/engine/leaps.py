@@ -11,19 +11,21 @@ start. What is exact and what is approximate, see docs/verlet.md.
 """
 
 import math
+from typing import NamedTuple
 
-from beltrepro.engine.candidates import find_candidates, first_events, may_pass, taylor_step
-from beltrepro.engine.events import CROSSINGS_FULL, DONE, EVENTS_FULL, record_event
-from beltrepro.engine.law import (
-    COMPRESSION_RATE,
-    EXTENSION_RATE,
-    FRICTION_RATIO,
-    LINEAR_LIMIT,
-    STATIC_FRICTION,
-    spring_law,
-    tension,
-    tension_and_slope,
+import numpy as np
+
+from beltrepro.engine.candidates import (
+    Candidates,
+    find_candidates,
+    first_events,
+    may_pass,
+    new_candidates,
+    taylor_step,
 )
+from beltrepro.engine.law import Law, kinetic_friction, tension, tension_and_slope
+from beltrepro.engine.memory import zeros
+from beltrepro.engine.records import DONE, full_buffer, record_event
 from beltrepro.engine.simd import (
     LANES,
     copysign,
@@ -44,22 +46,70 @@ from beltrepro.engine.simd import (
 from beltrepro.engine.taylor import (
     ORDER,
     WALL,
+    Series,
     at,
     evaluate,
     evaluate_one,
     extend_pair,
+    force_order,
     integral,
+    new_series,
     polynomial,
 )
 from beltrepro.engine.vector import inlined, kernel, separate_arrays
 
-_FORCE_ORDER = ORDER - 2
 _RESOLUTION = 1e-15  # share of a leap by which the instant of an event may be missed
 # Last terms of the series of F_ex allowed at the end of a leap.
 _TOLERANCE = 1e-10
 # A turn due less than this share of a step after the end of a step may be due there.
 _DOUBT = 1e-3
 _NEAREST = 6755399441055744.0  # 1.5 * 2^52: adding it rounds to whole numbers
+
+
+class Chains(NamedTuple):
+    """State of W chains, W a multiple of 8; positions are displacements from the rest positions."""
+
+    steps_done: np.ndarray  # (W,) steps since the start of the span, whole numbers
+    displacement: np.ndarray  # (N, W)
+    slip_step: np.ndarray  # (N, W) w
+    acceleration: np.ndarray  # (N, W) a(t-dt) dt^2
+    velocity: np.ndarray  # (N, W) v_r dt
+    direction: np.ndarray  # (N, W) of the slip, 0: stuck
+    threshold: np.ndarray  # (N, W) F_st
+    branch_changed: np.ndarray  # (N, W) zeros: every leap finds the branches anew
+    dissipated: np.ndarray  # (N, W) friction force times slip since t = 0
+    wall_impulse: np.ndarray  # (W,) sum over steps of the first spring's pull, times dt
+
+
+class Group(NamedTuple):
+    """Chains of one law with all that moves them."""
+
+    law: Law
+    belt_velocity: np.ndarray  # (W,)
+    time_step: float  # dt
+    chains: Chains
+
+
+class Scratch(NamedTuple):
+    """What a pass of the loop makes of eight chains."""
+
+    series: Series
+    slopes: np.ndarray  # (8 N,) of the tensions over the deformations
+    pulls: np.ndarray  # (8 N,) tensions in a single step
+    candidates: Candidates
+
+
+def new_scratch(n_blocks: int) -> Scratch:
+    """Room for eight chains of N blocks."""
+    slopes, pulls = (zeros(n_blocks * LANES) for _ in range(2))
+    return Scratch(new_series(n_blocks), slopes, pulls, new_candidates(n_blocks))
+
+
+class Span(NamedTuple):
+    """Which steps a call of the kernel is about."""
+
+    first_step: int  # time = index * dt
+    n_steps: int
 
 
 @inlined
@@ -69,92 +119,133 @@ def _round_down(x):
     return nearest - select(nearest > x, spread(1.0), 0.0)
 
 
-@inlined
-def _start_series(
-    lane,
-    square,
-    inverse_step,
-    kinetic,
-    law,
-    curvatures,
-    displacement,
-    slip_step,
-    direction,
-    series,
-    rates,
-    slopes,
-    stretching,
-    growth,
-    force,
-    wall_pull,
-):
-    """Levels 0 and 1 of all series, 2 and 3 of y, from the state of eight chains.
+# --- the series ---
 
-    The scheme's positions at t and t +- dt give the derivative at t: their central difference is
-    dt x' + dt^3/6 x''', where x''' is the coefficient F_1.
-    """
-    _, _, _, compression_softness, extension_softness = law
-    n_blocks = direction.shape[0]
+
+@inlined
+def _make_series(lane, group, scratch):
+    """Series of eight chains about their step: of y up to level 9, the same of x beyond."""
+    square = group.time_step * group.time_step
+    kinetic = kinetic_friction(group.law)
+    _start_springs(lane, group.law, group.chains, scratch)
+    _start_velocities(lane, square, 1.0 / group.time_step, kinetic, group.chains, scratch)
+    _refine_velocities(lane, square, group.chains, scratch)
+    _extend_series(square * (1.0 / 12.0), lane, group.chains.direction, scratch)
+
+
+@inlined
+def _start_springs(lane, law, chains, scratch):
+    """Level 0 of all series, and the branches of the springs."""
+    series = scratch.series
+    n_blocks = chains.direction.shape[0]
     place_before = spread(0.0)
     tension_before = spread(0.0)
-    store(series, (at(0, WALL),), place_before)
+    store(series.position, (at(0, WALL),), place_before)
     for spring in range(n_blocks):
-        place = load(displacement, (spring, lane))
-        store(series, (at(0, spring + 1),), place)
+        place = load(chains.displacement, (spring, lane))
+        store(series.position, (at(0, spring + 1),), place)
         change = place - place_before
         place_before = place
         pull, slope, excess = tension_and_slope(change, law)
         curved = excess != 0.0
         compressed = change < 0.0
-        rate = select(compressed, -curvatures[0], curvatures[1])
-        softness = select(compressed, -compression_softness, extension_softness)
-        store(rates, (spring * LANES,), select(curved, rate, 0.0))
-        store(slopes, (spring * LANES,), slope)
-        store(growth, (at(0, spring),), select(curved, slope * softness, 0.0))
-        if spring == 0:
-            store(wall_pull, (at(0, 0),), pull)
-        else:
-            store(force, (at(0, spring - 1),), pull - tension_before)
+        rate = select(compressed, -law.compression_rate, law.extension_rate)
+        softness = select(compressed, -law.compression_softness, law.extension_softness)
+        store(series.rate, (spring * LANES,), select(curved, rate, 0.0))
+        store(scratch.slopes, (spring * LANES,), slope)
+        store(series.growth, (at(0, spring),), select(curved, slope * softness, 0.0))
+        _store_pull(0, spring, pull, tension_before, series)
         tension_before = pull
-    store(force, (at(0, n_blocks - 1),), -tension_before)
-    # the velocity from the central difference, then without its third derivative
-    for refined in range(2):
-        speed_before = load(series, (at(1, WALL),))
-        tension_before = spread(0.0)
-        for spring in range(n_blocks):
-            heading = load(direction, (spring, lane))
-            if refined == 0:
-                acceleration = load(force, (at(0, spring),)) - heading * kinetic
-                difference = fma(acceleration, 0.5 * square, load(slip_step, (spring, lane)))
-                speed = select(heading != 0.0, difference * inverse_step, 0.0)
-                store(series, (at(2, spring + 1),), select(heading != 0.0, 0.5 * acceleration, 0.0))
-            else:
-                speed = load(series, (at(1, spring + 1),))
-                jerk = load(series, (at(3, spring + 1),))
-                speed = fma(jerk, -square, speed)
-            store(series, (at(1, spring + 1),), speed)
-            change = speed - speed_before
-            speed_before = speed
-            pull = load(slopes, (spring * LANES,)) * change
-            store(stretching, (at(1, spring),), load(rates, (spring * LANES,)) * change)
-            store(growth, (at(1, spring),), pull)
-            if spring == 0:
-                store(wall_pull, (at(1, 0),), pull)
-            else:
-                store(force, (at(1, spring - 1),), pull - tension_before)
-            tension_before = pull
-        store(force, (at(1, n_blocks - 1),), -tension_before)
-        for block in range(n_blocks):
-            slipping = load(direction, (block, lane)) != 0.0
-            jerk = load(force, (at(1, block),)) * (1.0 / 6.0)
-            store(series, (at(3, block + 1),), select(slipping, jerk, 0.0))
+    store(series.force, (at(0, n_blocks - 1),), -tension_before)
 
 
 @inlined
-def _correct(
-    k, share, direction, lane, series, rates, slopes, stretching, growth, force, wall_pull
-):
+def _store_pull(k, spring, pull, pull_before, series):
+    """Level k of the pull of a spring: of the force on the block before it, or of the wall's."""
+    if spring == 0:
+        store(series.wall_pull, (at(k, 0),), pull)
+    else:
+        store(series.force, (at(k, spring - 1),), pull - pull_before)
+
+
+@inlined
+def _start_velocities(lane, square, inverse_step, kinetic, chains, scratch):
+    """Level 2 of y, and level 1 from the central difference.
+
+    The scheme's positions at t and t +- dt give the derivative at t: their central difference is
+    dt x' + dt^3/6 x''', where x''' is the coefficient F_1.
+    """
+    position, force = scratch.series.position, scratch.series.force
+    for block in range(chains.direction.shape[0]):
+        heading = load(chains.direction, (block, lane))
+        slipping = heading != 0.0
+        acceleration = load(force, (at(0, block),)) - heading * kinetic
+        difference = fma(acceleration, 0.5 * square, load(chains.slip_step, (block, lane)))
+        speed = select(slipping, difference * inverse_step, 0.0)
+        store(position, (at(1, block + 1),), speed)
+        store(position, (at(2, block + 1),), select(slipping, 0.5 * acceleration, 0.0))
+    _start_rates(lane, chains, scratch)
+
+
+@inlined
+def _refine_velocities(lane, square, chains, scratch):
+    """Level 1 without the third derivative."""
+    position = scratch.series.position
+    for block in range(chains.direction.shape[0]):
+        speed = load(position, (at(1, block + 1),))
+        jerk = load(position, (at(3, block + 1),))
+        store(position, (at(1, block + 1),), fma(jerk, -square, speed))
+    _start_rates(lane, chains, scratch)
+
+
+@inlined
+def _start_rates(lane, chains, scratch):
+    """Level 1 of the springs from that of the positions, and level 3 of y."""
+    series = scratch.series
+    n_blocks = chains.direction.shape[0]
+    speed_before = load(series.position, (at(1, WALL),))
+    tension_before = spread(0.0)
+    for spring in range(n_blocks):
+        speed = load(series.position, (at(1, spring + 1),))
+        change = speed - speed_before
+        speed_before = speed
+        pull = load(scratch.slopes, (spring * LANES,)) * change
+        newest = load(series.rate, (spring * LANES,)) * change
+        store(series.stretching, (at(1, spring),), newest)
+        store(series.growth, (at(1, spring),), pull)
+        _store_pull(1, spring, pull, tension_before, series)
+        tension_before = pull
+    store(series.force, (at(1, n_blocks - 1),), -tension_before)
+    for block in range(n_blocks):
+        slipping = load(chains.direction, (block, lane)) != 0.0
+        jerk = load(series.force, (at(1, block),)) * (1.0 / 6.0)
+        store(series.position, (at(3, block + 1),), select(slipping, jerk, 0.0))
+
+
+@inlined
+def _extend_series(share, lane, direction, scratch):
+    """All levels from 2 on of the forces and of the positions."""
+    series = scratch.series
+    extend_pair(2, direction, lane, series)
+    _correct(2, share, lane, direction, scratch)
+    extend_pair(4, direction, lane, series)
+    _correct(4, share, lane, direction, scratch)
+    extend_pair(6, direction, lane, series)
+    _correct(6, share, lane, direction, scratch)
+    extend_pair(8, direction, lane, series)
+    _correct(8, share, lane, direction, scratch)
+    # terms from here on are 1e-5 of the first at the end of a leap, corrections 1e-7 of them
+    extend_pair(10, direction, lane, series)
+    extend_pair(12, direction, lane, series)
+    extend_pair(14, direction, lane, series)
+    extend_pair(16, direction, lane, series)
+
+
+@inlined
+def _correct(k, share, lane, direction, scratch):
     """From y to x in the levels k and k+1, k even: x = y - share a, share = dt^2/12."""
+    position, force = scratch.series.position, scratch.series.force
+    wall_pull = scratch.series.wall_pull
     n_blocks = direction.shape[0]
     shift_before, next_before = spread(0.0), spread(0.0)
     tension_before, rise_before = spread(0.0), spread(0.0)
@@ -165,28 +256,15 @@ def _correct(
             weight = select(slipping, spread(-share), 0.0)
             shift = weight * load(force, (at(k, spring),))
             following = weight * load(force, (at(k + 1, spring),))
-            place, place_next = (at(k, spring + 1),), (at(k + 1, spring + 1),)
-            store(series, place, load(series, place) + shift)
-            store(series, place_next, load(series, place_next) + following)
-            change, change_next = shift - shift_before, following - next_before
-            shift_before, next_before = shift, following
-            rate = load(rates, (spring * LANES,))
-            slope = load(slopes, (spring * LANES,))
-            newest = rate * float(k) * change
-            tension = slope * change
-            rise = fma(
-                load(stretching, (at(1, spring),)), tension, newest * load(growth, (at(1, spring),))
+            _add(position, at(k, spring + 1), shift)
+            _add(position, at(k + 1, spring + 1), following)
+            tension, rise = _correct_spring(
+                k, spring, shift - shift_before, following - next_before, scratch
             )
-            rise = fma(rise, 1.0 / (k + 1.0), slope * change_next)
-            level, level_next = (at(k, spring),), (at(k + 1, spring),)
-            store(stretching, level, load(stretching, level) + newest)
-            newest = rate * (k + 1.0) * change_next
-            store(stretching, level_next, load(stretching, level_next) + newest)
-            store(growth, level, load(growth, level) + tension)
-            store(growth, level_next, load(growth, level_next) + rise)
+            shift_before, next_before = shift, following
         if spring == 0:
-            store(wall_pull, (at(k, 0),), load(wall_pull, (at(k, 0),)) + tension)
-            store(wall_pull, (at(k + 1, 0),), load(wall_pull, (at(k + 1, 0),)) + rise)
+            _add(wall_pull, at(k, 0), tension)
+            _add(wall_pull, at(k + 1, 0), rise)
         else:
             block = spring - 1
             slipping = load(direction, (block, lane)) != 0.0
@@ -195,49 +273,139 @@ def _correct(
             store(force, (at(k, block),), pull)
             store(force, (at(k + 1, block),), pull_rise)
             weight, weight_next = 1.0 / ((k + 1.0) * (k + 2.0)), 1.0 / ((k + 2.0) * (k + 3.0))
-            store(series, (at(k + 2, spring),), select(slipping, pull * weight, 0.0))
-            store(series, (at(k + 3, spring),), select(slipping, pull_rise * weight_next, 0.0))
+            store(position, (at(k + 2, spring),), select(slipping, pull * weight, 0.0))
+            store(position, (at(k + 3, spring),), select(slipping, pull_rise * weight_next, 0.0))
         tension_before, rise_before = tension, rise
 
 
 @inlined
-def _extend_series(
-    share, direction, lane, series, rates, slopes, stretching, growth, force, wall_pull
-):
-    """All levels from 2 on of the forces and of the positions."""
-    extend_pair(2, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    _correct(2, share, direction, lane, series, rates, slopes, stretching, growth, force, wall_pull)
-    extend_pair(4, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    _correct(4, share, direction, lane, series, rates, slopes, stretching, growth, force, wall_pull)
-    extend_pair(6, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    _correct(6, share, direction, lane, series, rates, slopes, stretching, growth, force, wall_pull)
-    extend_pair(8, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    _correct(8, share, direction, lane, series, rates, slopes, stretching, growth, force, wall_pull)
-    # terms from here on are 1e-5 of the first at the end of a leap, corrections 1e-7 of them
-    extend_pair(10, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    extend_pair(12, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    extend_pair(14, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    extend_pair(16, direction, lane, series, rates, stretching, growth, force, wall_pull)
+def _correct_spring(k, spring, change, change_next, scratch):
+    """Levels k and k+1 of a spring whose deformation is corrected; returns those of its tension."""
+    series = scratch.series
+    rate = load(series.rate, (spring * LANES,))
+    slope = load(scratch.slopes, (spring * LANES,))
+    newest = rate * float(k) * change
+    tension = slope * change
+    first = load(series.stretching, (at(1, spring),))
+    rise = fma(first, tension, newest * load(series.growth, (at(1, spring),)))
+    rise = fma(rise, 1.0 / (k + 1.0), slope * change_next)
+    _add(series.stretching, at(k, spring), newest)
+    _add(series.stretching, at(k + 1, spring), rate * (k + 1.0) * change_next)
+    _add(series.growth, at(k, spring), tension)
+    _add(series.growth, at(k + 1, spring), rise)
+    return tension, rise
 
 
 @inlined
-def _turn_due(lane, mean, velocity, direction, force):
+def _add(array, place, value):
+    store(array, (place,), load(array, (place,)) + value)
+
+
+# --- how far to go ---
+
+
+@inlined
+def _turn_due(lane, law, chains, series):
     """Lanes where the rules may change the direction of a block in the step that starts now."""
     due = spread(0.0) > 1.0
-    for block in range(direction.shape[0]):
-        heading = load(direction, (block, lane))
-        turned = heading * load(velocity, (block, lane)) <= 0.0
-        beyond = abs(load(force, (at(0, block),))) > mean
+    for block in range(chains.direction.shape[0]):
+        heading = load(chains.direction, (block, lane))
+        turned = heading * load(chains.velocity, (block, lane)) <= 0.0
+        beyond = abs(load(series.force, (at(0, block),))) > law.static_friction
         due = due | (turned & ((heading != 0.0) | beyond))
     return due
 
 
 @inlined
+def _choose_leap(lane, leaping, remaining, group, scratch):
+    """Whole steps (float64x8) that the series serve, and the chains with a turn at their end."""
+    inverse_step = 1.0 / group.time_step
+    n_blocks = group.chains.direction.shape[0]
+    reach = taylor_step(ORDER, math.log2(_TOLERANCE), scratch.series) * inverse_step
+    reach = maximum(_round_down(minimum(reach, remaining)), 1.0)
+    reach = select(leaping, reach, 0.0)
+    longest = reach * group.time_step
+    candidates = scratch.candidates
+    n_columns = find_candidates(
+        ORDER, lane, longest, leaping, group.law, group.chains, scratch.series, candidates
+    )
+    instant, source = first_events(ORDER, _RESOLUTION, n_columns, longest, candidates)
+    turning = leaping & (source >= 0) & (source < n_blocks)
+    ending = leaping & (source >= n_blocks)
+    # the next whole step; without a source, the last one before the place reached
+    count = instant * inverse_step
+    before = maximum(_round_down(count), 1.0)
+    after = -_round_down(-count)
+    leap = select(instant < longest, before, reach)
+    leap = select(ending, maximum(after, 1.0), leap)
+    leap = select(turning, maximum(-_round_down(_DOUBT - count), 0.0), leap)
+    return minimum(leap, reach), turning
+
+
+# --- there at once ---
+
+
+@inlined
+def _leap(lane, leaping, leap, group, scratch):
+    """Write the state after a leap: the scheme's variables of the smooth solution."""
+    chains, series = group.chains, scratch.series
+    step = leap * group.time_step
+    belt = load(group.belt_velocity, (lane,))
+    moved = leaping & (leap > 0.0)
+    _add_impulse(lane, leaping, step, group, series)
+    for block in range(chains.direction.shape[0]):
+        _leap_block(lane, block, moved, step, belt, group, series)
+    store(chains.steps_done, (lane,), load(chains.steps_done, (lane,)) + leap)
+
+
+@inlined
+def _add_impulse(lane, leaping, step, group, series):
+    """Impulse of the wall: a sum over steps instead of an integral, by Euler and Maclaurin."""
+    dt = group.time_step
+    impulse = integral(force_order(ORDER), series.wall_pull, 0, step)
+    pull, rise = polynomial(ORDER, series.wall_pull, 0, step)
+    impulse = impulse - 0.5 * dt * (pull - load(series.wall_pull, (at(0, 0),)))
+    rise = rise - load(series.wall_pull, (at(1, 0),))
+    impulse = fma(rise, dt * dt * (1.0 / 12.0), impulse)
+    impulse = select(leaping, impulse, 0.0)
+    sums = group.chains.wall_impulse
+    store(sums, (lane,), load(sums, (lane,)) + impulse)
+
+
+@inlined
+def _leap_block(lane, block, moved, step, belt, group, series):
+    chains, dt = group.chains, group.time_step
+    kinetic = kinetic_friction(group.law)
+    place = (block, lane)
+    square = dt * dt
+    cube = square * dt
+    heading = load(chains.direction, place)
+    position, speed = evaluate(ORDER, series, block, step)
+    pull, rise, bend = _with_derivatives(series.force, block, step)
+    a = square * (pull - heading * kinetic)
+    central = fma(speed, dt, rise * (cube / 6.0))
+    w = fma(a, -0.5, central)
+    rise = rise * cube
+    bend = bend * (square * square)
+    before = fma(bend, 0.5, a - rise)
+    v = _scheme_velocity(w, before, fma(bend, 2.0, a - 2.0 * rise))
+    changed = moved & (heading != 0.0)
+    store(chains.slip_step, place, select(changed, w, load(chains.slip_step, place)))
+    store(chains.acceleration, place, select(changed, before, load(chains.acceleration, place)))
+    store(chains.velocity, place, select(changed, v, load(chains.velocity, place)))
+    shift = position - load(series.position, (at(0, block + 1),))
+    loss = fma(heading * kinetic, shift, load(chains.dissipated, place))
+    store(chains.dissipated, place, loss)
+    store(chains.displacement, place, fma(belt, step, position))
+
+
+@inlined
 def _with_derivatives(coefficients, column, time):
     """Value and two derivatives of the forces in a column."""
-    value = load(coefficients, (at(_FORCE_ORDER, column),))
+    highest = force_order(ORDER)
+    value = load(coefficients, (at(highest, column),))
     slope, bend = spread(0.0), spread(0.0)
-    for k in range(_FORCE_ORDER - 1, -1, -1):
+    for k in range(highest - 1, -1, -1):
         bend = fma(bend, time, slope)
         slope = fma(slope, time, value)
         value = fma(value, time, load(coefficients, (at(k, column),)))
@@ -250,175 +418,112 @@ def _scheme_velocity(slip_step, acceleration, before):
     return fma(acceleration, 5.0 / 6.0, fma(before, -1.0 / 3.0, slip_step))
 
 
-@inlined
-def _leap(
-    lane,
-    leaping,
-    step,
-    time_step,
-    kinetic,
-    belt,
-    displacement,
-    slip_step,
-    acceleration,
-    velocity,
-    direction,
-    dissipated,
-    series,
-    force,
-):
-    """Write the state after a leap: the scheme's variables of the smooth solution."""
-    square = time_step * time_step
-    cube = square * time_step
-    for block in range(direction.shape[0]):
-        heading = load(direction, (block, lane))
-        position, speed = evaluate(ORDER, series, block, step)
-        pull, rise, bend = _with_derivatives(force, block, step)
-        a = square * (pull - heading * kinetic)
-        central = fma(speed, time_step, rise * (cube / 6.0))
-        w = fma(a, -0.5, central)
-        rise = rise * cube
-        bend = bend * (square * square)
-        before = fma(bend, 0.5, a - rise)
-        v = _scheme_velocity(w, before, fma(bend, 2.0, a - 2.0 * rise))
-        changed = leaping & (heading != 0.0)
-        place = (block, lane)
-        store(slip_step, place, select(changed, w, load(slip_step, place)))
-        store(acceleration, place, select(changed, before, load(acceleration, place)))
-        store(velocity, place, select(changed, v, load(velocity, place)))
-        shift = position - load(series, (at(0, block + 1),))
-        store(dissipated, place, fma(heading * kinetic, shift, load(dissipated, place)))
-        store(displacement, place, fma(belt, step, position))
+# --- the step in which the turn may happen ---
 
 
 @inlined
-def _literal_step(
-    lane,
-    taken,
-    first_step,
-    steps_done,
-    time_step,
-    mean,
-    kinetic,
-    law,
-    belt,
-    displacement,
-    slip_step,
-    acceleration,
-    velocity,
-    direction,
-    dissipated,
-    wall_impulse,
-    pulls,
-    events,
-    event_count,
-):
+def _literal_step(lane, taken, first_step, group, scratch, events):
     """One step of the Appendix for some of the chains, the rules first."""
-    n_blocks = direction.shape[0]
-    square = time_step * time_step
+    chains = group.chains
+    _find_pulls(lane, group, scratch)
+    impulse = load(chains.wall_impulse, (lane,))
+    added = load(scratch.pulls, (0,)) * group.time_step
+    store(chains.wall_impulse, (lane,), select(taken, impulse + added, impulse))
+    for block in range(chains.direction.shape[0]):
+        _step_block(lane, block, taken, first_step, group, scratch, events)
+    done = load(chains.steps_done, (lane,))
+    store(chains.steps_done, (lane,), select(taken, done + 1.0, done))
+
+
+@inlined
+def _find_pulls(lane, group, scratch):
+    """Tensions of all springs, from the law."""
     left = spread(0.0)
-    for block in range(n_blocks):
-        place = load(displacement, (block, lane))
-        store(pulls, (block * LANES,), tension(place - left, law))
+    for spring in range(group.chains.direction.shape[0]):
+        place = load(group.chains.displacement, (spring, lane))
+        store(scratch.pulls, (spring * LANES,), tension(place - left, group.law))
         left = place
-    impulse = load(wall_impulse, (lane,))
-    added = load(pulls, (0,)) * time_step
-    store(wall_impulse, (lane,), select(taken, impulse + added, impulse))
-    for block in range(n_blocks):
-        place = (block, lane)
-        external = -load(pulls, (block * LANES,))
-        if block < n_blocks - 1:
-            external = external + load(pulls, ((block + 1) * LANES,))
-        old = load(direction, place)
-        undecided = taken & (old * load(velocity, place) <= 0.0)
-        free = select(abs(external) > mean, copysign(spread(1.0), external), 0.0)
-        new = select(undecided, free, old)
-        changed = new != old
-        before = load(acceleration, place)
-        w = load(slip_step, place)
-        here = load(displacement, place)
-        loss = load(dissipated, place)
-        if mask_bits(changed) != 0:
-            sticks = mask_bits(changed & (old != 0.0))
-            slips = mask_bits(changed & (new != 0.0))
-            turned = sticks | slips
-            while turned:
-                i = lowest_lane(turned)
-                turned &= turned - 1
-                chain = lane + i
-                time = (first_step + steps_done[chain]) * time_step
-                force = extract(external, i)
-                position = extract(here, i)
-                dissipation = extract(loss, i)
-                if (sticks >> i) & 1:
-                    record_event(
-                        chain, time, block, 0.0, force, position, dissipation, events, event_count
-                    )
-                if (slips >> i) & 1:
-                    record_event(
-                        chain, time, block, 1.0, force, position, dissipation, events, event_count
-                    )
-            keeps = ~changed | (old * new != 0.0)
-            before = select(keeps, before, 0.0)
-            w = select(keeps, w, 0.0)
-        a = select(new != 0.0, square * (external - new * kinetic), 0.0)
-        w = w + a
-        v = _scheme_velocity(w, a, before)
-        store(direction, place, new)
-        store(slip_step, place, select(taken, w, load(slip_step, place)))
-        store(acceleration, place, select(taken, a, load(acceleration, place)))
-        store(velocity, place, select(taken, v, load(velocity, place)))
-        store(dissipated, place, select(taken, fma(new * kinetic, w, loss), loss))
-        moved = here + fma(belt, time_step, w)
-        store(displacement, place, select(taken, moved, here))
 
 
 @inlined
-def _height(steps, time_step, column, i, series, belt_velocity, level):
-    """Distance of the section's block of one chain from its level, some steps after the start."""
-    time = steps * time_step
-    value = series[at(ORDER, column) + i]
-    for k in range(ORDER - 1, -1, -1):
-        value = fma(value, time, series[at(k, column) + i])
-    return fma(belt_velocity, time, value) - level
+def _step_block(lane, block, taken, first_step, group, scratch, events):
+    """The rules and the scheme for one block of some of the chains."""
+    law, chains, dt = group.law, group.chains, group.time_step
+    kinetic = kinetic_friction(law)
+    place = (block, lane)
+    external = -load(scratch.pulls, (block * LANES,))
+    if block < chains.direction.shape[0] - 1:
+        external = external + load(scratch.pulls, ((block + 1) * LANES,))
+    old = load(chains.direction, place)
+    undecided = taken & (old * load(chains.velocity, place) <= 0.0)
+    free = select(abs(external) > law.static_friction, copysign(spread(1.0), external), 0.0)
+    new = select(undecided, free, old)
+    changed = new != old
+    before = load(chains.acceleration, place)
+    w = load(chains.slip_step, place)
+    here = load(chains.displacement, place)
+    loss = load(chains.dissipated, place)
+    if mask_bits(changed) != 0:
+        _record_turns(lane, block, changed, old, new, external, first_step, group, events)
+        keeps = ~changed | (old * new != 0.0)
+        before = select(keeps, before, 0.0)
+        w = select(keeps, w, 0.0)
+    a = select(new != 0.0, dt * dt * (external - new * kinetic), 0.0)
+    w = w + a
+    v = _scheme_velocity(w, a, before)
+    store(chains.direction, place, new)
+    store(chains.slip_step, place, select(taken, w, load(chains.slip_step, place)))
+    store(chains.acceleration, place, select(taken, a, load(chains.acceleration, place)))
+    store(chains.velocity, place, select(taken, v, load(chains.velocity, place)))
+    store(chains.dissipated, place, select(taken, fma(new * kinetic, w, loss), loss))
+    moved = here + fma(load(group.belt_velocity, (lane,)), dt, w)
+    store(chains.displacement, place, select(taken, moved, here))
 
 
 @inlined
-def _shifted(time, column, i, series):
-    """Coefficients 0 to 4 of the series of one chain about another instant."""
-    c0, c1, c2, c3, c4 = series[at(ORDER, column) + i], 0.0, 0.0, 0.0, 0.0
-    for k in range(ORDER - 1, -1, -1):
-        c4 = fma(c4, time, c3)
-        c3 = fma(c3, time, c2)
-        c2 = fma(c2, time, c1)
-        c1 = fma(c1, time, c0)
-        c0 = fma(c0, time, series[at(k, column) + i])
-    return c0, c1, c2, c3, c4
+def _record_turns(lane, block, changed, old, new, external, first_step, group, events):
+    """Record the ends and starts of slips of one block of eight chains."""
+    chains = group.chains
+    sticks = mask_bits(changed & (old != 0.0))
+    slips = mask_bits(changed & (new != 0.0))
+    turned = sticks | slips
+    while turned:
+        i = lowest_lane(turned)
+        turned &= turned - 1
+        chain = lane + i
+        time = (first_step + chains.steps_done[chain]) * group.time_step
+        force = extract(external, i)
+        here, loss = chains.displacement[block, chain], chains.dissipated[block, chain]
+        if (sticks >> i) & 1:
+            record_event(chain, time, block, 0.0, force, here, loss, events)
+        if (slips >> i) & 1:
+            record_event(chain, time, block, 1.0, force, here, loss, events)
+
+
+# --- crossings ---
 
 
 @inlined
-def _record_crossings(
-    lane,
-    i,
-    leap,
-    first_step,
-    time_step,
-    series,
-    belt_velocity,
-    section_block,
-    level,
-    crossings,
-    crossing_count,
-):
-    """Steps of a leap of one chain in which the section's block comes down through its level.
+def _record_crossings(lane, leaping, leap, first_step, group, scratch, crossings):
+    """Crossings of the section within the leaps of eight chains."""
+    step = leap * group.time_step
+    level = load(crossings.level, (lane,))
+    belt = load(group.belt_velocity, (lane,))
+    passing = may_pass(crossings.block, level, belt, step, scratch.series, scratch.candidates)
+    crossing = mask_bits(leaping & passing)
+    while crossing:
+        i = lowest_lane(crossing)
+        crossing &= crossing - 1
+        _cross_in_leap(lane, i, extract(leap, i), first_step, group, scratch.series, crossings)
 
-    The instant within the step and the state there are those of linear interpolation.
-    """
-    n_blocks = (crossings.shape[2] - 1) // 2
-    column = section_block + 1
+
+@inlined
+def _cross_in_leap(lane, i, leap, first_step, group, series, crossings):
+    """Steps of a leap of one chain in which the section's block comes down through its level."""
     chain = lane + i
+    start = first_step + group.chains.steps_done[chain]
     low = 0.0
-    above = series[at(0, column) + i] >= level
+    above = series.position[at(0, crossings.block + 1) + i] >= crossings.level[chain]
     while low < leap:
         # the first eighth of the rest after which the side differs; a leap holds few crossings
         eighth = max(1.0, math.floor(0.125 * (leap - low)))
@@ -426,7 +531,7 @@ def _record_crossings(
         height = 0.0
         while high < leap:
             high = min(high + eighth, leap)
-            height = _height(high, time_step, column, i, series, belt_velocity, level)
+            height = _height(chain, i, high, group, series, crossings)
             if (height >= 0.0) != above:
                 break
             low = high
@@ -434,65 +539,144 @@ def _record_crossings(
             return
         while high - low > 1.0:
             middle = math.floor(0.5 * (low + high))
-            between = _height(middle, time_step, column, i, series, belt_velocity, level)
+            between = _height(chain, i, middle, group, series, crossings)
             if (between >= 0.0) == above:
                 low = middle
             else:
                 high, height = middle, between
         if above:
-            slot = crossing_count[chain]
-            if slot == crossings.shape[1]:
+            if crossings.count[chain] == crossings.rows.shape[1]:
                 return
-            crossing_count[chain] = slot + 1
-            time = high * time_step
-            belt_step = belt_velocity * time_step
-            _, c1, c2, c3, c4 = _shifted(time, column, i, series)
-            w = time_step * (c1 - time_step * (c2 - time_step * (c3 - time_step * c4)))
-            share = height / (w + belt_step)
-            crossings[chain, slot, 0] = (first_step + high - share) * time_step
-            for block in range(n_blocks):
-                c0, c1, c2, c3, c4 = _shifted(time, block + 1, i, series)
-                w = time_step * (c1 - time_step * (c2 - time_step * (c3 - time_step * c4)))
-                a = 2.0 * c2 - time_step * (6.0 * c3 - 14.0 * time_step * c4)
-                v = c1 - 6.0 * time_step**3 * c4
-                place = fma(belt_velocity, time, c0)
-                crossings[chain, slot, 1 + block] = place - share * (w + belt_step)
-                crossings[chain, slot, 1 + n_blocks + block] = v - share * time_step * a
+            _record_crossing(chain, i, high, height, start, group, series, crossings)
         low = high
         above = not above
 
 
 @inlined
-def _cross_literally(
-    chain,
-    now,
-    time_step,
-    belt_velocity,
-    displacement,
-    slip_step,
-    acceleration,
-    velocity,
-    section_block,
-    level,
-    crossings,
-    crossing_count,
-):
-    """Record a crossing in a single step of one chain that ends at step `now`."""
-    n_blocks = displacement.shape[0]
-    belt_step = belt_velocity * time_step
-    after = displacement[section_block, chain] - level
-    move = slip_step[section_block, chain] + belt_step
+def _height(chain, i, steps, group, series, crossings):
+    """Distance of the section's block of one chain from its level, some steps after the start."""
+    column = crossings.block + 1
+    time = steps * group.time_step
+    value = series.position[at(ORDER, column) + i]
+    for k in range(ORDER - 1, -1, -1):
+        value = fma(value, time, series.position[at(k, column) + i])
+    return fma(group.belt_velocity[chain], time, value) - crossings.level[chain]
+
+
+@inlined
+def _record_crossing(chain, i, high, height, start, group, series, crossings):
+    """Record a crossing in the step that ends `high` steps after the start, at `height`.
+
+    The instant within the step and the state there are those of linear interpolation.
+    """
+    n_blocks = (crossings.rows.shape[2] - 1) // 2
+    dt = group.time_step
+    belt_velocity = group.belt_velocity[chain]
+    slot = crossings.count[chain]
+    crossings.count[chain] = slot + 1
+    time = high * dt
+    belt_step = belt_velocity * dt
+    _, c1, c2, c3, c4 = _shifted(time, crossings.block + 1, i, series)
+    w = dt * (c1 - dt * (c2 - dt * (c3 - dt * c4)))
+    share = height / (w + belt_step)
+    crossings.rows[chain, slot, 0] = (start + high - share) * dt
+    for block in range(n_blocks):
+        c0, c1, c2, c3, c4 = _shifted(time, block + 1, i, series)
+        w = dt * (c1 - dt * (c2 - dt * (c3 - dt * c4)))
+        a = 2.0 * c2 - dt * (6.0 * c3 - 14.0 * dt * c4)
+        v = c1 - 6.0 * dt**3 * c4
+        place = fma(belt_velocity, time, c0)
+        crossings.rows[chain, slot, 1 + block] = place - share * (w + belt_step)
+        crossings.rows[chain, slot, 1 + n_blocks + block] = v - share * dt * a
+
+
+@inlined
+def _shifted(time, column, i, series):
+    """Coefficients 0 to 4 of the series of one chain about another instant."""
+    c0, c1, c2, c3, c4 = series.position[at(ORDER, column) + i], 0.0, 0.0, 0.0, 0.0
+    for k in range(ORDER - 1, -1, -1):
+        c4 = fma(c4, time, c3)
+        c3 = fma(c3, time, c2)
+        c2 = fma(c2, time, c1)
+        c1 = fma(c1, time, c0)
+        c0 = fma(c0, time, series.position[at(k, column) + i])
+    return c0, c1, c2, c3, c4
+
+
+@inlined
+def _record_literal_crossings(lane, taken, first_step, group, crossings):
+    """Crossings of the section in the single steps that some of the chains have just done."""
+    stepping = mask_bits(taken)
+    while stepping:
+        i = lowest_lane(stepping)
+        stepping &= stepping - 1
+        _cross_in_step(lane + i, first_step, group, crossings)
+
+
+@inlined
+def _cross_in_step(chain, first_step, group, crossings):
+    chains, dt = group.chains, group.time_step
+    n_blocks = chains.direction.shape[0]
+    now = first_step + chains.steps_done[chain]
+    belt_step = group.belt_velocity[chain] * dt
+    after = chains.displacement[crossings.block, chain] - crossings.level[chain]
+    move = chains.slip_step[crossings.block, chain] + belt_step
     if after < 0.0 and after - move >= 0.0:
-        slot = crossing_count[chain]
-        crossing_count[chain] = slot + 1
+        slot = crossings.count[chain]
+        crossings.count[chain] = slot + 1
         share = after / move
-        crossings[chain, slot, 0] = (now - share) * time_step
+        crossings.rows[chain, slot, 0] = (now - share) * dt
         for block in range(n_blocks):
-            w, a = slip_step[block, chain], acceleration[block, chain]
-            place = displacement[block, chain] - share * (w + belt_step)
-            crossings[chain, slot, 1 + block] = place
-            speed = (velocity[block, chain] - share * a) * (1.0 / time_step)
-            crossings[chain, slot, 1 + n_blocks + block] = speed
+            w, a = chains.slip_step[block, chain], chains.acceleration[block, chain]
+            place = chains.displacement[block, chain] - share * (w + belt_step)
+            crossings.rows[chain, slot, 1 + block] = place
+            speed = (chains.velocity[block, chain] - share * a) * (1.0 / dt)
+            crossings.rows[chain, slot, 1 + n_blocks + block] = speed
+
+
+# --- samples ---
+
+
+@inlined
+def _record_samples(lane, leaping, leap, group, series, samples):
+    """Samples within the leaps of eight chains."""
+    done = load(group.chains.steps_done, (lane,))
+    row = load(samples.following, (lane,))
+    following = fma(to_float(row), samples.interval, samples.first)
+    sampled = mask_bits(leaping & (following <= done + leap))
+    while sampled:
+        i = lowest_lane(sampled)
+        sampled &= sampled - 1
+        _sample_leap(lane, i, extract(leap, i), group, series, samples)
+
+
+@inlined
+def _sample_leap(lane, i, leap, group, series, samples):
+    """Samples of one chain in a leap, eight at a time: they lie side by side."""
+    chains, dt = group.chains, group.time_step
+    kinetic = kinetic_friction(group.law)
+    chain = lane + i
+    row = samples.following[chain]
+    cube = dt * dt * dt
+    count = LANES
+    while count == LANES:
+        rows = lane_numbers() + row
+        steps = fma(to_float(rows), samples.interval, samples.first) - chains.steps_done[chain]
+        due = steps <= leap
+        since = steps * dt
+        for block in range(samples.first_block, chains.direction.shape[0]):
+            shown = block - samples.first_block
+            heading = chains.direction[block, chain]
+            position, relative = evaluate_one(ORDER, series, block, i, since)
+            if heading != 0.0:
+                relative = fma(_bend_one(block, i, since, series.force), -0.25 * cube, relative)
+            shifted = fma(group.belt_velocity[chain], since, position)
+            store_where(samples.values, (0, shown, chain, row), shifted, due)
+            store_where(samples.values, (1, shown, chain, row), relative, due)
+            store_where(samples.values, (2, shown, chain, row), spread(heading * -kinetic), due)
+        count = lowest_lane(~mask_bits(due))
+        row += count
+    samples.following[chain] = row
 
 
 @inlined
@@ -500,342 +684,80 @@ def _bend_one(block, i, times, force):
     """Second derivative of the force on a block of the chain in lane i at eight times."""
     first = at(0, block) + i
     bend = spread(0.0)
-    for k in range(_FORCE_ORDER, 1, -1):
+    for k in range(force_order(ORDER), 1, -1):
         bend = fma(bend, times, k * (k - 1.0) * force[first + k * LANES])
     return bend
 
 
 @inlined
-def _record_samples(
-    lane,
-    i,
-    leap,
-    time_step,
-    kinetic,
-    steps_done,
-    belt_velocity,
-    direction,
-    series,
-    force,
-    stride,
-    first_sample,
-    sample_row,
-    first_sampled,
-    samples,
-):
-    """Samples of one chain in a leap, eight at a time: they lie side by side."""
-    n_blocks = direction.shape[0]
-    chain = lane + i
-    row = sample_row[chain]
-    cube = time_step * time_step * time_step
-    count = LANES
-    while count == LANES:
-        rows = lane_numbers() + row
-        steps = fma(to_float(rows), stride, first_sample) - steps_done[chain]
-        due = steps <= leap
-        since = steps * time_step
-        for block in range(first_sampled, n_blocks):
-            shown = block - first_sampled
-            heading = direction[block, chain]
-            position, relative = evaluate_one(ORDER, series, block, i, since)
-            if heading != 0.0:
-                relative = fma(_bend_one(block, i, since, force), -0.25 * cube, relative)
-            shifted = fma(belt_velocity[chain], since, position)
-            store_where(samples, (0, shown, chain, row), shifted, due)
-            store_where(samples, (1, shown, chain, row), relative, due)
-            store_where(samples, (2, shown, chain, row), spread(heading * -kinetic), due)
-        count = lowest_lane(~mask_bits(due))
-        row += count
-    sample_row[chain] = row
+def _record_literal_samples(lane, taken, group, samples):
+    """Samples after the single steps that some of the chains have just done."""
+    row = load(samples.following, (lane,))
+    following = fma(to_float(row), samples.interval, samples.first)
+    sampled = mask_bits(taken & (following == load(group.chains.steps_done, (lane,))))
+    while sampled:
+        i = lowest_lane(sampled)
+        sampled &= sampled - 1
+        _sample_state(lane + i, group, samples)
+
+
+@inlined
+def _sample_state(chain, group, samples):
+    chains = group.chains
+    kinetic = kinetic_friction(group.law)
+    inverse_step = 1.0 / group.time_step
+    row = samples.following[chain]
+    for block in range(samples.first_block, chains.direction.shape[0]):
+        shown = block - samples.first_block
+        samples.values[0, shown, chain, row] = chains.displacement[block, chain]
+        samples.values[1, shown, chain, row] = chains.velocity[block, chain] * inverse_step
+        samples.values[2, shown, chain, row] = chains.direction[block, chain] * -kinetic
+    samples.following[chain] = row + 1
+
+
+# --- the kernel ---
 
 
 @kernel
-def leap_steps(
-    first_step,
-    n_steps,
-    time_step,
-    constants,
-    belt_velocity,
-    displacement,
-    slip_step,
-    acceleration,
-    velocity,
-    direction,
-    dissipated,
-    threshold,
-    branch_changed,
-    wall_impulse,
-    steps_done,
-    series,
-    rates,
-    stretching,
-    growth,
-    force,
-    wall_pull,
-    polynomials,
-    sources,
-    tails,
-    slopes,
-    pulls,
-    sample_stride,
-    sample_row,
-    first_sampled,
-    samples,
-    events,
-    event_count,
-    section_block,
-    section_displacement,
-    crossings,
-    crossing_count,
-):
-    """Advance W chains (W a multiple of 8) by n_steps steps of the Appendix.
+def leap_steps(span, group, scratch, records):
+    """Advance the chains of a group by `span.n_steps` steps of the Appendix.
 
     Returns DONE; or EVENTS_FULL or CROSSINGS_FULL, to be called again with a larger buffer.
 
-    first_step : index of the first step (time = index * time_step). steps_done : (W,) of each
-    chain, whole numbers, zero to begin with; sample_row : (W,) samples taken, likewise.
-    State: displacement from the rest positions, slip_step w, acceleration a(t-dt) dt^2, velocity
-    v_r dt, direction, dissipated (N, W); wall_impulse (W,). belt_velocity : (W,).
-    threshold : (N, W) F_st; branch_changed : (N, W) zeros, see `find_candidates`.
-    constants : (9,) see `law_constants`.
-    series of N+1, stretching, growth, force of N, wall_pull of one and polynomials of
-    N * CANDIDATES_PER_BLOCK columns (see `beltrepro.engine.taylor.at`), sources (8 of each of the
-    latter), rates, tails, slopes, pulls (8 N,): scratch.
-    Samples are taken where the step index is a multiple of sample_stride.
-    samples : (3, N-first_sampled, W, S) displacement, relative velocity, kinetic friction.
-    events, crossings : as for `beltrepro.engine.verlet.verlet_steps`.
+    span : Span; group : Group; scratch : Scratch; records : Records, with samples at instants
+    counted in steps.
     """
     separate_arrays()
-    n_blocks, width = displacement.shape
-    limit = constants[LINEAR_LIMIT]
-    law = spring_law(constants)
-    curvatures = constants[COMPRESSION_RATE], constants[EXTENSION_RATE]
-    mean = constants[STATIC_FRICTION]
-    kinetic = mean * constants[FRICTION_RATIO]
-    square = time_step * time_step
-    inverse_step = 1.0 / time_step
-    log_tolerance = math.log2(_TOLERANCE)
-    first_sample = float((first_step // sample_stride + 1) * sample_stride - first_step)
-    stride = float(sample_stride)
-
-    for lane in range(0, width, LANES):
-        belt = load(belt_velocity, (lane,))
-        store(series, (at(1, WALL),), -belt)
+    chains, series = group.chains, scratch.series
+    n_steps = float(span.n_steps)
+    first_step = span.first_step
+    sectioned = records.crossings.block >= 0
+    for lane in range(0, chains.steps_done.size, LANES):
+        store(series.position, (at(1, WALL),), -load(group.belt_velocity, (lane,)))
         while True:
-            done = load(steps_done, (lane,))
-            remaining = float(n_steps) - done
+            remaining = n_steps - load(chains.steps_done, (lane,))
             active = remaining > 0.0
             if mask_bits(active) == 0:
                 break
-            if mask_bits(load(event_count, (lane,)) + 2 * n_blocks > events.shape[1]) != 0:
-                return EVENTS_FULL
-            crossings_full = load(crossing_count, (lane,)) + 8 > crossings.shape[1]
-            if section_block >= 0 and mask_bits(crossings_full) != 0:
-                return CROSSINGS_FULL
+            status = full_buffer(lane, 2 * chains.direction.shape[0], records)
+            if status != DONE:
+                return status
 
-            # --- the series of all chains, and how many steps they serve ---
-            _start_series(
-                lane,
-                square,
-                inverse_step,
-                kinetic,
-                law,
-                curvatures,
-                displacement,
-                slip_step,
-                direction,
-                series,
-                rates,
-                slopes,
-                stretching,
-                growth,
-                force,
-                wall_pull,
-            )
-            due = active & _turn_due(lane, mean, velocity, direction, force)
+            _make_series(lane, group, scratch)
+            due = active & _turn_due(lane, group.law, chains, series)
             leaping = active & ~due
-            _extend_series(
-                square * (1.0 / 12.0),
-                direction,
-                lane,
-                series,
-                rates,
-                slopes,
-                stretching,
-                growth,
-                force,
-                wall_pull,
-            )
-            reach = taylor_step(ORDER, n_blocks, log_tolerance, force) * inverse_step
-            reach = maximum(_round_down(minimum(reach, remaining)), 1.0)
-            reach = select(leaping, reach, 0.0)
-
-            # --- the first turn or change of branch of each chain ---
-            longest = reach * time_step
-            n_columns = find_candidates(
-                ORDER,
-                lane,
-                longest,
-                leaping,
-                limit,
-                direction,
-                threshold,
-                branch_changed,
-                rates,
-                series,
-                force,
-                polynomials,
-                sources,
-                tails,
-            )
-            instant, source = first_events(
-                ORDER, _RESOLUTION, n_columns, longest, polynomials, sources
-            )
-            turning = leaping & (source >= 0) & (source < n_blocks)
-            ending = leaping & (source >= n_blocks)
-            # the next whole step; without a source, the last one before the place reached
-            count = instant * inverse_step
-            before = maximum(_round_down(count), 1.0)
-            after = -_round_down(-count)
-            leap = select(instant < longest, before, reach)
-            leap = select(ending, maximum(after, 1.0), leap)
-            leap = select(turning, maximum(-_round_down(_DOUBT - count), 0.0), leap)
-            leap = minimum(leap, reach)
-            step = leap * time_step
-
-            # --- there at once ---
-            if section_block >= 0:
-                goal = load(section_displacement, (lane,))
-                crossing = mask_bits(
-                    leaping & may_pass(section_block, goal, belt, step, series, tails)
+            leap, turning = _choose_leap(lane, leaping, remaining, group, scratch)
+            if sectioned:
+                _record_crossings(
+                    lane, leaping, leap, first_step, group, scratch, records.crossings
                 )
-                while crossing:
-                    i = lowest_lane(crossing)
-                    crossing &= crossing - 1
-                    _record_crossings(
-                        lane,
-                        i,
-                        extract(leap, i),
-                        first_step + steps_done[lane + i],
-                        time_step,
-                        series,
-                        belt_velocity[lane + i],
-                        section_block,
-                        section_displacement[lane + i],
-                        crossings,
-                        crossing_count,
-                    )
-            row = load(sample_row, (lane,))
-            following = fma(to_float(row), stride, first_sample)
-            sampled = mask_bits(leaping & (following <= done + leap))
-            while sampled:
-                i = lowest_lane(sampled)
-                sampled &= sampled - 1
-                _record_samples(
-                    lane,
-                    i,
-                    extract(leap, i),
-                    time_step,
-                    kinetic,
-                    steps_done,
-                    belt_velocity,
-                    direction,
-                    series,
-                    force,
-                    stride,
-                    first_sample,
-                    sample_row,
-                    first_sampled,
-                    samples,
-                )
+            _record_samples(lane, leaping, leap, group, series, records.samples)
+            _leap(lane, leaping, leap, group, scratch)
 
-            # a sum over steps instead of an integral: Euler and Maclaurin
-            impulse = integral(_FORCE_ORDER, wall_pull, 0, step)
-            pull, rise = polynomial(ORDER, wall_pull, 0, step)
-            impulse = impulse - 0.5 * time_step * (pull - load(wall_pull, (at(0, 0),)))
-            impulse = fma(rise - load(wall_pull, (at(1, 0),)), square * (1.0 / 12.0), impulse)
-            impulse = select(leaping, impulse, 0.0)
-            store(wall_impulse, (lane,), load(wall_impulse, (lane,)) + impulse)
-            _leap(
-                lane,
-                leaping & (leap > 0.0),
-                step,
-                time_step,
-                kinetic,
-                belt,
-                displacement,
-                slip_step,
-                acceleration,
-                velocity,
-                direction,
-                dissipated,
-                series,
-                force,
-            )
-            done = done + leap
-            store(steps_done, (lane,), done)
-
-            # --- the step in which the turn may happen ---
-            taken = (due | turning) & (done < float(n_steps))
+            taken = (due | turning) & (load(chains.steps_done, (lane,)) < n_steps)
             if mask_bits(taken) != 0:
-                _literal_step(
-                    lane,
-                    taken,
-                    first_step,
-                    steps_done,
-                    time_step,
-                    mean,
-                    kinetic,
-                    law,
-                    belt,
-                    displacement,
-                    slip_step,
-                    acceleration,
-                    velocity,
-                    direction,
-                    dissipated,
-                    wall_impulse,
-                    pulls,
-                    events,
-                    event_count,
-                )
-                done = select(taken, done + 1.0, done)
-                store(steps_done, (lane,), done)
-                if section_block >= 0:
-                    stepping = mask_bits(taken)
-                    while stepping:
-                        i = lowest_lane(stepping)
-                        stepping &= stepping - 1
-                        _cross_literally(
-                            lane + i,
-                            first_step + steps_done[lane + i],
-                            time_step,
-                            belt_velocity[lane + i],
-                            displacement,
-                            slip_step,
-                            acceleration,
-                            velocity,
-                            section_block,
-                            section_displacement[lane + i],
-                            crossings,
-                            crossing_count,
-                        )
-                row = load(sample_row, (lane,))
-                following = fma(to_float(row), stride, first_sample)
-                sampled = mask_bits(taken & (following == done))
-                while sampled:
-                    i = lowest_lane(sampled)
-                    sampled &= sampled - 1
-                    chain = lane + i
-                    place = sample_row[chain]
-                    for block in range(first_sampled, n_blocks):
-                        shown = block - first_sampled
-                        samples[0, shown, chain, place] = displacement[block, chain]
-                        samples[1, shown, chain, place] = velocity[block, chain] * inverse_step
-                        samples[2, shown, chain, place] = direction[block, chain] * -kinetic
-                    sample_row[chain] = place + 1
+                _literal_step(lane, taken, first_step, group, scratch, records.events)
+                if sectioned:
+                    _record_literal_crossings(lane, taken, first_step, group, records.crossings)
+                _record_literal_samples(lane, taken, group, records.samples)
     return DONE
-
-
-# It makes no arrays and keeps none: no references to count, which numba does by calls in the loop.
-leap_steps.targetoptions["_nrt"] = False

@@ -12,15 +12,11 @@ wall is column 0 of the series, block i (from 0) is column i+1. So X_1 is the re
 block, zero if it is stuck, and minus the belt velocity for the wall.
 """
 
-from beltrepro.engine.law import (
-    COMPRESSION_RATE,
-    COMPRESSION_RATE_2,
-    COMPRESSION_SOFTNESS,
-    EXTENSION_RATE,
-    EXTENSION_RATE_2,
-    EXTENSION_SOFTNESS,
-    LINEAR_LIMIT,
-)
+from typing import NamedTuple
+
+import numpy as np
+
+from beltrepro.engine.memory import zeros
 from beltrepro.engine.simd import (
     LANES,
     fma,
@@ -41,6 +37,27 @@ LEVELS = ORDER + 1
 WALL = 0  # column of the positions
 
 
+class Series(NamedTuple):
+    """Taylor series of eight chains about the start of a step: columns of LEVELS vectors, see `at`.
+
+    Every array but `rate` is flat, with one column for each spring or block.
+    """
+
+    position: np.ndarray  # N+1 columns, X_k: the wall and the blocks
+    stretching: np.ndarray  # N columns, c k D_k
+    growth: np.ndarray  # N columns, G_k
+    force: np.ndarray  # N columns, F_k: external forces
+    wall_pull: np.ndarray  # one column: tension of the first spring
+    rate: np.ndarray  # (8 N,) signed rates c of the branches, 0 on the linear one
+
+
+def new_series(n_blocks: int) -> Series:
+    """Room for the series of eight chains of N blocks."""
+    columns = (n_blocks + 1, n_blocks, n_blocks, n_blocks, 1)
+    flat = (zeros(count * LEVELS * LANES) for count in columns)
+    return Series(*flat, rate=zeros(n_blocks * LANES))
+
+
 @inlined
 def at(level, column):
     """Index of the first of eight chains in an array of series.
@@ -51,37 +68,37 @@ def at(level, column):
 
 
 @inlined
-def start_springs(constants, regime, lane, series, rates, stretching, growth, force, wall_pull):
+def force_order(order):
+    """Order of the forces that belong to positions of an order."""
+    return order - 2
+
+
+@inlined
+def start_springs(law, regime, lane, series):
     """Levels 0 and 1: tensions and external forces from X_0 and X_1; rates c of the branches.
 
     regime : (N, W) -1, 0, 1 compressed, linear, stretched; lane : first of the eight chains.
-    series : of N+1 columns, positions X_k.
-    rates : (8 N,), stretching : N columns c k D_k, growth : N columns G_k, force : N columns F_k,
-    wall_pull : one column, the tension of the first spring, are written.
+    All of the series but its positions is written.
     """
     n_blocks = regime.shape[0]
-    limit = constants[LINEAR_LIMIT]
-    place_before = load(series, (at(0, 0),))
-    speed_before = load(series, (at(1, 0),))
+    limit = law.linear_limit
+    place_before = load(series.position, (at(0, 0),))
+    speed_before = load(series.position, (at(1, 0),))
     tension_before = spread(0.0)
     growth_before = spread(0.0)
     for spring in range(n_blocks):
         branch = load(regime, (spring, lane))
-        place = load(series, (at(0, spring + 1),))
-        speed = load(series, (at(1, spring + 1),))
+        place = load(series.position, (at(0, spring + 1),))
+        speed = load(series.position, (at(1, spring + 1),))
         deformation = place - place_before
         change = speed - speed_before
         place_before = place
         speed_before = speed
         stretched = branch > 0.0
         linear = branch == 0.0
-        rate = select(stretched, constants[EXTENSION_RATE], spread(-constants[COMPRESSION_RATE]))
-        rate_2 = select(
-            stretched, constants[EXTENSION_RATE_2], spread(-constants[COMPRESSION_RATE_2])
-        )
-        softness = select(
-            stretched, constants[EXTENSION_SOFTNESS], spread(-constants[COMPRESSION_SOFTNESS])
-        )
+        rate = select(stretched, law.extension_rate, spread(-law.compression_rate))
+        rate_2 = select(stretched, law.extension_rate_2, spread(-law.compression_rate_2))
+        softness = select(stretched, law.extension_softness, spread(-law.compression_softness))
         excess = select(linear, 0.0, fma(branch, -limit, deformation))
         exponential = exp2(excess, rate_2)
         tension = select(linear, deformation, fma(branch, limit, (exponential - 1.0) * softness))
@@ -89,97 +106,101 @@ def start_springs(constants, regime, lane, series, rates, stretching, growth, fo
         start = select(linear, 0.0, exponential * softness)
         newest = rate * change
         tension_growth = select(linear, change, newest * start)
-        store(rates, (spring * LANES,), rate)
-        store(stretching, (at(1, spring),), newest)
-        store(growth, (at(0, spring),), start)
-        store(growth, (at(1, spring),), tension_growth)
+        store(series.rate, (spring * LANES,), rate)
+        store(series.stretching, (at(1, spring),), newest)
+        store(series.growth, (at(0, spring),), start)
+        store(series.growth, (at(1, spring),), tension_growth)
         if spring == 0:
-            store(wall_pull, (at(0, 0),), tension)
-            store(wall_pull, (at(1, 0),), tension_growth)
+            store(series.wall_pull, (at(0, 0),), tension)
+            store(series.wall_pull, (at(1, 0),), tension_growth)
         else:
-            store(force, (at(0, spring - 1),), tension - tension_before)
-            store(force, (at(1, spring - 1),), tension_growth - growth_before)
+            store(series.force, (at(0, spring - 1),), tension - tension_before)
+            store(series.force, (at(1, spring - 1),), tension_growth - growth_before)
         tension_before = tension
         growth_before = tension_growth
-    store(force, (at(0, n_blocks - 1),), -tension_before)
-    store(force, (at(1, n_blocks - 1),), -growth_before)
+    store(series.force, (at(0, n_blocks - 1),), -tension_before)
+    store(series.force, (at(1, n_blocks - 1),), -growth_before)
 
 
 @inlined
-def extend_pair(k, direction, lane, series, rates, stretching, growth, force, wall_pull):
+def extend_pair(k, direction, lane, series):
     """Levels k and k+1 of the forces, so k+2 and k+3 of the positions; k is even.
 
     Two levels at once, since the positions of both are known: each G_m that is read serves both
     sums, and only the last term, c D_1 G_k, waits for the first.
     """
-    n_blocks = rates.shape[0] // LANES
+    n_blocks = series.rate.shape[0] // LANES
     place_before, next_before = spread(0.0), spread(0.0)
     tension_before, rise_before = spread(0.0), spread(0.0)
     for spring in range(n_blocks + 1):
         tension, rise = spread(0.0), spread(0.0)
         if spring < n_blocks:
-            place = load(series, (at(k, spring + 1),))
-            following = load(series, (at(k + 1, spring + 1),))
+            place = load(series.position, (at(k, spring + 1),))
+            following = load(series.position, (at(k + 1, spring + 1),))
             tension, rise = place - place_before, following - next_before
             place_before, next_before = place, following
-            rate = load(rates, (spring * LANES,))
+            rate = load(series.rate, (spring * LANES,))
             curved = rate != 0.0
             newest = rate * float(k) * tension
             newest_next = rate * (k + 1.0) * rise
-            store(stretching, (at(k, spring),), newest)
-            store(stretching, (at(k + 1, spring),), newest_next)
+            store(series.stretching, (at(k, spring),), newest)
+            store(series.stretching, (at(k + 1, spring),), newest_next)
             # even and odd terms apart: chains of half the length
-            start = load(growth, (at(0, spring),))
+            start = load(series.growth, (at(0, spring),))
             even, even_next = newest * start, newest_next * start
             odd, odd_next = spread(0.0), spread(0.0)
             for m in range(2, k, 2):
-                grown = load(growth, (at(m, spring),))
-                even = fma(load(stretching, (at(k - m, spring),)), grown, even)
-                even_next = fma(load(stretching, (at(k + 1 - m, spring),)), grown, even_next)
+                grown = load(series.growth, (at(m, spring),))
+                even = fma(load(series.stretching, (at(k - m, spring),)), grown, even)
+                even_next = fma(load(series.stretching, (at(k + 1 - m, spring),)), grown, even_next)
             for m in range(1, k, 2):
-                grown = load(growth, (at(m, spring),))
-                odd = fma(load(stretching, (at(k - m, spring),)), grown, odd)
-                odd_next = fma(load(stretching, (at(k + 1 - m, spring),)), grown, odd_next)
+                grown = load(series.growth, (at(m, spring),))
+                odd = fma(load(series.stretching, (at(k - m, spring),)), grown, odd)
+                odd_next = fma(load(series.stretching, (at(k + 1 - m, spring),)), grown, odd_next)
             grown = (even + odd) * (1.0 / k)
-            grown_next = fma(load(stretching, (at(1, spring),)), grown, even_next + odd_next)
+            grown_next = fma(load(series.stretching, (at(1, spring),)), grown, even_next + odd_next)
             grown_next = grown_next * (1.0 / (k + 1.0))
-            store(growth, (at(k, spring),), grown)
-            store(growth, (at(k + 1, spring),), grown_next)
+            store(series.growth, (at(k, spring),), grown)
+            store(series.growth, (at(k + 1, spring),), grown_next)
             tension = select(curved, grown, tension)
             rise = select(curved, grown_next, rise)
         if spring == 0:
-            store(wall_pull, (at(k, 0),), tension)
-            store(wall_pull, (at(k + 1, 0),), rise)
+            store(series.wall_pull, (at(k, 0),), tension)
+            store(series.wall_pull, (at(k + 1, 0),), rise)
         else:
             block = spring - 1
             slipping = load(direction, (block, lane)) != 0.0
             pull, pull_rise = tension - tension_before, rise - rise_before
-            store(force, (at(k, block),), pull)
-            store(force, (at(k + 1, block),), pull_rise)
+            store(series.force, (at(k, block),), pull)
+            store(series.force, (at(k + 1, block),), pull_rise)
             weight, weight_next = 1.0 / ((k + 1.0) * (k + 2.0)), 1.0 / ((k + 2.0) * (k + 3.0))
-            store(series, (at(k + 2, spring),), select(slipping, pull * weight, 0.0))
-            store(series, (at(k + 3, spring),), select(slipping, pull_rise * weight_next, 0.0))
+            store(series.position, (at(k + 2, spring),), select(slipping, pull * weight, 0.0))
+            store(
+                series.position,
+                (at(k + 3, spring),),
+                select(slipping, pull_rise * weight_next, 0.0),
+            )
         tension_before, rise_before = tension, rise
 
 
 @inlined
-def extend_series(order, direction, lane, series, rates, stretching, growth, force, wall_pull):
+def extend_series(order, direction, lane, series):
     """All levels from 2 on of the forces, from 4 to `order` of the positions.
 
     order : 13 to 19; direction : (N, W), zero for stuck blocks; the rest as in `start_springs`.
     """
     # one call for each pair of levels: a constant level lets the compiler lay out all its terms
-    extend_pair(2, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    extend_pair(4, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    extend_pair(6, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    extend_pair(8, direction, lane, series, rates, stretching, growth, force, wall_pull)
-    extend_pair(10, direction, lane, series, rates, stretching, growth, force, wall_pull)
+    extend_pair(2, direction, lane, series)
+    extend_pair(4, direction, lane, series)
+    extend_pair(6, direction, lane, series)
+    extend_pair(8, direction, lane, series)
+    extend_pair(10, direction, lane, series)
     if order >= 15:
-        extend_pair(12, direction, lane, series, rates, stretching, growth, force, wall_pull)
+        extend_pair(12, direction, lane, series)
     if order >= 17:
-        extend_pair(14, direction, lane, series, rates, stretching, growth, force, wall_pull)
+        extend_pair(14, direction, lane, series)
     if order >= 19:
-        extend_pair(16, direction, lane, series, rates, stretching, growth, force, wall_pull)
+        extend_pair(16, direction, lane, series)
 
 
 @inlined
@@ -209,14 +230,14 @@ def evaluate_one(order, series, block, i, times):
     """
     first = at(0, block + 1) + i
     square = times * times
-    even = spread(series[first + (order - 1) * LANES])
-    odd = spread(series[first + order * LANES])
+    even = spread(series.position[first + (order - 1) * LANES])
+    odd = spread(series.position[first + order * LANES])
     even_slope, odd_slope = spread(0.0), spread(0.0)
     for k in range(order - 3, -1, -2):
         even_slope = fma(even_slope, square, even)
         odd_slope = fma(odd_slope, square, odd)
-        even = fma(even, square, series[first + k * LANES])
-        odd = fma(odd, square, series[first + (k + 1) * LANES])
+        even = fma(even, square, series.position[first + k * LANES])
+        odd = fma(odd, square, series.position[first + (k + 1) * LANES])
     slope = fma(2.0 * times, fma(odd_slope, times, even_slope), odd)
     return fma(odd, times, even), slope
 
@@ -224,7 +245,7 @@ def evaluate_one(order, series, block, i, times):
 @inlined
 def evaluate(order, series, block, time):
     """Position and relative velocity of a block at `time` (float64x8) after the start."""
-    return polynomial(order, series, block + 1, time)
+    return polynomial(order, series.position, block + 1, time)
 
 
 @inlined
@@ -240,19 +261,19 @@ def integral(order, coefficients, column, time):
 def mean_change(order, series, block, time):
     """Mean from the start to `time` of the change of position of a block."""
     square = time * time
-    even = load(series, (at(order - 1, block + 1),)) * (1.0 / order)
-    odd = load(series, (at(order, block + 1),)) * (1.0 / (order + 1.0))
+    even = load(series.position, (at(order - 1, block + 1),)) * (1.0 / order)
+    odd = load(series.position, (at(order, block + 1),)) * (1.0 / (order + 1.0))
     for k in range(order - 2, 2, -2):
-        odd = fma(odd, square, load(series, (at(k, block + 1),)) * (1.0 / (k + 1.0)))
-        even = fma(even, square, load(series, (at(k - 1, block + 1),)) * (1.0 / k))
-    odd = fma(odd, square, load(series, (at(1, block + 1),)) * 0.5)
+        odd = fma(odd, square, load(series.position, (at(k, block + 1),)) * (1.0 / (k + 1.0)))
+        even = fma(even, square, load(series.position, (at(k - 1, block + 1),)) * (1.0 / k))
+    odd = fma(odd, square, load(series.position, (at(1, block + 1),)) * 0.5)
     return fma(even, time, odd) * time
 
 
 @inlined
 def deformation(k, spring, series):
     """Coefficient k of the deformation of a spring."""
-    return load(series, (at(k, spring + 1),)) - load(series, (at(k, spring),))
+    return load(series.position, (at(k, spring + 1),)) - load(series.position, (at(k, spring),))
 
 
 @inlined

@@ -7,6 +7,7 @@ vectors. Functions here round the same way for one chain and for a vector of the
 
 import functools
 import hashlib
+import inspect
 import pathlib
 
 import numba
@@ -27,18 +28,48 @@ def _engine_version():
 def kernel(function):
     """Compile a kernel that is called from Python: cached, without the GIL, IEEE division.
 
+    It makes no arrays and keeps none: no references to count, which numba does by calls in loops.
+
     Numba recompiles a cached function when its own file changes, but not when a helper changes that
-    was inlined from another file. So the stamp of the cached file gets a hash of all of them.
+    was inlined from another file. So the stamp of the cached file gets a hash of all of them. It
+    tells apart kernels made by one function by what they enclose; of a helper that is its name, as
+    another process could not know it by its identity.
     """
-    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
-    cached = dispatcher._cache._cache_file
-    cached._source_stamp = (*cached._source_stamp, _engine_version())
+    dispatcher = allocating_kernel(function)
+    dispatcher.targetoptions["_nrt"] = False
     return dispatcher
 
 
+def allocating_kernel(function):
+    """As `kernel`, for kernels that make arrays."""
+    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    cache = dispatcher._cache
+    cached = cache._cache_file
+    cached._source_stamp = (*cached._source_stamp, _engine_version())
+    enclosed = repr([_identity(cell.cell_contents) for cell in function.__closure__ or ()])
+    cache._index_key = lambda signature, codegen: (
+        signature,
+        codegen.magic_tuple(),
+        hashlib.sha256(function.__code__.co_code).hexdigest(),
+        enclosed,
+    )
+    return dispatcher
+
+
+def _identity(enclosed):
+    """What tells a value that a kernel encloses from others, in every process."""
+    function = getattr(enclosed, "py_func", None)
+    if function is None:
+        return enclosed
+    code = hashlib.sha256(inspect.getsource(function).encode()).hexdigest()
+    return function.__module__, function.__qualname__, code
+
+
 def inlined(function):
-    """Compile a helper that is always inlined into the kernel that calls it."""
-    return numba.njit(error_model="numpy", forceinline=True)(function)
+    """Compile a helper that is always inlined into the kernel that calls it; it makes no arrays."""
+    dispatcher = numba.njit(error_model="numpy", forceinline=True)(function)
+    dispatcher.targetoptions["_nrt"] = False
+    return dispatcher
 
 
 @intrinsic

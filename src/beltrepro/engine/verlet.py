@@ -23,27 +23,14 @@ the stretch. Which blocks of a vector are watched, and what is evaluated and the
 on the neighbours and on where a run is cut into pieces; the numbers of a chain do not.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from beltrepro.engine.events import (
-    EVENT_BLOCK,
-    EVENT_DISSIPATED,
-    EVENT_FORCE,
-    EVENT_POSITION,
-    EVENT_SLIP,
-    EVENT_TIME,
-)
-from beltrepro.engine.law import (
-    COMPRESSION_RATE,
-    EXTENSION_RATE,
-    FRICTION_RATIO,
-    STATIC_FRICTION,
-    spring_law,
-    tension,
-    tension_and_slope,
-)
+from beltrepro.engine.law import Law, tension, tension_and_slope
 from beltrepro.engine.memory import zeros
 from beltrepro.engine.noise import normal_pairs_wide
+from beltrepro.engine.records import Crossings, Events, record_event
 from beltrepro.engine.simd import (
     WIDE_LANES,
     copysign,
@@ -89,6 +76,42 @@ _LARGEST_DEVIATE = 8.5  # sqrt(-2 ln 2^-52), see `beltrepro.engine.noise`
 _TENSION_SHARE = 1 / 16
 
 
+class Chains(NamedTuple):
+    """State of W chains, W a multiple of 16."""
+
+    state: np.ndarray  # (W/16, rows of all blocks), see `initial_state`
+    wall_pull: np.ndarray  # (W,) sum of the first spring's pull over the steps
+    streams: np.ndarray  # (4, W) random streams
+
+
+class Group(NamedTuple):
+    """Chains of one law with all that moves them."""
+
+    law: Law
+    time_step: float  # dt
+    belt_step: np.ndarray  # (W,) u dt
+    noise: np.ndarray  # (W,) sigma
+    noisy: bool  # whether any sigma is not zero
+    n_blocks: int
+    chains: Chains
+
+
+class Samples(NamedTuple):
+    """Samples of W chains at the steps whose index is a multiple of `stride`."""
+
+    values: np.ndarray  # (S, 3, B, W) displacement, relative velocity, kinetic friction
+    first_block: int  # the first of the B blocks, from 0
+    stride: int
+
+
+class Records(NamedTuple):
+    """All that the kernel records."""
+
+    samples: Samples
+    events: Events
+    crossings: Crossings
+
+
 def initial_state(displacement, threshold, belt_step):
     """State (W/16, N + 2 rows) of W chains with all blocks stuck.
 
@@ -132,10 +155,10 @@ def _put(state, vector, block, field, value):
 
 
 @inlined
-def _expand(state, vector, spring, deformation, law, rates):
+def _expand(state, vector, spring, deformation, law):
     """Write the power series of a tension; returns the tension."""
     pull, slope, excess = tension_and_slope(deformation, law)
-    rate = select(deformation < 0.0, -rates[0], rates[1])
+    rate = select(deformation < 0.0, -law.compression_rate, law.extension_rate)
     rate = select(excess == 0.0, 0.0, rate)
     _put(state, vector, spring, _DEFORMATION, deformation)
     _put(state, vector, spring, _SERIES, pull)
@@ -152,27 +175,26 @@ def _expand(state, vector, spring, deformation, law, rates):
 
 
 @inlined
-def _prepare(state, vector, n_blocks, friction, square, law, rates):
+def _prepare(state, vector, n_blocks, strongest, square, law):
     """Start a stretch: write the series, bound the motion.
 
-    friction : mean F_st, strongest kinetic friction. Returns the bound A on |a| dt^2, and bits:
-    springs that need the law, blocks that might turn, and whether the bounds fail for some chain.
+    strongest : kinetic friction. Returns the bound A on |a| dt^2, and bits: springs that need the
+    law, blocks that might turn, and whether the bounds fail for some chain.
 
     While tensions change by at most `change`, F_ex changes by twice as much, which bounds a. Slips
     then change by less than K |w| + K (K + 11)/2 A in K steps, of which 5 A a step are for blocks
     that stick, where |w| < 5 A. And this must keep the tensions within `change`.
     """
-    limit = law[0]
-    highest_rate = max(rates[0], rates[1])
-    mean, strongest = friction
-    change = _TENSION_SHARE * mean
+    limit = law.linear_limit
+    highest_rate = max(law.compression_rate, law.extension_rate)
+    change = _TENSION_SHARE * law.static_friction
     left = _get(state, vector, 0, _START)
     pull = left
     fastest = left
     greatest = left
     for block in range(1, n_blocks + 1):
         displacement = _get(state, vector, block, _START)
-        next_pull = _expand(state, vector, block, displacement - left, law, rates)
+        next_pull = _expand(state, vector, block, displacement - left, law)
         force = next_pull - pull
         if block > 1:
             _put(state, vector, block - 1, _FORCE, force)
@@ -346,29 +368,23 @@ def _move(state, vector, n_blocks, noisy):
 
 
 @inlined
-def _record(state, vector, block, lane, kind, time, square, events, event_count):
-    """Record the start (kind 1) or end (kind 0) of a slip."""
-    chain = vector * LANES + lane
-    slot = event_count[chain]
-    events[chain, slot, EVENT_TIME] = time
-    events[chain, slot, EVENT_BLOCK] = block - 1
-    events[chain, slot, EVENT_SLIP] = kind
-    events[chain, slot, EVENT_FORCE] = state[vector, block * _ROW + _FORCE + lane]
-    events[chain, slot, EVENT_POSITION] = state[vector, block * _ROW + DISPLACEMENT + lane]
-    events[chain, slot, EVENT_DISSIPATED] = state[vector, block * _ROW + DISSIPATED + lane] / square
-    event_count[chain] = slot + 1
+def _record(state, vector, block, lane, slips, time, square, events):
+    """Record the start (slips 1) or end (slips 0) of a slip."""
+    place = block * _ROW + lane
+    force = state[vector, place + _FORCE]
+    here = state[vector, place + DISPLACEMENT]
+    loss = state[vector, place + DISSIPATED] / square
+    record_event(vector * LANES + lane, time, block - 1, slips, force, here, loss, events)
 
 
 @inlined
-def _turn(
-    state, vector, block, force, belt_travel, mean, ratio, noise, square, time, events, event_count
-):
+def _turn(state, vector, block, force, belt_travel, law, noise, square, time, events):
     """Apply the stick and slip rules to a block and record what they change."""
     w = _get(state, vector, block, _SLIP_STEP)
     old = _get(state, vector, block, DIRECTION)
     slipping = old != 0.0
     # drawn anew while slipping, kept while stuck
-    drawn = fma(noise, _get(state, vector, block, _NORMAL), mean)
+    drawn = fma(noise, _get(state, vector, block, _NORMAL), law.static_friction)
     threshold = select(slipping, drawn, _get(state, vector, block, _THRESHOLD))
     free = select(abs(force) > threshold, copysign(1.0, force), 0.0)
     goes_on = slipping & (old * _get(state, vector, block, VELOCITY) > 0.0)
@@ -392,18 +408,18 @@ def _turn(
         slips = mask_bits(changed & moving)
         for lane in range(LANES):
             if (sticks >> lane) & 1:
-                _record(state, vector, block, lane, 0, time, square, events, event_count)
+                _record(state, vector, block, lane, 0, time, square, events)
             if (slips >> lane) & 1:
-                _record(state, vector, block, lane, 1, time, square, events, event_count)
+                _record(state, vector, block, lane, 1, time, square, events)
         turned = old * new != 0.0
         before = _get(state, vector, block, _ACCELERATION)
-        kinetic = new * (ratio * square)
+        kinetic = new * (law.friction_ratio * square)
         _put(state, vector, block, _THRESHOLD, threshold)
         _put(state, vector, block, _SLIP_STEP, select(turned, w, 0.0))
         _put(state, vector, block, _ACCELERATION, select(turned, before, 0.0))
         _put(state, vector, block, DIRECTION, new)
         _put(state, vector, block, _PUSH, select(moving, square, 0.0))
-        _put(state, vector, block, _KINETIC, kinetic * mean)
+        _put(state, vector, block, _KINETIC, kinetic * law.static_friction)
         _put(state, vector, block, _KINETIC_NOISE, kinetic * noise)
 
 
@@ -443,17 +459,16 @@ def _cross(
     n_blocks,
     belt,
     belt_travel,
-    section_block,
     level,
     time,
     time_step,
     crossings,
-    count,
 ):
     """Record the chains whose block came down through its level in the step that ends at `time`.
 
     belt_travel : u t since the start of the stretch.
     """
+    section_block = crossings.block + 1
     slip = _get(state, vector, section_block, _SLIP)
     after = _get(state, vector, section_block, _START) + (belt_travel + slip) - level
     move = _get(state, vector, section_block, _SLIP_STEP) + belt
@@ -464,9 +479,9 @@ def _cross(
             if (hits >> lane) & 1:
                 chain = vector * LANES + lane
                 share = extract(back, lane)
-                slot = count[chain]
-                count[chain] = slot + 1
-                crossings[chain, slot, 0] = time - share * time_step
+                slot = crossings.count[chain]
+                crossings.count[chain] = slot + 1
+                crossings.rows[chain, slot, 0] = time - share * time_step
                 for block in range(1, n_blocks + 1):
                     place = state[vector, block * _ROW + _START + lane] + (
                         extract(belt_travel, lane) + state[vector, block * _ROW + _SLIP + lane]
@@ -474,73 +489,44 @@ def _cross(
                     move_one = state[vector, block * _ROW + _SLIP_STEP + lane] + extract(belt, lane)
                     velocity = state[vector, block * _ROW + VELOCITY + lane]
                     velocity -= share * state[vector, block * _ROW + _ACCELERATION + lane]
-                    crossings[chain, slot, block] = place - share * move_one
-                    crossings[chain, slot, n_blocks + block] = velocity / time_step
+                    crossings.rows[chain, slot, block] = place - share * move_one
+                    crossings.rows[chain, slot, n_blocks + block] = velocity / time_step
 
 
 @inlined
-def _sample(state, vector, n_blocks, first_sampled, time_step, samples, row):
+def _sample(state, vector, n_blocks, time_step, samples, row):
     """Write one row of samples of the vector's chains."""
     lane = vector * LANES
-    for column in range(n_blocks - first_sampled):
-        block = 1 + first_sampled + column
+    for column in range(n_blocks - samples.first_block):
+        block = 1 + samples.first_block + column
         velocity = _get(state, vector, block, VELOCITY)
         noise = _get(state, vector, block, _KINETIC_NOISE)
         kinetic = _get(state, vector, block, _KINETIC)
         kinetic = fma(noise, _get(state, vector, block, _NORMAL), kinetic)
         displacement = _get(state, vector, block, DISPLACEMENT)
-        store(samples, (row, 0, column, lane), displacement)
-        store(samples, (row, 1, column, lane), velocity / time_step)
-        store(samples, (row, 2, column, lane), -kinetic / (time_step * time_step))
+        store(samples.values, (row, 0, column, lane), displacement)
+        store(samples.values, (row, 1, column, lane), velocity / time_step)
+        store(samples.values, (row, 2, column, lane), -kinetic / (time_step * time_step))
 
 
 @kernel
-def verlet_steps(
-    n_blocks,
-    first_step,
-    n_steps,
-    time_step,
-    constants,
-    belt_step,
-    noise,
-    noisy,
-    state,
-    wall_pull,
-    streams,
-    sample_stride,
-    first_sampled,
-    samples,
-    events,
-    event_count,
-    section_block,
-    section_displacement,
-    crossings,
-    crossing_count,
-):
-    """Advance W chains by at most n_steps steps of the Appendix; returns the steps done.
+def verlet_steps(first_step, n_steps, group, records):
+    """Advance the chains of a group by at most n_steps steps of the Appendix; returns the number.
 
     It stops early when a buffer of events or crossings is nearly full.
 
-    first_step : index of the first step (time = index * time_step).
-    constants : (9,) see `law_constants`; belt_step : (W,) u*dt; noise : (W,) sigma;
-    noisy : whether any of them is not zero.
-    state : see `initial_state`; wall_pull : (W,) sum of the first spring's pull over the steps;
-    streams : (4, W) random streams.
-    sample_stride : samples are taken where the step index is a multiple of it;
-    first_sampled : first block sampled;
-    samples : (S, 3, N-first_sampled, W) displacement, relative velocity, kinetic friction.
-    events : (W, E, 6), crossings : (W, C, 1+2N) and their counts (W,).
-    section_block : 0-based, or -1 for none; section_displacement : (W,).
+    first_step : index of the first step (time = index * dt). group : Group; records : Records.
     """
-    law = spring_law(constants)
-    rates = constants[COMPRESSION_RATE], constants[EXTENSION_RATE]
-    section_block += 1
-    mean = constants[STATIC_FRICTION]
-    ratio = constants[FRICTION_RATIO]
+    law, n_blocks, noisy = group.law, group.n_blocks, group.noisy
+    state, streams, wall_pull = group.chains.state, group.chains.streams, group.chains.wall_pull
+    events, crossings = records.events, records.crossings
+    sample_stride = records.samples.stride
+    section_block = crossings.block + 1
+    time_step = group.time_step
     square = time_step * time_step
     # sixteen chains take this many steps before the next sixteen do, so that they stay in the
     # fastest memory; it cannot fill more than a quarter of a buffer
-    visit = min(events.shape[1] // (8 * n_blocks), crossings.shape[1] // 4)
+    visit = min(events.rows.shape[1] // (8 * n_blocks), crossings.rows.shape[1] // 4)
     last = first_step + n_steps
     step = first_step
     row = 0
@@ -553,11 +539,11 @@ def verlet_steps(
         sampled = step % sample_stride == 0
         for vector in range(len(state)):
             lane = vector * LANES
-            spread = load_wide(noise, (lane,))
-            belt = load_wide(belt_step, (lane,))
-            level = load_wide(section_displacement, (lane,))
+            spread = load_wide(group.noise, (lane,))
+            belt = load_wide(group.belt_step, (lane,))
+            level = load_wide(crossings.level, (lane,))
             pull = load_wide(wall_pull, (lane,))
-            strongest = ratio * fma(spread, _LARGEST_DEVIATE, mean)
+            strongest = fma(spread, _LARGEST_DEVIATE, law.static_friction) * law.friction_ratio
             now = start
             while now < step:
                 base = now - now % STRETCH
@@ -565,7 +551,7 @@ def verlet_steps(
                 near = section_block > 0
                 if now == base:
                     fastest, bent, watched, loose = _prepare(
-                        state, vector, n_blocks, (mean, strongest), square, law, rates
+                        state, vector, n_blocks, strongest, square, law
                     )
                     if near and not loose:
                         near = _near(state, vector, section_block, level, belt, fastest)
@@ -601,13 +587,11 @@ def verlet_steps(
                                         block,
                                         force,
                                         belt_travel,
-                                        mean,
-                                        ratio,
+                                        law,
                                         spread,
                                         square,
                                         step_index * time_step,
                                         events,
-                                        event_count,
                                     )
                     # velocities serve the rules, samples and crossings
                     kept = watched if step_index < end - 1 else -1
@@ -626,22 +610,20 @@ def verlet_steps(
                             n_blocks,
                             belt,
                             belt * float(step_index + 1 - base),
-                            section_block,
                             level,
                             (step_index + 1) * time_step,
                             time_step,
                             crossings,
-                            crossing_count,
                         )
                 now = end
                 _conclude(state, vector, n_blocks, belt * float(end - base), end == base + STRETCH)
             store(wall_pull, (lane,), pull)
             if sampled:
-                _sample(state, vector, n_blocks, first_sampled, time_step, samples, row)
+                _sample(state, vector, n_blocks, time_step, records.samples, row)
             for chain in range(lane, lane + LANES):
-                if event_count[chain] + 2 * n_blocks * visit > events.shape[1]:
+                if events.count[chain] + 2 * n_blocks * visit > events.rows.shape[1]:
                     full = True
-                if crossing_count[chain] + visit > crossings.shape[1]:
+                if crossings.count[chain] + visit > crossings.rows.shape[1]:
                     full = True
         row += sampled
     return step - first_step

@@ -3,7 +3,7 @@
 import numpy as np
 
 from beltrepro.engine.simd import select
-from beltrepro.engine.vector import kernel, separate_arrays
+from beltrepro.engine.vector import allocating_kernel, separate_arrays
 
 
 class LengthMoments:
@@ -46,7 +46,7 @@ class LengthMoments:
         }
 
 
-@kernel
+@allocating_kernel
 def _add_moments(values, count, mean, squares, low, high):
     """Add samples (S, W), of which there are `count` in total now, to the moments (W,).
 

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from beltrepro.engine.events import (
+from beltrepro.engine.law import tension
+from beltrepro.engine.records import (
     EVENT_BLOCK,
     EVENT_DISSIPATED,
     EVENT_FIELDS,
@@ -12,8 +13,7 @@ from beltrepro.engine.events import (
     EVENT_SLIP,
     EVENT_TIME,
 )
-from beltrepro.engine.law import COMPRESSION_RATE, EXTENSION_RATE, LINEAR_LIMIT, spring_law, tension
-from beltrepro.engine.vector import inlined, kernel
+from beltrepro.engine.vector import allocating_kernel, inlined, kernel
 
 # State of one chain in `_follow`: when the present slip of the last block began (NaN: stuck) and
 # when the last block stuck last; then the laminar phases met so far.
@@ -229,15 +229,15 @@ def _spring_energy(positions, rest_length, law):
     for block in range(len(positions)):
         deformation = positions[block] - previous - rest_length
         previous = positions[block]
-        rate = law[COMPRESSION_RATE] if deformation < 0.0 else law[EXTENSION_RATE]
-        linear = min(abs(deformation), law[LINEAR_LIMIT])
+        rate = law.compression_rate if deformation < 0.0 else law.extension_rate
+        linear = min(abs(deformation), law.linear_limit)
         excess = abs(deformation) - linear
-        beyond = abs(tension(deformation, spring_law(law))) - linear
+        beyond = abs(tension(deformation, law)) - linear
         energy += 0.5 * linear * linear + excess * linear + (beyond - excess) / rate
     return energy
 
 
-@kernel
+@allocating_kernel
 def _collect(events, initial, rest_length, belt_velocity, law, start, slips, avalanches):
     n_blocks = len(initial)
     stuck_at = np.zeros(n_blocks)  # time and place of the last stick

@@ -1,7 +1,7 @@
 """Many chains advanced together: what the integrators have in common.
 
-An ensemble yields `Chunk`s: views of buffers that are overwritten by the next chunk, so the memory
-of a run does not grow with its length. Observers (`beltrepro.observe`) read chunks.
+An integrator yields `Chunk`s: views of buffers that are overwritten by the next chunk, so the
+memory of a run does not grow with its length. Observers (`beltrepro.observe`) read chunks.
 """
 
 from collections.abc import Iterator, Sequence
@@ -10,15 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from beltrepro.engine import simd
-from beltrepro.engine.events import EVENT_FIELDS
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.memory import aligned, zeros
 from beltrepro.engine.noise import normal_deviates, stream_states
+from beltrepro.engine.records import EVENT_FIELDS, Crossings, Events
 from beltrepro.errors import ModelStateError
 from beltrepro.model import ChainParameters
 from beltrepro.model.spring import potential_energy
 
-LANES = 32  # chains advanced together
+GROUP_SIZE = 32  # chains advanced together, at most
 _CHUNK_TIME = 250.0
 _CHUNK_SAMPLES = 4000
 _EVENTS = 4096
@@ -32,7 +32,7 @@ class Chunk:
     start, end : model time.
     time (S,) : instants of the samples; displacement, relative_velocity, kinetic_friction
     (S, B, W) : of the last B blocks; displacement is from the rest position.
-    events (W, E, 6), event_count (W,) : see `beltrepro.engine.events`; blocks from 0.
+    events (W, E, 6), event_count (W,) : see `beltrepro.engine.records`; blocks from 0.
     crossings (W, C, 1+2N), crossing_count (W,) : time, displacements, relative velocities.
     """
 
@@ -56,7 +56,7 @@ class Section:
     positions: np.ndarray
 
 
-class ChainEnsemble:
+class Integrator:
     """W chains of equal n_blocks and law, all stuck at t = 0; an integrator is a subclass.
 
     Parameters
@@ -96,7 +96,7 @@ class ChainEnsemble:
         chains = [self.parameters[lane] for lane in source]
         self._belt_velocity = aligned([chain.belt_velocity for chain in chains])
         self._noise = aligned([chain.noise for chain in chains])
-        self._constants = law_constants(first)
+        self._law = law_constants(first)
         self._initial_displacement = aligned((initial_positions[source] - rest).T)
         keys = [replicates[lane] for lane in source]
         self._streams = aligned(stream_states(chains, seed, keys))
@@ -109,14 +109,19 @@ class ChainEnsemble:
         self._chunk_steps = -(-steps // sample_stride) * sample_stride
         rows = self._chunk_steps // sample_stride + 1
         self._samples = zeros((rows, 3, sampled_blocks, lanes))
-        self._events = np.empty((lanes, max(_EVENTS, 8 * self.n_blocks), EVENT_FIELDS))
-        self._event_count = np.zeros(lanes, dtype=np.int64)
-        self._crossings = np.empty((lanes, _CROSSINGS, 1 + 2 * self.n_blocks))
-        self._crossing_count = np.zeros(lanes, dtype=np.int64)
-        self._section_block = -1 if section is None else section.block - 1
-        self._section_displacement = zeros(lanes)
+        self._events = Events(
+            rows=np.empty((lanes, max(_EVENTS, 8 * self.n_blocks), EVENT_FIELDS)),
+            count=np.zeros(lanes, dtype=np.int64),
+        )
+        level = zeros(lanes)
         if section is not None:
-            self._section_displacement[:] = section.positions[source] - rest[section.block - 1]
+            level[:] = section.positions[source] - rest[section.block - 1]
+        self._crossings = Crossings(
+            block=-1 if section is None else section.block - 1,
+            level=level,
+            rows=np.empty((lanes, _CROSSINGS, 1 + 2 * self.n_blocks)),
+            count=np.zeros(lanes, dtype=np.int64),
+        )
         self.time = 0.0  # model time reached
         speed = self._belt_velocity[: self._width]
         stored = potential_energy(np.asarray(initial_positions), first)
@@ -180,6 +185,11 @@ class ChainEnsemble:
         # contiguous, so that sums over blocks round the same way for any number of chains
         return np.ascontiguousarray(values[:, : self._width].T)
 
+    def _empty_buffers(self):
+        """Forget the events and crossings of the last chunk."""
+        self._events.count[:] = 0
+        self._crossings.count[:] = 0
+
     def _chunk(self, start: float, first_row: int, rows: int) -> Chunk:
         """The chunk that ends now; its samples begin with sample number `first_row` of the run."""
         width = self._width
@@ -191,10 +201,10 @@ class ChainEnsemble:
             displacement=samples[:, 0],
             relative_velocity=samples[:, 1],
             kinetic_friction=samples[:, 2],
-            events=self._events[:width],
-            event_count=self._event_count[:width],
-            crossings=self._crossings[:width],
-            crossing_count=self._crossing_count[:width],
+            events=self._events.rows[:width],
+            event_count=self._events.count[:width],
+            crossings=self._crossings.rows[:width],
+            crossing_count=self._crossings.count[:width],
         )
 
     def _check_state(self):

@@ -1,0 +1,65 @@
+"""Chains advanced on Taylor series, each at its own pace: what those integrators have in common."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from beltrepro.engine.integrator import Integrator
+from beltrepro.engine.memory import zeros
+from beltrepro.engine.records import CROSSINGS_FULL, EVENTS_FULL, Records, Samples
+
+
+class SeriesIntegrator(Integrator):
+    """Buffers for kernels that use `beltrepro.engine.taylor`.
+
+    A subclass has its state in `_chains`, a named tuple of arrays whose last axis is that of the
+    chains, among them displacement, velocity, dissipated (N, W) and wall_impulse (W,).
+    """
+
+    def __init__(self, parameters, **settings):
+        super().__init__(parameters, **settings)
+        # samples of a chain lie side by side: it writes where it has just written
+        rows, *columns = self._samples.shape
+        self._sample_columns = zeros((*columns, rows))
+        self._samples = np.moveaxis(self._sample_columns, -1, 0)
+
+    def _advance(self, kernel: Callable[[Records], int], first: float, interval: float, count: int):
+        """Call a kernel until no buffer is full; the buffers are doubled, which changes no bit.
+
+        kernel : goes on where it has stopped, with the records as they are then.
+        first, interval, count : of the samples, see `Samples`.
+
+        Returns what it said at last: DONE or STORM.
+        """
+        samples = Samples(
+            values=self._sample_columns,
+            following=zeros(len(self._noise), dtype=np.int64),
+            first_block=self._first_sampled,
+            first=first,
+            interval=interval,
+            count=count,
+        )
+        while True:
+            status = kernel(Records(samples, self._events, self._crossings))
+            if status == EVENTS_FULL:
+                self._events = _doubled(self._events)
+            elif status == CROSSINGS_FULL:
+                self._crossings = _doubled(self._crossings)
+            else:
+                return status
+
+    def _displacements(self):
+        return self._chains.displacement
+
+    def _relative_velocities(self):
+        return self._chains.velocity
+
+    def _friction_losses(self):
+        return self._chains.dissipated
+
+    def _wall_impulses(self):
+        return self._chains.wall_impulse
+
+
+def _doubled(buffer):
+    return buffer._replace(rows=np.concatenate([buffer.rows] * 2, axis=1))
