@@ -26,7 +26,8 @@ class Recurrence:
     ----------
     crossings : crossings of the surface in a period.
     time : length of a period, the unit of the times given.
-    distance : greatest distance of a state from that a period earlier, as a share of their largest coordinate.
+    distance : greatest distance of a state from that a period earlier, as a share of the largest
+        coordinate.
     since : index of the first state from which on all states are a period apart.
     """
 

@@ -22,6 +22,9 @@ class EventIntegrator(SeriesIntegrator):
     intensity q it is noise_share sqrt(q) where that is more, see docs/event.md.
     """
 
+    _quiet_and_noisy = (event.advance_quiet_chains, event.advance_noisy_chains)
+    _companion: tuple = ()  # what the hooks of the kernels need
+
     def __init__(
         self,
         parameters,
@@ -49,10 +52,7 @@ class EventIntegrator(SeriesIntegrator):
         # chains with noise and without have kernels of their own, which leave the others alone
         self._kernels = [
             (kernel, own)
-            for kernel, own in (
-                (event.advance_quiet_chains, power == 0),
-                (event.advance_noisy_chains, power > 0),
-            )
+            for kernel, own in zip(self._quiet_and_noisy, (power == 0, power > 0), strict=True)
             if own.any()
         ]
 
@@ -101,7 +101,7 @@ class EventIntegrator(SeriesIntegrator):
         """
         span = event.Span(self.time, length, 1000 + int(_PASSES_PER_TIME * length))
         status = self._advance(
-            lambda records: kernel(span, self._group, self._scratch, records, ()),
+            lambda records: kernel(span, self._group, self._scratch, records, self._companion),
             first_sample,
             interval,
             rows,

@@ -1,9 +1,9 @@
 """Deviations from chains that `event` advances: the tangent dynamics of the hybrid motion.
 
 A deviation (dx, dv) obeys the linearised equations of motion between events. The tension of a
-spring is T(D), so dT = T'(D) dD, and the Taylor coefficients of dT are the sums of products of those
-of T'(D) and of dD. On the linear branch T' = 1, on a curved one T' = c G (`beltrepro.engine.taylor`).
-A stuck block keeps its place on the belt, so dv = 0 and dx stays.
+spring is T(D), so dT = T'(D) dD, and the Taylor coefficients of dT are sums of products of those of
+T'(D) and of dD. On the linear branch T' = 1, on a curved one T' = c G
+(`beltrepro.engine.taylor`). A stuck block keeps its place on the belt, so dv = 0 and dx stays.
 
 At an event the chains beside the one followed change their rules a little earlier or later, which
 adds the jump of the vector field times the shift of the instant (Aizerman and Gantmakher 1958;
@@ -113,7 +113,7 @@ def apply_jumps(kind, block, lane, i, group, scratch, deviations):
     if kind == STICK:
         for vector in range(velocity.shape[0]):
             velocity[vector, block, chain] = 0.0
-    elif kind == SLIP or kind == REVERSAL:
+    elif kind in (SLIP, REVERSAL):
         external, rate, own, following = _pull(block, chain, group)
         way = group.chains.direction[block, chain]
         push = external + group.chains.noise_force[0, block, chain]
