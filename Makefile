@@ -17,7 +17,7 @@ SNAKEMAKE := $(IN_ENV) snakemake --cores $(CORES)
 LOCKED_SETUPTOOLS = awk '/^[^ ]/ { found = /^setuptools==/ } found' requirements.txt
 
 .DEFAULT_GOAL := figures
-.PHONY: figures smoke paper test lint env lock clean help
+.PHONY: figures smoke paper test lint schema env lock clean help
 
 figures: env  ## every figure, number and the report, standard lengths (default)
 	$(SNAKEMAKE) $(ARGS)
@@ -36,6 +36,9 @@ lint: env  ## style and lint of the Python and Snakemake files
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(IN_ENV) snakemake --lint
+
+schema: env  ## the schema of config.yaml for editors, from the code
+	$(BIN)/python -m beltrepro.datasets.schema > workflow/schemas/config.schema.yaml
 
 env: $(STAMP)  ## .venv, from requirements.txt
 

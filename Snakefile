@@ -1,4 +1,4 @@
-# The workflow: config.yaml -> simulations -> figures, claims and the report.
+# The workflow: config.yaml -> datasets -> tables, figures, claims and the report.
 #
 #     snakemake --cores 2                            everything, preset `standard`
 #     snakemake --cores 2 --config preset=smoke      the same in a few minutes, coarse
@@ -24,18 +24,14 @@ rule all:
     "Everything: figures, claims, the comparison of integrators and the report; the default."
     default_target: True
     input:
-        figure_files,
-        agreement_figure_files,
-        "<results>/agreement.csv",
+        drawn("png", "pdf"),
+        [file_of(name) for name in TABLES],
         "<results>/claims.csv",
         "<results>/report.html",
 
 
-include: "workflow/rules/scans.smk"
-include: "workflow/rules/series.smk"
-include: "workflow/rules/catalogues.smk"
-include: "workflow/rules/ensembles.smk"
-include: "workflow/rules/agreement.smk"
+include: "workflow/rules/datasets.smk"
+include: "workflow/rules/tables.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/timing.smk"

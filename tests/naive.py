@@ -55,3 +55,80 @@ def verlet(
         before, x = x, after
         positions.append(list(x))  # a copy: a block that sticks rewrites its place in `before`
     return positions, events
+
+
+def normal_deviates(state, count):
+    """xoshiro256++ as its authors print it, and Box and Muller's two deviates of each word."""
+    mask = (1 << 64) - 1
+
+    def rotated(word, places):
+        return ((word << places) | (word >> (64 - places))) & mask
+
+    s, normals = list(state), []
+    for _ in range(count // 2):
+        word = (rotated((s[0] + s[3]) & mask, 23) + s[0]) & mask
+        shifted = (s[1] << 17) & mask
+        s[2] ^= s[0]
+        s[3] ^= s[1]
+        s[1] ^= s[2]
+        s[0] ^= s[3]
+        s[2] ^= shifted
+        s[3] = rotated(s[3], 45)
+        radius = 1.0 - (word >> 12) / 2.0**52  # the high 52 bits, 0 excluded
+        angle = (word & ((1 << 36) - 1)) / 2.0**36  # the low 36 bits
+        length = math.sqrt(-2.0 * math.log(radius))
+        normals += [
+            length * math.cos(2 * math.pi * angle),
+            length * math.sin(2 * math.pi * angle),
+        ]
+    return normals
+
+
+def slips_and_avalanches(events, initial, belt_velocity, energy, start):
+    """Slips as pairs of events of a block; avalanches as slips that overlap or touch, merged.
+
+    events : rows (time, block from 0, slips, force, position, dissipated); energy : of positions.
+    Returns rows in the order of the fields of SLIP and AVALANCHE without `chain`, in order of
+    their ends.
+    """
+    slips, going_on = [], {}
+    for time, block, begins, _, position, loss in events:
+        if begins:
+            going_on[block] = (time, position, loss)
+        else:
+            begin, place, before = going_on.pop(block)
+            slips.append((int(block) + 1, begin, time, place, position, loss - before))
+    merged = []
+    unfinished = min((begin for begin, *_ in going_on.values()), default=math.inf)
+    for slip in sorted(slips, key=lambda slip: slip[1]):
+        if merged and slip[1] <= max(other[2] for other in merged[-1]):
+            merged[-1].append(slip)
+        else:
+            merged.append([slip])
+
+    def positions(time, done):
+        """Of blocks that are all stuck, each carried by the belt since the last of its slips."""
+        places = [place + belt_velocity * time for place in initial]
+        for block, _, stop, _, place, _ in done:
+            places[block - 1] = place + belt_velocity * (time - stop)
+        return places
+
+    avalanches = []
+    for group in merged:
+        begin, end = group[0][1], max(slip[2] for slip in group)
+        if begin < start or end >= unfinished:
+            continue
+        before = positions(begin, [slip for slip in slips if slip[2] < begin])
+        after = positions(end, [slip for slip in slips if slip[2] <= end])
+        avalanches.append(
+            (
+                begin,
+                end,
+                len(group),
+                len({slip[0] for slip in group}),
+                sum(slip[5] for slip in group),
+                energy(before) - energy(after),
+                after[-1] - before[-1],
+            )
+        )
+    return [slip for slip in slips if slip[1] >= start], avalanches

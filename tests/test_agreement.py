@@ -21,7 +21,6 @@ from beltrepro.figures import (
     style,
 )
 from beltrepro.report import agreement as page
-from beltrepro.report import gathering
 from beltrepro.simulation import TOLERANCES
 from beltrepro.store import Dataset
 from test_report import PIXEL, Page
@@ -355,15 +354,15 @@ def points(seed, *, shift=0.0, runs=12):
 
 def catalogue(seed, runs=8):
     rng = np.random.default_rng(seed)
-    slips = np.zeros(runs * 40, [("chain", "i4"), ("block", "i4"), ("start_time", "f8"),
+    slips = np.zeros(runs * 40, [("point", "i4"), ("block", "i4"), ("start_time", "f8"),
                                  ("stop_time", "f8"), ("start_position", "f8"),
                                  ("stop_position", "f8"), ("dissipated", "f8")])  # fmt: skip
-    slips["chain"] = np.repeat(np.arange(runs), 40)
+    slips["point"] = np.repeat(np.arange(runs), 40)
     slips["block"] = 4 + np.arange(runs * 40) % 2
     slips["start_position"] = rng.exponential(50, slips.size)
     slips["dissipated"] = 30
-    section = np.zeros(runs * 20, [("chain", "i4"), ("velocities", "f8", 5)])
-    section["chain"] = np.repeat(np.arange(runs), 20)
+    section = np.zeros(runs * 20, [("point", "i4"), ("velocities", "f8", 5)])
+    section["point"] = np.repeat(np.arange(runs), 20)
     section["velocities"] = rng.standard_normal((section.size, 5))
     return {
         "n_blocks": np.full(runs, 5),
@@ -408,7 +407,7 @@ def test_statistics_of_runs():
     slips = catalogue(2)
     found = agreement.slip_statistics(slips)
     assert found["slips of the last block"].tolist() == [20] * 8
-    own = slips["slips"][(slips["slips"]["chain"] == 3) & (slips["slips"]["block"] == 5)]
+    own = slips["slips"][(slips["slips"]["point"] == 3) & (slips["slips"]["block"] == 5)]
     assert found["slip size, median"][3] == pytest.approx(np.median(own["start_position"]))
     assert found["v_N at section points, mean"][3] == pytest.approx(
         slips["section"]["velocities"][60:80, 4].mean()
@@ -596,18 +595,14 @@ def test_page_is_a_section_of_the_report(tables, tmp_path):
     settings = config.make_plan(CONFIG | {"preset": "smoke"}, SCHEMA).settings()
     claims, image = tmp_path / "claims.csv", tmp_path / "image.png"
     measure({}, {}, {}, {}, settings).to_csv(claims, index=False)
-    image.write_bytes(PIXEL)
     names = [module.__name__.rpartition(".")[2] for module in FIGURES]
+    images = [image.with_stem(name) for name in names]
+    for path in images:
+        path.write_bytes(PIXEL)
+    files = {name: [path] for name, path in vars(tables).items()}
+    files |= {"claims": [claims], "figures": images}
     report.render(
-        tmp_path / "report.html",
-        {},
-        claims,
-        [],
-        tmp_path / "none",
-        "smoke",
-        settings,
-        agreement_tables=tables,
-        agreement_figures=dict.fromkeys(names, image),
+        tmp_path / "report.html", report.Material("smoke", settings, files, tmp_path / "none")
     )
     rendered = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert {"agreement", *names} <= set(rendered.identifiers)
@@ -630,7 +625,7 @@ def test_page_draws_no_conclusion_of_its_own(tables, tmp_path):
 @pytest.mark.parametrize("module", FIGURES)
 def test_figures_draw_and_repeat(module, tmp_path):
     part = module.__name__.rpartition("agreement_")[2]
-    data = {role: made_up(role)[part] for role in config.ROLES}
+    data = {f"{part}_{role}": made_up(role)[part] for role in config.ROLES}
     written = []
     for name in ("first", "second"):
         figure = module.draw(data, style.small_print(list(data.values()), "smoke"))
@@ -639,7 +634,7 @@ def test_figures_draw_and_repeat(module, tmp_path):
         assert all(axes.has_data() for axes in figure.axes)
     assert written[0] == written[1]
     with pytest.raises(InputError, match="reference"):
-        module.draw({"tested": data["tested"]}, "")
+        module.draw({f"{part}_tested": data[f"{part}_tested"]}, "")
 
 
 @pytest.mark.parametrize(
@@ -647,19 +642,14 @@ def test_figures_draw_and_repeat(module, tmp_path):
     [(trajectories([0.001], slope=0.0), False), (with_tolerances([0.001], [1e-4]), True)],
 )
 def test_few_tolerances_are_drawn_or_missed(reference, drawn):
-    data = {role: made_up(role)["trajectories"] for role in config.ROLES}
-    data["reference"] = Dataset(reference, data["reference"].attributes)
+    tested, other = (made_up(role)["trajectories"] for role in config.ROLES)
+    data = {
+        "trajectories_tested": tested,
+        "trajectories_reference": Dataset(reference, other.attributes),
+    }
     figure = agreement_trajectories.draw(data, "")
     assert bool(figure.axes[3].lines) == drawn
     assert bool(figure.axes[3].texts) != drawn
-
-
-def test_figures_have_words():
-    words = gathering.read_content()["agreement"]["figures"]
-    assert list(words) == [module.__name__.rpartition(".")[2] for module in FIGURES]
-    for module, each in zip(FIGURES, words.values(), strict=True):
-        assert each["title"] == module.TITLE
-        assert set(each) == {"title", "words", "alt"}
 
 
 def tiny(part, role):

@@ -28,7 +28,7 @@ def henon(size):
 
 
 def scan(**arrays):
-    """A scan in the layout of `measure_points`, filled with defaults."""
+    """A scan in the layout of `scan`, filled with defaults."""
     size = len(arrays["belt_velocity"])
     defaults = {
         "n_blocks": np.full(size, 5),

@@ -8,7 +8,7 @@ from beltrepro.analysis.errors import NotEnoughDataError
 from beltrepro.analysis.fits import fit_log_log
 
 SLIP = [
-    ("chain", "i4"),
+    ("point", "i4"),
     ("block", "i4"),
     ("start_time", "f8"),
     ("stop_time", "f8"),
@@ -150,7 +150,7 @@ def test_energies_of_avalanches_that_reach_the_last_block():
     assert energies.tolist() == [5.0 + 10.0 + 7.0, 6.0]
     catalogue = np.array(
         [(0, 0.0, 4.0), (0, 10.0, 11.0), (1, 10.0, 11.0)],
-        dtype=[("chain", "i4"), ("start_time", "f8"), ("stop_time", "f8")],
+        dtype=[("point", "i4"), ("start_time", "f8"), ("stop_time", "f8")],
     )
     assert avalanches.with_last_block(catalogue, slips, 5).tolist() == [True, False, True]
 

@@ -34,7 +34,7 @@ SETTINGS = {
         "compression_rate": 0.2,
         "extension_rate": 0.01,
     },
-    "numerics": {"laminar_time": 200.0},
+    "defaults": {"laminar_time": 200.0},
 }
 # Transition regions of the made-up chains, and of the paper (Fig. 19).
 REGIONS = {5: (15.0, 18.0), 6: (19.0, 25.0), 7: (23.0, 32.0), 10: (27.0, 40.0)}
@@ -191,16 +191,16 @@ def made_up_catalogue(chains=8, per_chain=500):
 
     chain = np.repeat(np.arange(chains, dtype="i4"), per_chain)
     start = np.tile(100.0 * np.arange(per_chain), chains)
-    slip = [("chain", "i4"), ("block", "i4"), ("start_time", "f8"), ("stop_time", "f8")]
+    slip = [("point", "i4"), ("block", "i4"), ("start_time", "f8"), ("stop_time", "f8")]
     slip += [("start_position", "f8"), ("stop_position", "f8"), ("dissipated", "f8")]
     slips = np.zeros(size, dtype=slip)
-    slips["chain"], slips["block"] = chain, 5
+    slips["point"], slips["block"] = chain, 5
     slips["start_time"], slips["stop_time"] = start, start + 5
     slips["start_position"], slips["stop_position"] = power_law(-1.47, 60, 400), 0.0
     slips["dissipated"] = 30 * slips["start_position"]
-    avalanche = [("chain", "i4"), ("start_time", "f8"), ("stop_time", "f8"), ("dissipated", "f8")]
+    avalanche = [("point", "i4"), ("start_time", "f8"), ("stop_time", "f8"), ("dissipated", "f8")]
     avalanches = np.zeros(size, dtype=[*avalanche, ("spring_energy_drop", "f8")])
-    avalanches["chain"] = chain
+    avalanches["point"] = chain
     avalanches["start_time"], avalanches["stop_time"] = start - 1, start + 8
     avalanches["dissipated"] = power_law(-0.87, 7e3, 4e4)
     avalanches["spring_energy_drop"] = avalanches["dissipated"]
@@ -213,7 +213,7 @@ def made_up_catalogue(chains=8, per_chain=500):
     return Dataset({"slips": slips, "avalanches": avalanches, "section": points}, attributes)
 
 
-def made_up_ensemble(members=60, duration=40_000.0):
+def made_up_escapes(members=60, duration=40_000.0):
     rng = np.random.default_rng(4)
     velocity = np.repeat(np.arange(18.0, 35.0), members)
     tau = 400 + 5600 * np.exp(-(velocity - 18) / 3)
@@ -226,7 +226,7 @@ def made_up_ensemble(members=60, duration=40_000.0):
         "final_disorder": np.full(size, 0.02),
         "final_stick_rate": np.zeros((size, 5)),
     }
-    return Dataset(arrays, {"kind": "ensemble", "duration": duration})
+    return Dataset(arrays, {"kind": "escapes", "duration": duration})
 
 
 @pytest.fixture(scope="module")
@@ -248,10 +248,8 @@ def paper_like():
         "n10_u34": laminar_series(8, 500.0, n_blocks=10, belt_velocity=34.0, duration=9000.0),
         "n10_u38": laminar_series(4, 1500.0, n_blocks=10, belt_velocity=38.0, duration=9000.0),
     }
-    return measure(
-        made_up_scans(), series, {"u1": made_up_catalogue()}, {"lifetimes": made_up_ensemble()},
-        SETTINGS,
-    )  # fmt: skip
+    others = {"slips_u1": made_up_catalogue(), "lifetimes": made_up_escapes()}
+    return measure(made_up_scans() | series | others, SETTINGS)
 
 
 def verdicts(table):
@@ -278,11 +276,9 @@ def test_every_testable_claim_has_a_function_in_the_module_of_its_section():
 
 
 def test_the_datasets_that_claims_need_are_in_the_configuration():
-    preset = yaml.safe_load(CONFIG.read_text())["presets"]["paper"]
-    kinds = ("scans", "series", "catalogues", "ensembles")
-    known = {f"{kind}/{name}" for kind in kinds for name in preset[kind]}
+    known = set(yaml.safe_load(CONFIG.read_text())["datasets"])
     needed = {name for claim in load_ledger().values() for name in claim.needs}
-    assert needed - known <= {"series/u7"}
+    assert needed <= known
 
 
 # --- criteria -------------------------------------------------------------------------------------
@@ -363,7 +359,7 @@ def test_the_table_has_the_promised_layout(paper_like):
     assert spectrum.loc["amplitude", "verdict"] == HOLDS
     assert "holds for: amplitude" in spectrum.loc["", "note"]
     assert float(spectrum.loc["", "measured"]) == pytest.approx(-2.42, abs=0.1)
-    assert spectrum.loc["", "dataset"] == "series/u1"
+    assert spectrum.loc["", "dataset"] == "u1"
 
 
 def test_data_unlike_the_papers_make_claims_fail():
@@ -373,7 +369,7 @@ def test_data_unlike_the_papers_make_claims_fail():
         scan.arrays["section_velocity"][:] = CHAOS
         scan.arrays["laminar_count"][:] = 0
         scan.arrays["last_stick_time"][:] = 2e5
-    found = verdicts(measure(scans, {}, {}, {}, SETTINGS))
+    found = verdicts(measure(scans, SETTINGS))
     failing = ("u-critical", "no-permanent-chaos", "sigma-c-u7", "uc-sigma22", "transition-width")
     assert {name: found[name] for name in failing} == dict.fromkeys(failing, FAILS)
     assert found["small-n-regular"] == PARTLY
@@ -383,10 +379,10 @@ def test_data_unlike_the_papers_make_claims_fail():
 def test_both_integrators_are_compared_where_both_were_used():
     points = grid([5], np.arange(1.0, 15), [1, 2])
     scans = {"n5_rows": made_up_scan(points), "n5_map": made_up_scan(points, method="event")}
-    table = measure(scans, {}, {}, {}, SETTINGS)
+    table = measure(scans, SETTINGS)
     assert verdicts(table)["method-independence"] == HOLDS
     scans["n5_map"].arrays["disorder_parameter"][:] *= 1.5
-    table = measure(scans, {}, {}, {}, SETTINGS)
+    table = measure(scans, SETTINGS)
     assert verdicts(table)["method-independence"] == FAILS
 
 
@@ -398,7 +394,7 @@ def assert_no_fault(table):
 
 
 def test_without_datasets_all_but_the_model_is_not_measured():
-    table = measure({}, {}, {}, {}, SETTINGS)
+    table = measure({}, SETTINGS)
     assert_no_fault(table)
     found = verdicts(table)
     model = {"units", "friction-constants", "spring-law", "setup"}
@@ -409,7 +405,7 @@ def test_without_datasets_all_but_the_model_is_not_measured():
 
 
 def test_short_runs_are_not_judged():
-    table = measure(made_up_scans(transient=500.0, duration=2000.0), {}, {}, {}, SETTINGS)
+    table = measure(made_up_scans(transient=500.0, duration=2000.0), SETTINGS)
     assert_no_fault(table)
     assert set(verdicts(table).values()) == {HOLDS, NOT_MEASURED, NOT_TESTABLE}
     assert "discards a transient of 500" in table.set_index("id").loc["u-critical", "note"]
@@ -430,9 +426,9 @@ def test_tiny_and_empty_datasets_cause_no_fault(transient):
     catalogue = made_up_catalogue()
     for name in catalogue.arrays:
         catalogue.arrays[name] = catalogue.arrays[name][:3]
-    ensemble = made_up_ensemble(members=2)
-    table = measure(coarse, series, {"u1": catalogue}, {"lifetimes": ensemble}, SETTINGS)
+    others = {"slips_u1": catalogue, "lifetimes": made_up_escapes(members=2)}
+    table = measure(coarse | series | others, SETTINGS)
     assert_no_fault(table)
     for name in catalogue.arrays:
         catalogue.arrays[name] = catalogue.arrays[name][:0]
-    assert_no_fault(measure({}, {}, {"u1": catalogue}, {}, SETTINGS))
+    assert_no_fault(measure({"slips_u1": catalogue}, SETTINGS))

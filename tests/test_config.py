@@ -1,35 +1,68 @@
-"""The plan made from config.yaml: grids, blocks, and one clear line for whatever is wrong."""
+"""The plan made from config.yaml: points, batches, and one clear line for whatever is wrong."""
 
 import copy
+import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from beltrepro import config
+from beltrepro.datasets import checking, grids, schema
+from beltrepro.datasets.kinds import KINDS, MAXIMUM_SCAN_BLOCKS, SETTINGS
+from beltrepro.datasets.plan import make_plan
+from beltrepro.datasets.quantities import QUANTITIES, columns, plain, points_of
 from beltrepro.errors import InputError
 
 ROOT = Path(__file__).parents[1]
-CONFIG = config.load(ROOT / "config.yaml")
-SCHEMA = config.load(ROOT / "workflow" / "schemas" / "config.schema.yaml")
+CONFIG = checking.load(ROOT / "config.yaml")
+SCHEMA = schema.config_schema()
+SCANS = {
+    "n5_map": 100 * 21,
+    "n5_rows": 250 * 7,
+    "n5_rows_check": 25 * 2,
+    "n5_u7": 41,
+    "n5_columns": 6 * 41,
+    "size_rows": 6 * 200 * 3,
+    "size_rows_check": 6 * 50,
+    "size_columns": 4 * 41,
+}
 
 
-def changed(path: str, value):
-    """The project's config with one value changed; None removes the key."""
+def changed(*changes):
+    """The project's config with values changed: pairs of a path and a value; None removes."""
     result = copy.deepcopy(CONFIG)
-    *parents, last = path.split(".")
-    section = result
-    for key in parents:
-        section = section[key]
-    if value is None:
-        del section[last]
-    else:
-        section[last] = value
+    for path, value in zip(changes[::2], changes[1::2], strict=True):
+        *parents, last = path.split(".")
+        section = result
+        for key in parents:
+            section = section.setdefault(key, {})
+        if value is None:
+            del section[last]
+        else:
+            section[last] = value
     return result
+
+
+def planned(name, *changes, preset="standard"):
+    """One dataset of a preset, after changes."""
+    return make_plan(changed("preset", preset, *changes)).datasets[name]
+
+
+def single(name, values):
+    """Config with one dataset of a made-up preset, one point unless `values` say otherwise."""
+    point = {"kind": "scan", "n_blocks": 5, "belt_velocity": 10}
+    defaults = {"duration": 100, "transient": 50}
+    made_up = {"defaults": defaults, "datasets": {name: point | values}}
+    return {"preset": "own", "seed": 3, "datasets": {}, "presets": {"own": made_up}}
+
+
+def points(**values):
+    return make_plan(single("one", values)).datasets["one"].points
 
 
 def complaint(configuration) -> str:
     with pytest.raises(InputError) as caught:
-        config.make_plan(configuration, SCHEMA)
+        make_plan(configuration)
     message = str(caught.value)
     assert "\n" not in message
     assert message.startswith("config.yaml: ")
@@ -38,15 +71,10 @@ def complaint(configuration) -> str:
 
 @pytest.fixture(scope="module", params=sorted(CONFIG["presets"]))
 def plan(request):
-    return config.make_plan(changed("preset", request.param), SCHEMA)
+    return make_plan(changed("preset", request.param))
 
 
 # --- what the plan holds ---
-
-
-def test_every_preset_covers_every_figure(plan):
-    names = {f"fig{number:02d}" for number in (1, *range(6, 23))}
-    assert set(plan.figures) == names
 
 
 def test_standard_is_the_default():
@@ -54,98 +82,243 @@ def test_standard_is_the_default():
 
 
 def test_paper_grids_are_those_of_the_paper():
-    plan = config.make_plan(changed("preset", "paper"), SCHEMA)
-    assert {scan.duration for scan in plan.scans.values()} == {2e6}
-    assert {scan.transient for scan in plan.scans.values()} == {1e6}
-    assert plan.numerics.time_step == 0.001
-    points = {name: len(scan.points) for name, scan in plan.scans.items()}
-    assert points == {
-        "n5_map": 100 * 21,
-        "n5_rows": 250 * 7,
-        "n5_u7": 41,
-        "n5_columns": 6 * 41,
-        "size_rows": 6 * 200 * 3,
-        "size_columns": 4 * 41,
-        "n5_rows_check": 25 * 2,
-        "size_rows_check": 6 * 50,
-    }
-    assert len(plan.ensembles["lifetimes"].belt_velocities) == 35
-    assert plan.ensembles["lifetimes"].n_members == 1000
+    paper = make_plan(changed("preset", "paper")).datasets
+    for name, count in SCANS.items():
+        assert len(paper[name].points) == count
+        assert (paper[name].settings["duration"], paper[name].settings["transient"]) == (2e6, 1e6)
+    assert {point.time_step for each in SCANS for point in paper[each].points} == {0.001}
+    assert len(paper["lifetimes"].points) == 35 * 1000
 
 
 def test_points_are_sorted_by_size_noise_velocity(plan):
-    for scan in plan.scans.values():
-        assert list(scan.points) == sorted(scan.points, key=lambda p: (p[0], p[2], p[1]))
-        assert len(set(scan.points)) == len(scan.points)
+    for name in SCANS:
+        found = plan.datasets[name].points
+        assert list(found) == sorted(found, key=lambda p: (p.n_blocks, p.noise, p.belt_velocity))
 
 
-def test_blocks_hold_every_point_once_in_order(plan):
-    for scan in plan.scans.values():
-        assert sum((block.points for block in scan.blocks), ()) == scan.points
-        assert all(len(block.points) <= scan.points_per_job for block in scan.blocks)
+def test_points_of_every_dataset_differ(plan):
+    for dataset in plan.datasets.values():
+        assert len(set(dataset.points)) == len(dataset.points)
+
+
+def test_batches_hold_every_point_once_in_order(plan):
+    for dataset in plan.datasets.values():
+        assert sum(dataset.batches, ()) == dataset.points
+        assert all(len(batch) <= dataset.points_per_job for batch in dataset.batches)
+        for batch in dataset.batches:
+            assert len({(point.method, point.noise > 0) for point in batch}) == 1
 
 
 def test_equal_points_of_different_grids_have_equal_bits():
-    fine = config._values({"start": 0.2, "stop": 50, "step": 0.2}, "fine")
-    coarse = config._values({"start": 0.5, "stop": 50, "step": 0.5}, "coarse")
+    fine = grids.values({"start": 0.2, "stop": 50, "step": 0.2}, "fine", InputError)
+    coarse = grids.values({"start": 0.5, "stop": 50, "step": 0.5}, "coarse", InputError)
     assert set(range(1, 51)) <= set(fine) & set(coarse)
     assert (fine[0], fine[-1], len(fine)) == (0.2, 50, 250)
 
 
 def test_grid_ends_at_the_last_step_before_stop():
-    assert config._values({"start": 1, "stop": 2, "step": 0.3}, "") == (1, 1.3, 1.6, 1.9)
-    assert config._values(7, "") == (7,)
-    assert config._values([3, 1], "") == (1, 3)
+    grid = {"start": 1, "stop": 2, "step": 0.3}
+    assert grids.values(grid, "", InputError) == (1, 1.3, 1.6, 1.9)
+    assert grids.values(7, "", InputError) == (7,)
+    assert grids.values([3, None, 1], "", InputError) == (None, 1, 3)
 
 
-def test_method_of_all_datasets_in_one_line():
-    plan = config.make_plan(changed("method", "event"), SCHEMA)
-    assert {block.method for scan in plan.scans.values() for block in scan.blocks} == {"event"}
-    assert {series.method for series in plan.series.values()} == {"event"}
-    assert plan.catalogues["u1"].method == plan.ensembles["lifetimes"].method == "event"
+AXES = {
+    "n_blocks": [2, 8],
+    "static_friction": [70, 72],
+    "friction_ratio": {"start": 0.1, "stop": 0.9, "step": 0.4},
+    "rest_length": [40, 50],
+    "linear_limit": [10, 20],
+    "compression_rate": [0.1, 0.2],
+    "extension_rate": [0.01, 0.02],
+    "noise": [0, 1],
+    "belt_velocity": [5, 7.5],
+    "initial_spread": [0, 0.1],
+    "method": ["event", "verlet"],
+    "time_step": [0.001, 0.002],
+    "tolerance": [None, 1e-6],
+    "seed": [1, 2],
+    "replicate": [0, 4],
+}
+
+
+def test_any_quantity_can_be_an_axis():
+    assert set(AXES) == set(QUANTITIES)
+    for name, grid in AXES.items():
+        found = points(**{name: grid})
+        expected = [0.1, 0.5, 0.9] if name == "friction_ratio" else grid
+        assert [getattr(point, name) for point in found] == expected, name
+
+
+def test_the_last_quantity_varies_fastest():
+    found = points(seed=[1, 2], noise=[0, 1], belt_velocity=[5, 6], replicate={"count": 2})
+    rows = [(point.noise, point.belt_velocity, point.seed, point.replicate) for point in found]
+    assert rows == sorted(rows) and len(rows) == 16
+
+
+def test_a_grid_may_differ_with_the_number_of_blocks():
+    found = points(n_blocks=[6, 5], belt_velocity={5: 18, 6: [26, 27]})
+    assert [(p.n_blocks, p.belt_velocity) for p in found] == [(5, 18), (6, 26), (6, 27)]
+
+
+def test_seed_counts_on_that_of_the_top_level():
+    assert [point.seed for point in points()] == [3]
+    assert [point.seed for point in points(seed={"offset": 2})] == [5]
+    assert [point.seed for point in points(seed=9)] == [9]
+
+
+def test_second_side_of_pairs_has_another_seed_but_paths_share_theirs(plan):
+    def seeds(name):
+        return plan.datasets[name].values()["seed"]
+
+    for part in ("r", "slips", "states"):
+        assert seeds(f"pairs_{part}_verlet") == [1] and seeds(f"pairs_{part}_event") == [2]
+    assert seeds("pairs_paths_verlet") == seeds("pairs_paths_event") == [1]
+
+
+def test_both_sides_of_pairs_have_the_same_chains(plan):
+    names = ("n_blocks", "belt_velocity", "noise", "initial_spread", "replicate")
+    for part in ("paths", "r", "slips", "states"):
+        ours, theirs = (plan.datasets[f"pairs_{part}_{m}"].values() for m in ("verlet", "event"))
+        assert [ours[name] for name in names] == [theirs[name] for name in names]
+
+
+def test_columns_and_plain_values_keep_the_points():
+    found = points(tolerance=[None, 1e-6], method="event", replicate={"count": 2})
+    assert points_of(json.loads(json.dumps(plain(found)))) == list(found)
+    table = columns(found)
+    assert set(table) == set(QUANTITIES)
+    np.testing.assert_array_equal(table["tolerance"], [np.nan, np.nan, 1e-6, 1e-6])
+    assert table["n_blocks"].dtype == np.int64 and table["method"].tolist() == ["event"] * 4
+
+
+# --- methods ---
+
+
+def test_method_of_all_datasets_in_one_line_but_for_pairs_of_methods():
+    found = make_plan(changed("method", "event")).datasets
+    methods = {name: each.values()["method"] for name, each in found.items()}
+    assert methods.pop("pairs_r_verlet") == ["verlet"]
+    assert {name for name, used in methods.items() if used != ["event"]} == {
+        "pairs_paths_verlet",
+        "pairs_slips_verlet",
+        "pairs_states_verlet",
+    }
 
 
 def test_method_may_differ_without_and_with_noise():
-    methods = {"without_noise": "verlet", "with_noise": "event"}
-    configuration = changed("methods.scans.n5_rows", methods) | {"method": "listed"}
-    scan = config.make_plan(configuration, SCHEMA).scans["n5_rows"]
-    for block in scan.blocks:
-        assert {point[2] > 0 for point in block.points} == {block.method == "event"}
-    assert scan.settings()["method"] == "verlet (sigma = 0), event (sigma > 0)"
+    dataset = planned("n5_rows")
+    assert {(point.method, point.noise > 0) for point in dataset.points} == {
+        ("verlet", False),
+        ("event", True),
+    }
+
+
+# --- layers ---
+
+
+def test_a_dataset_stands_over_defaults_and_a_preset_over_the_top_level():
+    assert planned("n5_map").settings["duration"] == 20000
+    assert planned("n5_rows").settings["duration"] == 40000
+    assert planned("u20").settings["transient"] == 0
+    changes = ("defaults.laminar_time", 150, "presets.standard.defaults.laminar_time", 170)
+    assert planned("n5_map", *changes).settings["laminar_time"] == 170
+    assert planned("n5_map", *changes, preset="smoke").settings["laminar_time"] == 150
+    over = (*changes, "presets.standard.datasets.n5_map.laminar_time", 190)
+    assert planned("n5_map", *over).settings["laminar_time"] == 190
+
+
+def test_a_variant_gives_only_what_it_changes():
+    variant = {"based_on": "standard", "defaults": {"friction_ratio": 0.6}}
+    changes = ("presets.f06", variant, "presets.f07.based_on", "f06", "presets.f07.defaults", {})
+    standard = make_plan(changed()).datasets
+    for preset in ("f06", "f07"):
+        found = make_plan(changed("preset", preset, *changes))
+        assert (found.run, found.model["friction_ratio"]) == (preset, 0.6)
+        assert list(found.datasets) == list(standard)
+        ours, theirs = found.datasets["size_rows"], standard["size_rows"]
+        assert ours.points == tuple(point._replace(friction_ratio=0.6) for point in theirs.points)
+        axis = found.datasets["friction_ratio"].values()["friction_ratio"]
+        assert axis == standard["friction_ratio"].values()["friction_ratio"]
+
+
+def test_constants_of_the_model_reach_every_dataset(plan):
+    found = make_plan(changed("preset", plan.preset, "model.rest_length", 55)).datasets
+    assert {point.rest_length for each in found.values() for point in each.points} == {55.0}
+
+
+def test_a_run_has_a_name():
+    assert make_plan(changed()).run == "standard"
+    assert make_plan(changed("run", "f06")).run == "f06"
+    assert make_plan(changed("run", 6)).run == "6"
+    assert make_plan(changed("run", "standard")).run == "standard"
 
 
 def test_numbers_that_yaml_reads_as_text_are_numbers():
-    plan = config.make_plan(changed("presets.standard.duration", "2e6"), SCHEMA)
-    assert plan.scans["n5_rows"].duration == 2e6
+    assert (
+        planned("n5_rows", "presets.standard.defaults.duration", "2e6").settings["duration"] == 2e6
+    )
 
 
 def test_settings_are_plain_values(plan):
-    import json
-
     json.dumps(plan.settings())
+    for name, dataset in plan.datasets.items():
+        told = plan.told_batch(name, len(dataset.batches) - 1)
+        assert json.loads(json.dumps(told)) == told
 
 
-def test_every_key_of_the_schema_is_described():
+# --- the schema ---
+
+
+def test_schema_for_editors_is_the_one_that_checks():
+    kept = (ROOT / "workflow" / "schemas" / "config.schema.yaml").read_text(encoding="utf-8")
+    assert kept == schema.as_yaml(), "run `make schema`"
+
+
+def test_every_key_of_the_schema_is_described_and_no_other_allowed():
+    described = set(SCHEMA["$defs"])
+    objects = []
+
     def walk(node, path):
+        if isinstance(node, list):
+            for index, child in enumerate(node):
+                walk(child, f"{path}[{index}]")
         if not isinstance(node, dict):
             return
-        for group in ("properties", "patternProperties"):
-            for key, child in node.get(group, {}).items():
-                target = child
-                if "$ref" in child:
-                    target = SCHEMA["$defs"][child["$ref"].rsplit("/", 1)[1]]
-                elif group == "properties":
-                    assert "description" in child, f"{path}.{key}"
-                yield from walk(target, f"{path}.{key}")
+        for key, child in node.get("properties", {}).items():
+            target = child.get("$ref", "").removeprefix("#/$defs/")
+            assert "description" in child or target in described, f"{path}.{key}"
         if node.get("type") == "object" and "properties" in node:
-            yield path, node.get("additionalProperties")
+            objects.append(path)
+            assert node["additionalProperties"] is False, path
+        for key, child in node.items():
+            walk(child, f"{path}.{key}")
 
-    found = list(walk(SCHEMA, "config"))
-    assert len(found) > 8
-    assert [path for path, additional in found if additional is not False] == []
+    walk(SCHEMA, "config")
+    assert len(objects) > 8
+    assert all("description" in each for each in SCHEMA["$defs"].values())
+
+
+def test_schema_names_every_quantity_and_setting():
+    known = set(SCHEMA["$defs"]["dataset"]["properties"])
+    assert set(QUANTITIES) | set(SETTINGS) < known
+    assert known - set(QUANTITIES) - set(SETTINGS) == {
+        "kind",
+        "like",
+        "own_method",
+        "points_per_job",
+    }
+
+
+def test_scans_take_as_many_blocks_as_the_simulation():
+    from beltrepro.simulation import scans
+
+    assert MAXIMUM_SCAN_BLOCKS == scans.MAXIMUM_BLOCKS
 
 
 # --- what it refuses ---
+
+DATASET = "presets.standard.datasets.n5_map"
 
 
 @pytest.mark.parametrize(
@@ -153,16 +326,14 @@ def test_every_key_of_the_schema_is_described():
     [
         ("presett", ""),
         ("model.static_fricton", "model"),
-        ("numerics.time_stp", "numerics"),
-        ("methods.scan", "methods"),
-        ("presets.standard.transiet", "presets.standard"),
-        ("presets.standard.scans.n5_map.belt_velocty", "presets.standard.scans.n5_map"),
-        ("presets.smoke.scans.n5_map.noise.stpe", "presets.smoke.scans.n5_map.noise"),
-        ("presets.paper.series.u1.durration", "presets.paper.series.u1"),
-        ("presets.paper.catalogues.u1.n_chain", "presets.paper.catalogues.u1"),
-        ("presets.paper.ensembles.lifetimes.n_member", "presets.paper.ensembles.lifetimes"),
-        ("figures.fig12.titel", "figures.fig12"),
-        ("figures.fig12.uses.scan", "figures.fig12.uses"),
+        ("defaults.time_stp", "defaults"),
+        ("datasets.n5_map.knd", "datasets.n5_map"),
+        ("presets.standard.default", "presets.standard"),
+        ("presets.standard.defaults.transiet", "presets.standard.defaults"),
+        (f"{DATASET}.belt_velocty", DATASET),
+        ("presets.smoke.datasets.n5_map.noise.stpe", "presets.smoke.datasets.n5_map.noise"),
+        ("presets.paper.datasets.u1.durration", "presets.paper.datasets.u1"),
+        ("datasets.pairs_r_event.seed.ofset", "datasets.pairs_r_event.seed"),
     ],
 )
 def test_misspelt_key_is_refused_at_every_level(path, where):
@@ -173,8 +344,8 @@ def test_misspelt_key_is_refused_at_every_level(path, where):
 
 
 def test_the_line_for_a_misspelt_key():
-    assert complaint(changed("presets.standard.scans.n5_map.belt_velocty", 3)) == (
-        "config.yaml: unknown key 'belt_velocty' in presets.standard.scans.n5_map; "
+    assert complaint(changed(f"{DATASET}.belt_velocty", 3)) == (
+        "config.yaml: unknown key 'belt_velocty' in presets.standard.datasets.n5_map; "
         "did you mean 'belt_velocity'?"
     )
 
@@ -189,53 +360,72 @@ def test_unknown_preset_suggests_the_nearest():
     assert message.endswith("did you mean 'smoke'?")
 
 
+def test_a_setting_of_another_kind_is_refused():
+    assert complaint(changed("datasets.u1.section_values", 3)) == (
+        "config.yaml: datasets.u1.section_values: a dataset of kind series has no such setting, "
+        "only duration, transient, sample_interval, samples"
+    )
+
+
 @pytest.mark.parametrize(
     ("path", "value", "words"),
     [
         ("seed", -1, "seed = -1: must be at least 0"),
         ("method", "verlett", "did you mean 'verlet'"),
+        ("run", "smoke", "run = 'smoke': is the name of another preset"),
+        ("run", "../f06", "must begin with a letter or digit"),
+        ("run", "a b", "must begin with a letter or digit"),
         ("model.friction_ratio", 1.5, "must be less than 1"),
-        ("numerics.time_step", 0, "must be greater than 0"),
-        ("presets.standard.scans.n5_map.belt_velocity", -2, "must be greater than 0"),
-        ("presets.standard.scans.n5_map.belt_velocity", [3, -2], "belt_velocity[1] = -2"),
-        ("presets.standard.scans.n5_map.n_blocks", 0, "n_blocks = 0: must be at least 1"),
-        ("presets.standard.scans.n5_map.n_blocks", 2.5, "must be a whole number"),
-        ("presets.standard.scans.n5_map.noise", [], "is empty"),
-        ("presets.standard.scans.n5_map.noise", [1, 1], "occurs twice"),
-        ("presets.standard.scans.n5_map.noise", "much", "must be a number"),
-        ("presets.standard.scans.n5_map.noise.step", 0, "must be greater than 0"),
-        ("presets.standard.scans.n5_map.noise.step", 1e-9, "at most 100000"),
-        ("presets.standard.scans.n5_map.noise.start", 11, "must not be less than start = 11"),
-        ("presets.standard.scans.n5_map.noise.stop", None, "noise.stop is missing"),
-        ("presets.standard.scans.n5_map.n_blocks", 9, "no entry for n_blocks = 9"),
-        ("presets.standard.scans.n5_map.transient", 1e9, "n5_map.transient = 1e+09: must be less"),
-        ("presets.standard.scans.size_columns.n_blocks", [5, 6, 7], "entry for n_blocks = 10"),
-        ("presets.standard.scans.size_columns.n_blocks", [4, 5], "no entry for n_blocks = 4"),
-        ("presets.standard.scans.n5_map", None, "has no dataset 'n5_map'"),
-        ("methods.scans.n5_map", None, "n5_map has no entry in methods.scans"),
-        ("presets.standard.transient", 50000, "must be less than duration = 40000"),
-        ("presets.standard.series.u1.transient", 1e9, "series.u1.transient = 1e+09"),
-        ("presets.standard.series.u1.noise", float("nan"), "a finite number is needed"),
-        ("presets.standard.catalogues.u1.section_block", 6, "the chain has 5 blocks"),
-        ("presets.standard.ensembles.lifetimes.settle_time", 1e9, "must be less than duration"),
-        ("figures.fig13.uses.scans", ["n5_mpa"], "did you mean 'n5_map'"),
-        ("figures.fig01.uses.series", ["n5_map"], "presets.smoke.series lacks"),
-        ("figures.fig08.uses.catalogues", ["u1"], "also used as another kind"),
-        ("figures.figure13", {}, "unknown key 'figure13' in figures"),
+        ("defaults.time_step", 0, "must be greater than 0"),
+        ("datasets.n5_map.kind", "scam", "did you mean 'scan'"),
+        ("datasets.n5_map.kind", None, "n5_map of preset smoke has no kind"),
+        ("datasets.n5_map.n_blocks", None, "n5_map of preset smoke has no n_blocks"),
+        ("datasets.n5_map.method", {"without_noise": "event"}, "method.with_noise is missing"),
+        ("datasets.n5_rows_check.like", "n5_row", "did you mean 'n5_rows'"),
+        ("datasets.n5_rows.like", "n5_rows_check", "a dataset cannot be like itself"),
+        ("datasets.lifetimes.tolerance", "small", "must be a number or null"),
+        ("presets.smoke.based_on", "standart", "did you mean 'standard'"),
+        ("presets.smoke.based_on", "smoke", "smoke is based on smoke"),
+        (f"{DATASET}.belt_velocity", -2, "must be greater than 0"),
+        (f"{DATASET}.belt_velocity", [3, -2], "belt_velocity[1] = -2"),
+        (f"{DATASET}.n_blocks", 0, "n_blocks = 0: must be at least 1"),
+        (f"{DATASET}.n_blocks", 2.5, "must be a whole number"),
+        (f"{DATASET}.n_blocks", 12, "n5_map.n_blocks = 12: a scan takes at most 10 blocks"),
+        (f"{DATASET}.noise", [], "is empty"),
+        (f"{DATASET}.noise", [1, 1], "occurs twice"),
+        (f"{DATASET}.noise", "much", "must be a number"),
+        (f"{DATASET}.noise", float("nan"), "a finite number is needed"),
+        (f"{DATASET}.noise.step", 0, "must be greater than 0"),
+        (f"{DATASET}.noise.step", 1e-9, "at most 100000"),
+        (f"{DATASET}.noise.start", 11, "must not be less than start = 11"),
+        (f"{DATASET}.noise.stop", None, "noise.stop is missing"),
+        (f"{DATASET}.transient", 1e9, "n5_map.transient = 1e+09: must be less"),
+        ("presets.standard.datasets.size_columns.n_blocks", [5, 6, 7], "entry for n_blocks = 10"),
+        ("presets.standard.datasets.size_columns.n_blocks", [4, 5], "no entry for n_blocks = 4"),
+        ("presets.standard.defaults.transient", 50000, "must be less than duration = 40000"),
+        ("presets.standard.datasets.slips_u1.section_block", 6, "the chain has 5 blocks"),
+        ("datasets.slips_u1.section_position", None, "only for the last block there is a rule"),
+        ("presets.standard.datasets.lifetimes.settle_time", 1e9, "must be less than duration"),
     ],
 )
 def test_bad_value_is_refused(path, value, words):
     assert words in complaint(changed(path, value))
 
 
+def test_any_number_of_blocks_has_a_section():
+    dataset = planned("n5_map", f"{DATASET}.n_blocks", 8)
+    assert dataset.settings["section_position"] is None
+    assert all(kind.complaint for kind in KINDS.values())
+
+
 def test_files_that_cannot_be_read_are_one_line(tmp_path):
     with pytest.raises(InputError, match="No such file"):
-        config.load(tmp_path / "missing.yaml")
+        checking.load(tmp_path / "missing.yaml")
     broken = tmp_path / "broken.yaml"
     broken.write_text("a: [1,\nb: {")
     with pytest.raises(InputError, match="not YAML") as caught:
-        config.load(broken)
+        checking.load(broken)
     assert "\n" not in str(caught.value)
     broken.write_text("just text")
     with pytest.raises(InputError, match="must be a mapping"):
-        config.load(broken)
+        checking.load(broken)

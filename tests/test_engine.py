@@ -8,8 +8,8 @@ from scipy.integrate import quad
 from scipy.stats import chi2, kstest
 
 import naive
-from beltrepro import ChainParameters, simulate
-from beltrepro.engine.integrator import Section
+from beltrepro import ChainParameters, ChainState, catalogue, escapes, scan, simulate
+from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.law import law_constants, tension
 from beltrepro.engine.noise import normal_deviates, normal_pairs_wide, stream_states
 from beltrepro.engine.simd import load_wide, store
@@ -23,7 +23,6 @@ from beltrepro.model.spring import (
     spring_extension,
     spring_force,
 )
-from beltrepro.simulation import escape_ensemble, measure_points, record_catalogue
 
 SINGLE = ChainParameters(1, 1.0)
 
@@ -208,7 +207,7 @@ def test_streams_are_independent():
 
 
 def points(chains, **options):
-    return measure_points(chains, duration=60.0, transient=20.0, section_position=615.0, **options)
+    return scan(chains, duration=60.0, transient=20.0, section_position=615.0, **options)
 
 
 def test_points_do_not_depend_on_order_or_company():
@@ -224,7 +223,7 @@ def test_points_do_not_depend_on_order_or_company():
 
 def test_replicates_and_seeds_differ():
     chain = ChainParameters(5, 20.0, 1.0)
-    table = points([chain] * 3, replicates=[0, 1, 0])
+    table = points([chain] * 3, replicate=[0, 1, 0])
     assert table["mean_length"][0] == table["mean_length"][2]
     assert table["mean_length"][0] != table["mean_length"][1]
     assert points([chain], seed=2)["mean_length"][0] != table["mean_length"][0]
@@ -245,7 +244,7 @@ def test_a_stuck_block_keeps_its_threshold():
 
 def test_measured_points_are_what_the_samples_say():
     chain = ChainParameters(5, 12.0)
-    table = measure_points([chain], duration=300, transient=100, section_position=615.0)
+    table = scan([chain], duration=300, transient=100, section_position=615.0)
     run = simulate(chain, duration=300, transient=100, sample_interval=0.001)
     length = run.positions[run.time >= 100, -1]
     assert table["mean_length"][0] == pytest.approx(length.mean(), rel=1e-3)
@@ -262,11 +261,9 @@ def test_measured_points_are_what_the_samples_say():
 
 def test_catalogue_is_what_the_events_say():
     chain = ChainParameters(3, 2.0)
-    catalogue = record_catalogue(
-        chain, duration=400, transient=0, n_chains=1, section_position=180.0
-    )
+    recorded = catalogue(chain, duration=400, transient=0, section_position=180.0)
     run = simulate(chain, duration=400, sample_interval=None)
-    slips, avalanches = catalogue["slips"], catalogue["avalanches"]
+    slips, avalanches = recorded["slips"], recorded["avalanches"]
     sticks = run.events[run.events["kind"] == "stick"]
     assert len(slips) == len(sticks)
     np.testing.assert_array_equal(slips["stop_time"], sticks["time"])
@@ -285,8 +282,13 @@ def test_catalogue_is_what_the_events_say():
 
 
 def test_escape_of_a_calm_chain():
-    result = escape_ensemble(
-        ChainParameters(5, 45.0), n_members=3, duration=3000, settle_time=500, laminar_time=200
+    result = escapes(
+        [ChainParameters(5, 45.0)] * 3,
+        replicate=range(3),
+        initial_spread=1e-3,
+        duration=3000,
+        settle_time=500,
+        laminar_time=200,
     )
     assert result["final_stick_rate"].shape == (3, 5)
     escaped = result["escaped"]
@@ -340,16 +342,17 @@ def recorded(chains, width, events=None, crossings=None):
     """Samples, crossings and audit of integrators of `width` chains, event records per chain."""
     rest = chains[0].rest_positions
     starts = rest + np.random.default_rng(5).uniform(-1, 1, (len(chains), len(rest)))
+    states = [
+        ChainState.at_rest(chain, start, replicate=number)
+        for number, (chain, start) in enumerate(zip(chains, starts, strict=True))
+    ]
     records, crossed, samples, audit = [], [], [], []
     for first in range(0, len(chains), width):
         part = slice(first, first + width)
         integrator = SteppingVerlet(
-            chains[part],
-            seed=1,
-            replicates=range(first, first + len(chains[part])),
-            initial_positions=starts[part],
+            states[part],
             time_step=0.01,
-            sample_stride=7,
+            sampling=Sampling(7, 0.01),
             sampled_blocks=2,
             section=Section(3, np.full(len(chains[part]), 330.0)),
         )
@@ -461,12 +464,12 @@ def followed(chains, strides, noise_keys):
     rest = chains[0].rest_positions
     starts = rest + np.random.default_rng(6).uniform(-1, 1, (len(noise_keys), len(rest)))
     integrator = SteppingVerlet(
-        chains,
-        seed=1,
-        replicates=noise_keys,
-        initial_positions=starts[: len(chains)],
+        [
+            ChainState.at_rest(chain, start, replicate=key)
+            for chain, start, key in zip(chains, starts, noise_keys, strict=False)
+        ],
         time_step=0.004,
-        sample_stride=strides,
+        sampling=Sampling(strides, 0.004),
         sampled_blocks=len(rest),
         section=Section(2, np.full(len(chains), 190.0)),
     )

@@ -11,10 +11,10 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import chi2, ks_2samp, kstest
 
 import reference
-from beltrepro import ChainParameters, simulate
+from beltrepro import ChainParameters, ChainState, simulate
 from beltrepro.engine import integrator as engine_integrator
 from beltrepro.engine.event_integrator import EventIntegrator
-from beltrepro.engine.integrator import Section
+from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.records import EVENT_TIME
 from beltrepro.engine.roots import first_roots
 from beltrepro.engine.simd import LANES, select, spread, store
@@ -31,14 +31,18 @@ def integrator(
     chains, starts=None, *, replicates=None, section=None, seed=1, stride=100, **settings
 ):
     """An `EventIntegrator` that samples all blocks every `stride` ms; starts: displacements."""
-    rest = np.array([chain.rest_positions for chain in chains])
+    positions = np.array([chain.rest_positions for chain in chains])
+    if starts is not None:
+        positions = positions + starts
+    replicates = [0] * len(chains) if replicates is None else replicates
+    states = [
+        ChainState.at_rest(chain, place, seed=seed, replicate=replicate)
+        for chain, place, replicate in zip(chains, positions, replicates, strict=True)
+    ]
     return EventIntegrator(
-        chains,
-        seed=seed,
-        replicates=[0] * len(chains) if replicates is None else replicates,
-        initial_positions=rest if starts is None else rest + starts,
+        states,
         time_step=0.001,
-        sample_stride=stride,
+        sampling=Sampling(stride, 0.001),
         sampled_blocks=chains[0].n_blocks,
         section=section,
         **settings,

@@ -1,21 +1,21 @@
 """Every figure draws, whole or from hardly any data, labelled, not blank, the same bytes twice."""
 
 import importlib
-from pathlib import Path
+import subprocess
+import sys
 
 import matplotlib
 import numpy as np
 import pytest
-import yaml
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from beltrepro.errors import InputError
-from beltrepro.figures import fig07, fig12, fig18, panels, style
+from beltrepro.figures import fig07, fig12, fig18, panels, registry, style
 from beltrepro.store import Dataset
 
-ROOT = Path(__file__).parents[1]
-NAMES = ("fig01", *(f"fig{number:02d}" for number in range(6, 23)))
+FIGURES = registry.entries()
+NAMES = [name for name, entry in FIGURES.items() if entry.number]
 # Insets that the captions of the paper name; in Fig. 14 it is a panel beside the diagrams.
 INSETS = {"fig08": 2, "fig11": 2, "fig12": 1, "fig16": 1}
 
@@ -28,7 +28,7 @@ EVENTS = [
     ("dissipated", "f8"),
 ]
 SLIPS = [
-    ("chain", "i4"),
+    ("point", "i4"),
     ("block", "i4"),
     ("start_time", "f8"),
     ("stop_time", "f8"),
@@ -37,7 +37,7 @@ SLIPS = [
     ("dissipated", "f8"),
 ]
 AVALANCHES = [
-    ("chain", "i4"),
+    ("point", "i4"),
     ("start_time", "f8"),
     ("stop_time", "f8"),
     ("slips", "i4"),
@@ -128,7 +128,7 @@ def catalogue(count=400, section_points=300):
     avalanches = np.zeros(count, AVALANCHES)
     avalanches["start_time"], avalanches["stop_time"] = start - 1, start + 4
     avalanches["dissipated"] = 90 * size
-    points = [("chain", "i4"), ("time", "f8"), ("positions", "f8", 5), ("velocities", "f8", 5)]
+    points = [("point", "i4"), ("time", "f8"), ("positions", "f8", 5), ("velocities", "f8", 5)]
     section = np.zeros(section_points, points)
     section["positions"][:, -1] = 600 + 50 * rng.standard_normal(section_points)
     section["velocities"][:, -1] = np.minimum(1, -40 * rng.standard_normal(section_points))
@@ -147,13 +147,19 @@ def ensemble(velocities, members=20, *, escapes=True):
     return Dataset(arrays, HOW | {"kind": "ensemble", "n_blocks": 5, "noise": 0.0})
 
 
+def needed(name):
+    """Datasets of a figure without those that are drawn over others."""
+    return [used for used in FIGURES[name].uses if not used.endswith(panels.CHECK)]
+
+
 def usual(name):
     """Data of the size of a short run for each dataset that a figure uses."""
     u = np.arange(1.0, 50, 3)
     quiet, noisy = (0.0, 0.25, 0.5, 1.0, 2.2, 5.0, 10.0), np.arange(0.0, 10.1, 2)
     made = {
         "friction_event": lambda: series(5, 1.0, 1.0, length=4000, interval=0.01),
-        "u1": catalogue if name in ("fig09", "fig10") else lambda: series(5, 1.0, 0.0),
+        "u1": lambda: series(5, 1.0, 0.0),
+        "slips_u1": catalogue,
         "u20": lambda: series(5, 20.0, 0.0),
         "u17": lambda: series(5, 17.5, 2.2),
         "n5_rows": lambda: scan([5], u, quiet),
@@ -164,7 +170,7 @@ def usual(name):
         "size_columns": lambda: scan([5, 7], [18.0], noisy),
         "lifetimes": lambda: ensemble(np.arange(18.0, 36, 3)),
     } | {f"n10_u{v}": lambda v=v: series(10, float(v), 0.0) for v in (28, 31, 34, 38)}
-    return {dataset: made[dataset]() for dataset in module(name).USES}
+    return {dataset: made[dataset]() for dataset in needed(name)}
 
 
 def poor(name):
@@ -180,10 +186,10 @@ def poor(name):
     made |= {
         "n5_map": lambda: scan([5], [], []),
         "lifetimes": lambda: ensemble(np.array([18.0]), escapes=False),
-        "u1": lambda: catalogue(0, 0) if name in ("fig09", "fig10") else series(5, 1.0, 0.0),
+        "slips_u1": lambda: catalogue(0, 0),
     }
     data = {}
-    for dataset in module(name).USES:
+    for dataset in needed(name):
         data[dataset] = made.get(dataset, lambda: series(10, 28.0, 0.0))()
         if "time" in data[dataset].arrays:
             short = {key: values[:0] for key, values in data[dataset].arrays.items()}
@@ -232,19 +238,96 @@ def test_says_what_is_missing(name, tmp_path):
     figure.savefig(tmp_path / "figure.png", dpi=50)
     for axes in figure.axes:
         assert axes.has_data() or axes.texts, "an empty panel without a word"
-    if module(name).USES:
+    if FIGURES[name].uses:
         inner = [child for axes in figure.axes for child in axes.child_axes]
         words = [text.get_text() for axes in [*figure.axes, *inner] for text in axes.texts]
         assert any(" " in text for text in words)
 
 
-def test_registered_as_in_config():
-    config = yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8"))["figures"]
-    assert tuple(config) == NAMES
-    for name, entry in config.items():
-        assert entry["title"] == module(name).TITLE
-        listed = {dataset for names in entry["uses"].values() for dataset in names}
-        assert set(module(name).USES) <= listed
+# --- the registry ---------------------------------------------------------------------------------
+
+
+def test_every_module_that_draws_is_registered_as_it_says():
+    drawing = {
+        path.stem for path in registry.FOLDER.glob("*.py") if "def draw(" in path.read_text()
+    }
+    assert set(FIGURES) == drawing
+    for name, entry in FIGURES.items():
+        assert entry == module(name).ENTRY
+        if entry.number:
+            assert name == f"fig{int(entry.number):02d}"
+    for field in ("title", "words", "alt"):
+        texts = [getattr(entry, field) for entry in FIGURES.values()]
+        assert len(set(texts)) == len(texts)
+        assert min(map(len, texts)) > 20
+
+
+def test_the_figures_of_the_paper_come_first_in_its_order():
+    numbers = [int(entry.number) for entry in FIGURES.values() if entry.number]
+    assert numbers == [1, *range(6, 23)]
+    order = [registry.CATEGORIES.index(entry.category) for entry in FIGURES.values()]
+    assert order == sorted(order)
+
+
+def test_the_registry_imports_no_figure():
+    code = (
+        "import sys; from beltrepro.figures import registry; registry.entries(); "
+        "print({'matplotlib', 'pandas', 'numba'} & set(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"
+
+
+GOOD = {
+    "title": "'A title.'",
+    "uses": "('a',)",
+    "words": "'words'",
+    "alt": "'alt'",
+    "number": "'3'",
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"title": None}, "title is missing"),
+        ({"uses": None}, "uses is missing"),
+        ({"words": None}, "words is missing"),
+        ({"alt": None}, "alt is missing"),
+        ({"alt": "' '"}, "alt must be text"),
+        ({"words": "3"}, "words must be text"),
+        ({"title": "'No full stop'"}, "must be one sentence"),
+        ({"title": "'Two.\\nLines.'"}, "must be one sentence"),
+        ({"uses": "'a'"}, "uses = 'a': must be a tuple"),
+        ({"uses": "('a', 'a')"}, "must be a tuple of different names"),
+        ({"category": "'Others'"}, "category = 'Others': allowed are"),
+        ({"number": None}, "number must be given"),
+        ({"number": "3"}, "number = 3: must be text"),
+        ({"category": "'Further studies'"}, "number must be given"),
+        ({"titel": "'x'"}, "unknown field 'titel': allowed are title, uses"),
+        ({"title": "NAME + '.'"}, "title = NAME + '.': must be a literal"),
+    ],
+)
+def test_a_bad_entry_is_one_line(tmp_path, change, complaint):
+    fields = {name: text for name, text in (GOOD | change).items() if text is not None}
+    arguments = ", ".join(f"{name}={text}" for name, text in fields.items())
+    (tmp_path / "fig03.py").write_text(f"ENTRY = Entry({arguments})\n")
+    (tmp_path / "panels.py").write_text("def letter(axes): ...\n")
+    with pytest.raises(InputError) as caught:
+        registry.entries(tmp_path)
+    message = str(caught.value)
+    assert "/fig03.py: ENTRY: " in message and complaint in message and "\n" not in message
+
+
+def test_a_good_entry_is_read(tmp_path):
+    arguments = ", ".join(f"{name}={text}" for name, text in GOOD.items())
+    (tmp_path / "one.py").write_text(f"ENTRY = Entry({arguments})\n")
+    (entry,) = registry.entries(tmp_path).values()
+    assert (entry.title, entry.uses, entry.number) == ("A title.", ("a",), "3")
+    (tmp_path / "one.py").write_text("ENTRY = {}\n")
+    registry.entries.cache_clear()
+    with pytest.raises(InputError, match="must be Entry"):
+        registry.entries(tmp_path)
 
 
 # --- parts ----------------------------------------------------------------------------------------
@@ -281,7 +364,7 @@ def test_missing_dataset_is_named():
 def test_other_method_is_drawn_over(name):
     data = usual(name)
     plain = draw(name, data)
-    first = next(iter(module(name).USES))
+    first = next(used for used in ("size_rows", *needed(name)) if used in data)
     over = Dataset(data[first].arrays, data[first].attributes | {"method": "event"})
     both = draw(name, data | {first + panels.CHECK: over})
     assert len(both.axes[-1].lines) > len(plain.axes[-1].lines)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, simulate
-from beltrepro.engine.integrator import Section
+from beltrepro import ChainParameters, ChainState, simulate
+from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.verlet_integrators import LeapingVerlet, SteppingVerlet, verlet_integrator
 from test_engine import small_buffers
 
@@ -13,15 +13,13 @@ def integrator(kind, chains, *, spread=0.3, time_step=0.001, stride=100, section
     rest = chains[0].rest_positions
     n_blocks = len(rest)
     deviates = np.random.default_rng(3).standard_normal((len(chains), n_blocks))
+    starts = rest + spread * deviates
     # balanced by kinetic friction the chain is longer than at rest
     level = section * rest[-1] + 0.64 * 71.4 * 0.45 * n_blocks * (n_blocks + 1) / 2
     return kind(
-        chains,
-        seed=1,
-        replicates=range(len(chains)),
-        initial_positions=rest + spread * deviates,
+        [ChainState.at_rest(chain, start) for chain, start in zip(chains, starts, strict=True)],
         time_step=time_step,
-        sample_stride=stride,
+        sampling=Sampling(stride, time_step),
         sampled_blocks=n_blocks,
         section=Section(n_blocks, np.full(len(chains), level)),
     )

@@ -4,11 +4,19 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+import naive
 from beltrepro import ChainParameters
 from beltrepro.errors import InputError
 from beltrepro.model import units
 from beltrepro.model.friction import friction_force, next_direction
-from beltrepro.model.spring import spring_energy, spring_extension, spring_force
+from beltrepro.model.spring import (
+    chain_deformations,
+    external_force,
+    potential_energy,
+    spring_energy,
+    spring_extension,
+    spring_force,
+)
 
 
 def test_units_are_those_of_the_paper():
@@ -83,3 +91,94 @@ def test_friction_force():
 def test_bad_parameters_are_named(arguments, message):
     with pytest.raises(InputError, match=message):
         ChainParameters(**({"n_blocks": 5, "belt_velocity": 1.0} | arguments))
+
+
+# --- other laws, edges ----------------------------------------------------------------------------
+
+OTHER = ChainParameters(
+    3, 2.0, linear_limit=7.0, compression_rate=0.5, extension_rate=0.04, rest_length=30.0
+)
+
+
+@pytest.mark.parametrize("deformation", [-20.0, -7.5, -7.0, -1.0, 0.0, 7.0, 7.5, 40.0])
+def test_the_spring_law_follows_its_constants(deformation):
+    force = naive.spring_force(deformation, limit=7.0, compression=0.5, extension=0.04)
+    assert spring_force(deformation, OTHER) == pytest.approx(force)
+    assert spring_extension(-force, OTHER) == pytest.approx(deformation)
+    breaks = [point for point in (-7.0, 7.0) if abs(point) < abs(deformation)]
+    work = -quad(spring_force, 0, deformation, args=(OTHER,), points=breaks or None)[0]
+    assert spring_energy(deformation, OTHER) == pytest.approx(work, rel=1e-9, abs=1e-12)
+
+
+def test_forces_and_energies_of_a_chain_are_those_of_its_springs():
+    positions = np.array([[25.0, 70.0, 95.0], [30.0, 60.0, 90.0]])
+    lengths = np.array([[25.0, 45.0, 25.0], [30.0, 30.0, 30.0]])
+    np.testing.assert_array_equal(chain_deformations(positions, OTHER), lengths - 30)
+    one, two, three = (
+        naive.spring_force(length - 30, limit=7.0, compression=0.5, extension=0.04)
+        for length in (25.0, 45.0, 25.0)
+    )
+    np.testing.assert_allclose(
+        external_force(positions, OTHER), [[one - two, two - three, three], [0, 0, 0]]
+    )
+    energy = sum(spring_energy(length - 30, OTHER) for length in (25.0, 45.0, 25.0))
+    np.testing.assert_allclose(potential_energy(positions, OTHER), [energy, 0])
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_friction_at_its_edges(sign):
+    # exactly at the threshold a block stays; at zero relative velocity it is decided anew
+    assert next_direction(0, 0.0, sign * 71.4, 71.4) == 0
+    assert next_direction(0, 0.0, sign * 71.5, 71.4) == sign
+    assert next_direction(sign, 0.0, 0.0, 71.4) == 0
+    assert next_direction(sign, sign * 0.1, 0.0, 71.4) == sign
+    assert friction_force(sign, 30.0, 70.0, 0.5) == -sign * 35
+    arrays = next_direction(np.array([0, sign]), np.zeros(2), np.full(2, 80.0 * sign), 71.4)
+    assert arrays.tolist() == [sign, sign]
+
+
+def test_every_unit_has_its_dimension():
+    base = {"mass": 0.1158, "length": 1.4e-3, "time": np.sqrt(0.1158 / 19.8)}
+    base |= {"velocity": base["length"] / base["time"]}
+    base |= {"force": base["mass"] * base["length"] / base["time"] ** 2}
+    base |= {"energy": base["mass"] * base["velocity"] ** 2}
+    for quantity, unit in base.items():
+        assert units.to_si(2.0, quantity) == pytest.approx(2 * unit)
+        assert units.from_si(2 * unit, quantity) == pytest.approx(2.0)
+    assert pytest.approx(0.45, abs=0.005) == units.KINETIC_FRICTION_N / units.STATIC_FRICTION_N
+
+
+def test_constants_of_the_paper_are_the_defaults():
+    chain = ChainParameters(5, 1.0)
+    assert (chain.noise, chain.static_friction, chain.friction_ratio) == (0, 71.4, 0.45)
+    assert (chain.rest_length, chain.linear_limit) == (50, 20)
+    assert (chain.compression_rate, chain.extension_rate) == (0.2, 0.01)
+    assert chain.law == (71.4, 0.45, 50, 20, 0.2, 0.01)
+    assert chain.rest_positions.tolist() == [50, 100, 150, 200, 250]
+    assert ChainParameters(5, 7.5, 2.2).describe() == "N=5, u=7.5, sigma=2.2"
+
+
+POSITIVE = ("belt_velocity", "static_friction", "rest_length", "linear_limit")
+POSITIVE += ("compression_rate", "extension_rate")
+
+
+@pytest.mark.parametrize("name", POSITIVE)
+def test_what_must_be_positive_is_refused_at_zero(name):
+    with pytest.raises(InputError, match=f"{name} = 0: must be greater than 0"):
+        ChainParameters(**{"n_blocks": 5, "belt_velocity": 1.0, name: 0})
+    with pytest.raises(InputError, match=f"{name} = inf: a finite number"):
+        ChainParameters(**{"n_blocks": 5, "belt_velocity": 1.0, name: np.inf})
+
+
+def test_parameters_at_the_ends_of_their_ranges():
+    for n_blocks in (1, 64, 5.0, np.int64(5)):
+        chain = ChainParameters(n_blocks, 1)
+        assert chain.n_blocks == n_blocks and type(chain.n_blocks) is int
+        assert type(chain.belt_velocity) is float
+    assert ChainParameters(5, 1.0, noise=0, friction_ratio=0).friction_ratio == 0
+    for n_blocks in (0, 65, True, "five", None, np.nan):
+        with pytest.raises(InputError, match="n_blocks = "):
+            ChainParameters(n_blocks, 1.0)
+    for ratio in (-0.01, 1.0):
+        with pytest.raises(InputError, match="at least 0 and below 1"):
+            ChainParameters(5, 1.0, friction_ratio=ratio)

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from beltrepro import ChainParameters, simulate
+from beltrepro import ChainParameters, catalogue, scan, simulate
 from beltrepro.model.spring import potential_energy
 from beltrepro.observe.slips import EventLog
-from beltrepro.simulation import measure_points, record_catalogue
 
 CHAINS = [ChainParameters(5, 12.0), ChainParameters(5, 25.0, 1.0), ChainParameters(3, 40.0, 2.0)]
 DURATION, TRANSIENT, LAMINAR_TIME = 300.0, 100.0, 4.0
@@ -15,7 +14,7 @@ DURATION, TRANSIENT, LAMINAR_TIME = 300.0, 100.0, 4.0
 
 @pytest.fixture(scope="module")
 def table():
-    return measure_points(
+    return scan(
         CHAINS,
         duration=DURATION,
         transient=TRANSIENT,
@@ -72,13 +71,11 @@ def test_slips_and_laminar_phases(table, runs):
 
 def test_crossings_of_the_section():
     chain = ChainParameters(5, 20.0, 1.0)
-    catalogue = record_catalogue(
-        chain, duration=120, transient=40, n_chains=1, section_block=2, section_position=250.0
-    )
+    recorded = catalogue(chain, duration=120, transient=40, section_block=2, section_position=250.0)
     run = simulate(chain, duration=120, sample_interval=0.001)
     x, v = run.positions, run.velocities
     down = (x[:-1, 1] >= 250) & (x[1:, 1] < 250) & (run.time[1:] >= 40)
-    section = catalogue["section"]
+    section = recorded["section"]
     assert len(section) == down.sum() > 3
     share = ((x[:-1, 1] - 250) / (x[:-1, 1] - x[1:, 1]))[down]
     np.testing.assert_allclose(section["time"], run.time[:-1][down] + share * 0.001, atol=1e-9)
@@ -91,16 +88,14 @@ def test_crossings_of_the_section():
 
 def test_slips_and_avalanches_of_a_catalogue():
     chain = ChainParameters(3, 2.0)
-    catalogue = record_catalogue(
-        chain, duration=400, transient=0, n_chains=1, section_position=180.0
-    )
+    recorded = catalogue(chain, duration=400, transient=0, section_position=180.0)
     events = simulate(chain, duration=400, sample_interval=None).events
     rows = []
     for block in range(1, 4):
         own = events[events["block"] == block]
         for slip, stick in zip(own[::2], own[1::2], strict=False):
             rows.append((stick["time"], block, slip["time"], slip["position"], stick["position"]))
-    slips = catalogue["slips"]
+    slips = recorded["slips"]
     names = ("stop_time", "block", "start_time", "start_position", "stop_position")
     found = sorted(zip(*(slips[name] for name in names), strict=True))
     assert found == sorted(rows)
@@ -112,7 +107,7 @@ def test_slips_and_avalanches_of_a_catalogue():
             merged[-1][1] = max(merged[-1][1], stop)
         else:
             merged.append([start, stop])
-    avalanches = catalogue["avalanches"]
+    avalanches = recorded["avalanches"]
     assert len(avalanches) > 5
     np.testing.assert_array_equal(avalanches["start_time"], [start for start, _ in merged])
     np.testing.assert_array_equal(avalanches["stop_time"], [stop for _, stop in merged])
@@ -134,9 +129,7 @@ def test_event_positions_are_those_of_the_samples():
 def test_avalanches_take_their_energy_from_the_springs():
     chain = ChainParameters(3, 2.0)
     run = simulate(chain, duration=400, sample_interval=0.001)
-    avalanches = record_catalogue(
-        chain, duration=400, transient=0, n_chains=1, section_position=180.0
-    )["avalanches"]
+    avalanches = catalogue(chain, duration=400, transient=0, section_position=180.0)["avalanches"]
     before, after = (
         run.positions[np.round(avalanches[name] / 0.001).astype(int)]
         for name in ("start_time", "stop_time")
@@ -173,7 +166,7 @@ def test_points_do_not_depend_on_how_a_list_is_split():
     chains = [ChainParameters(2, 1.0 + lane, noise=lane % 3) for lane in range(40)]
 
     def measure(part):
-        return measure_points(part, duration=30.0, transient=10.0, section_position=150.0)
+        return scan(part, duration=30.0, transient=10.0, section_position=150.0)
 
     whole, parts = measure(chains), [measure(chains[:7]), measure(chains[7:])]
     for name, values in whole.items():

@@ -1,8 +1,11 @@
 """Files: what is written comes back, the same content gives the same bytes, never half a file."""
 
 import json
+import platform
 import re
+import subprocess
 
+import h5py
 import numpy as np
 import pytest
 
@@ -170,3 +173,116 @@ def test_caches_do_not_count_as_code(package):
     cache.write_text("")
     (package / "figures" / "kernel.nbi").write_text("")
     assert provenance.code_hash("beltrepro.figures.one", root=package) == before
+
+
+def test_every_attribute_says_its_own_thing():
+    settings = {
+        "method": "event",
+        "time_step": 0.002,
+        "duration": 20.0,
+        "transient": 5.0,
+        "seed": 3,
+        "b": [1, 2],
+        "a": "x",
+    }
+    found = provenance.attributes("scan", "smoke", settings)
+    expected = {"kind": "scan", "preset": "smoke", "method": "event", "time_step": 0.002}
+    expected |= {"duration": 20.0, "transient": 5.0, "seed": 3}
+    assert {name: found[name] for name in expected} == expected
+    assert found["code_version"] == provenance.code_version()
+    assert found["processor"] == provenance.processor() != ""
+    assert list(json.loads(found["config"])) == sorted(settings)
+    libraries = json.loads(found["library_versions"])
+    assert libraries["python"] == platform.python_version()
+    assert libraries["h5py"] == h5py.__version__ and libraries["numpy"] == np.__version__
+    assert set(libraries) == {"python", "numpy", "scipy", "numba", "h5py"}
+    del settings["transient"]
+    assert provenance.attributes("scan", "smoke", settings)["transient"] == 0
+
+
+@pytest.fixture
+def checkout(tmp_path, monkeypatch):
+    """A git checkout with the package in src/beltrepro; functions that remember forget."""
+    root = tmp_path / "src" / "beltrepro"
+    root.mkdir(parents=True)
+    (root / "a.py").write_text("")
+    monkeypatch.setattr(provenance, "ROOT", root)
+    monkeypatch.setattr(provenance, "version", lambda package: "1.2")
+    provenance.code_version.cache_clear()
+    yield root
+    provenance.code_version.cache_clear()
+
+
+def git(tree, *arguments):
+    names = ["-c", "user.name=a", "-c", "user.email=a@b"]
+    done = subprocess.run(
+        ["git", "-C", str(tree), *names, *arguments], capture_output=True, text=True, check=True
+    )
+    return done.stdout.strip()
+
+
+def test_code_version_names_the_commit_and_changes_to_it(checkout):
+    tree = checkout.parents[1]
+    assert provenance.code_version() == "1.2"  # no checkout
+    git(tree, "init", "-q")
+    git(tree, "add", ".")
+    git(tree, "commit", "-qm", "first")
+    commit = git(tree, "rev-parse", "HEAD")[:12]
+    for text, ending in ((None, ""), ("new = 1\n", ".dirty")):
+        if text:
+            (checkout / "a.py").write_text(text)
+        provenance.code_version.cache_clear()
+        assert provenance.code_version() == f"1.2+g{commit}{ending}"
+    git(tree, "commit", "-qam", "second")
+    (tree / "notes.txt").write_text("files that git does not follow change nothing")
+    provenance.code_version.cache_clear()
+    assert provenance.code_version() == f"1.2+g{git(tree, 'rev-parse', 'HEAD')[:12]}"
+
+
+def test_a_hash_knows_names_of_modules_and_of_files(package):
+    """The same texts elsewhere are other code; a module that is not there counts by its name."""
+    hashes = {provenance.code_hash("beltrepro.law", root=package)}
+    hashes.add(provenance.code_hash("beltrepro.engine.fast", root=package))
+    hashes.add(provenance.code_hash("beltrepro.missing", root=package))
+    hashes.add(provenance.code_hash("beltrepro.missing2", root=package))
+    assert len(hashes) == 4 and {len(each) for each in hashes} == {16}
+    before = provenance.code_hash("beltrepro.figures.one", root=package)
+    (package / "figures" / "paper.mplstyle").rename(package / "figures" / "other.mplstyle")
+    assert provenance.code_hash("beltrepro.figures.one", root=package) != before
+
+
+def test_imports_of_every_form_are_followed(package):
+    forms = {
+        "import beltrepro.law": {"law"},
+        "import beltrepro.engine.fast as quick, json": {"engine", "engine.fast"},
+        "from beltrepro.engine import fast, driver": {
+            "engine", "engine.fast", "engine.driver", "engine.slow", "law"
+        },
+        "from .engine import slow": {"engine", "engine.slow", "law"},
+        "from . import law": {"law"},
+        "from .law import force": {"law"},
+        "import numpy\nfrom scipy import stats\nfrom beltreprox import a": set(),
+        "if True:\n    class A:\n        from beltrepro import law": {"law"},
+    }  # fmt: skip
+    for text, expected in forms.items():
+        (package / "new.py").write_text(text)
+        found = provenance.module_closure("beltrepro.new", root=package)
+        names = {name.removeprefix("beltrepro.") for name in found} - {"new", "beltrepro"}
+        assert names == expected, text
+    deep = package / "engine" / "deep.py"
+    deep.write_text("from ..law import force\nfrom .fast import step")
+    found = provenance.module_closure("beltrepro.engine.deep", root=package)
+    assert found == {f"beltrepro.{n}" for n in ("engine", "engine.deep", "engine.fast", "law")}
+
+
+def test_data_of_a_package_count_wherever_they_lie(package):
+    def touched(*parts):
+        path = package.joinpath("figures", *parts)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        before = provenance.code_hash("beltrepro.figures.one", root=package)
+        path.write_text("text")
+        return provenance.code_hash("beltrepro.figures.one", root=package) != before
+
+    assert touched("templates", "page.j2") and touched("style.css")
+    assert not any(touched(name) for name in (".hidden", "x.pyc", "x.nbc", "not_imported.py"))
+    assert not touched(".cache", "page.j2") and not touched("__pycache__", "x.txt")

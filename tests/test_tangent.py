@@ -5,7 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters
+from beltrepro import ChainParameters, ChainState
+from beltrepro.engine.integrator import Sampling
 from beltrepro.engine.tangent_integrator import TangentIntegrator
 from beltrepro.model.spring import spring_extension
 
@@ -13,13 +14,10 @@ from beltrepro.model.spring import spring_extension
 def integrator(parameters, starts, n_vectors=1):
     """Chains from given positions, all stuck."""
     return TangentIntegrator(
-        [parameters] * len(starts),
+        [ChainState.at_rest(parameters, start) for start in starts],
         n_vectors=n_vectors,
-        seed=1,
-        replicates=range(len(starts)),
-        initial_positions=np.asarray(starts),
         time_step=0.001,
-        sample_stride=100,
+        sampling=Sampling(1, 0.1),
         sampled_blocks=1,
     )
 

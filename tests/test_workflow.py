@@ -1,6 +1,8 @@
 """The workflow: targets, reruns after a change of code, errors, and (slow) the smoke preset."""
 
 import dataclasses
+import html
+import json
 import logging
 import os
 import re
@@ -15,11 +17,12 @@ import pytest
 
 from beltrepro import config, provenance, scripting, store
 from beltrepro.errors import InputError, ModelStateError
+from beltrepro.figures import registry
 from beltrepro.jobs import simulation_jobs
 
 ROOT = Path(__file__).parents[1]
 CONFIG = config.load(ROOT / "config.yaml")
-FIGURES = list(CONFIG["figures"])
+FIGURES = registry.entries()
 RULES = sorted((ROOT / "workflow" / "rules").glob("*.smk"))
 
 
@@ -43,7 +46,7 @@ def jobs(dry_run: subprocess.CompletedProcess) -> dict[str, int]:
 
 def drawn(dry_run: subprocess.CompletedProcess) -> set[str]:
     """Figures that a dry run would draw."""
-    return set(re.findall(r": Drawing (fig\d\d)", dry_run.stdout))
+    return set(re.findall(r": Drawing (\w+)", dry_run.stdout))
 
 
 @pytest.fixture(scope="module")
@@ -77,8 +80,8 @@ def finished(tree):
 
 def test_list_shows_each_figure_with_its_title(tree):
     listed = snakemake(tree, "--list").stdout.splitlines()
-    for name, figure in CONFIG["figures"].items():
-        assert f"{name} ({figure['title']})" in listed
+    for name, entry in FIGURES.items():
+        assert f"{name} ({entry.title})" in listed
     for target in ("all", "figures", "agreement", "report", "claims", "timing"):
         assert any(line.startswith(f"{target} (") for line in listed)
     assert [line for line in listed if "(" not in line] == []
@@ -137,23 +140,39 @@ def test_every_rule_that_runs_declares_what_it_needs():
             for directive in needed:
                 assert f"\n    {directive}:" in rule, (path.name, rule.splitlines()[0], directive)
             assert "mem_mb=" in rule and "runtime=" in rule
-    assert count == 13
+    assert count == 12
 
 
-def test_every_figure_and_script_is_there():
-    for name in FIGURES:
-        assert (ROOT / "src" / "beltrepro" / "figures" / f"{name}.py").is_file()
+def test_every_script_is_used():
     scripts = {path.name for path in (ROOT / "workflow" / "scripts").glob("*.py")}
     used = set(re.findall(r'"\.\./scripts/(.*?)"', "".join(path.read_text() for path in RULES)))
     assert scripts == used
+
+
+def test_snakemake_report_holds_every_figure_with_its_words(finished):
+    done = snakemake(finished, "--report", "made.html")
+    assert done.returncode == 0, done.stderr
+    page = (finished / "made.html").read_text()
+    results, categories = (
+        json.loads(re.search(rf"var {name} = (\{{.*\}});\n", page)[1])
+        for name in ("results", "categories")
+    )
+    for name, entry in FIGURES.items():
+        shown = results[f"results/smoke/figures/{name}.png"]
+        assert shown["labels"] == {"figure": name, "title": entry.title}
+        paragraphs = re.findall(r"<p>(.*?)</p>", html.unescape(shown["caption"]), re.S)
+        assert [" ".join(words.split()) for words in paragraphs] == [entry.title, entry.words]
+        assert f"results/smoke/figures/{name}.png" in categories[entry.category]["Other"]
+    assert categories["Claims"]["Other"] == ["results/smoke/claims.csv"]
+    assert categories["Report"]["Other"] == ["results/smoke/report.html"]
+    assert len(results) == len(FIGURES) + 2
 
 
 # --- reruns ---
 
 SIMULATIONS = {"scan_block", "series", "catalogue", "ensemble_member", "agreement_runs"}
 JOINS = {"scan", "ensemble"}
-RESULTS = {"figure", "agreement_tables", "agreement_figure", "claims", "report", "all"}
-COMPARISONS = 3  # figures of the comparison of integrators
+RESULTS = {"figure", "agreement_tables", "claims", "report", "all"}
 
 
 def after_touching(tree: Path, *names: str) -> subprocess.CompletedProcess:
@@ -187,8 +206,7 @@ def test_touched_plot_reruns_that_plot_and_the_report(finished):
 
 def test_touched_style_redraws_every_figure_and_simulates_nothing(finished):
     dry_run = after_touching(finished, "figures/style.py")
-    redrawn = {"figure": len(FIGURES), "agreement_figure": COMPARISONS}
-    assert jobs(dry_run) == redrawn | {"report": 1, "all": 1}
+    assert jobs(dry_run) == {"figure": len(FIGURES), "report": 1, "all": 1}
 
 
 def test_touched_claims_simulate_and_draw_nothing(finished):
@@ -238,6 +256,20 @@ def test_bad_configuration_is_one_line(tree, setting, words):
     assert len(lines) == 1, done.stderr
     assert lines[0].startswith("error: config.yaml: ") and words in lines[0]
     assert "Traceback" not in done.stdout + done.stderr
+
+
+def test_figure_of_an_unknown_dataset_is_one_line(tree):
+    module = tree / "src/beltrepro/figures/fig13.py"
+    before = module.read_text()
+    try:
+        module.write_text(before.replace('"n5_rows_check"', '"n5_rows_chek"'))
+        done = snakemake(tree, "--dry-run", "fig12")
+    finally:
+        module.write_text(before)
+    lines = [line for line in done.stderr.splitlines() if "profile" not in line]
+    assert done.returncode == 1 and len(lines) == 1, done.stderr
+    assert lines[0].startswith("error: figures/fig13.py uses 'n5_rows_chek', which preset")
+    assert lines[0].endswith("smoke lacks; did you mean 'n5_rows_check'?")
 
 
 @pytest.fixture

@@ -1,19 +1,23 @@
 """A replication of "Chaos on the conveyor belt" (Sándor, Járai-Szabó, Tél, Néda, 2013).
 
-`simulate` is loaded on first use, so that what needs no simulation starts without numba.
+What simulates is loaded on first use, so that what needs no simulation starts without numba.
 """
 
 from importlib.metadata import version
+from typing import TYPE_CHECKING
 
 from beltrepro.model.parameters import ChainParameters
 
-__all__ = ["ChainParameters", "simulate"]
+if TYPE_CHECKING:
+    from beltrepro.simulation import ChainState, Run, catalogue, escapes, scan, simulate
+
+__all__ = ["ChainParameters", "ChainState", "Run", "catalogue", "escapes", "scan", "simulate"]
 __version__ = version("beltrepro")
 
 
 def __getattr__(name):
-    if name == "simulate":
-        from beltrepro.simulation import simulate
+    if name in __all__:
+        from beltrepro import simulation
 
-        return simulate
+        return getattr(simulation, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

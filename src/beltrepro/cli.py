@@ -122,6 +122,7 @@ def _simulate(options) -> int:
     }
     if options.output:
         from beltrepro import provenance, store
+        from beltrepro.datasets.kinds import SERIES
 
         arrays = {
             "time": run.time,
@@ -130,9 +131,9 @@ def _simulate(options) -> int:
             "friction": run.friction,
             "events": run.events,
         }
-        settings = dict(result, sample_interval=options.sample_interval)
-        attributes = provenance.attributes("series", "command", settings) | settings
-        store.write(options.output, arrays, attributes)
+        about = {name: SERIES.arrays[name].attributes() for name in arrays}
+        settings = result | {"kind": "run", "sample_interval": options.sample_interval}
+        store.write(options.output, arrays, provenance.origin() | settings, about)
     if options.json:
         print(json.dumps(result, indent=2))
     else:

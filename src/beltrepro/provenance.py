@@ -1,6 +1,6 @@
 """Where a result comes from: version, commit, libraries, machine; and hashes of code.
 
-Two different things on purpose. `attributes` says what made a file and is stored in it. `code_hash`
+Two different things on purpose. `origin` says what made a file and is stored in it. `code_hash`
 decides whether a file must be made again; it knows the text of the modules a job depends on and
 nothing of commits, so that a commit alone reruns nothing.
 """
@@ -11,6 +11,7 @@ import hashlib
 import json
 import platform
 import subprocess
+from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
 
@@ -20,27 +21,21 @@ LIBRARIES = ("numpy", "scipy", "numba", "h5py")
 DERIVED = (".pyc", ".nbi", ".nbc")  # caches of Python and Numba
 
 
-def attributes(kind: str, preset: str, settings: dict) -> dict:
-    """Attributes that every result file carries.
-
-    kind : "scan", "series", "catalogue" or "ensemble"; preset : name of the preset.
-    settings : what the job was told; method, time_step, duration, transient and seed become
-    attributes, and all of it is kept as JSON under `config`.
-    """
+def origin() -> dict[str, str]:
+    """Attributes of every result on what made it: code, libraries, machine, and units."""
     return {
-        "kind": kind,
-        "preset": preset,
-        "method": settings["method"],
-        "time_step": settings["time_step"],
-        "duration": settings["duration"],
-        "transient": settings.get("transient", 0.0),
-        "seed": settings["seed"],
         "code_version": code_version(),
         "library_versions": json.dumps(library_versions()),
         "processor": processor(),
-        "config": json.dumps(settings, sort_keys=True),
         "units": "model units",
     }
+
+
+def of_all(parts: Iterable[dict]) -> dict[str, str]:
+    """The origin of what was made in parts: every value of each attribute, joined by commas."""
+    parts = list(parts)
+    values = {name: dict.fromkeys(part[name] for part in parts) for name in origin()}
+    return {name: ", ".join(found) for name, found in values.items()}
 
 
 @functools.cache

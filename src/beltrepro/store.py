@@ -19,17 +19,31 @@ COMPRESS_FROM_BYTES = 1 << 16  # smaller arrays gain nothing
 class Dataset:
     """Arrays by name, and attributes by name: kind, preset, method, seed, code_version, ...
 
-    Everything is in model units; see `beltrepro.simulation` for the arrays of each kind.
+    Everything is in model units; see `beltrepro.datasets.kinds` for the arrays of each kind.
     """
 
     arrays: dict[str, np.ndarray]
     attributes: dict
 
 
-def write(path, arrays: dict[str, np.ndarray], attributes: dict) -> None:
-    """Write arrays (any shape; structured ones too) and attributes (numbers, text) to `path`.
+def write(
+    path,
+    arrays: dict[str, np.ndarray],
+    attributes: dict,
+    about: dict[str, dict[str, str]] | None = None,
+) -> None:
+    """Write arrays with attributes; the file appears under its name when it is complete.
 
-    The file appears under its name when it is complete. Missing folders are made.
+    Parameters
+    ----------
+    path : path-like
+        The HDF5 file; missing folders are made.
+    arrays : dict
+        Arrays of any shape by name; structured ones too. "group/array" puts one in a group.
+    attributes : dict
+        Numbers and text on the whole file.
+    about : dict, optional
+        For each array what is said of it alone: unit, dimensions, symbol, description.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -37,7 +51,7 @@ def write(path, arrays: dict[str, np.ndarray], attributes: dict) -> None:
     try:
         with h5py.File(unfinished, "w", track_order=False) as file:
             for name in sorted(arrays):
-                _write_array(file, name, np.asarray(arrays[name]))
+                _write_array(file, name, np.asarray(arrays[name]), (about or {}).get(name, {}))
             for name in sorted(attributes):
                 file.attrs[name] = attributes[name]
         unfinished.replace(path)
@@ -48,38 +62,34 @@ def write(path, arrays: dict[str, np.ndarray], attributes: dict) -> None:
 def read(path) -> Dataset:
     """Read what `write` wrote: text comes back as str, arrays with their dtype and shape.
 
-    Raises InputError when the file is missing or is not HDF5.
+    Raises InputError when the file is missing, damaged or not HDF5.
     """
     try:
         with h5py.File(path, "r") as file:
-            arrays = {name: _read_array(dataset) for name, dataset in file.items()}
+            arrays = {name: _read_array(file[name]) for name in _names(file)}
             attributes = {name: _plain(value) for name, value in file.attrs.items()}
-    except OSError as error:
+    except (OSError, KeyError, RuntimeError, ValueError) as error:
         raise InputError(f"{path}: not a readable HDF5 file ({error})") from None
     return Dataset(arrays, attributes)
 
 
-def join(parts: list[Dataset]) -> Dataset:
-    """One dataset from parts with the same arrays, joined along the first axis in the given order.
-
-    An attribute that differs between parts (say, the code version) keeps every value, in order
-    of appearance, joined by commas.
-    """
-    names = list(parts[0].arrays)
-    arrays = {name: np.concatenate([part.arrays[name] for part in parts]) for name in names}
-    attributes = {}
-    for name, first in parts[0].attributes.items():
-        values = list(dict.fromkeys(part.attributes[name] for part in parts))
-        attributes[name] = first if len(values) == 1 else ", ".join(map(str, values))
-    return Dataset(arrays, attributes)
-
-
-def _write_array(file: h5py.File, name: str, array: np.ndarray) -> None:
+def _write_array(file: h5py.File, name: str, array: np.ndarray, about: dict[str, str]) -> None:
     stored = array.astype(_with_text(array.dtype, "U", "S"))
     options = {}
     if stored.nbytes >= COMPRESS_FROM_BYTES:
         options = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
-    file.create_dataset(name, data=stored, track_times=False, **options)
+    dataset = file.create_dataset(name, data=stored, track_times=False, **options)
+    for key in sorted(about):
+        dataset.attrs[key] = about[key]
+
+
+def _names(file: h5py.File) -> list[str]:
+    """Names of all arrays, with those of the groups they are in: "group/array"."""
+    names: list[str] = []
+    file.visititems(
+        lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None
+    )
+    return names
 
 
 def _read_array(dataset: h5py.Dataset) -> np.ndarray:

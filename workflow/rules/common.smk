@@ -3,100 +3,89 @@
 import dataclasses
 import functools
 import sys
+from pathlib import Path
 
-from beltrepro import config as configuration
 from beltrepro import jobs, provenance
+from beltrepro.datasets import files, plan
+from beltrepro.entries import check_uses
 from beltrepro.errors import InputError
+from beltrepro.figures import registry as figures_registry
+from beltrepro.tables import registry as tables_registry
 
 try:
-    schema = configuration.load(workflow.source_path("../schemas/config.schema.yaml"))
-    PLAN = configuration.make_plan(config, schema)
+    PLAN = plan.make_plan(config)
+    TABLES = tables_registry.entries()
+    FIGURES = figures_registry.entries()
+    tables_registry.check_names(PLAN.datasets)
+    for folder, entries in (("tables", TABLES), ("figures", FIGURES)):
+        check_uses(folder, entries, [*PLAN.datasets, *TABLES], f"preset {PLAN.preset}")
 except InputError as error:
     sys.exit(f"error: {error}")
 
 
 pathvars:
-    results=f"results/{PLAN.preset}",
-    logs=f"results/{PLAN.preset}/logs",
-    benchmarks=f"results/{PLAN.preset}/benchmarks",
+    results=f"results/{PLAN.run}",
+    logs=f"results/{PLAN.run}/logs",
+    benchmarks=f"results/{PLAN.run}/benchmarks",
 
 
 wildcard_constraints:
-    scan="|".join(PLAN.scans),
-    series="|".join(PLAN.series),
-    catalogue="|".join(PLAN.catalogues),
-    ensemble="|".join(PLAN.ensembles),
-    figure="|".join(PLAN.figures),
-    part="|".join(configuration.PARTS),
-    role="|".join(configuration.ROLES),
-    block="[0-9]{4}",
-    member="[0-9]{4}",
+    dataset="|".join(PLAN.datasets),
+    batch="[0-9]{4}",
+    table="|".join(entry.file(name) for name, entry in TABLES.items()),
+    figure="|".join(FIGURES),
 
 
 # --- files ---
 
 
-def dataset_file(kind, name):
-    return f"<results>/{kind}/{name}.h5"
+def file_of(name):
+    """The file of a dataset or table."""
+    if name in TABLES:
+        return f"<results>/{TABLES[name].file(name)}.csv"
+    return f"<results>/datasets/{name}.h5"
 
 
-def datasets_by_kind():
-    """All datasets of the preset, as named inputs `scans`, `series`, ..."""
-    kinds = configuration.KINDS
-    return {kind: [dataset_file(kind, name) for name in getattr(PLAN, kind)] for kind in kinds}
+def dataset_files():
+    return [file_of(name) for name in PLAN.datasets]
 
 
-def scan_blocks(wildcards):
-    count = len(PLAN.scans[wildcards.scan].blocks)
-    return [f"<results>/blocks/{wildcards.scan}/{block:04d}.h5" for block in range(count)]
+def batches(wildcards):
+    count = len(PLAN.datasets[wildcards.dataset].batches)
+    return [f"<results>/batches/{wildcards.dataset}/{number:04d}.h5" for number in range(count)]
 
 
-def ensemble_members(wildcards):
-    count = len(PLAN.ensembles[wildcards.ensemble].belt_velocities)
-    return [f"<results>/ensembles/{wildcards.ensemble}/{member:04d}.h5" for member in range(count)]
+def table_of(wildcards):
+    """Name and entry of the table of a file, which may lie at the top of the results."""
+    name = Path(wildcards.table).name
+    return name, TABLES[name]
+
+
+def table_data(wildcards):
+    return {name: file_of(name) for name in table_of(wildcards)[1].uses}
 
 
 def figure_data(wildcards):
-    """Datasets of a figure, by name."""
-    return {name: dataset_file(kind, name) for kind, name in PLAN.figures[wildcards.figure].uses}
+    return {name: file_of(name) for name in FIGURES[wildcards.figure].uses}
 
 
-def figure_images(wildcards):
-    return [f"<results>/figures/{figure}.png" for figure in PLAN.figures]
-
-
-def figure_files(wildcards):
+def drawn(*kinds, category=None):
+    """Files of all figures, or of those of one category: kinds "png", "pdf"."""
     return [
-        f"<results>/figures/{figure}.{kind}" for figure in PLAN.figures for kind in ("png", "pdf")
+        f"<results>/figures/{name}.{kind}"
+        for name, entry in FIGURES.items()
+        if category in (None, entry.category)
+        for kind in kinds
     ]
 
 
-AGREEMENT_FIGURES = ("trajectories", "disorder", "attractors")
+def of_figure(field):
+    """What the entry of the figure says under this name, for a directive."""
+    return lambda wildcards: getattr(FIGURES[wildcards.figure], field)
 
 
-def agreement_part(wildcards):
-    """Runs of one part of the comparison, by role of the integrator."""
-    return {role: f"<results>/agreement/{wildcards.part}/{role}.h5" for role in configuration.ROLES}
-
-
-def agreement_files():
-    return [
-        f"<results>/agreement/{part}/{role}.h5"
-        for part in configuration.PARTS
-        for role in configuration.ROLES
-    ]
-
-
-def agreement_figure_files(wildcards):
-    return [
-        f"<results>/figures/agreement_{part}.{kind}"
-        for part in AGREEMENT_FIGURES
-        for kind in ("png", "pdf")
-    ]
-
-
-def agreement_images(wildcards):
-    return [f"<results>/figures/agreement_{part}.png" for part in AGREEMENT_FIGURES]
+def figure_labels(wildcards):
+    return {"figure": wildcards.figure, "title": FIGURES[wildcards.figure].title}
 
 
 # Plain tuples: they travel to the script as parameters.
@@ -111,55 +100,31 @@ def sampled_jobs(wildcards):
 # --- what a job is told; all of it in params, so that a change reruns the job ---
 
 
-def block_settings(wildcards):
-    scan = PLAN.scans[wildcards.scan]
-    settings = scan.block_settings(int(wildcards.block))
-    sizes = sorted({n_blocks for n_blocks, *_ in settings["points"]})
-    numerics = PLAN.numerics
-    recording = {
-        "laminar_time": numerics.laminar_time,
-        "section_values": numerics.section_values,
-        "section_position": {n_blocks: numerics.section_position[n_blocks] for n_blocks in sizes},
-    }
-    return PLAN.constants | recording | settings
+def told_batch(wildcards):
+    return PLAN.told_batch(wildcards.dataset, int(wildcards.batch))
 
 
-def scan_settings(wildcards):
-    return PLAN.constants | PLAN.scans[wildcards.scan].settings()
+def told_dataset(wildcards):
+    return PLAN.told(wildcards.dataset)
 
 
-def series_settings(wildcards):
-    return PLAN.constants | PLAN.series[wildcards.series].settings()
+def expected_batches(wildcards):
+    count = len(PLAN.datasets[wildcards.dataset].batches)
+    return [files.expected(PLAN.told_batch(wildcards.dataset, number)) for number in range(count)]
 
 
-def catalogue_settings(wildcards):
-    return PLAN.constants | PLAN.catalogues[wildcards.catalogue].settings()
+@functools.cache
+def expected(*names):
+    """What the files of these datasets must say of themselves, by name; tables say nothing."""
+    return {name: files.expected(PLAN.told(name)) for name in names if name in PLAN.datasets}
 
 
-def member_settings(wildcards):
-    ensemble = PLAN.ensembles[wildcards.ensemble]
-    recording = {"laminar_time": PLAN.numerics.laminar_time}
-    return PLAN.constants | recording | ensemble.member_settings(int(wildcards.member))
+def expected_of_table(wildcards):
+    return expected(*table_of(wildcards)[1].uses)
 
 
-def ensemble_settings(wildcards):
-    return PLAN.constants | PLAN.ensembles[wildcards.ensemble].settings()
-
-
-def agreement_settings(wildcards):
-    numerics = PLAN.numerics
-    recording = {
-        "laminar_time": numerics.laminar_time,
-        "section_values": numerics.section_values,
-    }
-    settings = (
-        PLAN.constants | recording | PLAN.agreement.run_settings(wildcards.part, wildcards.role)
-    )
-    if wildcards.part == "disorder":
-        sizes = settings["n_blocks"]
-        positions = {n_blocks: numerics.section_position[n_blocks] for n_blocks in sizes}
-        settings |= {"section_position": positions}
-    return settings
+def expected_of_figure(wildcards):
+    return expected(*FIGURES[wildcards.figure].uses)
 
 
 # --- hashes of the code behind a result: Snakemake does not see imported modules ---
@@ -175,35 +140,15 @@ def code_hash(*modules, without=()):
     return provenance.code_hash(*modules, without=without)
 
 
-def simulation_code(method, *more):
-    """Code behind a simulation with one integrator; the other one does not matter to it."""
+def batch_code(wildcards):
+    """Code behind a batch: its own integrator; the other one does not matter to it."""
+    method = PLAN.datasets[wildcards.dataset].batches[int(wildcards.batch)][0].method
     others = tuple(module for name, module in INTEGRATORS.items() if name != method)
-    return code_hash("beltrepro.simulation", INTEGRATORS[method], *more, without=others)
+    return code_hash("beltrepro.datasets.running", INTEGRATORS[method], without=others)
 
 
-def block_code(wildcards):
-    return simulation_code(block_settings(wildcards)["method"])
-
-
-def series_code(wildcards):
-    return simulation_code(PLAN.series[wildcards.series].method)
-
-
-def catalogue_code(wildcards):
-    return simulation_code(PLAN.catalogues[wildcards.catalogue].method)
-
-
-def member_code(wildcards):
-    return simulation_code(PLAN.ensembles[wildcards.ensemble].method)
-
-
-def agreement_run_code(wildcards):
-    more = ["beltrepro.analysis.steps"] if wildcards.part == "trajectories" else []
-    return simulation_code(PLAN.agreement.methods[wildcards.role], *more)
-
-
-def agreement_figure_code(wildcards):
-    return code_hash(f"beltrepro.figures.agreement_{wildcards.part}", "beltrepro.figures.style")
+def table_code(wildcards):
+    return code_hash(f"beltrepro.tables.{table_of(wildcards)[0]}")
 
 
 def figure_code(wildcards):

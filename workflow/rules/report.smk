@@ -4,9 +4,10 @@
 rule claims:
     "A measured value and a verdict for every claim of the paper: claims.csv."
     input:
-        **datasets_by_kind(),
+        datasets=dataset_files(),
     output:
-        "<results>/claims.csv",
+        table=report("<results>/claims.csv", caption="../report/claims.rst", category="Claims"),
+        about="<results>/claims.csv-metadata.json",
     log:
         "<logs>/claims.log",
     benchmark:
@@ -19,6 +20,7 @@ rule claims:
         runtime=30,
     params:
         settings=PLAN.settings(),
+        expected=expected(*PLAN.datasets),
         code=code_hash("beltrepro.claims"),
     message:
         "Measuring the claims"
@@ -29,16 +31,12 @@ rule claims:
 rule report:
     "One page with every figure, the table of claims and what was run: report.html."
     input:
-        **datasets_by_kind(),
+        **{name: file_of(name) for name in TABLES},
+        datasets=dataset_files(),
         claims="<results>/claims.csv",
-        figures=figure_images,
-        comparisons="<results>/agreement.csv",
-        families="<results>/agreement/families.csv",
-        partings="<results>/agreement/trajectories.csv",
-        convergence="<results>/agreement/convergence.csv",
-        agreement_figures=agreement_images,
+        figures=drawn("png"),
     output:
-        "<results>/report.html",
+        report("<results>/report.html", caption="../report/report.rst", category="Report"),
     log:
         "<logs>/report.log",
     benchmark:
@@ -52,7 +50,7 @@ rule report:
     params:
         preset=PLAN.preset,
         settings=PLAN.settings(),
-        benchmarks=f"results/{PLAN.preset}/benchmarks",
+        benchmarks=f"results/{PLAN.run}/benchmarks",
         code=code_hash("beltrepro.report"),
     message:
         "Writing the report"

@@ -6,7 +6,8 @@ rule timing:
     input:
         sampled_jobs,
     output:
-        "<results>/timing.csv",
+        table="<results>/timing.csv",
+        about="<results>/timing.csv-metadata.json",
     log:
         "<logs>/timing.log",
     benchmark:
@@ -19,7 +20,7 @@ rule timing:
         runtime=5,
     params:
         jobs=SIMULATION_JOBS,
-        benchmarks=f"results/{PLAN.preset}/benchmarks",
+        benchmarks=f"results/{PLAN.run}/benchmarks",
         code=code_hash("beltrepro.jobs"),
     message:
         "Estimating the time of the preset"

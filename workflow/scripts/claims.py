@@ -3,25 +3,25 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from beltrepro import scripting, store
+from beltrepro import inputs, scripting
 from beltrepro.claims import measure
+from beltrepro.tables import files
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
+TITLE = "Every claim of the paper: what it prints, what was measured, and the verdict."
 
-def claims(files: dict[str, list], settings: dict, output) -> None:
-    """Measure the claims from files by kind (`scans`, `series`, `catalogues`, `ensembles`)."""
-    datasets = {
-        kind: {Path(path).stem: store.read(path) for path in paths} for kind, paths in files.items()
-    }
-    measure(**datasets, settings=settings).to_csv(output, index=False)
+
+def claims(paths: dict, expected: dict, settings: dict, output) -> None:
+    """Measure the claims from files by name of the dataset."""
+    table = measure(inputs.load(paths, expected), settings)
+    files.write(output, table, title=TITLE, columns={}, sources=expected)
 
 
 def main(job):
-    kinds = ("scans", "series", "catalogues", "ensembles")
-    files = {kind: list(job.input[kind]) for kind in kinds}
-    claims(files, job.params.settings, job.output[0])
+    paths = {Path(path).stem: path for path in job.input.datasets}
+    claims(paths, job.params.expected, job.params.settings, job.output.table)
 
 
 if __name__ == "__main__":

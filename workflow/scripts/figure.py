@@ -1,21 +1,26 @@
-"""Draw one figure from its datasets."""
+"""Draw one figure from its datasets and tables."""
 
 import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from beltrepro import scripting, store
+from beltrepro import inputs, scripting
 from beltrepro.figures import style
+from beltrepro.store import Dataset
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
 
-def draw(name: str, files: dict, preset: str, png, pdf) -> None:
-    """Draw figure `name` ("fig12") from files by dataset name; write it as PNG and PDF."""
-    data = {dataset: store.read(path) for dataset, path in files.items()}
+def draw(name: str, files: dict, expected: dict, preset: str, png, pdf) -> None:
+    """Draw figure `name` ("fig12") from files by dataset name; write it as PNG and PDF.
+
+    expected : what the files of datasets must say of themselves, by name.
+    """
+    data = inputs.load(files, expected)
     module = importlib.import_module(f"beltrepro.figures.{name}")
-    figure = module.draw(data, style.small_print(list(data.values()), preset))
+    datasets = [each for each in data.values() if isinstance(each, Dataset)]
+    figure = module.draw(data, style.small_print(datasets, preset))
     style.save(figure, png, pdf)
 
 
@@ -23,6 +28,7 @@ def main(job):
     draw(
         Path(job.output.png).stem,
         dict(job.input.items()),
+        job.params.expected,
         job.params.preset,
         job.output.png,
         job.output.pdf,

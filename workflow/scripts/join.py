@@ -1,29 +1,26 @@
-"""Join the files of the jobs of one scan or ensemble into one file."""
+"""Join the batches of a dataset into one file."""
 
-import json
 from typing import TYPE_CHECKING
 
-from beltrepro import scripting, store
+from beltrepro import provenance, scripting
+from beltrepro.datasets import files
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
 
-def join(parts: list, settings: dict, output) -> None:
-    """Join files along their first axis.
+def join(paths: list, expected: list[dict], told: dict, output) -> None:
+    """Join files in their order.
 
-    settings : describes the whole and replaces the settings of the single jobs.
+    expected : what each of them must say of itself. told : what the whole is, see `Plan.told`.
     """
-    whole = store.join([store.read(part) for part in parts])
-    attributes = whole.attributes | {
-        "method": settings["method"],
-        "config": json.dumps(settings, sort_keys=True),
-    }
-    store.write(output, whole.arrays, attributes)
+    parts = [files.read(path, one) for path, one in zip(paths, expected, strict=True)]
+    arrays = files.join(parts, told["kind"])
+    files.write(output, told, arrays, provenance.of_all(part.attributes for part in parts))
 
 
 def main(job):
-    join(list(job.input), job.params.settings, job.output[0])
+    join(list(job.input), job.params.expected, job.params.told, job.output[0])
 
 
 if __name__ == "__main__":

@@ -10,23 +10,18 @@ if TYPE_CHECKING:
 
 
 def main(job):
-    kinds = ("scans", "series", "catalogues", "ensembles")
-    report.render(
-        output=Path(job.output[0]),
-        figures={Path(path).stem: Path(path) for path in job.input.figures},
-        claims_csv=Path(job.input.claims),
-        datasets=[Path(path) for kind in kinds for path in job.input[kind]],
-        benchmarks=Path(job.params.benchmarks),
+    # A name stands for one file or for a list of files.
+    files = {
+        name: [Path(path) for path in ([each] if isinstance(each, str) else each)]
+        for name, each in job.input.items()
+    }
+    material = report.Material(
         preset=job.params.preset,
         settings=job.params.settings,
-        agreement_tables=report.AgreementTables(
-            comparisons=Path(job.input.comparisons),
-            families=Path(job.input.families),
-            partings=Path(job.input.partings),
-            convergence=Path(job.input.convergence),
-        ),
-        agreement_figures={Path(path).stem: Path(path) for path in job.input.agreement_figures},
+        files=files,
+        benchmarks=Path(job.params.benchmarks),
     )
+    report.render(Path(job.output[0]), material)
 
 
 if __name__ == "__main__":

@@ -7,9 +7,12 @@ import pandas as pd
 
 from beltrepro import scripting
 from beltrepro.jobs import Job, estimate
+from beltrepro.tables import files
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
+
+TITLE = "Core-hours of all simulation jobs, from the time of those that ran."
 
 
 def seconds_by_name(jobs: list[Job], benchmarks: Path) -> dict[str, float]:
@@ -25,7 +28,7 @@ def seconds_by_name(jobs: list[Job], benchmarks: Path) -> dict[str, float]:
 def main(job):
     jobs = [Job(*fields) for fields in job.params.jobs]
     table = estimate(jobs, seconds_by_name(jobs, Path(job.params.benchmarks)))
-    table.to_csv(job.output[0], index=False, float_format="%.4g")
+    files.write(job.output.table, table, title=TITLE, columns={}, sources={})
     print(table.to_string(index=False, float_format="%.3g"))
 
 

@@ -37,7 +37,7 @@ _POINT = (*PLACE, "noise")
 def disorder_statistics(points, *, measured_time) -> dict[str, np.ndarray]:
     """Per run (R,): r, mean length, rates of slips and crossings, v_N at the section.
 
-    points : arrays of `simulation.measure_points`. measured_time : duration without the transient.
+    points : arrays of `simulation.scan`. measured_time : duration without the transient.
     """
     rows = np.arange(points["n_blocks"].size)
     mean, spread = _moments([row[np.isfinite(row)] for row in points["section_velocity"]])
@@ -55,17 +55,17 @@ def disorder_statistics(points, *, measured_time) -> dict[str, np.ndarray]:
 def slip_statistics(catalogue) -> dict[str, np.ndarray]:
     """Per run (R,): number, sizes and losses of the slips of the last block, and section points.
 
-    catalogue : slips and section of `simulation.record_catalogue`, whose `chain` is the row of the
+    catalogue : slips and section of `simulation.catalogue`, whose `point` is the row of the
     run in n_blocks and belt_velocity (R,). Sizes are those in the laboratory frame (Fig. 9).
     """
     sizes, losses, velocities = [], [], []
     for run, n_blocks in enumerate(catalogue["n_blocks"]):
-        slips = catalogue["slips"][catalogue["slips"]["chain"] == run]
+        slips = catalogue["slips"][catalogue["slips"]["point"] == run]
         sizes.append(
             avalanches.last_block_slip_sizes(slips, n_blocks, catalogue["belt_velocity"][run])
         )
         losses.append(avalanches.last_block_slips(slips, n_blocks)["dissipated"])
-        section = catalogue["section"][catalogue["section"]["chain"] == run]
+        section = catalogue["section"][catalogue["section"]["point"] == run]
         velocities.append(section["velocities"][:, n_blocks - 1])
     mean_velocity, velocity_spread = _moments(velocities)
     return {
@@ -113,8 +113,8 @@ def compare_points(tested, reference, statistics_tested, statistics_reference) -
 def compare_attractors(tested, reference, *, reference_step) -> list[dict]:
     """Where runs without noise end, for each u, initial spread and time step of the tested side.
 
-    tested, reference : arrays of `simulation.escape_ensemble`, with time_step and initial_spread;
-    the reference is that with reference_step. The quantities are the share of runs in which the
+    tested, reference : arrays of datasets of kind escapes; of the reference those rows count that
+    have reference_step. The quantities are the share of runs in which the
     last block still sticks at the end (tested over all labels of `lifetimes.label_attractors`), r
     over the end of the run, and the lifetime of the chaotic transient.
     """
@@ -131,7 +131,7 @@ def compare_attractors(tested, reference, *, reference_step) -> list[dict]:
 
 
 def attractors(runs) -> np.ndarray:
-    """Labels (R,) of the states in which the runs of an ensemble end."""
+    """Labels (R,) of the states in which runs end; arrays of kind escapes."""
     return lifetimes.label_attractors(
         runs["escaped"], runs["final_disorder"], runs["final_stick_rate"]
     )
@@ -223,21 +223,21 @@ def _families(rows):
 # --- trajectories ---------------------------------------------------------------------------------
 
 
-def compare_trajectories(runs, reference, *, reference_step, tolerance):
+def compare_trajectories(runs, reference, *, reference_step):
     """Partings and errors of runs against the reference runs with reference_step.
 
-    runs, reference : arrays as in `divergence`; `runs` may be the reference itself, of which then
-    the other time steps are compared. tolerance : the one that counts where several were taken.
+    runs, reference : arrays as in `divergence`, with step; `runs` may be the reference itself, of
+    which then the other time steps are compared.
     Returns two lists of rows: for each point and time step the numbers of `divergence.summarise`;
     and for each point, number of events and time step the error, with the order of convergence in
     the step over all of them (order, order_error).
     """
-    base = divergence.chosen(reference, time_step=reference_step, tolerance=tolerance)
+    base = divergence.equal(reference["time_step"], reference_step)
     partings, errors = [], []
     for time_step in np.unique(runs["time_step"]):
-        if runs is reference and np.isclose(time_step, reference_step):
+        if runs is reference and divergence.equal(time_step, reference_step):
             continue
-        rows = divergence.chosen(runs, time_step=time_step, tolerance=tolerance)
+        rows = divergence.equal(runs["time_step"], time_step)
         for at_point, members in _by_point(runs, rows, reference, base):
             point = {name: at_point[name] for name in (*PLACE, "time_step")}
             partings.append(point | divergence.summarise(members))
@@ -245,19 +245,17 @@ def compare_trajectories(runs, reference, *, reference_step, tolerance):
     return partings, _with_orders(errors, rounding=divergence.ROUNDING)
 
 
-def compare_tolerances(runs, *, time_step) -> list[dict]:
-    """Errors of runs with one time step against those with the tightest tolerance.
+def compare_tolerances(runs) -> list[dict]:
+    """Errors of runs with several tolerances against those with the tightest.
 
-    runs : arrays as in `divergence`. Returns rows like those of `compare_trajectories`, for each
-    point, number of events and tolerance; none if there are not several tolerances.
+    runs : arrays as in `divergence`, with step. Returns rows like those of `compare_trajectories`,
+    for each point, number of events and tolerance; none if there are not several tolerances.
     """
-    known = np.unique(runs["tolerance"][np.isfinite(runs["tolerance"])])
+    allowed = runs["allowed_error"]
+    known = np.unique(allowed[np.isfinite(allowed)])
     errors = []
     for tolerance in known[:0:-1]:
-        rows, tightest = (
-            divergence.chosen(runs, time_step=time_step, tolerance=value)
-            for value in (tolerance, known[0])
-        )
+        rows, tightest = (divergence.equal(allowed, value) for value in (tolerance, known[0]))
         for at_point, members in _by_point(runs, rows, runs, tightest):
             errors += _errors({"varied": "tolerance"} | at_point, members)
     return _with_orders(errors, rounding=divergence.ROUNDING_OF_LONG_STEPS)
@@ -270,7 +268,10 @@ def _by_point(runs, rows, reference, reference_rows):
         here = dict(zip(PLACE, point, strict=True))
         here_rows = rows & _at(runs, here)
         first = np.flatnonzero(here_rows)[0]
-        settings = {name: float(runs[name][first]) for name in ("time_step", "tolerance")}
+        settings = {
+            "time_step": float(runs["time_step"][first]),
+            "tolerance": float(runs["allowed_error"][first]),
+        }
         yield here | settings | {"step": float(runs["step"][here_rows].mean())}, members
 
 

@@ -4,6 +4,7 @@ import warnings
 
 import numpy as np
 import powerlaw
+from scipy import optimize, stats
 
 from beltrepro.analysis.errors import require
 from beltrepro.analysis.fits import PowerLawFit, fit_log_log
@@ -60,8 +61,8 @@ def dissipation_while_last_block_slips(slips, n_blocks):
     overlaps counts with the share of its duration that overlaps.
     """
     energies = []
-    for chain in np.unique(slips["chain"]):
-        of_chain = slips[slips["chain"] == chain]
+    for chain in np.unique(slips["point"]):
+        of_chain = slips[slips["point"] == chain]
         of_chain = of_chain[np.argsort(of_chain["start_time"])]
         starts, stops = of_chain["start_time"], of_chain["stop_time"]
         longest = np.max(stops - starts)
@@ -83,9 +84,9 @@ def with_last_block(avalanches, slips, n_blocks):
     """Which avalanches of a catalogue take in a slip of the last block: (A,) bool."""
     own = last_block_slips(slips, n_blocks)
     reached = np.zeros(avalanches.size, dtype=bool)
-    for chain in np.unique(avalanches["chain"]):
-        starts = np.sort(own["start_time"][own["chain"] == chain])
-        of_chain = avalanches["chain"] == chain
+    for chain in np.unique(avalanches["point"]):
+        starts = np.sort(own["start_time"][own["point"] == chain])
+        of_chain = avalanches["point"] == chain
         before = np.searchsorted(starts, avalanches["start_time"][of_chain])
         after = np.searchsorted(starts, avalanches["stop_time"][of_chain], side="right")
         reached[of_chain] = after > before
@@ -173,18 +174,16 @@ def maximum_likelihood_exponent(values, *, low, high) -> PowerLawFit:
 def compare_with_exponential(values, *, low, high):
     """Which law fits values in [low, high] better, a power law or an exponential?
 
-    Returns (ratio, p): the normalised log-likelihood ratio, positive when the power law is better,
-    and the probability that its sign is chance (Vuong's test, Clauset et al. 2009).
+    Both laws are cut off at both ends. Returns (ratio, p): the normalised log-likelihood ratio,
+    positive when the power law is better, and the probability that its sign is chance (Vuong's
+    test, Clauset et al. 2009).
     """
     values = _within(values, low, high)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        exponential = powerlaw.Exponential(xmin=low, xmax=high, data=values)
-        ratio, p_value = powerlaw.statistics.loglikelihood_ratio(
-            _power_law(values, low, high).loglikelihoods(values),
-            exponential.loglikelihoods(values),
-            normalized_ratio=True,
-        )
+    ratio, p_value = powerlaw.statistics.loglikelihood_ratio(
+        _power_law(values, low, high).loglikelihoods(values),
+        _exponential(values, low, high).logpdf(values),
+        normalized_ratio=True,
+    )
     return float(ratio), float(p_value)
 
 
@@ -206,3 +205,20 @@ def _power_law(values, low, high):
             force_numerical_fit=True,
             parameter_ranges={"alpha": [-5, 10]},
         )
+
+
+def _exponential(values, low, high):
+    """Exponential law cut off at both ends, by maximum likelihood: its mean is that of the values.
+
+    The package fits and normalises an exponential without upper end. Values that do not fall have
+    the uniform law, the limit of long decay.
+    """
+    mean = (values.mean() - low) / (high - low)
+
+    def excess(decays):
+        """Mean of the law over `decays` decay lengths, as a share of the range, minus that mean."""
+        return 1 / decays - 1 / np.expm1(min(decays, 700.0)) - mean
+
+    fewest = 1e-6
+    decays = optimize.brentq(excess, fewest, 1 + 2 / mean) if excess(fewest) > 0 else fewest
+    return stats.truncexpon(b=decays, loc=low, scale=(high - low) / decays)

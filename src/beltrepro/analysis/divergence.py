@@ -1,16 +1,19 @@
 """How trajectories of two integrators from the same state part, and how that depends on the step.
 
-Arrays of trajectories have one row for each run: n_blocks, belt_velocity, member, time_step,
-tolerance (NaN for an integrator without one), step (mean length of the steps that the integrator
-chooses: dt, or what the tolerance allows) (R,); positions (R, T, N), NaN for blocks that a chain
-lacks, at the instants time (T,); events, a structured array with run, time, block and kind, in
-order of run and time. Model units.
+Arrays of trajectories are those of a dataset of kind series, with one row for each run: n_blocks,
+belt_velocity, replicate, time_step, allowed_error (NaN for a method without a tolerance) (R,);
+positions (R, T, N), NaN for blocks that a chain lacks, at the instants time (T,); events, a
+structured array with point (the row), time, block and kind, in order of row and time; and step
+(R,), see `with_steps`. Model units.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from scipy import stats
+
+from beltrepro.analysis.steps import mean_step
+from beltrepro.model import ChainParameters
 
 AFTER_EVENTS = (0, 1, 2, 5, 10, 20, 50)  # numbers of events after which errors are taken
 FIRST_EVENTS = 10
@@ -55,22 +58,30 @@ class Pair:
         return float(self.separation[sample]) if sample < self.time.size else np.nan
 
 
-def chosen(runs, *, time_step, tolerance) -> np.ndarray:
-    """Which runs (R,) have this time step and this tolerance; those without a tolerance have any.
+def with_steps(runs) -> dict[str, np.ndarray]:
+    """The arrays with `step` (R,): mean length of the steps that the method chooses.
 
-    runs : arrays of trajectories.
+    That is dt, or what the allowed error permits, for which velocities (R, T, N) are needed.
     """
-    no_tolerance = np.isnan(runs["tolerance"])
-    return _equal(runs["time_step"], time_step) & (
-        no_tolerance | _equal(runs["tolerance"], tolerance)
-    )
+    steps = runs["time_step"].copy()
+    for row in np.flatnonzero(np.isfinite(runs["allowed_error"])):
+        names = [each.name for each in fields(ChainParameters)]
+        chain = ChainParameters(**{name: runs[name][row].item() for name in names})
+        samples = (runs[name][row][:, : chain.n_blocks] for name in ("positions", "velocities"))
+        steps[row] = mean_step(*samples, chain, runs["allowed_error"][row])
+    return runs | {"step": steps}
+
+
+def equal(values, value) -> np.ndarray:
+    """Which of the values (R,), steps or tolerances, are this one."""
+    return np.isclose(values, value, rtol=1e-9, atol=0)
 
 
 def pairs(runs, reference, *, rows, reference_rows) -> dict[tuple, list[Pair]]:
     """Some runs beside their references: lists by (n_blocks, belt_velocity).
 
-    runs, reference : arrays of trajectories; rows, reference_rows (R,) : which of them, see
-    `chosen`. A run without a reference is left out.
+    runs, reference : arrays of trajectories; rows, reference_rows (R,) : which of them. A run
+    without a reference is left out.
     """
     base = {_key(reference, row): row for row in np.flatnonzero(reference_rows)}
     found: dict[tuple, list[Pair]] = {}
@@ -147,8 +158,8 @@ def errors(found: list[Pair]) -> dict[int, tuple[int, float]]:
 
 
 def _pair(runs, row, reference, base) -> Pair:
-    events = reference["events"][reference["events"]["run"] == base]
-    event_time, event_shift = match_events(runs["events"][runs["events"]["run"] == row], events)
+    events = reference["events"][reference["events"]["point"] == base]
+    event_time, event_shift = match_events(runs["events"][runs["events"]["point"] == row], events)
     n_blocks = int(runs["n_blocks"][row])
     difference = runs["positions"][row] - reference["positions"][base]
     return Pair(
@@ -160,12 +171,8 @@ def _pair(runs, row, reference, base) -> Pair:
     )
 
 
-def _equal(values, value):
-    return np.isclose(values, value, rtol=1e-9, atol=0)
-
-
 def _key(runs, row):
-    names = ("n_blocks", "belt_velocity", "member")
+    names = ("n_blocks", "belt_velocity", "replicate")
     return tuple(runs[name][row].item() for name in names)
 
 

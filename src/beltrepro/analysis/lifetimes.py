@@ -22,7 +22,7 @@ def mean_lifetime(lifetime, escaped, duration, *, start=0.0):
     lifetime : (M,) time of escape; the value is ignored for members that did not escape.
     escaped : (M,) bool. duration : time at which those that did not escape were given up.
     start : members that escape before are left out and time counts from here; use it to skip the
-        time in which the ensemble has not yet spread over the saddle.
+        time in which the runs have not yet spread over the saddle.
 
     Returns
     -------
@@ -39,21 +39,21 @@ def mean_lifetime(lifetime, escaped, duration, *, start=0.0):
 
 
 def survival(lifetime, escaped, duration):
-    """Share of the ensemble still on the saddle: (time (M,), share (M,)), in order of time."""
+    """Share of the runs still on the saddle: (time (M,), share (M,)), in order of time."""
     escaped = np.asarray(escaped, dtype=bool)
     times = np.sort(np.where(escaped, np.asarray(lifetime, dtype=float), np.inf))
     times = times[np.isfinite(times) & (times <= duration)]
     return times, 1 - np.arange(1, times.size + 1) / escaped.size
 
 
-def by_belt_velocity(ensemble, duration, *, start=0.0):
-    """Lifetimes of an ensemble for each belt velocity.
+def by_belt_velocity(runs, duration, *, start=0.0):
+    """Lifetimes for each belt velocity.
 
-    ensemble : arrays of an ensemble file (member axis). Returns a dict of arrays, one entry per
+    runs : a dataset of kind escapes, or its arrays. Returns a dict of arrays, one entry per
     belt velocity in rising order: belt_velocity, members, escaped (share), tau and tau_error (NaN
     where fewer than 3 members escaped), median (inf where half did not escape).
     """
-    arrays = getattr(ensemble, "arrays", ensemble)
+    arrays = getattr(runs, "arrays", runs)
     table = {
         name: [] for name in ("belt_velocity", "members", "escaped", "tau", "tau_error", "median")
     }
@@ -74,7 +74,7 @@ def by_belt_velocity(ensemble, duration, *, start=0.0):
 
 
 def label_attractors(escaped, final_disorder, final_stick_rate):
-    """Name the state in which each member of an ensemble ends.
+    """Name the state in which each run ends.
 
     Criterion: "stick-slip" when the last block still sticks in the settled part of the run or the
     member did not escape (a chaotic saddle or a stick-slip attractor: a run of finite length

@@ -19,7 +19,7 @@ _SAME = 1e-9
 def rows(scan, *, n_blocks, noise):
     """The points of a scan with this n_blocks and noise, as a dict of arrays in order of u.
 
-    scan : Dataset or dict of arrays, the keys of `simulation.measure_points`. Points at one u are
+    scan : Dataset or dict of arrays, the keys of `simulation.scan`. Points at one u are
     in order of replicate. Without a match every array is empty.
     """
     arrays = getattr(scan, "arrays", scan)

@@ -4,6 +4,8 @@ import numpy as np
 
 from beltrepro.bench.plain import PlainChain, c_loop, numba_loop
 from beltrepro.bench.smooth import HeyokaChain, SolveIvpChain, heyoka_version
+from beltrepro.engine.integrator import Sampling
+from beltrepro.engine.state import ChainState
 from beltrepro.engine.verlet_integrators import SteppingVerlet
 from beltrepro.model import ChainParameters
 from beltrepro.simulation import METHODS
@@ -36,13 +38,11 @@ class GroupRunner:
         self.chains = chains
         random = np.random.default_rng(1)
         spread = _SPREAD * random.standard_normal((chains, parameters.n_blocks))
+        starts = parameters.rest_positions + spread
         self._integrator = _INTEGRATORS[method](
-            [parameters] * chains,
-            seed=1,
-            replicates=list(range(chains)),
-            initial_positions=parameters.rest_positions + spread,
+            [ChainState.at_rest(parameters, start, replicate=k) for k, start in enumerate(starts)],
             time_step=TIME_STEP,
-            sample_stride=_SAMPLE_STRIDE,
+            sampling=Sampling(_SAMPLE_STRIDE, TIME_STEP),
             sampled_blocks=1,
         )
         self._time = 0.0

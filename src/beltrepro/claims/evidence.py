@@ -65,21 +65,14 @@ class Cut:
 
 
 class Evidence:
-    """The datasets of a preset, by kind and name.
+    """The datasets of a preset, by name.
 
     Missing data raise NotEnoughDataError with the reason. `used` lists what has been asked for
     since `start` was called.
     """
 
-    def __init__(
-        self, scans: dict, series: dict, catalogues: dict, ensembles: dict, settings: dict
-    ):
-        self._datasets = {
-            "scans": scans,
-            "series": series,
-            "catalogues": catalogues,
-            "ensembles": ensembles,
-        }
+    def __init__(self, datasets: dict, settings: dict):
+        self._datasets = datasets
         self._cuts = {}
         self.settings = settings
         self.used = []
@@ -89,25 +82,21 @@ class Evidence:
         """Begin with a claim: forget what was used for the last one."""
         self.claim, self.used = claim, []
 
-    def dataset(self, kind: str, name: str):
-        """One dataset, e.g. ("series", "u1")."""
-        require(name in self._datasets[kind], f"this preset has no {kind}/{name}")
-        if f"{kind}/{name}" not in self.used:
-            self.used.append(f"{kind}/{name}")
-        return self._datasets[kind][name]
+    def dataset(self, name: str):
+        """One dataset, e.g. "u1"."""
+        require(name in self._datasets, f"this preset has no {name}")
+        if name not in self.used:
+            self.used.append(name)
+        return self._datasets[name]
 
-    def has(self, kind: str, name: str) -> bool:
+    def has(self, name: str) -> bool:
         """Whether a dataset is there."""
-        return name in self._datasets[kind]
-
-    def names(self, kind: str) -> list[str]:
-        """Names of the datasets of one kind."""
-        return list(self._datasets[kind])
+        return name in self._datasets
 
     @property
     def laminar_time(self) -> float:
         """Shortest laminar phase, from the configuration."""
-        return float(self.settings["numerics"]["laminar_time"])
+        return float(self.settings["defaults"]["laminar_time"])
 
     def row(self, n_blocks: int, noise: float, *, scan: str | None = None, settled=True) -> Cut:
         """The row of a number of blocks and a noise, from the first scan that has it.
@@ -115,42 +104,40 @@ class Evidence:
         settled : refuse runs whose discarded transient is shorter than SETTLED_TRANSIENT.
         """
         for name in (scan,) if scan else SCANS_WITH_ROWS:
-            if self.has("scans", name):
+            if self.has(name):
                 cut = self._cut(name, n_blocks=n_blocks, noise=noise)
                 if len(cut.belt_velocity):
-                    self.dataset("scans", name)
-                    return _settled(cut, f"scans/{name}") if settled else cut
-        place = f"scans/{scan}" if scan else "any scan of this preset"
+                    self.dataset(name)
+                    return _settled(cut, name) if settled else cut
+        place = scan if scan else "any scan of this preset"
         require(False, f"no row with N = {n_blocks}, sigma = {noise:g} in {place}")
 
     def column(self, scan: str, n_blocks: int, belt_velocity: float, *, settled=True) -> Cut:
         """The column of a number of blocks and a belt velocity in a scan."""
-        self.dataset("scans", scan)
+        self.dataset(scan)
         cut = self._cut(scan, n_blocks=n_blocks, belt_velocity=belt_velocity)
-        require(
-            len(cut.noise), f"no column with N = {n_blocks}, u = {belt_velocity:g} in scans/{scan}"
-        )
-        return _settled(cut, f"scans/{scan}") if settled else cut
+        require(len(cut.noise), f"no column with N = {n_blocks}, u = {belt_velocity:g} in {scan}")
+        return _settled(cut, scan) if settled else cut
 
     def values(self, scan: str, name: str) -> np.ndarray:
         """Distinct values of an array of a scan, e.g. the noise levels."""
-        return np.unique(self.dataset("scans", scan).arrays[name])
+        return np.unique(self.dataset(scan).arrays[name])
 
     def table(self, scan: str, *, settled=True) -> Cut:
         """All points of a scan."""
-        dataset = self.dataset("scans", scan)
+        dataset = self.dataset(scan)
         cut = Cut(dataset.arrays, *_lengths(dataset))
-        return _settled(cut, f"scans/{scan}") if settled else cut
+        return _settled(cut, scan) if settled else cut
 
     def laminar_phases(self, name: str, *, shortest=0.0):
         """Laminar phases of a series after its transient: ((L, 2) begin and end, length of series).
 
         shortest : refuse a series shorter than this after its transient.
         """
-        dataset = self.dataset("series", name)
+        dataset = self.dataset(name)
         transient, duration = _lengths(dataset)
         length = duration - transient
-        require(length >= shortest, f"series/{name} covers {length:g}, {shortest:g} are needed")
+        require(length >= shortest, f"{name} covers {length:g}, {shortest:g} are needed")
         slips, sticks = last_block_events(dataset)
         phases = intermittency.laminar_phases(
             slips["time"], sticks["time"], self.laminar_time, start=transient, stop=duration
@@ -160,7 +147,7 @@ class Evidence:
     def _cut(self, scan, **where) -> Cut:
         key = (scan, *where.items())
         if key not in self._cuts:
-            dataset = self._datasets["scans"][scan]
+            dataset = self._datasets[scan]
             take = sections.columns if "belt_velocity" in where else sections.rows
             self._cuts[key] = Cut(take(dataset, **where), *_lengths(dataset))
         return self._cuts[key]

@@ -40,15 +40,13 @@ COLUMNS = (
 logger = logging.getLogger(__name__)
 
 
-def measure(
-    scans: dict, series: dict, catalogues: dict, ensembles: dict, settings: dict
-) -> pd.DataFrame:
+def measure(datasets: dict, settings: dict) -> pd.DataFrame:
     """Measured value and verdict of every claim.
 
     Parameters
     ----------
-    scans, series, catalogues, ensembles : `store.Dataset` by name; missing ones make the claims
-        that need them "not measured".
+    datasets : `store.Dataset` by name, a series of one point as that run; missing ones make the
+        claims that need them "not measured".
     settings : the resolved configuration of the preset as plain values.
 
     Returns
@@ -57,7 +55,7 @@ def measure(
     open point, with the reading in `variant` (empty for the one that counts). A claim whose counted
     reading fails while another one holds is "partly", and its note says which. All cells are text.
     """
-    evidence = Evidence(scans, series, catalogues, ensembles, settings)
+    evidence = Evidence(datasets, settings)
     rows = []
     for claim in load_ledger().values():
         rows += _claim_rows(claim, evidence)

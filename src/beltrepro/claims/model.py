@@ -63,7 +63,7 @@ def spring_law(evidence):
 @claim("friction-law")
 def friction_law(evidence):
     """Statistics of the friction force while blocks are stuck and while they slip."""
-    series = evidence.dataset("series", "friction_event")
+    series = evidence.dataset("friction_event")
     chain = _chain(evidence, n_blocks=int(series.attributes["n_blocks"]))
     friction = series.arrays["friction"]
     relative = series.arrays["velocities"] - series.attributes["belt_velocity"]

@@ -15,6 +15,16 @@ from beltrepro.claims.registry import claim
 CHAOTIC_SIZES = (5, 6, 7, 10)
 N10_SERIES = ("n10_u28", "n10_u31", "n10_u34", "n10_u38")
 MINIMUM_SERIES = 5000.0
+SCANS_BY_BOTH = (
+    "n5_map",
+    "n5_rows",
+    "n5_rows_check",
+    "n5_u7",
+    "n5_columns",
+    "size_rows",
+    "size_rows_check",
+    "size_columns",
+)
 MINIMUM_SHARED = 24
 REGULAR_SHARE = 0.05
 
@@ -42,7 +52,7 @@ def n10_intermittency(evidence):
     for name in N10_SERIES:
         phases, length = evidence.laminar_phases(name, shortest=MINIMUM_SERIES)
         durations = np.diff(phases).ravel()
-        velocity.append(float(evidence.dataset("series", name).attributes["belt_velocity"]))
+        velocity.append(float(evidence.dataset(name).attributes["belt_velocity"]))
         share.append(float(durations.sum() / length))
         count.append(durations.size)
         mean.append(float(durations.mean()) if durations.size else 0.0)
@@ -63,7 +73,7 @@ def n10_intermittency(evidence):
 @claim("r-of-sigma-size")
 def r_of_sigma_size(evidence):
     """Rise of r with noise at the upper edge of the transition, for several N."""
-    scan = evidence.dataset("scans", "size_columns").arrays
+    scan = evidence.dataset("size_columns").arrays
     rises = {}
     for n_blocks in np.unique(scan["n_blocks"]):
         velocity = scan["belt_velocity"][scan["n_blocks"] == n_blocks].max()
@@ -149,8 +159,8 @@ def complexity_at_n5(evidence):
 def method_independence(evidence):
     """r at points with noise that were computed with both integrators."""
     points = {"verlet": {}, "event": {}}
-    for name in evidence.names("scans"):
-        dataset = evidence.dataset("scans", name)
+    for name in filter(evidence.has, SCANS_BY_BOTH):
+        dataset = evidence.dataset(name)
         method = dataset.attributes["method"]
         for key, disorder in _noisy_points(dataset):
             # A scan may name one integrator for all points, or one without and one with noise.

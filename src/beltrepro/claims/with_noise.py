@@ -99,7 +99,7 @@ def sigma_c_u7(evidence):
 @claim("u7-transient-chaos")
 def u7_transient_chaos(evidence):
     """When the motion at u = 7 becomes periodic, seen at the sticks of the last block."""
-    series = evidence.dataset("series", "u7")
+    series = evidence.dataset("u7")
     _, sticks = last_block_events(series)
     onset, period = sections.onset_of_recurrence(sticks["position"])
     time = float(sticks["time"][min(onset, sticks.size - 1)])

@@ -24,7 +24,7 @@ UNSETTLED = (states.CHAOTIC, states.INTERMITTENT)
 @claim("spectrum-exponent")
 def spectrum_exponent(evidence):
     """Exponent of the spectrum of x_N in every reading of "power spectrum"."""
-    series = evidence.dataset("series", "u1")
+    series = evidence.dataset("u1")
     time, positions = series.arrays["time"], series.arrays["positions"][:, -1]
     settled = time >= series.attributes["transient"]
     values, interval = positions[settled], float(np.median(np.diff(time)))
@@ -64,7 +64,7 @@ def spectrum_exponent(evidence):
 @claim("slip-velocity")
 def slip_velocity(evidence):
     """Relative velocity of the last block between and within its slips."""
-    series = evidence.dataset("series", "u1")
+    series = evidence.dataset("u1")
     belt_velocity = series.attributes["belt_velocity"]
     time = series.arrays["time"]
     relative = series.arrays["velocities"][:, -1] - belt_velocity
@@ -105,7 +105,7 @@ def slip_velocity(evidence):
 def slip_size_exponent(evidence):
     """Exponent of the density of slip sizes of the last block."""
     slips, n_blocks, belt_velocity = _slips(evidence)
-    chain = avalanches.last_block_slips(slips, n_blocks)["chain"]
+    chain = avalanches.last_block_slips(slips, n_blocks)["point"]
     sizes = {
         frame: avalanches.last_block_slip_sizes(slips, n_blocks, belt_velocity, frame)
         for frame in avalanches.FRAMES
@@ -125,18 +125,18 @@ def slip_size_exponent(evidence):
 def slip_energy_exponent(evidence):
     """Exponent of the density of the energy dissipated in avalanches."""
     slips, n_blocks, _ = _slips(evidence)
-    catalogue = evidence.dataset("catalogues", "u1").arrays["avalanches"]
+    catalogue = evidence.dataset("slips_u1").arrays["avalanches"]
     own = avalanches.last_block_slips(slips, n_blocks)
     reaching = catalogue[avalanches.with_last_block(catalogue, slips, n_blocks)]
     until_stop = avalanches.dissipation_while_last_block_slips(slips, n_blocks)
-    energy, chain = reaching["dissipated"], reaching["chain"]
+    energy, chain = reaching["dissipated"], reaching["point"]
     drop = reaching["spring_energy_drop"]
     return {
         "chain, until all are stuck": partial(_density_exponent, energy, chain),
-        "chain, until the last block stops": partial(_density_exponent, until_stop, own["chain"]),
-        "last block only": partial(_density_exponent, own["dissipated"], own["chain"]),
+        "chain, until the last block stops": partial(_density_exponent, until_stop, own["point"]),
+        "last block only": partial(_density_exponent, own["dissipated"], own["point"]),
         "all avalanches of the chain": partial(
-            _density_exponent, catalogue["dissipated"], catalogue["chain"]
+            _density_exponent, catalogue["dissipated"], catalogue["point"]
         ),
         "drop in spring energy": partial(_density_exponent, drop, chain),
         "20 bins per decade": partial(_density_exponent, energy, chain, bins_per_decade=20),
@@ -147,7 +147,7 @@ def slip_energy_exponent(evidence):
 @claim("poincare")
 def poincare(evidence):
     """Correlation dimension of the section points."""
-    catalogue = evidence.dataset("catalogues", "u1")
+    catalogue = evidence.dataset("slips_u1")
     points = catalogue.arrays["section"]
     require(
         points.size >= MINIMUM_SECTION_POINTS,
@@ -182,7 +182,7 @@ def u7_periodic(evidence):
     """Period of the section velocities at u = 7."""
     column = evidence.column("n5_u7", 5, 7.0)
     quiet = np.flatnonzero(column.noise == 0)
-    require(quiet.size, "no point without noise in scans/n5_u7")
+    require(quiet.size, "no point without noise in n5_u7")
     first = quiet[0]
     period = sections.find_period(column.velocities[first])
     last_stick = column.points["last_stick_time"][first]
@@ -214,9 +214,9 @@ def u15_aperiodic(evidence):
 
 @claim("u20-transient")
 def u20_transient(evidence):
-    """Lifetimes at u = 20: ensemble, and the run from the declared state."""
+    """Lifetimes at u = 20: of many runs, and the run from the declared state."""
     return {
-        "ensemble": partial(_ensemble_transient, evidence),
+        "many runs": partial(_transient_of_many, evidence),
         "run from the declared state": partial(_single_transient, evidence),
     }
 
@@ -302,8 +302,8 @@ def outliers(evidence):
 @claim("transient-lifetime")
 def transient_lifetime(evidence):
     """Mean lifetimes against u, exponential with censoring."""
-    ensemble = evidence.dataset("ensembles", "lifetimes")
-    table = lifetimes.by_belt_velocity(ensemble, float(ensemble.attributes["duration"]))
+    runs = evidence.dataset("lifetimes")
+    table = lifetimes.by_belt_velocity(runs, float(runs.attributes["duration"]))
     velocity, tau, error = table["belt_velocity"], table["tau"], table["tau_error"]
     known = np.isfinite(tau)
     require(known.sum() >= 5, f"lifetimes at {known.sum()} belt velocities, 5 are needed")
@@ -335,7 +335,7 @@ def transient_lifetime(evidence):
 
 
 def _slips(evidence):
-    catalogue = evidence.dataset("catalogues", "u1")
+    catalogue = evidence.dataset("slips_u1")
     slips, n_blocks = catalogue.arrays["slips"], int(catalogue.attributes["n_blocks"])
     count = avalanches.last_block_slips(slips, n_blocks).size
     require(count >= MINIMUM_SLIPS, f"{count} slips of the last block, {MINIMUM_SLIPS} are needed")
@@ -388,30 +388,30 @@ def _likelihood_exponent(values):
     )
 
 
-def _ensemble_transient(evidence):
+def _transient_of_many(evidence):
     printed = evidence.claim.paper
-    ensemble = evidence.dataset("ensembles", "lifetimes")
-    duration = float(ensemble.attributes["duration"])
+    runs = evidence.dataset("lifetimes")
+    duration = float(runs.attributes["duration"])
     require(duration >= 2 * printed, f"runs of {duration:g} cannot show lifetimes of {printed}")
-    velocities = ensemble.arrays["belt_velocity"]
+    velocities = runs.arrays["belt_velocity"]
     nearest = velocities[np.argmin(np.abs(velocities - 20))]
-    require(abs(nearest - 20) <= 0.5, "the ensemble has no belt velocity near 20")
-    member = velocities == nearest
-    require(member.sum() >= 10, f"{member.sum()} members, 10 are needed")
-    escaped = ensemble.arrays["escaped"][member].astype(bool)
-    lived = np.where(escaped, ensemble.arrays["lifetime"][member], duration)
+    require(abs(nearest - 20) <= 0.5, "lifetimes has no belt velocity near 20")
+    chosen = velocities == nearest
+    require(chosen.sum() >= 10, f"{chosen.sum()} runs, 10 are needed")
+    escaped = runs.arrays["escaped"][chosen].astype(bool)
+    lived = np.where(escaped, runs.arrays["lifetime"][chosen], duration)
     low, high = np.quantile(lived, [0.025, 0.975])
     high = high if escaped.all() else np.inf
     labels = lifetimes.label_attractors(
         escaped,
-        ensemble.arrays["final_disorder"][member],
-        ensemble.arrays["final_stick_rate"][member],
+        runs.arrays["final_disorder"][chosen],
+        runs.arrays["final_stick_rate"][chosen],
     )
     slipping = float((labels != lifetimes.STICK_SLIP).mean())
     return Measurement(
         {"median lifetime": float(np.median(lived)), "share that escapes": slipping},
         {"median lifetime": _median_error(lived)},
-        int(member.sum()),
+        int(chosen.sum()),
         checks={
             "4000 within the central 95 %": bool(low <= printed <= high),
             "most end in continuous slip": slipping > 0.5,
@@ -422,7 +422,7 @@ def _ensemble_transient(evidence):
 
 def _single_transient(evidence):
     printed = evidence.claim.paper
-    series = evidence.dataset("series", "u20")
+    series = evidence.dataset("u20")
     duration = float(series.attributes["duration"])
     _, sticks = last_block_events(series)
     end = float(sticks["time"][-1]) if sticks.size else 0.0

@@ -17,27 +17,29 @@ class EventIntegrator(SeriesIntegrator):
     """Chains integrated exactly between located events; parameters as for `Integrator`.
 
     time_step sets the strength of the noise, which the paper draws anew at every step of its
-    scheme, and with sample_stride the interval between samples; the steps taken are longer.
+    scheme; the steps taken are longer. Samples may be taken at any interval.
     tolerance : force allowed in the last terms of the series at the end of a step; with noise of
     intensity q it is noise_share sqrt(q) where that is more, see docs/event.md.
     """
 
+    name = "event"
+    _own = ("branch", "branch_changed", "cell", "noise_force")
     _quiet_and_noisy = (event.advance_quiet_chains, event.advance_noisy_chains)
     _companion: tuple = ()  # what the hooks of the kernels need
 
     def __init__(
         self,
-        parameters,
+        states,
         *,
         tolerance: float = event.TOLERANCE,
         noise_share: float = event.NOISE_SHARE,
         **settings,
     ):
-        super().__init__(parameters, **settings)
+        super().__init__(states, **settings)
         law = self.parameters[0]
         power = aligned((law.friction_ratio * self._noise) ** 2 * self.time_step)
         tolerances = np.maximum(tolerance, noise_share * np.sqrt(power))
-        self._chains = self._initial_chains(law.linear_limit)
+        self._chains = self._empty_chains()
         self._group = event.Group(
             self._law,
             event.Conditions(
@@ -55,18 +57,17 @@ class EventIntegrator(SeriesIntegrator):
             for kernel, own in zip(self._quiet_and_noisy, (power == 0, power > 0), strict=True)
             if own.any()
         ]
+        self.reinit(states)
 
-    def _initial_chains(self, linear_limit):
-        displacement = self._initial_displacement
-        n_blocks, lanes = shape = displacement.shape
-        deformation = np.diff(displacement, axis=0, prepend=0.0)
+    def _empty_chains(self):
+        n_blocks, lanes = shape = self.n_blocks, len(self._noise)
         return event.Chains(
             time=zeros(lanes),
-            displacement=displacement,
+            displacement=zeros(shape),
             velocity=zeros(shape),
             direction=zeros(shape),
-            threshold=self._initial_threshold,
-            branch=aligned(np.sign(deformation) * (np.abs(deformation) > linear_limit)),
+            threshold=zeros(shape),
+            branch=zeros(shape),
             branch_changed=zeros(shape),
             dissipated=zeros(shape),
             wall_impulse=zeros(lanes),
@@ -75,17 +76,30 @@ class EventIntegrator(SeriesIntegrator):
             streams=self._streams,
         )
 
+    def _set_time(self, time):
+        self.time = time
+
+    def _new_variables(self, state):
+        """Branches of the springs; the noise begins with a new cell."""
+        n_blocks = self.n_blocks
+        deformation = np.diff(state.displacements, prepend=0.0)
+        beyond = np.abs(deformation) > state.parameters.linear_limit
+        return {
+            "branch": np.sign(deformation) * beyond,
+            "branch_changed": np.zeros(n_blocks),
+            "cell": np.zeros(()),
+            "noise_force": np.zeros((2, n_blocks)),
+        }
+
     def advance(self, until: float) -> Iterator[Chunk]:
         """Advance all chains to `until`, chunk by chunk."""
-        interval = self._stride * self.time_step
-        length = self._chunk_steps * self.time_step
+        interval = self._sampling.interval
         until = float(until)
         while self.time < until:
             start = self.time
-            end = min(until, float(np.floor(start / length + 1e-9) + 1) * length)
-            # a sample at the very end belongs to the chunk, whatever its multiple rounds to
-            first_row = int(np.floor(start / interval + 1e-9)) + 1
-            rows = int(np.floor(end / interval + 1e-9)) + 1 - first_row
+            end = min(until, self._chunk_end(start))
+            first_row = self._rows(start) + 1
+            rows = self._rows(end) + 1 - first_row
             self._empty_buffers()
             self._chains.time[:] = 0.0
             for kernel, own in self._kernels:

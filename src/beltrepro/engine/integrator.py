@@ -4,23 +4,27 @@ An integrator yields `Chunk`s: views of buffers that are overwritten by the next
 memory of a run does not grow with its length. Observers (`beltrepro.observe`) read chunks.
 """
 
+import dataclasses
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from beltrepro.engine import simd
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.memory import aligned, zeros
-from beltrepro.engine.noise import normal_deviates, stream_states
+from beltrepro.engine.noise import STATE_WORDS
 from beltrepro.engine.records import EVENT_FIELDS, Crossings, Events
-from beltrepro.errors import ModelStateError
-from beltrepro.model import ChainParameters
+from beltrepro.engine.state import ChainState, Scheme
+from beltrepro.errors import InputError, ModelStateError
 from beltrepro.model.spring import potential_energy
 
 GROUP_SIZE = 32  # chains advanced together, at most
-_CHUNK_TIME = 250.0
-_CHUNK_SAMPLES = 4000
+CUT_TIME = 250.0  # chunks end at its multiples: a run that is cut there has the bits of the uncut
+_CHUNK_SAMPLES = 4000  # about, at most
+_ROUNDING = 1e-9  # share of a chunk or an interval by which an instant may miss a multiple
 _EVENTS = 4096
 _CROSSINGS = 1024
 
@@ -56,77 +60,127 @@ class Section:
     positions: np.ndarray
 
 
+class Sampling(NamedTuple):
+    """Samples are taken at the multiples of `steps` times `step`."""
+
+    steps: int
+    step: float  # model time
+
+    @property
+    def interval(self) -> float:
+        """Model time between samples."""
+        return self.steps * self.step
+
+
 class Integrator:
-    """W chains of equal n_blocks and law, all stuck at t = 0; an integrator is a subclass.
+    """W chains of equal n_blocks and law that go on from states of one time; for subclasses.
 
     Parameters
     ----------
-    parameters : W chains.
-    seed, replicates : key the random streams, see `beltrepro.engine.noise`.
-    initial_positions : (W, N) positions of the blocks at t = 0, all stuck, velocity u.
-    time_step : dt. sample_stride : steps between samples. sampled_blocks : the last B blocks.
+    states : of W chains.
+    time_step : dt. sampling : when samples are taken. sampled_blocks : the last B blocks.
     section : crossings to record, or None.
     """
 
+    name: str  # of the variables that its states carry, see `Scheme`
     _vector = simd.LANES  # chains in a vector of the integrator
 
     def __init__(
         self,
-        parameters: Sequence[ChainParameters],
+        states: Sequence[ChainState],
         *,
-        seed: int,
-        replicates: Sequence[int],
-        initial_positions: np.ndarray,
         time_step: float,
-        sample_stride: int,
+        sampling: Sampling,
         sampled_blocks: int,
         section: Section | None = None,
     ):
-        first = parameters[0]
-        rest = first.rest_positions
-        self.parameters = list(parameters)
+        self.parameters = [state.parameters for state in states]
+        first = self.parameters[0]
         self.n_blocks = first.n_blocks
         self.time_step = time_step
-        self._width = len(parameters)
-        self._stride = sample_stride
+        self.time = 0.0  # model time reached
+        self._width = len(states)
+        self._sampling = sampling
         self._first_sampled = self.n_blocks - sampled_blocks
         # lanes that fill up the last vector repeat the last chain; nobody looks at them
         lanes = -(-self._width // self._vector) * self._vector
-        source = np.minimum(np.arange(lanes), self._width - 1)
-        chains = [self.parameters[lane] for lane in source]
+        self._source = np.minimum(np.arange(lanes), self._width - 1)
+        chains = [self.parameters[lane] for lane in self._source]
         self._belt_velocity = aligned([chain.belt_velocity for chain in chains])
         self._noise = aligned([chain.noise for chain in chains])
         self._law = law_constants(first)
-        self._initial_displacement = aligned((initial_positions[source] - rest).T)
-        keys = [replicates[lane] for lane in source]
-        self._streams = aligned(stream_states(chains, seed, keys))
-        normals = zeros((self.n_blocks + self.n_blocks % 2, lanes))
-        normal_deviates(self._streams, normals)
-        draws = self._noise * normals[: self.n_blocks]
-        self._initial_threshold = aligned(first.static_friction + draws)
-
-        steps = min(max(1, round(_CHUNK_TIME / time_step)), _CHUNK_SAMPLES * sample_stride)
-        self._chunk_steps = -(-steps // sample_stride) * sample_stride
-        rows = self._chunk_steps // sample_stride + 1
+        self._streams = zeros((STATE_WORDS, lanes), dtype=np.uint64)
+        parts = math.ceil(CUT_TIME / (_CHUNK_SAMPLES * sampling.interval))
+        self._chunk_time = CUT_TIME / parts
+        rows = math.ceil(self._chunk_time / sampling.interval) + 2
         self._samples = zeros((rows, 3, sampled_blocks, lanes))
         self._events = Events(
             rows=np.empty((lanes, max(_EVENTS, 8 * self.n_blocks), EVENT_FIELDS)),
             count=np.zeros(lanes, dtype=np.int64),
         )
+        self._crossings = self._no_crossings(section)
+
+    def _no_crossings(self, section):
+        lanes, n_blocks = len(self._source), self.n_blocks
         level = zeros(lanes)
         if section is not None:
-            level[:] = section.positions[source] - rest[section.block - 1]
-        self._crossings = Crossings(
+            rest = self.parameters[0].rest_positions[section.block - 1]
+            level[:] = section.positions[self._source] - rest
+        return Crossings(
             block=-1 if section is None else section.block - 1,
             level=level,
-            rows=np.empty((lanes, _CROSSINGS, 1 + 2 * self.n_blocks)),
+            rows=np.empty((lanes, _CROSSINGS, 1 + 2 * n_blocks)),
             count=np.zeros(lanes, dtype=np.int64),
         )
-        self.time = 0.0  # model time reached
-        speed = self._belt_velocity[: self._width]
-        stored = potential_energy(np.asarray(initial_positions), first)
-        self._initial_energy = stored + self.n_blocks * speed**2 / 2
-        self._initial_momentum = self.n_blocks * speed
+
+    # --- states ---
+
+    def state(self) -> list[ChainState]:
+        """The states of the W chains now."""
+        columns = {
+            "displacements": self._displacements(),
+            "relative_velocities": self._relative_velocities(),
+            "directions": self._directions(),
+            "thresholds": self._thresholds(),
+            "friction_losses": self._friction_losses(),
+            "stream": self._streams,
+        }
+        wall_impulses = self._wall_impulses()
+        return [
+            dataclasses.replace(
+                state,
+                time=self.time,
+                wall_impulse=float(wall_impulses[lane]),
+                scheme=Scheme(self.name, self.time_step, self._scheme_variables(lane)),
+                **{name: values[:, lane].copy() for name, values in columns.items()},
+            )
+            for lane, state in enumerate(self._begun)
+        ]
+
+    def reinit(self, states: Sequence[ChainState]) -> None:
+        """Go on from other states of the same W chains.
+
+        A state that another integrator made, or this one with another time step, has no variables
+        of this scheme: they are made from its positions, velocities and forces.
+
+        Raises
+        ------
+        InputError : they are not states of these chains, or of different times.
+        """
+        if [state.parameters for state in states] != self.parameters:
+            raise InputError("states: of other chains than those of the integrator")
+        if len({state.time for state in states}) > 1:
+            raise InputError("states: of different times")
+        self._begun = list(states)
+        self._set_time(states[0].time)
+        for lane, chain in enumerate(self._source):
+            state = states[chain]
+            variables = state.variables(self.name, self.time_step)
+            if variables is None:
+                state = state.settled()
+                variables = self._new_variables(state)
+            self._streams[:, lane] = state.stream
+            self._write(lane, state, variables)
 
     # --- what an integrator provides ---
 
@@ -139,6 +193,22 @@ class Integrator:
         """
         raise NotImplementedError
 
+    def _set_time(self, time: float) -> None:
+        """Begin at `time`."""
+        raise NotImplementedError
+
+    def _write(self, lane: int, state: ChainState, variables: dict[str, np.ndarray]) -> None:
+        """Put a state and the variables of the scheme into a lane."""
+        raise NotImplementedError
+
+    def _new_variables(self, state: ChainState) -> dict[str, np.ndarray]:
+        """Variables of the scheme for a state that has none."""
+        raise NotImplementedError
+
+    def _scheme_variables(self, lane: int) -> dict[str, np.ndarray]:
+        """Variables of the scheme of a lane, now."""
+        raise NotImplementedError
+
     def _displacements(self) -> np.ndarray:
         """(N, lanes) from the rest positions, now."""
         raise NotImplementedError
@@ -147,12 +217,20 @@ class Integrator:
         """(N, lanes) now."""
         raise NotImplementedError
 
+    def _directions(self) -> np.ndarray:
+        """(N, lanes) now."""
+        raise NotImplementedError
+
+    def _thresholds(self) -> np.ndarray:
+        """(N, lanes) now."""
+        raise NotImplementedError
+
     def _friction_losses(self) -> np.ndarray:
-        """(N, lanes) friction force times slip since t = 0."""
+        """(N, lanes) friction force times slip since the audit began."""
         raise NotImplementedError
 
     def _wall_impulses(self) -> np.ndarray:
-        """(lanes,) integral of the first spring's pull since t = 0."""
+        """(lanes,) integral of the first spring's pull since the audit began."""
         raise NotImplementedError
 
     # --- what follows from it ---
@@ -172,13 +250,15 @@ class Integrator:
         change of energy. The belt's impulse follows from the momentum of the chain and the impulse
         of the wall; friction losses are summed by the integrator as force times slip.
         """
-        momentum = self.velocities().sum(axis=1) - self._initial_momentum
+        initial_momentum = np.array([state.initial_momentum for state in self._begun])
+        initial_energy = np.array([state.initial_energy for state in self._begun])
+        momentum = self.velocities().sum(axis=1) - initial_momentum
         impulse = momentum + self._wall_impulses()[: self._width]
         belt = self._belt_velocity[: self._width] * impulse
         loss = self._of_chains(self._friction_losses()).sum(axis=1)
         energy = potential_energy(self.positions(), self.parameters[0])
         energy += (self.velocities() ** 2).sum(axis=1) / 2
-        missing = belt - loss - (energy - self._initial_energy)
+        missing = belt - loss - (energy - initial_energy)
         return missing / np.maximum(np.abs(belt), np.finfo(float).tiny)
 
     def _of_chains(self, values):
@@ -190,14 +270,23 @@ class Integrator:
         self._events.count[:] = 0
         self._crossings.count[:] = 0
 
+    def _chunk_end(self, time: float) -> float:
+        """End of the chunk that begins at `time`, on a grid that no run changes."""
+        return (math.floor(time / self._chunk_time + _ROUNDING) + 1) * self._chunk_time
+
+    def _rows(self, time: float) -> int:
+        """Samples taken until `time`; one at that very instant counts, whatever it rounds to."""
+        return math.floor(time / self._sampling.interval + _ROUNDING)
+
     def _chunk(self, start: float, first_row: int, rows: int) -> Chunk:
         """The chunk that ends now; its samples begin with sample number `first_row` of the run."""
-        width = self._width
+        width, sampling = self._width, self._sampling
+        numbers = np.arange(first_row, first_row + rows)
         samples = self._samples[:rows, :, :, :width]
         return Chunk(
             start=start,
             end=self.time,
-            time=np.arange(first_row, first_row + rows) * self._stride * self.time_step,
+            time=numbers * sampling.steps * sampling.step,
             displacement=samples[:, 0],
             relative_velocity=samples[:, 1],
             kinetic_friction=samples[:, 2],

@@ -13,11 +13,14 @@ class SeriesIntegrator(Integrator):
     """Buffers for kernels that use `beltrepro.engine.taylor`.
 
     A subclass has its state in `_chains`, a named tuple of arrays whose last axis is that of the
-    chains, among them displacement, velocity, dissipated (N, W) and wall_impulse (W,).
+    chains, among them displacement, velocity, direction, threshold, dissipated (N, W) and
+    wall_impulse (W,). Those that only this scheme has are named in `_own`.
     """
 
-    def __init__(self, parameters, **settings):
-        super().__init__(parameters, **settings)
+    _own: tuple[str, ...]
+
+    def __init__(self, states, **settings):
+        super().__init__(states, **settings)
         # samples of a chain lie side by side: it writes where it has just written
         rows, *columns = self._samples.shape
         self._sample_columns = zeros((*columns, rows))
@@ -48,11 +51,32 @@ class SeriesIntegrator(Integrator):
             else:
                 return status
 
+    def _write(self, lane, state, variables):
+        values = variables | {
+            "displacement": state.displacements,
+            "velocity": state.relative_velocities,
+            "direction": state.directions,
+            "threshold": state.thresholds,
+            "dissipated": state.friction_losses,
+            "wall_impulse": state.wall_impulse,
+        }
+        for name, value in values.items():
+            getattr(self._chains, name)[..., lane] = value
+
+    def _scheme_variables(self, lane):
+        return {name: getattr(self._chains, name)[..., lane].copy() for name in self._own}
+
     def _displacements(self):
         return self._chains.displacement
 
     def _relative_velocities(self):
         return self._chains.velocity
+
+    def _directions(self):
+        return self._chains.direction
+
+    def _thresholds(self):
+        return self._chains.threshold
 
     def _friction_losses(self):
         return self._chains.dissipated

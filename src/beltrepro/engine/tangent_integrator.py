@@ -20,8 +20,8 @@ class TangentIntegrator(EventIntegrator):
         event.advance_kernel(NOISY_ORDER, 1e-10, True, tangent.tangent_hooks(NOISY_ORDER)),
     )
 
-    def __init__(self, parameters, *, n_vectors: int, **settings):
-        super().__init__(parameters, **settings)
+    def __init__(self, states, *, n_vectors: int, **settings):
+        super().__init__(states, **settings)
         n_blocks, lanes = self._chains.displacement.shape
         self._companion = tangent.Deviations(
             displacement=zeros((n_vectors, n_blocks, lanes)),

@@ -55,7 +55,7 @@ _ALL = (1 << LANES) - 1
 DISPLACEMENT, VELOCITY, DIRECTION, DISSIPATED = range(0, 4 * LANES, LANES)
 # slip over the belt since the start of the stretch; w and a dt^2; dt^2, or 0 if stuck; kinetic
 # friction times dt^2, with the sign of the direction: its mean and what noise adds
-_SLIP, _SLIP_STEP, _ACCELERATION, _PUSH, _KINETIC, _KINETIC_NOISE = range(
+_SLIP, SLIP_STEP, ACCELERATION, _PUSH, _KINETIC, _KINETIC_NOISE = range(
     4 * LANES, 10 * LANES, LANES
 )
 # tension: coefficients of the powers 0 to 5 of the change of the deformation in the stretch. Where
@@ -66,7 +66,7 @@ _SERIES = 10 * LANES
 _START, _DEFORMATION, _LOSS, _SETTLED = range(16 * LANES, 20 * LANES, LANES)
 # F_st of a stuck block; force at the start of the stretch or at the last turn in it; normal deviate
 # of the last step
-_THRESHOLD, _FORCE, _NORMAL = range(20 * LANES, 23 * LANES, LANES)
+THRESHOLD, _FORCE, _NORMAL = range(20 * LANES, 23 * LANES, LANES)
 _ROW = 23 * LANES
 
 # Six terms of exp(y) for |y| below this leave y^6/720, 1e-16.
@@ -79,7 +79,7 @@ _TENSION_SHARE = 1 / 16
 class Chains(NamedTuple):
     """State of W chains, W a multiple of 16."""
 
-    state: np.ndarray  # (W/16, rows of all blocks), see `initial_state`
+    state: np.ndarray  # (W/16, rows of all blocks), see `empty_state`
     wall_pull: np.ndarray  # (W,) sum of the first spring's pull over the steps
     streams: np.ndarray  # (4, W) random streams
 
@@ -112,24 +112,58 @@ class Records(NamedTuple):
     crossings: Crossings
 
 
-def initial_state(displacement, threshold, belt_step):
-    """State (W/16, N + 2 rows) of W chains with all blocks stuck.
+class BlockState(NamedTuple):
+    """The blocks of one chain at the start of a step; arrays (N,)."""
+
+    displacement: np.ndarray
+    velocity: np.ndarray  # v_r dt
+    direction: np.ndarray
+    threshold: np.ndarray
+    dissipated: np.ndarray  # friction loss times dt^2
+    slip_step: np.ndarray  # w
+    acceleration: np.ndarray  # a(t-dt) dt^2
+
+
+def empty_state(n_blocks, belt_step):
+    """State (W/16, N + 2 rows) of W chains, without its blocks.
 
     Row 0 is the wall, which slips by -u dt in every step; row N + 1 is a spring that never pulls.
 
-    displacement, threshold : (N, W); belt_step : (W,) u dt.
+    belt_step : (W,) u dt.
     """
-    n_blocks, lanes = displacement.shape
-    state = zeros((lanes // LANES, n_blocks + 2, _ROW))
-    for field, values in (
-        (DISPLACEMENT, displacement),
-        (_START, displacement),
-        (_THRESHOLD, threshold),
-    ):
-        vectors = values.reshape(n_blocks, -1, LANES).swapaxes(0, 1)
-        state[:, 1 : n_blocks + 1, field : field + LANES] = vectors
-    state[:, 0, _SLIP_STEP : _SLIP_STEP + LANES] = -belt_step.reshape(-1, LANES)
+    state = zeros((len(belt_step) // LANES, n_blocks + 2, _ROW))
+    state[:, 0, SLIP_STEP : SLIP_STEP + LANES] = -belt_step.reshape(-1, LANES)
     return state.reshape(len(state), -1)
+
+
+def write_blocks(group, lane, step, blocks):
+    """Let a chain be in another state at the start of the step of that index.
+
+    In the middle of a stretch it goes on without series, as if the stretch had begun without slip.
+    """
+    state = group.chains.state.reshape(len(group.chains.state), -1, _ROW)
+    rows = state[lane // LANES, 1 : group.n_blocks + 1]
+    place = lane % LANES
+    square = group.time_step * group.time_step
+    kinetic = blocks.direction * (group.law.friction_ratio * square)
+    start = blocks.displacement - group.belt_step[lane] * float(step % STRETCH)
+    rows[:, place::LANES] = 0.0
+    for field, values in (
+        (DISPLACEMENT, blocks.displacement),
+        (VELOCITY, blocks.velocity),
+        (DIRECTION, blocks.direction),
+        (DISSIPATED, blocks.dissipated),
+        (SLIP_STEP, blocks.slip_step),
+        (ACCELERATION, blocks.acceleration),
+        (_PUSH, np.where(blocks.direction != 0, square, 0.0)),
+        (_KINETIC, kinetic * group.law.static_friction),
+        (_KINETIC_NOISE, kinetic * group.noise[lane]),
+        (_START, start),
+        (_DEFORMATION, np.diff(start, prepend=0.0)),
+        (_LOSS, blocks.dissipated),
+        (THRESHOLD, blocks.threshold),
+    ):
+        rows[:, field + place] = values
 
 
 def of_blocks(state, field, n_blocks):
@@ -199,7 +233,7 @@ def _prepare(state, vector, n_blocks, strongest, square, law):
         if block > 1:
             _put(state, vector, block - 1, _FORCE, force)
             greatest = maximum(abs(force), greatest)
-        fastest = maximum(abs(_get(state, vector, block, _ACCELERATION)), fastest)
+        fastest = maximum(abs(_get(state, vector, block, ACCELERATION)), fastest)
         left = displacement
         pull = next_pull
     _put(state, vector, n_blocks, _FORCE, -pull)
@@ -211,9 +245,9 @@ def _prepare(state, vector, n_blocks, strongest, square, law):
     drift = fastest * (STRETCH * (STRETCH + 11.0))
     hold = drift >= 0.0
     beyond = 0.0 * drift
-    w = _get(state, vector, n_blocks, _SLIP_STEP)
+    w = _get(state, vector, n_blocks, SLIP_STEP)
     for block in range(n_blocks, 0, -1):
-        left = _get(state, vector, block - 1, _SLIP_STEP)
+        left = _get(state, vector, block - 1, SLIP_STEP)
         span = fma(abs(w - left), STRETCH, drift)
         slope = _get(state, vector, block, _SERIES + LANES)
         second = _get(state, vector, block, _SERIES + 2 * LANES)
@@ -231,7 +265,7 @@ def _prepare(state, vector, n_blocks, strongest, square, law):
         force = _get(state, vector, block, _FORCE)
         direction = _get(state, vector, block, DIRECTION)
         velocity = _get(state, vector, block, VELOCITY)
-        threshold = _get(state, vector, block, _THRESHOLD)
+        threshold = _get(state, vector, block, THRESHOLD)
         # v_r > w - A/3 and K + 1 times the strongest braking
         reach = own + beyond
         braking = minimum(fma(direction, force, -strongest) - reach, 0.0) * square
@@ -335,7 +369,7 @@ def _force(state, vector, block):
 def _margin(state, vector, block, force):
     """How far a block is from a turn: not where it is positive."""
     direction = _get(state, vector, block, DIRECTION)
-    threshold = _get(state, vector, block, _THRESHOLD)
+    threshold = _get(state, vector, block, THRESHOLD)
     velocity = _get(state, vector, block, VELOCITY)
     return select(direction == 0.0, threshold - abs(force), direction * velocity)
 
@@ -349,7 +383,7 @@ def _move(state, vector, n_blocks, noisy):
         left = _get(state, vector, block - 1, _SLIP)
         next_pull = pull
         pull = _tension(state, vector, block, slip - left)
-        w = _get(state, vector, block, _SLIP_STEP)
+        w = _get(state, vector, block, SLIP_STEP)
         kinetic = _get(state, vector, block, _KINETIC)
         if noisy:
             added = _get(state, vector, block, _KINETIC_NOISE)
@@ -357,8 +391,8 @@ def _move(state, vector, n_blocks, noisy):
             kinetic = kinetic + added
         a = fma(_get(state, vector, block, _PUSH), next_pull - pull, -kinetic)
         w = w + a
-        _put(state, vector, block, _ACCELERATION, a)
-        _put(state, vector, block, _SLIP_STEP, w)
+        _put(state, vector, block, ACCELERATION, a)
+        _put(state, vector, block, SLIP_STEP, w)
         _put(state, vector, block, _SLIP, slip + w)
         if noisy:
             loss = _get(state, vector, block, _LOSS)
@@ -380,12 +414,12 @@ def _record(state, vector, block, lane, slips, time, square, events):
 @inlined
 def _turn(state, vector, block, force, belt_travel, law, noise, square, time, events):
     """Apply the stick and slip rules to a block and record what they change."""
-    w = _get(state, vector, block, _SLIP_STEP)
+    w = _get(state, vector, block, SLIP_STEP)
     old = _get(state, vector, block, DIRECTION)
     slipping = old != 0.0
     # drawn anew while slipping, kept while stuck
     drawn = fma(noise, _get(state, vector, block, _NORMAL), law.static_friction)
-    threshold = select(slipping, drawn, _get(state, vector, block, _THRESHOLD))
+    threshold = select(slipping, drawn, _get(state, vector, block, THRESHOLD))
     free = select(abs(force) > threshold, copysign(1.0, force), 0.0)
     goes_on = slipping & (old * _get(state, vector, block, VELOCITY) > 0.0)
     new = select(goes_on, old, free)
@@ -412,11 +446,11 @@ def _turn(state, vector, block, force, belt_travel, law, noise, square, time, ev
             if (slips >> lane) & 1:
                 _record(state, vector, block, lane, 1, time, square, events)
         turned = old * new != 0.0
-        before = _get(state, vector, block, _ACCELERATION)
+        before = _get(state, vector, block, ACCELERATION)
         kinetic = new * (law.friction_ratio * square)
-        _put(state, vector, block, _THRESHOLD, threshold)
-        _put(state, vector, block, _SLIP_STEP, select(turned, w, 0.0))
-        _put(state, vector, block, _ACCELERATION, select(turned, before, 0.0))
+        _put(state, vector, block, THRESHOLD, threshold)
+        _put(state, vector, block, SLIP_STEP, select(turned, w, 0.0))
+        _put(state, vector, block, ACCELERATION, select(turned, before, 0.0))
         _put(state, vector, block, DIRECTION, new)
         _put(state, vector, block, _PUSH, select(moving, square, 0.0))
         _put(state, vector, block, _KINETIC, kinetic * law.static_friction)
@@ -428,7 +462,7 @@ def _keep_accelerations(state, vector, n_blocks, blocks):
     """Before a step, keep a(t-dt) of some blocks in place of the velocity."""
     for block in range(1, n_blocks + 1):
         if (blocks >> (block - 1)) & 1:
-            _put(state, vector, block, VELOCITY, _get(state, vector, block, _ACCELERATION))
+            _put(state, vector, block, VELOCITY, _get(state, vector, block, ACCELERATION))
 
 
 @inlined
@@ -437,8 +471,8 @@ def _find_velocities(state, vector, n_blocks, blocks):
     for block in range(1, n_blocks + 1):
         if (blocks >> (block - 1)) & 1:
             before = _get(state, vector, block, VELOCITY)
-            a = _get(state, vector, block, _ACCELERATION)
-            w = _get(state, vector, block, _SLIP_STEP)
+            a = _get(state, vector, block, ACCELERATION)
+            w = _get(state, vector, block, SLIP_STEP)
             velocity = fma(a, 5.0 / 6.0, fma(before, -1.0 / 3.0, w))
             _put(state, vector, block, VELOCITY, velocity)
 
@@ -447,7 +481,7 @@ def _find_velocities(state, vector, n_blocks, blocks):
 def _near(state, vector, block, level, belt, fastest):
     """Whether a block of some chain may come to its level in the stretch."""
     away = _get(state, vector, block, _START) - level
-    w = _get(state, vector, block, _SLIP_STEP)
+    w = _get(state, vector, block, SLIP_STEP)
     span = fma(fastest, 0.5 * STRETCH * (STRETCH + 11.0), STRETCH * abs(w + belt))
     return mask_bits(abs(away) > span) != _ALL
 
@@ -471,7 +505,7 @@ def _cross(
     section_block = crossings.block + 1
     slip = _get(state, vector, section_block, _SLIP)
     after = _get(state, vector, section_block, _START) + (belt_travel + slip) - level
-    move = _get(state, vector, section_block, _SLIP_STEP) + belt
+    move = _get(state, vector, section_block, SLIP_STEP) + belt
     hits = mask_bits((after < 0.0) & (after - move >= 0.0))
     if hits:
         back = after / move
@@ -486,9 +520,9 @@ def _cross(
                     place = state[vector, block * _ROW + _START + lane] + (
                         extract(belt_travel, lane) + state[vector, block * _ROW + _SLIP + lane]
                     )
-                    move_one = state[vector, block * _ROW + _SLIP_STEP + lane] + extract(belt, lane)
+                    move_one = state[vector, block * _ROW + SLIP_STEP + lane] + extract(belt, lane)
                     velocity = state[vector, block * _ROW + VELOCITY + lane]
-                    velocity -= share * state[vector, block * _ROW + _ACCELERATION + lane]
+                    velocity -= share * state[vector, block * _ROW + ACCELERATION + lane]
                     crossings.rows[chain, slot, block] = place - share * move_one
                     crossings.rows[chain, slot, n_blocks + block] = velocity / time_step
 

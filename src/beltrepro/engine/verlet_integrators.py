@@ -8,28 +8,27 @@ from beltrepro.engine import leaps, verlet
 from beltrepro.engine.integrator import Chunk, Integrator
 from beltrepro.engine.memory import aligned, zeros
 from beltrepro.engine.series_integrator import SeriesIntegrator
-from beltrepro.model import ChainParameters
+from beltrepro.engine.state import ChainState
+from beltrepro.model.spring import external_force
 
 # Largest (dt omega)^2 at which leaps reproduce the steps to below the rounding of a plain loop.
 _LEAP_LIMIT = 1e-4
 
 
-def verlet_integrator(
-    parameters: Sequence[ChainParameters], *, time_step: float, **settings
-) -> Integrator:
+def verlet_integrator(states: Sequence[ChainState], *, time_step: float, **settings) -> Integrator:
     """Chains integrated by the scheme of the Appendix; parameters as for `Integrator`.
 
     In leaps if none of them has noise and the time step is as short as the paper's, else step by
     step.
     """
     # the stiffest spring that friction can hold: on the compressed branch, or the stretched one
-    first = parameters[0]
+    first = states[0].parameters
     rate = max(first.compression_rate, first.extension_rate)
     frequency_squared = 4 * (1 + rate * first.static_friction)
     short = time_step**2 * frequency_squared <= _LEAP_LIMIT
-    quiet = all(chain.noise == 0 for chain in parameters)
+    quiet = all(state.parameters.noise == 0 for state in states)
     chosen = LeapingVerlet if quiet and short else SteppingVerlet
-    return chosen(parameters, time_step=time_step, **settings)
+    return chosen(states, time_step=time_step, **settings)
 
 
 class LeapingVerlet(SeriesIntegrator):
@@ -38,23 +37,39 @@ class LeapingVerlet(SeriesIntegrator):
     See `beltrepro.engine.leaps`; parameters as for `Integrator`.
     """
 
-    def __init__(self, parameters, **settings):
-        super().__init__(parameters, **settings)
-        shape = self._initial_displacement.shape
+    name = "leaping verlet"
+    _own = ("slip_step", "acceleration")
+
+    def __init__(self, states, **settings):
+        super().__init__(states, **settings)
+        lanes = len(self._noise)
+        shape = self.n_blocks, lanes
         self._chains = leaps.Chains(
-            steps_done=zeros(shape[1]),
-            displacement=self._initial_displacement,
+            steps_done=zeros(lanes),
+            displacement=zeros(shape),
             slip_step=zeros(shape),
             acceleration=zeros(shape),
             velocity=zeros(shape),
             direction=zeros(shape),
-            threshold=self._initial_threshold,
+            threshold=zeros(shape),
             branch_changed=zeros(shape),
             dissipated=zeros(shape),
-            wall_impulse=zeros(shape[1]),
+            wall_impulse=zeros(lanes),
         )
         self._group = leaps.Group(self._law, self._belt_velocity, self.time_step, self._chains)
         self._scratch = leaps.new_scratch(self.n_blocks)
+        self.reinit(states)
+
+    def _set_time(self, time):
+        self.time = round(time / self.time_step) * self.time_step
+
+    def _write(self, lane, state, variables):
+        super()._write(lane, state, variables)
+        # the kernel keeps it times the step
+        self._chains.velocity[:, lane] *= self.time_step
+
+    def _new_variables(self, state):
+        return scheme_variables(state, self.time_step)
 
     def advance(self, until: float) -> Iterator[Chunk]:
         """Advance all chains to the step nearest to `until`, chunk by chunk."""
@@ -62,27 +77,28 @@ class LeapingVerlet(SeriesIntegrator):
         done = round(self.time / self.time_step)
         while done < last:
             start = done
-            # chunks end at multiples of their length, wherever a run is cut into pieces
-            done = min(last, (start // self._chunk_steps + 1) * self._chunk_steps)
+            # half a step on: the end of the last chunk may have been rounded down
+            end = self._chunk_end((start + 0.5) * self.time_step)
+            done = min(last, round(end / self.time_step))
             self._empty_buffers()
             self._chains.steps_done[:] = 0.0
             self._run(start, done - start)
             self.time = done * self.time_step
             self._check_state()
-            first_row = start // self._stride + 1
-            yield self._chunk(
-                start * self.time_step, first_row, done // self._stride + 1 - first_row
-            )
+            first_row = start // self._sampling.steps + 1
+            rows = done // self._sampling.steps + 1 - first_row
+            yield self._chunk(start * self.time_step, first_row, rows)
 
     def _run(self, first_step, n_steps):
         """Advance all chains by `n_steps`."""
         span = leaps.Span(first_step, n_steps)
-        first_sample = (first_step // self._stride + 1) * self._stride - first_step
+        stride = self._sampling.steps
+        first_sample = (first_step // stride + 1) * stride - first_step
         self._advance(
             lambda records: leaps.leap_steps(span, self._group, self._scratch, records),
             float(first_sample),
-            float(self._stride),
-            (n_steps - first_sample) // self._stride + 1,
+            float(stride),
+            (n_steps - first_sample) // stride + 1,
         )
 
     def _relative_velocities(self):
@@ -93,16 +109,16 @@ class LeapingVerlet(SeriesIntegrator):
 class SteppingVerlet(Integrator):
     """Chains integrated step by step (`beltrepro.engine.verlet`)."""
 
+    name = "stepping verlet"
     _vector = verlet.LANES
 
-    def __init__(self, parameters, **settings):
-        super().__init__(parameters, **settings)
+    def __init__(self, states, **settings):
+        super().__init__(states, **settings)
+        lanes = len(self._noise)
         belt_step = self._belt_velocity * self.time_step
         self._chains = verlet.Chains(
-            state=verlet.initial_state(
-                self._initial_displacement, self._initial_threshold, belt_step
-            ),
-            wall_pull=zeros(len(self._noise)),
+            state=verlet.empty_state(self.n_blocks, belt_step),
+            wall_pull=zeros(lanes),
             streams=self._streams,
         )
         self._group = verlet.Group(
@@ -115,34 +131,100 @@ class SteppingVerlet(Integrator):
             chains=self._chains,
         )
         self._steps_done = 0
+        self.reinit(states)
+
+    def _set_time(self, time):
+        self._steps_done = round(time / self.time_step)
+        self.time = self._steps_done * self.time_step
+
+    def _write(self, lane, state, variables):
+        self._chains.wall_pull[lane] = variables["wall_pull"]
+        verlet.write_blocks(
+            self._group,
+            lane,
+            self._steps_done,
+            verlet.BlockState(
+                displacement=state.displacements,
+                velocity=state.relative_velocities * self.time_step,
+                direction=state.directions,
+                threshold=state.thresholds,
+                dissipated=variables["dissipated"],
+                slip_step=variables["slip_step"],
+                acceleration=variables["acceleration"],
+            ),
+        )
+
+    def _new_variables(self, state):
+        return scheme_variables(state, self.time_step) | {
+            "dissipated": state.friction_losses * self.time_step**2,
+            "wall_pull": np.array(state.wall_impulse / self.time_step),
+        }
+
+    def _scheme_variables(self, lane):
+        fields = {
+            "slip_step": verlet.SLIP_STEP,
+            "acceleration": verlet.ACCELERATION,
+            "dissipated": verlet.DISSIPATED,
+        }
+        own = {name: self._blocks(field)[:, lane].copy() for name, field in fields.items()}
+        return own | {"wall_pull": self._chains.wall_pull[lane].copy()}
 
     def advance(self, until: float) -> Iterator[Chunk]:
         """Advance all chains to the step nearest to `until`, chunk by chunk."""
         last = round(until / self.time_step)
-        samples = verlet.Samples(self._samples, self._first_sampled, self._stride)
+        stride = self._sampling.steps
+        samples = verlet.Samples(self._samples, self._first_sampled, stride)
+        chunk_steps = max(1, round(self._chunk_time / self.time_step))
         while self._steps_done < last:
             start = self._steps_done
             self._empty_buffers()
             records = verlet.Records(samples, self._events, self._crossings)
-            n_steps = min(self._chunk_steps, last - start)
+            n_steps = min(chunk_steps, last - start)
             self._steps_done += verlet.verlet_steps(start, n_steps, self._group, records)
             self.time = self._steps_done * self.time_step
             self._check_state()
-            first_row = start // self._stride + 1
-            rows = self._steps_done // self._stride + 1 - first_row
+            first_row = start // stride + 1
+            rows = self._steps_done // stride + 1 - first_row
             yield self._chunk(start * self.time_step, first_row, rows)
 
+    def _blocks(self, field):
+        return verlet.of_blocks(self._chains.state, field, self.n_blocks)
+
     def _displacements(self):
-        return verlet.of_blocks(self._chains.state, verlet.DISPLACEMENT, self.n_blocks)
+        return self._blocks(verlet.DISPLACEMENT)
 
     def _relative_velocities(self):
         # the kernel keeps it times the step
-        velocity = verlet.of_blocks(self._chains.state, verlet.VELOCITY, self.n_blocks)
-        return velocity / self.time_step
+        return self._blocks(verlet.VELOCITY) / self.time_step
+
+    def _directions(self):
+        return self._blocks(verlet.DIRECTION)
+
+    def _thresholds(self):
+        return self._blocks(verlet.THRESHOLD)
 
     def _friction_losses(self):
-        loss = verlet.of_blocks(self._chains.state, verlet.DISSIPATED, self.n_blocks)
-        return loss / self.time_step**2
+        return self._blocks(verlet.DISSIPATED) / self.time_step**2
 
     def _wall_impulses(self):
         return self._chains.wall_pull * self.time_step
+
+
+def scheme_variables(state: ChainState, time_step: float) -> dict[str, np.ndarray]:
+    """w and a(t-dt) dt^2 of the smooth motion through a state; zero for stuck blocks.
+
+    From Taylor's series about the state, to the third order in dt.
+    """
+    chain = state.parameters
+    slips = state.directions != 0
+    kinetic = chain.friction_ratio * chain.static_friction
+    acceleration = state.forces - state.directions * kinetic
+    travel = state.velocities * time_step
+    rise = external_force(state.positions + travel, chain)
+    rise = (rise - external_force(state.positions - travel, chain)) / 2
+    bend = (rise / 6 - acceleration / 2) * time_step**2
+    before = (acceleration - rise) * time_step**2
+    return {
+        "slip_step": np.where(slips, state.relative_velocities * time_step + bend, 0.0),
+        "acceleration": np.where(slips, before, 0.0),
+    }

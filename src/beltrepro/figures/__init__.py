@@ -1,9 +1,9 @@
-"""Figures of the paper, one module each.
+"""Figures, one module each: those of the paper, of the comparison of integrators, of own studies.
 
-Every module figNN has TITLE (one sentence), USES (names of the datasets it shows, with what is
-taken from each), and `draw(data, caption)`, which returns a matplotlib Figure. data maps the names
-in USES to `store.Dataset`; caption is the small print below. Nothing here simulates; estimates come
-from `beltrepro.analysis`, and where it finds too few data the panel says so.
+A module is a figure if it has `ENTRY = Entry(...)` (title, datasets, words, alternative text: see
+`figures.registry`) and `draw(data, caption)`, which returns a matplotlib Figure. data maps the
+names in `ENTRY.uses` to `store.Dataset`; caption is the small print below. Nothing here simulates;
+estimates come from `beltrepro.analysis`, and where it finds too few data the panel says so.
 
-Figures that compare integrators also take NAME_check for a scan NAME in USES: it is drawn over it.
+A dataset NAME_check is drawn over the scan NAME, whose points another integrator computed.
 """

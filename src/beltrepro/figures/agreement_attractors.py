@@ -4,12 +4,23 @@ import numpy as np
 
 from beltrepro.analysis import agreement, lifetimes
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "States reached without noise by the two integrators, from near and from distant states."
-USES = {
-    "tested": "ensembles without noise by the tested integrator with several time steps",
-    "reference": "the same ensembles by the reference",
-}
+ENTRY = Entry(
+    title="States reached without noise by the two integrators, from near and from distant states.",
+    uses=("pairs_states_verlet", "pairs_states_event"),
+    words=(
+        "Each row has another spread of initial states. Left: share of runs in which the last "
+        "block still sticks at the end. Right: r over the end of each run, a dot a run, side by "
+        "side for the time steps of the tested integrator and, black, the reference. Where dots "
+        "line up level, all runs reach one attractor."
+    ),
+    alt=(
+        "Panels in rows of initial spread: share of runs that still stick against belt velocity, "
+        "and the distributions of final r for each time step and for the reference."
+    ),
+    category="Integrators compared",
+)
 
 _WIDTH = 0.8  # of the group of bars at one u
 
@@ -21,10 +32,11 @@ def draw(data, caption):
     Left: bars of one standard error. Right: each run a dot, side by side for the time steps of the
     tested integrator and, black, the reference; u is not to scale.
     """
-    panels.require(data, USES)
-    sides = _sides(data)
-    spreads = np.unique(data["tested"].arrays["initial_spread"])
-    velocities = np.unique(data["tested"].arrays["belt_velocity"])
+    panels.require(data, ENTRY)
+    tested, reference = (data[name] for name in ENTRY.uses)
+    sides = _sides(tested, reference)
+    spreads = np.unique(tested.arrays["initial_spread"])
+    velocities = np.unique(tested.arrays["belt_velocity"])
     figure = style.page(caption, 1.2 + 2.0 * max(spreads.size, 1))
     rows = figure.subplots(max(spreads.size, 1), 2, sharex=True, squeeze=False)
     for row, spread in zip(rows, spreads, strict=False):
@@ -52,9 +64,8 @@ def draw(data, caption):
     return figure
 
 
-def _sides(data):
+def _sides(tested, reference):
     """Label, colour and arrays of each time step of the tested integrator, then the reference."""
-    tested, reference = data["tested"], data["reference"]
     sides = []
     for index, step in enumerate(np.unique(tested.arrays["time_step"])):
         chosen = tested.arrays["time_step"] == step

@@ -4,12 +4,25 @@ import numpy as np
 
 from beltrepro.analysis import agreement, samples
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Disorder parameter with noise by the two integrators, and the tests of their difference."
-USES = {
-    "tested": "points with noise by the tested integrator",
-    "reference": "the same points by the reference",
-}
+ENTRY = Entry(
+    title=(
+        "Disorder parameter with noise by the two integrators, and the tests of their difference."
+    ),
+    uses=("pairs_r_verlet", "pairs_r_event"),
+    words=(
+        "a: r against belt velocity, lines the reference, crosses with standard errors the tested"
+        " integrator. b: difference of the means in standard errors; beyond the dashed lines the "
+        "largest of so many differences would lie in 5 of 100 cases by chance. c: p-values in "
+        "order; on or above the diagonal if nothing differs."
+    ),
+    alt=(
+        "Three panels: r against belt velocity for several noises by both integrators, their "
+        "differences in standard errors, and p-values in order beside the diagonal."
+    ),
+    category="Integrators compared",
+)
 
 
 @style.styled
@@ -20,8 +33,8 @@ def draw(data, caption):
     the number of standard errors that one of so many normal deviates exceeds in 5 of 100 cases. c:
     if all points agree, p-values lie along the diagonal.
     """
-    panels.require(data, USES)
-    sides = [data[name].arrays for name in USES]
+    panels.require(data, ENTRY)
+    sides = [data[name].arrays for name in ENTRY.uses]
     values = [{agreement.DISORDER: arrays["disorder_parameter"]} for arrays in sides]
     rows = agreement.compare_points(*sides, *values)
     figure = style.page(caption, 3.6)

@@ -6,12 +6,27 @@ from matplotlib.ticker import FixedLocator, NullFormatter
 from beltrepro.analysis import agreement, divergence
 from beltrepro.analysis.steps import FORCE_ORDER
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Trajectories of the two integrators from the same initial states."
-USES = {
-    "tested": "runs by the tested integrator with several time steps",
-    "reference": "runs by the reference from the same states",
-}
+ENTRY = Entry(
+    title="Trajectories of the two integrators from the same initial states.",
+    uses=("pairs_paths_verlet", "pairs_paths_event", "pairs_paths_tolerances"),
+    words=(
+        "a: largest distance of any block between the two runs, median over the runs of a point; "
+        "the dotted line marks where we call them parted. b: shift in time of the events that "
+        "both runs have. c: error after a number of events against the time step, beside a line "
+        "of first order. d: error of the integrator that has a tolerance, against its runs with "
+        "the tightest one, over the mean step that each tolerance allows, beside a line with the "
+        "order that full steps have; errors below the dotted line are rounding and are left out "
+        "of the fits."
+    ),
+    alt=(
+        "Four panels: separation of trajectories against time, shift of events against time, "
+        "error against time step on logarithmic axes beside a line of slope one, and error "
+        "against mean step beside a line with the order of long steps."
+    ),
+    category="Integrators compared",
+)
 
 _AFTER_TIME_STEPS = (1, 5, 20)  # numbers of events
 _AFTER_LONG_STEPS = (2, 5, 20)  # right after the first event the first step has made no error yet
@@ -26,16 +41,18 @@ def draw(data, caption):
     over the members of the separation after a number of events, for one point, against dt. d: the
     same for runs with several tolerances from those with the tightest, against their mean step.
     """
-    panels.require(data, USES)
-    tested, reference = (data[name].arrays for name in USES)
-    base, tolerance = reference["time_step"][0], _own_tolerance(data)
+    panels.require(data, ENTRY)
+    tested, reference, tolerances = (
+        divergence.with_steps(data[name].arrays) for name in ENTRY.uses
+    )
+    base = float(reference["time_step"].min())
     steps = np.unique(tested["time_step"])
     nearest = steps[np.argmin(np.abs(steps - base))]
     found = divergence.pairs(
         tested,
         reference,
-        rows=divergence.chosen(tested, time_step=nearest, tolerance=tolerance),
-        reference_rows=divergence.chosen(reference, time_step=base, tolerance=tolerance),
+        rows=divergence.equal(tested["time_step"], nearest),
+        reference_rows=divergence.equal(reference["time_step"], base),
     )
     figure = style.page(caption, 5.4)
     axes = figure.subplots(2, 2).ravel()
@@ -52,12 +69,11 @@ def draw(data, caption):
     axes[1].set(xlabel=f"{panels.TIME} of the event", ylabel="shift of the event", title=words)
     axes[2].set(xlabel="$dt$", ylabel="error")
     axes[3].set(xlabel="mean step", ylabel="error")
-    _, errors = agreement.compare_trajectories(
-        tested, reference, reference_step=base, tolerance=tolerance
-    )
-    _errors(axes[2], errors, data["tested"].attributes["method"], _AFTER_TIME_STEPS, order=1)
-    errors, method = _by_tolerance(data, base)
-    _errors(axes[3], errors, method, _AFTER_LONG_STEPS, order=FORCE_ORDER + 1)
+    methods = [data[name].attributes["method"] for name in ENTRY.uses]
+    _, errors = agreement.compare_trajectories(tested, reference, reference_step=base)
+    _errors(axes[2], errors, methods[0], _AFTER_TIME_STEPS, order=1)
+    errors = agreement.compare_tolerances(tolerances)
+    _errors(axes[3], errors, methods[2], _AFTER_LONG_STEPS, order=FORCE_ORDER + 1)
     if axes[3].lines:
         tolerances = [row["tolerance"] for row in errors]
         axes[3].set_xlabel(f"mean step, tolerances {min(tolerances):g} to {max(tolerances):g}")
@@ -70,21 +86,6 @@ def draw(data, caption):
     if labels:
         figure.legend(handles, labels, loc="outside upper center", ncols=6)
     return figure
-
-
-def _own_tolerance(data):
-    """The tolerance that an integrator takes by itself; NaN if neither has one."""
-    known = [data[name].attributes.get("tolerance", np.nan) for name in USES]
-    return max(known, key=np.isfinite)
-
-
-def _by_tolerance(data, time_step):
-    """Errors and name of the integrator that ran with several tolerances, none if there is none."""
-    for name in USES:
-        errors = agreement.compare_tolerances(data[name].arrays, time_step=time_step)
-        if errors:
-            return errors, data[name].attributes["method"]
-    return [], ""
 
 
 def _separation(axes, members, look):

@@ -4,9 +4,21 @@ import numpy as np
 from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch, Rectangle
 
 from beltrepro.figures import style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Scheme of the chain on the belt."
-USES: dict[str, str] = {}
+ENTRY = Entry(
+    title="Scheme of the chain on the belt.",
+    uses=(),
+    words=(
+        "The set-up: a row of blocks joined by springs lies on a moving belt; the first spring is"
+        " tied to a fixed point, so the belt drags the row until friction gives way."
+    ),
+    alt=(
+        "Drawing: five blocks joined by springs on a conveyor belt, the first tied to a wall, the"
+        " belt moving away from it."
+    ),
+    number="1",
+)
 
 N_BLOCKS = 5
 _BLOCK = 0.62  # side of a block; places of blocks are 1, 2, ... N

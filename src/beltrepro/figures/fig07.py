@@ -1,17 +1,28 @@
 """Fig. 7: friction force during one stick-slip event."""
 
-import json
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.patches import FancyArrowPatch
 
+from beltrepro.datasets import files
 from beltrepro.figures import panels, style
-from beltrepro.model.parameters import ChainParameters
+from beltrepro.figures.registry import Entry
 from beltrepro.model.spring import external_force
 
-TITLE = "Friction force against external force during one stick-slip event, with noise."
-USES = {"friction_event": "series with the friction force, sampled at every step"}
+ENTRY = Entry(
+    title="Friction force against external force during one stick-slip event, with noise.",
+    uses=("friction_event",),
+    words=(
+        "One stick-slip event with noise: friction follows the external force while the block is "
+        "stuck, drops when it starts to slip, and then fluctuates about the kinetic value."
+    ),
+    alt=(
+        "Friction force against external force during one event: a straight line while stuck, a "
+        "jump, and a noisy band while slipping."
+    ),
+    number="7",
+)
 
 
 @dataclass(frozen=True)
@@ -31,14 +42,14 @@ def draw(data, caption):
     The event is the first slip that is complete in the series, of the last block if it slips at
     all there, else of the block nearest to it; with the time it was stuck before.
     """
-    panels.require(data, USES)
+    panels.require(data, ENTRY)
     series = data["friction_event"]
     figure = style.page(caption, 3.9)
     axes = figure.subplots()
     axes.set(xlabel="$F_{ex}$", ylabel="$F_f$")
     axes.axhline(0, color="0.85", linewidth=0.7, zorder=0)
     axes.axvline(0, color="0.85", linewidth=0.7, zorder=0)
-    chain = _chain(series)
+    chain = files.chain(series)
     event = _choose_event(series)
     if event is None:
         _draw_samples(axes, series, chain)
@@ -47,14 +58,6 @@ def draw(data, caption):
     _draw_event(axes, series, chain, event)
     axes.legend(loc="lower left")
     return figure
-
-
-def _chain(series):
-    attributes = series.attributes
-    constants = json.loads(attributes.get("config", "{}")).get("model", {})
-    return ChainParameters(
-        int(attributes["n_blocks"]), attributes["belt_velocity"], attributes["noise"], **constants
-    )
 
 
 def _choose_event(series):

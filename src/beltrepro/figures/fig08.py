@@ -3,9 +3,22 @@
 import numpy as np
 
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Position and relative velocity of the last block at u = 1, with the power spectrum."
-USES = {"u1": "series at u = 1, sigma = 0"}
+ENTRY = Entry(
+    title="Position and relative velocity of the last block at u = 1, with the power spectrum.",
+    uses=("u1",),
+    words=(
+        "At low belt speed and without noise the last block moves in a sawtooth of unequal teeth;"
+        " its spectrum falls like a power of frequency. Its velocity relative to the belt is zero"
+        " between bursts."
+    ),
+    alt=(
+        "Two panels against time: an irregular sawtooth of the position with its spectrum in an "
+        "inset, and bursts of relative velocity with an enlarged stretch."
+    ),
+    number="8",
+)
 
 SHOWN = 3000.0  # last part of the series that is drawn
 ZOOM = 30.0  # length of the enlarged part, around the fastest slip
@@ -14,7 +27,7 @@ ZOOM = 30.0  # length of the enlarged part, around the fastest slip
 @style.styled
 def draw(data, caption):
     """a: x_N(t) with the spectrum of the whole series; b: v_rN(t), enlarged at its fastest slip."""
-    panels.require(data, USES)
+    panels.require(data, ENTRY)
     series = data["u1"]
     time, position, relative = panels.last_block(series)
     shown = time >= (time[-1] - SHOWN if time.size else 0.0)

@@ -2,9 +2,21 @@
 
 from beltrepro.analysis import avalanches
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Distributions of slip sizes and of dissipated energies at u = 1."
-USES = {"u1": "catalogue of slips and avalanches at u = 1, sigma = 0"}
+ENTRY = Entry(
+    title="Distributions of slip sizes and of dissipated energies at u = 1.",
+    uses=("slips_u1",),
+    words=(
+        "Slip sizes of the last block, and energies dissipated in avalanches, have densities that"
+        " fall like powers; the authors read a sign of self-organised criticality from them."
+    ),
+    alt=(
+        "Two densities on doubly logarithmic axes, of slip size and of dissipated energy, each "
+        "with a fitted straight line."
+    ),
+    number="9",
+)
 
 BINS_PER_DECADE = 10
 
@@ -16,8 +28,8 @@ def draw(data, caption):
     Filled: the reading drawn with its fit; open: another reading of the same words. Bins of equal
     width in the logarithm; the fit spans `avalanches.falling_range`.
     """
-    panels.require(data, USES)
-    catalogue = data["u1"]
+    panels.require(data, ENTRY)
+    catalogue = data["slips_u1"]
     slips, events = catalogue.arrays["slips"], catalogue.arrays["avalanches"]
     n_blocks = int(catalogue.attributes["n_blocks"])
     belt_velocity = catalogue.attributes["belt_velocity"]

@@ -4,9 +4,22 @@ import numpy as np
 from matplotlib.colors import LogNorm
 
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Poincaré section of the chaotic attractor at u = 1."
-USES = {"u1": "catalogue with section points at u = 1, sigma = 0"}
+ENTRY = Entry(
+    title="Poincaré section of the chaotic attractor at u = 1.",
+    uses=("slips_u1",),
+    words=(
+        "Points where the second block passes a fixed place backwards, drawn as position and "
+        "relative velocity of the last block, lie on a folded, layered set as for a simple "
+        "chaotic oscillator."
+    ),
+    alt=(
+        "Scatter of section points in the plane of position and relative velocity of the last "
+        "block: a folded set of thin layers."
+    ),
+    number="10",
+)
 
 STUCK = 1e-6  # a block slower than this relative to the belt is stuck
 DENSITY_FROM = 20_000  # points: fewer are drawn one by one
@@ -16,8 +29,8 @@ BINS = (360, 240)
 @style.styled
 def draw(data, caption):
     """Section points with v_rN < 0 in the plane (x_N, v_rN): a density where there are many."""
-    panels.require(data, USES)
-    catalogue = data["u1"]
+    panels.require(data, ENTRY)
+    catalogue = data["slips_u1"]
     attributes, points = catalogue.attributes, catalogue.arrays["section"]
     position = points["positions"][:, -1]
     relative = points["velocities"][:, -1] - attributes["belt_velocity"]

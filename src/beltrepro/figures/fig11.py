@@ -3,9 +3,21 @@
 import numpy as np
 
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Chaotic transient and periodic orbit at u = 20."
-USES = {"u20": "series at u = 20, sigma = 0, from the start"}
+ENTRY = Entry(
+    title="Chaotic transient and periodic orbit at u = 20.",
+    uses=("u20",),
+    words=(
+        "At u = 20 without noise, irregular stick-slip motion ends abruptly and gives way to a "
+        "small periodic oscillation in which the last block never sticks again."
+    ),
+    alt=(
+        "Position and relative velocity of the last block against time: large irregular swings "
+        "that stop and turn into small regular ones, with an enlarged stretch of the latter."
+    ),
+    number="11",
+)
 
 ZOOM = 60.0  # length of the enlarged part, at the end
 AFTER = 0.6  # share of the transient's length that is drawn after it
@@ -17,7 +29,7 @@ def draw(data, caption):
 
     Drawn until some time after the last stick of the last block.
     """
-    panels.require(data, USES)
+    panels.require(data, ENTRY)
     series = data["u20"]
     time, position, relative = panels.last_block(series)
     last_stick = _last_stick(series)

@@ -4,18 +4,28 @@ import numpy as np
 
 from beltrepro.analysis import lifetimes, sections, transitions
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Bifurcation diagram and r(u) without noise, with lifetimes of chaotic transients."
-USES = {
-    "n5_rows": "row N = 5, sigma = 0: section velocities and r",
-    "lifetimes": "ensemble at sigma = 0: lifetimes of transients",
-}
+ENTRY = Entry(
+    title="Bifurcation diagram and r(u) without noise, with lifetimes of chaotic transients.",
+    uses=("n5_rows", "n5_rows_check", "lifetimes"),
+    words=(
+        "The bifurcation diagram of section velocities and the disorder parameter r against belt "
+        "velocity without noise: bands with windows, then a sharp fall of r. The lifetime of "
+        "chaotic transients rises towards that fall."
+    ),
+    alt=(
+        "Two panels against belt velocity: section velocities as points, and r with an inset of "
+        "mean lifetimes of transients."
+    ),
+    number="12",
+)
 
 
 @style.styled
 def draw(data, caption):
     """Top: v_N at the section against u; bottom: r(u); inset: mean lifetime of transients."""
-    panels.require(data, USES)
+    panels.require(data, ENTRY)
     figure = style.page(caption, 5.6)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(1, 1.2))
     layers = panels.layers(data, "n5_rows")
@@ -61,8 +71,8 @@ def _mark_transition(axes, row):
         axes.set_title(f"{words} = {fall.critical:.1f}", loc="right", size=8, color="0.35")
 
 
-def _lifetimes(inner, ensemble):
-    table = lifetimes.by_belt_velocity(ensemble, float(ensemble.attributes["duration"]))
+def _lifetimes(inner, runs):
+    table = lifetimes.by_belt_velocity(runs, float(runs.attributes["duration"]))
     known = np.isfinite(table["tau"])
     if not known.any():
         panels.note(inner, "too few runs escape", size=6.5)

@@ -2,15 +2,24 @@
 
 from beltrepro.analysis import sections
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Disorder parameter r(u) for several noise strengths."
-USES = {"n5_rows": "rows N = 5 at several sigma"}
+ENTRY = Entry(
+    title="Disorder parameter r(u) for several noise strengths.",
+    uses=("n5_rows", "n5_rows_check"),
+    words=(
+        "The fall of r with belt velocity for several noise levels: little changes at weak noise;"
+        " stronger noise moves the fall to higher velocities and makes it gradual."
+    ),
+    alt="Curves of r against belt velocity, one for each noise level.",
+    number="13",
+)
 
 
 @style.styled
 def draw(data, caption):
     """r(u) of five blocks, a curve for each noise level."""
-    panels.require(data, USES)
+    panels.require(data, ENTRY)
     figure = style.page(caption, 4.2)
     axes = figure.subplots()
     for scan, overlay in panels.layers(data, "n5_rows"):

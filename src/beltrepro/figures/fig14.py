@@ -2,12 +2,21 @@
 
 from beltrepro.analysis import sections, transitions
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Bifurcation diagrams with noise, and r against noise at u = 7."
-USES = {
-    "n5_rows": "rows N = 5 at several sigma: section velocities",
-    "n5_u7": "column N = 5, u = 7: r",
-}
+ENTRY = Entry(
+    title="Bifurcation diagrams with noise, and r against noise at u = 7.",
+    uses=("n5_rows", "n5_u7"),
+    words=(
+        "Bifurcation diagrams at several noise levels: the periodic windows wash out. At u = 7, "
+        "inside a window, r jumps up at some noise level."
+    ),
+    alt=(
+        "Several bifurcation diagrams for rising noise, and a last panel with r against noise at "
+        "u = 7."
+    ),
+    number="14",
+)
 
 BELT_VELOCITY = 7.0
 ROWS, COLUMNS = 2, 4
@@ -19,7 +28,7 @@ def draw(data, caption):
 
     That panel is the paper's inset: beside the diagrams it covers no points.
     """
-    panels.require(data, USES)
+    panels.require(data, ENTRY)
     levels = panels.levels(data["n5_rows"], "noise")[: ROWS * COLUMNS - 1]
     figure = style.page(caption, 5.0)
     grid = [figure.add_subplot(ROWS, COLUMNS, 1)]

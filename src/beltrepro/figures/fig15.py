@@ -2,9 +2,18 @@
 
 from beltrepro.analysis import sections
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Disorder parameter r against noise for u from 20 on."
-USES = {"n5_columns": "columns N = 5 at several u from 20 on"}
+ENTRY = Entry(
+    title="Disorder parameter r against noise for u from 20 on.",
+    uses=("n5_columns",),
+    words=(
+        "At belt velocities of 20 and more, r rises with noise: steeply at 20, later and more "
+        "gradually at higher velocities."
+    ),
+    alt="Curves of r against noise, one for each belt velocity.",
+    number="15",
+)
 
 GUIDE = 5.0  # a line at this sigma, only to guide the eye
 
@@ -12,7 +21,7 @@ GUIDE = 5.0  # a line at this sigma, only to guide the eye
 @style.styled
 def draw(data, caption):
     """r(sigma) of five blocks, a curve for each belt velocity."""
-    panels.require(data, USES)
+    panels.require(data, ENTRY)
     figure = style.page(caption, 4.0)
     axes = figure.subplots()
     for scan, overlay in panels.layers(data, "n5_columns"):

@@ -1,9 +1,21 @@
 """Fig. 16: noise-induced intermittency."""
 
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Noise-induced intermittency at u = 17.5, with the power spectrum."
-USES = {"u17": "series at u = 17.5, sigma = 2.2"}
+ENTRY = Entry(
+    title="Noise-induced intermittency at u = 17.5, with the power spectrum.",
+    uses=("u17",),
+    words=(
+        "With noise, in the transition region, the last block alternates between long quiet "
+        "stretches and bursts of large swings, as in the experiment."
+    ),
+    alt=(
+        "Position of the last block against time, quiet stretches between bursts, with its "
+        "spectrum in an inset."
+    ),
+    number="16",
+)
 
 SHOWN = 10000.0  # last part of the series that is drawn
 
@@ -11,7 +23,7 @@ SHOWN = 10000.0  # last part of the series that is drawn
 @style.styled
 def draw(data, caption):
     """x_N(t); inset: spectrum of the whole series after its transient."""
-    panels.require(data, USES)
+    panels.require(data, ENTRY)
     series = data["u17"]
     time, position, _ = panels.last_block(series)
     shown = time >= (time[-1] - SHOWN if time.size else 0.0)

@@ -6,9 +6,20 @@ from matplotlib.ticker import LogLocator
 
 from beltrepro.analysis import density, sections
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Natural distribution over belt velocity and velocity of the last block, for four noises."
-USES = {"n5_rows": "rows N = 5, sigma = 0, 1, 5 and 10: section velocities"}
+ENTRY = Entry(
+    title=(
+        "Natural distribution over belt velocity and velocity of the last block, for four noises."
+    ),
+    uses=("n5_rows",),
+    words=(
+        "The density of section velocities over belt velocity at four noise levels: windows "
+        "vanish, the edge of chaos softens, and at last noise fills the plane."
+    ),
+    alt="Four density maps over belt velocity and velocity of the last block, for rising noise.",
+    number="17",
+)
 
 NOISES = (0.0, 1.0, 5.0, 10.0)
 BINS = 120
@@ -18,7 +29,7 @@ DECADES = 3  # range of the colours below the largest density, at most
 @style.styled
 def draw(data, caption):
     """Density of v_N at the section for each u, on the plane (u, v_N), a panel per noise level."""
-    panels.require(data, USES)
+    panels.require(data, ENTRY)
     scan = data["n5_rows"]
     rows = {noise: sections.rows(scan, n_blocks=5, noise=noise) for noise in NOISES}
     span = _span(rows.values())

@@ -4,9 +4,21 @@ import numpy as np
 
 from beltrepro.analysis import intermittency, sections
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Map of r over belt velocity and noise, with the boundary of intermittency."
-USES = {"n5_map": "map N = 5 over u and sigma: r and laminar phases"}
+ENTRY = Entry(
+    title="Map of r over belt velocity and noise, with the boundary of intermittency.",
+    uses=("n5_map",),
+    words=(
+        "The disorder parameter over belt velocity and noise, with the edge of the intermittent "
+        "region, which ends above zero noise and widens at strong noise."
+    ),
+    alt=(
+        "Colour map of r over belt velocity and noise, with a dotted outline of the intermittent "
+        "region."
+    ),
+    number="18",
+)
 
 
 @style.styled
@@ -15,7 +27,7 @@ def draw(data, caption):
 
     The criterion of intermittency is that of `intermittency.intermittent_mask`.
     """
-    panels.require(data, USES)
+    panels.require(data, ENTRY)
     points = data["n5_map"].arrays
     points = sections.select(points, points["n_blocks"] == 5)
     figure = style.page(caption, 4.2)

@@ -2,12 +2,18 @@
 
 from beltrepro.analysis import sections
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Disorder parameter r(u) for several numbers of blocks."
-USES = {
-    "size_rows": "rows at sigma = 1 for N other than 5",
-    "n5_rows": "row N = 5, sigma = 1",
-}
+ENTRY = Entry(
+    title="Disorder parameter r(u) for several numbers of blocks.",
+    uses=("n5_rows", "n5_rows_check", "size_rows", "size_rows_check"),
+    words=(
+        "The fall of r with belt velocity for several numbers of blocks: it moves up and becomes "
+        "more gradual as blocks are added."
+    ),
+    alt="Curves of r against belt velocity, one for each number of blocks.",
+    number="19",
+)
 
 NOISE = 1.0
 
@@ -15,8 +21,8 @@ NOISE = 1.0
 @style.styled
 def draw(data, caption):
     """r(u) at sigma = 1, a curve for each number of blocks."""
-    panels.require(data, USES)
-    layers = [layer for name in USES for layer in panels.layers(data, name)]
+    panels.require(data, ENTRY)
+    layers = [layer for name in ("size_rows", "n5_rows") for layer in panels.layers(data, name)]
     sizes = sorted({n for scan, _ in layers for n in panels.levels(scan, "n_blocks")})
     figure = style.page(caption, 4.2)
     axes = figure.subplots()

@@ -1,14 +1,21 @@
 """Fig. 20: ten blocks in their transition region."""
 
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Intermittency of ten blocks without noise, at four belt velocities."
-USES = {
-    "n10_u28": "series N = 10, u = 28, sigma = 0",
-    "n10_u31": "series N = 10, u = 31, sigma = 0",
-    "n10_u34": "series N = 10, u = 34, sigma = 0",
-    "n10_u38": "series N = 10, u = 38, sigma = 0",
-}
+ENTRY = Entry(
+    title="Intermittency of ten blocks without noise, at four belt velocities.",
+    uses=("n10_u28", "n10_u31", "n10_u34", "n10_u38"),
+    words=(
+        "Ten blocks without noise at four belt velocities in their transition region: quiet "
+        "stretches, longer and longer as the belt runs faster."
+    ),
+    alt=(
+        "Four panels of position of the last of ten blocks against time, with quiet stretches "
+        "that lengthen from one panel to the next."
+    ),
+    number="20",
+)
 
 SHOWN = 10000.0  # first part after the transient that is drawn
 
@@ -16,8 +23,10 @@ SHOWN = 10000.0  # first part after the transient that is drawn
 @style.styled
 def draw(data, caption):
     """x_N(t) after the transient, a panel for each belt velocity."""
-    panels.require(data, USES)
-    every = sorted((data[name] for name in USES), key=lambda one: one.attributes["belt_velocity"])
+    panels.require(data, ENTRY)
+    every = sorted(
+        (data[name] for name in ENTRY.uses), key=lambda one: one.attributes["belt_velocity"]
+    )
     figure = style.page(caption, 5.4)
     stack = figure.subplots(len(every), 1, sharex=True, sharey=True)
     for axes, series in zip(stack, every, strict=True):

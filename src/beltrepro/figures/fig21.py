@@ -2,15 +2,24 @@
 
 from beltrepro.analysis import sections
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Disorder parameter r against noise for several numbers of blocks."
-USES = {"size_columns": "columns of several N, each at the upper edge of its transition"}
+ENTRY = Entry(
+    title="Disorder parameter r against noise for several numbers of blocks.",
+    uses=("size_columns",),
+    words=(
+        "The rise of r with noise for several numbers of blocks, each at the upper edge of its "
+        "transition: it is less marked for longer chains."
+    ),
+    alt="Curves of r against noise, one for each number of blocks.",
+    number="21",
+)
 
 
 @style.styled
 def draw(data, caption):
     """r(sigma), a curve for each number of blocks (and belt velocity, if there are several)."""
-    panels.require(data, USES)
+    panels.require(data, ENTRY)
     sizes = panels.levels(data["size_columns"], "n_blocks")
     figure = style.page(caption, 4.0)
     axes = figure.subplots()

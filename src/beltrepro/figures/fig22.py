@@ -2,9 +2,22 @@
 
 from beltrepro.analysis import sections
 from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
 
-TITLE = "Bifurcation diagrams for 2, 3, 4, 6, 7 and 10 blocks."
-USES = {"size_rows": "rows of N = 2, 3, 4, 6, 7 and 10 at several sigma: section velocities"}
+ENTRY = Entry(
+    title="Bifurcation diagrams for 2, 3, 4, 6, 7 and 10 blocks.",
+    uses=("size_rows",),
+    words=(
+        "Bifurcation diagrams for two to ten blocks: regular lines up to four blocks, broad "
+        "chaotic bands from five on, with fewer windows and less effect of noise as blocks are "
+        "added."
+    ),
+    alt=(
+        "Six bifurcation diagrams, for 2, 3, 4, 6, 7 and 10 blocks, with points of several noise "
+        "levels."
+    ),
+    number="22",
+)
 
 SIZES = (2, 3, 4, 6, 7, 10)
 # Strong noise first: what covers most lies below.
@@ -14,7 +27,7 @@ COLOURS = (style.BLACK, style.VERMILION, style.SKY)
 @style.styled
 def draw(data, caption):
     """v_N at the section against u, a panel for each N, a colour for each noise level."""
-    panels.require(data, USES)
+    panels.require(data, ENTRY)
     scan = data["size_rows"]
     noises = panels.levels(scan, "noise")[: len(COLOURS)]
     figure = style.page(caption, 5.2)

@@ -26,9 +26,9 @@ _RASTER_FROM = 5000  # more points than this are an image in the PDF
 # --- data -----------------------------------------------------------------------------------------
 
 
-def require(data, uses):
-    """Raise InputError, in one line, unless `data` has every dataset named in `uses`."""
-    missing = [name for name in uses if name not in data]
+def require(data, entry):
+    """Raise InputError, in one line, unless `data` has what the entry uses, checks excepted."""
+    missing = [name for name in entry.uses if name not in data and not name.endswith(CHECK)]
     if missing:
         given = ", ".join(data) or "none"
         raise InputError(f"figure needs the dataset {', '.join(missing)}; given: {given}")

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from beltrepro import provenance
+from beltrepro.datasets.quantities import LAW
 
 # Okabe and Ito's palette: distinct for colour-blind readers. Its yellow is too pale for lines.
 BLACK, GREY = "#000000", "#7f7f7f"
@@ -73,9 +74,9 @@ def small_print(datasets, preset) -> str:
     versions = {one for listed in _values(datasets, "code_version") for one in listed.split(", ")}
     versions = versions or {provenance.code_version()}
     first = [f"beltrepro {', '.join(sorted(versions))}", f"preset {preset}"]
-    seeds = _values(datasets, "seed")
-    if seeds:
-        first.append(f"seed {', '.join(map(str, seeds))}")
+    seeds = _parameter(datasets, "seed")
+    if seeds.size:
+        first.append(f"seed {_span(seeds)}")
     groups: dict[tuple, list] = {}
     for dataset in datasets:
         how = [dataset.attributes.get(name) for name in _HOW]
@@ -95,23 +96,30 @@ def save(figure, png, pdf) -> None:
     figure.savefig(pdf, format="pdf", metadata={"CreationDate": None})
 
 
-_HOW = ("kind", "method", "time_step", "duration", "transient")
+_HOW = ("kind", "method", "duration", "transient")
 
 
-def _describe(datasets, kind, method, time_step, duration, transient):
-    """One line on datasets that were made the same way."""
-    parts = [
-        f"{symbol} = {_span(values)}"
+def _describe(datasets, kind, method, duration, transient):
+    """One line on datasets made the same way; with constants that differ from the paper's."""
+    spans = {
+        symbol: _span(values)
         for symbol, name in (("N", "n_blocks"), ("u", "belt_velocity"), ("σ", "noise"))
         if (values := _parameter(datasets, name)).size
-    ]
-    parts += [f"method {method}", f"dt = {_number(time_step)}", f"t = {_number(duration)}"]
+    }
+    for each in LAW:
+        values = _parameter(datasets, each.name)
+        if np.any(values != each.default):
+            spans[each.symbol] = _span(values)
+    parts = [f"{symbol} = {span}" for symbol, span in spans.items()]
+    parts += [f"method {method}", f"dt = {_span(_parameter(datasets, 'time_step'))}"]
+    parts.append(f"t = {_number(duration)}")
     if transient is not None:
         parts.append(f"t_trans = {_number(transient)}")
     return f"{kind}: {', '.join(parts)}"
 
 
 def _parameter(datasets, name):
+    """Values of a quantity in all points of all datasets."""
     found = [
         np.atleast_1d(dataset.arrays[name] if name in dataset.arrays else dataset.attributes[name])
         for dataset in datasets

@@ -1,5 +1,6 @@
-"""The physics of Sec. III: parameters, units, spring law and friction law."""
+"""The physics of Sec. III: parameters, units, spring law, friction law, Poincare section."""
 
 from beltrepro.model.parameters import ChainParameters
+from beltrepro.model.section import section_position
 
-__all__ = ["ChainParameters"]
+__all__ = ["ChainParameters", "section_position"]

@@ -1,10 +1,10 @@
 """Parameters of one chain in model units (Sec. III)."""
 
-import math
 from dataclasses import dataclass, fields
 
 import numpy as np
 
+from beltrepro.checks import finite_number, whole_number
 from beltrepro.errors import InputError
 
 MAXIMUM_BLOCKS = 64
@@ -42,15 +42,14 @@ class ChainParameters:
     extension_rate: float = 0.01
 
     def __post_init__(self):
-        if isinstance(self.n_blocks, bool) or self.n_blocks != _whole(self.n_blocks):
-            raise InputError(f"n_blocks = {self.n_blocks!r}: a whole number is needed")
-        object.__setattr__(self, "n_blocks", int(self.n_blocks))
+        object.__setattr__(self, "n_blocks", whole_number("n_blocks", self.n_blocks))
         if not 1 <= self.n_blocks <= MAXIMUM_BLOCKS:
             raise InputError(
                 f"n_blocks = {self.n_blocks}: allowed are 1 to {MAXIMUM_BLOCKS} blocks"
             )
         for field in fields(self)[1:]:
-            object.__setattr__(self, field.name, _finite(field.name, getattr(self, field.name)))
+            number = finite_number(field.name, getattr(self, field.name))
+            object.__setattr__(self, field.name, number)
         for name in (
             "belt_velocity",
             "static_friction",
@@ -81,20 +80,3 @@ class ChainParameters:
     def describe(self) -> str:
         """Short text that names the chain, for messages and small print."""
         return f"N={self.n_blocks}, u={self.belt_velocity:g}, sigma={self.noise:g}"
-
-
-def _whole(value) -> int | None:
-    try:
-        return int(value)
-    except (TypeError, ValueError, OverflowError):
-        return None
-
-
-def _finite(name: str, value) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} = {value!r}: a number is needed") from None
-    if not math.isfinite(number):
-        raise InputError(f"{name} = {number}: a finite number is needed")
-    return number

@@ -13,6 +13,7 @@ from beltrepro.engine.records import (
     EVENT_SLIP,
     EVENT_TIME,
 )
+from beltrepro.engine.state import ChainState
 from beltrepro.engine.vector import allocating_kernel, inlined, kernel
 
 # State of one chain in `_follow`: when the present slip of the last block began (NaN: stuck) and
@@ -24,16 +25,25 @@ class SlipActivity:
     """Slips per block, laminar phases and last stick of the last block of W chains.
 
     A laminar phase is a slip of the last block that lasts longer than `laminar_time` (Sec. IV.B:
-    the periodic state is one of continuous slip); only time after `start` counts.
+    the periodic state is one of continuous slip); only time after `start` counts. slipping_since
+    (W,) : when the slip of the last block began that goes on at the beginning, NaN if it is stuck.
     """
 
-    def __init__(self, width: int, n_blocks: int, start: float, laminar_time: float):
+    def __init__(
+        self,
+        width: int,
+        n_blocks: int,
+        start: float,
+        laminar_time: float,
+        slipping_since: np.ndarray | float = np.nan,
+    ):
         self._start = start
         self._laminar_time = laminar_time
         self.slip_count = np.zeros((width, n_blocks), dtype=np.int64)
         self.stick_count = np.zeros((width, n_blocks), dtype=np.int64)
         self._state = np.zeros((width, 5))
-        self._state[:, _SLIPPING_SINCE : _LAST_STICK + 1] = np.nan
+        self._state[:, _SLIPPING_SINCE] = slipping_since
+        self._state[:, _LAST_STICK] = np.nan
         self._end = start
 
     def observe(self, chunk) -> None:
@@ -156,7 +166,7 @@ class EventLog:
 
 SLIP = np.dtype(
     [
-        ("chain", "i4"),
+        ("point", "i4"),
         ("block", "i4"),
         ("start_time", "f8"),
         ("stop_time", "f8"),
@@ -167,7 +177,7 @@ SLIP = np.dtype(
 )
 AVALANCHE = np.dtype(
     [
-        ("chain", "i4"),
+        ("point", "i4"),
         ("start_time", "f8"),
         ("stop_time", "f8"),
         ("slips", "i4"),
@@ -179,16 +189,17 @@ AVALANCHE = np.dtype(
 )
 
 
-def slips_and_avalanches(events, chain, initial_positions, parameters, law_constants, start):
+def slips_and_avalanches(events, point: int, state: ChainState, law_constants, start: float):
     """Slips of all blocks and avalanches of one chain (Sec. IV.A, Fig. 9).
 
     A slip runs from slip to stick of one block. An avalanche is a maximal interval in which at
-    least one block slips; before and after it all blocks are stuck.
+    least one block slips; before and after it all blocks are stuck. What has begun before the first
+    event is left out.
 
     Parameters
     ----------
-    events : (E, 6) from t = 0 in the order of time. chain : number written to the records.
-    initial_positions : (N,) at t = 0, all blocks stuck. start : earlier slips are left out.
+    events : (E, 6) in the order of time. point : number written to the records.
+    state : in which the chain was before the first of them. start : earlier slips are left out.
     law_constants : see `beltrepro.engine.law.law_constants`.
 
     Returns
@@ -199,23 +210,25 @@ def slips_and_avalanches(events, chain, initial_positions, parameters, law_const
     avalanches = np.zeros((len(events), 7))
     n_slips, n_avalanches = _collect(
         events,
-        initial_positions,
-        parameters.rest_length,
-        parameters.belt_velocity,
+        state.time,
+        state.positions,
+        state.directions,
+        state.parameters.rest_length,
+        state.parameters.belt_velocity,
         law_constants,
         start,
         slips,
         avalanches,
     )
     return (
-        _records(slips[:n_slips], chain, SLIP),
-        _records(avalanches[:n_avalanches], chain, AVALANCHE),
+        _records(slips[:n_slips], point, SLIP),
+        _records(avalanches[:n_avalanches], point, AVALANCHE),
     )
 
 
-def _records(columns, chain, dtype):
+def _records(columns, point, dtype):
     records = np.zeros(len(columns), dtype=dtype)
-    records["chain"] = chain
+    records["point"] = point
     for name, column in zip(dtype.names[1:], columns.T, strict=True):
         records[name] = column
     return records
@@ -238,20 +251,31 @@ def _spring_energy(positions, rest_length, law):
 
 
 @allocating_kernel
-def _collect(events, initial, rest_length, belt_velocity, law, start, slips, avalanches):
-    n_blocks = len(initial)
-    stuck_at = np.zeros(n_blocks)  # time and place of the last stick
-    stuck_position = initial.copy()
+def _collect(
+    events,
+    initial_time,
+    initial_positions,
+    initial_directions,
+    rest_length,
+    belt_velocity,
+    law,
+    start,
+    slips,
+    avalanches,
+):
+    n_blocks = len(initial_positions)
+    stuck_at = np.full(n_blocks, initial_time)  # time and place of the last stick
+    stuck_position = initial_positions.copy()
     slip_time = np.full(n_blocks, np.nan)
     slip_position = np.zeros(n_blocks)
     slip_loss = np.zeros(n_blocks)
     slipped = np.zeros(n_blocks)
     positions = np.zeros(n_blocks)
-    moving = 0
+    moving = np.count_nonzero(initial_directions)
     n_slips = 0
     n_avalanches = 0
     count = 0
-    began = 0.0
+    began = -np.inf  # earlier than any start
     energy = 0.0
     loss = 0.0
     length = 0.0

@@ -1,4 +1,4 @@
-"""The page of the report on the two integrators: sentences and tables from the tables of a run."""
+"""What the report says of the two integrators: sentences and rows from the tables of a run."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +14,13 @@ PARTS = {
     "slips": "Slips and section points",
     "attractors": "Attractors and lifetimes without noise",
 }
+DATASETS = {
+    "trajectories": "pairs_paths_verlet",
+    "disorder": "pairs_r_verlet",
+    "slips": "pairs_slips_verlet",
+    "attractors": "pairs_states_verlet",
+}
+"""Dataset of the tested integrator in each part, whose lengths the other one shares."""
 SHOWN = (agreement.DISORDER, agreement.STILL_STICKING, agreement.FINAL_DISORDER)
 
 
@@ -36,7 +43,8 @@ def describe(tables: Tables, settings: dict) -> dict:
         pd.read_csv(path)
         for path in (tables.comparisons, tables.families, tables.partings, tables.convergence)
     )
-    methods, base = settings["agreement"]["methods"], settings["numerics"]["time_step"]
+    methods = {role: comparisons[role].iloc[0] for role in ("tested", "reference")}
+    base = settings["defaults"]["time_step"]
     sentences = {
         "trajectories": _on_trajectories(partings, convergence, methods, base),
         "disorder": [_on_family(row) for row in _records(families, "disorder")],
@@ -58,7 +66,7 @@ def describe(tables: Tables, settings: dict) -> dict:
         "parts": [
             {
                 "title": title,
-                "lengths": _lengths(settings["agreement"][part]),
+                "lengths": _lengths(settings["datasets"][DATASETS[part]]),
                 "sentences": sentences[part],
             }
             for part, title in PARTS.items()
@@ -203,7 +211,7 @@ def _on_steps(comparisons) -> list[str]:
     ]
     if len(counted) < 2:
         return []
-    return [f"Ensembles whose final r agrees with the reference: {', '.join(counted)}."]
+    return [f"Points whose final r agrees with the reference: {', '.join(counted)}."]
 
 
 def _conclusion(rows) -> str:
@@ -213,7 +221,7 @@ def _conclusion(rows) -> str:
     differ = rows[rows["verdict"] == samples.DIFFER]
     if differ.empty:
         return (
-            "So no ensemble without noise shows a significant difference of 1 % or more: in "
+            "So no point without noise shows a significant difference of 1 % or more: in "
             "samples of this size nothing speaks against the last sentence of the Appendix, that "
             "the numerical method matters little."
         )
@@ -225,7 +233,7 @@ def _conclusion(rows) -> str:
     )
     return (
         f"So without noise the last sentence of the Appendix, that the numerical method matters "
-        f"little, does not hold in {len(differ)} of {len(rows)} ensembles: r at the end depends on "
+        f"little, does not hold at {len(differ)} of {len(rows)} points: r at the end depends on "
         f"the integrator, {where}."
     )
 
@@ -293,11 +301,12 @@ def _conditions(row) -> str:
 
 def _lengths(part) -> str:
     words = [f"t = {part['duration']:g}"]
-    if "transient" in part:
+    if part.get("transient"):
         words.append(f"of which {part['transient']:g} discarded")
     if "settle_time" in part:
         words.append(f"the last {part['settle_time']:g} for the state reached")
-    return ", ".join([*words, f"{part['n_runs']} runs at each point by each integrator"])
+    runs = len(part["replicate"])
+    return ", ".join([*words, f"{runs} runs at each point by each integrator"])
 
 
 def _records(table, part) -> list[dict]:

@@ -1,0 +1,201 @@
+"""Files of datasets: what they say of themselves, how batches are joined, what readers check."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+
+import numpy as np
+
+from beltrepro import provenance, store
+from beltrepro.datasets.kinds import KINDS, POINT
+from beltrepro.datasets.quantities import CHAIN, QUANTITIES
+from beltrepro.errors import InputError
+from beltrepro.model import ChainParameters
+
+IDENTITY = ("dataset", "kind", "preset", "run")
+
+
+def write(
+    path, told: dict, arrays: dict[str, np.ndarray], origin: dict[str, str] | None = None
+) -> None:
+    """Write arrays with what they are.
+
+    Parameters
+    ----------
+    path : path-like
+        The HDF5 file.
+    told : dict
+        What the file holds: `Plan.told` or `Plan.told_batch`.
+    arrays : dict
+        By name, as the kind lists them.
+    origin : dict, optional
+        What made them; this process if not given.
+    """
+    known = KINDS[told["kind"]].arrays
+    about = {name: known[name].attributes() for name in arrays}
+    attributes = _attributes(told, arrays, origin or provenance.origin())
+    store.write(path, arrays, attributes, about)
+
+
+def _attributes(told, arrays, origin) -> dict:
+    """What a file is, what made it, its settings, and the quantities with a single value."""
+    single = {
+        name: arrays[name][0].item()
+        for name in QUANTITIES
+        if len(arrays[name]) and np.all(arrays[name] == arrays[name][0])
+    }
+    settings = {name: value for name, value in told["settings"].items() if value is not None}
+    settings |= {name: ", ".join(value) for name, value in settings.items() if _is_list(value)}
+    return {
+        **{name: told[name] for name in IDENTITY},
+        "digest": digest(told),
+        "config": json.dumps(told, sort_keys=True),
+        **origin,
+        **settings,
+        "method": _methods(arrays),
+        **single,
+    }
+
+
+def digest(told: dict) -> str:
+    """Short text that differs for files that were told different things."""
+    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def expected(told: dict) -> dict:
+    """What `read` compares with a file: small, to be a parameter of a rule."""
+    return {name: told[name] for name in IDENTITY} | {"digest": digest(told)}
+
+
+def read(path, expected: dict) -> store.Dataset:
+    """Read a file and check that it holds what is asked for.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    expected : dict
+        As `expected` makes it from what the job of the file is told.
+
+    Returns
+    -------
+    store.Dataset
+        Arrays and attributes.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or holds something else; the line has the command that repairs.
+    """
+    repair = f"rm {path} && snakemake --cores 2 --config preset={expected['preset']}"
+    if expected["run"] != expected["preset"]:
+        repair += f" run={expected['run']}"
+    try:
+        found = store.read(path)
+    except InputError as error:
+        raise InputError(f"{error}; to make it again: {repair}") from None
+    if found.attributes.get("digest") != expected["digest"]:
+        asked = _identity(expected)
+        held = _identity(found.attributes)
+        held = f"{held} with other settings" if held == asked else held
+        raise InputError(f"{path}: holds {held}, expected {asked}; to make it again: {repair}")
+    return found
+
+
+def join(parts: Sequence[store.Dataset], kind: str) -> dict[str, np.ndarray]:
+    """Arrays of a whole dataset from those of its batches, in their order.
+
+    Arrays are joined along the axis of points; of records, `point` counts on. Further axes of
+    different lengths are filled up, with NaN or 0. Arrays without points must agree.
+    """
+    known = KINDS[kind].arrays
+    counts = [len(part.arrays["n_blocks"]) for part in parts]
+    first = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    arrays = {}
+    for name in parts[0].arrays:
+        pieces = [part.arrays[name] for part in parts]
+        if known[name].fields:
+            pieces = [_shifted(piece, by) for piece, by in zip(pieces, first, strict=True)]
+        elif POINT not in known[name].dimensions:
+            if not all(np.allclose(piece, pieces[0]) for piece in pieces):
+                raise InputError(f"the batches differ in {name}")
+            pieces = pieces[:1]
+        arrays[name] = np.concatenate(_alike(pieces))
+    return arrays
+
+
+def single_run(series: store.Dataset) -> store.Dataset:
+    """A series of one point as that run: its arrays without the axis of points."""
+    known = KINDS["series"].arrays
+    arrays = {}
+    for name, values in series.arrays.items():
+        if known[name].fields:
+            arrays[name] = values[[field for field in values.dtype.names if field != POINT]]
+        else:
+            arrays[name] = values[0] if POINT in known[name].dimensions else values
+    return store.Dataset(arrays, series.attributes)
+
+
+def is_single_run(dataset: store.Dataset) -> bool:
+    """Whether a dataset is a series of one point."""
+    return dataset.attributes["kind"] == "series" and len(dataset.arrays["n_blocks"]) == 1
+
+
+def chain(dataset: store.Dataset) -> ChainParameters:
+    """The chain of a dataset in which all points have the same one."""
+    return ChainParameters(**{name: dataset.attributes[name] for name in CHAIN})
+
+
+def _identity(attributes) -> str:
+    words = "dataset {dataset} ({kind}) of preset {preset}, run {run}"
+    return words.format(**{name: attributes.get(name, "unknown") for name in IDENTITY})
+
+
+def _methods(arrays) -> str:
+    """The methods of the points in words."""
+    without, with_noise = (
+        ", ".join(np.unique(arrays["method"][chosen]))
+        for chosen in (arrays["noise"] == 0, arrays["noise"] > 0)
+    )
+    if not (without and with_noise) or without == with_noise:
+        return without or with_noise
+    return f"{without} (sigma = 0), {with_noise} (sigma > 0)"
+
+
+def _is_list(value) -> bool:
+    return isinstance(value, list | tuple)
+
+
+def _shifted(records, by):
+    moved = records.copy()
+    moved[POINT] += by
+    return moved
+
+
+def _alike(pieces):
+    """The pieces with all axes but the first as long as the longest, of records each field."""
+    if pieces[0].dtype.names:
+        widest = [
+            (name, max((piece.dtype[name] for piece in pieces), key=lambda one: one.itemsize))
+            for name in pieces[0].dtype.names
+        ]
+        return [_with_fields(piece, np.dtype(widest)) for piece in pieces]
+    shape = np.max([piece.shape[1:] for piece in pieces], axis=0).astype(int)
+    return [_filled(piece, (len(piece), *shape)) for piece in pieces]
+
+
+def _with_fields(records, dtype):
+    if records.dtype == dtype:
+        return records
+    wide = np.empty(len(records), dtype)
+    for name in dtype.names:
+        wide[name] = _filled(records[name], wide[name].shape)
+    return wide
+
+
+def _filled(values, shape):
+    if values.shape == tuple(shape):
+        return values
+    whole = np.full(shape, np.nan if values.dtype.kind == "f" else 0, values.dtype)
+    whole[tuple(slice(length) for length in values.shape)] = values
+    return whole

@@ -1,0 +1,41 @@
+"""Where the section lies at which v_N is recorded (Fig. 12), for any chain."""
+
+import numpy as np
+
+from beltrepro.model.parameters import ChainParameters
+from beltrepro.model.spring import spring_extension
+
+PAPER_BLOCKS = 5
+PAPER_POSITION = 615.0  # of the last of five blocks (Sec. IV.A, Fig. 12)
+_DIGITS = 1
+
+
+def section_position(parameters: ChainParameters) -> float:
+    """Position of x_N at which v_N is recorded when x_N falls through it.
+
+    The paper gives 615 for five blocks, 0.998 of the length at which the springs balance the
+    kinetic friction of all blocks. For other chains the same share of that length is taken.
+
+    Parameters
+    ----------
+    parameters : ChainParameters
+        The chain; its belt velocity and noise do not matter.
+
+    Returns
+    -------
+    float
+        Position from the wall, model length, to one digit after the point.
+    """
+    paper = ChainParameters(n_blocks=PAPER_BLOCKS, belt_velocity=1.0)
+    share = PAPER_POSITION / balance_length(paper)
+    return round(share * balance_length(parameters), _DIGITS)
+
+
+def balance_length(parameters: ChainParameters) -> float:
+    """Length of the chain (model length) whose springs balance the kinetic friction of all blocks.
+
+    Spring i pulls blocks i to N, so it carries N - i + 1 times the mean kinetic friction.
+    """
+    kinetic = parameters.static_friction * parameters.friction_ratio
+    tension = kinetic * np.arange(parameters.n_blocks, 0, -1)
+    return float(np.sum(parameters.rest_length + spring_extension(tension, parameters)))

@@ -1,0 +1,241 @@
+"""The chains of a call as values, and which of them advance together."""
+
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from beltrepro import checks
+from beltrepro.engine.integrator import GROUP_SIZE, Integrator, Sampling, Section
+from beltrepro.engine.noise import stream_key
+from beltrepro.engine.state import ChainState
+from beltrepro.errors import InputError
+from beltrepro.model import ChainParameters
+from beltrepro.simulation import arguments
+from beltrepro.simulation.methods import METHODS
+
+Progress = Callable[[float], None]
+
+DEFAULT_SEED = 1
+_INITIAL_POSITIONS = 1  # purpose of a random stream: initial positions, not friction
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """One chain to simulate: from which state, by what means.
+
+    tolerance : as asked for; None for the method's own.
+    """
+
+    state: ChainState
+    method: str
+    time_step: float
+    tolerance: float | None
+
+    @property
+    def parameters(self) -> ChainParameters:
+        """The chain."""
+        return self.state.parameters
+
+    @property
+    def kind(self) -> tuple:
+        """What chains have in common that advance together.
+
+        An integrator may treat chains without noise in another way, and what a chain does must not
+        depend on the others.
+        """
+        chain = self.parameters
+        numerics = self.method, self.time_step, self.tolerance
+        return chain.n_blocks, chain.law, chain.noise > 0, self.state.time, *numerics
+
+    @property
+    def identity(self) -> tuple:
+        """What decides all numbers of a run: points that agree in it give the same run."""
+        state = self.state
+        arrays = [state.displacements, state.relative_velocities, state.directions]
+        if self.parameters.noise > 0:
+            arrays += [state.thresholds, state.stream]
+        return self.parameters, self.kind, *(array.tobytes() for array in arrays)
+
+
+def points(
+    parameters,
+    *,
+    method,
+    time_step,
+    tolerance,
+    seed,
+    replicate,
+    initial_positions,
+    initial_spread,
+    initial_state,
+) -> list[Point]:
+    """Check what a call is told about its chains; one point for each.
+
+    Warns in one line when two of them are the same in all that decides their numbers.
+    """
+    chains = arguments.chains_of(parameters)
+    if isinstance(parameters, ChainParameters) and initial_positions is not None:
+        initial_positions = [initial_positions]
+    columns = {
+        "method": (method, arguments.method_name),
+        "time_step": (time_step, arguments.step),
+        "tolerance": (tolerance, arguments.tolerance),
+        "seed": (seed, arguments.optional_key),
+        "replicate": (replicate, arguments.optional_key),
+        "initial_spread": (initial_spread, checks.not_negative),
+        "initial_state": (initial_state, arguments.optional_state),
+    }
+    checked = {
+        name: arguments.for_each(name, value, len(chains), check)
+        for name, (value, check) in columns.items()
+    }
+    checked["initial_positions"] = _positions(initial_positions, chains)
+    rows = zip(chains, *checked.values(), strict=True)
+    found = [_point(chain, **dict(zip(checked, row, strict=True))) for chain, *row in rows]
+    _warn_of_repeats(found)
+    return found
+
+
+def _point(chain: ChainParameters, *, method, time_step, tolerance, **start) -> Point:
+    arguments.method_has_tolerance(method, tolerance)
+    if start["initial_state"] is None:
+        state = _fresh_state(chain, **start)
+    else:
+        state = _later_state(chain, **start)
+    if method == "verlet":
+        arguments.whole_steps("initial_state at t", state.time, time_step)
+    return Point(state, method, time_step, tolerance)
+
+
+def _fresh_state(
+    chain, *, seed, replicate, initial_positions, initial_spread, initial_state
+) -> ChainState:
+    """All blocks stuck, at the positions given or with undeformed springs.
+
+    Replicates other than 0 have normal deviates of standard deviation `initial_spread` added to
+    them, which follow from chain, seed and replicate.
+    """
+    seed = DEFAULT_SEED if seed is None else seed
+    replicate = replicate or 0
+    positions = chain.rest_positions if initial_positions is None else initial_positions
+    if replicate != 0 and initial_spread != 0:
+        key = stream_key(chain, seed, replicate, _INITIAL_POSITIONS)
+        deviates = np.random.default_rng(key).standard_normal(chain.n_blocks)
+        positions = positions + initial_spread * deviates
+        if not np.all(np.diff(positions, prepend=0.0) > 0):
+            raise InputError(
+                f"initial_spread = {initial_spread:g}: "
+                f"blocks of replicate {replicate} would begin on the wrong side of each other"
+            )
+    return ChainState.at_rest(chain, positions, seed=seed, replicate=replicate)
+
+
+def _later_state(
+    chain, *, seed, replicate, initial_positions, initial_spread, initial_state
+) -> ChainState:
+    """The state given, as one of the chain; its random stream goes on unless told otherwise."""
+    if initial_positions is not None or initial_spread != 0:
+        name = "initial_spread" if initial_positions is None else "initial_positions"
+        raise InputError(f"{name}: not together with initial_state, see ChainState.moved")
+    state = initial_state.under(chain)
+    return state.keyed(
+        state.seed if seed is None else seed,
+        state.replicate if replicate is None else replicate,
+    )
+
+
+def _positions(given, chains) -> list[np.ndarray | None]:
+    """Positions (N,) of the blocks of each chain, or None."""
+    if given is None:
+        return [None] * len(chains)
+    starts = list(given) if isinstance(given, Iterable) else [given]
+    if len(starts) != len(chains):
+        raise InputError(
+            f"initial_positions of length {len(starts)}: "
+            f"one array for each of {len(chains)} chains is needed"
+        )
+    return [
+        checks.positions("initial_positions", start, chain.n_blocks)
+        for chain, start in zip(chains, starts, strict=True)
+    ]
+
+
+def _warn_of_repeats(found: Sequence[Point]) -> None:
+    repeated = len(found) - len({point.identity for point in found})
+    if repeated:
+        noise = any(point.parameters.noise > 0 for point in found)
+        advice = "" if noise else " and an initial_spread"
+        warnings.warn(
+            f"{repeated} of {len(found)} chains repeat another bit by bit; for runs that differ "
+            f"give them other replicates: replicate=range({len(found)}){advice}",
+            stacklevel=4,
+        )
+
+
+def groups(
+    points: Sequence[Point], progress: Progress | None
+) -> Iterator[tuple[np.ndarray, Progress]]:
+    """Indices of the points that advance together, at most GROUP_SIZE, and how to report.
+
+    progress : called with the fraction done of all groups, or None.
+    """
+    alike: dict = {}
+    for index, point in enumerate(points):
+        alike.setdefault(point.kind, []).append(index)
+    found = [
+        np.array(members[first : first + GROUP_SIZE])
+        for members in alike.values()
+        for first in range(0, len(members), GROUP_SIZE)
+    ]
+    sizes = [points[group[0]].parameters.n_blocks * len(group) for group in found]
+    before = np.concatenate([[0.0], np.cumsum(sizes)]) / sum(sizes)
+    for number, group in enumerate(found):
+
+        def report(fraction, low=before[number], high=before[number + 1]):
+            if progress is not None:
+                progress(low + (high - low) * fraction)
+
+        yield group, report
+
+
+def integrator_of(
+    members: Sequence[Point],
+    *,
+    sampling: Sampling,
+    sampled_blocks: int,
+    section: Section | None = None,
+) -> Integrator:
+    """The integrator that advances a group of points."""
+    first = members[0]
+    accuracy = {}
+    if first.tolerance is not None:
+        accuracy = {"tolerance": first.tolerance, "noise_share": 0.0}  # as asked, noise or not
+    return METHODS[first.method](
+        [point.state for point in members],
+        time_step=first.time_step,
+        sampling=sampling,
+        sampled_blocks=sampled_blocks,
+        section=section,
+        **accuracy,
+    )
+
+
+def observe(integrator: Integrator, duration: float, observers: Sequence, report: Progress) -> None:
+    """Advance a group by `duration`, and show every chunk of it to the observers."""
+    start = integrator.time
+    for chunk in integrator.advance(start + duration):
+        for observer in observers:
+            observer.observe(chunk)
+        report((chunk.end - start) / duration)
+
+
+def slipping_since(members: Sequence[Point]) -> np.ndarray:
+    """When the slip of the last block (W,) began that goes on in the initial states, if it does.
+
+    That of the state, since no more is known; NaN for a stuck block.
+    """
+    return np.array(
+        [point.state.time if point.state.directions[-1] else np.nan for point in members]
+    )

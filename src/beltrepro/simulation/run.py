@@ -1,0 +1,138 @@
+"""One simulated chain as a value: what made it and what it did."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from beltrepro.engine.state import ChainState, equal_fields
+from beltrepro.model import ChainParameters
+
+EVENT = np.dtype(
+    [
+        ("time", "f8"),
+        ("block", "i8"),
+        ("kind", "U5"),
+        ("force", "f8"),
+        ("position", "f8"),
+        ("dissipated", "f8"),
+    ]
+)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Run:
+    """One simulated chain, in model units.
+
+    Parameters
+    ----------
+    parameters : ChainParameters
+        The chain.
+    method : str
+        "verlet" or "event".
+    duration, transient : float
+        Time simulated, and the first part of it that r and <x_N> leave out.
+    time_step : float
+        dt of the scheme; for "event" it sets the strength of the noise.
+    tolerance : float or None
+        Truncation allowed in a step, unit of force (the method's own may be larger with noise);
+        None for a method without one.
+    seed, replicate : int
+        With the parameters they fix all random numbers.
+    sample_interval : float or None
+        Time between samples; None if none were kept.
+    sample_start : float
+        The first part of the run that has no samples.
+    initial_state, final_state : ChainState
+        Where the run began and ended; a run can begin at either.
+    version : str
+        Of the package that made the run.
+    disorder_parameter, mean_length : float
+        r and <x_N> after the transient (Eq. 4).
+    energy_residual : float
+        Share of the belt's work that the energy audit does not account for.
+    time : array (T,)
+        Instants of the samples, counted like those of the states.
+    positions, velocities, friction : array (T, N)
+        Samples in the laboratory frame; friction is the friction force on each block (while stuck
+        minus the external force).
+    events : structured array (E,)
+        time; block, from 1; kind, "slip" or "stick"; force, the external force F_ex there;
+        position; dissipated, the friction loss of that block since the energy audit began (see
+        `ChainState`). A block that reverses without sticking has a stick and a slip at one time.
+    """
+
+    parameters: ChainParameters
+    method: str
+    duration: float
+    transient: float
+    time_step: float
+    tolerance: float | None
+    seed: int
+    replicate: int
+    sample_interval: float | None
+    sample_start: float
+    initial_state: ChainState
+    final_state: ChainState
+    version: str
+    disorder_parameter: float
+    mean_length: float
+    energy_residual: float
+    time: np.ndarray
+    positions: np.ndarray
+    velocities: np.ndarray
+    friction: np.ndarray
+    events: np.ndarray
+
+    def __repr__(self) -> str:
+        start, end = self.initial_state.time, self.final_state.time
+        return (
+            f"Run({self.parameters.describe()}, {self.method}, t={start:g} to {end:g}: "
+            f"r={self.disorder_parameter:.6g}, <x_N>={self.mean_length:.6g}, "
+            f"{len(self.time)} samples, {len(self.events)} events)"
+        )
+
+    def __eq__(self, other) -> bool:
+        """Whether all numbers are the same bit by bit; NaN equals NaN."""
+        if not isinstance(other, Run):
+            return NotImplemented
+        return equal_fields(self, other)
+
+    __hash__ = None
+
+    def save(self, path: str | Path) -> None:
+        """Write the run to an HDF5 file, from which `load` makes an equal one.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file; it appears under its name when it is complete.
+        """
+        from beltrepro.simulation.files import save_run
+
+        save_run(path, self)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Run:
+        """Read a run that `save` wrote.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+
+        Returns
+        -------
+        Run
+            Equal to the one that was saved.
+
+        Raises
+        ------
+        InputError
+            The file is missing, damaged, or holds something else.
+        """
+        from beltrepro.simulation.files import load_run
+
+        return load_run(path)

@@ -1,0 +1,952 @@
+"""What each figure plots: the right rows, in the right panel, under the right words.
+
+Every number in the datasets made up here tells where it belongs: r of a point is a formula of the
+dataset, N, u and sigma, which differs between any two points. What a figure must show is written
+down from the formulas, without the functions that cut rows out of files.
+"""
+
+import dataclasses
+import importlib
+import itertools
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+import naive
+from beltrepro.analysis import (
+    avalanches,
+    divergence,
+    intermittency,
+    samples,
+    spectra,
+    transitions,
+)
+from beltrepro.analysis.steps import FORCE_ORDER
+from beltrepro.figures import panels, registry, style
+from beltrepro.figures.content import content
+from beltrepro.model import ChainParameters
+from beltrepro.store import Dataset
+
+FIGURES = registry.entries()
+HOW = {
+    "preset": "smoke",
+    "method": "verlet",
+    "time_step": 0.001,
+    "duration": 2000.0,
+    "transient": 500.0,
+    "seed": 1,
+    "code_version": "0.0+gabc",
+}
+RNG = np.random.default_rng(3)
+
+U = np.arange(2.0, 50, 3)
+LEVELS = (0.0, 0.25, 0.5, 1.0, 2.2, 5.0, 10.0)
+SIZES = (2, 3, 4, 6, 7, 10)
+CROSSINGS = 12
+# The points of each scan: sizes, belt velocities, noises. The last five are drawn over others.
+SCANS = {
+    "n5_rows": ((4, 5), U, LEVELS),
+    "n5_map": ((4, 5), U, np.arange(0.0, 10.1, 2.5)),
+    "n5_u7": ((5, 6), (6.0, 7.0, 8.0), np.arange(0.0, 2.1, 0.25)),
+    "n5_columns": ((5, 6), (20.0, 30.0, 40.0), np.arange(0.0, 10.1, 2)),
+    "size_rows": (SIZES, U, (0.0, 1.0, 5.0)),
+    "size_columns": ((5, 7, 10), (18.0, 32.0), np.arange(0.0, 10.1, 2)),
+    "n5_rows_check": ((5, 6), U[::2], (0.0, 1.0)),
+    "size_rows_check": ((2, 6), U[::2], (0.0, 1.0)),
+    "n5_columns_check": ((5,), (20.0, 40.0), np.arange(0.0, 10.1, 5)),
+    "size_columns_check": ((5, 7), (18.0,), np.arange(0.0, 10.1, 5)),
+}
+
+
+# --- datasets whose numbers tell where they belong ------------------------------------------------
+
+
+def r(name, n, u, s):
+    """Disorder parameter of a point; falls beyond u = 15 + 2 * sigma + N and rises with sigma."""
+    high = u < 15 + 2 * s + n if name != "n5_u7" else s > 0.9
+    return (0.12 if high else 0.03) + 1e-4 * u + 2e-5 * s + 7e-7 * n + 1e-8 * _tag(name)
+
+
+def crossings(name, n, u, s):
+    """Velocities at the section of a point; the last two are missing."""
+    values = -0.3 * u - 1e-2 * n - 0.5 * s - 1e-3 * _tag(name) - 0.011 * np.arange(CROSSINGS)
+    values[-2:] = np.nan
+    return values
+
+
+def section_position(n):
+    return 111.0 * n
+
+
+def _tag(name):
+    return list(SCANS).index(name) + 1
+
+
+def scan(name):
+    """Three replicates of every point, r with a known median, rows in no order."""
+    sizes, velocities, noises = SCANS[name]
+    grid = [(n, u, s, k) for n in sizes for u in velocities for s in noises for k in range(3)]
+    grid = [grid[index] for index in RNG.permutation(len(grid))]
+    n, u, s, replicate = (np.array(column) for column in zip(*grid, strict=True))
+    scatter = np.array([-2e-3, 0.0, 9e-3])[replicate]
+    share, count = laminar(u, s)
+    arrays = {
+        "n_blocks": n.astype(int),
+        "belt_velocity": u,
+        "noise": s,
+        "replicate": replicate,
+        "disorder_parameter": np.array([r(name, *point[:3]) for point in grid]) + scatter,
+        "section_position": section_position(n),
+        "section_velocity": np.array([crossings(name, *point[:3]) for point in grid]),
+        "laminar_fraction": share,
+        "laminar_count": count,
+    }
+    method = "event" if name.endswith(panels.CHECK) else "verlet"
+    return Dataset(arrays, HOW | {"kind": "scan", "method": method})
+
+
+def laminar(u, s):
+    """Share of laminar phases and their number: intermittent from 14 + sigma to 26 + 2 sigma."""
+    inside = (s > 1) & (u > 14 + s) & (u < 26 + 2 * s)
+    return np.where(inside, 0.5, 0.99), np.where(inside, 9, 1)
+
+
+def series(
+    n_blocks, belt_velocity, noise, *, length=2000, interval=2.0, transient=500.0, start=0.0
+):
+    """Samples without any pattern, all different; blocks stick at every tenth one."""
+    rng = np.random.default_rng(int(10 * belt_velocity))
+    time = start + interval * np.arange(length)
+    velocities = belt_velocity - rng.uniform(1, 50, (length, n_blocks))
+    velocities[::10] = belt_velocity
+    positions = 60.0 * np.arange(1, n_blocks + 1) + rng.uniform(0, 20, (length, n_blocks))
+    arrays = {"time": time, "positions": positions, "velocities": velocities}
+    chain = {"n_blocks": n_blocks, "belt_velocity": belt_velocity, "noise": noise}
+    return Dataset(arrays, HOW | chain | {"kind": "series", "transient": transient})
+
+
+def friction_event():
+    """Block 5 of 5 sticks from 20 to 23, slips to 25, sticks again; others move at other times."""
+    data = series(5, 1.0, 1.0, length=3000, interval=0.01)
+    fields = [("time", "f8"), ("block", "i8"), ("kind", "U5")]
+    events = [(2, 4, "slip"), (5, 5, "stick"), (9, 5, "slip"), (12, 4, "stick"), (14, 5, "stick")]
+    friction = np.random.default_rng(9).uniform(-70, 70, data.arrays["positions"].shape)
+    law = {
+        "static_friction": 80.0,
+        "friction_ratio": 0.4,
+        "rest_length": 55.0,
+        "linear_limit": 18.0,
+        "compression_rate": 0.21,
+        "extension_rate": 0.012,
+    }
+    arrays = data.arrays | {"events": np.array(events, fields), "friction": friction}
+    return Dataset(arrays, data.attributes | law)
+
+
+def slips_u1(points=900):
+    """Slips of blocks 4 and 5 in two chains; avalanches that reach the last block and others."""
+    rng = np.random.default_rng(8)
+    fields = [("point", "i4"), ("block", "i4"), ("start_time", "f8"), ("stop_time", "f8"),
+              ("start_position", "f8"), ("stop_position", "f8"), ("dissipated", "f8")]  # fmt: skip
+    count = 1200
+    slips = np.zeros(count, fields)
+    slips["point"], slips["block"] = np.arange(count) % 2, 4 + (np.arange(count) // 2) % 2
+    slips["start_time"] = 100.0 * np.arange(count)
+    slips["stop_time"] = slips["start_time"] + rng.uniform(1, 9, count)
+    slips["stop_position"] = rng.uniform(-5, 5, count)
+    slips["start_position"] = slips["stop_position"] + 10 * (1 - 0.99 * rng.random(count)) ** -0.8
+    slips["dissipated"] = 3 * (1 - 0.99 * rng.random(count)) ** -0.7
+    fields = [("point", "i4"), ("start_time", "f8"), ("stop_time", "f8"), ("dissipated", "f8")]
+    events = np.zeros(count, fields)
+    for name in ("point", "start_time", "stop_time"):
+        events[name] = slips[name]
+    events["dissipated"] = 7 * (1 - 0.99 * rng.random(count)) ** -0.7
+    fields = [("point", "i4"), ("positions", "f8", 5), ("velocities", "f8", 5)]
+    section = np.zeros(points, fields)
+    section["positions"] = 300 + rng.uniform(0, 90, (points, 5))
+    section["velocities"] = 1.5 - rng.uniform(0, 40, (points, 5))
+    section["velocities"][::7] = 1.5
+    chain = {"n_blocks": 5, "belt_velocity": 1.5, "noise": 0.0}
+    where = {"section_block": 3, "section_position": 271.5}
+    arrays = {"slips": slips, "avalanches": events, "section": section}
+    return Dataset(arrays, HOW | chain | where | {"kind": "catalogue"})
+
+
+def lifetimes():
+    """At u = 18, 24 and 30 four, five and two of six runs escape."""
+    u = np.tile([18.0, 24.0, 30.0], 6)
+    escaped = np.array([[1, 1, 1], [1, 1, 1], [1, 1, 0], [1, 1, 0], [0, 1, 0], [0, 0, 0]], bool)
+    life = 100.0 + 10 * np.arange(18) + u
+    arrays = {"belt_velocity": u, "lifetime": life, "escaped": escaped.ravel()}
+    return Dataset(arrays, HOW | {"kind": "escapes", "n_blocks": 5, "noise": 0.0})
+
+
+DATASETS = {name: scan(name) for name in SCANS} | {
+    "friction_event": friction_event(),
+    "u1": series(5, 1.0, 0.0),
+    "u20": series(5, 20.0, 0.0, transient=0.0),
+    "u17": series(5, 17.5, 2.2, length=8000),
+    "n10_u28": series(10, 28.0, 0.0, length=7000),
+    "n10_u31": series(10, 31.0, 0.0, length=7000),
+    "n10_u34": series(10, 34.0, 0.0, length=7000),
+    "n10_u38": series(10, 38.0, 0.0, length=7000),
+    "slips_u1": slips_u1(),
+    "lifetimes": lifetimes(),
+}
+
+
+def shown(name, *, also=(), **changed):
+    """Panels of a figure, drawn from all that it uses."""
+    names = (*FIGURES[name].uses, *also)
+    data = {used: DATASETS[used] for used in names if used not in changed} | changed
+    module = importlib.import_module(f"beltrepro.figures.{name}")
+    return content(module.draw(data, "small print"))
+
+
+# --- what a panel must show -----------------------------------------------------------------------
+
+
+def points(curve):
+    return np.column_stack([curve.x, curve.y])
+
+
+def same(curve, x, y, *, label="", index=None, colour=None, marker=None, rtol=1e-12):
+    """A curve with these points, and this label, style number, colour or marker."""
+    np.testing.assert_allclose(curve.x, x, rtol=rtol)
+    np.testing.assert_allclose(curve.y, y, rtol=rtol)
+    assert curve.label == label
+    if index is not None:
+        colour = colour or style.COLOURS[index % len(style.COLOURS)]
+    assert colour is None or curve.colour == colour
+    assert marker is None or curve.marker == marker
+
+
+def axes_are(panel, xlabel, ylabel, *, scales=("linear", "linear")):
+    assert (panel.xlabel, panel.ylabel) == (xlabel, ylabel)
+    assert (panel.xscale, panel.yscale) == scales
+
+
+def row_of(name, n, s):
+    """(u, r) of a row, from the formula."""
+    velocities = SCANS[name][1]
+    return velocities, [r(name, n, u, s) for u in velocities]
+
+
+def column_of(name, n, u):
+    noises = SCANS[name][2]
+    return noises, [r(name, n, u, s) for s in noises]
+
+
+def is_diagram(curve, name, n, s):
+    """A dot for each crossing of a row: right u, right velocities, three replicates of each."""
+    expected = sorted((u, v) for u in SCANS[name][1] for v in crossings(name, n, u, s)[:-2])
+    found = points(curve)
+    found = found[np.lexsort((found[:, 1], found[:, 0]))]
+    np.testing.assert_allclose(found, np.repeat(expected, 3, axis=0), rtol=1e-12)
+    assert not curve.line
+
+
+# --- every figure ---------------------------------------------------------------------------------
+
+IN_WORDS = {"Two": 2, "Three": 3, "Four": 4, "Six": 6}
+
+
+def alt_fits(name, figure):
+    """The alternative text counts the panels that there are, and speaks of insets if there are."""
+    alt = FIGURES[name].alt
+    first = alt.split()[0]
+    assert not re.search(r"\d+ (panels|diagrams|maps|curves)", alt)
+    assert IN_WORDS.get(first, len(figure.panels)) == len(figure.panels)
+    insets = any(panel.insets for panel in figure.panels)
+    assert insets == ("inset" in alt or "enlarged" in alt)
+
+
+@pytest.mark.parametrize("name", [name for name, entry in FIGURES.items() if entry.number])
+def test_alternative_text_fits(name):
+    alt_fits(name, shown(name))
+
+
+@pytest.mark.parametrize("name", [name for name, entry in FIGURES.items() if entry.number])
+def test_small_print_is_at_the_foot(name):
+    assert shown(name).caption == "small print"
+
+
+# --- drawings of the model ------------------------------------------------------------------------
+
+
+def test_fig01_draws_five_blocks_joined_by_springs():
+    (panel,) = shown("fig01").panels
+    assert sorted(panel.texts) == sorted(["$k$", *["$m$"] * 5, "$u$", "$x_N$"])
+    springs = [curve for curve in panel.curves if curve.colour == style.BLUE]
+    assert len(springs) == 5
+    ends = [(spring.x[0], spring.x[-1]) for spring in springs]
+    assert ends[0][0] == 0 and all(a[1] < b[0] for a, b in itertools.pairwise(ends))
+    belt, measure = panel.arrows
+    assert belt[1][0] > belt[0][0] > ends[-1][1]  # away from the wall
+    assert measure[0][0] == 0 and ends[-1][1] < measure[1][0] < belt[0][0]
+
+
+def test_fig06_is_the_force_of_the_spring():
+    (panel,) = shown("fig06").panels
+    axes_are(panel, r"$\Delta l$", "$F_e$")
+    ideal, model, joins = panel.curves
+    same(ideal, model.x, -model.x, label=r"ideal spring, $-\Delta l$")
+    assert (ideal.line, ideal.x[0], ideal.x[-1]) == ("--", -36, 100)
+    same(model, ideal.x, [naive.spring_force(x) for x in model.x], label="spring of the model")
+    same(joins, [-20, 20], [20, -20])
+    assert panel.spans == (("x", -20, 20),)
+    assert panel.legend == (ideal.label, model.label)
+    assert set(panel.texts) == {"linear", "$b_1 = 0.2$", "$b_2 = 0.01$"}
+    assert panel.xlim == (-36, 100) and panel.ylim[0] < min(model.y[model.x > -30])
+
+
+# --- series ---------------------------------------------------------------------------------------
+
+
+def test_fig07_is_the_friction_of_one_event_of_the_last_block():
+    (panel,) = shown("fig07").panels
+    axes_are(panel, "$F_{ex}$", "$F_f$")
+    arrays = DATASETS["friction_event"].arrays
+    time, friction = arrays["time"], arrays["friction"][:, 4]
+    gap = arrays["positions"][:, 4] - arrays["positions"][:, 3]
+    external = np.array([naive.spring_force(dx - 55, 18, 0.21, 0.012) for dx in gap])
+    stuck, slips = (time > 5) & (time < 9), (time > 9) & (time < 14)
+    first, second = panel.curves
+    same(first, external[stuck], friction[stuck], label="stuck: $F_f = -F_{ex}$")
+    same(second, external[slips], friction[slips], label="slipping: $F_f = f_s F_{st}$")
+    assert panel.legend == (first.label, second.label, "sudden change")
+    assert panel.titles[2] == "block 5 of 5, slip at $t$ = 9.00"
+    assert panel.guides == (("y", 0), ("x", 0), ("y", 80), ("y", 0.4 * 80))
+    assert set(panel.texts) == {"$F_{st_0}$", "$f_s F_{st_0}$"}
+    kinetic = friction[slips].mean()
+    begin, end = external[slips][[0, -1]]
+    arrows = [(begin, friction[stuck][-1]), (begin, kinetic), (end, kinetic), (end, -end)]
+    np.testing.assert_allclose(np.reshape(panel.arrows, (4, 2)), arrows)
+
+
+def is_trace(panel, time, values, ylabel):
+    (curve,) = panel.curves
+    same(curve, time, values, marker="")
+    assert panel.ylabel == ylabel and panel.xlim == pytest.approx((time[0], time[-1]))
+
+
+def is_spectrum(inner, series, *, fit):
+    """Of x_N after the transient."""
+    axes_are(inner, r"$\nu$", r"$S(\nu)$", scales=("log", "log"))
+    time = series.arrays["time"]
+    after = time >= series.attributes["transient"]
+    interval = time[1] - time[0]
+    frequency, power = spectra.power_spectrum(series.arrays["positions"][after, -1], interval)
+    same(inner.curves[0], frequency, power)
+    assert len(inner.curves) == 1 + fit
+    if fit:
+        law = spectra.fit_power_law(frequency, power, low=0.003, high=0.3)
+        same(inner.curves[1], [law.low, law.high], law(np.array([law.low, law.high])))
+        for number in (f"{law.exponent:.2f}", f"{law.exponent_error:.2f}"):
+            assert number in inner.titles[1]
+        assert rf"\nu^{{{law.exponent / 2:.2f}}}" in inner.titles[1]
+
+
+def is_zoom(panel, inner, time, values, begin, end):
+    assert panel.spans == (("x", pytest.approx(begin), pytest.approx(end)),)
+    inside = (time >= begin) & (time <= end)
+    (curve,) = inner.curves
+    same(curve, time[inside], values[inside])
+    assert inner.xlim == pytest.approx((begin, end))
+
+
+def test_fig08_is_the_last_part_of_the_series_and_the_spectrum_of_all():
+    upper, lower = shown("fig08").panels
+    data = DATASETS["u1"]
+    last = data.arrays["time"] >= data.arrays["time"][-1] - 3000
+    time = data.arrays["time"][last]
+    position = data.arrays["positions"][last, 4]
+    relative = data.arrays["velocities"][last, 4] - 1.0
+    assert (upper.titles[0], lower.titles[0]) == ("a.", "b.")
+    is_trace(upper, time, position, "$x_N$")
+    is_spectrum(upper.insets[0], data, fit=True)
+    is_trace(lower, time, relative, "$v_{rN}$")
+    assert lower.xlabel == "$t$"
+    middle = time[np.argmin(relative)]
+    is_zoom(lower, lower.insets[0], time, relative, middle - 15, middle + 15)
+
+
+def test_fig11_ends_some_time_after_the_last_stick():
+    data = DATASETS["u20"]
+    arrays = {name: values.copy() for name, values in data.arrays.items()}
+    arrays["velocities"][1001:] -= 1.0  # the last stick is at sample 1000, t = 2000
+    upper, lower = shown("fig11", u20=Dataset(arrays, data.attributes)).panels
+    early = arrays["time"] <= 1.6 * 2000 + 60
+    time = arrays["time"][early]
+    position = arrays["positions"][early, 4]
+    relative = arrays["velocities"][early, 4] - 20.0
+    assert (upper.titles[0], lower.titles[0]) == ("a.", "b.")
+    assert upper.titles[2] == "last stick at $t$ = 2000"
+    is_trace(upper, time, position, "$x_N$")
+    is_trace(lower, time, relative, "$v_{rN}$")
+    assert lower.xlabel == "$t$"
+    for panel, values in ((upper, position), (lower, relative)):
+        is_zoom(panel, panel.insets[0], time, values, time[-1] - 60, time[-1])
+
+
+def test_fig11_says_when_the_last_block_sticks_to_the_end():
+    upper, _ = shown("fig11").panels
+    assert "still sticks at the end" in upper.titles[2]
+
+
+def test_fig16_is_the_last_part_of_the_series_and_the_spectrum_of_all():
+    (panel,) = shown("fig16").panels
+    data = DATASETS["u17"]
+    last = data.arrays["time"] >= data.arrays["time"][-1] - 10000
+    is_trace(panel, data.arrays["time"][last], data.arrays["positions"][last, 4], "$x_N$")
+    assert panel.xlabel == "$t$"
+    is_spectrum(panel.insets[0], data, fit=False)
+
+
+def test_fig20_is_a_panel_for_each_belt_velocity_after_the_transient():
+    stack = shown("fig20").panels
+    for panel, u in zip(stack, (28, 31, 34, 38), strict=True):
+        arrays = DATASETS[f"n10_u{u}"].arrays
+        part = (arrays["time"] >= 500) & (arrays["time"] <= 10500)
+        (curve,) = panel.curves
+        same(curve, arrays["time"][part] - 500, arrays["positions"][part, 9])
+        assert panel.ylabel == "$x_N$" and panel.titles[0] == f"$u = {u}$"
+    assert stack[-1].xlabel == r"$t - t_{\rm trans}$"
+
+
+# --- the catalogue --------------------------------------------------------------------------------
+
+
+def is_density(curve, values, label):
+    centre, density, count = avalanches.log_histogram(values, bins_per_decade=10)
+    same(curve, centre[count > 0], density[count > 0], label=label)
+    # a density: its integral over the bins is one
+    width = centre * (10**0.05 - 10**-0.05)
+    assert np.sum(np.interp(centre, curve.x, curve.y)[count > 0] * width[count > 0]) == (
+        pytest.approx(1, abs=1e-9)
+    )
+
+
+def is_law(curve, values):
+    histogram = avalanches.log_histogram(values, bins_per_decade=10)
+    low, high = avalanches.falling_range(*histogram)
+    law = avalanches.fit_density(*histogram, low=low, high=high)
+    label = rf"$\alpha = {law.exponent:.2f}$  ({low:.0f} to {high:.0f})"
+    same(curve, [low, high], law([low, high]), label=label)
+
+
+def test_fig09_is_sizes_of_the_last_block_and_energies_of_avalanches_with_it():
+    left, right = shown("fig09").panels
+    arrays = DATASETS["slips_u1"].arrays
+    own = arrays["slips"][arrays["slips"]["block"] == 5]
+    laboratory = own["start_position"] - own["stop_position"]
+    belt = laboratory + 1.5 * (own["stop_time"] - own["start_time"])
+    # each avalanche is one slip here
+    reaching = arrays["avalanches"]["dissipated"][arrays["slips"]["block"] == 5]
+    expected = (
+        (left, "a.", r"$\Delta x_s$", laboratory, "laboratory frame, 600 slips", belt,
+         "frame of the belt"),
+        (right, "b.", r"$\Delta E$", reaching, "whole chain, 600 avalanches", own["dissipated"],
+         "last block only"),
+    )  # fmt: skip
+    for panel, letter, xlabel, values, label, others, other_label in expected:
+        assert panel.titles[0] == letter
+        axes_are(panel, xlabel, f"$P({xlabel.strip('$')})$", scales=("log", "log"))
+        main, law, second = panel.curves
+        is_density(main, values, label)
+        is_law(law, values)
+        is_density(second, others, other_label)
+        assert (main.marker, second.marker, law.marker) == ("o", "s", "")
+        assert {" ".join(each.label.split()) for each in panel.curves} == set(panel.legend)
+
+
+def test_fig10_is_the_points_at_which_the_last_block_slips():
+    (panel,) = shown("fig10").panels
+    section = DATASETS["slips_u1"].arrays["section"]
+    position, relative = section["positions"][:, 4], section["velocities"][:, 4] - 1.5
+    axes_are(panel, "$x_N$", "$v_{rN}$")
+    (curve,) = panel.curves
+    same(curve, position[relative < 0], relative[relative < 0])
+    assert not curve.line
+    count = f"{(relative < 0).sum()} points with $v_{{rN}} < 0$ of 900"
+    assert panel.titles[2] == f"$x_{{3}} = 271.5$, {count}"
+
+
+def test_fig10_is_a_density_where_points_are_many():
+    data = slips_u1(points=30_000)
+    (panel,) = shown("fig10", slips_u1=data).panels
+    section = data.arrays["section"]
+    position, relative = section["positions"][:, 4], section["velocities"][:, 4] - 1.5
+    slips = relative < 0
+    (image,) = panel.images
+    count, x_edges, y_edges = np.histogram2d(position[slips], relative[slips], (360, 240))
+    np.testing.assert_allclose(image.x_edges, x_edges)
+    np.testing.assert_allclose(image.y_edges, y_edges)
+    np.testing.assert_array_equal(np.nan_to_num(image.values), count.T)
+    assert (image.scale, image.label) == ("log", "points per cell")
+
+
+# --- scans ----------------------------------------------------------------------------------------
+
+
+def test_fig12_is_the_row_without_noise_with_the_other_method_over_it():
+    top, bottom = shown("fig12").panels
+    assert top.ylabel == "$v_N$" and top.titles[2] == "section $x_N = 555$"
+    first, second = top.curves
+    is_diagram(first, "n5_rows", 5, 0.0)
+    is_diagram(second, "n5_rows_check", 5, 0.0)
+    assert (first.colour, second.colour) == (style.BLUE, style.ORANGE)
+    assert (first.label, second.label) == ("", "method event")
+    axes_are(bottom, "$u$", "$r$")
+    first, second = bottom.curves
+    same(first, *row_of("n5_rows", 5, 0.0), colour=style.BLUE)
+    same(second, *row_of("n5_rows_check", 5, 0.0), colour=style.ORANGE, marker="x")
+    assert bottom.legend == ("method event",) and not second.line
+    assert bottom.xlim[0] == bottom.ylim[0] == 0
+
+
+def test_fig12_marks_the_transition():
+    _, bottom = shown("fig12").panels
+    arrays = DATASETS["n5_rows"].arrays
+    row = (arrays["n_blocks"] == 5) & (arrays["noise"] == 0)
+    order = np.lexsort((arrays["replicate"][row], arrays["belt_velocity"][row]))
+    fall = transitions.transition_region(
+        arrays["belt_velocity"][row][order], arrays["disorder_parameter"][row][order]
+    )
+    assert fall.found
+    assert bottom.spans == (("x", fall.lower, fall.upper),)
+    assert bottom.guides == (("x", fall.critical),)
+    edges = f"{fall.lower:.1f} to {fall.upper:.1f}"
+    assert bottom.titles[2] == (
+        f"grey: transition region {edges}, dashed: $u_c$ = {fall.critical:.1f}"
+    )
+
+
+def test_fig12_shows_mean_lifetimes_in_the_inset():
+    _, bottom = shown("fig12").panels
+    (inner,) = bottom.insets
+    axes_are(inner, "$u$", r"$\tau$", scales=("linear", "log"))
+    (curve,) = inner.curves
+    arrays = DATASETS["lifetimes"].arrays
+    expected = {}
+    for u in (18.0, 24.0):  # at 30 only two escape
+        here = arrays["belt_velocity"] == u
+        times = np.where(arrays["escaped"], arrays["lifetime"], 2000.0)[here]
+        expected[u] = times.sum() / arrays["escaped"][here].sum()
+    same(curve, list(expected), list(expected.values()), marker="o")
+    np.testing.assert_allclose(curve.error, curve.y / np.sqrt([4, 5]))
+
+
+def is_family(panel, curves, xlabel, overlay="method event"):
+    """Curves of r: (label, style number, x, y), then those drawn over them without a label."""
+    axes_are(panel, xlabel, "$r$")
+    found = list(panel.curves)
+    assert len(found) == len(curves)
+    for curve, (label, index, x, y) in zip(found, curves, strict=True):
+        same(curve, x, y, label=label, index=index)
+        assert (curve.marker == "x") == (label == "") == (not curve.line)
+    labels = [label for label, *_ in curves if label]
+    assert sorted(panel.legend) == sorted([*labels, *([overlay] if overlay else [])])
+    assert panel.ylim[0] == 0
+
+
+def test_fig13_is_a_curve_for_each_noise():
+    (panel,) = shown("fig13").panels
+    rows = [
+        (rf"$\sigma = {s:g}$", index, *row_of("n5_rows", 5, s)) for index, s in enumerate(LEVELS)
+    ]
+    over = [("", LEVELS.index(s), *row_of("n5_rows_check", 5, s)) for s in (0.0, 1.0)]
+    is_family(panel, rows + over, "$u$")
+    assert panel.xlim[0] == 0
+
+
+def test_fig14_is_a_diagram_for_each_noise_and_a_column():
+    *diagrams, last = shown("fig14").panels
+    for panel, s in zip(diagrams, LEVELS, strict=True):
+        (curve,) = panel.curves
+        is_diagram(curve, "n5_rows", 5, s)
+        assert panel.titles[1] == rf"$\sigma = {s:g}$"
+    assert [panel.ylabel for panel in diagrams] == ["$v_N$", *[""] * 3, "$v_N$", "", ""]
+    assert [panel.xlabel for panel in diagrams][4:] == ["$u$"] * 3
+    axes_are(last, r"$\sigma$", "$r$")
+    (curve,) = last.curves
+    same(curve, *column_of("n5_u7", 5, 7.0), index=1)
+    arrays = DATASETS["n5_u7"].arrays
+    chosen = (arrays["n_blocks"] == 5) & (arrays["belt_velocity"] == 7)
+    order = np.lexsort((arrays["replicate"][chosen], arrays["noise"][chosen]))
+    rise = transitions.critical_noise(
+        arrays["noise"][chosen][order], arrays["disorder_parameter"][chosen][order]
+    )
+    assert rise.found and last.guides == (("x", rise.critical),)
+    assert last.titles[1] == rf"$u = 7$: $\sigma_c = {rise.critical:.2f}$"
+
+
+def test_fig15_is_a_curve_for_each_belt_velocity():
+    (panel,) = shown("fig15", also=["n5_columns_check"]).panels
+    velocities = (20.0, 30.0, 40.0)
+    columns = [
+        (f"$u = {u:g}$", index, *column_of("n5_columns", 5, u))
+        for index, u in enumerate(velocities)
+    ]
+    over = [("", velocities.index(u), *column_of("n5_columns_check", 5, u)) for u in (20.0, 40.0)]
+    is_family(panel, columns + over, r"$\sigma$")
+    assert panel.guides == (("x", 5.0),)
+
+
+def test_fig17_is_the_density_of_the_crossings_at_four_noises():
+    grid = shown("fig17").panels
+    noises = (0.0, 1.0, 5.0, 10.0)
+    values = {s: {u: crossings("n5_rows", 5, u, s)[:-2] for u in U} for s in noises}
+    lowest = np.floor(min(v.min() for row in values.values() for v in row.values()))
+    densities = []
+    for panel, letter, s in zip(grid, "abcd", noises, strict=True):
+        assert panel.titles[:2] == (f"{letter}.", rf"$\sigma = {s:g}$")
+        (image,) = panel.images
+        np.testing.assert_allclose(image.y_edges, np.linspace(lowest, 0, 121))
+        np.testing.assert_allclose(image.x_edges, np.append(U - 1.5, U[-1] + 1.5))
+        for column, u in enumerate(U):
+            expected, _ = np.histogram(values[s][u], image.y_edges, density=True)
+            np.testing.assert_allclose(np.nan_to_num(image.values[:, column]), expected)
+        densities.append(image.values)
+        assert image.scale == "log"
+    highest, least = np.nanmax(densities), np.nanmin(densities)
+    for panel in grid:
+        assert panel.images[0].limits == pytest.approx((max(least, highest / 1000), highest))
+    assert [panel.xlabel for panel in grid] == ["", "", "$u$", "$u$"]
+    assert [panel.ylabel for panel in grid] == ["$v_N$", "", "$v_N$", ""]
+    assert [panel.images[0].label for panel in grid][-1] == "density of $v_N$ at given $u$"
+
+
+def test_fig18_is_the_map_of_r_and_the_boundary_of_intermittency():
+    (panel,) = shown("fig18").panels
+    axes_are(panel, "$u$", r"$\sigma$")
+    (image,) = panel.images
+    noises = SCANS["n5_map"][2]
+    np.testing.assert_allclose(image.x_edges, np.append(U - 1.5, U[-1] + 1.5))
+    np.testing.assert_allclose(image.y_edges, np.append(noises - 1.25, noises[-1] + 1.25))
+    expected = [[r("n5_map", 5, u, s) for u in U] for s in noises]
+    np.testing.assert_allclose(image.values, expected)
+    assert (image.scale, image.label, image.limits[0]) == ("linear", "$r$", 0)
+    low, high = panel.curves
+    inside = {s: U[laminar(U, s)[0] == 0.5] for s in noises}
+    for curve, edge in ((low, 0), (high, -1)):
+        found = {s: u for u, s in points(curve) if np.isfinite(u)}
+        assert found == {s: row[edge] for s, row in inside.items() if row.size}
+        assert not curve.line
+    share = f"{intermittency.LAMINAR_SHARE[0]:.0%} to {intermittency.LAMINAR_SHARE[1]:.0%}"
+    assert (
+        panel.titles[1].startswith("dots: boundary of intermittency") and share in (panel.titles[1])
+    )
+
+
+def test_fig19_is_a_curve_for_each_number_of_blocks():
+    (panel,) = shown("fig19").panels
+    curves = []
+    for index, n in enumerate((2, 3, 4, 5, 6, 7, 10)):
+        for name in ("size_rows", "size_rows_check", "n5_rows", "n5_rows_check"):
+            if n in SCANS[name][0]:
+                label = "" if name.endswith(panels.CHECK) else f"$N = {n}$"
+                curves.append((label, index, *row_of(name, n, 1.0)))
+    found = sorted(panel.curves, key=lambda curve: (curve.marker == "x", curve.label, curve.y[0]))
+    expected = sorted(curves, key=lambda curve: (curve[0] == "", curve[0], curve[3][0]))
+    for curve, (label, index, x, y) in zip(found, expected, strict=True):
+        same(curve, x, y, label=label, index=index)
+    axes_are(panel, "$u$", "$r$")
+    assert panel.titles[2] == r"$\sigma = 1$"
+    assert set(panel.legend) == {label for label, *_ in curves if label} | {"method event"}
+
+
+def test_fig21_is_a_curve_for_each_number_of_blocks_and_belt_velocity():
+    (panel,) = shown("fig21", also=["size_columns_check"]).panels
+    columns = [
+        (f"$N = {n}$, $u = {u:g}$", index, *column_of("size_columns", n, u))
+        for index, n in enumerate((5, 7, 10))
+        for u in (18.0, 32.0)
+    ]
+    over = [
+        ("", index, *column_of("size_columns_check", n, 18.0)) for index, n in enumerate((5, 7))
+    ]
+    is_family(panel, columns + over, r"$\sigma$")
+
+
+def test_fig22_is_a_diagram_for_each_number_of_blocks():
+    figure = shown("fig22")
+    colours = {0.0: style.BLACK, 1.0: style.VERMILION, 5.0: style.SKY}
+    for panel, letter, n in zip(figure.panels, "abcdef", SIZES, strict=True):
+        assert panel.titles[0] == f"{letter}."
+        assert panel.titles[1] == f"$N = {n}$  section $x_N = {111 * n}$"
+        # strong noise first: it lies below
+        for curve, s in zip(panel.curves, (5.0, 1.0, 0.0), strict=True):
+            is_diagram(curve, "size_rows", n, s)
+            assert (curve.label, curve.colour) == (rf"$\sigma = {s:g}$", colours[s])
+    assert figure.legend == tuple(rf"$\sigma = {s:g}$" for s in colours)
+    assert [panel.xlabel for panel in figure.panels] == [""] * 3 + ["$u$"] * 3
+    assert [panel.ylabel for panel in figure.panels] == ["$v_N$", "", ""] * 2
+
+
+# --- further studies ------------------------------------------------------------------------------
+
+
+def test_friction_ratio_is_a_curve_for_each_ratio_and_the_falls():
+    ratios, velocities = (0.2, 0.45, 0.8), U[:6]
+    grid = [(f, u, k) for f in ratios for u in velocities for k in range(3)]
+    f, u, replicate = (np.array(each) for each in zip(*RNG.permutation(grid), strict=True))
+    disorder = f + 1e-3 * u + np.array([-2e-3, 0, 9e-3])[replicate.astype(int)]
+    arrays = {"friction_ratio": f, "belt_velocity": u, "disorder_parameter": disorder}
+    falls = pd.DataFrame(
+        {
+            "friction_ratio": ratios,
+            "critical": [31.0, np.nan, 17.0],
+            "error": [0.5, np.nan, 0.7],
+            "lower": [28.0, np.nan, 12.0],
+            "upper": [35.0, np.nan, 21.0],
+        }
+    )
+    scan = Dataset(arrays, HOW | {"kind": "scan"})
+    figure = shown("friction_ratio", friction_ratio=scan, friction_falls=falls)
+    alt_fits("friction_ratio", figure)
+    left, right = figure.panels
+    curves = [
+        (f"$f_s = {ratio:g}$", index, velocities, ratio + 1e-3 * velocities)
+        for index, ratio in enumerate(ratios)
+    ]
+    is_family(left, curves, "$u$", overlay="")
+    axes_are(right, "$f_s$", "$u_c$")
+    (curve,) = right.curves
+    same(curve, [0.2, 0.8], [31, 17])
+    np.testing.assert_allclose(curve.error, [0.5, 0.7])
+    np.testing.assert_allclose(right.bars, [[(0.2, 28), (0.2, 35)], [(0.8, 12), (0.8, 21)]])
+
+
+# --- comparison of integrators --------------------------------------------------------------------
+
+
+def pair(name, tested, reference, **others):
+    """Datasets of a comparison in the order of its entry, by method."""
+    arrays = [tested, reference, *others.values()]
+    methods = ["verlet", "event", "event"]
+    return {
+        used: Dataset(each, HOW | {"kind": "any", "method": method})
+        for used, each, method in zip(FIGURES[name].uses, arrays, methods, strict=False)
+    }
+
+
+def columns(rows, *names):
+    return dict(zip(names, map(np.array, zip(*rows, strict=True)), strict=True))
+
+
+VELOCITIES, NOISES, RUNS = (10.0, 30.0, 50.0), (1.0, 5.0), 9
+
+
+def noisy_r(side, u, s):
+    """r of several runs at a point by one of the methods."""
+    scatter = np.random.default_rng([side, int(u), int(s)]).normal(0, 0.01, RUNS)
+    return 0.01 * side + 0.001 * u + 0.002 * s + scatter
+
+
+def test_disorder_of_two_integrators():
+    sides = []
+    for side in (1, 2):
+        rows = [(5, u, s, v) for u in VELOCITIES for s in NOISES for v in noisy_r(side, u, s)]
+        rows = [rows[index] for index in RNG.permutation(len(rows))]
+        sides.append(columns(rows, "n_blocks", "belt_velocity", "noise", "disorder_parameter"))
+    figure = shown("agreement_disorder", **pair("agreement_disorder", *sides))
+    alt_fits("agreement_disorder", figure)
+    left, middle, right = figure.panels
+    axes_are(left, "$u$", "$r$")
+    axes_are(middle, "$u$", "difference / standard error")
+    axes_are(right, "expected in order", "p-value")
+    assert [panel.titles[0] for panel in figure.panels] == ["a.", "b.", "c."]
+    labels = tuple(rf"$\sigma = {s:g}$" for s in NOISES)
+    assert figure.legend == labels and right.legend == ("distributions", "means")
+    ks, welch = [], []
+    for index, (s, label) in enumerate(zip(NOISES, labels, strict=True)):
+        ours, theirs = ([noisy_r(side, u, s) for u in VELOCITIES] for side in (1, 2))
+        line, crosses = left.curves[2 * index : 2 * index + 2]
+        same(line, VELOCITIES, np.mean(theirs, axis=1), index=index, marker="")
+        same(crosses, VELOCITIES, np.mean(ours, axis=1), index=index, marker="x", label=label)
+        errors = [np.std(each, axis=1, ddof=1) / 3 for each in (ours, theirs)]
+        np.testing.assert_allclose(crosses.error, errors[0])
+        z = (np.mean(ours, axis=1) - np.mean(theirs, axis=1)) / np.hypot(*errors)
+        same(middle.curves[index], VELOCITIES, z, index=index)
+        for one, other in zip(ours, theirs, strict=True):
+            ks.append(stats.ks_2samp(one, other).pvalue)
+            welch.append(stats.ttest_ind(one, other, equal_var=False).pvalue)
+    assert middle.spans == (("y", -2, 2),)
+    limit = samples.largest_of(6)
+    assert middle.guides == (("y", -limit), ("y", limit))
+    diagonal, distributions, means = right.curves
+    same(diagonal, [0, 1], [0, 1])
+    share = (np.arange(6) + 0.5) / 6
+    same(distributions, share, np.sort(ks), label="distributions")
+    same(means, share, np.sort(welch), label="means")
+
+
+def settled_r(side, u, spread, step):
+    """(sticks, r) of some runs at their end; the number that sticks tells where they belong."""
+    rng = np.random.default_rng([side, int(u), int(1000 * spread), int(1e4 * step)])
+    sticks = np.arange(RUNS) < rng.integers(1, RUNS)
+    return list(zip(sticks, rng.uniform(0.01, 0.2, RUNS), strict=True))
+
+
+def test_attractors_of_two_integrators():
+    spreads, steps = (0.001, 1.0), {1: (0.001, 0.002), 2: (0.001,)}
+    sides = []
+    for side in (1, 2):
+        rows = [
+            (u, spread, step, *run)
+            for u in VELOCITIES
+            for spread in spreads
+            for step in steps[side]
+            for run in settled_r(side, u, spread, step)
+        ]
+        rows = [rows[index] for index in RNG.permutation(len(rows))]
+        names = ("belt_velocity", "initial_spread", "time_step", "sticks", "final_disorder")
+        arrays = columns(rows, *names)
+        rate = np.zeros((len(rows), 5))
+        rate[:, -1] = arrays["sticks"]
+        escaped = np.ones(len(rows), dtype=bool)
+        sides.append(arrays | {"final_stick_rate": rate, "escaped": escaped})
+    figure = shown("agreement_attractors", **pair("agreement_attractors", *sides))
+    alt_fits("agreement_attractors", figure)
+    looks = [
+        ("verlet, $dt = 0.001$", style.COLOURS[0], 1, 0.001),
+        ("verlet, $dt = 0.002$", style.COLOURS[1], 1, 0.002),
+        ("event", style.BLACK, 2, 0.001),
+    ]
+    assert figure.legend == tuple(label for label, *_ in looks)
+    for row, spread in enumerate(spreads):
+        left, right = figure.panels[2 * row : 2 * row + 2]
+        assert left.titles[0] == f"initial spread {spread:g}"
+        assert (left.ylabel, right.ylabel) == ("share still sticking", "$r$ at the end")
+        places = [(place, *look) for place in range(3) for look in looks]
+        both = zip(places, left.curves, right.curves, strict=True)
+        for (place, label, colour, side, step), share, dots in both:
+            runs = settled_r(side, VELOCITIES[place], spread, step)
+            expected = np.mean([sticks for sticks, _ in runs])
+            assert share.label == (label if place == 0 else "")
+            assert share.colour == dots.colour == colour
+            assert share.y == pytest.approx([expected])
+            assert share.error == pytest.approx([np.sqrt(expected * (1 - expected) / RUNS)])
+            np.testing.assert_allclose(dots.y, sorted(r for _, r in runs))
+            assert np.abs(np.append(dots.x, share.x) - place).max() < 0.5
+    for panel in figure.panels[-2:]:
+        assert panel.xlabel == "$u$" and panel.xticks == ("10", "30", "50")
+
+
+PATH_TIME = np.arange(0.0, 100.25, 0.5)
+EVENT_TIME = 10.0 + 2 * np.arange(25)
+MEMBERS = (1.0, 2.0, 10.0)
+
+
+def drift(n, u, size):
+    """How fast runs of an error part, without the factor of the member."""
+    return size * (1 + n / 10 + u / 100)
+
+
+def paths(rows):
+    """Runs (N, u, member, time step, allowed error, size of the error) with errors from t = 10."""
+    names = ("n_blocks", "belt_velocity", "replicate", "time_step", "allowed_error", "size")
+    arrays = columns(rows, *names)
+    time = PATH_TIME
+    shape = (len(rows), time.size, 10)
+    positions = np.broadcast_to(52.0 * np.arange(1, 11), shape) + 0.1 * np.sin(time)[:, np.newaxis]
+    velocities = np.broadcast_to(0.3 * np.arange(1, 11), shape).copy()
+    events = []
+    for row, (n, u, member, _, _, size) in enumerate(rows):
+        error = MEMBERS[member] * drift(n, u, size)
+        positions[row, :, n - 1] += error * np.maximum(time - 10, 0)
+        positions[row, :, n:] = velocities[row, :, n:] = np.nan
+        for number, instant in enumerate(EVENT_TIME):
+            kind = ("slip", "stick")[number % 2]
+            events.append((row, instant + 0.01 * error * (number + 1), 1, kind))
+    fields = [("point", "i4"), ("time", "f8"), ("block", "i4"), ("kind", "U5")]
+    law = {each.name: each.default for each in dataclasses.fields(ChainParameters)
+           if each.default is not dataclasses.MISSING}  # fmt: skip
+    alike = {name: np.full(len(rows), value) for name, value in law.items()}
+    return alike | arrays | {
+        "time": time,
+        "positions": positions,
+        "velocities": velocities,
+        "events": np.array(events, fields),
+    }  # fmt: skip
+
+
+PLACES = [(2, 3.0), (5, 3.0), (5, 20.0), (10, 20.0)]
+
+
+def all_paths():
+    """Runs by verlet with three steps, by event with two, and by event with four tolerances."""
+    places = [(n, u, member) for n, u in PLACES for member in range(3)]
+    steps = [(*place, dt, np.nan, dt) for place in places for dt in (0.004, 0.002, 0.001)]
+    exact = [(*place, dt, np.nan, 0.0) for place in places for dt in (0.001, 0.002)]
+    allowed = [(*place, 0.001, e, 1e-3 * e) for place in places for e in (1e-2, 1e-4, 1e-6)]
+    tightest = [(*place, 0.001, 1e-14, 0.0) for place in places]
+    return paths(steps), paths(exact), paths(allowed + tightest)
+
+
+def after(n_events, n, u, size):
+    """Root-mean-square separation at the first sample after so many events of the reference."""
+    time, instant = PATH_TIME, EVENT_TIME[n_events - 1]
+    sample = time[time > instant][0]
+    return np.sqrt(np.mean(np.square(MEMBERS))) * drift(n, u, size) * (sample - 10)
+
+
+def test_trajectories_of_two_integrators():
+    tested, reference, tolerances = all_paths()
+    data = pair("agreement_trajectories", tested, reference, tolerances=tolerances)
+    figure = shown("agreement_trajectories", **data)
+    alt_fits("agreement_trajectories", figure)
+    first, second, third, fourth = figure.panels
+    assert [panel.titles[0] for panel in figure.panels] == ["a.", "b.", "c.", "d."]
+    axes_are(first, "$t$", "separation of the blocks", scales=("linear", "log"))
+    axes_are(second, "$t$ of the event", "shift of the event", scales=("linear", "log"))
+    assert first.titles[1] == second.titles[1] == "$dt = 0.001$"
+    assert first.guides == (("y", 1.0),)
+    labels = [f"$N = {n}$, $u = {u:g}$" for n, u in PLACES]
+    assert figure.legend == tuple(labels)
+    edges, instants = np.linspace(0, 100, 41), EVENT_TIME
+    for index, (n, u) in enumerate(PLACES):
+        slope = 2 * drift(n, u, 0.001)  # of the member in the middle
+        separation = slope * np.maximum(PATH_TIME - 10, 0)
+        same(first.curves[index], PATH_TIME, np.where(separation > 0, separation, np.nan),
+             index=index, rtol=1e-6)  # fmt: skip
+        shifts = 0.01 * np.outer(MEMBERS, np.arange(1, 26)) * drift(n, u, 0.001)
+        found = {}
+        for low, high in itertools.pairwise(edges):
+            inside = (instants >= low) & (instants < high)
+            if inside.any():
+                found[(low + high) / 2] = np.median(shifts[:, inside])
+        same(second.curves[index], list(found), list(found.values()), label=labels[index],
+             index=index, rtol=1e-6)  # fmt: skip
+    assert third.titles[1] == "verlet, $N = 5$, $u = 20$"
+    is_convergence(third, "$dt$", (1, 5, 20), [0.001, 0.002, 0.004], [0.001, 0.002, 0.004], 1)
+    assert fourth.titles[1] == "event, $N = 5$, $u = 20$"
+    here = (tolerances["n_blocks"] == 5) & (tolerances["belt_velocity"] == 20)
+    step = divergence.with_steps(tolerances)["step"]
+    allowed = (1e-6, 1e-4, 1e-2)
+    steps = [step[here & (tolerances["allowed_error"] == e)].mean() for e in allowed]
+    sizes = [1e-3 * e for e in allowed]
+    xlabel = "mean step, tolerances 1e-06 to 0.01"
+    is_convergence(fourth, xlabel, (2, 5, 20), steps, sizes, FORCE_ORDER + 1)
+    assert fourth.guides == (("y", divergence.ROUNDING_OF_LONG_STEPS),)
+
+
+def is_convergence(panel, xlabel, numbers, steps, sizes, order):
+    """Errors at N = 5, u = 20 after these numbers of events, over a line of this order."""
+    axes_are(panel, xlabel, "error", scales=("log", "log"))
+    *curves, guide = panel.curves
+    for index, (curve, count) in enumerate(zip(curves, numbers, strict=True)):
+        words = f"after {count} event{'s' if count > 1 else ''}: order"
+        assert curve.label.startswith(words)
+        errors = [after(count, 5, 20.0, size) for size in sizes]
+        same(curve, steps, errors, label=curve.label, index=index, rtol=1e-6)
+        slope = stats.linregress(np.log(steps), np.log(errors)).slope
+        assert f"${slope:.2f} \\pm" in curve.label
+    assert guide.label == f"order {order}"
+    slope = np.diff(np.log(guide.y)) / np.diff(np.log(guide.x))
+    np.testing.assert_allclose(slope, order)
+    assert np.all(guide.y[-1] < [curve.y[-1] for curve in curves])

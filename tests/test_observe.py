@@ -1,0 +1,242 @@
+"""Observers on chunks made by hand: edges, ties, several chunks, reversals."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import naive
+from beltrepro import ChainParameters
+from beltrepro.engine.law import law_constants
+from beltrepro.model.spring import potential_energy
+from beltrepro.observe.length import LengthMoments
+from beltrepro.observe.sections import CrossingLog, SectionValues
+from beltrepro.observe.slips import EventLog, SlipActivity, slips_and_avalanches
+
+# --- length ---------------------------------------------------------------------------------------
+
+
+def test_moments_are_those_of_the_samples_from_the_start_on():
+    """Uneven chunks, one of them before the start, one cut by it; only the last block counts."""
+    rng = np.random.default_rng(0)
+    time = 0.5 * np.arange(20)
+    displacement = rng.normal(3.0, 2.0, (20, 2, 3)) + np.array([0.0, 50.0, -7.0])
+    moments = LengthMoments(3, start=2.5)
+    for part in (slice(0, 4), slice(4, 7), slice(7, 8), slice(8, 20)):
+        moments.observe(SimpleNamespace(time=time[part], displacement=displacement[part]))
+    length = 250.0 + displacement[time >= 2.5, -1]
+    found = moments.result(250.0)
+    np.testing.assert_allclose(found["mean_length"], length.mean(axis=0), rtol=1e-14)
+    np.testing.assert_allclose(
+        found["disorder_parameter"], length.std(axis=0) / length.mean(axis=0)
+    )
+    np.testing.assert_array_equal(found["minimum_length"], length.min(axis=0))
+    np.testing.assert_array_equal(found["maximum_length"], length.max(axis=0))
+
+
+def test_moments_without_a_sample_are_not_a_number():
+    moments = LengthMoments(2, start=5.0)
+    moments.observe(SimpleNamespace(time=np.array([4.0]), displacement=np.ones((1, 1, 2))))
+    for values in moments.result(50.0).values():
+        assert np.isnan(values).tolist() == [True, True]
+
+
+# --- sections -------------------------------------------------------------------------------------
+
+
+def crossings(rows):
+    """Chunk of two chains of one block: lists of (time, displacement, relative velocity)."""
+    table = np.full((2, 5, 3), np.nan)
+    for lane, own in enumerate(rows):
+        table[lane, : len(own)] = np.reshape(own, (-1, 3))
+    count = np.array([len(own) for own in rows])
+    return SimpleNamespace(end=10.0, crossings=table, crossing_count=count)
+
+
+FIRST = crossings([[(1.0, 0.0, -1.0), (2.0, 0.0, -2.0), (3.0, 0.0, -3.0)], []])
+SECOND = crossings([[(4.0, 0.0, -4.0)], [(5.0, 1.0, -5.0), (2.5, 1.0, -6.0)]])
+
+
+def test_section_values_are_the_first_velocities_and_all_are_counted():
+    section = SectionValues(np.array([10.0, 20.0]), n_values=2, start=2.0)
+    section.observe(SimpleNamespace(**{**vars(FIRST), "end": 2.0}))  # over when counting starts
+    for chunk in (FIRST, SECOND):
+        section.observe(chunk)
+    assert section.count.tolist() == [3, 2]
+    np.testing.assert_array_equal(section.values, [[8.0, 7.0], [15.0, 14.0]])
+    few = SectionValues(np.array([10.0, 20.0]), n_values=4, start=2.5)
+    for chunk in (FIRST, SECOND):
+        few.observe(chunk)
+    np.testing.assert_array_equal(few.values, [[7, 6, np.nan, np.nan], [15, 14, np.nan, np.nan]])
+
+
+def test_the_crossing_log_sorts_by_chain_and_time():
+    log = CrossingLog(start=2.0)
+    assert log.rows(1).shape == (0, 4)
+    for chunk in (SECOND, FIRST):
+        log.observe(chunk)
+    assert log.rows(1).tolist() == [
+        [0, 2, 0, -2], [0, 3, 0, -3], [0, 4, 0, -4], [1, 2.5, 1, -6], [1, 5, 1, -5]
+    ]  # fmt: skip
+
+
+# --- slips ----------------------------------------------------------------------------------------
+
+
+def chunk_of(end, *chains):
+    """Chunk with the events (time, block from 0, slips) of each chain."""
+    events = np.zeros((len(chains), 8, 6))
+    for lane, own in enumerate(chains):
+        for row, (time, block, slips) in enumerate(own):
+            events[lane, row, :3] = time, block, slips
+    return SimpleNamespace(end=end, events=events, event_count=np.array([len(c) for c in chains]))
+
+
+def activity(*chunks, start=10.0, laminar_time=4.0):
+    found = SlipActivity(len(chunks[0].event_count), 2, start, laminar_time)
+    for chunk in chunks:
+        found.observe(chunk)
+    return found
+
+
+def test_slips_and_sticks_are_counted_from_the_start_on():
+    found = activity(
+        chunk_of(12.0, [(8, 0, 1), (9, 1, 1), (10, 0, 0), (11, 0, 1)], [(9.5, 0, 1)]),
+        chunk_of(20.0, [(12, 1, 0), (13, 0, 0), (14, 1, 1)], [(13, 0, 0)]),
+    )
+    assert found.slip_count.tolist() == [[1, 1], [0, 0]]
+    assert found.stick_count.tolist() == [[2, 1], [1, 0]]
+    np.testing.assert_array_equal(found.last_stick_time, [12, np.nan])
+    np.testing.assert_array_equal(found.slipping_since, [14, np.nan])
+
+
+@pytest.mark.parametrize(
+    ("events", "phases"),
+    [
+        ([], []),
+        ([(5, 1, 1), (9, 1, 0)], []),  # over before the start
+        ([(1, 1, 1), (10, 1, 0)], []),  # over at the start
+        ([(5, 1, 1), (14.5, 1, 0)], [4.5]),  # counts from the start
+        ([(11, 1, 1), (15, 1, 0)], []),  # not longer than the laminar time
+        ([(11, 0, 1), (16, 0, 0)], []),  # another block
+        ([(11, 1, 1), (16, 1, 0), (24, 1, 1)], [5.0, 6.0]),  # the last one goes on
+        ([(11, 1, 1), (16, 1, 0), (27, 1, 1)], [5.0]),
+        ([(3, 1, 1)], [20.0]),
+    ],
+)
+def test_laminar_phases_are_long_slips_of_the_last_block(events, phases):
+    found = activity(chunk_of(30.0, events)).laminar()
+    assert found["laminar_count"].tolist() == [len(phases)]
+    assert found["laminar_fraction"].tolist() == [sum(phases) / 20]
+    assert found["laminar_mean"].tolist() == [np.mean(phases) if phases else 0]
+    assert found["laminar_longest"].tolist() == [max(phases, default=0)]
+
+
+def test_asking_for_laminar_phases_does_not_end_the_slip_that_goes_on():
+    found = activity(chunk_of(20.0, [(11, 1, 1)]))
+    assert found.laminar()["laminar_longest"] == [9]
+    found.observe(chunk_of(30.0, [(25, 1, 0)]))
+    assert found.laminar()["laminar_longest"] == [14] and found.laminar()["laminar_count"] == [1]
+
+
+def test_nothing_observed_has_no_laminar_share():
+    found = SlipActivity(2, 1, 10.0, 1.0).laminar()
+    assert np.isnan(found["laminar_fraction"]).all() and found["laminar_mean"].tolist() == [0, 0]
+
+
+def test_the_event_log_turns_displacements_into_positions():
+    log = EventLog(2, np.array([50.0, 100.0]))
+    chunk = chunk_of(1.0, [(0.5, 1, 1), (0.6, 0, 1)], [(0.7, 1, 1)])
+    chunk.events[..., 4] = 3.0
+    log.observe(chunk)
+    chunk.events[:] = -1  # the buffer is used again
+    assert log.events(0)[:, 4].tolist() == [103, 53] and log.events(1)[:, 4].tolist() == [103]
+    assert (log.count(0), log.count(1)) == (2, 1)
+    assert np.concatenate(list(log.give_up(1)))[:, 0].tolist() == [0.7] and log.count(1) == 0
+
+
+# --- avalanches -----------------------------------------------------------------------------------
+
+CHAIN = ChainParameters(3, 2.0)
+
+
+def random_events(seed, count=400, reversals=0.3):
+    """Alternating slips and sticks of three blocks with a share of reversals, as a run has them.
+
+    Stuck blocks move with the belt; slips go anywhere near and dissipate anything.
+    """
+    rng = np.random.default_rng(seed)
+    initial = CHAIN.rest_positions + rng.normal(0, 1, 3)
+    place, since, loss = initial.copy(), np.zeros(3), np.zeros(3)
+    slipping, time, rows = np.zeros(3, bool), 0.0, []
+    while len(rows) < count:
+        time += rng.exponential(1.0)
+        # mostly one block at a time, so that all stick between avalanches
+        candidates = np.flatnonzero(slipping) if rng.random() < 0.6 else np.arange(3)
+        block = rng.choice(candidates if candidates.size else np.arange(3))
+        if slipping[block]:
+            place[block] = CHAIN.rest_positions[block] + rng.normal(0, 10)
+            loss[block] += rng.exponential(5.0)
+            reverses = rng.random() < reversals
+        else:
+            place[block] += CHAIN.belt_velocity * (time - since[block])
+            reverses = False
+        since[block] = time
+        slipping[block] = not slipping[block]
+        rows.append((time, block, float(slipping[block]), 0.0, place[block], loss[block]))
+        if reverses:
+            other = block if rng.random() < 0.8 else rng.choice(3)
+            if not slipping[other]:
+                place[other] += CHAIN.belt_velocity * (time - since[other])
+                since[other], slipping[other] = time, True
+                rows.append((time, other, 1.0, 0.0, place[other], loss[other]))
+    return np.array(rows), initial
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("start", [0.0, 60.0])
+def test_slips_and_avalanches_with_reversals_are_those_of_the_plain_twin(seed, start):
+    events, initial = random_events(seed)
+    found = slips_and_avalanches(events, 7, initial, CHAIN, law_constants(CHAIN), start)
+
+    def energy(positions):
+        return float(potential_energy(positions, CHAIN))
+
+    expected = naive.slips_and_avalanches(events, initial, CHAIN.belt_velocity, energy, start)
+    assert (np.diff(events[:, 0]) == 0).sum() > 20
+    for records, rows in zip(found, expected, strict=True):
+        assert len(records) == len(rows) > 10
+        assert np.all(records["chain"] == 7)
+        for name, column in zip(records.dtype.names[1:], zip(*rows, strict=True), strict=True):
+            np.testing.assert_allclose(records[name], column, rtol=1e-9, atol=1e-9, err_msg=name)
+
+
+def test_a_reversal_between_two_slips_is_one_avalanche_of_two_slips():
+    events = np.array(
+        [(1, 2, 1, 0, 152, 0), (3, 2, 0, 0, 140, 30), (3, 2, 1, 0, 140, 30), (4, 2, 0, 0, 143, 42)],
+        dtype=float,
+    )
+    slips, (avalanche,) = slips_and_avalanches(
+        events, 0, CHAIN.rest_positions, CHAIN, law_constants(CHAIN), 0.0
+    )
+    assert slips[["block", "start_time", "stop_time", "dissipated"]].tolist() == [
+        (3, 1, 3, 30), (3, 3, 4, 12)
+    ]  # fmt: skip
+    assert (avalanche["start_time"], avalanche["stop_time"]) == (1, 4)
+    assert (avalanche["slips"], avalanche["blocks"], avalanche["dissipated"]) == (2, 1, 42)
+    assert avalanche["last_block_displacement"] == 143 - 152
+    # the other blocks were carried from 50 and 100 to 52 and 102, then to 58 and 108
+    drop = (2**2 - 8**2 + (152 - 102 - 50) ** 2 - (143 - 108 - 50) ** 2) / 2
+    assert avalanche["spring_energy_drop"] == pytest.approx(drop)
+
+
+def test_an_avalanche_that_goes_on_at_the_end_is_left_out():
+    events = np.array([(1, 0, 1, 0, 52, 0), (2, 0, 0, 0, 50, 1), (3, 0, 1, 0, 52, 1)], dtype=float)
+    slips, avalanches = slips_and_avalanches(
+        events, 0, CHAIN.rest_positions, CHAIN, law_constants(CHAIN), 0.0
+    )
+    assert (len(slips), len(avalanches)) == (1, 1)
+    empty = slips_and_avalanches(
+        events[:0], 0, CHAIN.rest_positions, CHAIN, law_constants(CHAIN), 0.0
+    )
+    assert [len(records) for records in empty] == [0, 0]

@@ -1,0 +1,69 @@
+"""Random numbers of a chain: what their key depends on, and the generator against a plain twin."""
+
+import struct
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+import naive
+from beltrepro import ChainParameters
+from beltrepro.engine.noise import normal_deviates, stream_key, stream_states
+
+CHAIN = ChainParameters(5, 12.0, noise=1.0)
+FIELDS = [field.name for field in fields(ChainParameters)]
+
+
+def words(chain, seed=1, replicate=0, purpose=0):
+    return tuple(stream_key(chain, seed, replicate, purpose).generate_state(4))
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_the_key_depends_on_every_parameter_of_the_chain(name):
+    value = getattr(CHAIN, name)
+    near = 6 if name == "n_blocks" else np.nextafter(value, 0.0)
+    assert words(replace(CHAIN, **{name: near})) != words(CHAIN)
+
+
+def test_the_key_depends_on_seed_replicate_and_purpose_each_in_its_place():
+    keys = [words(CHAIN, *numbers) for numbers in [(1, 0, 0), (2, 0, 0), (1, 2, 0), (1, 0, 2)]]
+    keys += [words(CHAIN, 0, 1), words(CHAIN, 2, 1), words(CHAIN, 1, 2, 1)]
+    assert len(set(keys)) == len(keys)
+
+
+def test_constants_that_change_places_have_another_key():
+    """A sum or a set of the constants would not tell these apart."""
+    one = replace(CHAIN, rest_length=40.0, linear_limit=25.0)
+    two = replace(CHAIN, rest_length=25.0, linear_limit=40.0)
+    assert words(one) != words(two)
+    assert words(ChainParameters(2, 3.0, 4.0)) != words(ChainParameters(2, 4.0, 3.0))
+
+
+def test_the_key_is_the_documented_list_of_numbers():
+    """Results are reproduced from parameters, seed and replicate: the key must never change."""
+    reals = [getattr(CHAIN, name) for name in FIELDS[1:]]
+    bits = [struct.unpack("<Q", struct.pack("<d", value))[0] for value in reals]
+    expected = np.random.SeedSequence([7, 5, 3, 0, *bits]).generate_state(4)
+    assert words(CHAIN, 7, 3) == tuple(expected)
+
+
+def test_one_physics_has_one_key():
+    same = ChainParameters(5, 12, noise=-0.0)
+    assert words(same) == words(replace(CHAIN, noise=0.0))
+
+
+def test_each_chain_has_the_stream_of_its_own_key():
+    chains = [CHAIN, replace(CHAIN, belt_velocity=13.0), CHAIN]
+    states = stream_states(chains, 4, [0, 0, 9])
+    assert states.shape == (4, 3)
+    for lane, (chain, replicate) in enumerate(zip(chains, [0, 0, 9], strict=True)):
+        key = stream_key(chain, 4, replicate)
+        np.testing.assert_array_equal(states[:, lane], key.generate_state(4, np.uint64))
+
+
+def test_normal_deviates_are_those_of_the_plain_twin():
+    states = stream_states([CHAIN] * 8, 1, range(8))
+    expected = [naive.normal_deviates(states[:, lane].tolist(), 200) for lane in range(8)]
+    normals = np.zeros((200, 8))
+    normal_deviates(states, normals)
+    np.testing.assert_allclose(normals, np.transpose(expected), rtol=0, atol=2e-8)

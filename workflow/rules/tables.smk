@@ -1,0 +1,38 @@
+# Tables that analyses derive from datasets. Beside each CSV file lies what made it (CSV on the Web).
+
+
+localrules:
+    agreement,
+
+
+rule derive:
+    "Derive a table from datasets."
+    input:
+        unpack(table_data),
+    output:
+        table="<results>/{table}.csv",
+        about="<results>/{table}.csv-metadata.json",
+    log:
+        "<logs>/{table}.log",
+    benchmark:
+        "<benchmarks>/{table}.tsv"
+    conda:
+        "../envs/beltrepro.yaml"
+    threads: 1
+    resources:
+        mem_mb=8000,
+        runtime=30,
+    params:
+        expected=expected_of_table,
+        code=table_code,
+    message:
+        "Deriving {wildcards.table}.csv"
+    script:
+        "../scripts/derive.py"
+
+
+rule agreement:
+    "Whether the two integrators agree: agreement.csv and its figures."
+    input:
+        file_of("agreement"),
+        drawn("png", "pdf", category="Integrators compared"),

@@ -1,0 +1,31 @@
+"""Derive one table from its datasets."""
+
+import importlib
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from beltrepro import inputs, scripting
+from beltrepro.tables import files
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+
+def derive(name: str, paths: dict, expected: dict, output) -> None:
+    """Derive table `name` from files by name of the dataset or table; write it with what made it.
+
+    expected : what the files of datasets must say of themselves, by name.
+    """
+    module = importlib.import_module(f"beltrepro.tables.{name}")
+    table = module.derive(inputs.load(paths, expected))
+    entry = module.ENTRY
+    files.write(output, table, title=entry.title, columns=entry.columns, sources=expected)
+
+
+def main(job):
+    output = Path(job.output.table)
+    derive(output.stem, dict(job.input.items()), job.params.expected, output)
+
+
+if __name__ == "__main__":
+    scripting.run(main, snakemake)
