@@ -9,9 +9,30 @@ from typing import TYPE_CHECKING
 from beltrepro.model.parameters import ChainParameters
 
 if TYPE_CHECKING:
-    from beltrepro.simulation import ChainState, Run, catalogue, escapes, scan, simulate
+    from beltrepro.simulation import (
+        ChainState,
+        LyapunovSpectrum,
+        Run,
+        catalogue,
+        escapes,
+        exponents,
+        lyapunov_spectrum,
+        scan,
+        simulate,
+    )
 
-__all__ = ["ChainParameters", "ChainState", "Run", "catalogue", "escapes", "scan", "simulate"]
+__all__ = [
+    "ChainParameters",
+    "ChainState",
+    "LyapunovSpectrum",
+    "Run",
+    "catalogue",
+    "escapes",
+    "exponents",
+    "lyapunov_spectrum",
+    "scan",
+    "simulate",
+]
 __version__ = version("beltrepro")
 
 

@@ -41,7 +41,3 @@ class TangentIntegrator(EventIntegrator):
         displacement, velocity = np.split(values[rows].transpose(2, 1, 0), 2, axis=1)
         self._companion.displacement[...] = displacement
         self._companion.velocity[...] = np.where(self._chains.direction == 0, 0.0, velocity)
-
-    def n_stuck(self) -> np.ndarray:
-        """Number (W,) of blocks that are stuck now."""
-        return (self._chains.direction[:, : self._width] == 0).sum(axis=0)

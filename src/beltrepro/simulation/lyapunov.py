@@ -220,9 +220,7 @@ def exponents(
     )
     for point in chains:
         if point.method != METHOD:
-            raise InputError(
-                f"method = {point.method!r}: only {METHOD!r} has a tangent dynamics"
-            )
+            raise InputError(f"method = {point.method!r}: only {METHOD!r} has a tangent dynamics")
     widest = 2 * max(point.parameters.n_blocks for point in chains)
     count = widest if n_exponents is None else checks.whole_number("n_exponents", n_exponents)
     if not 1 <= count <= widest:
@@ -258,13 +256,12 @@ def _follow(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Growth rates (W, T, K) of the vectors of a group, and most blocks stuck at once (W,)."""
     before = integrator_of(members, sampling=_SAMPLING, sampled_blocks=1)
-    stuck = MostStuck(before.n_stuck())
+    stuck = MostStuck(np.array([np.sum(point.state.directions == 0) for point in members]))
     alone = (1 - _ALIGNED) * transient
     if alone > 0:
         observe(before, alone, [stuck], lambda fraction: report(fraction * alone / duration))
-    states = before.state()
     chains = TangentIntegrator(
-        states,
+        before.state(),
         n_vectors=size,
         time_step=members[0].time_step,
         sampling=_SAMPLING,
@@ -274,21 +271,16 @@ def _follow(
     n_blocks, width = chains.n_blocks, len(members)
     random = np.random.default_rng(n_blocks)
     chains.set_deviations(random.standard_normal((width, 2 * n_blocks, size)))
-    start = chains.time
-    aligning = max(1, round((transient - alone) / INTERVAL)) if transient > 0 else 0
-    ends = [
-        *(start + (transient - alone) * np.arange(1, aligning + 1) / max(aligning, 1)),
-        *(start + transient - alone + (duration - transient) * np.arange(1, intervals + 1) / intervals),
-    ]
-    growth = np.empty((width, len(ends), size))
-    before_end = start
-    for number, end in enumerate(ends):
-        for chunk in chains.advance(end):
-            stuck.observe(chunk)
-        growth[:, number] = _orthonormalise(chains) / (end - before_end)
-        before_end = end
-        report((alone + end - start) / duration)
-    growth = growth[:, aligning:]
+    pieces = [(transient - alone, max(1, round((transient - alone) / INTERVAL)))] if alone else []
+    pieces.append((duration - transient, intervals))
+    for length, count in pieces:
+        growth = np.empty((width, count, size))
+        begin = chains.time
+        for number in range(count):
+            for chunk in chains.advance(begin + (number + 1) * length / count):
+                stuck.observe(chunk)
+            growth[:, number] = _orthonormalise(chains) * (count / length)
+            report(min(1.0, (chains.time - members[0].state.time) / duration))
     erased = np.arange(size) >= 2 * n_blocks - stuck.most[:, None]
     return np.where(erased[:, None], -np.inf, growth), stuck.most
 
