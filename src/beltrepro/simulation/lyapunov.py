@@ -8,20 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from beltrepro import checks
-from beltrepro.engine.integrator import Sampling
 from beltrepro.engine.tangent_integrator import TangentIntegrator
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.observe.stuck import MostStuck
-from beltrepro.simulation import arguments
+from beltrepro.simulation import arguments, tangents
 from beltrepro.simulation.arguments import PerChain
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
 
 METHOD = "event"  # the tangent dynamics is that of the exact motion
-INTERVAL = 20.0  # model time between two orthonormalisations; e-folding takes 60 and more
 _ALIGNED = 0.2  # last share of the transient, in which the vectors turn to their directions
-_BATCHES = 32  # of the growth of one run, whose scatter is its error
-_SAMPLING = Sampling(1, 10 * INTERVAL)  # no samples are needed
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -225,7 +221,7 @@ def exponents(
     count = widest if n_exponents is None else checks.whole_number("n_exponents", n_exponents)
     if not 1 <= count <= widest:
         raise InputError(f"n_exponents = {count}: allowed are 1 to 2N = {widest}")
-    intervals = max(1, round((duration - transient) / INTERVAL))
+    intervals = max(1, round((duration - transient) / tangents.INTERVAL))
     table = {
         "most_stuck": np.zeros(len(chains), dtype=np.int64),
         "growth": np.full((len(chains), intervals, count), np.nan),
@@ -241,7 +237,7 @@ def exponents(
     table["growth"] = np.take_along_axis(table["growth"], order[:, None], axis=2)
     return table | {
         "exponents": np.take_along_axis(means, order, axis=1),
-        "standard_error": _errors(table["growth"]),
+        "standard_error": tangents.standard_errors(table["growth"]),
         "interval": np.float64((duration - transient) / intervals),
     }
 
@@ -255,7 +251,7 @@ def _follow(
     report: Progress,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Growth rates (W, T, K) of the vectors of a group, and most blocks stuck at once (W,)."""
-    before = integrator_of(members, sampling=_SAMPLING, sampled_blocks=1)
+    before = integrator_of(members, sampling=tangents.NO_SAMPLES, sampled_blocks=1)
     stuck = MostStuck(np.array([np.sum(point.state.directions == 0) for point in members]))
     alone = (1 - _ALIGNED) * transient
     if alone > 0:
@@ -264,44 +260,18 @@ def _follow(
         before.state(),
         n_vectors=size,
         time_step=members[0].time_step,
-        sampling=_SAMPLING,
+        sampling=tangents.NO_SAMPLES,
         sampled_blocks=1,
         **members[0].accuracy,
     )
-    n_blocks, width = chains.n_blocks, len(members)
-    random = np.random.default_rng(n_blocks)
-    chains.set_deviations(random.standard_normal((width, 2 * n_blocks, size)))
-    pieces = [(transient - alone, max(1, round((transient - alone) / INTERVAL)))] if alone else []
-    pieces.append((duration - transient, intervals))
-    for length, count in pieces:
-        growth = np.empty((width, count, size))
-        begin = chains.time
-        for number in range(count):
-            for chunk in chains.advance(begin + (number + 1) * length / count):
-                stuck.observe(chunk)
-            growth[:, number] = _orthonormalise(chains) * (count / length)
-            report(min(1.0, (chains.time - members[0].state.time) / duration))
-    erased = np.arange(size) >= 2 * n_blocks - stuck.most[:, None]
+    tangents.randomise(chains)
+    whole = members[0].state.time + duration
+
+    def done(time):
+        report(1 - (whole - time) / duration)
+
+    if alone > 0:
+        tangents.grow(chains, transient - alone, None, [stuck], done)
+    growth = tangents.grow(chains, duration - transient, intervals, [stuck], done)
+    erased = np.arange(size) >= 2 * chains.n_blocks - stuck.most[:, None]
     return np.where(erased[:, None], -np.inf, growth), stuck.most
-
-
-def _orthonormalise(chains: TangentIntegrator) -> np.ndarray:
-    """Make the vectors orthonormal; returns the logarithms (W, K) of their growth."""
-    directions, triangle = np.linalg.qr(chains.deviations())
-    chains.set_deviations(directions)
-    stretch = np.abs(np.diagonal(triangle, axis1=1, axis2=2))
-    return np.log(np.maximum(stretch, np.finfo(float).tiny))
-
-
-def _errors(growth: np.ndarray) -> np.ndarray:
-    """Standard errors (P, K) of the means of growth rates (P, T, K), by means of batches.
-
-    Successive rates are correlated, means over a thirty-second of the run hardly. NaN with fewer
-    than two intervals, 0 where the exponent is minus infinity.
-    """
-    batches = min(_BATCHES, growth.shape[1])
-    if batches < 2:
-        return np.full((growth.shape[0], growth.shape[2]), np.nan)
-    finite = np.where(np.isneginf(growth), 0.0, growth)
-    means = np.stack([part.mean(axis=1) for part in np.array_split(finite, batches, axis=1)])
-    return means.std(axis=0, ddof=1) / np.sqrt(batches)
