@@ -31,9 +31,12 @@ paper: env  ## the same with the lengths of the paper: hours
 test: env  ## the quick test suite; ARGS="-m slow" for the slow one
 	$(BIN)/python -m pytest $(ARGS)
 
-lint: env  ## style and lint of the Python and Snakemake files
+lint: env  ## style, imports, type hints, docstrings, and the Snakemake files
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports --no-logo
+	$(BIN)/mypy
+	$(BIN)/numpydoc lint $$(find src -name '*.py')
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(IN_ENV) snakemake --lint
 
@@ -57,7 +60,7 @@ lock:  ## pin anew into requirements.txt (needs uv on the PATH)
 	  --all-extras pyproject.toml requirements.in -o requirements.txt
 
 clean:  ## remove .venv, caches and the smoke results; keep every other result
-	rm -rf .venv .pytest_cache .ruff_cache .hypothesis build dist results/smoke
+	rm -rf .venv .pytest_cache .ruff_cache .mypy_cache .import_linter_cache .hypothesis build dist results/smoke
 	find src tests workflow -name __pycache__ -prune -exec rm -rf {} +
 
 help:  ## this list

@@ -35,3 +35,8 @@ include: "workflow/rules/tables.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/timing.smk"
+
+
+# Snakemake ends a failure with its own traceback: say once more, last, what was wrong.
+onerror:
+    print(said_of_failures(log), file=sys.stderr)

@@ -1,7 +1,6 @@
 """Comparison of integrators: tests with known answers and error rates, its rows, page and runs."""
 
-import copy
-import importlib.util
+import importlib
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +8,15 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from beltrepro import config, report, store
+from beltrepro import report
 from beltrepro.analysis import agreement, divergence, samples
 from beltrepro.analysis.lifetimes import STICK_SLIP
+from beltrepro.analysis.steps import mean_step
 from beltrepro.claims import measure
+from beltrepro.datasets import checking, quantities, running
+from beltrepro.datasets.kinds import KINDS
+from beltrepro.datasets.plan import make_plan
+from beltrepro.datasets.quantities import QUANTITIES
 from beltrepro.errors import InputError
 from beltrepro.figures import (
     agreement_attractors,
@@ -20,15 +24,17 @@ from beltrepro.figures import (
     agreement_trajectories,
     style,
 )
+from beltrepro.model import ChainParameters
 from beltrepro.report import agreement as page
 from beltrepro.simulation import TOLERANCES
 from beltrepro.store import Dataset
+from beltrepro.tables import registry
 from test_report import PIXEL, Page
 
 ROOT = Path(__file__).parents[1]
-CONFIG = config.load(ROOT / "config.yaml")
-SCHEMA = config.load(ROOT / "workflow" / "schemas" / "config.schema.yaml")
-SCRIPTS = ROOT / "workflow" / "scripts"
+CONFIG = checking.load(ROOT / "config.yaml")
+METHODS = ("verlet", "event")
+LAW = [each.name for each in quantities.LAW]
 FIGURES = (agreement_trajectories, agreement_disorder, agreement_attractors)
 
 
@@ -185,7 +191,7 @@ def test_largest_of_many():
 
 # --- trajectories ---
 
-EVENT = [("run", "i4"), ("time", "f8"), ("block", "i4"), ("kind", "U5")]
+EVENT = [("point", "i4"), ("time", "f8"), ("block", "i4"), ("kind", "U5")]
 
 
 def events(times, *, block=1, run=0, first="slip"):
@@ -245,9 +251,9 @@ def trajectories(steps, *, slope=1.0, members=3):
         "n_blocks": n_blocks,
         "belt_velocity": velocity,
         "noise": np.zeros(len(rows)),
-        "member": member,
+        "replicate": member,
         "time_step": step,
-        "tolerance": np.full(len(rows), np.nan),
+        "allowed_error": np.full(len(rows), np.nan),
         "step": step,
         "time": time,
         "positions": positions,
@@ -262,24 +268,15 @@ def by_tolerance(tolerances=MADE_UP, *, order=15):
     """The same at dt = 0.001 for an integrator with mean step tolerance^(1/14) and this order."""
     runs = trajectories(np.asarray(tolerances) ** (order / 14))
     error = runs["time_step"]
-    columns = {"step": error ** (1 / order), "tolerance": error ** (14 / order)}
+    columns = {"step": error ** (1 / order), "allowed_error": error ** (14 / order)}
     return runs | columns | {"time_step": np.full(error.size, 0.001)}
-
-
-def with_tolerances(steps, tolerances=MADE_UP):
-    """Runs without error with tolerance 1e-10 and several time steps, and those by tolerance."""
-    usual, others = trajectories(steps, slope=0.0), by_tolerance(tolerances)
-    usual |= {"tolerance": np.full(usual["step"].size, 1e-10)}
-    others["events"]["run"] += usual["step"].size
-    joined = {name: np.concatenate([usual[name], others[name]]) for name in usual}
-    return joined | {"time": usual["time"]}
 
 
 def test_errors_and_partings_of_known_trajectories():
     steps = [0.004, 0.002, 0.001]
     reference = trajectories([1e-12, 0.5])
     partings, errors = agreement.compare_trajectories(
-        trajectories(steps), reference, reference_step=1e-12, tolerance=np.nan
+        trajectories(steps), reference, reference_step=1e-12
     )
     assert len(partings) == 2 * len(steps)
     row = next(row for row in partings if row["time_step"] == 0.002 and row["n_blocks"] == 2)
@@ -292,16 +289,14 @@ def test_errors_and_partings_of_known_trajectories():
     assert table[1, 1, 0.004]["error"] == pytest.approx(0.5 * 0.004)
     assert table[2, 2, 0.002]["error"] == pytest.approx(10.5 * 0.002, rel=1e-6)
     assert table[2, 2, 0.002]["order"] == pytest.approx(1, abs=1e-6)
-    own, _ = agreement.compare_trajectories(
-        reference, reference, reference_step=1e-12, tolerance=np.nan
-    )
+    own, _ = agreement.compare_trajectories(reference, reference, reference_step=1e-12)
     assert {row["time_step"] for row in own} == {0.5}
     assert all(row["parting_time"] == 12.5 for row in own)
 
 
 @pytest.mark.parametrize("order", [15, 12])
 def test_order_in_the_step_is_found_from_tolerances(order):
-    rows = agreement.compare_tolerances(by_tolerance(order=order), time_step=0.001)
+    rows = agreement.compare_tolerances(by_tolerance(order=order))
     assert len(rows) == 2 * 3 * (len(MADE_UP) - 1)
     for row in rows:
         assert (row["varied"], row["time_step"], row["members"]) == ("tolerance", 0.001, 3)
@@ -314,20 +309,28 @@ def test_order_in_the_step_is_found_from_tolerances(order):
 
 
 def test_one_tolerance_or_none_has_no_order():
-    assert agreement.compare_tolerances(trajectories([0.001]), time_step=0.001) == []
-    assert agreement.compare_tolerances(by_tolerance([1e-10]), time_step=0.001) == []
+    assert agreement.compare_tolerances(trajectories([0.001])) == []
+    assert agreement.compare_tolerances(by_tolerance([1e-10])) == []
 
 
-def test_other_comparisons_see_one_tolerance_only():
-    tested, reference = trajectories([0.004, 0.002, 0.001]), with_tolerances([0.001, 0.002])
-    usual = {"reference_step": 0.001, "tolerance": 1e-10}
-    alone = agreement.compare_trajectories(tested, trajectories([0.001], slope=0.0), **usual)
-    among = agreement.compare_trajectories(tested, reference, **usual)
-    assert repr(among) == repr(alone)
-    _, own = agreement.compare_trajectories(reference, reference, **usual)
-    assert {(row["time_step"], row["tolerance"], row["error"]) for row in own} == {
-        (0.002, 1e-10, 0)
+def test_steps_are_those_of_the_scheme_or_those_that_the_tolerance_allows():
+    chain = {"n_blocks": 2, "belt_velocity": 20.0}
+    law = {name: QUANTITIES[name].default for name in ("noise", *LAW)}
+    runs = {name: np.full(3, value) for name, value in (chain | law).items()}
+    time = np.linspace(0, 40, 201)[:, None]
+    positions = np.array([50.0, 100.0]) + 10 * np.sin(time)
+    runs |= {
+        "time_step": np.array([0.002, 0.001, 0.001]),
+        "allowed_error": np.array([np.nan, 1e-10, 1e-4]),
+        "positions": np.repeat(positions[None], 3, axis=0),
+        "velocities": np.repeat(10 * np.cos(time) * np.ones((1, 201, 2)), 3, axis=0),
     }
+    found = divergence.with_steps(runs)["step"]
+    parameters = ChainParameters(**chain)
+    samples_of_run = runs["positions"][0], runs["velocities"][0]
+    assert found[0] == 0.002
+    assert found[1:].tolist() == [mean_step(*samples_of_run, parameters, t) for t in (1e-10, 1e-4)]
+    assert found[2] > found[1] > 0.01
 
 
 # --- which quantities at which points ---
@@ -451,111 +454,86 @@ def test_attractors_are_compared_for_each_spread_and_step():
 # --- configuration ---
 
 
-@pytest.mark.parametrize("preset", sorted(CONFIG["presets"]))
-def test_both_integrators_make_the_same_runs(preset):
-    plan = config.make_plan(CONFIG | {"preset": preset, "method": "event"}, SCHEMA)
-    assert plan.agreement.methods == {"tested": "verlet", "reference": "event"}
-    for part in config.PARTS:
-        tested, reference = (plan.agreement.run_settings(part, role) for role in config.ROLES)
-        assert (tested.pop("method"), reference.pop("method")) == ("verlet", "event")
-        assert plan.numerics.time_step in tested.pop("time_steps")
-        assert plan.numerics.time_step in reference.pop("time_steps")
-        # independent samples, but trajectories from the same states
-        assert (tested.pop("seed") == reference.pop("seed")) == (part == "trajectories")
-        assert tested == reference
+def plan(preset, **settings):
+    return make_plan(CONFIG | {"preset": preset} | settings)
 
 
 @pytest.mark.parametrize("preset", ["standard", "paper"])
 def test_samples_are_as_large_as_promised(preset):
-    parts = config.make_plan(CONFIG | {"preset": preset}, SCHEMA).agreement.parts
-    disorder = parts["disorder"]
+    datasets = plan(preset, method="event").datasets
+    disorder = datasets["pairs_r_verlet"].values()
     assert len(disorder["belt_velocity"]) * len(disorder["noise"]) >= 24
     assert min(disorder["noise"]) > 0
     assert min(disorder["belt_velocity"]) < 15 and max(disorder["belt_velocity"]) > 30
-    assert min(part["n_runs"] for part in (disorder, parts["attractors"])) >= 32
-    assert {0.002, 0.001, 0.0005} <= set(parts["attractors"]["time_steps"]["tested"])
-
-
-@pytest.mark.parametrize(
-    ("path", "value", "words"),
-    [
-        ("agreement.tested", "rk4", "agreement.tested = 'rk4': allowed are verlet, event"),
-        ("agreement.referenc", "event", "unknown key 'referenc' in agreement; did you mean"),
-        ("presets.smoke.agreement.disorder.transient", 1e6, "disorder.transient = 1e+06: must be"),
-        ("presets.smoke.agreement.disorder.n_run", 3, "unknown key 'n_run' in presets.smoke"),
-        ("presets.smoke.agreement.disorder.n_blocks", 9, "no entry for n_blocks = 9"),
-        ("presets.smoke.agreement.slips.section_block", 6, "the chain has 5 blocks"),
-        ("presets.smoke.agreement.attractors.settle_time", 1e6, "must be less than duration"),
-        ("presets.smoke.agreement.trajectories.time_steps.tested", [0.3], "must be at most 0.1"),
-        ("presets.smoke.agreement.trajectories.tolerances", [0.1, 2], "tolerances[1] = 2: must be"),
-        ("presets.smoke.agreement.trajectories.tolerances", [0], "must be at least 1e-16"),
-        ("presets.smoke.agreement.trajectories.tolerances", [], "tolerances is empty"),
-        ("presets.smoke.agreement.trajectories.tolerances", None, "tolerances is missing"),
-        ("presets.smoke.agreement.disorder.tolerances", [0.1], "unknown key 'tolerances'"),
-        (
-            "presets.smoke.agreement.attractors.time_steps.reference",
-            [0.002],
-            "attractors.time_steps.reference lacks numerics.time_step = 0.001",
-        ),
-    ],
-)
-def test_bad_value_is_one_line(path, value, words):
-    changed = copy.deepcopy(CONFIG)
-    *parents, last = path.split(".")
-    section = changed
-    for key in parents:
-        section = section[key]
-    section[last] = value
-    if value is None:
-        del section[last]
-    with pytest.raises(InputError) as caught:
-        config.make_plan(changed, SCHEMA)
-    assert words in str(caught.value) and "\n" not in str(caught.value)
+    states = datasets["pairs_states_verlet"].values()
+    assert min(len(each["replicate"]) for each in (disorder, states)) >= 32
+    assert {0.002, 0.001, 0.0005} <= set(states["time_step"])
+    for method in METHODS:
+        assert 0.001 in datasets[f"pairs_paths_{method}"].values()["time_step"]
+        assert 0.001 in datasets[f"pairs_states_{method}"].values()["time_step"]
+    assert 1e-10 in datasets["pairs_paths_tolerances"].values()["tolerance"]
 
 
 # --- from runs to tables, figures and page ---
 
 
-def script(name):
-    specification = importlib.util.spec_from_file_location(name, SCRIPTS / f"{name}.py")
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
+HOW = {"preset": "smoke", "duration": 1000.0, "transient": 100.0, "seed": 1}
 
 
-HOW = {"preset": "smoke", "time_step": 0.001, "duration": 1000.0, "transient": 100.0, "seed": 1}
-
-
-def made_up(role):
-    """Datasets of all parts by one integrator, made up."""
-    seed = {"tested": 10, "reference": 20}[role]
-    steps = {"tested": [0.004, 0.002, 0.001], "reference": [0.001, 0.002]}[role]
-    runs = {"tested": trajectories, "reference": with_tolerances}[role]
-    arrays = {
-        "trajectories": runs(steps),
-        "disorder": points(seed),
-        "slips": catalogue(seed),
-        "attractors": ensembles(seed, steps, stays={"tested": 0.3, "reference": 0.9}[role]),
+def made_up():
+    """The datasets that all tables are derived from, made up; no chain slips in them."""
+    paths = {
+        "pairs_paths_verlet": trajectories([0.004, 0.002, 0.001]),
+        "pairs_paths_event": trajectories([0.001, 0.002], slope=0.0),
+        "pairs_paths_tolerances": by_tolerance(),
     }
-    attributes = HOW | {"method": {"tested": "verlet", "reference": "event"}[role], "kind": "x"}
-    tolerance = {"tested": {}, "reference": {"tolerance": 1e-10}}[role]
-    return {part: Dataset(values, attributes | tolerance) for part, values in arrays.items()}
+    others = {
+        f"pairs_{kind}_{method}": make(seed)
+        for method, seed in (("verlet", 10), ("event", 20))
+        for kind, make in (("r", points), ("slips", catalogue))
+    }
+    states = {
+        "pairs_states_verlet": ensembles(10, [0.004, 0.002, 0.001], stays=0.3),
+        "pairs_states_event": ensembles(20, [0.001, 0.002]),
+    }
+    return {
+        name: Dataset(arrays, HOW | {"kind": "x", "method": _method(name)})
+        for name, arrays in (paths | others | states).items()
+    }
+
+
+def _method(name):
+    return "verlet" if name.endswith("verlet") else "event"
+
+
+def derived(name, data):
+    entry = registry.entries()[name]
+    module = importlib.import_module(f"beltrepro.tables.{name}")
+    return module.derive({used: data[used] for used in entry.uses})
+
+
+@pytest.fixture(autouse=True)
+def known_steps(monkeypatch):
+    """Made-up trajectories bring their steps: there are no velocities to estimate them from."""
+
+    def with_steps(runs):
+        return runs if "step" in runs else original(runs)
+
+    original = divergence.with_steps
+    monkeypatch.setattr(divergence, "with_steps", with_steps)
 
 
 @pytest.fixture(scope="module")
 def tables(tmp_path_factory):
-    """The CSV files made from made-up runs."""
+    """The CSV files derived from made-up runs."""
     folder = tmp_path_factory.mktemp("agreement")
-    files = []
-    for role in config.ROLES:
-        for part, dataset in made_up(role).items():
-            files.append(folder / part / f"{role}.h5")
-            store.write(files[-1], dataset.arrays, dataset.attributes)
-    paths = {}
-    for name, table in script("agreement_tables").tables(files, 0.001).items():
-        paths[name] = folder / f"{name}.csv"
-        table.to_csv(paths[name], index=False)
-    return page.Tables(**paths)
+    data, paths = made_up(), {}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(divergence, "with_steps", lambda runs: runs)
+        for name in ("agreement", "families", "partings", "convergence"):
+            paths[name] = folder / f"{name}.csv"
+            derived(name, data).to_csv(paths[name], index=False)
+    return page.Tables(paths.pop("agreement"), **paths)
 
 
 def test_tables_have_a_row_for_each_comparison(tables):
@@ -568,13 +546,21 @@ def test_tables_have_a_row_for_each_comparison(tables):
     errors = pd.read_csv(tables.convergence)
     assert errors.groupby(["method", "varied"]).size().to_dict() == {
         ("event", "time_step"): 2 * 3,
-        ("event", "tolerance"): 2 * 3 * len(MADE_UP),
+        ("event", "tolerance"): 2 * 3 * (len(MADE_UP) - 1),
         ("verlet", "time_step"): 2 * 3 * 3,
     }
 
 
+@pytest.mark.parametrize("name", registry.entries())
+def test_tables_explain_columns_that_they_have(name, tables):
+    if name not in ("agreement", "families", "partings", "convergence"):
+        return
+    path = tables.comparisons if name == "agreement" else getattr(tables, name)
+    assert set(registry.entries()[name].columns) <= set(pd.read_csv(path))
+
+
 def test_page_says_what_the_tables_say(tables):
-    settings = config.make_plan(CONFIG | {"preset": "smoke"}, SCHEMA).settings()
+    settings = plan("smoke").settings()
     found = page.describe(tables, settings)
     words = {part["title"]: " ".join(part["sentences"]) for part in found["parts"]}
     assert "agree at 4 of 4 points" in words["With noise"]
@@ -584,7 +570,7 @@ def test_page_says_what_the_tables_say(tables):
     )
     end = words["Attractors and lifetimes without noise"]
     assert "differ at u = 25" in end
-    assert "does not hold in 2 of 4 ensembles" in end
+    assert "does not hold at 2 of 4 points" in end
     assert "also from the most distant states" in end
     table = pd.read_csv(tables.comparisons)
     assert len(found["families"]) == len(pd.read_csv(tables.families))
@@ -592,14 +578,15 @@ def test_page_says_what_the_tables_say(tables):
 
 
 def test_page_is_a_section_of_the_report(tables, tmp_path):
-    settings = config.make_plan(CONFIG | {"preset": "smoke"}, SCHEMA).settings()
+    settings = plan("smoke").settings()
     claims, image = tmp_path / "claims.csv", tmp_path / "image.png"
-    measure({}, {}, {}, {}, settings).to_csv(claims, index=False)
+    measure({}, settings).to_csv(claims, index=False)
     names = [module.__name__.rpartition(".")[2] for module in FIGURES]
     images = [image.with_stem(name) for name in names]
     for path in images:
         path.write_bytes(PIXEL)
     files = {name: [path] for name, path in vars(tables).items()}
+    files["agreement"] = files.pop("comparisons")
     files |= {"claims": [claims], "figures": images}
     report.render(
         tmp_path / "report.html", report.Material("smoke", settings, files, tmp_path / "none")
@@ -616,7 +603,7 @@ def test_page_draws_no_conclusion_of_its_own(tables, tmp_path):
     table["verdict"] = samples.AGREE
     turned = tmp_path / "turned.csv"
     table.to_csv(turned, index=False)
-    settings = config.make_plan(CONFIG | {"preset": "smoke"}, SCHEMA).settings()
+    settings = plan("smoke").settings()
     other = page.Tables(turned, tables.families, tables.partings, tables.convergence)
     sentences = page.describe(other, settings)["parts"][-1]["sentences"]
     assert "nothing speaks against" in sentences[-1]
@@ -624,8 +611,7 @@ def test_page_draws_no_conclusion_of_its_own(tables, tmp_path):
 
 @pytest.mark.parametrize("module", FIGURES)
 def test_figures_draw_and_repeat(module, tmp_path):
-    part = module.__name__.rpartition("agreement_")[2]
-    data = {f"{part}_{role}": made_up(role)[part] for role in config.ROLES}
+    data = {name: made_up()[name] for name in module.ENTRY.uses}
     written = []
     for name in ("first", "second"):
         figure = module.draw(data, style.small_print(list(data.values()), "smoke"))
@@ -633,79 +619,65 @@ def test_figures_draw_and_repeat(module, tmp_path):
         written.append((tmp_path / f"{name}.png").read_bytes())
         assert all(axes.has_data() for axes in figure.axes)
     assert written[0] == written[1]
-    with pytest.raises(InputError, match="reference"):
-        module.draw({f"{part}_tested": data[f"{part}_tested"]}, "")
+    first, second, *_ = module.ENTRY.uses
+    with pytest.raises(InputError, match=second):
+        module.draw({first: data[first]}, "")
 
 
-@pytest.mark.parametrize(
-    ("reference", "drawn"),
-    [(trajectories([0.001], slope=0.0), False), (with_tolerances([0.001], [1e-4]), True)],
-)
-def test_few_tolerances_are_drawn_or_missed(reference, drawn):
-    tested, other = (made_up(role)["trajectories"] for role in config.ROLES)
-    data = {
-        "trajectories_tested": tested,
-        "trajectories_reference": Dataset(reference, other.attributes),
-    }
+@pytest.mark.parametrize(("tolerances", "drawn"), [([1e-10], False), ([1e-4, 1e-10], True)])
+def test_few_tolerances_are_drawn_or_missed(tolerances, drawn):
+    data = made_up()
+    data["pairs_paths_tolerances"] = Dataset(by_tolerance(tolerances), HOW | {"method": "event"})
     figure = agreement_trajectories.draw(data, "")
     assert bool(figure.axes[3].lines) == drawn
     assert bool(figure.axes[3].texts) != drawn
 
 
-def tiny(part, role):
-    """Settings of the smoke preset, shorter, as the workflow hands them to the job."""
-    plan = config.make_plan(CONFIG | {"preset": "smoke"}, SCHEMA)
-    short = {"duration": 20.0, "transient": 5.0, "settle_time": 5.0, "n_runs": 2}
-    settings = plan.constants | plan.agreement.run_settings(part, role)
-    settings |= {name: value for name, value in short.items() if name in settings}
-    settings |= {"laminar_time": 200.0, "section_values": 10}
-    return settings | ({"section_position": {5: 615.0}} if part == "disorder" else {})
+def run(name, n_replicates=2, **changes):
+    """Arrays of the first points of a dataset of the smoke preset, of shorter runs."""
+    dataset = plan("smoke").datasets[name]
+    short = {"duration": 20.0, "transient": 5.0, "settle_time": 5.0, "section_values": 10}
+    settings = dataset.settings | {
+        key: min(value, dataset.settings[key])
+        for key, value in short.items()
+        if key in dataset.settings
+    }
+    chosen = [point._replace(**changes) for point in dataset.points]
+    chosen = [point for point in dict.fromkeys(chosen) if point.replicate < n_replicates]
+    return running.run(dataset.kind.name, chosen, settings)
 
 
-@pytest.mark.parametrize("part", config.PARTS)
-def test_runs_of_a_part_have_a_row_for_each(part, tmp_path):
-    path = tmp_path / "runs.h5"
-    settings = tiny(part, "tested") | {"time_steps": [0.001, 0.002]}
-    script("agreement_runs").agreement_runs(part, settings, "smoke", path)
-    found = store.read(path)
-    grids = [len(settings[name]) for name in ("n_blocks", "belt_velocity", "noise")
-             if name in settings]  # fmt: skip
-    expected = np.prod(grids) * 2
-    if part in ("trajectories", "attractors"):
-        expected *= 2
-    if part == "attractors":
-        expected *= len(settings["initial_spread"])
-    assert all(len(found.arrays[name]) == expected for name in ("n_blocks", "belt_velocity"))
-    assert found.attributes["method"] == "verlet"
-    assert found.attributes["time_step"] == "0.001, 0.002"
+@pytest.mark.parametrize("part", ["paths", "r", "slips", "states"])
+def test_runs_have_a_row_for_each_point_and_the_arrays_of_their_kind(part):
+    name = f"pairs_{part}_verlet"
+    arrays, dataset = run(name), plan("smoke").datasets[name]
+    count = len([point for point in dataset.points if point.replicate < 2])
+    assert len(arrays["n_blocks"]) == count
+    optional = {"positions", "velocities", "friction"}
+    assert set(dataset.kind.arrays) - optional == set(arrays) - optional
+    for array in KINDS[dataset.kind.name].arrays.values():
+        if array.fields:
+            assert set(array.fields) == set(arrays[array.name].dtype.names)
+        elif array.name in arrays:
+            assert arrays[array.name].ndim == len(array.dimensions)
 
 
-def test_trajectories_begin_in_the_same_states(tmp_path):
+def test_paths_begin_in_the_same_states():
     first = []
-    for role in config.ROLES:
-        path = tmp_path / f"{role}.h5"
-        settings = tiny("trajectories", role) | {"time_steps": [0.001]}
-        script("agreement_runs").agreement_runs("trajectories", settings, "smoke", path)
-        arrays = store.read(path).arrays
+    for method in METHODS:
+        arrays = run(f"pairs_paths_{method}", time_step=0.001)
         first.append(arrays["positions"][:, 0])
-        order = np.lexsort((arrays["events"]["time"], arrays["events"]["run"]))
+        order = np.lexsort((arrays["events"]["time"], arrays["events"]["point"]))
         assert (np.diff(order) > 0).all()
-    repeats = len(first[1]) // len(first[0])  # one for each tolerance of the reference
-    np.testing.assert_array_equal(np.tile(first[0], (repeats, 1)), first[1])
+    np.testing.assert_array_equal(first[0][:, :2], first[1][:, :2])
     assert not np.array_equal(first[0][0], first[0][1])
 
 
-def test_errors_fall_with_the_tolerance(tmp_path):
+def test_errors_fall_with_the_tolerance():
     """From runs to rows, by the integrator that has a tolerance."""
-    settings = tiny("trajectories", "reference")
-    settings |= {"n_blocks": [2], "tolerances": [1e-2, 1e-4, 1e-6, 1e-14]}
-    script("agreement_runs").agreement_runs("trajectories", settings, "smoke", tmp_path / "runs.h5")
-    runs = store.read(tmp_path / "runs.h5")
-    assert runs.attributes["tolerance"] == TOLERANCES["event"]
-    arrays = runs.arrays
-    accuracies = set(zip(arrays["time_step"], arrays["tolerance"], strict=True))
-    assert accuracies == {(0.002, 1e-10)} | {(0.001, t) for t in (1e-2, 1e-4, 1e-6, 1e-10, 1e-14)}
-    rows = agreement.compare_tolerances(arrays, time_step=0.001)
+    arrays = run("pairs_paths_tolerances", n_replicates=4, n_blocks=2)
+    assert set(arrays["allowed_error"]) == {1e-2, 1e-4, 1e-6, TOLERANCES["event"], 1e-14}
+    rows = agreement.compare_tolerances(divergence.with_steps(arrays))
     rows = [row for row in rows if row["after_events"] == 5]
     assert [row["tolerance"] for row in rows] == [1e-2, 1e-4, 1e-6, 1e-10]
     errors, mean_steps = ([row[name] for row in rows] for name in ("error", "step"))
@@ -713,9 +685,3 @@ def test_errors_fall_with_the_tolerance(tmp_path):
     assert errors[3] < 1e-11
     assert mean_steps == sorted(mean_steps, reverse=True)
     assert 12 < rows[0]["order"] < 18
-
-
-def test_unknown_integrator_is_one_line(tmp_path):
-    settings = tiny("disorder", "tested") | {"method": "rk4"}
-    with pytest.raises(InputError, match="method = 'rk4'"):
-        script("agreement_runs").agreement_runs("disorder", settings, "smoke", tmp_path / "x.h5")

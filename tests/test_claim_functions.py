@@ -71,11 +71,11 @@ class Stub:
     def table(self, scan, *, settled=True):
         return self.tables[scan]
 
-    def dataset(self, *name):
-        return self.datasets[name[-1]]
+    def dataset(self, name):
+        return self.datasets[name]
 
-    def names(self, kind=None):
-        return list(self.datasets)
+    def has(self, name):
+        return name in self.datasets
 
     def values(self, scan, name):
         return np.unique(self.dataset(scan).arrays[name])
@@ -320,19 +320,19 @@ def catalogue(chains=10, per_chain=200, seed=2):
     """Slips of the last of two blocks with power-law sizes, and avalanches about each of them."""
     rng = np.random.default_rng(seed)
     size = chains * per_chain
-    slips = np.zeros(2 * size, [("chain", "i4"), ("block", "i4"), ("start_time", "f8"),
+    slips = np.zeros(2 * size, [("point", "i4"), ("block", "i4"), ("start_time", "f8"),
                                 ("stop_time", "f8"), ("start_position", "f8"),
                                 ("stop_position", "f8"), ("dissipated", "f8")])  # fmt: skip
     start = np.tile(20.0 * np.arange(per_chain), chains)
-    slips["chain"] = np.repeat(np.arange(chains), 2 * per_chain)
+    slips["point"] = np.repeat(np.arange(chains), 2 * per_chain)
     slips["block"] = np.tile([2, 1], size)
     slips["start_time"] = np.repeat(start, 2) + np.tile([0.0, 1.0], size)
     slips["stop_time"] = slips["start_time"] + 4
     slips["start_position"] = 60 + 60 * rng.pareto(1.2, 2 * size)
     slips["dissipated"] = 10 * (1 + rng.pareto(0.9, 2 * size))
-    found = np.zeros(2 * size, [("chain", "i4"), ("start_time", "f8"), ("stop_time", "f8"),
+    found = np.zeros(2 * size, [("point", "i4"), ("start_time", "f8"), ("stop_time", "f8"),
                                 ("dissipated", "f8"), ("spring_energy_drop", "f8")])  # fmt: skip
-    found["chain"] = slips["chain"]
+    found["point"] = slips["point"]
     found["start_time"] = np.repeat(start, 2) + np.tile([-1.0, 10.0], size)  # each second: none
     found["stop_time"] = found["start_time"] + 7
     found["dissipated"] = 1e3 * (1 + rng.pareto(0.8, 2 * size))
@@ -359,7 +359,7 @@ def test_the_readings_of_slip_sizes_are_what_their_names_say():
         "20 bins per decade": (size, 20, False),
         "all bins": (size, 10, True),
     }
-    stub = Stub("slip-size-exponent", datasets={"u1": made})
+    stub = Stub("slip-size-exponent", datasets={"slips_u1": made})
     found = REGISTRY["slip-size-exponent"](stub)
     assert list(found) == [*samples, "maximum likelihood"]
     for name, settings in samples.items():
@@ -374,7 +374,7 @@ def test_the_readings_of_slip_sizes_are_what_their_names_say():
     assert likely.sample_size == fit.sample_size and "a power law fits better" in likely.note
     few = catalogue(chains=1, per_chain=499)
     with pytest.raises(NotEnoughDataError, match="499 slips of the last block, 500 are needed"):
-        measured("slip-size-exponent", datasets={"u1": few})
+        measured("slip-size-exponent", datasets={"slips_u1": few})
 
 
 def test_the_readings_of_energies_are_what_their_names_say():
@@ -391,7 +391,9 @@ def test_the_readings_of_energies_are_what_their_names_say():
         "drop in spring energy": (reaching["spring_energy_drop"], 10),
         "20 bins per decade": (reaching["dissipated"], 20),
     }
-    readings = REGISTRY["slip-energy-exponent"](Stub("slip-energy-exponent", datasets={"u1": made}))
+    readings = REGISTRY["slip-energy-exponent"](
+        Stub("slip-energy-exponent", datasets={"slips_u1": made})
+    )
     assert list(readings) == [*samples, "maximum likelihood"]
     for name, (values, bins) in samples.items():
         measurement = readings[name]()
@@ -410,18 +412,18 @@ def test_the_error_of_a_density_exponent_is_the_spread_over_chains_where_there_a
     made = catalogue(chains=8, per_chain=250)
     sizes = made.arrays["slips"]["start_position"].reshape(8, -1)
     sizes[:] = 60 * (1 + rng.pareto(rng.uniform(0.6, 2.2, 8)[:, None], sizes.shape))
-    whole = measured("slip-size-exponent", "laboratory frame", datasets={"u1": made})
+    whole = measured("slip-size-exponent", "laboratory frame", datasets={"slips_u1": made})
     own = made.arrays["slips"][::2]
-    groups = [own["start_position"][own["chain"] == chain] for chain in range(8)]
+    groups = [own["start_position"][own["point"] == chain] for chain in range(8)]
     resampled = [
         exponent(np.concatenate([groups[k] for k in rng.integers(0, 8, 8)])).exponent
         for _ in range(200)
     ]
     assert whole.uncertainty == pytest.approx(np.std(resampled), rel=0.35)
     assert whole.uncertainty > 2 * exponent(own["start_position"]).exponent_error
-    seven = own[own["chain"] < 7]
+    seven = own[own["point"] < 7]
     made = data({"slips": seven, "avalanches": None}, n_blocks=2, belt_velocity=3.0)
-    few = measured("slip-size-exponent", "laboratory frame", datasets={"u1": made})
+    few = measured("slip-size-exponent", "laboratory frame", datasets={"slips_u1": made})
     assert few.uncertainty == exponent(seven["start_position"]).exponent_error
 
 
@@ -439,7 +441,7 @@ def test_the_section_points_leave_out_the_coordinate_that_the_section_fixes(monk
         return dimension.DimensionFit(1.5, 0.1, 2.0, 3.0, len(coordinates), nothing, nothing)
 
     monkeypatch.setattr(dimension, "correlation_dimension", record)
-    readings = REGISTRY["poincare"](Stub("poincare", datasets={"u1": made}))
+    readings = REGISTRY["poincare"](Stub("poincare", datasets={"slips_u1": made}))
     found = [reading() for reading in readings.values()]
     x, v = points["positions"], points["velocities"]
     state = np.column_stack([x[:, 0], x[:, 2], v])
@@ -450,7 +452,7 @@ def test_the_section_points_leave_out_the_coordinate_that_the_section_fixes(monk
     assert (found[0].value, found[0].uncertainty) == (1.5, 0.1) and "2 to 3" in found[0].note
     few = data({"section": points[:999]}, belt_velocity=1.0)
     with pytest.raises(NotEnoughDataError, match="999 section points, 1000 are needed"):
-        measured("poincare", datasets={"u1": few})
+        measured("poincare", datasets={"slips_u1": few})
 
 
 CYCLE = np.tile([1.0, 5.0, 9.0], 10)
@@ -505,7 +507,7 @@ def escapes(lifetime, escaped, *, u=20.0, sticks=0.0, duration=9000.0):
 def test_lifetimes_at_u20():
     lifetime = np.arange(1000.0, 11_000, 500)  # 20 members
     escaped = lifetime < 8000
-    found = measured("u20-transient", "ensemble", datasets=escapes(lifetime, escaped))
+    found = measured("u20-transient", "many runs", datasets=escapes(lifetime, escaped))
     lived = np.where(escaped, lifetime, 9000.0)
     assert found.value == {"median lifetime": np.median(lived), "share that escapes": 0.7}
     assert found.sample_size == 20 and passed(found) == [1, 1]
@@ -514,22 +516,22 @@ def test_lifetimes_at_u20():
     error = found.uncertainty["median lifetime"]
     assert error == pytest.approx(np.std(medians), rel=0.15)
     assert "1238 to inf" in found.note
-    half = measured("u20-transient", "ensemble", datasets=escapes(lifetime, lifetime < 6000))
+    half = measured("u20-transient", "many runs", datasets=escapes(lifetime, lifetime < 6000))
     assert half.value["share that escapes"] == 0.5 and passed(half) == [1, 0]
     sticky = escapes(lifetime, escaped, sticks=0.1)
-    assert passed(measured("u20-transient", "ensemble", datasets=sticky)) == [1, 0]
-    late = measured("u20-transient", "ensemble", datasets=escapes(lifetime + 3100, escaped))
+    assert passed(measured("u20-transient", "many runs", datasets=sticky)) == [1, 0]
+    late = measured("u20-transient", "many runs", datasets=escapes(lifetime + 3100, escaped))
     assert passed(late) == [0, 1]
     early = escapes(np.full(20, 3900.0), np.full(20, True))
-    assert passed(measured("u20-transient", "ensemble", datasets=early)) == [0, 1]
+    assert passed(measured("u20-transient", "many runs", datasets=early)) == [0, 1]
     for change, message in (
         ({"u": 20.6}, "no belt velocity near 20"),
         ({"duration": 7999.0}, "runs of 7999 cannot show lifetimes of 4000"),
     ):
         with pytest.raises(NotEnoughDataError, match=message):
-            measured("u20-transient", "ensemble", datasets=escapes(lifetime, escaped, **change))
-    with pytest.raises(NotEnoughDataError, match="9 members, 10 are needed"):
-        measured("u20-transient", "ensemble", datasets=escapes(lifetime[:9], escaped[:9]))
+            measured("u20-transient", "many runs", datasets=escapes(lifetime, escaped, **change))
+    with pytest.raises(NotEnoughDataError, match="9 runs, 10 are needed"):
+        measured("u20-transient", "many runs", datasets=escapes(lifetime[:9], escaped[:9]))
 
 
 @pytest.mark.parametrize(
@@ -1312,11 +1314,11 @@ def test_both_methods_agree(ratio, checks):
         return data(arrays, method=method)
 
     datasets = {
-        "one": scan("verlet", np.full(30, 0.08)),
-        "two": scan("verlet", np.full(30, 0.12)),  # means of replicates are compared
-        "three": scan("event", 0.1 * np.exp(ratio)),
-        "quiet": scan("event", np.full(30, 9.0), noise=0.0),
-        "quiet too": scan("verlet", np.full(30, 1.0), noise=0.0),
+        "n5_rows": scan("verlet", np.full(30, 0.08)),
+        "n5_rows_check": scan("verlet", np.full(30, 0.12)),  # means of replicates are compared
+        "n5_map": scan("event", 0.1 * np.exp(ratio)),
+        "size_rows": scan("event", np.full(30, 9.0), noise=0.0),
+        "size_rows_check": scan("verlet", np.full(30, 1.0), noise=0.0),
     }
     found = measured("method-independence", datasets=datasets)
     error = np.std(ratio, ddof=1) / math.sqrt(30)
@@ -1324,7 +1326,7 @@ def test_both_methods_agree(ratio, checks):
     assert found.value["share beyond 20 %"] == np.mean(np.abs(ratio) > math.log(1.2))
     assert found.uncertainty["mean ln(r_event / r_verlet)"] == pytest.approx(error, abs=1e-15)
     assert found.sample_size == 30 and passed(found) == checks
-    datasets["three"] = scan("event", np.ones(23), places=u[:23])
+    datasets["n5_map"] = scan("event", np.ones(23), places=u[:23])
     with pytest.raises(NotEnoughDataError, match="23 points with noise"):
         measured("method-independence", datasets=datasets)
 

@@ -10,7 +10,8 @@ import pytest
 from beltrepro.datasets import checking, grids, schema
 from beltrepro.datasets.kinds import KINDS, MAXIMUM_SCAN_BLOCKS, SETTINGS
 from beltrepro.datasets.plan import make_plan
-from beltrepro.datasets.quantities import QUANTITIES, columns, plain, points_of
+from beltrepro.datasets.points import Point, columns, plain, points_of
+from beltrepro.datasets.quantities import QUANTITIES
 from beltrepro.errors import InputError
 
 ROOT = Path(__file__).parents[1]
@@ -308,6 +309,10 @@ def test_schema_names_every_quantity_and_setting():
         "own_method",
         "points_per_job",
     }
+
+
+def test_a_point_has_a_value_of_each_quantity():
+    assert Point._fields == tuple(QUANTITIES)
 
 
 def test_scans_take_as_many_blocks_as_the_simulation():

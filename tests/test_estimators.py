@@ -9,6 +9,7 @@ from scipy import optimize, stats
 from scipy.spatial.distance import pdist
 
 from beltrepro.analysis import (
+    agreement,
     avalanches,
     density,
     dimension,
@@ -194,9 +195,9 @@ def test_a_cut_off_exponential_beats_a_power_law_and_does_not_rise():
 def random_slips(seed, count=60):
     """Slips of three blocks on two chains that overlap, touch, or come alone, in any order."""
     rng = RNG(seed)
-    slips = np.zeros(count, [("chain", "i4"), ("block", "i4"), ("start_time", "f8"),
+    slips = np.zeros(count, [("point", "i4"), ("block", "i4"), ("start_time", "f8"),
                              ("stop_time", "f8"), ("dissipated", "f8")])  # fmt: skip
-    slips["chain"], slips["block"] = rng.integers(0, 2, count), rng.integers(1, 4, count)
+    slips["point"], slips["block"] = rng.integers(0, 2, count), rng.integers(1, 4, count)
     slips["start_time"] = rng.integers(0, 80, count) / 2
     slips["stop_time"] = slips["start_time"] + rng.integers(1, 9, count) / 2
     slips["dissipated"] = rng.random(count)
@@ -207,10 +208,10 @@ def random_slips(seed, count=60):
 def test_losses_while_the_last_block_slips_are_those_of_a_plain_loop(seed):
     slips, expected = random_slips(seed), []
     for own in sorted(
-        slips[slips["block"] == 3], key=lambda own: (own["chain"], own["start_time"])
+        slips[slips["block"] == 3], key=lambda own: (own["point"], own["start_time"])
     ):
         energy = 0.0
-        for slip in slips[slips["chain"] == own["chain"]]:
+        for slip in slips[slips["point"] == own["point"]]:
             overlap = min(slip["stop_time"], own["stop_time"]) - max(
                 slip["start_time"], own["start_time"]
             )
@@ -226,12 +227,12 @@ def test_avalanches_reach_the_last_block_if_one_of_its_slips_starts_in_them():
     slips = random_slips(5)[:20]
     rng = RNG(6)
     starts = rng.integers(0, 40, 30).astype(float)
-    catalogue = np.zeros(30, [("chain", "i4"), ("start_time", "f8"), ("stop_time", "f8")])
-    catalogue["chain"] = rng.integers(0, 2, 30)
+    catalogue = np.zeros(30, [("point", "i4"), ("start_time", "f8"), ("stop_time", "f8")])
+    catalogue["point"] = rng.integers(0, 2, 30)
     catalogue["start_time"], catalogue["stop_time"] = starts, starts + 2
     expected = [
         any(
-            slip["chain"] == avalanche["chain"]
+            slip["point"] == avalanche["point"]
             and slip["block"] == 3
             and avalanche["start_time"] <= slip["start_time"] <= avalanche["stop_time"]
             for slip in slips
@@ -461,23 +462,29 @@ def test_survival_is_that_of_the_members_still_there():
 
 
 def test_the_lifetime_table_by_hand():
-    ensemble = {
+    runs = {
         "belt_velocity": np.array([2.0, 1, 2, 1, 2, 1, 2, 1]),
         "lifetime": np.array([4.0, 3, 6, 5, 8, 7, 10, 10]),
         "escaped": np.array([1, 1, 1, 1, 1, 1, 0, 0]),
     }
-    table = lifetimes.by_belt_velocity(ensemble, 10.0, start=4.0)
+    table = lifetimes.by_belt_velocity(runs, 10.0, start=4.0)
     assert table["belt_velocity"].tolist() == [1, 2] and table["members"].tolist() == [4, 4]
     assert table["escaped"].tolist() == [0.75, 0.75] and table["median"].tolist() == [6, 7]
     np.testing.assert_allclose(table["tau"], [np.nan, (0 + 2 + 4 + 6) / 3])
     np.testing.assert_allclose(table["tau_error"], [np.nan, 4 / math.sqrt(3)])
-    whole = lifetimes.by_belt_velocity(ensemble, 10.0)
+    whole = lifetimes.by_belt_velocity(runs, 10.0)
     np.testing.assert_allclose(whole["tau"], [25 / 3, 28 / 3])
 
 
 def test_attractors_at_the_edge_of_the_amplitude():
     found = lifetimes.label_attractors([1, 1, 0], [0.05, 0.0499, 0.0], np.zeros((3, 2)))
     assert found.tolist() == [lifetimes.LARGE_SLIP, lifetimes.SMALL_SLIP, lifetimes.STICK_SLIP]
+
+
+def test_the_last_block_of_a_shorter_chain_is_the_last_one_that_it_has():
+    rates = [[0.0, 0.1, 0.0], [0.0, 0.1, np.nan], [0.1, 0.0, np.nan], [0.0, 0.0, 0.1]]
+    found = lifetimes.label_attractors([1] * 4, [0.0] * 4, rates)
+    assert (found == lifetimes.STICK_SLIP).tolist() == [False, True, False, True]
 
 
 # --- samples --------------------------------------------------------------------------------------
@@ -906,3 +913,174 @@ def test_the_step_is_the_best_of_all_two_level_steps():
                 cost = sum(np.abs(side - np.median(side)).sum() for side in (low, high))
                 best[(cut + np.unique(x)[np.unique(x) > cut][0]) / 2] = cost
         assert transitions._step(x, y, falling=falling) == min(best, key=best.get)
+
+
+# --- agreement ------------------------------------------------------------------------------------
+
+
+def scan_of(points, seed, replicates):
+    """Arrays of a scan: so many replicates of each point (N, u, sigma), in any order."""
+    rng = RNG(seed)
+    rows = [point for point in points for _ in range(replicates)]
+    rng.shuffle(rows)
+    n_blocks, u, noise = (np.array(column) for column in zip(*rows, strict=True))
+    section = rng.normal(-20, 3, (len(rows), 9))
+    section[:, 6:] = np.nan
+    section[1] = np.nan
+    return {
+        "n_blocks": n_blocks,
+        "belt_velocity": u,
+        "noise": noise,
+        "disorder_parameter": rng.random(len(rows)),
+        "mean_length": rng.normal(600, 9, len(rows)),
+        "slip_count": rng.integers(0, 99, (len(rows), 10)),
+        "section_count": rng.integers(50, 60, len(rows)),
+        "section_velocity": section,
+    }
+
+
+def test_statistics_of_the_points_of_a_scan_by_hand():
+    arrays = scan_of([(2, 5.0, 1.0), (10, 5.0, 1.0)], 17, 3)
+    found = list(agreement.disorder_statistics(arrays, measured_time=40.0).values())
+    for run in range(6):
+        own = arrays["section_velocity"][run, :6]
+        expected = [
+            arrays["disorder_parameter"][run],
+            arrays["mean_length"][run],
+            arrays["slip_count"][run, arrays["n_blocks"][run] - 1] / 40,
+            arrays["section_count"][run] / 40,
+            np.nan if run == 1 else own.mean(),
+            np.nan if run == 1 else own.std(),
+        ]
+        np.testing.assert_allclose([values[run] for values in found], expected)
+
+
+def test_statistics_of_slips_by_hand():
+    rng = RNG(18)
+    slips = np.zeros(60, [("point", "i4"), ("block", "i4"), ("start_time", "f8"),
+                          ("stop_time", "f8"), ("start_position", "f8"),
+                          ("stop_position", "f8"), ("dissipated", "f8")])  # fmt: skip
+    slips["point"], slips["block"] = rng.integers(0, 2, 60), rng.integers(1, 4, 60)
+    for name in ("start_position", "stop_position", "dissipated"):
+        slips[name] = rng.random(60)
+    section = np.zeros(30, [("point", "i4"), ("velocities", "f8", 3)])
+    section["point"], section["velocities"] = rng.integers(0, 2, 30), rng.random((30, 3))
+    catalogue = {"slips": slips, "section": section}
+    catalogue |= {"n_blocks": np.array([3, 2, 3]), "belt_velocity": np.array([1.0, 2, 3])}
+    found = list(agreement.slip_statistics(catalogue).values())
+    for run, n_blocks in ((0, 3), (1, 2)):
+        own = slips[(slips["point"] == run) & (slips["block"] == n_blocks)]
+        size = own["start_position"] - own["stop_position"]
+        v = section["velocities"][section["point"] == run][:, n_blocks - 1]
+        expected = [
+            size.size,
+            size.mean(),
+            *np.percentile(size, [50, 90]),
+            own["dissipated"].mean(),
+        ]
+        expected += [v.size, v.mean(), v.std()]
+        np.testing.assert_allclose([values[run] for values in found], expected)
+    assert [values[2] for values in found][::5] == [0, 0]
+    assert np.isnan([values[2] for values in found][1:5]).all()
+
+
+def test_each_side_of_a_comparison_brings_its_own_runs():
+    """Sides of different sizes, orders and points: one cannot stand in for the other."""
+    shared = [(5, 10.0, 1.0), (5, 30.0, 1.0), (7, 10.0, 5.0)]
+    tested = scan_of([*shared, (5, 50.0, 1.0)], 19, 6)
+    reference = scan_of([(9, 9.0, 9.0), *shared], 20, 9)
+    mine, theirs = ({"q": side["disorder_parameter"]} for side in (tested, reference))
+    rows = agreement.compare_points(tested, reference, mine, theirs)
+    assert [(row["n_blocks"], row["belt_velocity"], row["noise"]) for row in rows] == shared
+    for row, point in zip(rows, shared, strict=True):
+        sides = [
+            [
+                side["disorder_parameter"][k]
+                for k in range(side["noise"].size)
+                if (side["n_blocks"][k], side["belt_velocity"][k], side["noise"][k]) == point
+            ]
+            for side in (tested, reference)
+        ]
+        expected = samples.compare_samples(*sides)
+        assert row["quantity"] == "q" and (row["n_tested"], row["n_reference"]) == (6, 9)
+        assert (row["mean_tested"], row["mean_reference"]) == (
+            expected.mean_tested, expected.mean_reference
+        )  # fmt: skip
+        assert (row["z"], row["p"], row["test"]) == (expected.z, expected.p, expected.test)
+
+
+def ends(seed, *, steps, runs):
+    """Arrays of kind escapes at two belt velocities, in an order of their own."""
+    rng = RNG(seed)
+    rows = [(u, step) for u in (7.0, 25.0) for step in steps for _ in range(runs)]
+    rng.shuffle(rows)
+    u, step = (np.array(column) for column in zip(*rows, strict=True))
+    escaped = rng.random(u.size) < 0.5
+    return {
+        "n_blocks": np.full(u.size, 5),
+        "belt_velocity": u,
+        "noise": np.zeros(u.size),
+        "initial_spread": np.full(u.size, 1e-3),
+        "time_step": step,
+        "escaped": escaped,
+        "lifetime": np.where(escaped, rng.uniform(0, 900, u.size), 1000.0),
+        "final_disorder": rng.random(u.size) / 10,
+        "final_stick_rate": rng.integers(0, 2, (u.size, 5)) / 10,
+    }
+
+
+def test_each_side_of_the_attractors_brings_its_own_runs():
+    tested = ends(21, steps=(0.001, 0.002), runs=7)
+    reference = ends(22, steps=(0.001, 0.004), runs=11)
+    rows = agreement.compare_attractors(tested, reference, reference_step=0.001)
+    assert len(rows) == 2 * 2 * 3
+    for row in rows:
+        ours, theirs = (
+            (side["belt_velocity"] == row["belt_velocity"]) & (side["time_step"] == step)
+            for side, step in ((tested, row["time_step"]), (reference, 0.001))
+        )
+        assert (row["n_tested"], row["n_reference"]) == (7, 11)
+        if row["quantity"] == agreement.STILL_STICKING:
+            sticks = [
+                np.mean(~side["escaped"][at] | (side["final_stick_rate"][at, -1] > 0))
+                for side, at in ((tested, ours), (reference, theirs))
+            ]
+            assert (row["mean_tested"], row["mean_reference"]) == pytest.approx(sticks)
+        elif row["quantity"] == agreement.FINAL_DISORDER:
+            means = (
+                tested["final_disorder"][ours].mean(),
+                reference["final_disorder"][theirs].mean(),
+            )
+            assert (row["mean_tested"], row["mean_reference"]) == pytest.approx(means)
+        else:
+            assert row["quantity"] == agreement.LIFETIME
+            expected = samples.compare_lifetimes(
+                tested["lifetime"][ours],
+                reference["lifetime"][theirs],
+                escaped_tested=tested["escaped"][ours],
+                escaped_reference=reference["escaped"][theirs],
+            )
+            assert (row["mean_tested"], row["mean_reference"], row["p"]) == (
+                expected.mean_tested, expected.mean_reference, expected.p
+            )  # fmt: skip
+
+
+def test_a_summary_of_a_family_by_hand():
+    def row(p, distance, quantity="q", runs=9):
+        one = samples.Comparison(8, runs, 2.0, 0.1, 1.0, 0.1, 5.0, p, "KS", p, distance)
+        return {"part": "a", "quantity": quantity} | vars(one)
+
+    rows = [row(0.01, 0.5), row(0.02, 0.001), row(0.9, 0.9, runs=7), row(np.nan, np.nan)]
+    judged = agreement.judge([*rows, row(0.04, 0.02, quantity="other")])
+    assert [each["corrected_p"] for each in judged[:3]] == pytest.approx([0.03, 0.04, 0.9])
+    assert judged[4]["corrected_p"] == 0.04  # a family of its own
+    assert [each["verdict"] for each in judged] == [
+        samples.DIFFER, samples.CLOSE, samples.AGREE, samples.UNKNOWN, samples.DIFFER
+    ]  # fmt: skip
+    first, second = agreement.summarise(judged)
+    assert (first["part"], first["quantity"], first["time_step"]) == ("a", "q", None)
+    assert (first["points"], first["runs"], first["test"]) == (4, 7, "KS")
+    assert [first[name] for name in samples.VERDICTS] == [1, 1, 1, 1]
+    assert first["smallest_p"] == pytest.approx(0.03) and first["largest_distance"] == 0.9
+    assert first["degrees"] == 3 and first["shift"] == pytest.approx(1.0)
+    assert second["points"] == 1 and second["smallest_p"] == 0.04

@@ -3,6 +3,7 @@
 import json
 from itertools import pairwise
 from types import SimpleNamespace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -12,14 +13,16 @@ from scipy.stats import chi2, ks_2samp, kstest
 
 import reference
 from beltrepro import ChainParameters, ChainState, simulate
+from beltrepro.accuracy import ORDER
+from beltrepro.engine import event
 from beltrepro.engine import integrator as engine_integrator
 from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.integrator import Sampling, Section
-from beltrepro.engine.records import EVENT_TIME
+from beltrepro.engine.records import EVENT_SLIP, EVENT_TIME
 from beltrepro.engine.roots import first_roots
-from beltrepro.engine.simd import LANES, select, spread, store
-from beltrepro.engine.taylor import LEVELS, ORDER
-from beltrepro.engine.vector import kernel
+from beltrepro.engine.simd import LANES, load, select, spread, store
+from beltrepro.engine.taylor import LEVELS
+from beltrepro.engine.vector import inlined, kernel
 from beltrepro.errors import ModelStateError
 from beltrepro.model.spring import external_force, spring_extension
 from test_engine import limit_cycle
@@ -28,9 +31,17 @@ EXACT = json.loads(reference.DATA.read_text())
 
 
 def integrator(
-    chains, starts=None, *, replicates=None, section=None, seed=1, stride=100, **settings
+    chains,
+    starts=None,
+    *,
+    kind=EventIntegrator,
+    replicates=None,
+    section=None,
+    seed=1,
+    stride=100,
+    **settings,
 ):
-    """An `EventIntegrator` that samples all blocks every `stride` ms; starts: displacements."""
+    """An integrator that samples all blocks every `stride` ms; starts: displacements."""
     positions = np.array([chain.rest_positions for chain in chains])
     if starts is not None:
         positions = positions + starts
@@ -39,7 +50,7 @@ def integrator(
         ChainState.at_rest(chain, place, seed=seed, replicate=replicate)
         for chain, place, replicate in zip(chains, positions, replicates, strict=True)
     ]
-    return EventIntegrator(
+    return kind(
         states,
         time_step=0.001,
         sampling=Sampling(stride, 0.001),
@@ -83,11 +94,11 @@ def run_from(n_blocks, belt_velocity, displacements, duration):
 
 
 def sequence(events):
-    return [event[1:] for event in events]
+    return [single[1:] for single in events]
 
 
 def times(events):
-    return np.array([event[0] for event in events])
+    return np.array([single[0] for single in events])
 
 
 # --- against the references ---
@@ -592,6 +603,81 @@ def test_crossings_lie_on_the_section():
         np.testing.assert_allclose(rows[:, 1:6], between, rtol=0, atol=1e-3)
 
 
+# --- hooks ---
+
+
+class Followed(NamedTuple):
+    """What `FollowedIntegrator` keeps of W chains."""
+
+    events: np.ndarray  # (4, W) of each kind
+    travel: np.ndarray  # (2, W) model time by series, and by steps
+    impulse: np.ndarray  # (N, W) of the noise on slipping blocks
+
+
+@inlined
+def follow_series(order, lane, active, sliding, group, scratch, companion):
+    now = load(group.chains.time, (lane,))
+    store(companion.travel, (0, lane), select(active, now, load(companion.travel, (0, lane))))
+
+
+@inlined
+def follow_move(order, lane, active, sliding, step, group, scratch, companion):
+    store(companion.travel, (1, lane), load(companion.travel, (1, lane)) + step)
+    for block in range(companion.impulse.shape[0]):
+        level = load(group.chains.noise_force, (0, block, lane))
+        slope = load(group.chains.noise_force, (1, block, lane))
+        slipping = load(group.chains.direction, (block, lane)) != 0.0
+        added = select(slipping, (level - 0.5 * slope * step) * step, 0.0)
+        store(companion.impulse, (block, lane), load(companion.impulse, (block, lane)) + added)
+
+
+@inlined
+def follow_event(kind, block, lane, i, group, scratch, companion):
+    companion.events[kind, lane + i] += 1.0
+
+
+class FollowedIntegrator(EventIntegrator):
+    _hooks = event.Hooks(follow_series, follow_move, follow_event)
+
+    def __init__(self, parameters, **settings):
+        super().__init__(parameters, **settings)
+        lanes = self._chains.time.size
+        n_blocks = self.n_blocks
+        self._companion = Followed(*(np.zeros((rows, lanes)) for rows in (4, 2, n_blocks)))
+
+
+def test_hooks_see_every_step_and_event_and_change_no_bit():
+    chains = [ChainParameters(5, u, 1.0) for u in (3.0, 20.0, 45.0)]
+    duration = 90.0
+    plain, expected = advanced(chains, duration)
+    followed, chunks = advanced(chains, duration, kind=FollowedIntegrator)
+    np.testing.assert_array_equal(followed.positions(), plain.positions())
+    np.testing.assert_array_equal(followed.velocities(), plain.velocities())
+    seen = followed._companion
+    np.testing.assert_allclose(seen.travel[1, :3], duration, rtol=1e-12)
+    assert np.all((seen.travel[0, :3] > 0) & (seen.travel[0, :3] < duration))
+    for lane in range(3):
+        slips = np.concatenate([chunk.events[lane][:, EVENT_SLIP] for chunk in chunks])
+        np.testing.assert_array_equal(
+            slips, np.concatenate([chunk.events[lane][:, EVENT_SLIP] for chunk in expected])
+        )
+        counted = seen.events[:, lane]
+        assert counted[event.SLIP] + counted[event.REVERSAL] == (slips > 0).sum() >= 6
+        assert counted[event.STICK] + counted[event.REVERSAL] == (slips == 0).sum() >= 6
+    assert seen.events[event.BRANCH, :3].sum() >= 6
+
+
+def test_impulses_of_the_noise_are_those_that_move_a_block():
+    # one block that slips from t = 0 on: its momentum is what spring, friction and noise gave it
+    until, start = 2.0, 80.0
+    chains = [ChainParameters(1, 5.0, noise) for noise in (1.0, 4.0)]
+    end, chunks = advanced(chains, until, np.full((2, 1), start), kind=FollowedIntegrator)
+    assert all(np.all(rows[:, EVENT_TIME] == 0) for chunk in chunks for rows in chunk.events)
+    given = 0.45 * 71.4 * until - end._wall_impulses()[:2] + end._companion.impulse[0, :2]
+    np.testing.assert_allclose(end.velocities()[:, 0] - 5.0, given, rtol=0, atol=1e-9)
+    assert np.abs(end._companion.impulse[0, :2]).max() > 1e-2
+
+
 # --- noise ---
 
 
@@ -683,7 +769,7 @@ def test_noise_goes_on_from_chunk_to_chunk(monkeypatch):
     chains = [ChainParameters(n, u, 1.0) for n, u in ((3, 20.0),) * 3]
     options = {"replicates": range(3), "noise_share": 0.0}
     whole = advanced(chains, 30.0, **options)[0]
-    monkeypatch.setattr(engine_integrator, "_CHUNK_TIME", 0.3)
+    monkeypatch.setattr(engine_integrator, "CUT_TIME", 0.3)
     pieces, chunks = advanced(chains, 30.0, **options)
     assert len(chunks) == 100
     np.testing.assert_allclose(pieces.positions(), whole.positions(), rtol=0, atol=1e-8)

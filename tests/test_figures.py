@@ -1,21 +1,25 @@
 """Every figure draws, whole or from hardly any data, labelled, not blank, the same bytes twice."""
 
+import dataclasses
 import importlib
 import subprocess
 import sys
 
 import matplotlib
 import numpy as np
+import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from beltrepro.errors import InputError
 from beltrepro.figures import fig07, fig12, fig18, panels, registry, style
+from beltrepro.model import ChainParameters
 from beltrepro.store import Dataset
 
 FIGURES = registry.entries()
-NAMES = [name for name, entry in FIGURES.items() if entry.number]
+# The comparison of integrators is drawn in its own tests.
+NAMES = [name for name, entry in FIGURES.items() if entry.category != "Integrators compared"]
 # Insets that the captions of the paper name; in Fig. 14 it is a panel beside the diagrams.
 INSETS = {"fig08": 2, "fig11": 2, "fig12": 1, "fig16": 1}
 
@@ -55,6 +59,12 @@ HOW = {
     "seed": 1,
     "code_version": "0.0+gabc",
 }
+# Constants of the law, as a file of one chain has them among its attributes.
+LAW = {
+    each.name: each.default
+    for each in dataclasses.fields(ChainParameters)
+    if each.default is not dataclasses.MISSING
+}
 
 
 def module(name):
@@ -88,7 +98,7 @@ def series(n_blocks, belt_velocity, noise, *, length=1500, interval=0.1, transie
         "events": np.sort(np.array(events, EVENTS), order="time"),
     }
     chain = {"n_blocks": n_blocks, "belt_velocity": belt_velocity, "noise": noise}
-    attributes = HOW | chain | {"kind": "series", "transient": transient}
+    attributes = HOW | LAW | chain | {"kind": "series", "transient": transient}
     return Dataset(arrays, attributes)
 
 
@@ -147,6 +157,24 @@ def ensemble(velocities, members=20, *, escapes=True):
     return Dataset(arrays, HOW | {"kind": "ensemble", "n_blocks": 5, "noise": 0.0})
 
 
+def study(ratios):
+    """A scan with a column of friction ratios."""
+    data = scan([5], np.arange(1.0, 50, 3), [0.0])
+    count = data.arrays["noise"].size
+    arrays = {
+        name: np.concatenate([values] * len(ratios)) if len(ratios) else values[:0]
+        for name, values in data.arrays.items()
+    }
+    column = {"friction_ratio": np.repeat(ratios, count)}
+    return Dataset(arrays | column, data.attributes)
+
+
+def falls(ratios):
+    """The table of transitions for the same ratios."""
+    rows = [(ratio, 20 + ratio, 0.5, 15.0, 25.0) for ratio in ratios]
+    return pd.DataFrame(rows, columns=["friction_ratio", "critical", "error", "lower", "upper"])
+
+
 def needed(name):
     """Datasets of a figure without those that are drawn over others."""
     return [used for used in FIGURES[name].uses if not used.endswith(panels.CHECK)]
@@ -169,6 +197,8 @@ def usual(name):
         "size_rows": lambda: scan([2, 3, 4, 6, 7, 10], u, [0.0, 1.0, 5.0]),
         "size_columns": lambda: scan([5, 7], [18.0], noisy),
         "lifetimes": lambda: ensemble(np.arange(18.0, 36, 3)),
+        "friction_ratio": lambda: study([0.2, 0.45]),
+        "friction_falls": lambda: falls([0.2, 0.45]),
     } | {f"n10_u{v}": lambda v=v: series(10, float(v), 0.0) for v in (28, 31, 34, 38)}
     return {dataset: made[dataset]() for dataset in needed(name)}
 
@@ -187,18 +217,21 @@ def poor(name):
         "n5_map": lambda: scan([5], [], []),
         "lifetimes": lambda: ensemble(np.array([18.0]), escapes=False),
         "slips_u1": lambda: catalogue(0, 0),
+        "friction_ratio": lambda: study([]),
+        "friction_falls": lambda: falls([]),
     }
     data = {}
     for dataset in needed(name):
         data[dataset] = made.get(dataset, lambda: series(10, 28.0, 0.0))()
-        if "time" in data[dataset].arrays:
+        if "time" in getattr(data[dataset], "arrays", ()):
             short = {key: values[:0] for key, values in data[dataset].arrays.items()}
             data[dataset] = Dataset(short, data[dataset].attributes)
     return data
 
 
 def draw(name, data) -> Figure:
-    return module(name).draw(data, style.small_print(list(data.values()), "smoke"))
+    datasets = [each for each in data.values() if isinstance(each, Dataset)]
+    return module(name).draw(data, style.small_print(datasets, "smoke"))
 
 
 def written(figure, folder):

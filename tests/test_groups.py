@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from beltrepro import ChainParameters, simulate
+from beltrepro import ChainParameters, catalogue, escapes, scan, simulate
 from beltrepro.engine.noise import stream_key
-from beltrepro.simulation import escape_ensemble, measure_points, record_catalogue
 
 MORE_THAN_A_GROUP = 35
 SPREAD = 0.5
@@ -37,7 +36,7 @@ def test_points_of_mixed_laws_sizes_and_noise_are_those_of_single_calls():
     sections = [110.0 + k for k in range(len(chains))]
     replicates = [k % 3 for k in range(len(chains))]
     lengths = {"duration": 30.0, "transient": 10.0, "initial_spread": SPREAD}
-    whole = measure_points(chains, section_position=sections, replicates=replicates, **lengths)
+    whole = scan(chains, section_position=sections, replicate=replicates, **lengths)
     np.testing.assert_array_equal(whole["n_blocks"], [chain.n_blocks for chain in chains])
     np.testing.assert_array_equal(whole["belt_velocity"], [chain.belt_velocity for chain in chains])
     np.testing.assert_array_equal(whole["noise"], [chain.noise for chain in chains])
@@ -45,11 +44,8 @@ def test_points_of_mixed_laws_sizes_and_noise_are_those_of_single_calls():
     np.testing.assert_array_equal(whole["section_position"], sections)
     assert len(np.unique(whole["mean_length"])) == len(chains)
     for row in (0, 1, 2, 5, 40, 69, 70, 101, 102, 104):
-        one = measure_points(
-            [chains[row]],
-            section_position=sections[row],
-            replicates=[replicates[row]],
-            **lengths,
+        one = scan(
+            chains[row], section_position=sections[row], replicate=replicates[row], **lengths
         )
         for name, values in one.items():
             np.testing.assert_array_equal(whole[name][row], values[0], err_msg=f"{name} {row}")
@@ -67,45 +63,45 @@ def test_runs_of_mixed_kinds_come_back_in_their_order():
 
 def test_a_catalogue_of_more_chains_than_a_group_keeps_them_apart():
     lengths = {"duration": 80.0, "transient": 20.0}
-    catalogue = record_catalogue(
-        CHAIN,
-        n_chains=MORE_THAN_A_GROUP,
+    found = catalogue(
+        [CHAIN] * MORE_THAN_A_GROUP,
+        replicate=range(MORE_THAN_A_GROUP),
         initial_spread=SPREAD,
         section_block=1,
         section_position=90.0,
         **lengths,
     )
-    slips, avalanches, section = (catalogue[name] for name in ("slips", "avalanches", "section"))
+    slips, avalanches, section = (found[name] for name in ("slips", "avalanches", "section"))
     for records in (slips, avalanches, section):
-        assert np.array_equal(np.unique(records["chain"]), np.arange(MORE_THAN_A_GROUP))
-        assert np.all(np.diff(records["chain"]) >= 0)
+        assert np.array_equal(np.unique(records["point"]), np.arange(MORE_THAN_A_GROUP))
+        assert np.all(np.diff(records["point"]) >= 0)
     for chain in (0, 1, 31, 32, 34):
         run = alone(chain, sample_interval=0.001, **lengths)
         starts = run.events[(run.events["kind"] == "slip") & (run.events["time"] >= 20.0)]
-        own = slips[slips["chain"] == chain]
+        own = slips[slips["point"] == chain]
         assert set(own["start_time"]) <= set(starts["time"])
         assert len(starts) - len(own) <= 2  # those still going on at the end
-        first, last = (avalanches[avalanches["chain"] == chain][k] for k in (0, -1))
+        first, last = (avalanches[avalanches["point"] == chain][k] for k in (0, -1))
         assert first["start_time"] in starts["time"]
         assert last["stop_time"] in run.events["time"][run.events["kind"] == "stick"]
         x = run.positions[:, 0]
         down = (x[:-1] >= 90.0) & (x[1:] < 90.0) & (run.time[1:] >= 20.0)
-        crossed = section[section["chain"] == chain]
+        crossed = section[section["point"] == chain]
         np.testing.assert_allclose(crossed["time"], run.time[1:][down], atol=0.001)
         np.testing.assert_allclose(crossed["positions"][:, 0], 90.0)
         np.testing.assert_allclose(crossed["velocities"], run.velocities[1:][down], atol=0.3)
 
 
 def test_escapes_of_more_members_than_a_group_keep_them_apart():
-    found = escape_ensemble(
-        CHAIN,
-        n_members=MORE_THAN_A_GROUP,
+    found = escapes(
+        [CHAIN] * MORE_THAN_A_GROUP,
+        replicate=range(MORE_THAN_A_GROUP),
         duration=60.0,
         settle_time=30.0,
         laminar_time=2.0,
         initial_spread=SPREAD,
     )
-    assert found["member"].tolist() == list(range(MORE_THAN_A_GROUP))
+    assert found["replicate"].tolist() == list(range(MORE_THAN_A_GROUP))
     np.testing.assert_array_equal(found["belt_velocity"], CHAIN.belt_velocity)
     assert 0 < found["escaped"].sum() < MORE_THAN_A_GROUP
     for member in (0, 1, 31, 32, 33, 34):

@@ -5,47 +5,56 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from beltrepro import config
+from beltrepro.datasets import checking
+from beltrepro.datasets.plan import make_plan
 from beltrepro.jobs import Job, draw, estimate, simulation_jobs
 
 ROOT = Path(__file__).parents[1]
 
 
 def plan(preset):
-    schema = config.load(ROOT / "workflow/schemas/config.schema.yaml")
-    return config.make_plan(config.load(ROOT / "config.yaml") | {"preset": preset}, schema)
+    return make_plan(checking.load(ROOT / "config.yaml") | {"preset": preset})
 
 
-def made_up(count, kind=("scan_block", "event", True)):
-    return [Job(*kind, f"{kind[0]}/{number}", 1.0 + number) for number in range(count)]
+def made_up(count, cost_class=("scan", "event", True)):
+    return [Job(*cost_class, f"{cost_class[0]}/{number}", 1.0 + number) for number in range(count)]
 
 
 @pytest.mark.parametrize("preset", ["smoke", "standard", "paper"])
-def test_sample_is_a_tenth_of_every_kind_and_no_job_twice(preset):
+def test_sample_is_a_tenth_of_every_class_and_no_job_twice(preset):
     jobs = simulation_jobs(plan(preset))
     assert len({job.name for job in jobs}) == len(jobs)
     sample = draw(jobs, seed=1)
     assert len(set(sample)) == len(sample)
-    for kind in {job.kind for job in jobs}:
-        of_kind = [job for job in jobs if job.kind == kind]
-        assert len([job for job in sample if job.kind == kind]) >= len(of_kind) / 10
+    for cost_class in {job.cost_class for job in jobs}:
+        alike = [job for job in jobs if job.cost_class == cost_class]
+        assert len([job for job in sample if job.cost_class == cost_class]) >= len(alike) / 10
 
 
 def test_work_is_chains_times_blocks_times_time():
     paper = plan("paper")
     work = {job.name: job.work for job in simulation_jobs(paper)}
-    assert work["blocks/n5_map/0000"] == 32 * 5 * 2e6
-    assert work["series/u1"] == 5 * 210000
-    scans = sum(value for name, value in work.items() if name.startswith("blocks/"))
-    assert scans == sum(2e6 * point[0] for scan in paper.scans.values() for point in scan.points)
+    assert work["batches/n5_map/0000"] == 32 * 5 * 2e6
+    assert work["batches/u1/0000"] == 5 * 210000
+    of_map = sum(value for name, value in work.items() if name.startswith("batches/size_rows/"))
+    assert of_map == sum(2e6 * point.n_blocks for point in paper.datasets["size_rows"].points)
 
 
-def test_kinds_tell_noise():
+def test_short_steps_weigh_for_the_scheme_that_takes_them():
+    datasets = plan("paper").datasets
+    short = [p._replace(time_step=0.0005) for p in datasets["pairs_states_verlet"].points[:3]]
+    usual = [point._replace(time_step=0.001) for point in short]
+    for method, ratio in (("verlet", 2), ("event", 1)):
+        by_method = [[p._replace(method=method) for p in each] for each in (short, usual)]
+        work = [datasets["pairs_states_verlet"].work(points) for points in by_method]
+        assert work[0] == ratio * work[1]
+
+
+def test_classes_tell_noise():
     jobs = simulation_jobs(plan("paper"))
-    assert {job.noise for job in jobs if job.name.startswith("blocks/n5_u7/")} == {False, True}
-    assert {job.noise for job in jobs if job.rule == "catalogue"} == {False}
-    listed = [job for job in jobs if job.rule == "scan_block"]
-    assert {job.noise for job in listed if "n5_map" in job.name and job.method == "event"} == {True}
+    assert {job.noise for job in jobs if job.name.startswith("batches/n5_u7/")} == {False, True}
+    assert {job.noise for job in jobs if "slips_u1" in job.name} == {False}
+    assert {job.noise for job in jobs if "n5_map" in job.name and job.method == "event"} == {True}
 
 
 def test_chances_are_proportional_to_work():
@@ -60,7 +69,7 @@ def test_chances_are_proportional_to_work():
 
 
 def test_a_large_job_is_always_drawn():
-    jobs = [*made_up(9), Job("scan_block", "event", True, "scan_block/9", 1e9)]
+    jobs = [*made_up(9), Job("scan", "event", True, "scan/9", 1e9)]
     assert all(draw(jobs, seed)[-1].work == 1e9 for seed in range(20))
 
 
@@ -88,7 +97,7 @@ def test_estimate_sums_kinds_and_knows_what_is_missing():
     jobs = made_up(10) + made_up(1, ("series", "verlet", False))
     known = {job.name: 3600.0 for job in jobs}
     table = estimate(jobs, known)
-    assert list(table["rule"]) == ["scan_block", "series", "sum"]
+    assert list(table["kind"]) == ["scan", "series", "sum"]
     assert table["hours"].iloc[-1] == pytest.approx(11)
     assert table["standard_error"].iloc[-1] == 0
     del known["series/0"]

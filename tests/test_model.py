@@ -71,6 +71,10 @@ def test_friction_rule(direction, relative_velocity, force, expected):
     assert next_direction(direction, relative_velocity, force, 71.4) == expected
 
 
+def test_a_negative_threshold_holds_nothing():
+    assert next_direction(0, 0.0, [0.0, -0.0, 2.0, -2.0], -1.0).tolist() == [1, -1, 1, -1]
+
+
 def test_friction_force():
     assert friction_force(0, 30.0, 71.4, 0.45) == -30.0
     assert friction_force(-1, 30.0, 71.4, 0.45) == pytest.approx(0.45 * 71.4)

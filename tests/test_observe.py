@@ -1,5 +1,6 @@
 """Observers on chunks made by hand: edges, ties, several chunks, reversals."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 import naive
 from beltrepro import ChainParameters
 from beltrepro.engine.law import law_constants
+from beltrepro.engine.state import ChainState
 from beltrepro.model.spring import potential_energy
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.sections import CrossingLog, SectionValues
@@ -160,6 +162,11 @@ def test_the_event_log_turns_displacements_into_positions():
 CHAIN = ChainParameters(3, 2.0)
 
 
+def stuck(positions):
+    """State of the chain at t = 0 with all blocks stuck at these positions."""
+    return ChainState.at_rest(CHAIN, positions)
+
+
 def random_events(seed, count=400, reversals=0.3):
     """Alternating slips and sticks of three blocks with a share of reversals, as a run has them.
 
@@ -197,7 +204,7 @@ def random_events(seed, count=400, reversals=0.3):
 @pytest.mark.parametrize("start", [0.0, 60.0])
 def test_slips_and_avalanches_with_reversals_are_those_of_the_plain_twin(seed, start):
     events, initial = random_events(seed)
-    found = slips_and_avalanches(events, 7, initial, CHAIN, law_constants(CHAIN), start)
+    found = slips_and_avalanches(events, 7, stuck(initial), law_constants(CHAIN), start)
 
     def energy(positions):
         return float(potential_energy(positions, CHAIN))
@@ -206,7 +213,7 @@ def test_slips_and_avalanches_with_reversals_are_those_of_the_plain_twin(seed, s
     assert (np.diff(events[:, 0]) == 0).sum() > 20
     for records, rows in zip(found, expected, strict=True):
         assert len(records) == len(rows) > 10
-        assert np.all(records["chain"] == 7)
+        assert np.all(records["point"] == 7)
         for name, column in zip(records.dtype.names[1:], zip(*rows, strict=True), strict=True):
             np.testing.assert_allclose(records[name], column, rtol=1e-9, atol=1e-9, err_msg=name)
 
@@ -217,7 +224,7 @@ def test_a_reversal_between_two_slips_is_one_avalanche_of_two_slips():
         dtype=float,
     )
     slips, (avalanche,) = slips_and_avalanches(
-        events, 0, CHAIN.rest_positions, CHAIN, law_constants(CHAIN), 0.0
+        events, 0, stuck(CHAIN.rest_positions), law_constants(CHAIN), 0.0
     )
     assert slips[["block", "start_time", "stop_time", "dissipated"]].tolist() == [
         (3, 1, 3, 30), (3, 3, 4, 12)
@@ -230,13 +237,34 @@ def test_a_reversal_between_two_slips_is_one_avalanche_of_two_slips():
     assert avalanche["spring_energy_drop"] == pytest.approx(drop)
 
 
+@pytest.mark.parametrize("cut", [101, 150, 203])
+def test_from_a_state_on_only_what_begins_later_counts(cut):
+    """The rest of a run, from a state in which blocks slip, has the later ones of its slips."""
+    events, initial = random_events(1)
+    while events[cut, 0] == events[cut - 1, 0]:  # no state between the two halves of a reversal
+        cut += 1
+    before, after = events[:cut], events[cut:]
+    state = dataclasses.replace(stuck(initial), time=before[-1, 0])
+    for block in range(3):
+        last = before[before[:, 1] == block][-1]
+        state.directions[block] = -last[2]  # slips
+        carried = 0.0 if last[2] else CHAIN.belt_velocity * (state.time - last[0])
+        state.displacements[block] = last[4] + carried - CHAIN.rest_positions[block]
+    whole = slips_and_avalanches(events, 0, stuck(initial), law_constants(CHAIN), after[0, 0])
+    rest = slips_and_avalanches(after, 0, state, law_constants(CHAIN), 0.0)
+    for expected, found in zip(whole, rest, strict=True):
+        assert len(expected) == len(found) > 3
+        for name in found.dtype.names:
+            np.testing.assert_allclose(found[name], expected[name], atol=1e-9, err_msg=name)
+
+
 def test_an_avalanche_that_goes_on_at_the_end_is_left_out():
     events = np.array([(1, 0, 1, 0, 52, 0), (2, 0, 0, 0, 50, 1), (3, 0, 1, 0, 52, 1)], dtype=float)
     slips, avalanches = slips_and_avalanches(
-        events, 0, CHAIN.rest_positions, CHAIN, law_constants(CHAIN), 0.0
+        events, 0, stuck(CHAIN.rest_positions), law_constants(CHAIN), 0.0
     )
     assert (len(slips), len(avalanches)) == (1, 1)
     empty = slips_and_avalanches(
-        events[:0], 0, CHAIN.rest_positions, CHAIN, law_constants(CHAIN), 0.0
+        events[:0], 0, stuck(CHAIN.rest_positions), law_constants(CHAIN), 0.0
     )
     assert [len(records) for records in empty] == [0, 0]

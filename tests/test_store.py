@@ -1,16 +1,20 @@
 """Files: what is written comes back, the same content gives the same bytes, never half a file."""
 
 import json
-import platform
 import re
 import subprocess
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 
-from beltrepro import provenance, store
+from beltrepro import inputs, provenance, store
+from beltrepro.datasets import files
+from beltrepro.datasets.plan import make_plan
+from beltrepro.datasets.points import columns, points_of
 from beltrepro.errors import InputError
+from beltrepro.tables import files as tables
 
 EVENT = np.dtype([("time", "f8"), ("block", "i8"), ("kind", "U5"), ("place", "f8", (3,))])
 EVENTS = np.array([(0.5, 1, "slip", (1, 2, 3)), (0.7, 5, "stick", (4, 5, 6))], dtype=EVENT)
@@ -62,43 +66,194 @@ def test_unreadable_file_is_one_line(tmp_path):
             store.read(path)
 
 
-def test_join_keeps_order_and_names_every_code_version():
-    parts = [
-        store.Dataset({"u": np.array([1.0, 2.0])}, {"kind": "scan", "code_version": "1"}),
-        store.Dataset({"u": np.array([3.0])}, {"kind": "scan", "code_version": "2"}),
-    ]
-    whole = store.join(parts)
-    np.testing.assert_array_equal(whole.arrays["u"], [1, 2, 3])
-    assert whole.attributes == {"kind": "scan", "code_version": "1, 2"}
+def test_arrays_say_what_they_are(tmp_path):
+    about = {"velocity": {"unit": "model velocity", "dimensions": "point, crossing"}}
+    store.write(tmp_path / "a.h5", ARRAYS, {}, about)
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert dict(file["velocity"].attrs) == about["velocity"]
+        assert dict(file["count"].attrs) == {}
 
 
-# --- provenance ---
+# --- files of datasets ---
 
 
-def test_attributes_say_what_made_the_file(tmp_path):
-    settings = {
-        "method": "verlet",
-        "time_step": 0.001,
-        "duration": 2.0,
-        "transient": 1.0,
-        "seed": 3,
-        "points": [[5, 1.0, 0.0]],
-    }
-    attributes = provenance.attributes("scan", "smoke", settings)
-    store.write(tmp_path / "data.h5", {}, attributes)
-    assert store.read(tmp_path / "data.h5").attributes == attributes
-    assert json.loads(attributes["config"]) == settings
-    assert attributes["units"] == "model units"
-    assert "numpy" in json.loads(attributes["library_versions"])
+def told(batch=None, **changes):
+    """What the file of a small scan, or of one of its batches, is told."""
+    point = {"kind": "scan", "n_blocks": [2, 5], "belt_velocity": [10, 20], "points_per_job": 3}
+    defaults = {"duration": 100, "transient": 50}
+    presets = {"own": {"defaults": defaults, "datasets": {"rows": point | changes}}}
+    config = {"preset": "own", "seed": 3, "datasets": {}, "presets": presets}
+    plan = make_plan(config)
+    return plan.told("rows") if batch is None else plan.told_batch("rows", batch)
 
 
-def test_attributes_hold_no_path_of_this_machine(tmp_path):
-    settings = {"method": "verlet", "time_step": 0.001, "duration": 2.0, "seed": 3}
-    attributes = provenance.attributes("ensemble", "smoke", settings)
-    store.write(tmp_path / "data.h5", {"a": np.arange(3)}, attributes)
+def arrays_of(told_batch, **more):
+    count = told_batch["points"]["count"]
+    recorded = {"disorder_parameter": np.arange(count) / 7, "slip_count": np.ones((count, 10), int)}
+    return columns(points_of(told_batch["points"])) | recorded | more
+
+
+def written(path, batch):
+    files.write(path, told(batch), arrays_of(told(batch)))
+    return files.read(path, files.expected(told(batch)))
+
+
+def test_a_file_says_what_it_holds(tmp_path):
+    found = written(tmp_path / "0000.h5", 0)
+    said = found.attributes
+    assert (said["dataset"], said["kind"], said["preset"], said["run"]) == (
+        "rows", "scan", "own", "own",
+    )  # fmt: skip
+    assert (said["duration"], said["seed"], said["method"]) == (100.0, 3, "verlet")
+    assert "n_blocks" not in said and "section_position" not in said
+    assert json.loads(said["config"]) == told(0)
+    assert said["units"] == "model units" and "numpy" in json.loads(said["library_versions"])
+    with h5py.File(tmp_path / "0000.h5") as file:
+        for array in file.values():
+            assert array.attrs["unit"] and array.attrs["dimensions"] and array.attrs["description"]
+        assert file["belt_velocity"].attrs["symbol"] == "u"
+        assert file["belt_velocity"].attrs["unit"] == "model velocity (0.0183 m/s)"
+
+
+def test_a_file_holds_no_path_of_this_machine(tmp_path):
+    written(tmp_path / "data.h5", 0)
     content = (tmp_path / "data.h5").read_bytes()
     for place in (provenance.ROOT.parents[1], tmp_path):
         assert str(place).encode() not in content
+
+
+def test_methods_by_noise_are_words():
+    values = arrays_of(told(0))
+    values["noise"] = np.array([0.0, 1, 1])
+    values["method"] = np.array(["verlet", "event", "event"])
+    assert files._methods(values) == "verlet (sigma = 0), event (sigma > 0)"
+    values["noise"][:] = 0
+    assert files._methods(values) == "event, verlet"
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [
+        ({"dataset": "columns"}, "holds dataset columns (scan) of preset own, run own"),
+        (
+            {"preset": "smoke", "run": "smoke"},
+            "holds dataset rows (scan) of preset smoke, run smoke",
+        ),
+        ({"run": "f06"}, "of preset own, run f06"),
+        ({"kind": "escapes"}, "holds dataset rows (escapes)"),
+        ({"settings": told()["settings"] | {"duration": 200.0}}, "run own with other settings"),
+    ],
+)
+def test_a_file_of_something_else_is_refused_with_the_remedy(tmp_path, other, words):
+    path = tmp_path / "rows.h5"
+    values = {} if "kind" in other else {"disorder_parameter": np.ones(4)}
+    whole = told() | other
+    points = columns(points_of(told(0)["points"]))
+    files.write(path, whole, points | {name: array[:3] for name, array in values.items()})
+    with pytest.raises(InputError) as caught:
+        files.read(path, files.expected(told()))
+    message = str(caught.value)
+    assert "\n" not in message and words in message
+    assert "expected dataset rows (scan) of preset own, run own" in message
+    assert message.endswith(f"rm {path} && snakemake --cores 2 --config preset=own")
+
+
+def test_a_damaged_file_is_one_line_with_the_remedy(tmp_path):
+    path = tmp_path / "rows.h5"
+    files.write(path, told(0), arrays_of(told(0)))
+    path.write_bytes(path.read_bytes()[:2000])
+    with pytest.raises(InputError) as caught:
+        files.read(path, files.expected(told(0) | {"run": "f06"}))
+    message = str(caught.value)
+    assert message.startswith(f"{path}: not a readable HDF5 file") and "\n" not in message
+    assert message.endswith(f"rm {path} && snakemake --cores 2 --config preset=own run=f06")
+
+
+def test_batches_are_joined_in_their_order(tmp_path):
+    parts = [written(tmp_path / f"{number}.h5", number) for number in (0, 1)]
+    whole = files.join(parts, "scan")
+    assert whole["n_blocks"].tolist() == [2, 2, 5, 5]
+    np.testing.assert_array_equal(whole["disorder_parameter"], [0, 1 / 7, 2 / 7, 0])
+    assert whole["slip_count"].shape == (4, 10)
+
+
+def test_joining_counts_points_on_and_fills_up_smaller_chains():
+    def part(n_blocks, n_points, n_events):
+        events = np.zeros(n_events, [("point", "i4"), ("time", "f8"), ("at", "f8", (n_blocks,))])
+        events["point"], events["at"] = np.arange(n_events) % n_points, 1.0
+        arrays = {
+            "n_blocks": np.full(n_points, n_blocks),
+            "time": np.arange(3.0),
+            "positions": np.ones((n_points, 3, n_blocks)),
+            "events": events,
+        }
+        return store.Dataset(arrays, {})
+
+    whole = files.join([part(2, 2, 3), part(5, 1, 2)], "series")
+    assert whole["time"].tolist() == [0, 1, 2]
+    assert whole["positions"].shape == (3, 3, 5)
+    assert np.isnan(whole["positions"][:2, :, 2:]).all() and (whole["positions"][2] == 1).all()
+    assert whole["events"]["point"].tolist() == [0, 1, 0, 2, 2]
+    assert whole["events"]["at"].shape == (5, 5) and np.isnan(whole["events"]["at"][0, 2:]).all()
+    late = part(2, 1, 0)
+    late.arrays["time"] += 1
+    with pytest.raises(InputError, match="differ in time"):
+        files.join([part(2, 1, 0), late], "series")
+
+
+def test_a_series_of_one_point_is_that_run():
+    events = np.zeros(2, [("point", "i4"), ("time", "f8"), ("block", "i8"), ("kind", "U5")])
+    arrays = {
+        "n_blocks": np.array([5]),
+        "time": np.arange(3.0),
+        "positions": np.ones((1, 3, 5)),
+        "events": events,
+    }
+    series = store.Dataset(arrays, {"kind": "series", "n_blocks": 5})
+    assert files.is_single_run(series)
+    run = files.single_run(series)
+    assert run.arrays["positions"].shape == (3, 5) and run.arrays["time"].shape == (3,)
+    assert run.arrays["events"].dtype.names == ("time", "block", "kind")
+    assert run.attributes == series.attributes
+
+
+def test_origin_of_what_was_made_in_parts_names_every_version():
+    other = provenance.origin() | {"code_version": "0.0.1"}
+    assert provenance.of_all([other, provenance.origin(), other])["code_version"] == (
+        f"0.0.1, {provenance.code_version()}"
+    )
+
+
+# --- tables ---
+
+
+def test_a_table_stays_plain_and_has_its_origin_beside_it(tmp_path):
+    table = pd.DataFrame({"belt_velocity": [1.5], "runs": [3], "test": ["t"], "r": [1 / 3]})
+    path = tmp_path / "deep" / "some.csv"
+    sources = {"rows": files.expected(told())}
+    tables.write(path, table, title="A table.", columns={"runs": "number"}, sources=sources)
+    assert path.read_text() == "belt_velocity,runs,test,r\n1.5,3,t,0.333333\n"
+    about = json.loads((tmp_path / "deep" / "some.csv-metadata.json").read_text())
+    assert about["@context"] == "http://www.w3.org/ns/csvw" and about["url"] == "some.csv"
+    assert about["dc:source"]["rows"]["dataset"] == "rows"
+    assert about["beltrepro:origin"] == provenance.origin()
+    velocity, runs, test, r = about["tableSchema"]["columns"]
+    assert velocity["titles"] == ["belt_velocity", "u"] and "0.0183 m/s" in velocity["unit"]
+    assert runs == {"name": "runs", "datatype": "integer", "dc:description": "number"}
+    assert (test["datatype"], r["datatype"]) == ("string", "number")
+
+
+def test_figures_and_tables_read_datasets_and_tables(tmp_path):
+    written(tmp_path / "rows.h5", 0)
+    tables.write(tmp_path / "t.csv", pd.DataFrame({"a": [1]}), title="T.", columns={}, sources={})
+    paths = {"rows": tmp_path / "rows.h5", "t": str(tmp_path / "t.csv")}
+    found = inputs.load(paths, {"rows": files.expected(told(0))})
+    assert found["rows"].attributes["dataset"] == "rows" and found["t"]["a"].tolist() == [1]
+    with pytest.raises(InputError, match="with other settings"):
+        inputs.load(paths, {"rows": files.expected(told(1))})
+
+
+# --- provenance ---
 
 
 def test_code_version_is_a_version():
@@ -173,31 +328,6 @@ def test_caches_do_not_count_as_code(package):
     cache.write_text("")
     (package / "figures" / "kernel.nbi").write_text("")
     assert provenance.code_hash("beltrepro.figures.one", root=package) == before
-
-
-def test_every_attribute_says_its_own_thing():
-    settings = {
-        "method": "event",
-        "time_step": 0.002,
-        "duration": 20.0,
-        "transient": 5.0,
-        "seed": 3,
-        "b": [1, 2],
-        "a": "x",
-    }
-    found = provenance.attributes("scan", "smoke", settings)
-    expected = {"kind": "scan", "preset": "smoke", "method": "event", "time_step": 0.002}
-    expected |= {"duration": 20.0, "transient": 5.0, "seed": 3}
-    assert {name: found[name] for name in expected} == expected
-    assert found["code_version"] == provenance.code_version()
-    assert found["processor"] == provenance.processor() != ""
-    assert list(json.loads(found["config"])) == sorted(settings)
-    libraries = json.loads(found["library_versions"])
-    assert libraries["python"] == platform.python_version()
-    assert libraries["h5py"] == h5py.__version__ and libraries["numpy"] == np.__version__
-    assert set(libraries) == {"python", "numpy", "scipy", "numba", "h5py"}
-    del settings["transient"]
-    assert provenance.attributes("scan", "smoke", settings)["transient"] == 0
 
 
 @pytest.fixture

@@ -1,6 +1,5 @@
 """The workflow: targets, reruns after a change of code, errors, and (slow) the smoke preset."""
 
-import dataclasses
 import html
 import json
 import logging
@@ -12,17 +11,23 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
+import h5py
 import numpy as np
 import pytest
 
-from beltrepro import config, provenance, scripting, store
+from beltrepro import provenance, scripting, store
+from beltrepro.datasets import checking
+from beltrepro.datasets.plan import Plan, make_plan
+from beltrepro.datasets.points import columns
 from beltrepro.errors import InputError, ModelStateError
 from beltrepro.figures import registry
 from beltrepro.jobs import simulation_jobs
+from beltrepro.tables import registry as tables
 
 ROOT = Path(__file__).parents[1]
-CONFIG = config.load(ROOT / "config.yaml")
+CONFIG = checking.load(ROOT / "config.yaml")
 FIGURES = registry.entries()
+TABLES = tables.entries()
 RULES = sorted((ROOT / "workflow" / "rules").glob("*.smk"))
 
 
@@ -42,6 +47,10 @@ def jobs(dry_run: subprocess.CompletedProcess) -> dict[str, int]:
         if table is None
         else {name: int(count) for name, count in map(str.split, table[1].splitlines())}
     )
+
+
+def smoke_plan() -> Plan:
+    return make_plan(CONFIG | {"preset": "smoke"})
 
 
 def drawn(dry_run: subprocess.CompletedProcess) -> set[str]:
@@ -91,35 +100,46 @@ def test_every_target_dry_runs(tree):
     targets = [*FIGURES, "figures", "agreement", "claims", "report", "timing", "all"]
     count = jobs(snakemake(tree, "--dry-run", *targets))
     assert all(count[target] == 1 for target in targets)
-    assert count["figure"] == len(FIGURES)
+    assert count["draw"] == len(FIGURES)
+    assert count["derive"] == len(TABLES)
 
 
 def test_timing_knows_the_files_of_all_simulation_jobs(tree):
-    expected = simulation_jobs(config.make_plan(CONFIG | {"preset": "smoke"}, _schema()))
-    rules = {job.rule for job in expected}
     rows = [line.split("\t") for line in snakemake(tree, "--summary").stdout.splitlines()]
     columns = next(row for row in rows if row[0] == "output_file")
-    files = {row[0] for row in rows if row[columns.index("rule")] in rules}
+    files = {row[0] for row in rows if row[columns.index("rule")] == "simulate"}
+    expected = simulation_jobs(smoke_plan())
     assert files == {f"results/smoke/{job.name}.h5" for job in expected}
 
 
 def test_one_figure_needs_its_datasets_only(tree):
-    plan = config.make_plan(CONFIG | {"preset": "smoke"}, _schema())
+    datasets = smoke_plan().datasets
     count = jobs(snakemake(tree, "--dry-run", "fig12"))
+    used = FIGURES["fig12"].uses
     assert count == {
         "fig12": 1,
-        "figure": 1,
-        "scan": 2,
-        "scan_block": sum(len(plan.scans[name].blocks) for name in ("n5_rows", "n5_rows_check")),
-        "ensemble": 1,
-        "ensemble_member": len(plan.ensembles["lifetimes"].belt_velocities),
+        "draw": 1,
+        "join": len(used),
+        "simulate": sum(len(datasets[name].batches) for name in used),
     }
+
+
+def test_a_study_of_its_own_needs_its_dataset_and_table(tree):
+    count = jobs(snakemake(tree, "--dry-run", "friction_ratio"))
+    assert count == {"friction_ratio": 1, "draw": 1, "derive": 1, "join": 1, "simulate": 1}
+
+
+def test_a_run_has_a_folder_of_its_own(tree):
+    dry_run = snakemake(tree, "--dry-run", settings=["preset=smoke", "run=f06"])
+    assert jobs(dry_run)["draw"] == len(FIGURES)
+    assert "results/f06/report.html" in dry_run.stdout
+    assert "results/smoke/" not in dry_run.stdout
 
 
 @pytest.mark.parametrize("preset", ["standard", "paper"])
 def test_other_presets_dry_run(tree, preset):
     dry_run = snakemake(tree, "--dry-run", settings=[f"preset={preset}"])
-    assert jobs(dry_run)["figure"] == len(FIGURES)
+    assert jobs(dry_run)["draw"] == len(FIGURES)
     assert f"results/{preset}/report.html" in dry_run.stdout
     assert "results/smoke/" not in dry_run.stdout
 
@@ -140,7 +160,7 @@ def test_every_rule_that_runs_declares_what_it_needs():
             for directive in needed:
                 assert f"\n    {directive}:" in rule, (path.name, rule.splitlines()[0], directive)
             assert "mem_mb=" in rule and "runtime=" in rule
-    assert count == 12
+    assert count == 7
 
 
 def test_every_script_is_used():
@@ -170,9 +190,7 @@ def test_snakemake_report_holds_every_figure_with_its_words(finished):
 
 # --- reruns ---
 
-SIMULATIONS = {"scan_block", "series", "catalogue", "ensemble_member", "agreement_runs"}
-JOINS = {"scan", "ensemble"}
-RESULTS = {"figure", "agreement_tables", "claims", "report", "all"}
+RESULTS = {"derive", "draw", "claims", "report", "all"}
 
 
 def after_touching(tree: Path, *names: str) -> subprocess.CompletedProcess:
@@ -190,7 +208,7 @@ def after_touching(tree: Path, *names: str) -> subprocess.CompletedProcess:
 
 def test_touched_kernel_reruns_all_that_uses_it(finished):
     dry_run = after_touching(finished, "engine/verlet.py")
-    assert set(jobs(dry_run)) == SIMULATIONS | JOINS | RESULTS
+    assert set(jobs(dry_run)) == {"simulate", "join"} | RESULTS
     # the series of fig16 has noise and is integrated by `event`
     assert drawn(dry_run) == set(FIGURES) - {"fig01", "fig06", "fig16"}
     dry_run = after_touching(finished, "engine/event.py")
@@ -200,13 +218,13 @@ def test_touched_kernel_reruns_all_that_uses_it(finished):
 
 def test_touched_plot_reruns_that_plot_and_the_report(finished):
     dry_run = after_touching(finished, "figures/fig12.py")
-    assert jobs(dry_run) == {"figure": 1, "report": 1, "all": 1}
+    assert jobs(dry_run) == {"draw": 1, "report": 1, "all": 1}
     assert drawn(dry_run) == {"fig12"}
 
 
 def test_touched_style_redraws_every_figure_and_simulates_nothing(finished):
     dry_run = after_touching(finished, "figures/style.py")
-    assert jobs(dry_run) == {"figure": len(FIGURES), "report": 1, "all": 1}
+    assert jobs(dry_run) == {"draw": len(FIGURES), "report": 1, "all": 1}
 
 
 def test_touched_claims_simulate_and_draw_nothing(finished):
@@ -215,8 +233,21 @@ def test_touched_claims_simulate_and_draw_nothing(finished):
 
 
 def test_touched_housekeeping_simulates_nothing(finished):
-    dry_run = after_touching(finished, "cli.py", "config.py", "store.py", "scripting.py")
-    assert SIMULATIONS.isdisjoint(jobs(dry_run))
+    rooms = ("cli.py", "store.py", "scripting.py", "provenance.py")
+    words = ("plan", "kinds", "schema", "quantities", "grids", "checking", "files")
+    names = [*rooms, *(f"datasets/{name}.py" for name in words), "simulation/files.py"]
+    assert {"simulate", "join"}.isdisjoint(jobs(after_touching(finished, *names)))
+
+
+def test_touched_analysis_reruns_the_tables_that_use_it(finished):
+    dry_run = after_touching(finished, "analysis/agreement.py")
+    assert {"simulate", "join"}.isdisjoint(jobs(dry_run))
+    derived = set(re.findall(r": Deriving (\S+)\.csv", dry_run.stdout))
+    expected = {"agreement", "tables/families", "tables/partings", "tables/convergence"}
+    assert derived == expected
+    dry_run = after_touching(finished, "tables/friction_falls.py")
+    assert jobs(dry_run) == {"derive": 1, "draw": 1, "report": 1, "all": 1}
+    assert drawn(dry_run) == {"friction_ratio"}
 
 
 def test_touched_file_without_a_change_reruns_nothing(finished):
@@ -244,9 +275,11 @@ def test_integrator_of_one_dataset_does_not_depend_on_the_other():
     [
         ("preset=smok", "did you mean 'smoke'?"),
         ("foo=1", "unknown key 'foo'"),
-        ('presets={"smoke": {"scans": {"n5_map": {"belt_velocity": -3}}}}', "greater than 0"),
-        ('presets={"smoke": {"scans": {"n5_map": {"n_blocks": 0}}}}', "must be at least 1"),
-        ('presets={"smoke": {"duration": 100}}', "must be less than duration = 100"),
+        ('presets={"smoke": {"datasets": {"n5_map": {"belt_velocity": -3}}}}', "greater than 0"),
+        ('datasets={"n5_map": {"n_blocks": 0}}', "must be at least 1"),
+        ('presets={"smoke": {"defaults": {"duration": 100}}}', "must be less than duration = 100"),
+        ("run=standard", "is the name of another preset"),
+        ("run=../x", "must begin with a letter or digit"),
     ],
 )
 def test_bad_configuration_is_one_line(tree, setting, words):
@@ -274,7 +307,7 @@ def test_figure_of_an_unknown_dataset_is_one_line(tree):
 
 @pytest.fixture
 def job(tmp_path):
-    yield SimpleNamespace(log=[str(tmp_path / "logs" / "job.log")], rule="series", threads=1)
+    yield SimpleNamespace(log=[str(tmp_path / "logs" / "job.log")], rule="simulate", threads=1)
     scripting._in_job = False
     logging.captureWarnings(False)
     logging.basicConfig(force=True)
@@ -287,7 +320,7 @@ def test_expected_error_of_a_job_is_one_line(job, kind):
 
     with pytest.raises(SystemExit) as caught:
         scripting.run(main, job)
-    assert caught.value.code == "error in rule series: N=5, u=1, sigma=0: went wrong"
+    assert caught.value.code == "error in rule simulate: N=5, u=1, sigma=0: went wrong"
     log = Path(job.log[0]).read_text()
     assert len(log.splitlines()) == 1 and log.endswith("went wrong\n")
 
@@ -299,7 +332,7 @@ def test_unexpected_error_of_a_job_leaves_its_traceback_in_the_log(job):
     with pytest.raises(SystemExit) as caught:
         scripting.run(main, job)
     assert caught.value.code == (
-        f"error in rule series: ZeroDivisionError: oops (traceback in {job.log[0]})"
+        f"error in rule simulate: ZeroDivisionError: oops (traceback in {job.log[0]})"
     )
     assert "Traceback" in Path(job.log[0]).read_text()
 
@@ -338,10 +371,6 @@ def test_time_left_in_words(seconds, text):
 # --- the whole, slow ---
 
 
-def _schema() -> dict:
-    return config.load(ROOT / "workflow" / "schemas" / "config.schema.yaml")
-
-
 @pytest.fixture(scope="module")
 def smoke(tree):
     """Results of the smoke preset, made in the copy of the project."""
@@ -377,24 +406,42 @@ def test_smoke_writes_claims_and_a_report_that_needs_no_network(smoke):
 
 @pytest.mark.slow
 def test_smoke_datasets_say_where_they_come_from(smoke):
-    paths = {path for kind in config.KINDS for path in (smoke / kind).glob("*.h5")}
-    planned = CONFIG["presets"]["smoke"]
-    names = [smoke / kind / f"{name}.h5" for kind in config.KINDS for name in planned[kind]]
-    assert paths == set(names)
-    for path in paths:
-        attributes = store.read(path).attributes
-        assert attributes["preset"] == "smoke"
-        assert attributes["units"] == "model units"
-        assert attributes["code_version"] and attributes["seed"] == CONFIG["seed"]
+    plan = smoke_plan()
+    paths = {path.stem: path for path in (smoke / "datasets").glob("*.h5")}
+    assert set(paths) == set(plan.datasets)
+    for name, path in paths.items():
+        said = store.read(path).attributes
+        assert (said["dataset"], said["preset"], said["run"]) == (name, "smoke", "smoke")
+        assert said["units"] == "model units" and said["code_version"]
 
 
 @pytest.mark.slow
-def test_smoke_scans_hold_every_point_in_order(smoke):
-    plan = config.make_plan(CONFIG | {"preset": "smoke"}, _schema())
-    for name, scan in plan.scans.items():
-        arrays = store.read(smoke / "scans" / f"{name}.h5").arrays
-        points = zip(arrays["n_blocks"], arrays["belt_velocity"], arrays["noise"], strict=True)
-        assert list(points) == list(scan.points)
+def test_smoke_arrays_say_what_they_are(smoke):
+    for path in (smoke / "datasets").glob("*.h5"):
+        with h5py.File(path) as file:
+            for name, array in file.items():
+                said = dict(array.attrs)
+                assert said["unit"] and said["description"], (path, name)
+                assert len(said["dimensions"].split(", ")) == array.ndim, (path, name)
+
+
+@pytest.mark.slow
+def test_smoke_tables_have_their_origin_beside_them(smoke):
+    paths = {*smoke.glob("*.csv"), *(smoke / "tables").glob("*.csv")}
+    assert {path.stem for path in paths} >= {*TABLES, "claims"}
+    for path in paths:
+        about = json.loads(path.with_name(f"{path.name}-metadata.json").read_text())
+        with path.open() as file:
+            header = file.readline().strip().split(",")
+        assert [each["name"] for each in about["tableSchema"]["columns"]] == header
+
+
+@pytest.mark.slow
+def test_smoke_datasets_hold_every_point_in_order(smoke):
+    for name, dataset in smoke_plan().datasets.items():
+        arrays = store.read(smoke / "datasets" / f"{name}.h5").arrays
+        for quantity, expected in columns(dataset.points).items():
+            np.testing.assert_array_equal(arrays[quantity], expected)
 
 
 @pytest.mark.slow
@@ -403,14 +450,31 @@ def test_smoke_has_nothing_left_to_do(tree, smoke):
 
 
 @pytest.mark.slow
-def test_scan_does_not_depend_on_how_it_is_cut(tree, smoke):
-    target = "results/smoke/scans/n5_columns.h5"
+def test_a_file_copied_over_another_is_refused_with_the_remedy(tree, smoke):
+    path = smoke / "datasets" / "n5_rows.h5"
+    before = path.read_bytes()
+    target = "results/smoke/figures/fig17.png"
+    try:
+        shutil.copy(smoke / "datasets" / "n5_map.h5", path)
+        done = snakemake(tree, "--cores", "1", target)
+    finally:
+        path.write_bytes(before)
+    line = done.stderr.strip().splitlines()[-1]
+    assert done.returncode == 1
+    assert "holds dataset n5_map (scan) of preset smoke, run smoke" in line
+    assert line.endswith("rm results/smoke/datasets/n5_rows.h5 && "
+                         "snakemake --cores 2 --config preset=smoke")  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["n5_columns", "pairs_paths_event", "slips_u1"])
+def test_a_dataset_does_not_depend_on_how_it_is_cut(tree, smoke, name):
+    target = f"results/smoke/datasets/{name}.h5"
     whole = store.read(tree / target).arrays
-    cut = 'presets={"smoke": {"scans": {"n5_columns": {"points_per_job": 5}}}}'
+    cut = f'presets={{"smoke": {{"datasets": {{"{name}": {{"points_per_job": 5}}}}}}}}'
     done = snakemake(tree, "--cores", "2", target, settings=["preset=smoke", cut])
     assert done.returncode == 0, done.stdout + done.stderr
-    blocks = list((tree / "results/smoke/blocks/n5_columns").glob("*.h5"))
-    scan = config.make_plan(CONFIG | {"preset": "smoke"}, _schema()).scans["n5_columns"]
-    assert len(blocks) == len(dataclasses.replace(scan, points_per_job=5).blocks) > len(scan.blocks)
-    for name, array in store.read(tree / target).arrays.items():
-        np.testing.assert_array_equal(array, whole[name], err_msg=name)
+    batches = list((tree / f"results/smoke/batches/{name}").glob("*.h5"))
+    assert len(batches) > len(smoke_plan().datasets[name].batches)
+    for array, values in store.read(tree / target).arrays.items():
+        np.testing.assert_array_equal(values, whole[array], err_msg=array)

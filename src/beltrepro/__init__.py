@@ -4,7 +4,7 @@ What simulates is loaded on first use, so that what needs no simulation starts w
 """
 
 from importlib.metadata import version
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from beltrepro.model.parameters import ChainParameters
 
@@ -36,7 +36,7 @@ __all__ = [
 __version__ = version("beltrepro")
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> Any:
     if name in __all__:
         from beltrepro import simulation
 

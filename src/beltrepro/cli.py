@@ -4,6 +4,7 @@ import argparse
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 from beltrepro import ChainParameters, __version__
 from beltrepro.errors import InputError, ModelStateError
@@ -13,11 +14,26 @@ _UNITS = """\
 All numbers are in model units: mass 0.1158 kg, spring constant 19.8 N/m, length 1.4 mm; so one unit
 of time is 0.0765 s, of velocity 0.0183 m/s, of force 0.0277 N. A paper-length run has duration 2e6
 and transient 1e6.
+
+The file of --output holds time (T), positions, velocities and friction (T, N) of the samples, in
+the laboratory frame, and the events; groups initial_state and final_state; and the settings as
+attributes. In Python: beltrepro.Run.load(FILE).
 """
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command; returns the exit status (2 for bad input, 1 for a failed run)."""
+    """Run the command.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        Words after the command's name; those of the shell if not given.
+
+    Returns
+    -------
+    int
+        Exit status: 0, 2 for bad input, 1 for a failed run, 130 when interrupted.
+    """
     parser = _parser()
     options = parser.parse_args(arguments)
     try:
@@ -33,7 +49,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 130
 
 
-def _parser():
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="beltrepro", description="Chaos on the conveyor belt: simulate chains of blocks."
     )
@@ -59,16 +75,23 @@ def _parser():
         type=float,
         help="truncation allowed in a step of event (its own: 1e-10, more with noise)",
     )
-    add("--seed", type=int, default=1, help="fixes the random numbers")
+    add("--seed", type=int, help="fixes the random numbers; 1 if not given")
+    add("--replicate", type=int, help="another one has other random numbers; 0 if not given")
     add("--sample-interval", type=float, default=0.1, help="time between samples in --output")
+    add(
+        "--from-state",
+        type=Path,
+        metavar="FILE",
+        help="go on where the run in this file, written by --output, has ended",
+    )
     add("--json", action="store_true", help="print the result as JSON")
-    add("--output", type=Path, help="write samples and events to this HDF5 file")
+    add("--output", type=Path, help="write the run to this HDF5 file, see below")
     simulate.set_defaults(action=_simulate)
     _add_bench(commands)
     return parser
 
 
-def _add_bench(commands):
+def _add_bench(commands: Any) -> None:
     bench = commands.add_parser(
         "bench",
         help="measure the speed of the integrators",
@@ -89,10 +112,10 @@ def _add_bench(commands):
     bench.set_defaults(action=_bench)
 
 
-def _simulate(options) -> int:
+def _simulate(options: argparse.Namespace) -> int:
     chain = ChainParameters(options.n_blocks, options.belt_velocity, options.noise)
     _check_output(options.output)
-    from beltrepro.simulation import simulate
+    from beltrepro.simulation import Run, simulate
 
     run = simulate(
         chain,
@@ -102,52 +125,50 @@ def _simulate(options) -> int:
         time_step=options.time_step,
         tolerance=options.tolerance,
         seed=options.seed,
+        replicate=options.replicate,
+        initial_state=Run.load(options.from_state).final_state if options.from_state else None,
         sample_interval=options.sample_interval if options.output else None,
         progress=Progress(chain.describe()) if sys.stderr.isatty() else None,
     )
-    result = {
+    assert isinstance(run, Run)  # as it was one chain
+    if options.output:
+        run.save(options.output)
+    _print(_summary(run), options.json)
+    return 0
+
+
+def _summary(run: Any) -> dict[str, Any]:
+    """What the command prints of a run."""
+    chain = run.parameters
+    return {
         "n_blocks": chain.n_blocks,
         "belt_velocity": chain.belt_velocity,
         "noise": chain.noise,
-        "duration": options.duration,
-        "transient": options.transient,
+        "duration": run.duration,
+        "transient": run.transient,
         "method": run.method,
-        "time_step": options.time_step,
+        "time_step": run.time_step,
         **({} if run.tolerance is None else {"tolerance": run.tolerance}),
         "seed": run.seed,
+        "replicate": run.replicate,
         "disorder_parameter": run.disorder_parameter,
         "mean_length": run.mean_length,
         "energy_residual": run.energy_residual,
         "events": len(run.events),
     }
-    if options.output:
-        from beltrepro import provenance, store
-        from beltrepro.datasets.kinds import SERIES
 
-        arrays = {
-            "time": run.time,
-            "positions": run.positions,
-            "velocities": run.velocities,
-            "friction": run.friction,
-            "events": run.events,
-        }
-        about = {name: SERIES.arrays[name].attributes() for name in arrays}
-        settings = result | {"kind": "run", "sample_interval": options.sample_interval}
-        store.write(options.output, arrays, provenance.origin() | settings, about)
-    if options.json:
+
+def _print(result: dict, as_json: bool) -> None:
+    if as_json:
         print(json.dumps(result, indent=2))
-    else:
-        width = max(map(len, result))
-        for name, value in result.items():
-            print(
-                f"{name:<{width}}  {value:.6g}"
-                if isinstance(value, float)
-                else f"{name:<{width}}  {value}"
-            )
-    return 0
+        return
+    width = max(map(len, result))
+    for name, value in result.items():
+        shown = f"{value:.6g}" if isinstance(value, float) else value
+        print(f"{name:<{width}}  {shown}")
 
 
-def _bench(options) -> int:
+def _bench(options: argparse.Namespace) -> int:
     _check_output(options.output)
     from beltrepro.bench import measuring, table
 
@@ -163,7 +184,7 @@ def _bench(options) -> int:
     return 0
 
 
-def _check_output(path):
+def _check_output(path: Path | None) -> None:
     if path is not None and not path.absolute().parent.is_dir():
         raise InputError(f"output = {path}: its folder does not exist")
 

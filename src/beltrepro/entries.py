@@ -10,7 +10,7 @@ import difflib
 from collections.abc import Iterable
 from dataclasses import MISSING, fields
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from beltrepro.errors import InputError
 
@@ -27,6 +27,11 @@ def read_entries(folder: Path, kind: type[E]) -> dict[str, E]:
     kind : type
         Dataclass of the entries.
 
+    Returns
+    -------
+    dict
+        Entries by name of the module.
+
     Raises
     ------
     InputError
@@ -37,7 +42,7 @@ def read_entries(folder: Path, kind: type[E]) -> dict[str, E]:
 
 
 def check_uses(folder: str, entries: dict, known: Iterable[str], where: str) -> None:
-    """Raise InputError for the first entry that uses what is not among `known`.
+    """Check that all that entries use is there.
 
     Parameters
     ----------
@@ -49,6 +54,11 @@ def check_uses(folder: str, entries: dict, known: Iterable[str], where: str) -> 
         Names of all datasets and tables.
     where : str
         What has them, for the message: "preset smoke".
+
+    Raises
+    ------
+    InputError
+        For the first entry that uses what is not among `known`.
     """
     known = list(known)
     for name, entry in entries.items():
@@ -59,7 +69,7 @@ def check_uses(folder: str, entries: dict, known: Iterable[str], where: str) -> 
                 raise InputError(f"{folder}/{name}.py uses {used!r}, which {where} lacks{hint}")
 
 
-def _read(path: Path, kind):
+def _read(path: Path, kind: type[E]) -> E | None:
     """The entry of a module, None if it has none."""
     tree = ast.parse(path.read_text(encoding="utf-8"), str(path))
     calls = [
@@ -75,7 +85,7 @@ def _read(path: Path, kind):
         raise InputError(f"{path.parent.name}/{path.name}: ENTRY: {error}") from None
 
 
-def _arguments(call: ast.expr, kind) -> dict:
+def _arguments(call: ast.expr, kind: Any) -> dict:
     """Keyword arguments of `Entry(...)`, complete and literal."""
     if not isinstance(call, ast.Call) or call.args or ast.unparse(call.func) != "Entry":
         raise InputError("must be Entry(title=..., ...)")
@@ -91,7 +101,7 @@ def _arguments(call: ast.expr, kind) -> dict:
     return {name: _literal(name, value) for name, value in given.items()}
 
 
-def _literal(name: str, value: ast.expr):
+def _literal(name: str | None, value: ast.expr) -> object:
     try:
         return ast.literal_eval(value)
     except ValueError:

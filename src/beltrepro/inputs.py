@@ -35,6 +35,6 @@ def load(paths: dict[str, str | Path], expected: dict[str, dict]) -> dict:
     }
 
 
-def _dataset(path, expected: dict) -> Dataset:
+def _dataset(path: str | Path, expected: dict) -> Dataset:
     found = files.read(path, expected)
     return files.single_run(found) if files.is_single_run(found) else found

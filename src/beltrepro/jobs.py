@@ -27,9 +27,16 @@ ONE_IN = 10  # jobs of each class, for one in the sample
 class Job:
     """One simulation job, which advances one batch.
 
-    kind : of the dataset. noise : whether its points have noise.
-    name : of its result below results/<run>/, without suffix.
-    work : blocks of all chains times model time.
+    Attributes
+    ----------
+    kind, method : str
+        Kind of the dataset; method of its points.
+    noise : bool
+        Whether its points have noise.
+    name : str
+        Of its result below results/<run>/, without suffix.
+    work : float
+        Blocks of all chains times model time.
     """
 
     kind: str
@@ -45,7 +52,18 @@ class Job:
 
 
 def simulation_jobs(plan: Plan) -> list[Job]:
-    """All simulation jobs of a plan, sorted by class."""
+    """All simulation jobs of a plan.
+
+    Parameters
+    ----------
+    plan : Plan
+        Of one preset.
+
+    Returns
+    -------
+    list of Job
+        Sorted by class.
+    """
     jobs = [
         Job(
             kind=dataset.kind.name,
@@ -63,29 +81,65 @@ def simulation_jobs(plan: Plan) -> list[Job]:
 def draw(jobs: list[Job], seed: int, one_in: int = ONE_IN) -> list[Job]:
     """One in `one_in` jobs of every class, at least one, with chances proportional to their work.
 
-    jobs : sorted by class. The jobs of a class are laid end to end, as long as their work, and
-    taken at equal distances from a random start: so the sample follows the order of the jobs, in
-    which neighbours cost nearly the same, and no small job, which costs mostly its start, stands
-    for the large ones. A job as long as the distance is always taken.
+    The jobs of a class are laid end to end, as long as their work, and taken at equal distances
+    from a random start: so the sample follows the order of the jobs, in which neighbours cost
+    nearly the same, and no small job, which costs mostly its start, stands for the large ones. A
+    job as long as the distance is always taken, and the others share the places left.
+
+    Parameters
+    ----------
+    jobs : list of Job
+        Sorted by class.
+    seed : int
+        Of the random starts.
+    one_in : int
+        How many jobs of a class there are for one in the sample.
+
+    Returns
+    -------
+    list of Job
+        The sample, in the order of the jobs.
     """
     stream = np.random.default_rng(seed)
     drawn = []
     for _, group in itertools.groupby(jobs, key=lambda job: job.cost_class):
         members = list(group)
-        ends = np.cumsum([job.work for job in members])
+        work = np.array([job.work for job in members])
         count = math.ceil(len(members) / one_in)
-        places = (stream.random() + np.arange(count)) * ends[-1] / count
-        drawn += [members[number] for number in np.unique(np.searchsorted(ends, places))]
+        drawn += [members[number] for number in _chosen(work, count, stream)]
     return drawn
+
+
+def _chosen(work: np.ndarray, count: int, stream: np.random.Generator) -> np.ndarray:
+    """Numbers of `count` of the jobs with this work."""
+    always = np.zeros(work.size, dtype=bool)
+    while always.sum() < count:
+        distance = work[~always].sum() / (count - always.sum())
+        longer = ~always & (work >= distance)
+        if not longer.any():
+            places = (stream.random() + np.arange(count - always.sum())) * distance
+            rest = np.flatnonzero(~always)
+            always[rest[np.searchsorted(np.cumsum(work[rest]), places)]] = True
+        always |= longer
+    return np.flatnonzero(always)
 
 
 def estimate(jobs: list[Job], seconds: dict[str, float]) -> pd.DataFrame:
     """Time of all jobs from that of some of them, a row for each class and one for the sum.
 
-    seconds : time of the jobs that ran, by name.
-    Returns columns kind, method, noise ("with" or "without"), jobs, jobs_run, hours_run, hours and
-    standard_error (core-hours; NaN where fewer than two jobs of several ran, and left out of the
-    sum's).
+    Parameters
+    ----------
+    jobs : list of Job
+        All jobs, sorted by class.
+    seconds : dict
+        Time of the jobs that ran, by name.
+
+    Returns
+    -------
+    DataFrame
+        Columns kind, method, noise ("with" or "without"), jobs, jobs_run, hours_run, hours and
+        standard_error (core-hours; NaN where fewer than two jobs of several ran, and left out of
+        the sum's).
     """
     import pandas as pd  # half a second that Snakemake need not pay in every job
 

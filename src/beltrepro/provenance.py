@@ -32,7 +32,18 @@ def origin() -> dict[str, str]:
 
 
 def of_all(parts: Iterable[dict]) -> dict[str, str]:
-    """The origin of what was made in parts: every value of each attribute, joined by commas."""
+    """The origin of what was made in parts.
+
+    Parameters
+    ----------
+    parts : iterable of dict
+        Attributes of the parts, with those of `origin`.
+
+    Returns
+    -------
+    dict of str
+        Every value of each attribute of `origin`, joined by commas.
+    """
     parts = list(parts)
     values = {name: dict.fromkeys(part[name] for part in parts) for name in origin()}
     return {name: ", ".join(found) for name, found in values.items()}
@@ -69,12 +80,23 @@ def processor() -> str:
 def code_hash(*modules: str, without: tuple[str, ...] = (), root: Path = ROOT) -> str:
     """Hash of the modules of this package that the given ones need, found by their imports.
 
-    modules : dotted names, for instance "beltrepro.simulation". Imports inside the package are
-    followed, also those within functions; a package counts with its data files (templates, styles).
-    without : modules to leave out, with all that only they need.
-    root : folder of the package.
+    Imports inside the package are followed, also those within functions; a package counts with its
+    data files (templates, styles). A module that is missing counts by its name: the job that needs
+    it will say so.
 
-    A module that is missing counts by its name: the job that needs it will say so.
+    Parameters
+    ----------
+    *modules : str
+        Dotted names, for instance "beltrepro.simulation".
+    without : tuple of str
+        Modules to leave out, with all that only they need.
+    root : path
+        Folder of the package.
+
+    Returns
+    -------
+    str
+        16 hexadecimal digits.
     """
     digest = hashlib.sha256()
     for name in sorted(module_closure(*modules, without=without, root=root)):
@@ -88,7 +110,22 @@ def code_hash(*modules: str, without: tuple[str, ...] = (), root: Path = ROOT) -
 def module_closure(
     *modules: str, without: tuple[str, ...] = (), root: Path = ROOT
 ) -> frozenset[str]:
-    """Names of the modules that `code_hash` covers; same arguments."""
+    """Names of the modules that `code_hash` covers.
+
+    Parameters
+    ----------
+    *modules : str
+        As for `code_hash`.
+    without : tuple of str
+        As for `code_hash`.
+    root : path
+        As for `code_hash`.
+
+    Returns
+    -------
+    frozenset of str
+        Dotted names.
+    """
     found: set[str] = set()
     waiting = list(modules)
     while waiting:

@@ -6,6 +6,7 @@ import time
 import traceback
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from beltrepro.errors import InputError, ModelStateError
 
@@ -14,12 +15,19 @@ logger = logging.getLogger("beltrepro")
 _in_job = False
 
 
-def run(main: Callable, snakemake) -> None:
+def run(main: Callable[[Any], None], snakemake: Any) -> None:
     """Run one job: call `main(snakemake)` with logging to the rule's log file.
 
     An error that a user can act on (InputError, ModelStateError) is one line in the log and on
     stderr. Any other leaves its traceback in the log and one line on stderr that points there.
     Both end the process with status 1.
+
+    Parameters
+    ----------
+    main : callable
+        The script's work.
+    snakemake : object
+        What Snakemake gives to a script: rule, log, input, output, params.
     """
     global _in_job
     _in_job = True
@@ -47,10 +55,17 @@ def run(main: Callable, snakemake) -> None:
 
 
 def use_threads(threads: int) -> None:
-    """Hold Numba to the threads of the job: it does not know Snakemake's limit by itself."""
+    """Limit Numba to the threads of the job: by itself it takes all cores.
+
+    Parameters
+    ----------
+    threads : int
+        Threads that Snakemake gave to the job.
+    """
     import numba  # costs a second that jobs without simulation need not pay
 
-    numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))
+    available = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
+    numba.set_num_threads(min(threads, available))
 
 
 class Progress:
@@ -59,14 +74,21 @@ class Progress:
     On a terminal a bar; in a job of the workflow, or without a terminal, a line in the log at the
     start and then every few percent, with the time left.
 
-    label : what is being computed.
-    every : fraction between lines; pause : seconds between lines, at least.
-    bar : force a bar (True) or lines (False).
+    Parameters
+    ----------
+    label : str
+        What is being computed.
+    every : float
+        Fraction between lines.
+    pause : float
+        Seconds between lines, at least.
+    bar : bool, optional
+        Forces a bar (True) or lines (False).
     """
 
     def __init__(
         self, label: str, *, every: float = 0.05, pause: float = 1.0, bar: bool | None = None
-    ):
+    ) -> None:
         self._label = label
         self._every, self._pause = every, pause
         self._start = self._last = time.monotonic()

@@ -4,11 +4,14 @@ The same content gives the same bytes: nothing written depends on time, path or 
 """
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
+import numpy.typing as npt
 
 from beltrepro.errors import InputError
 
@@ -17,9 +20,16 @@ COMPRESS_FROM_BYTES = 1 << 16  # smaller arrays gain nothing
 
 @dataclass(frozen=True)
 class Dataset:
-    """Arrays by name, and attributes by name: kind, preset, method, seed, code_version, ...
+    """Arrays and attributes of one file.
 
     Everything is in model units; see `beltrepro.datasets.kinds` for the arrays of each kind.
+
+    Attributes
+    ----------
+    arrays : dict of arrays
+        By name, any shape; structured ones too.
+    attributes : dict
+        Numbers and texts by name.
     """
 
     arrays: dict[str, np.ndarray]
@@ -27,10 +37,10 @@ class Dataset:
 
 
 def write(
-    path,
-    arrays: dict[str, np.ndarray],
-    attributes: dict,
-    about: dict[str, dict[str, str]] | None = None,
+    path: str | os.PathLike,
+    arrays: Mapping[str, npt.ArrayLike],
+    attributes: Mapping[str, Any],
+    about: Mapping[str, Mapping[str, str]] | None = None,
 ) -> None:
     """Write arrays with attributes; the file appears under its name when it is complete.
 
@@ -59,10 +69,23 @@ def write(
         unfinished.unlink(missing_ok=True)
 
 
-def read(path) -> Dataset:
+def read(path: str | os.PathLike) -> Dataset:
     """Read what `write` wrote: text comes back as str, arrays with their dtype and shape.
 
-    Raises InputError when the file is missing, damaged or not HDF5.
+    Parameters
+    ----------
+    path : path
+        File to read.
+
+    Returns
+    -------
+    Dataset
+        All that the file holds.
+
+    Raises
+    ------
+    InputError
+        When the file is missing, damaged or not HDF5.
     """
     try:
         with h5py.File(path, "r") as file:
@@ -73,7 +96,7 @@ def read(path) -> Dataset:
     return Dataset(arrays, attributes)
 
 
-def _write_array(file: h5py.File, name: str, array: np.ndarray, about: dict[str, str]) -> None:
+def _write_array(file: h5py.File, name: str, array: np.ndarray, about: Mapping[str, str]) -> None:
     stored = array.astype(_with_text(array.dtype, "U", "S"))
     options = {}
     if stored.nbytes >= COMPRESS_FROM_BYTES:
@@ -111,7 +134,7 @@ def _with_text(dtype: np.dtype, kind: str, other: str) -> np.dtype:
     return dtype
 
 
-def _plain(value):
+def _plain(value: Any) -> Any:
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, bytes):

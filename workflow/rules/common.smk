@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import re
 import sys
 from pathlib import Path
 
@@ -140,11 +141,16 @@ def code_hash(*modules, without=()):
     return provenance.code_hash(*modules, without=without)
 
 
+# What a job is told says which quantities its points have; the words on them change no number, nor
+# does how a run is written to a file of its own.
+WORDS = ("beltrepro.datasets.quantities", "beltrepro.simulation.files")
+
+
 def batch_code(wildcards):
     """Code behind a batch: its own integrator; the other one does not matter to it."""
     method = PLAN.datasets[wildcards.dataset].batches[int(wildcards.batch)][0].method
-    others = tuple(module for name, module in INTEGRATORS.items() if name != method)
-    return code_hash("beltrepro.datasets.running", INTEGRATORS[method], without=others)
+    others = [module for name, module in INTEGRATORS.items() if name != method]
+    return code_hash("beltrepro.datasets.running", INTEGRATORS[method], without=(*others, *WORDS))
 
 
 def table_code(wildcards):
@@ -153,3 +159,13 @@ def table_code(wildcards):
 
 def figure_code(wildcards):
     return code_hash(f"beltrepro.figures.{wildcards.figure}", "beltrepro.figures.style")
+
+
+# --- errors ---
+
+
+def said_of_failures(logs):
+    """What failed jobs wrote in their logs, which Snakemake repeats in its own."""
+    text = "".join(Path(log).read_text() for log in logs)
+    said = dict.fromkeys(re.findall(r"^[0-9:]+ ERROR (.*)$", text, re.M))
+    return "\n".join(f"error: {line}" for line in said)

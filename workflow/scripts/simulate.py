@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from beltrepro import scripting
 from beltrepro.datasets import files, running
-from beltrepro.datasets.quantities import points_of
+from beltrepro.datasets.points import points_of
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

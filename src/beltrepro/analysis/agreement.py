@@ -30,14 +30,26 @@ LIFETIME = "lifetime of the chaotic transient"
 PLACE = ("n_blocks", "belt_velocity")
 _POINT = (*PLACE, "noise")
 
+Arrays = dict[str, np.ndarray]
+
 
 # --- one number for each run ----------------------------------------------------------------------
 
 
-def disorder_statistics(points, *, measured_time) -> dict[str, np.ndarray]:
+def disorder_statistics(points: Arrays, *, measured_time: float) -> dict[str, np.ndarray]:
     """Per run (R,): r, mean length, rates of slips and crossings, v_N at the section.
 
-    points : arrays of `simulation.scan`. measured_time : duration without the transient.
+    Parameters
+    ----------
+    points : dict of arrays (R, ...)
+        Of a dataset of kind scan.
+    measured_time : float
+        Duration without the transient, model time.
+
+    Returns
+    -------
+    dict of arrays (R,)
+        By the name of the quantity, model units.
     """
     rows = np.arange(points["n_blocks"].size)
     mean, spread = _moments([row[np.isfinite(row)] for row in points["section_velocity"]])
@@ -52,11 +64,20 @@ def disorder_statistics(points, *, measured_time) -> dict[str, np.ndarray]:
     }
 
 
-def slip_statistics(catalogue) -> dict[str, np.ndarray]:
+def slip_statistics(catalogue: Arrays) -> dict[str, np.ndarray]:
     """Per run (R,): number, sizes and losses of the slips of the last block, and section points.
 
-    catalogue : slips and section of `simulation.catalogue`, whose `point` is the row of the
-    run in n_blocks and belt_velocity (R,). Sizes are those in the laboratory frame (Fig. 9).
+    Sizes are those in the laboratory frame (Fig. 9).
+
+    Parameters
+    ----------
+    catalogue : dict of arrays
+        Of a dataset of kind catalogue; `point` of its records is the row of the run.
+
+    Returns
+    -------
+    dict of arrays (R,)
+        By the name of the quantity, model units.
     """
     sizes, losses, velocities = [], [], []
     for run, n_blocks in enumerate(catalogue["n_blocks"]):
@@ -95,11 +116,24 @@ def _quantiles(samples, share):
 # --- comparisons ----------------------------------------------------------------------------------
 
 
-def compare_points(tested, reference, statistics_tested, statistics_reference) -> list[dict]:
+def compare_points(
+    tested: Arrays, reference: Arrays, statistics_tested: Arrays, statistics_reference: Arrays
+) -> list[dict]:
     """Every quantity at every point (N, u, sigma).
 
-    statistics_tested, statistics_reference : per run, from one of the functions above.
-    Returns rows: quantity, n_blocks, belt_velocity, noise and the fields of a `Comparison`.
+    Parameters
+    ----------
+    tested : dict of arrays (R, ...)
+        By the tested method.
+    reference : dict of arrays (R, ...)
+        By the reference.
+    statistics_tested, statistics_reference : dict of arrays (R,)
+        Per run, from one of the functions above.
+
+    Returns
+    -------
+    list of dict
+        Rows: quantity, n_blocks, belt_velocity, noise and the fields of a `Comparison`.
     """
     rows = []
     for point in _points(tested, reference, _POINT):
@@ -110,13 +144,26 @@ def compare_points(tested, reference, statistics_tested, statistics_reference) -
     return rows
 
 
-def compare_attractors(tested, reference, *, reference_step) -> list[dict]:
+def compare_attractors(tested: Arrays, reference: Arrays, *, reference_step: float) -> list[dict]:
     """Where runs without noise end, for each u, initial spread and time step of the tested side.
 
-    tested, reference : arrays of datasets of kind escapes; of the reference those rows count that
-    have reference_step. The quantities are the share of runs in which the
-    last block still sticks at the end (tested over all labels of `lifetimes.label_attractors`), r
-    over the end of the run, and the lifetime of the chaotic transient.
+    The quantities are the share of runs in which the last block still sticks at the end (tested
+    over all labels of `lifetimes.label_attractors`), r over the end of the run, and the lifetime of
+    the chaotic transient.
+
+    Parameters
+    ----------
+    tested : dict of arrays (R, ...)
+        By the tested method, of kind escapes.
+    reference : dict of arrays (R, ...)
+        By the reference, of kind escapes.
+    reference_step : float
+        Those runs of the reference count that have this time step, model time.
+
+    Returns
+    -------
+    list of dict
+        Rows: quantity, the point, initial_spread, time_step and the fields of a `Comparison`.
     """
     rows = []
     base = np.isclose(reference["time_step"], reference_step)
@@ -130,14 +177,27 @@ def compare_attractors(tested, reference, *, reference_step) -> list[dict]:
     return rows
 
 
-def attractors(runs) -> np.ndarray:
-    """Labels (R,) of the states in which runs end; arrays of kind escapes."""
+def attractors(runs: Arrays) -> np.ndarray:
+    """Labels of the states in which runs end.
+
+    Parameters
+    ----------
+    runs : dict of arrays (R, ...)
+        Of a dataset of kind escapes.
+
+    Returns
+    -------
+    array (R,)
+        Labels of `lifetimes.label_attractors`.
+    """
     return lifetimes.label_attractors(
         runs["escaped"], runs["final_disorder"], runs["final_stick_rate"]
     )
 
 
-def _attractors(tested, ours, reference, theirs) -> dict[str, Comparison]:
+def _attractors(
+    tested: Arrays, ours: np.ndarray, reference: Arrays, theirs: np.ndarray
+) -> dict[str, Comparison]:
     return {
         STILL_STICKING: compare_shares(
             attractors(tested)[ours],
@@ -179,6 +239,16 @@ def judge(rows: list[dict]) -> list[dict]:
     """The rows with corrected_p and verdict; the p of a family are corrected together.
 
     A family is what one quantity gives at all points: rows with equal values of FAMILY.
+
+    Parameters
+    ----------
+    rows : list of dict
+        Rows of the functions above, with `part`.
+
+    Returns
+    -------
+    list of dict
+        The same rows, family by family.
     """
     judged = []
     for family in _families(rows).values():
@@ -191,7 +261,18 @@ def judge(rows: list[dict]) -> list[dict]:
 
 
 def summarise(judged: list[dict]) -> list[dict]:
-    """One row for each family: number of points with each verdict, smallest p, overall tests."""
+    """One row for each family.
+
+    Parameters
+    ----------
+    judged : list of dict
+        What `judge` returned.
+
+    Returns
+    -------
+    list of dict
+        Number of points with each verdict, smallest p, overall tests.
+    """
     table = []
     for key, family in _families(judged).items():
         names = Comparison.__dataclass_fields__
@@ -223,14 +304,27 @@ def _families(rows):
 # --- trajectories ---------------------------------------------------------------------------------
 
 
-def compare_trajectories(runs, reference, *, reference_step):
+def compare_trajectories(
+    runs: Arrays, reference: Arrays, *, reference_step: float
+) -> tuple[list[dict], list[dict]]:
     """Partings and errors of runs against the reference runs with reference_step.
 
-    runs, reference : arrays as in `divergence`, with step; `runs` may be the reference itself, of
-    which then the other time steps are compared.
-    Returns two lists of rows: for each point and time step the numbers of `divergence.summarise`;
-    and for each point, number of events and time step the error, with the order of convergence in
-    the step over all of them (order, order_error).
+    Parameters
+    ----------
+    runs : dict of arrays
+        Arrays as in `divergence`, with step.
+    reference : dict of arrays
+        The same; if it is `runs` itself, its other time steps are compared.
+    reference_step : float
+        Time step, model time.
+
+    Returns
+    -------
+    list of dict
+        For each point and time step the numbers of `divergence.summarise`.
+    list of dict
+        For each point, number of events and time step the error, with the order of convergence in
+        the step over all of them (order, order_error).
     """
     base = divergence.equal(reference["time_step"], reference_step)
     partings, errors = [], []
@@ -245,11 +339,19 @@ def compare_trajectories(runs, reference, *, reference_step):
     return partings, _with_orders(errors, rounding=divergence.ROUNDING)
 
 
-def compare_tolerances(runs) -> list[dict]:
+def compare_tolerances(runs: Arrays) -> list[dict]:
     """Errors of runs with several tolerances against those with the tightest.
 
-    runs : arrays as in `divergence`, with step. Returns rows like those of `compare_trajectories`,
-    for each point, number of events and tolerance; none if there are not several tolerances.
+    Parameters
+    ----------
+    runs : dict of arrays
+        Arrays as in `divergence`, with step.
+
+    Returns
+    -------
+    list of dict
+        Rows like those of `compare_trajectories`, for each point, number of events and tolerance;
+        none if there are not several tolerances.
     """
     allowed = runs["allowed_error"]
     known = np.unique(allowed[np.isfinite(allowed)])

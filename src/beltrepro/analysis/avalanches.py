@@ -1,8 +1,10 @@
 """Sizes and energies of slips and avalanches, and the power laws in their densities (Fig. 9)."""
 
 import warnings
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import powerlaw
 from scipy import optimize, stats
 
@@ -26,24 +28,50 @@ FRAMES = ("laboratory", "belt")
 MINIMUM_COUNT = 10
 
 
-def last_block_slips(slips, n_blocks):
-    """The entries of a catalogue's `slips` that belong to the last block."""
+def last_block_slips(slips: np.ndarray, n_blocks: int) -> np.ndarray:
+    """The slips of a catalogue that belong to the last block.
+
+    Parameters
+    ----------
+    slips : structured array (K,)
+        Slips of a catalogue, with a field block (from 1).
+    n_blocks : int
+        Number of blocks N.
+
+    Returns
+    -------
+    structured array (S,)
+        Those whose block is N.
+    """
     return slips[slips["block"] == n_blocks]
 
 
-def last_block_slip_sizes(slips, n_blocks, belt_velocity, frame="laboratory"):
+def last_block_slip_sizes(
+    slips: np.ndarray, n_blocks: int, belt_velocity: float, frame: str = "laboratory"
+) -> np.ndarray:
     """Slip sizes of the last block: coordinate where it starts to slip minus where it stops.
 
     Parameters
     ----------
-    slips : structured array of a catalogue (chain, block, start_time, stop_time, start_position,
-        stop_position, dissipated), model units.
-    n_blocks, belt_velocity : of the chain.
-    frame : "laboratory" (coordinates as in Fig. 8) or "belt" (distance slipped on the belt).
+    slips : structured array (K,)
+        Slips of a catalogue (block, start_time, stop_time, start_position, stop_position), model
+        units.
+    n_blocks : int
+        Number of blocks N.
+    belt_velocity : float
+        Belt velocity u.
+    frame : str
+        "laboratory" (coordinates as in Fig. 8) or "belt" (distance slipped on the belt).
 
     Returns
     -------
-    sizes : (S,) signed; positive when the block moves against the belt.
+    array (S,)
+        Sizes with sign, positive when the block moves against the belt.
+
+    Raises
+    ------
+    ValueError
+        If `frame` is neither of the two.
     """
     if frame not in FRAMES:
         raise ValueError(f"frame = {frame!r}: allowed are {', '.join(FRAMES)}")
@@ -54,11 +82,23 @@ def last_block_slip_sizes(slips, n_blocks, belt_velocity, frame="laboratory"):
     return sizes
 
 
-def dissipation_while_last_block_slips(slips, n_blocks):
-    """Friction loss of the whole chain during each slip of the last block: (S,).
+def dissipation_while_last_block_slips(slips: np.ndarray, n_blocks: int) -> np.ndarray:
+    """Friction loss of the whole chain during each slip of the last block.
 
-    The reading in which an avalanche ends when the last block stops. A slip of another block that
-    overlaps counts with the share of its duration that overlaps.
+    In this reading of the paper an avalanche ends when the last block stops. A slip of another
+    block that overlaps counts with the share of its duration that overlaps.
+
+    Parameters
+    ----------
+    slips : structured array (K,)
+        Slips of a catalogue (chain, block, start_time, stop_time, dissipated), model units.
+    n_blocks : int
+        Number of blocks N.
+
+    Returns
+    -------
+    array (S,)
+        Energies, model units.
     """
     energies = []
     for chain in np.unique(slips["point"]):
@@ -80,8 +120,23 @@ def dissipation_while_last_block_slips(slips, n_blocks):
     return np.array(energies)
 
 
-def with_last_block(avalanches, slips, n_blocks):
-    """Which avalanches of a catalogue take in a slip of the last block: (A,) bool."""
+def with_last_block(avalanches: np.ndarray, slips: np.ndarray, n_blocks: int) -> np.ndarray:
+    """Which avalanches of a catalogue take in a slip of the last block.
+
+    Parameters
+    ----------
+    avalanches : structured array (A,)
+        Avalanches of a catalogue (chain, start_time, stop_time).
+    slips : structured array (K,)
+        Slips of the same catalogue (chain, block, start_time).
+    n_blocks : int
+        Number of blocks N.
+
+    Returns
+    -------
+    array (A,) of bool
+        True where the last block starts to slip during the avalanche.
+    """
     own = last_block_slips(slips, n_blocks)
     reached = np.zeros(avalanches.size, dtype=bool)
     for chain in np.unique(avalanches["point"]):
@@ -93,21 +148,40 @@ def with_last_block(avalanches, slips, n_blocks):
     return reached
 
 
-def log_histogram(values, *, bins_per_decade, low=None, high=None):
+def log_histogram(
+    values: npt.ArrayLike,
+    *,
+    bins_per_decade: int,
+    low: float | None = None,
+    high: float | None = None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Probability density of positive values in bins of equal width in log10.
 
     Parameters
     ----------
-    values : any shape; values <= 0 are left out.
-    bins_per_decade : bins per factor of ten; edges lie at whole multiples, so that histograms of
-        different samples share them.
-    low, high : range; the smallest and largest positive value by default.
+    values : array, any shape
+        The sample; values <= 0 are left out.
+    bins_per_decade : int
+        Bins per factor of ten; edges lie at whole multiples, so that histograms of different
+        samples share them.
+    low : float, optional
+        Lower end of the range; the smallest positive value by default.
+    high : float, optional
+        Upper end of the range; the largest value by default.
 
     Returns
     -------
-    centre, density, count : (B,) geometric bin centres, density (1/unit of values) normalised
-        over all positive values, and counts. Empty bins are kept.
-    Raises NotEnoughDataError when no value is positive.
+    centre : array (B,)
+        Geometric bin centres.
+    density : array (B,)
+        Density (1/unit of values), normalised over all positive values.
+    count : array (B,)
+        Number of values in each bin; empty bins are kept.
+
+    Raises
+    ------
+    NotEnoughDataError
+        When no value is positive.
     """
     values = np.asarray(values, dtype=float).ravel()
     values = values[values > 0]
@@ -122,11 +196,40 @@ def log_histogram(values, *, bins_per_decade, low=None, high=None):
     return np.sqrt(edges[1:] * edges[:-1]), count / (values.size * np.diff(edges)), count
 
 
-def falling_range(centre, density, count, *, minimum_count=MINIMUM_COUNT):
+def falling_range(
+    centre: np.ndarray,
+    density: np.ndarray,
+    count: np.ndarray,
+    *,
+    minimum_count: int = MINIMUM_COUNT,
+) -> tuple[float, float]:
     """Range of the falling part of a density: the fit range used for Fig. 9, stated as a rule.
 
     From the bin of the largest density to the last bin of the unbroken run of bins that follow it
-    with at least `minimum_count` values.  Returns (low, high), bin centres.
+    with at least `minimum_count` values.
+
+    Parameters
+    ----------
+    centre : array (B,)
+        Bin centres from `log_histogram`.
+    density : array (B,)
+        Densities from `log_histogram`.
+    count : array (B,)
+        Counts from `log_histogram`.
+    minimum_count : int
+        Values that a bin must hold.
+
+    Returns
+    -------
+    low : float
+        Centre of the first bin.
+    high : float
+        Centre of the last bin.
+
+    Raises
+    ------
+    NotEnoughDataError
+        When no bin after that of the largest density holds enough values.
     """
     top = int(np.argmax(density))
     sparse = np.flatnonzero(count[top:] < minimum_count)
@@ -135,23 +238,57 @@ def falling_range(centre, density, count, *, minimum_count=MINIMUM_COUNT):
     return float(centre[top]), float(centre[end])
 
 
-def fit_density(centre, density, count, *, low, high) -> PowerLawFit:
+def fit_density(
+    centre: np.ndarray, density: np.ndarray, count: np.ndarray, *, low: float, high: float
+) -> PowerLawFit:
     """Power law through a histogram density, bins between low and high weighted by their counts.
 
-    Arguments as returned by `log_histogram`; low, high: bin centres taken in. The exponent is that
-    of the density (negative for a falling one).
+    Parameters
+    ----------
+    centre : array (B,)
+        Bin centres from `log_histogram`.
+    density : array (B,)
+        Densities from `log_histogram`.
+    count : array (B,)
+        Counts from `log_histogram`.
+    low : float
+        Centre of the first bin taken in.
+    high : float
+        Centre of the last bin taken in.
+
+    Returns
+    -------
+    PowerLawFit
+        The exponent is that of the density (negative for a falling one).
     """
     edge = 1e-9
     return fit_log_log(centre, density, low=low * (1 - edge), high=high * (1 + edge), weight=count)
 
 
-def maximum_likelihood_exponent(values, *, low, high) -> PowerLawFit:
+def maximum_likelihood_exponent(values: npt.ArrayLike, *, low: float, high: float) -> PowerLawFit:
     """Exponent of a power-law density cut off at both ends, by maximum likelihood.
 
-    values : sample; those with low <= value <= high are used. The bounded form is needed here: slip
-    sizes span less than a decade. The error follows from the Fisher information, whose inverse
-    per value is the variance of ln(value) under the fitted law. Raises NotEnoughDataError with
-    fewer than 20 values.
+    The bounded form is needed here: slip sizes span less than a decade. The error follows from the
+    Fisher information, whose inverse per value is the variance of ln(value) under the fitted law.
+
+    Parameters
+    ----------
+    values : array (S,)
+        The sample.
+    low : float
+        Smallest value used.
+    high : float
+        Largest value used.
+
+    Returns
+    -------
+    PowerLawFit
+        The exponent is that of the density (negative for a falling one).
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than 20 values in the range.
     """
     values = _within(values, low, high)
     law = _power_law(values, low, high)
@@ -171,12 +308,33 @@ def maximum_likelihood_exponent(values, *, low, high) -> PowerLawFit:
     )
 
 
-def compare_with_exponential(values, *, low, high):
+def compare_with_exponential(
+    values: npt.ArrayLike, *, low: float, high: float
+) -> tuple[float, float]:
     """Which law fits values in [low, high] better, a power law or an exponential?
 
-    Both laws are cut off at both ends. Returns (ratio, p): the normalised log-likelihood ratio,
-    positive when the power law is better, and the probability that its sign is chance (Vuong's
-    test, Clauset et al. 2009).
+    Both laws are cut off at both ends. Vuong's test (Clauset et al. 2009).
+
+    Parameters
+    ----------
+    values : array (S,)
+        The sample.
+    low : float
+        Smallest value used.
+    high : float
+        Largest value used.
+
+    Returns
+    -------
+    ratio : float
+        Normalised log-likelihood ratio, positive when the power law is better.
+    p : float
+        Probability that its sign is chance.
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than 20 values in the range.
     """
     values = _within(values, low, high)
     ratio, p_value = powerlaw.statistics.loglikelihood_ratio(
@@ -187,15 +345,14 @@ def compare_with_exponential(values, *, low, high):
     return float(ratio), float(p_value)
 
 
-def _within(values, low, high):
+def _within(values: npt.ArrayLike, low: float, high: float) -> np.ndarray:
     values = np.asarray(values, dtype=float)
     values = values[(values >= low) & (values <= high)]
     require(values.size >= 20, f"{values.size} values between {low:.3g} and {high:.3g}, not 20")
     return values
 
 
-def _power_law(values, low, high):
-    # The closed form of the package is that of an unbounded law: ask for the numerical fit.
+def _power_law(values: np.ndarray, low: float, high: float) -> powerlaw.Power_Law:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         return powerlaw.Power_Law(
@@ -207,15 +364,13 @@ def _power_law(values, low, high):
         )
 
 
-def _exponential(values, low, high):
-    """Exponential law cut off at both ends, by maximum likelihood: its mean is that of the values.
-
-    The package fits and normalises an exponential without upper end. Values that do not fall have
-    the uniform law, the limit of long decay.
-    """
+def _exponential(values: np.ndarray, low: float, high: float) -> Any:
+    """Exponential cut off at both ends, by maximum likelihood: its mean is that of the values."""
+    # The package fits and normalises an exponential without upper end. Values that do not fall have
+    # the uniform law, the limit of long decay.
     mean = (values.mean() - low) / (high - low)
 
-    def excess(decays):
+    def excess(decays: float) -> float:
         """Mean of the law over `decays` decay lengths, as a share of the range, minus that mean."""
         return 1 / decays - 1 / np.expm1(min(decays, 700.0)) - mean
 

@@ -1,21 +1,32 @@
 """Natural distribution on the plane (u, v_N) (Fig. 17)."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 
-def velocity_density(row, *, bins, range):
+def velocity_density(
+    row: Mapping[str, np.ndarray], *, bins: int, range: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Density of the section velocities of a row, each column normalised to 1 over v.
 
     Parameters
     ----------
-    row : arrays of a row as from `sections.rows`; points with the same u are joined.
-    bins : number of bins in v_N. range : (lowest, highest) v_N, model units.
+    row : dict of arrays (P, ...)
+        A row as from `sections.rows`; points with the same u are joined.
+    bins : int
+        Number of bins in v_N.
+    range : (float, float)
+        Lowest and highest v_N, model units.
 
     Returns
     -------
-    u_edges (U+1,), v_edges (bins+1,), density (bins, U): density integrates to 1 over v in each
-    column that has crossings in the range, and is NaN where there are none. u edges lie midway
-    between neighbouring u.
+    u_edges : array (U+1,)
+        Edges of the columns, midway between neighbouring u.
+    v_edges : array (bins+1,)
+        Edges of the bins in v_N.
+    density : array (bins, U)
+        Integrates to 1 over v in each column with crossings in the range; NaN in the others.
     """
     belt_velocity, place = np.unique(row["belt_velocity"], return_inverse=True)
     v_edges = np.linspace(*range, bins + 1)
@@ -29,7 +40,7 @@ def velocity_density(row, *, bins, range):
     return _edges(belt_velocity), v_edges, density
 
 
-def _edges(centres):
+def _edges(centres: np.ndarray) -> np.ndarray:
     if centres.size < 2:
         return np.array([centres[0] - 0.5, centres[0] + 0.5]) if centres.size else np.zeros(1)
     middle = (centres[1:] + centres[:-1]) / 2

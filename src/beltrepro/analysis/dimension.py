@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from beltrepro.analysis.errors import require
@@ -14,8 +15,22 @@ MINIMUM_POINTS = 500
 class DimensionFit:
     """Correlation dimension with its error, and the window and curve that it was read from.
 
-    low, high: radii of the window (units of the coordinates); radius, correlation: the correlation
-    integral C(radius) in it.
+    Attributes
+    ----------
+    dimension : float
+        Slope of log C against log R.
+    error : float
+        Its error, see `correlation_dimension`.
+    low : float
+        Smallest radius of the window, units of the coordinates.
+    high : float
+        Largest radius of the window.
+    n_points : int
+        Number of points used.
+    radius : array (n_radii,)
+        Radii of the curve.
+    correlation : array (n_radii,)
+        Correlation integral C at these radii.
     """
 
     dimension: float
@@ -28,26 +43,43 @@ class DimensionFit:
 
 
 def correlation_dimension(
-    points, *, window=(1e-4, 1e-2), n_radii=24, max_points=20_000, minimum_pairs=100
+    points: npt.ArrayLike,
+    *,
+    window: tuple[float, float] = (1e-4, 1e-2),
+    n_radii: int = 24,
+    max_points: int = 20_000,
+    minimum_pairs: int = 100,
 ) -> DimensionFit:
     """Slope of log C(R) against log R (Grassberger and Procaccia 1983), by a k-d tree.
 
     C(R) is the share of pairs closer than R (Euclidean). It is read where it lies within `window`,
-    raised at the lower end so that at least `minimum_pairs` pairs are counted: smaller radii see
-    single pairs, larger ones the size of the set.
+    raised at the lower end so that at least `minimum_pairs` pairs are counted. At smaller radii C
+    depends on single pairs, at larger ones on the size of the set.
 
     Parameters
     ----------
-    points : (P, D) coordinates, used as they are: in model units (mass = spring constant = 1)
-        positions and velocities are of one kind.
-    window : lowest and highest C of the fit.
-    n_radii : radii of the curve. max_points : more points are thinned evenly to this number.
+    points : array (P, D)
+        Coordinates, used as they are: in model units (mass = spring constant = 1) positions and
+        velocities are of one kind.
+    window : (float, float)
+        Lowest and highest C of the fit.
+    n_radii : int
+        Number of radii of the curve.
+    max_points : int
+        More points are thinned evenly to this number.
+    minimum_pairs : int
+        Number of pairs closer than the smallest radius, at least.
 
     Returns
     -------
-    DimensionFit, whose error joins the standard error of the slope with half the difference of
-    the slopes of the two halves of the window: the larger source in practice.
-    Raises NotEnoughDataError with fewer than 500 points, or when all points coincide.
+    DimensionFit
+        Its error joins the standard error of the slope with half the difference of the slopes of
+        the two halves of the window, which is the larger of the two in practice.
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than 500 points, or when all points coincide.
     """
     points = np.asarray(points, dtype=float)
     points = points[np.isfinite(points).all(axis=1)]
@@ -77,18 +109,18 @@ def correlation_dimension(
     )
 
 
-def _radii(points, shares, n_samples=400_000):
+def _radii(points: np.ndarray, shares: tuple[float, float], n_samples: int = 400_000) -> np.ndarray:
     """Radii at which C has the given values, about: quantiles of the distances of random pairs."""
     first, second = np.random.default_rng(0).integers(0, len(points), (2, n_samples))
     distances = np.linalg.norm(points[first] - points[second], axis=1)[first != second]
     return np.quantile(distances, shares)
 
 
-def _correlation(tree, radius, n_pairs):
+def _correlation(tree: cKDTree, radius: np.ndarray, n_pairs: float) -> np.ndarray:
     ordered_pairs_and_selves = tree.count_neighbors(tree, radius)
     return (ordered_pairs_and_selves - tree.n) / 2 / n_pairs
 
 
-def _slope(abscissa, ordinate):
+def _slope(abscissa: np.ndarray, ordinate: np.ndarray) -> tuple[float, float]:
     coefficients, covariance = np.polyfit(abscissa, ordinate, 1, cov=True)
     return float(coefficients[0]), float(np.sqrt(covariance[0, 0]))

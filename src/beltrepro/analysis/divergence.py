@@ -7,9 +7,11 @@ structured array with point (the row), time, block and kind, in order of row and
 (R,), see `with_steps`. Model units.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 
 import numpy as np
+import numpy.typing as npt
 from scipy import stats
 
 from beltrepro.analysis.steps import mean_step
@@ -27,9 +29,18 @@ ROUNDING_OF_LONG_STEPS = 1e-11  # of steps that a tolerance allows: there are a 
 class Pair:
     """One run and its reference, which began in the same state.
 
-    time (T,), separation (T,) : largest distance of any block.
-    event_time, event_shift (K,) : instants of shared events in the reference; how much later they
-    come in the run. reference_events : instants of all events of the reference.
+    Attributes
+    ----------
+    time : array (T,)
+        Instants of the samples, model time.
+    separation : array (T,)
+        Largest distance of any block between the two.
+    event_time : array (K,)
+        Instants of shared events in the reference.
+    event_shift : array (K,)
+        How much later they come in the run.
+    reference_events : array (E,)
+        Instants of all events of the reference.
     """
 
     time: np.ndarray = field(repr=False)
@@ -45,9 +56,17 @@ class Pair:
         return float(self.time[beyond[0]]) if beyond.size else np.inf
 
     def error_after(self, n_events: int) -> float:
-        """Separation at the first sample after so many events; for 0, the largest one before any.
+        """Separation at the first sample after so many events.
 
-        NaN if the reference has not so many, or no sample is left.
+        Parameters
+        ----------
+        n_events : int
+            Number of events of the reference; 0 asks for the largest separation before any.
+
+        Returns
+        -------
+        float
+            Distance; NaN if the reference has not so many events, or no sample is left.
         """
         if n_events == 0:
             before = self.time < self.reference_events.min(initial=np.inf)
@@ -58,46 +77,103 @@ class Pair:
         return float(self.separation[sample]) if sample < self.time.size else np.nan
 
 
-def with_steps(runs) -> dict[str, np.ndarray]:
-    """The arrays with `step` (R,): mean length of the steps that the method chooses.
+def with_steps(runs: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Add the mean length of the steps that the method chooses.
 
     That is dt, or what the allowed error permits, for which velocities (R, T, N) are needed.
+
+    Parameters
+    ----------
+    runs : dict of arrays (R, ...)
+        Arrays of trajectories.
+
+    Returns
+    -------
+    dict of arrays (R, ...)
+        The same arrays and `step` (R,), model time.
     """
     steps = runs["time_step"].copy()
     for row in np.flatnonzero(np.isfinite(runs["allowed_error"])):
         names = [each.name for each in fields(ChainParameters)]
         chain = ChainParameters(**{name: runs[name][row].item() for name in names})
-        samples = (runs[name][row][:, : chain.n_blocks] for name in ("positions", "velocities"))
-        steps[row] = mean_step(*samples, chain, runs["allowed_error"][row])
-    return runs | {"step": steps}
+        positions, velocities = (
+            runs[name][row][:, : chain.n_blocks] for name in ("positions", "velocities")
+        )
+        steps[row] = mean_step(positions, velocities, chain, runs["allowed_error"][row])
+    return {**runs, "step": steps}
 
 
-def equal(values, value) -> np.ndarray:
-    """Which of the values (R,), steps or tolerances, are this one."""
+def equal(values: np.ndarray, value: float) -> np.ndarray:
+    """Which of the values are this one, up to rounding.
+
+    Parameters
+    ----------
+    values : array (R,)
+        Time steps or tolerances.
+    value : float
+        Wanted one.
+
+    Returns
+    -------
+    array (R,) of bool
+        True where they are equal; NaN is equal to nothing.
+    """
     return np.isclose(values, value, rtol=1e-9, atol=0)
 
 
-def pairs(runs, reference, *, rows, reference_rows) -> dict[tuple, list[Pair]]:
-    """Some runs beside their references: lists by (n_blocks, belt_velocity).
+def pairs(
+    runs: Mapping[str, np.ndarray],
+    reference: Mapping[str, np.ndarray],
+    *,
+    rows: np.ndarray,
+    reference_rows: np.ndarray,
+) -> dict[tuple, list[Pair]]:
+    """Some runs beside their references; a run without a reference is left out.
 
-    runs, reference : arrays of trajectories; rows, reference_rows (R,) : which of them. A run
-    without a reference is left out.
+    Parameters
+    ----------
+    runs : dict of arrays (R, ...)
+        Arrays of trajectories.
+    reference : dict of arrays (R', ...)
+        Arrays of the trajectories that they are compared with.
+    rows : array (R,) of bool
+        Which of the runs.
+    reference_rows : array (R',) of bool
+        Which of the references.
+
+    Returns
+    -------
+    dict of lists of Pair
+        By (n_blocks, belt_velocity).
     """
-    base = {_key(reference, row): row for row in np.flatnonzero(reference_rows)}
+    base = {_key(reference, row): row for row in np.flatnonzero(reference_rows).tolist()}
     found: dict[tuple, list[Pair]] = {}
-    for row in np.flatnonzero(rows):
+    for row in np.flatnonzero(rows).tolist():
         key = _key(runs, row)
         if key in base:
             found.setdefault(key[:2], []).append(_pair(runs, row, reference, base[key]))
     return found
 
 
-def match_events(tested, reference):
-    """Instants of events that two runs share: (time in the reference (K,), tested minus it (K,)).
+def match_events(tested: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Events that two runs share.
 
-    tested, reference : structured arrays with time, block and kind, in order of time. Block by
-    block, events correspond in their order until the kinds differ or the times by more than 0.5;
-    what comes later in that block is not shared.
+    Block by block, events correspond in their order until the kinds differ or the times by more
+    than 0.5; what comes later in that block is not shared.
+
+    Parameters
+    ----------
+    tested : structured array
+        Events of one run, with time, block and kind, in order of time.
+    reference : structured array
+        Events of the other run.
+
+    Returns
+    -------
+    time : array (K,)
+        Instants of the shared events in the reference, in rising order.
+    shift : array (K,)
+        How much later they come in the tested run.
     """
     times, shifts = [np.empty(0)], [np.empty(0)]
     for block in np.unique(reference["block"]):
@@ -113,11 +189,26 @@ def match_events(tested, reference):
     return times[order], shifts[order]
 
 
-def convergence_order(step, error, *, rounding=ROUNDING):
-    """Order q of error = c * step**q, with its standard error from the scatter about it.
+def convergence_order(
+    step: npt.ArrayLike, error: npt.ArrayLike, *, rounding: float = ROUNDING
+) -> tuple[float, float]:
+    """Order q of error = c * step**q, from a straight line through the logarithms.
 
-    Straight line through the logarithms of the errors above `rounding`: below, it and not the step
-    decides. NaN for fewer than 3 of them.
+    Parameters
+    ----------
+    step : array (S,)
+        Lengths of the steps.
+    error : array (S,)
+        Error at each of them.
+    rounding : float
+        Smaller errors are left out: rounding and not the step decides them.
+
+    Returns
+    -------
+    order : float
+        The order q; NaN with fewer than 3 errors above `rounding`.
+    error : float
+        Its standard error, from the scatter about the line.
     """
     step, error = np.asarray(step, dtype=float), np.asarray(error, dtype=float)
     above = error > rounding
@@ -127,11 +218,20 @@ def convergence_order(step, error, *, rounding=ROUNDING):
     return float(line.slope), float(line.stderr)
 
 
-def summarise(found: list[Pair]) -> dict:
+def summarise(found: list[Pair]) -> dict[str, float]:
     """Pairs of one point in numbers, medians over its members.
 
-    members; parting_time (inf where half never part); shared_events, of reference_events in all;
-    first_shift : largest shift of the first 10 shared events; shift : largest of all shared ones.
+    Parameters
+    ----------
+    found : list of Pair
+        The pairs of one point.
+
+    Returns
+    -------
+    dict of float
+        members; parting_time (inf where half never part); shared_events; reference_events (all of
+        the reference); first_shift, the largest shift of the first 10 shared events; shift, the
+        largest of all shared ones.
     """
     return {
         "members": len(found),
@@ -144,9 +244,19 @@ def summarise(found: list[Pair]) -> dict:
 
 
 def errors(found: list[Pair]) -> dict[int, tuple[int, float]]:
-    """Number of members and root-mean-square error after each number of AFTER_EVENTS.
+    """Root-mean-square error after each number of AFTER_EVENTS.
 
     The phase of an event within a step decides its error, so one member alone tells little.
+
+    Parameters
+    ----------
+    found : list of Pair
+        The pairs of one point.
+
+    Returns
+    -------
+    dict of (int, float)
+        Number of members and error, by number of events; only where every pair has an error.
     """
     table = {}
     for n_events in AFTER_EVENTS:
@@ -157,7 +267,9 @@ def errors(found: list[Pair]) -> dict[int, tuple[int, float]]:
     return table
 
 
-def _pair(runs, row, reference, base) -> Pair:
+def _pair(
+    runs: Mapping[str, np.ndarray], row: int, reference: Mapping[str, np.ndarray], base: int
+) -> Pair:
     events = reference["events"][reference["events"]["point"] == base]
     event_time, event_shift = match_events(runs["events"][runs["events"]["point"] == row], events)
     n_blocks = int(runs["n_blocks"][row])
@@ -171,11 +283,11 @@ def _pair(runs, row, reference, base) -> Pair:
     )
 
 
-def _key(runs, row):
+def _key(runs: Mapping[str, np.ndarray], row: int) -> tuple:
     names = ("n_blocks", "belt_velocity", "replicate")
     return tuple(runs[name][row].item() for name in names)
 
 
-def _median_largest(parts):
+def _median_largest(parts: list[np.ndarray]) -> float:
     largest = [np.abs(part).max() for part in parts if part.size]
     return float(np.median(largest)) if largest else np.nan

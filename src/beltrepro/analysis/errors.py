@@ -5,7 +5,20 @@ class NotEnoughDataError(ValueError):
     """Too few, or the wrong, data for this estimate; the message is one line with the reason."""
 
 
-def require(condition, reason: str) -> None:
-    """Raise `NotEnoughDataError(reason)` unless `condition` holds."""
+def require(condition: object, reason: str) -> None:
+    """Raise an error unless the condition holds.
+
+    Parameters
+    ----------
+    condition : bool
+        What must be true of the data.
+    reason : str
+        Message of the error, one line.
+
+    Raises
+    ------
+    NotEnoughDataError
+        If `condition` is false.
+    """
     if not condition:
         raise NotEnoughDataError(reason)

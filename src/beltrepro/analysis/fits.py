@@ -1,8 +1,10 @@
 """Power laws as straight lines on doubly logarithmic axes, and rank correlation."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from scipy import stats
 
 from beltrepro.analysis.errors import require
@@ -12,7 +14,20 @@ from beltrepro.analysis.errors import require
 class PowerLawFit:
     """y = prefactor * x**exponent, fitted for low <= x <= high.
 
-    exponent_error is one standard error; sample_size counts what was fitted (bins or values).
+    Attributes
+    ----------
+    exponent : float
+        Exponent of the law.
+    exponent_error : float
+        One standard error of the exponent.
+    prefactor : float
+        Value of the law at x = 1.
+    low : float
+        Lower end of the range of the fit.
+    high : float
+        Upper end of the range of the fit.
+    sample_size : int
+        Number of bins or values that were fitted.
     """
 
     exponent: float
@@ -22,17 +37,46 @@ class PowerLawFit:
     high: float
     sample_size: int = 0
 
-    def __call__(self, abscissa):
+    def __call__(self, abscissa: npt.ArrayLike) -> np.ndarray:
         """Value of the fitted law at `abscissa` (any shape)."""
         return self.prefactor * np.asarray(abscissa, dtype=float) ** self.exponent
 
 
-def fit_log_log(abscissa, ordinate, *, low, high, weight=None) -> PowerLawFit:
+def fit_log_log(
+    abscissa: npt.ArrayLike,
+    ordinate: npt.ArrayLike,
+    *,
+    low: float,
+    high: float,
+    weight: npt.ArrayLike | None = None,
+) -> PowerLawFit:
     """Least-squares line through (log x, log y) of the points with low <= x <= high and y > 0.
 
-    weight : weight of each squared residual, e.g. counts (variance of log count = 1/count); None
-        weighs all alike. The error is that of the slope, from the scatter about the line.
-    Raises NotEnoughDataError with fewer than 4 points in the range.
+    The error of the exponent is that of the slope, from the scatter about the line.
+
+    Parameters
+    ----------
+    abscissa : array (P,)
+        Values of x.
+    ordinate : array (P,)
+        Values of y.
+    low : float
+        Lowest x of the fit.
+    high : float
+        Highest x of the fit.
+    weight : array (P,), optional
+        Weight of each squared residual, e.g. counts (variance of log count = 1/count). All points
+        weigh alike if not given.
+
+    Returns
+    -------
+    PowerLawFit
+        The line.
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than 4 points in the range.
     """
     abscissa, ordinate = (np.asarray(values, dtype=float) for values in (abscissa, ordinate))
     weight = np.ones_like(abscissa) if weight is None else np.asarray(weight, dtype=float)
@@ -52,8 +96,21 @@ def fit_log_log(abscissa, ordinate, *, low, high, weight=None) -> PowerLawFit:
     )
 
 
-def rank_correlation(abscissa, ordinate) -> float:
-    """Spearman's rank correlation, 0 when either of them (P,) does not vary: no trend."""
+def rank_correlation(abscissa: Iterable[float], ordinate: Iterable[float]) -> float:
+    """Spearman's rank correlation.
+
+    Parameters
+    ----------
+    abscissa : sequence (P,)
+        Values of x.
+    ordinate : sequence (P,)
+        Values of y.
+
+    Returns
+    -------
+    float
+        Between -1 and 1; 0 when x or y does not vary, because then there is no trend.
+    """
     abscissa, ordinate = np.asarray(list(abscissa)), np.asarray(list(ordinate))
     if np.ptp(abscissa) == 0 or np.ptp(ordinate) == 0:
         return 0.0

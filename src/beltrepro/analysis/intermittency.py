@@ -1,31 +1,53 @@
 """Laminar phases and the region of intermittency (Figs. 16, 18 and 20)."""
 
+from collections.abc import Mapping
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 
 LAMINAR_SHARE = (0.05, 0.95)
 MINIMUM_PHASES = 2
 
 
 def intermittent_mask(
-    points, *, low=LAMINAR_SHARE[0], high=LAMINAR_SHARE[1], minimum_phases=MINIMUM_PHASES
-):
-    """Which points of a scan are intermittent: the paper gives no criterion, this one is ours.
+    points: Mapping[str, np.ndarray],
+    *,
+    low: float = LAMINAR_SHARE[0],
+    high: float = LAMINAR_SHARE[1],
+    minimum_phases: int = MINIMUM_PHASES,
+) -> np.ndarray:
+    """Which points of a scan are intermittent, by a criterion of ours: the paper gives none.
 
     A laminar phase is an interval longer than `laminar_time` in which the last block does not
     stick. A point is intermittent when laminar phases take between `low` and `high` of the time
     after the transient and there are at least `minimum_phases` of them (so that a single escape
     from a transient does not count).
 
-    points : arrays with laminar_fraction and laminar_count, one shape.  Returns a bool array.
+    Parameters
+    ----------
+    points : dict of arrays (P,)
+        Points of a scan, with laminar_fraction and laminar_count.
+    low : float
+        Smallest share of time in laminar phases.
+    high : float
+        Largest share of time in laminar phases.
+    minimum_phases : int
+        Smallest number of laminar phases.
+
+    Returns
+    -------
+    array (P,) of bool
+        True where the point is intermittent.
     """
     share = np.asarray(points["laminar_fraction"], dtype=float)
     count = np.asarray(points["laminar_count"])
     return (share >= low) & (share <= high) & (count >= minimum_phases)
 
 
-def boundary(belt_velocity, noise, mask):
+def boundary(
+    belt_velocity: np.ndarray, noise: np.ndarray, mask: npt.ArrayLike
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Edges in u of the intermittent region for each noise level.
 
     The region at one noise level is the longest run of intermittent points along u; single points
@@ -33,12 +55,22 @@ def boundary(belt_velocity, noise, mask):
 
     Parameters
     ----------
-    belt_velocity, noise, mask : (P,) points of a scan in any order; replicates of a point count
-        as intermittent when at least half of them are.
+    belt_velocity : array (P,)
+        Belt velocity u of the points of a scan, in any order.
+    noise : array (P,)
+        Noise sigma of the points.
+    mask : array (P,) of bool
+        Which points are intermittent. Replicates of a point count as intermittent when at least
+        half of them are.
 
     Returns
     -------
-    levels, u_low, u_high : (S,) noise levels in rising order and the edges, NaN without a region.
+    levels : array (S,)
+        Noise levels in rising order.
+    u_low : array (S,)
+        Lower edge at each level, NaN without a region.
+    u_high : array (S,)
+        Upper edge at each level, NaN without a region.
     """
     levels = np.unique(noise)
     edges = np.full((2, levels.size), np.nan)
@@ -54,12 +86,34 @@ def boundary(belt_velocity, noise, mask):
     return levels, edges[0], edges[1]
 
 
-def laminar_phases(slip_start, slip_stop, laminar_time, *, start, stop):
+def laminar_phases(
+    slip_start: npt.ArrayLike,
+    slip_stop: npt.ArrayLike,
+    laminar_time: float,
+    *,
+    start: float,
+    stop: float,
+) -> np.ndarray:
     """Intervals longer than `laminar_time` without a stick, between `start` and `stop`.
 
-    slip_start, slip_stop : (S,) instants at which slips of the last block begin and end, in order;
-    a slip under way at the end of the run may lack its stop, and one under way at the start its
-    start. Intervals are cut at start and stop.  Returns (L, 2) begin and end.
+    Parameters
+    ----------
+    slip_start : array (S,)
+        Instants at which slips of the last block begin, in order, model time. A slip under way at
+        the start of the run may lack its start.
+    slip_stop : array (S,)
+        Instants at which they end. A slip under way at the end of the run may lack its stop.
+    laminar_time : float
+        Length that an interval must exceed.
+    start : float
+        Intervals are cut at this instant.
+    stop : float
+        Intervals are cut at this instant.
+
+    Returns
+    -------
+    array (L, 2)
+        Begin and end of each interval.
     """
     slip_start = np.asarray(slip_start, dtype=float)
     slip_stop = np.asarray(slip_stop, dtype=float)
@@ -71,12 +125,33 @@ def laminar_phases(slip_start, slip_stop, laminar_time, *, start, stop):
     return phases[phases[:, 1] - phases[:, 0] > laminar_time]
 
 
-def sampled_laminar_phases(time, relative_velocity, laminar_time, *, tolerance=1e-6):
+def sampled_laminar_phases(
+    time: npt.ArrayLike,
+    relative_velocity: np.ndarray,
+    laminar_time: float,
+    *,
+    tolerance: float = 1e-6,
+) -> np.ndarray:
     """Laminar phases of a sampled series: intervals in which no sample of the last block sticks.
 
-    time, relative_velocity : (T,) samples of v_rN, which vanishes while the block sticks (within
-    `tolerance`). Sticks shorter than the sample interval are missed: prefer `laminar_phases` where
-    events are at hand.  Returns (L, 2) begin and end.
+    Sticks shorter than the sample interval are missed: prefer `laminar_phases` where events are at
+    hand.
+
+    Parameters
+    ----------
+    time : array (T,)
+        Instants of the samples, model time.
+    relative_velocity : array (T,)
+        Velocity v_rN of the last block relative to the belt, which vanishes while it sticks.
+    laminar_time : float
+        Length that an interval must exceed.
+    tolerance : float
+        A smaller |v_rN| counts as 0.
+
+    Returns
+    -------
+    array (L, 2)
+        Begin and end of each interval.
     """
     time = np.asarray(time, dtype=float)
     slipping = np.abs(relative_velocity) > tolerance

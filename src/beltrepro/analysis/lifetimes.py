@@ -1,6 +1,9 @@
 """Lifetimes of chaotic transients and the attractors that follow them (inset of Fig. 12)."""
 
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 
 from beltrepro.analysis.errors import require
 
@@ -14,20 +17,34 @@ LARGE_SLIP = "continuous slip, large amplitude"
 ATTRACTORS = (STICK_SLIP, SMALL_SLIP, LARGE_SLIP)
 
 
-def mean_lifetime(lifetime, escaped, duration, *, start=0.0):
+def mean_lifetime(
+    lifetime: npt.ArrayLike, escaped: npt.ArrayLike, duration: float, *, start: float = 0.0
+) -> tuple[float, float]:
     """Mean of an exponential distribution of lifetimes, by maximum likelihood with censoring.
 
     Parameters
     ----------
-    lifetime : (M,) time of escape; the value is ignored for members that did not escape.
-    escaped : (M,) bool. duration : time at which those that did not escape were given up.
-    start : members that escape before are left out and time counts from here; use it to skip the
-        time in which the runs have not yet spread over the saddle.
+    lifetime : array (M,)
+        Time of escape of each run; the value is ignored for runs that did not escape.
+    escaped : array (M,) of bool
+        Which runs escaped.
+    duration : float
+        Time at which runs that did not escape were given up.
+    start : float
+        Runs that escape before are left out and time counts from here. Use it to skip the time in
+        which the runs have not yet spread over the saddle.
 
     Returns
     -------
-    (tau, error) : total time under observation / number of escapes, and tau / sqrt(escapes).
-    Raises NotEnoughDataError with fewer than 3 escapes.
+    tau : float
+        Total time under observation over the number of escapes.
+    error : float
+        Standard error, tau / sqrt(escapes).
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than 3 escapes.
     """
     escaped = np.asarray(escaped, dtype=bool)
     observed = np.where(escaped, np.asarray(lifetime, dtype=float), duration)
@@ -38,28 +55,58 @@ def mean_lifetime(lifetime, escaped, duration, *, start=0.0):
     return tau, tau / np.sqrt(escapes)
 
 
-def survival(lifetime, escaped, duration):
-    """Share of the runs still on the saddle: (time (M,), share (M,)), in order of time."""
+def survival(
+    lifetime: npt.ArrayLike, escaped: npt.ArrayLike, duration: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Share of the runs that are still on the saddle, in order of time.
+
+    Parameters
+    ----------
+    lifetime : array (M,)
+        Time of escape of each run.
+    escaped : array (M,) of bool
+        Which runs escaped.
+    duration : float
+        Escapes after this time are left out.
+
+    Returns
+    -------
+    time : array (E,)
+        Instants of the escapes.
+    share : array (E,)
+        Share of all M runs that is left after each escape.
+    """
     escaped = np.asarray(escaped, dtype=bool)
     times = np.sort(np.where(escaped, np.asarray(lifetime, dtype=float), np.inf))
     times = times[np.isfinite(times) & (times <= duration)]
     return times, 1 - np.arange(1, times.size + 1) / escaped.size
 
 
-def by_belt_velocity(runs, duration, *, start=0.0):
+def by_belt_velocity(runs: Any, duration: float, *, start: float = 0.0) -> dict[str, np.ndarray]:
     """Lifetimes for each belt velocity.
 
-    runs : a dataset of kind escapes, or its arrays. Returns a dict of arrays, one entry per
-    belt velocity in rising order: belt_velocity, members, escaped (share), tau and tau_error (NaN
-    where fewer than 3 members escaped), median (inf where half did not escape).
+    Parameters
+    ----------
+    runs : Dataset of kind escapes, or its arrays (M,)
+        Arrays belt_velocity, lifetime and escaped, one entry for each run.
+    duration : float
+        As for `mean_lifetime`.
+    start : float
+        As for `mean_lifetime`.
+
+    Returns
+    -------
+    dict of arrays (U,)
+        belt_velocity in rising order, members (number of runs), escaped (share), tau and tau_error
+        (NaN where fewer than 3 runs escaped), median (inf where half did not escape).
     """
     arrays = getattr(runs, "arrays", runs)
-    table = {
+    table: dict[str, list] = {
         name: [] for name in ("belt_velocity", "members", "escaped", "tau", "tau_error", "median")
     }
     for belt_velocity in np.unique(arrays["belt_velocity"]):
-        member = arrays["belt_velocity"] == belt_velocity
-        lifetime, escaped = arrays["lifetime"][member], arrays["escaped"][member].astype(bool)
+        run = arrays["belt_velocity"] == belt_velocity
+        lifetime, escaped = arrays["lifetime"][run], arrays["escaped"][run].astype(bool)
         try:
             tau, error = mean_lifetime(lifetime, escaped, duration, start=start)
         except ValueError:
@@ -73,17 +120,31 @@ def by_belt_velocity(runs, duration, *, start=0.0):
     return {name: np.array(values) for name, values in table.items()}
 
 
-def label_attractors(escaped, final_disorder, final_stick_rate):
+def label_attractors(
+    escaped: npt.ArrayLike, final_disorder: npt.ArrayLike, final_stick_rate: npt.ArrayLike
+) -> np.ndarray:
     """Name the state in which each run ends.
 
     Criterion: "stick-slip" when the last block still sticks in the settled part of the run or the
-    member did not escape (a chaotic saddle or a stick-slip attractor: a run of finite length
-    cannot tell); otherwise continuous slip, of large amplitude when r there is at least
-    LARGE_AMPLITUDE.
+    run did not escape (a chaotic saddle or a stick-slip attractor: a run of finite length cannot
+    tell); otherwise continuous slip, of large amplitude when r there is at least LARGE_AMPLITUDE.
 
-    escaped : (M,) bool; final_disorder : (M,); final_stick_rate : (M, N), last block in the last
-    column.  Returns (M,) strings out of ATTRACTORS.
+    Parameters
+    ----------
+    escaped : array (M,) of bool
+        Which runs escaped.
+    final_disorder : array (M,)
+        Disorder parameter r in the settled part.
+    final_stick_rate : array (M, N)
+        Sticks of each block per time in the settled part, NaN for blocks that a chain lacks.
+
+    Returns
+    -------
+    array (M,) of str
+        Labels out of ATTRACTORS.
     """
-    sticks = np.asarray(final_stick_rate)[:, -1] > 0
+    rates = np.asarray(final_stick_rate, dtype=float)
+    last = np.isfinite(rates).sum(axis=1) - 1
+    sticks = rates[np.arange(len(rates)), last] > 0
     slips = np.where(np.asarray(final_disorder) >= LARGE_AMPLITUDE, LARGE_SLIP, SMALL_SLIP)
     return np.where(sticks | ~np.asarray(escaped, dtype=bool), STICK_SLIP, slips)

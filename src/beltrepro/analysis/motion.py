@@ -1,6 +1,7 @@
 """Names for the motion of a chain, by recurrence and exponents, not by the look of a diagram."""
 
 import numpy as np
+import numpy.typing as npt
 
 EQUILIBRIUM = "equilibrium slip"
 PERIODIC = "periodic"
@@ -15,7 +16,15 @@ ERRORS = 3.0
 FOLDINGS = 5.0
 
 
-def name_motion(*, turns, closed, exponents, standard_error, time, n_trivial=1) -> str:
+def name_motion(
+    *,
+    turns: bool,
+    closed: bool,
+    exponents: npt.ArrayLike,
+    standard_error: npt.ArrayLike,
+    time: float,
+    n_trivial: int = 1,
+) -> str:
     """Name of a motion from what was observed of it for some time.
 
     Criteria, in this order:
@@ -36,12 +45,19 @@ def name_motion(*, turns, closed, exponents, standard_error, time, n_trivial=1) 
         Whether blocks still stick or reverse at the end.
     closed : bool
         Whether the orbit closes.
-    exponents, standard_error : array (K,)
-        Lyapunov exponents per unit of time, the largest first, and their errors.
+    exponents : array (K,)
+        Lyapunov exponents per unit of time, the largest first.
+    standard_error : array (K,)
+        Their errors.
     time : float
         Of observation.
     n_trivial : int
         Exponents that are zero by symmetry: 1 for a flow, 0 for a map or under noise.
+
+    Returns
+    -------
+    str
+        One of MOTIONS.
     """
     if not turns:
         return EQUILIBRIUM

@@ -8,6 +8,7 @@ coordinates leaves open, to a distance that is far below the size of the orbit a
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from beltrepro.analysis.errors import require
 
@@ -22,13 +23,17 @@ CLOSED = 1e-8
 class Recurrence:
     """A closed orbit.
 
-    Parameters
+    Attributes
     ----------
-    crossings : crossings of the surface in a period.
-    time : length of a period, the unit of the times given.
-    distance : greatest distance of a state from that a period earlier, as a share of the largest
+    crossings : int
+        Crossings of the surface in a period.
+    time : float
+        Length of a period, the unit of the times given.
+    distance : float
+        Greatest distance of a state from that a period earlier, as a share of the largest
         coordinate.
-    since : index of the first state from which on all states are a period apart.
+    since : int
+        Index of the first state from which on all states are a period apart.
     """
 
     crossings: int
@@ -37,7 +42,9 @@ class Recurrence:
     since: int
 
 
-def find_recurrence(states, times, *, closed=CLOSED) -> Recurrence | None:
+def find_recurrence(
+    states: npt.ArrayLike, times: npt.ArrayLike, *, closed: float = CLOSED
+) -> Recurrence | None:
     """The period of a sequence of states at successive crossings, None if it does not close.
 
     The smallest number p of crossings is sought after which every state of the last p comes back,
@@ -45,9 +52,17 @@ def find_recurrence(states, times, *, closed=CLOSED) -> Recurrence | None:
 
     Parameters
     ----------
-    states : (K, D) states at the crossings, in the order of time.
-    times : (K,) instants of the crossings.
-    closed : distance of two states that count as one, as a share of the largest coordinate.
+    states : array (K, D)
+        States at the crossings, in the order of time.
+    times : array (K,)
+        Instants of the crossings.
+    closed : float
+        Distance of two states that count as one, as a share of the largest coordinate.
+
+    Returns
+    -------
+    Recurrence or None
+        None if the motion does not close.
 
     Raises
     ------

@@ -6,13 +6,15 @@ shares, lifetimes by the log-rank test, and p-values are corrected for the numbe
 1979). NaN in a sample is left out.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from scipy import stats
 
 LEVEL = 0.05  # a corrected p-value below this is a difference
-NEAR = 0.01  # distance between distributions, as a share of their size, that matters to nobody
+NEAR = 0.01  # a smaller distance between distributions, as a share of their size, is negligible
 MINIMUM_RUNS = 5  # fewer runs on a side are no sample
 
 AGREE = "agree"
@@ -26,12 +28,31 @@ VERDICTS = (AGREE, CLOSE, DIFFER, UNKNOWN)
 class Comparison:
     """Two samples side by side; NaN where a number does not exist.
 
-    n, mean, error of each side : runs, mean, standard error of the mean.
-    z : difference of the means (tested minus reference) in units of its standard error.
-    mean_p : of Welch's t-test on the means, NaN if no run differs from any.
-    p : of `test` on the whole distributions.
-    distance : of the distributions (Wasserstein, or total variation of shares) as a share of the
-    root mean square of the reference: how much a difference matters.
+    Attributes
+    ----------
+    n_tested : int
+        Runs of the tested side.
+    n_reference : int
+        Runs of the reference.
+    mean_tested : float
+        Mean of the tested side.
+    error_tested : float
+        Standard error of that mean.
+    mean_reference : float
+        Mean of the reference.
+    error_reference : float
+        Standard error of that mean.
+    z : float
+        Difference of the means (tested minus reference) in units of its standard error.
+    mean_p : float
+        p-value of Welch's t-test on the means, NaN if no run differs from any.
+    test : str
+        Name of the test on the whole distributions.
+    p : float
+        p-value of that test.
+    distance : float
+        Of the distributions (Wasserstein, or total variation of shares) as a share of the root
+        mean square of the reference: how much a difference matters.
     """
 
     n_tested: int
@@ -50,11 +71,23 @@ class Comparison:
 # --- samples --------------------------------------------------------------------------------------
 
 
-def compare_samples(tested, reference) -> Comparison:
+def compare_samples(tested: npt.ArrayLike, reference: npt.ArrayLike) -> Comparison:
     """Means and distributions of two independent samples (one number for each run).
 
     The p of the distributions is that of the two-sample Kolmogorov-Smirnov test, exact for these
     sizes; ties make it too large, never too small. Below MINIMUM_RUNS on a side p and z are NaN.
+
+    Parameters
+    ----------
+    tested : array (M,)
+        One number for each run of the tested side; NaN is left out.
+    reference : array (M',)
+        One number for each run of the reference.
+
+    Returns
+    -------
+    Comparison
+        Its test is "Kolmogorov-Smirnov".
     """
     tested, reference = _finite(tested), _finite(reference)
     p = np.nan
@@ -64,29 +97,76 @@ def compare_samples(tested, reference) -> Comparison:
 
 
 def compare_shares(
-    tested, reference, *, labels, counted, n_permutations=9999, seed=0
+    tested: npt.ArrayLike,
+    reference: npt.ArrayLike,
+    *,
+    labels: Sequence[str],
+    counted: str,
+    n_permutations: int = 9999,
+    seed: int = 0,
 ) -> Comparison:
     """Which of several labels the runs of two samples got; means and errors are shares of one.
 
-    tested, reference : (M,) labels; labels : those that are possible; counted : the label whose
-    share is the mean. The p is that of chi^2 of the table of counts among all tables with the same
-    margins (permutation test with n_permutations draws), so it holds for rare labels too; it cannot
-    be less than 1 / (n_permutations + 1).
+    The p is that of chi^2 of the table of counts among all tables with the same margins
+    (permutation test), so it holds for rare labels too; it cannot be less than
+    1 / (n_permutations + 1).
+
+    Parameters
+    ----------
+    tested : array (M,) of str
+        Label of each run of the tested side.
+    reference : array (M',) of str
+        Label of each run of the reference.
+    labels : sequence of str
+        Labels that are possible.
+    counted : str
+        The label whose share is the mean.
+    n_permutations : int
+        Random tables drawn.
+    seed : int
+        Fixes the random numbers.
+
+    Returns
+    -------
+    Comparison
+        Its test is "permutation".
     """
     tested, reference = np.asarray(tested), np.asarray(reference)
     counts = np.array([[np.sum(side == label) for label in labels] for side in (tested, reference)])
     p = _permutation_p(counts, n_permutations, seed) if _enough(tested, reference) else np.nan
     shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
     distance = float(np.abs(shares[0] - shares[1]).sum() / 2)
-    has = [(side == counted).astype(float) for side in (tested, reference)]
-    return _comparison(*has, "permutation", p, distance)
+    ours, theirs = ((side == counted).astype(float) for side in (tested, reference))
+    return _comparison(ours, theirs, "permutation", p, distance)
 
 
-def compare_lifetimes(tested, reference, *, escaped_tested, escaped_reference) -> Comparison:
+def compare_lifetimes(
+    tested: npt.ArrayLike,
+    reference: npt.ArrayLike,
+    *,
+    escaped_tested: npt.ArrayLike,
+    escaped_reference: npt.ArrayLike,
+) -> Comparison:
     """Lifetimes, with those of runs that did not escape censored: log-rank test (Mantel 1966).
 
     Means are of lifetimes cut off at the end of the run (restricted means). With fewer than
     MINIMUM_RUNS escapes on both sides together p is NaN.
+
+    Parameters
+    ----------
+    tested : array (M,)
+        Lifetime of each run of the tested side; the duration where it did not escape.
+    reference : array (M',)
+        Lifetime of each run of the reference.
+    escaped_tested : array (M,) of bool
+        Which runs of the tested side escaped.
+    escaped_reference : array (M',) of bool
+        Which runs of the reference escaped.
+
+    Returns
+    -------
+    Comparison
+        Its test is "log-rank".
     """
     sides = []
     for lifetime, escaped in ((tested, escaped_tested), (reference, escaped_reference)):
@@ -104,14 +184,16 @@ def compare_lifetimes(tested, reference, *, escaped_tested, escaped_reference) -
     )
 
 
-def _comparison(tested, reference, test, p, distance) -> Comparison:
+def _comparison(
+    tested: np.ndarray, reference: np.ndarray, test: str, p: float, distance: float
+) -> Comparison:
     means, errors = [], []
     for side in (tested, reference):
         means.append(float(np.mean(side)) if side.size else np.nan)
         errors.append(float(np.std(side, ddof=1) / np.sqrt(side.size)) if side.size > 1 else np.nan)
     z, mean_p = np.nan, np.nan
     if _enough(tested, reference):
-        difference, error = means[0] - means[1], float(np.hypot(*errors))
+        difference, error = means[0] - means[1], float(np.hypot(errors[0], errors[1]))
         if error > 0:
             z = difference / error
             mean_p = float(stats.ttest_ind(tested, reference, equal_var=False).pvalue)
@@ -134,14 +216,14 @@ def _comparison(tested, reference, test, p, distance) -> Comparison:
     )
 
 
-def _permutation_p(counts, n_permutations, seed):
+def _permutation_p(counts: np.ndarray, n_permutations: int, seed: int) -> float:
     total, expected = counts.sum(axis=0), counts.sum(axis=1, keepdims=True) * counts.sum(axis=0)
     known = total > 0
     expected = (expected / counts.sum())[0, known]
     share = expected / total[known]
 
     # chi^2 of both rows follows from the first, as the columns are given
-    def statistic(first):
+    def statistic(first: np.ndarray) -> np.ndarray:
         return np.sum((first - expected) ** 2 / (expected * (1 - share)), axis=-1)
 
     draws = np.random.default_rng(seed).multivariate_hypergeometric(
@@ -151,18 +233,18 @@ def _permutation_p(counts, n_permutations, seed):
     return float((1 + beyond) / (1 + n_permutations))
 
 
-def _distance(tested, reference):
+def _distance(tested: npt.ArrayLike, reference: npt.ArrayLike) -> float:
     if not (np.size(tested) and np.size(reference)):
         return np.nan
     size = np.sqrt(np.mean(np.square(reference)))
     return float(stats.wasserstein_distance(tested, reference) / size) if size > 0 else np.nan
 
 
-def _enough(tested, reference):
+def _enough(tested: np.ndarray, reference: np.ndarray) -> bool:
     return min(len(tested), len(reference)) >= MINIMUM_RUNS
 
 
-def _finite(values):
+def _finite(values: npt.ArrayLike) -> np.ndarray:
     values = np.asarray(values, dtype=float)
     return values[np.isfinite(values)]
 
@@ -170,10 +252,20 @@ def _finite(values):
 # --- many tests -----------------------------------------------------------------------------------
 
 
-def holm(p):
-    """p-values (M,) corrected for their number: any of them below LEVEL by chance in 5 of 100.
+def holm(p: npt.ArrayLike) -> np.ndarray:
+    """p-values corrected for their number: any of them below LEVEL by chance in 5 of 100.
 
-    Holm's step-down method, valid for dependent tests too; NaN is left out and stays NaN.
+    Holm's step-down method, valid for dependent tests too.
+
+    Parameters
+    ----------
+    p : array (M,)
+        p-values; NaN is left out.
+
+    Returns
+    -------
+    array (M,)
+        Corrected p-values, at most 1; NaN stays NaN.
     """
     p = np.asarray(p, dtype=float)
     corrected = np.full(p.shape, np.nan)
@@ -184,8 +276,22 @@ def holm(p):
     return corrected
 
 
-def verdict(corrected_p, distance) -> str:
-    """AGREE if the corrected p is at least LEVEL; else CLOSE if the distance is below NEAR."""
+def verdict(corrected_p: float, distance: float) -> str:
+    """What a comparison says in a word.
+
+    Parameters
+    ----------
+    corrected_p : float
+        p-value from `holm`.
+    distance : float
+        Distance of the distributions, see `Comparison`.
+
+    Returns
+    -------
+    str
+        AGREE if the corrected p is at least LEVEL; else CLOSE if the distance is below NEAR, DIFFER
+        if not; UNKNOWN without a p.
+    """
     if not np.isfinite(corrected_p):
         return UNKNOWN
     if corrected_p >= LEVEL:
@@ -195,14 +301,24 @@ def verdict(corrected_p, distance) -> str:
 
 @dataclass(frozen=True)
 class Overall:
-    """All comparisons of one quantity together.
+    """All comparisons of one quantity together; NaN without comparisons.
 
-    chi2 : sum of the squared normal scores of the mean_p, which has `degrees` degrees of freedom
-    if the means are equal everywhere; chi2_p : its p-value, small when there are too many
-    differences or a common one.
-    uniform_p : of the test that the mean_p are uniform (Kolmogorov-Smirnov, one sample), which
-    also notices that they are too large. NaN without comparisons.
-    shift, shift_error : mean relative difference of the means and its standard error.
+    Attributes
+    ----------
+    degrees : int
+        Degrees of freedom of chi2: number of comparisons with a mean_p.
+    chi2 : float
+        Sum of the squared normal scores of the mean_p; it follows the chi^2 distribution if the
+        means are equal everywhere.
+    chi2_p : float
+        Its p-value, small when there are too many differences or a common one.
+    uniform_p : float
+        p-value of the test that the mean_p are uniform (Kolmogorov-Smirnov, one sample), which
+        also notices that they are too large.
+    shift : float
+        Mean relative difference of the means.
+    shift_error : float
+        Standard error of the shift.
     """
 
     degrees: int
@@ -214,7 +330,18 @@ class Overall:
 
 
 def overall(comparisons: list[Comparison]) -> Overall:
-    """Test the comparisons of one quantity at independent points together."""
+    """Test the comparisons of one quantity at independent points together.
+
+    Parameters
+    ----------
+    comparisons : list of Comparison
+        One for each point.
+
+    Returns
+    -------
+    Overall
+        What they say together.
+    """
     mean_p = _finite([each.mean_p for each in comparisons])
     if not mean_p.size:
         return Overall(0, np.nan, np.nan, np.nan, np.nan, np.nan)
@@ -239,6 +366,17 @@ def overall(comparisons: list[Comparison]) -> Overall:
     )
 
 
-def largest_of(count) -> float:
-    """What the largest in size of `count` normal deviates exceeds in 5 of 100 cases."""
+def largest_of(count: int) -> float:
+    """What the largest in size of several normal deviates exceeds in 5 of 100 cases.
+
+    Parameters
+    ----------
+    count : int
+        Number of deviates.
+
+    Returns
+    -------
+    float
+        The bound, in standard deviations.
+    """
     return float(stats.norm.isf((1 - (1 - LEVEL) ** (1 / count)) / 2))

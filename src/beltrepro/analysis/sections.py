@@ -1,6 +1,10 @@
 """Cuts through scans, and what the velocities at section crossings say (Figs. 12, 14 and 22)."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 
 from beltrepro.analysis.errors import require
 
@@ -16,39 +20,91 @@ MINIMUM_CROSSINGS = 12
 _SAME = 1e-9
 
 
-def rows(scan, *, n_blocks, noise):
-    """The points of a scan with this n_blocks and noise, as a dict of arrays in order of u.
+def rows(scan: Any, *, n_blocks: int, noise: float) -> dict[str, np.ndarray]:
+    """The points of a scan with this n_blocks and noise, in order of u.
 
-    scan : Dataset or dict of arrays, the keys of `simulation.scan`. Points at one u are
-    in order of replicate. Without a match every array is empty.
+    Parameters
+    ----------
+    scan : Dataset or dict of arrays (P, ...)
+        The keys of `simulation.scan`.
+    n_blocks : int
+        Number of blocks N.
+    noise : float
+        Noise sigma.
+
+    Returns
+    -------
+    dict of arrays (R, ...)
+        Points at one u are in order of replicate. Every array is empty without a match.
     """
     arrays = getattr(scan, "arrays", scan)
     chosen = (arrays["n_blocks"] == n_blocks) & _equal(arrays["noise"], noise)
     return _cut(arrays, chosen, "belt_velocity")
 
 
-def columns(scan, *, n_blocks, belt_velocity):
-    """The points of a scan with this n_blocks and u, as a dict of arrays in order of noise."""
+def columns(scan: Any, *, n_blocks: int, belt_velocity: float) -> dict[str, np.ndarray]:
+    """The points of a scan with this n_blocks and u, in order of noise.
+
+    Parameters
+    ----------
+    scan : Dataset or dict of arrays (P, ...)
+        The keys of `simulation.scan`.
+    n_blocks : int
+        Number of blocks N.
+    belt_velocity : float
+        Belt velocity u.
+
+    Returns
+    -------
+    dict of arrays (C, ...)
+        Points at one noise are in order of replicate. Every array is empty without a match.
+    """
     arrays = getattr(scan, "arrays", scan)
     chosen = (arrays["n_blocks"] == n_blocks) & _equal(arrays["belt_velocity"], belt_velocity)
     return _cut(arrays, chosen, "noise")
 
 
-def select(points, chosen):
-    """The points of a row or column where `chosen` (bool or index array) says so."""
+def select(points: Mapping[str, np.ndarray], chosen: np.ndarray) -> dict[str, np.ndarray]:
+    """Some of the points of a row or column.
+
+    Parameters
+    ----------
+    points : dict of arrays (P, ...)
+        Row or column of a scan.
+    chosen : array of bool (P,) or of int
+        Which points.
+
+    Returns
+    -------
+    dict of arrays
+        The same arrays, of these points only.
+    """
     return {name: values[chosen] for name, values in points.items()}
 
 
-def find_period(values, *, tolerance=None):
+def find_period(values: npt.ArrayLike, *, tolerance: float | None = None) -> int:
     """Period of a sequence, in crossings: the smallest p with |v[i+p] - v[i]| <= tolerance.
 
     The condition must hold for every i, and the sequence must be seen at least three times over,
-    so periods up to a third of its length, and at most 40, can be found. The tolerance is 0.1 model
-    units or 2 % of the spread of the values, whichever is larger, unless given.
+    so periods up to a third of its length, and at most 40, can be found.
 
-    values : (M,) successive velocities at the section, NaN padding is left out.
-    Returns the period, or 0 for an aperiodic sequence (quasi-periodic, chaotic, or of a longer
-    period). Raises NotEnoughDataError with fewer than 12 crossings.
+    Parameters
+    ----------
+    values : array (M,)
+        Successive velocities at the section; NaN padding is left out.
+    tolerance : float, optional
+        0.1 model units or 2 % of the spread of the values, whichever is larger, unless given.
+
+    Returns
+    -------
+    int
+        The period, or 0 for an aperiodic sequence (quasi-periodic, chaotic, or of a longer
+        period).
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than 12 crossings.
     """
     values = _crossings(values)
     tolerance = _tolerance(values) if tolerance is None else tolerance
@@ -58,22 +114,59 @@ def find_period(values, *, tolerance=None):
     return 0
 
 
-def count_distinct(values, *, tolerance=None):
+def count_distinct(values: npt.ArrayLike, *, tolerance: float | None = None) -> int:
     """Number of distinct values: groups whose sorted neighbours differ by more than tolerance.
 
-    tolerance : as for `find_period`.
+    Parameters
+    ----------
+    values : array (M,)
+        Velocities at the section; NaN padding is left out.
+    tolerance : float, optional
+        As for `find_period`.
+
+    Returns
+    -------
+    int
+        Number of groups.
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than 12 crossings.
     """
     values = np.sort(_crossings(values))
     tolerance = _tolerance(values) if tolerance is None else tolerance
     return int(1 + np.sum(np.diff(values) > tolerance))
 
 
-def occupied_share(values, *, range, bins=100, mass=0.9):
+def occupied_share(
+    values: npt.ArrayLike, *, range: tuple[float, float], bins: int = 100, mass: float = 0.9
+) -> float:
     """Smallest share of the bins in `range` that holds `mass` of the values.
 
     A measure of how a band diagram is filled that also serves with noise: a periodic orbit fills
     few bins, noise widens its lines, a chaotic band fills a good part of the range.
-    Raises NotEnoughDataError with fewer than 12 crossings.
+
+    Parameters
+    ----------
+    values : array (M,)
+        Velocities at the section; NaN padding is left out.
+    range : (float, float)
+        Lowest and highest value; values beyond count in the first and last bin.
+    bins : int
+        Number of bins.
+    mass : float
+        Share of the values, 0 to 1.
+
+    Returns
+    -------
+    float
+        Share of the bins, 0 to 1.
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than 12 crossings.
     """
     values = np.clip(_crossings(values), *range)
     count, _ = np.histogram(values, bins=bins, range=range)
@@ -81,14 +174,30 @@ def occupied_share(values, *, range, bins=100, mass=0.9):
     return float(np.searchsorted(filled, mass * values.size) + 1) / bins
 
 
-def zero_one_test(values, *, n_frequencies=60, seed=0):
+def zero_one_test(values: npt.ArrayLike, *, n_frequencies: int = 60, seed: int = 0) -> float:
     """0-1 test for chaos (Gottwald and Melbourne 2009): K near 1 for chaos, 0 for regular motion.
 
     The values drive a walk in the plane for each of n_frequencies random frequencies; K is the
     median correlation of its mean-square displacement, oscillating term removed, with time.
 
-    values : (M,) successive velocities at the section.  Raises NotEnoughDataError below 50 values:
-    short sequences cannot tell quasi-periodic from weakly chaotic motion.
+    Parameters
+    ----------
+    values : array (M,)
+        Successive velocities at the section; NaN padding is left out.
+    n_frequencies : int
+        Number of random frequencies.
+    seed : int
+        Fixes the frequencies.
+
+    Returns
+    -------
+    float
+        The number K.
+
+    Raises
+    ------
+    NotEnoughDataError
+        Below 50 values: short sequences cannot tell quasi-periodic from weakly chaotic motion.
     """
     values = _crossings(values)
     require(values.size >= 50, f"{values.size} crossings, the 0-1 test needs 50")
@@ -109,12 +218,34 @@ def zero_one_test(values, *, n_frequencies=60, seed=0):
     return float(np.median(correlations))
 
 
-def onset_of_recurrence(values, *, tolerance=None, tail=0.4):
+def onset_of_recurrence(
+    values: npt.ArrayLike, *, tolerance: float | None = None, tail: float = 0.4
+) -> tuple[int, int]:
     """Index from which a sequence is periodic to its end, with its period.
 
-    The period is that of the last part (share `tail`); from there the recurrence is followed
-    backwards until it fails.  Returns (index, period), or (len(values), 0) when the last part is
-    aperiodic.  Raises NotEnoughDataError when it has fewer than 12 values.
+    The period is that of the last part; from there the recurrence is followed backwards until it
+    fails.
+
+    Parameters
+    ----------
+    values : array (M,)
+        Successive velocities at the section; NaN padding is left out.
+    tolerance : float, optional
+        As for `find_period`.
+    tail : float
+        Length of the last part, as a share of the sequence.
+
+    Returns
+    -------
+    index : int
+        First index of the periodic part; M when the last part is aperiodic.
+    period : int
+        The period; 0 when the last part is aperiodic.
+
+    Raises
+    ------
+    NotEnoughDataError
+        When the last part has fewer than 12 values.
     """
     values = _crossings(values)
     tolerance = _tolerance(values) if tolerance is None else tolerance
@@ -125,11 +256,11 @@ def onset_of_recurrence(values, *, tolerance=None, tail=0.4):
     return (int(broken[-1]) + 1 if broken.size else 0), period
 
 
-def _tolerance(values):
+def _tolerance(values: np.ndarray) -> float:
     return max(PERIOD_TOLERANCE, RELATIVE_TOLERANCE * float(np.ptp(values)))
 
 
-def _crossings(values):
+def _crossings(values: npt.ArrayLike) -> np.ndarray:
     values = np.asarray(values, dtype=float)
     values = values[np.isfinite(values)]
     require(
@@ -139,11 +270,11 @@ def _crossings(values):
     return values
 
 
-def _equal(values, wanted):
+def _equal(values: npt.ArrayLike, wanted: float) -> np.ndarray:
     return np.abs(np.asarray(values, dtype=float) - wanted) <= _SAME * max(1.0, abs(wanted))
 
 
-def _cut(arrays, chosen, order):
+def _cut(arrays: Mapping[str, np.ndarray], chosen: np.ndarray, order: str) -> dict[str, np.ndarray]:
     keys = [arrays["replicate"], arrays[order]] if "replicate" in arrays else [arrays[order]]
     index = np.lexsort([key[chosen] for key in keys])
     return {name: values[chosen][index] for name, values in arrays.items()}

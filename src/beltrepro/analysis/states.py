@@ -1,5 +1,7 @@
 """Names for the long-time state of each point of a scan (Figs. 12, 18 and 22)."""
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from beltrepro.analysis import sections
@@ -19,7 +21,9 @@ CHAOS = 0.8
 REGULAR = 0.2
 
 
-def label_states(points, *, transient, duration):
+def label_states(
+    points: Mapping[str, np.ndarray], *, transient: float, duration: float
+) -> np.ndarray:
     """State of every point of a scan, from what was recorded after the transient.
 
     Criteria, in this order; N is the last block:
@@ -32,8 +36,19 @@ def label_states(points, *, transient, duration):
       K < 0.2 (`sections.zero_one_test`);
     - "undecided": K in between, or too few crossings of the section.
 
-    points : arrays of a scan, row or column. transient, duration : of the run, model time.
-    Returns (P,) strings out of STATES.
+    Parameters
+    ----------
+    points : dict of arrays (P, ...)
+        Row or column of a scan, see `sections.rows`.
+    transient : float
+        Time before recording began, model time.
+    duration : float
+        Time at the end of the run.
+
+    Returns
+    -------
+    array (P,) of str
+        Labels out of STATES.
     """
     n_points = len(points["belt_velocity"])
     mask = intermittent_mask(points)
@@ -51,16 +66,39 @@ def label_states(points, *, transient, duration):
     return states.astype(str)
 
 
-def periodic_windows(states, periodic=(PERIODIC,)):
-    """Number of windows: runs of consecutive points, in order of u, in one of the given states."""
+def periodic_windows(states: np.ndarray, periodic: Sequence[str] = (PERIODIC,)) -> int:
+    """Number of windows: runs of consecutive points, in order of u, in one of the given states.
+
+    Parameters
+    ----------
+    states : array (P,) of str
+        State of each point, in order of u.
+    periodic : sequence of str
+        States that make a window.
+
+    Returns
+    -------
+    int
+        Number of windows.
+    """
     inside = np.isin(states, periodic)
     return int(inside[:1].sum() + np.sum(inside[1:] & ~inside[:-1]))
 
 
-def diversity(states):
+def diversity(states: np.ndarray) -> float:
     """Shannon entropy (bits) of the shares of the states: 0 when all points are alike.
 
-    "transient" and "undecided" do not name a state and are left out. NaN without any other.
+    "transient" and "undecided" do not name a state and are left out.
+
+    Parameters
+    ----------
+    states : array (P,) of str
+        State of each point.
+
+    Returns
+    -------
+    float
+        Entropy in bits; NaN if no point has a named state.
     """
     named = states[~np.isin(states, (TRANSIENT, UNDECIDED))]
     if not named.size:
@@ -70,7 +108,7 @@ def diversity(states):
     return float(-np.sum(share * np.log2(share)) + 0.0)
 
 
-def _stick_slip(velocities):
+def _stick_slip(velocities: np.ndarray) -> str:
     try:
         if sections.find_period(velocities):
             return PERIODIC

@@ -7,18 +7,35 @@ noise, in model units.
 
 import numpy as np
 
+from beltrepro.accuracy import FORCE_ORDER
 from beltrepro.model import ChainParameters
 from beltrepro.model.friction import friction_force
 from beltrepro.model.spring import chain_deformations, external_force
 
-FORCE_ORDER = 17  # of the series of the forces; that of the positions has two terms more
 
+def mean_step(
+    positions: np.ndarray,
+    velocities: np.ndarray,
+    parameters: ChainParameters,
+    tolerance: float,
+) -> float:
+    """Mean length of the steps allowed while a block slips: time over number of steps.
 
-def mean_step(positions, velocities, parameters: ChainParameters, tolerance: float) -> float:
-    """Time of slip over the number of steps allowed in it; NaN if no block ever slips.
+    Parameters
+    ----------
+    positions : array (T, N)
+        Positions of the blocks at equal intervals, laboratory frame.
+    velocities : array (T, N)
+        Velocities of the blocks, laboratory frame; a block with that of the belt is stuck.
+    parameters : ChainParameters
+        The chain.
+    tolerance : float
+        Allowed size of the last terms of the series of a force, unit of force.
 
-    positions, velocities : (T, N) samples at equal intervals, laboratory frame; a block with the
-    velocity of the belt is stuck. tolerance : unit of force.
+    Returns
+    -------
+    float
+        Mean step, model time; NaN if no block ever slips.
     """
     slips = np.any(velocities != parameters.belt_velocity, axis=1)
     if not slips.any():
@@ -29,12 +46,28 @@ def mean_step(positions, velocities, parameters: ChainParameters, tolerance: flo
     return float(1 / np.mean(1 / steps.min(axis=1)))
 
 
-def force_series(positions, velocities, parameters: ChainParameters) -> np.ndarray:
-    """Taylor coefficients of the external force F_ex on each block: (FORCE_ORDER + 1, T, N).
+def force_series(
+    positions: np.ndarray, velocities: np.ndarray, parameters: ChainParameters
+) -> np.ndarray:
+    """Taylor coefficients of the external force F_ex on each block.
 
-    positions, velocities : (T, N) as in `mean_step`. The tension of a spring beyond the end D_0 of
-    its linear branch is a constant plus G = e^(c(D - D_0))/c, whose coefficients follow from
-    k G_k = sum_{j=1..k} (j c D_j) G_{k-j} (Griewank and Walther, SIAM 2008, ch. 13).
+    The tension of a spring beyond the end D_0 of its linear branch is a constant plus
+    G = e^(c(D - D_0))/c, whose coefficients follow from k G_k = sum_{j=1..k} (j c D_j) G_{k-j}
+    (Griewank and Walther, SIAM 2008, ch. 13).
+
+    Parameters
+    ----------
+    positions : array (T, N)
+        As for `mean_step`.
+    velocities : array (T, N)
+        As for `mean_step`.
+    parameters : ChainParameters
+        The chain.
+
+    Returns
+    -------
+    array (FORCE_ORDER + 1, T, N)
+        Coefficient of each power of time.
     """
     deformation = chain_deformations(positions, parameters)
     linear = np.abs(deformation) <= parameters.linear_limit
@@ -51,7 +84,8 @@ def force_series(positions, velocities, parameters: ChainParameters) -> np.ndarr
     for k in range(1, FORCE_ORDER + 1):
         change = np.diff(motion[k], axis=1, prepend=0.0)
         weighted.append(k * rate * change)
-        growth.append(sum(weighted[j] * growth[k - j] for j in range(1, k + 1)) / k)
+        terms = (weighted[j] * growth[k - j] for j in range(1, k + 1))
+        growth.append(sum(terms, np.zeros_like(rate)) / k)
         tension = np.where(linear, change, growth[k])
         forces.append(np.diff(tension, axis=1, append=0.0))
         motion.append(np.where(direction == 0, 0.0, forces[k]) / ((k + 1) * (k + 2)))

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 from scipy.optimize import isotonic_regression
 
 from beltrepro.analysis.errors import require
@@ -19,10 +20,31 @@ BOOTSTRAP_SAMPLES = 50
 class Transition:
     """A fall or rise of r between two plateaus, along u or sigma.
 
-    lower, upper : edges of the transition region; critical : the point that stands for it; error :
-    one standard error of critical; r_high, r_low : medians of the plateaus, r_high_error and
-    r_low_error their spread (standard error); n_points : points used. The edges and critical are
-    NaN when `found` is False: the plateaus are too alike for a transition.
+    The edges and `critical` are NaN when `found` is False: the plateaus are too alike for a
+    transition.
+
+    Attributes
+    ----------
+    lower : float
+        Lower edge of the transition region.
+    upper : float
+        Upper edge of the transition region.
+    critical : float
+        The point that stands for the region.
+    r_high : float
+        Median of the high plateau.
+    r_low : float
+        Median of the low plateau.
+    found : bool
+        Whether there is a transition.
+    error : float
+        One standard error of `critical`.
+    r_high_error : float
+        Standard error of r_high.
+    r_low_error : float
+        Standard error of r_low.
+    n_points : int
+        Number of points used.
     """
 
     lower: float
@@ -48,12 +70,12 @@ class Transition:
 
 
 def transition_region(
-    belt_velocity,
-    disorder_parameter,
+    belt_velocity: npt.ArrayLike,
+    disorder_parameter: npt.ArrayLike,
     *,
-    smoothing=SMOOTHING,
-    minimum_contrast=MINIMUM_CONTRAST,
-    bootstrap=BOOTSTRAP_SAMPLES,
+    smoothing: float = SMOOTHING,
+    minimum_contrast: float = MINIMUM_CONTRAST,
+    bootstrap: int = BOOTSTRAP_SAMPLES,
 ) -> Transition:
     """Transition region of r(u): where r falls from its high to its low plateau.
 
@@ -67,10 +89,27 @@ def transition_region(
 
     Parameters
     ----------
-    belt_velocity, disorder_parameter : (P,) in any order, replicates allowed, model units.
-    bootstrap : resamplings of the points for the error of critical; its square is added to that of
-        the grid, spacing**2 / 12.
-    Raises NotEnoughDataError with fewer than 8 points.
+    belt_velocity : array (P,)
+        Belt velocity u of the points, in any order; replicates are allowed.
+    disorder_parameter : array (P,)
+        Disorder parameter r of the points.
+    smoothing : float
+        Width of the running median in u, model units.
+    minimum_contrast : float
+        Smallest r_high / r_low of a transition.
+    bootstrap : int
+        Resamplings of the points for the error of critical; its square is added to that of the
+        grid, spacing**2 / 12. With 0 there are no errors.
+
+    Returns
+    -------
+    Transition
+        The region.
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than 8 points along the curve.
     """
     velocity, disorder = _sorted(belt_velocity, disorder_parameter)
     result = _fall(velocity, disorder, smoothing, minimum_contrast)
@@ -91,7 +130,11 @@ def transition_region(
 
 
 def critical_noise(
-    noise, disorder_parameter, *, minimum_rise=MINIMUM_RISE, bootstrap=BOOTSTRAP_SAMPLES
+    noise: npt.ArrayLike,
+    disorder_parameter: npt.ArrayLike,
+    *,
+    minimum_rise: float = MINIMUM_RISE,
+    bootstrap: int = BOOTSTRAP_SAMPLES,
 ) -> Transition:
     """Noise-induced transition: where r(sigma) at fixed u rises from a low to a high plateau.
 
@@ -101,8 +144,26 @@ def critical_noise(
     10 % and 90 % of the rise (linear between grid points). There is no transition when
     r_high < minimum_rise * r_low.
 
-    noise, disorder_parameter : (P,) in any order, replicates allowed.
-    Errors and exceptions as for `transition_region`, from 5 points on.
+    Parameters
+    ----------
+    noise : array (P,)
+        Noise sigma of the points, in any order; replicates are allowed.
+    disorder_parameter : array (P,)
+        Disorder parameter r of the points.
+    minimum_rise : float
+        Smallest r_high / r_low of a transition.
+    bootstrap : int
+        As for `transition_region`.
+
+    Returns
+    -------
+    Transition
+        The region.
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than 5 points along the curve.
     """
     noise, disorder = _sorted(noise, disorder_parameter, minimum=5)
     result = _rise(noise, disorder, minimum_rise)
@@ -122,10 +183,26 @@ def critical_noise(
     )
 
 
-def running_median(abscissa, ordinate, width):
+def running_median(
+    abscissa: np.ndarray, ordinate: np.ndarray, width: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Median of the ordinate over points within width/2 of each distinct abscissa.
 
-    abscissa, ordinate : (P,).  Returns (places (D,), medians (D,)), places in rising order.
+    Parameters
+    ----------
+    abscissa : array (P,)
+        Places of the points, in any order.
+    ordinate : array (P,)
+        Values at the points.
+    width : float
+        Width of the window, units of the abscissa.
+
+    Returns
+    -------
+    places : array (D,)
+        Distinct abscissae in rising order.
+    medians : array (D,)
+        Median at each of them.
     """
     places = np.unique(abscissa)
     reach = width / 2 + 1e-9
@@ -133,17 +210,34 @@ def running_median(abscissa, ordinate, width):
     return places, np.array(medians)
 
 
-def roughness(abscissa, ordinate):
+def roughness(abscissa: npt.ArrayLike, ordinate: npt.ArrayLike) -> float:
     """Point-to-point scatter of a curve: median absolute second difference over its median.
 
-    abscissa, ordinate : (P,); sorted here. A smooth curve gives 0.
+    Parameters
+    ----------
+    abscissa : array (P,)
+        Places of the points, in any order.
+    ordinate : array (P,)
+        Values at the points.
+
+    Returns
+    -------
+    float
+        The scatter; a smooth curve gives 0.
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than 5 points.
     """
     ordinate = np.asarray(ordinate)[np.argsort(abscissa)]
     require(ordinate.size >= 5, f"{ordinate.size} points, 5 are needed")
     return float(np.median(np.abs(np.diff(ordinate, 2))) / np.median(ordinate))
 
 
-def _fall(velocity, disorder, smoothing, minimum_contrast):
+def _fall(
+    velocity: np.ndarray, disorder: np.ndarray, smoothing: float, minimum_contrast: float
+) -> Transition:
     step = _step(velocity, disorder, falling=True)
     before = (velocity < step) & (velocity >= step / 2)
     after = (velocity > step) & (velocity <= 2 * step)
@@ -166,7 +260,7 @@ def _fall(velocity, disorder, smoothing, minimum_contrast):
     return Transition(lower, upper, middle, r_high, r_low, n_points=velocity.size)
 
 
-def _rise(noise, disorder, minimum_rise):
+def _rise(noise: np.ndarray, disorder: np.ndarray, minimum_rise: float) -> Transition:
     step = _step(noise, disorder, falling=False)
     if not np.isfinite(step):
         return _absent(np.nan, np.nan, noise.size)
@@ -181,7 +275,7 @@ def _rise(noise, disorder, minimum_rise):
     return Transition(lower, upper, critical, r_high, r_low, n_points=noise.size)
 
 
-def _step(abscissa, ordinate, *, falling):
+def _step(abscissa: np.ndarray, ordinate: np.ndarray, *, falling: bool) -> float:
     """Position of the two-level step of least absolute deviations, midway between points."""
     places = np.unique(abscissa)
     best, position = np.inf, np.nan
@@ -196,7 +290,7 @@ def _step(abscissa, ordinate, *, falling):
     return position
 
 
-def _crossing(places, share, index, level):
+def _crossing(places: np.ndarray, share: np.ndarray, index: int, level: float) -> float:
     """Where the curve passes `level` between places[index] and the next one."""
     if index + 1 >= places.size or share[index] == share[index + 1]:
         return float(places[index])
@@ -204,7 +298,7 @@ def _crossing(places, share, index, level):
     return float(places[index] + np.clip(part, 0, 1) * (places[index + 1] - places[index]))
 
 
-def _first_passage(places, share, level):
+def _first_passage(places: np.ndarray, share: np.ndarray, level: float) -> float:
     index = int(np.argmax(share >= level))
     if share[index] < level:
         return float(places[-1])
@@ -213,11 +307,13 @@ def _first_passage(places, share, level):
     return _crossing(places, share, index - 1, level)
 
 
-def _absent(r_high, r_low, n_points):
+def _absent(r_high: float, r_low: float, n_points: int) -> Transition:
     return Transition(np.nan, np.nan, np.nan, r_high, r_low, found=False, n_points=n_points)
 
 
-def _sorted(abscissa, ordinate, minimum=MINIMUM_POINTS):
+def _sorted(
+    abscissa: npt.ArrayLike, ordinate: npt.ArrayLike, minimum: int = MINIMUM_POINTS
+) -> tuple[np.ndarray, np.ndarray]:
     abscissa, ordinate = (np.asarray(values, dtype=float) for values in (abscissa, ordinate))
     finite = np.isfinite(abscissa) & np.isfinite(ordinate)
     abscissa, ordinate = abscissa[finite], ordinate[finite]
@@ -227,11 +323,11 @@ def _sorted(abscissa, ordinate, minimum=MINIMUM_POINTS):
     return abscissa[order], ordinate[order]
 
 
-def _spread(values):
+def _spread(values: npt.ArrayLike) -> float:
     values = np.asarray(values, dtype=float)
     values = values[np.isfinite(values)]
     return float(np.std(values)) if values.size > 1 else np.nan
 
 
-def _hypot(first, second):
+def _hypot(first: float, second: float) -> float:
     return float(np.hypot(np.nan_to_num(first), second))

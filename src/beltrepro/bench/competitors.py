@@ -23,12 +23,12 @@ LABELS = {
 _INTEGRATORS = {"steps": SteppingVerlet, **METHODS}
 ONE_CHAIN = ("numba", "c", "scipy", "heyoka")
 TIME_STEP = 0.001
-_SAMPLE_STRIDE = 100  # as a scan takes x_N for r
+_SAMPLE_STRIDE = 100  # steps between samples of x_N, the same as in a scan
 _SPREAD = 1e-3
 
 
 class GroupRunner:
-    """Several chains advanced together by an integrator of this package, as a scan does.
+    """Several chains advanced together by an integrator of this package.
 
     method : "verlet", "event", or "steps" for `verlet` without leaps. parameters : the chain; the
     others start from positions with normal deviations of 0.001. chains : how many.

@@ -1,7 +1,7 @@
 """One chain by the scheme of the Appendix, as one would write it first: Numba, or C.
 
-What the integrators of this package are compared with. No vectors, no frame of the belt, branches
-where the paper has an "if"; only the disorder parameter is measured.
+The integrators of this package are compared with it. It uses no vectors and no frame of the belt,
+and branches where the paper has an "if". It measures only the disorder parameter.
 """
 
 import ctypes
@@ -113,11 +113,11 @@ def c_loop(flags: tuple[str, ...] = FLAGS) -> Callable | None:
     if program is None:
         return None
     with tempfile.TemporaryDirectory() as folder:
-        library = Path(folder) / "naive_loop.so"
-        call = [program, *flags, "-std=c99", "-shared", "-fPIC", "-o", library, SOURCE, "-lm"]
+        library = str(Path(folder) / "naive_loop.so")
+        call = [program, *flags, "-std=c99", "-shared", "-fPIC", "-o", library, str(SOURCE), "-lm"]
         try:
             subprocess.run(call, capture_output=True, check=True)
-            function = ctypes.CDLL(str(library)).advance_chain
+            function = ctypes.CDLL(library).advance_chain
         except (OSError, subprocess.CalledProcessError):
             return None
     function.restype = None

@@ -2,8 +2,8 @@
 
 Between two events the motion is smooth. A slipping block has an event where its velocity relative
 to the belt returns to zero, a stuck one where |F_ex| reaches F_st. SciPy steps over the kinks of
-the spring law and lets its error control see to them; a Taylor series cannot, so heyoka also stops
-where a spring changes its branch.
+the spring law, and its error control shortens the steps there. A Taylor series does not hold across
+a kink, so heyoka also stops where a spring changes its branch.
 """
 
 import importlib

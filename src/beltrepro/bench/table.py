@@ -59,9 +59,10 @@ def as_markdown(result: dict) -> str:
         "# Benchmark",
         "",
         f"Made by `{_command(result['conditions'])}`; do not edit.",
-        f"One interleaved run: every quantity was timed for about {timing:g} s in each of {rounds}",
-        "rounds, one after the other; the tables show medians over the rounds. A cost is processor",
-        "time of one thread for a unit of model time (0.0765 s), for chains that are under way.",
+        "All quantities were measured in one interleaved run. In each round, every quantity was",
+        f"timed once, for about {timing:g} s. There were {rounds} rounds. The tables show medians",
+        "over the rounds. A cost is the processor time of one thread, for one chain and one unit",
+        "of model time (0.0765 s). All chains had moved for a while before the first timing.",
         "",
     ]
     for table in tables(result):
@@ -136,13 +137,15 @@ def _cases(result):
         rows.append((*case, "s per run of the paper", *paper))
         rows.append((*case, "times faster than the plain loop", *gains))
     text = (
-        f"A run of the paper has t = {PAPER_DURATION:g}; its seconds are for one chain of those "
-        "advanced together. Ratios are medians of the ratios within a round, to the plain loop "
-        "in Numba. solve_ivp and heyoka follow one chain without noise from event to event; "
-        "solve_ivp in runs so short that a part of its spread is the motion itself, and in steps "
-        "of its own choice, which now and then hide a pair of events (steps of at most 0.05 found "
-        "them in a trial, for 1.3 to 10 times the cost). Without noise verlet takes many steps at "
-        "a leap; the column before shows it without leaps."
+        f"A run of the paper lasts {PAPER_DURATION:g} units of time. Its seconds are those of one "
+        "chain of those advanced together. A scan advances smaller groups of chains; the cost of "
+        "those is in the table of the number of chains. The ratios compare with the plain loop in "
+        "Numba and are medians of the ratios within a round. solve_ivp and heyoka follow one "
+        "chain without noise from event to event. The runs of solve_ivp are so short that the "
+        "motion itself makes a part of the spread. solve_ivp chooses its steps, and a step now "
+        "and then hides a pair of events. In a trial, steps of at most 0.05 found these events, "
+        "at 1.3 to 10 times the cost. Without noise, verlet computes many steps at once; the "
+        "column before it shows the scheme step by step."
     )
     header = ("N", "σ", "u", "quantity", *(LABELS[name] for name in names))
     return Table("Cost", text, header, tuple(rows))
@@ -167,9 +170,10 @@ def _shares(result):
     if rows:
         rows.append(("peak", "", *[f"{peak / 1e9:.1f} (100 %)"] * len(names)))
     text = (
-        f"GFlop/s of the printed formulas without noise, {OPERATIONS} operations for each block "
-        "and step (exponentials not counted, every block as if it slipped), and their share of the "
-        "measured peak, which needs nothing but multiply-adds on independent numbers."
+        "Speed in GFlop/s without noise, and its share of the measured peak. The printed formulas "
+        f"count as {OPERATIONS} operations for each block and step. Exponentials do not count, and "
+        "every block counts as if it slipped. The peak was measured with nothing but "
+        "multiply-adds on independent numbers."
     )
     header = ("N", "u", *(LABELS[name] for name in names))
     return Table("Share of the peak", text, header, tuple(rows))
@@ -183,8 +187,8 @@ def _chains(result):
     ]
     n_blocks, noise, belt_velocity = result["conditions"]["scaling_case"]
     text = (
-        f"ns per chain and unit of time at N = {n_blocks}, σ = {noise:g}, u = {belt_velocity:g}, "
-        "by the number of chains advanced together."
+        f"Cost in ns per chain and unit of time at N = {n_blocks}, σ = {noise:g}, "
+        f"u = {belt_velocity:g}, for several numbers of chains advanced together."
     )
     header = ("chains", *(LABELS[name] for name in names))
     return Table("Number of chains", text, header, tuple(rows))
@@ -199,7 +203,7 @@ def _blocks(result):
         cells = [_cell(_median(row["ns"].get(name)), 1 / row["n_blocks"]) for name in names]
         rows.append((str(row["n_blocks"]), *cells))
     _, noise, belt_velocity = result["conditions"]["scaling_case"]
-    text = f"ns per block and unit of time at σ = {noise:g}, u = {belt_velocity:g}."
+    text = f"Cost in ns per block and unit of time at σ = {noise:g}, u = {belt_velocity:g}."
     header = ("N", *(LABELS[name] for name in names))
     return Table("Number of blocks", text, header, tuple(rows))
 
@@ -216,9 +220,9 @@ def _cores(result):
         if gains["wall"]
     ]
     text = (
-        "Work per time of two processes over that of one (target 1.9). By the clock, other "
-        "programs on the machine count as well; by processor time only what the two take from "
-        "each other."
+        "Work per time of two processes, divided by that of one process (target 1.9). The clock "
+        "also counts the time that other programs take. The processor time shows only how much "
+        "the two processes slow each other down."
     )
     header = ("integrator", "by the clock", "best round", "by processor time")
     return Table("Two processes", text, header, tuple(rows))
@@ -238,9 +242,10 @@ def _processes(result):
         )
     n_blocks, width = result["conditions"]["scaling_case"][0], result["conditions"]["width"]
     text = (
-        f"Peak memory of a process with {width} chains of {n_blocks} blocks, all libraries "
-        "included, when it has warmed up and after all rounds; and the time from the start of a "
-        "fresh process to its first step, with compiled kernels in the cache (target: under 3 s)."
+        f"The first two columns show the peak memory of a process with {width} chains of "
+        f"{n_blocks} blocks, all libraries included: after its warm-up, and after all rounds. The "
+        "last column shows the time from the start of a new process to its first step, with the "
+        "compiled kernels in the cache (target: under 3 s)."
     )
     header = ("integrator", "MB at the start", "MB at the end", "s to the first step")
     return Table("Memory and start", text, header, tuple(rows))

@@ -6,10 +6,10 @@ from functools import cached_property
 import numpy as np
 
 from beltrepro.analysis import intermittency, sections, states, transitions
-from beltrepro.analysis.errors import require
+from beltrepro.analysis.errors import NotEnoughDataError, require
 
-# Chaotic transients live up to 1e4 (inset of Fig. 12): a run that discards less than this shows
-# them in place of the state that follows, and says nothing on claims about that state.
+# Chaotic transients last up to 1e4 (inset of Fig. 12). A run that discards less than this shows
+# the transient instead of the state that follows, so it cannot test claims about that state.
 SETTLED_TRANSIENT = 5000.0
 # Below this discarded transient, a state that is still chaotic may yet be a long transient.
 PERMANENT_TRANSIENT = 1e5
@@ -73,9 +73,9 @@ class Evidence:
 
     def __init__(self, datasets: dict, settings: dict):
         self._datasets = datasets
-        self._cuts = {}
+        self._cuts: dict[tuple, Cut] = {}
         self.settings = settings
-        self.used = []
+        self.used: list[str] = []
         self.claim = None
 
     def start(self, claim) -> None:
@@ -110,7 +110,7 @@ class Evidence:
                     self.dataset(name)
                     return _settled(cut, name) if settled else cut
         place = scan if scan else "any scan of this preset"
-        require(False, f"no row with N = {n_blocks}, sigma = {noise:g} in {place}")
+        raise NotEnoughDataError(f"no row with N = {n_blocks}, sigma = {noise:g} in {place}")
 
     def column(self, scan: str, n_blocks: int, belt_velocity: float, *, settled=True) -> Cut:
         """The column of a number of blocks and a belt velocity in a scan."""

@@ -1,6 +1,8 @@
 """Claim functions by the id of their claim."""
 
-REGISTRY = {}
+from collections.abc import Callable
+
+REGISTRY: dict[str, Callable] = {}
 
 
 def claim(identifier: str):

@@ -16,8 +16,24 @@ SOURCE = "config.yaml"
 TEXTS = ("run",)  # keys that stay text even if they look like numbers
 
 
-def load(path) -> dict:
-    """Read a YAML file. Raises InputError when it is missing, is not YAML or is not a mapping."""
+def load(path: str | Path) -> dict:
+    """Read a YAML file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    dict
+        Its content.
+
+    Raises
+    ------
+    InputError
+        If it is missing, is not YAML or is not a mapping.
+    """
     try:
         content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
@@ -30,28 +46,70 @@ def load(path) -> dict:
 
 
 def complain(text: str, found: str = "", known: Iterable[str] = ()) -> InputError:
-    """One line about the config; with the nearest known name when `found` looks like a slip."""
+    """One line about the config.
+
+    Parameters
+    ----------
+    text : str
+        What is wrong: key, value and what is allowed.
+    found : str
+        A name that is not known.
+    known : iterable of str
+        Names that are; the nearest is suggested.
+
+    Returns
+    -------
+    InputError
+        To be raised.
+    """
     nearest = difflib.get_close_matches(found, list(known), n=1, cutoff=0.6)
     hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
     return InputError(f"{SOURCE}: {text}{hint}")
 
 
 def normalised(config: dict) -> dict:
-    """The config with text keys only, and with numbers that were read as text turned into numbers.
+    """The config with text keys only, and with numbers that were read as text as numbers.
 
     YAML reads 2e6 as text, and Snakemake every number inside `--config 'presets={...}'`.
+
+    Parameters
+    ----------
+    config : dict
+        Content of config.yaml, with what the command line changed.
+
+    Returns
+    -------
+    dict
+        A copy.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite.
     """
     texts = {key: str(config[key]) for key in TEXTS if key in config}
     return _normalised(config) | texts
 
 
-def validate(config: dict, schema: dict) -> None:
-    """Raise InputError for the first thing that the schema refuses."""
+def fault(config: dict, schema: dict) -> InputError | None:
+    """The first thing that the schema refuses.
+
+    Parameters
+    ----------
+    config : dict
+        Content of config.yaml, with what the command line changed.
+    schema : dict
+        `schema.config_schema`.
+
+    Returns
+    -------
+    InputError or None
+        To be raised; None if the config is as the schema says.
+    """
     errors = jsonschema.Draft202012Validator(schema).iter_errors(config)
     # A misspelt key is also a missing one: speak of the cause.
     first = min(errors, key=lambda error: error.validator != "additionalProperties", default=None)
-    if first is not None:
-        raise _explained(first)
+    return None if first is None else _explained(first)
 
 
 def _normalised(node):
@@ -128,6 +186,6 @@ def _dotted(path: Iterable) -> str:
     return "".join(parts).removeprefix(".")
 
 
-def _shown(value) -> str:
+def _shown(value: object) -> str:
     text = json.dumps(value)
     return text if len(text) <= 40 else f"{text[:37]}..."

@@ -3,12 +3,14 @@
 import hashlib
 import json
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
 from beltrepro import provenance, store
 from beltrepro.datasets.kinds import KINDS, POINT
-from beltrepro.datasets.quantities import CHAIN, QUANTITIES
+from beltrepro.datasets.points import CHAIN
+from beltrepro.datasets.quantities import QUANTITIES
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 
@@ -16,13 +18,16 @@ IDENTITY = ("dataset", "kind", "preset", "run")
 
 
 def write(
-    path, told: dict, arrays: dict[str, np.ndarray], origin: dict[str, str] | None = None
+    path: str | Path,
+    told: dict,
+    arrays: dict[str, np.ndarray],
+    origin: dict[str, str] | None = None,
 ) -> None:
     """Write arrays with what they are.
 
     Parameters
     ----------
-    path : path-like
+    path : str or Path
         The HDF5 file.
     told : dict
         What the file holds: `Plan.told` or `Plan.told_batch`.
@@ -37,7 +42,7 @@ def write(
     store.write(path, arrays, attributes, about)
 
 
-def _attributes(told, arrays, origin) -> dict:
+def _attributes(told: dict, arrays: dict, origin: dict) -> dict:
     """What a file is, what made it, its settings, and the quantities with a single value."""
     single = {
         name: arrays[name][0].item()
@@ -58,21 +63,43 @@ def _attributes(told, arrays, origin) -> dict:
 
 
 def digest(told: dict) -> str:
-    """Short text that differs for files that were told different things."""
+    """Text that differs for files that were told different things.
+
+    Parameters
+    ----------
+    told : dict
+        `Plan.told` or `Plan.told_batch`.
+
+    Returns
+    -------
+    str
+        Sixteen hexadecimal digits.
+    """
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def expected(told: dict) -> dict:
-    """What `read` compares with a file: small, to be a parameter of a rule."""
+    """What `read` compares with a file: small, to be a parameter of a rule.
+
+    Parameters
+    ----------
+    told : dict
+        `Plan.told` or `Plan.told_batch`.
+
+    Returns
+    -------
+    dict
+        Dataset, kind, preset and run by name, and the digest.
+    """
     return {name: told[name] for name in IDENTITY} | {"digest": digest(told)}
 
 
-def read(path, expected: dict) -> store.Dataset:
+def read(path: str | Path, expected: dict) -> store.Dataset:
     """Read a file and check that it holds what is asked for.
 
     Parameters
     ----------
-    path : path-like
+    path : str or Path
         The file.
     expected : dict
         As `expected` makes it from what the job of the file is told.
@@ -107,6 +134,23 @@ def join(parts: Sequence[store.Dataset], kind: str) -> dict[str, np.ndarray]:
 
     Arrays are joined along the axis of points; of records, `point` counts on. Further axes of
     different lengths are filled up, with NaN or 0. Arrays without points must agree.
+
+    Parameters
+    ----------
+    parts : sequence of store.Dataset
+        The batches.
+    kind : str
+        Name of the kind.
+
+    Returns
+    -------
+    dict of arrays
+        By name; those of P points have all of them along their first axis.
+
+    Raises
+    ------
+    InputError
+        If an array without points, like the time of samples, differs between batches.
     """
     known = KINDS[kind].arrays
     counts = [len(part.arrays["n_blocks"]) for part in parts]
@@ -125,33 +169,67 @@ def join(parts: Sequence[store.Dataset], kind: str) -> dict[str, np.ndarray]:
 
 
 def single_run(series: store.Dataset) -> store.Dataset:
-    """A series of one point as that run: its arrays without the axis of points."""
+    """A series of one point as that run.
+
+    Parameters
+    ----------
+    series : store.Dataset
+        A dataset of kind series, with arrays (1, ...).
+
+    Returns
+    -------
+    store.Dataset
+        The same arrays without the axis of points, events without `point`.
+    """
     known = KINDS["series"].arrays
     arrays = {}
     for name, values in series.arrays.items():
         if known[name].fields:
-            arrays[name] = values[[field for field in values.dtype.names if field != POINT]]
+            own = [field for field in values.dtype.fields or () if field != POINT]
+            arrays[name] = values[own]
         else:
             arrays[name] = values[0] if POINT in known[name].dimensions else values
     return store.Dataset(arrays, series.attributes)
 
 
 def is_single_run(dataset: store.Dataset) -> bool:
-    """Whether a dataset is a series of one point."""
+    """Whether a dataset is a series of one point.
+
+    Parameters
+    ----------
+    dataset : store.Dataset
+        Of any kind.
+
+    Returns
+    -------
+    bool
+        True if `single_run` can take it.
+    """
     return dataset.attributes["kind"] == "series" and len(dataset.arrays["n_blocks"]) == 1
 
 
 def chain(dataset: store.Dataset) -> ChainParameters:
-    """The chain of a dataset in which all points have the same one."""
+    """The chain of a dataset in which all points have the same one.
+
+    Parameters
+    ----------
+    dataset : store.Dataset
+        Its attributes hold the parameters.
+
+    Returns
+    -------
+    ChainParameters
+        The chain, in model units.
+    """
     return ChainParameters(**{name: dataset.attributes[name] for name in CHAIN})
 
 
-def _identity(attributes) -> str:
+def _identity(attributes: dict) -> str:
     words = "dataset {dataset} ({kind}) of preset {preset}, run {run}"
     return words.format(**{name: attributes.get(name, "unknown") for name in IDENTITY})
 
 
-def _methods(arrays) -> str:
+def _methods(arrays: dict) -> str:
     """The methods of the points in words."""
     without, with_noise = (
         ", ".join(np.unique(arrays["method"][chosen]))
@@ -162,7 +240,7 @@ def _methods(arrays) -> str:
     return f"{without} (sigma = 0), {with_noise} (sigma > 0)"
 
 
-def _is_list(value) -> bool:
+def _is_list(value: object) -> bool:
     return isinstance(value, list | tuple)
 
 

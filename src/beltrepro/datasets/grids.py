@@ -4,7 +4,8 @@ import itertools
 import math
 from collections.abc import Callable
 
-from beltrepro.datasets.quantities import QUANTITIES, Point, cast
+from beltrepro.datasets.points import Point
+from beltrepro.datasets.quantities import QUANTITIES, cast
 
 GRID_DIGITS = 10  # values of a grid are rounded so that 35 steps of 0.2 and 14 of 0.5 are both 7.0
 LONGEST_GRID = 100_000
@@ -34,7 +35,7 @@ def points(axes: dict[str, tuple[object, str]], seed: int, complain: Complain) -
     given, where = axes["n_blocks"]
     sizes = [int(size) for size in values(given, where, complain)]
     _check_tables(axes, sizes, complain)
-    table = []
+    table: list[Point] = []
     for n_blocks in sizes:
         grids = [
             [n_blocks]
@@ -46,8 +47,23 @@ def points(axes: dict[str, tuple[object, str]], seed: int, complain: Complain) -
     return tuple(table)
 
 
-def values(grid, where: str, complain: Complain) -> tuple:
-    """Values of a single value, a list or a {start, stop, step}, rising."""
+def values(grid: object, where: str, complain: Complain) -> tuple:
+    """Values of a grid.
+
+    Parameters
+    ----------
+    grid : object
+        A single value, a list or a {start, stop, step}.
+    where : str
+        Where it stands, for messages.
+    complain : callable
+        Makes the error for a text.
+
+    Returns
+    -------
+    tuple
+        The values, rising.
+    """
     if isinstance(grid, list):
         return tuple(sorted(grid, key=lambda value: (value is not None, value)))
     if not isinstance(grid, dict):
@@ -63,8 +79,19 @@ def values(grid, where: str, complain: Complain) -> tuple:
     return tuple(round(float(start + index * step), GRID_DIGITS) for index in range(count))
 
 
-def is_by_size(grid) -> bool:
-    """Whether a grid is a table N -> grid."""
+def is_by_size(grid: object) -> bool:
+    """Whether a grid is a table N -> grid.
+
+    Parameters
+    ----------
+    grid : object
+        A grid of any form.
+
+    Returns
+    -------
+    bool
+        True for a mapping with numbers as keys.
+    """
     return isinstance(grid, dict) and all(str(key).isdigit() for key in grid)
 
 

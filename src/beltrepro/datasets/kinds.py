@@ -7,7 +7,8 @@ joined, and what every array in a file says of itself. `running` has the functio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from beltrepro.datasets.quantities import QUANTITIES, REQUIRED, UNITS, Point
+from beltrepro.datasets.points import Point
+from beltrepro.datasets.quantities import QUANTITIES, REQUIRED, UNITS
 
 POINT = "point"  # name of the axis along which batches are joined
 MAXIMUM_SCAN_BLOCKS = 10  # columns of slip_count
@@ -29,7 +30,7 @@ class Setting:
 class Array:
     """One array of a file.
 
-    Parameters
+    Attributes
     ----------
     name, symbol, unit, description : str
         As of `Quantity`; the unit of a table of records is empty.
@@ -48,7 +49,7 @@ class Array:
     fields: dict[str, str] = field(default_factory=dict, hash=False)
 
     def attributes(self) -> dict[str, str]:
-        """What the array says of itself in a file."""
+        """Symbol, unit, dimensions and description, by name, as a file carries them."""
         words = {
             "symbol": self.symbol,
             "unit": UNITS[self.unit] if self.unit else "by field",
@@ -65,7 +66,7 @@ class Array:
 class Kind:
     """What is recorded of the points of a dataset.
 
-    Parameters
+    Attributes
     ----------
     name, description : str
         Its name in config.yaml; one sentence.
@@ -182,14 +183,14 @@ def _first(*complaints):
     return next((found for found in complaints if found), None)
 
 
-def _lengths(settings) -> tuple[str, str] | None:
+def _lengths(settings: dict) -> tuple[str, str] | None:
     duration, transient = settings["duration"], settings["transient"]
     if transient >= duration:
         return "transient", f"= {transient:g}: must be less than duration = {duration:g}"
     return None
 
 
-def _settle_time(settings, points):
+def _settle_time(settings: dict, points: Sequence[Point]) -> tuple[str, str] | None:
     duration, settle_time = settings["duration"], settings["settle_time"]
     if settle_time >= duration:
         return "settle_time", f"= {settle_time:g}: must be less than duration = {duration:g}"
@@ -217,7 +218,7 @@ def _section(settings, points):
 # --- arrays ---------------------------------------------------------------------------------------
 
 
-def _of_points(*rows) -> tuple[Array, ...]:
+def _of_points(*rows: tuple[str, str, str, str]) -> tuple[Array, ...]:
     """Arrays (P,) from rows of name, symbol, unit and description."""
     return tuple(Array(name, symbol, unit, (POINT,), text) for name, symbol, unit, text in rows)
 

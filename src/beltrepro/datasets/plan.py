@@ -6,16 +6,20 @@ schema cannot say, and raises InputError with one line that names key, value and
 
 import functools
 import itertools
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Any
 
 from beltrepro.datasets import checking, grids
 from beltrepro.datasets.checking import complain
-from beltrepro.datasets.kinds import KINDS, SETTINGS, Kind
-from beltrepro.datasets.quantities import LAW, QUANTITIES, REQUIRED, Point, cast, plain
+from beltrepro.datasets.kinds import KINDS, SETTINGS, Kind, Setting
+from beltrepro.datasets.points import Point, plain
+from beltrepro.datasets.quantities import LAW, QUANTITIES, REQUIRED, Quantity, cast
 from beltrepro.datasets.schema import config_schema
 
+TIME_STEP = 0.001  # of the paper; work counts its steps
 OWN = ("kind", "like", "own_method")  # keys of a dataset that are no quantity and no setting
-Given = dict[str, tuple[object, str]]
+Given = dict[str, tuple[Any, str]]
 """What config.yaml gives, by key: the value and where it stands."""
 
 
@@ -23,7 +27,7 @@ Given = dict[str, tuple[object, str]]
 class PlannedDataset:
     """A dataset before it is simulated.
 
-    Parameters
+    Attributes
     ----------
     name : str
         Unique over all kinds.
@@ -68,9 +72,20 @@ class PlannedDataset:
         """The whole as plain values."""
         return {"kind": self.kind.name} | self.settings | self.values()
 
-    def work(self, points) -> float:
-        """Blocks times model time of some points, with a weight for short steps of verlet."""
-        usual = QUANTITIES["time_step"].default
+    def work(self, points: Iterable[Point]) -> float:
+        """Blocks times model time of some points, with a weight for short steps of verlet.
+
+        Parameters
+        ----------
+        points : iterable of Point
+            Some of the points.
+
+        Returns
+        -------
+        float
+            The sum.
+        """
+        usual = TIME_STEP
         weights = (
             point.n_blocks * (usual / point.time_step if point.method == "verlet" else 1.0)
             for point in points
@@ -82,7 +97,7 @@ class PlannedDataset:
 class Plan:
     """Everything that one preset computes.
 
-    Parameters
+    Attributes
     ----------
     preset, run : str
         Names of the preset and of the folder of its results.
@@ -113,16 +128,40 @@ class Plan:
         }
 
     def told(self, name: str) -> dict:
-        """Plain values that say what the file of a dataset holds."""
+        """Plain values that say what the file of a dataset holds.
+
+        Parameters
+        ----------
+        name : str
+            Name of the dataset.
+
+        Returns
+        -------
+        dict
+            Dataset, kind, preset, run, settings; number and distinct values of the points.
+        """
         dataset = self.datasets[name]
         return self._told(dataset, {"count": len(dataset.points)} | dataset.values())
 
     def told_batch(self, name: str, number: int) -> dict:
-        """Plain values that the job of one batch needs, and its file keeps."""
+        """Plain values that the job of one batch needs, and its file keeps.
+
+        Parameters
+        ----------
+        name : str
+            Name of the dataset.
+        number : int
+            Number of the batch, from 0.
+
+        Returns
+        -------
+        dict
+            As of `told`, but with every point.
+        """
         dataset = self.datasets[name]
         return self._told(dataset, plain(dataset.batches[number]))
 
-    def _told(self, dataset, points) -> dict:
+    def _told(self, dataset: PlannedDataset, points: dict) -> dict:
         return {
             "dataset": dataset.name,
             "kind": dataset.kind.name,
@@ -141,6 +180,11 @@ def make_plan(config: dict) -> Plan:
     config : dict
         Content of config.yaml, with what the command line changed.
 
+    Returns
+    -------
+    Plan
+        Its datasets, points and batches.
+
     Raises
     ------
     InputError
@@ -148,7 +192,19 @@ def make_plan(config: dict) -> Plan:
         only the one asked for.
     """
     config = checking.normalised(config)
-    checking.validate(config, config_schema())
+    _check_names(config)
+    chosen = config["preset"]
+    run = config.get("run", chosen)
+    return {name: _preset_plan(config, name, run) for name in config["presets"]}[chosen]
+
+
+# --- from config to plan --------------------------------------------------------------------------
+
+
+def _check_names(config: dict) -> None:
+    """Refuse what the schema does not allow, an unknown preset, and a run that would overwrite."""
+    if found := checking.fault(config, config_schema()):
+        raise found
     chosen, presets = config["preset"], config["presets"]
     if chosen not in presets:
         raise complain(f"preset = {chosen!r}: allowed are {', '.join(presets)}", chosen, presets)
@@ -157,10 +213,6 @@ def make_plan(config: dict) -> Plan:
         raise complain(
             f"run = {run!r}: is the name of another preset, whose results it would overwrite"
         )
-    return {name: _preset_plan(config, name, run) for name in presets}[chosen]
-
-
-# --- from config to plan --------------------------------------------------------------------------
 
 
 def _preset_plan(config: dict, preset: str, run: str) -> Plan:
@@ -180,11 +232,11 @@ def _preset_plan(config: dict, preset: str, run: str) -> Plan:
         preset=preset,
         run=run,
         seed=config["seed"],
-        model={each.name: defaults.get(each.name, (each.default,))[0] for each in LAW},
+        model={each.name: _value(defaults, each) for each in LAW},
         defaults={
-            name: defaults.get(name, (each.default,))[0]
+            name: _value(defaults, each)
             for name, each in (QUANTITIES | SETTINGS).items()
-            if defaults.get(name, (each.default,))[0] is not REQUIRED
+            if _value(defaults, each) is not REQUIRED
         },
         datasets={
             name: _dataset(name, entry, defaults, config, preset) for name, entry in entries.items()
@@ -192,9 +244,15 @@ def _preset_plan(config: dict, preset: str, run: str) -> Plan:
     )
 
 
+def _value(given: Given, each: Quantity | Setting) -> Any:
+    """What is given for a quantity or setting, or else its default."""
+    return given[each.name][0] if each.name in given else each.default
+
+
 def _bases(config: dict, preset: str) -> list[tuple[str, dict]]:
     """The preset and those that it is based on, the most basic one first."""
-    presets, chain = config["presets"], []
+    presets = config["presets"]
+    chain: list[str] = []
     name = preset
     while name is not None:
         if name in chain:

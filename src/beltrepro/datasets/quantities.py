@@ -3,11 +3,7 @@
 The order of QUANTITIES is that of the points: the last one varies fastest.
 """
 
-from collections import namedtuple
-from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
-
-import numpy as np
+from dataclasses import dataclass, field
 
 from beltrepro.model import ChainParameters, units
 from beltrepro.model.parameters import MAXIMUM_BLOCKS
@@ -18,7 +14,7 @@ METHODS = ("verlet", "event")
 class _Required:
     """Default of what every dataset must be given."""
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return "REQUIRED"
 
 
@@ -29,7 +25,7 @@ REQUIRED = _Required()
 class Quantity:
     """What a point has a value of.
 
-    Parameters
+    Attributes
     ----------
     name, symbol : str
         Name in code, config and files; symbol of the paper, in plain letters.
@@ -199,46 +195,22 @@ QUANTITIES = {
     )
 }
 
-CHAIN = tuple(each.name for each in fields(ChainParameters))
-"""The quantities that are parameters of the chain; the others say how it is computed."""
 
-Point = namedtuple("Point", QUANTITIES)
-"""One value of each quantity."""
+def cast(schema: dict, value: object) -> object:
+    """A number as the type that its schema names.
 
+    Parameters
+    ----------
+    schema : dict
+        JSON schema of the value.
+    value : object
+        The value.
 
-def chain(point: Point) -> ChainParameters:
-    """The chain of a point."""
-    return ChainParameters(**{name: getattr(point, name) for name in CHAIN})
-
-
-def cast(schema: dict, value):
-    """A number as the type that its schema names: float or int; anything else as it is."""
+    Returns
+    -------
+    object
+        A float where the schema asks for a number; anything else as it is.
+    """
     if isinstance(value, int | float) and "number" in schema.get("type", ""):
         return float(value)
     return value
-
-
-def plain(points: Sequence[Point]) -> dict:
-    """Points as plain values: each quantity as a list, or as one value if all points share it."""
-    table = {}
-    for name in QUANTITIES:
-        values = [getattr(point, name) for point in points]
-        table[name] = values[0] if len(set(values)) == 1 else values
-    return {"count": len(points)} | table
-
-
-def points_of(table: dict) -> list[Point]:
-    """The points that `plain` turned into `table`."""
-    count = table["count"]
-    columns = [
-        table[name] if isinstance(table[name], list | tuple) else [table[name]] * count
-        for name in QUANTITIES
-    ]
-    return [Point(*values) for values in zip(*columns, strict=True)]
-
-
-def columns(points: Sequence[Point]) -> dict[str, np.ndarray]:
-    """Arrays (P,) of every quantity; a tolerance that is the method's own is NaN."""
-    table = {name: [getattr(point, name) for point in points] for name in QUANTITIES}
-    table["tolerance"] = [np.nan if value is None else value for value in table["tolerance"]]
-    return {name: np.array(values) for name, values in table.items()}

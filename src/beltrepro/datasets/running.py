@@ -4,17 +4,18 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from beltrepro.datasets.quantities import Point, chain, columns
+from beltrepro.datasets.points import Point, chain, columns
 from beltrepro.simulation import catalogue, escapes, scan, simulate
 
 _HOW = ("method", "time_step", "tolerance", "seed", "replicate", "initial_spread")
 
 Progress = Callable[[float], None]
+Arrays = dict[str, np.ndarray]
 
 
 def run(
     kind: str, points: Sequence[Point], settings: dict, progress: Progress | None = None
-) -> dict[str, np.ndarray]:
+) -> Arrays:
     """Simulate points and record what their kind says.
 
     Parameters
@@ -38,9 +39,16 @@ def run(
     InputError, ModelStateError
         As the functions of `beltrepro.simulation`.
     """
-    record = {"scan": scan, "series": _series, "catalogue": catalogue, "escapes": escapes}[kind]
+    records: dict[str, Callable[..., Arrays]] = {
+        "scan": scan,
+        "series": _series,
+        "catalogue": catalogue,
+        "escapes": escapes,
+    }
     how = {name: [getattr(point, name) for point in points] for name in _HOW}
-    recorded = record([chain(point) for point in points], **how, **settings, progress=progress)
+    recorded = records[kind](
+        [chain(point) for point in points], **how, **settings, progress=progress
+    )
     return columns(points) | recorded
 
 

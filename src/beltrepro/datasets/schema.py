@@ -6,7 +6,7 @@ workflow/schemas/.
 
 import yaml
 
-from beltrepro.datasets.kinds import KINDS, SETTINGS
+from beltrepro.datasets.kinds import KINDS, SETTINGS, Setting
 from beltrepro.datasets.quantities import LAW, METHODS, QUANTITIES, Quantity
 
 NAME = "^[a-z][a-z0-9_]*$"
@@ -121,7 +121,7 @@ def _definitions() -> dict:
     }
 
 
-def _described(each) -> dict:
+def _described(each: Quantity | Setting) -> dict:
     symbol = f"{each.symbol}: " if each.symbol else ""
     return {"description": symbol + each.description}
 

@@ -11,16 +11,37 @@ the others, and moves every chain to its first event or to the end of its step:
 A function that is zero at the start because its own event has just happened is divided by t. What
 is exact and what is approximate, see docs/event.md.
 
-`advance_kernel` makes the kernel, and takes hooks with which another computation follows the
-chains, a deviation from them for instance.
+Another computation can follow the chains, for instance a deviation from their motion: `Hooks` are
+functions that the kernel calls on the way, and `companion` is whatever they keep, a named tuple of
+arrays with the chains along the last axis. `EventIntegrator._hooks` and `_companion` hand them to
+the kernel; without hooks it is the same as if there were no place for them.
+
+    series_made(order, lane, active, sliding, group, scratch, companion)
+    moved(order, lane, active, sliding, step, group, scratch, companion)
+    event_applied(kind, block, lane, i, group, scratch, companion)
+
+`order` is that of the series, a constant; `lane` is the first of the eight chains; `active` and `sliding` are masks, the chains that move in
+this pass and those of which a block slips. (The others wait on the belt: all blocks move with it,
+and their series serve only until the first spring changes its branch.) `step` is the time that they
+have moved. `kind` is SLIP, STICK, REVERSAL or BRANCH, of the chain `lane + i` and the block, or the
+spring, `block`.
+
+`scratch.series` holds the series about the start of the step in all three, also after the move and
+the event, and `scratch.found.step[i]` its length: so the state, the forces and their rates at the
+event are at hand. After the move `group.chains` holds the new positions and velocities with the old
+directions, branches and thresholds; after the event, all that it has changed. The force of the
+noise on a block is a + b t, `group.chains.noise_force`: a at the start of the step when the series
+are made, at its end after the move.
 """
 
+import functools
 import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
+from beltrepro.accuracy import NOISY_ORDER, ORDER
 from beltrepro.engine.candidates import (
     Candidates,
     find_candidates,
@@ -29,12 +50,14 @@ from beltrepro.engine.candidates import (
     new_candidates,
     taylor_step,
 )
-from beltrepro.engine.law import Law, kinetic_friction
+from beltrepro.engine.friction import kinetic_friction, slip_direction
+from beltrepro.engine.law import Law, branch_at, extension, stored_energy
 from beltrepro.engine.memory import zeros
 from beltrepro.engine.noise import normal_pair, normal_pairs_where
 from beltrepro.engine.records import DONE, STORM, full_buffer, record_event
 from beltrepro.engine.simd import (
     LANES,
+    copysign,
     extract,
     fma,
     lane_numbers,
@@ -50,8 +73,6 @@ from beltrepro.engine.simd import (
     to_float,
 )
 from beltrepro.engine.taylor import (
-    NOISY_ORDER,
-    ORDER,
     WALL,
     Series,
     at,
@@ -66,10 +87,6 @@ from beltrepro.engine.taylor import (
 )
 from beltrepro.engine.vector import inlined, kernel, separate_arrays
 
-# Last terms of the series of F_ex allowed at the end of a step: the last, and the one before it.
-TOLERANCE = 1e-10
-# The same with noise, as a share of sqrt(q): its impulse in a time h has deviation sqrt(q h).
-NOISE_SHARE = 1e-2
 # Longest cell of the noise, model time; in shorter ones it is where v_r might graze zero.
 _CELL = 0.5
 _GRAZING = 2.0
@@ -282,20 +299,6 @@ def _wait_on_belt(lane, i, end, group, scratch):
     rest = end - chains.time[chain]
     scratch.found.source[i] = first if wait <= rest else -1
     scratch.found.step[i] = min(wait, rest)
-
-
-@inlined
-def extension(tension, law):
-    """Deformation at which a spring pulls with the given tension."""
-    size = abs(tension)
-    limit = law.linear_limit
-    if size <= limit:
-        return tension
-    rate = law.extension_rate if tension > 0.0 else law.compression_rate
-    return math.copysign(limit + math.log1p(rate * (size - limit)) / rate, tension)
-
-
-# --- records ---
 
 
 @inlined
@@ -515,26 +518,6 @@ def _end_rest(lane, i, group, scratch):
 
 
 @inlined
-def stored_energy(deformation, law):
-    """Potential energy of a spring."""
-    size = abs(deformation)
-    limit = law.linear_limit
-    if size <= limit:
-        return 0.5 * size * size
-    rate = law.extension_rate if deformation > 0.0 else law.compression_rate
-    excess = size - limit
-    return limit * (0.5 * limit + excess) + (math.expm1(rate * excess) / rate - excess) / rate
-
-
-@inlined
-def branch_at(deformation, law):
-    """Branch of the spring law: -1, 0, 1 compressed, linear, stretched."""
-    if deformation > law.linear_limit:
-        return 1.0
-    return -1.0 if deformation < -law.linear_limit else 0.0
-
-
-@inlined
 def _start_from_rest(lane, i, block, start, group, scratch, events):
     """The first slip after a rest on the belt."""
     chains = group.chains
@@ -542,7 +525,7 @@ def _start_from_rest(lane, i, block, start, group, scratch, events):
     external = -chains.threshold[0, chain]
     if scratch.found.step[i] == 0.0:
         external = scratch.series.force[at(0, block) + i]
-    chains.direction[block, chain] = 1.0 if external > 0.0 else -1.0
+    chains.direction[block, chain] = copysign(1.0, external)
     _record(chain, block, 1.0, external, start, chains, events)
 
 
@@ -573,18 +556,19 @@ def _turn(order, noisy, lane, i, block, start, group, scratch, events):
     external = force[at(force_order(order), block) + i]
     for k in range(force_order(order) - 1, -1, -1):
         external = fma(external, since, force[at(k, block) + i])
-    kind = SLIP
+    kind, way = SLIP, copysign(1.0, external)
     if chains.direction[block, chain] != 0.0:
         if noisy:
             first, _ = normal_pair(chains.streams, chain)
             noise = group.conditions.noise[chain]
             chains.threshold[block, chain] = law.static_friction + noise * first
-        kind = REVERSAL if abs(external) > chains.threshold[block, chain] else STICK
+        way = slip_direction(external, chains.threshold[block, chain])
+        kind = STICK if way == 0.0 else REVERSAL
         chains.velocity[block, chain] = 0.0
         chains.direction[block, chain] = 0.0
         _record(chain, block, 0.0, external, start, chains, events)
     if kind != STICK:
-        chains.direction[block, chain] = 1.0 if external > 0.0 else -1.0
+        chains.direction[block, chain] = way
         _record(chain, block, 1.0, external, start, chains, events)
     return kind
 
@@ -593,33 +577,42 @@ def _turn(order, noisy, lane, i, block, start, group, scratch, events):
 
 
 @inlined
-def no_series_hook(lane, active, sliding, group, scratch, companion):
-    """Hook after the series of eight chains are made: does nothing."""
+def _no_series_hook(order, lane, active, sliding, group, scratch, companion):
+    """Nothing follows the chains."""
 
 
 @inlined
-def no_move_hook(lane, active, sliding, step, group, scratch, companion):
-    """Hook after eight chains have moved: does nothing."""
+def _no_move_hook(order, lane, active, sliding, step, group, scratch, companion):
+    """Nothing follows the chains."""
 
 
 @inlined
-def no_event_hook(kind, block, lane, i, group, scratch, companion):
-    """Hook after an event of one chain: does nothing."""
+def _no_event_hook(kind, block, lane, i, group, scratch, companion):
+    """Nothing follows the chains."""
 
 
 class Hooks(NamedTuple):
-    """Functions, made with `inlined`, that the kernel calls on the way."""
+    """Functions, made with `inlined`, that the kernel calls on the way; see above."""
 
-    series_made: Callable = no_series_hook
-    moved: Callable = no_move_hook
-    event_applied: Callable = no_event_hook
+    series_made: Callable = _no_series_hook
+    moved: Callable = _no_move_hook
+    event_applied: Callable = _no_event_hook
 
 
 NO_HOOKS = Hooks()
 
 
-def advance_kernel(order: int, resolution: float, noisy: bool, hooks: Hooks = NO_HOOKS):
-    """The kernel for chains with noise or those without, with series of one order.
+@functools.cache
+def advance_kernels(hooks: Hooks = NO_HOOKS) -> tuple[Callable, Callable]:
+    """The kernels for chains without noise and for those with noise."""
+    return (
+        _advance_kernel(ORDER, 1e-15, False, hooks),
+        _advance_kernel(NOISY_ORDER, 1e-10, True, hooks),
+    )
+
+
+def _advance_kernel(order, resolution, noisy, hooks):
+    """One kernel, with series of one order.
 
     resolution : of the instants of events, as a share of the step.
     """
@@ -657,7 +650,7 @@ def advance_kernel(order: int, resolution: float, noisy: bool, hooks: Hooks = NO
                     return status
 
                 sliding = make_series(order, noisy, lane, active, group, series)
-                series_made(lane, active, sliding, group, scratch, companion)
+                series_made(order, lane, active, sliding, group, scratch, companion)
                 moving = active & sliding
                 step = choose_step(order, noisy, lane, moving, remaining, group, series)
                 find_first_event(order, resolution, lane, moving, step, group, scratch)
@@ -673,7 +666,7 @@ def advance_kernel(order: int, resolution: float, noisy: bool, hooks: Hooks = NO
                 record_samples(order, lane, active, later, span.end, group, series, records.samples)
                 move(order, noisy, lane, moving, step, group, series)
                 move_clocks(noisy, lane, sliding, step, later, chains)
-                moved(lane, active, sliding, step, group, scratch, companion)
+                moved(order, lane, active, sliding, step, group, scratch, companion)
 
                 changing = mask_bits(load(scratch.found.source, (0,)) >= 0) | resting
                 while changing:
@@ -688,7 +681,3 @@ def advance_kernel(order: int, resolution: float, noisy: bool, hooks: Hooks = NO
         return DONE
 
     return advance_chains
-
-
-advance_quiet_chains = advance_kernel(ORDER, 1e-15, False)
-advance_noisy_chains = advance_kernel(NOISY_ORDER, 1e-10, True)

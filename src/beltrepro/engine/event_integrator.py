@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from beltrepro.accuracy import NOISE_SHARE, TOLERANCE
 from beltrepro.engine import event
 from beltrepro.engine.integrator import Chunk
 from beltrepro.engine.memory import aligned, zeros
@@ -24,15 +25,16 @@ class EventIntegrator(SeriesIntegrator):
 
     name = "event"
     _own = ("branch", "branch_changed", "cell", "noise_force")
-    _quiet_and_noisy = (event.advance_quiet_chains, event.advance_noisy_chains)
-    _companion: tuple = ()  # what the hooks of the kernels need
+    # what follows the chains: functions, and what they keep
+    _hooks = event.NO_HOOKS
+    _companion: tuple = ()
 
     def __init__(
         self,
         states,
         *,
-        tolerance: float = event.TOLERANCE,
-        noise_share: float = event.NOISE_SHARE,
+        tolerance: float = TOLERANCE,
+        noise_share: float = NOISE_SHARE,
         **settings,
     ):
         super().__init__(states, **settings)
@@ -52,11 +54,9 @@ class EventIntegrator(SeriesIntegrator):
         )
         self._scratch = event.new_scratch(self.n_blocks)
         # chains with noise and without have kernels of their own, which leave the others alone
-        self._kernels = [
-            (kernel, own)
-            for kernel, own in zip(self._quiet_and_noisy, (power == 0, power > 0), strict=True)
-            if own.any()
-        ]
+        quiet, noisy = event.advance_kernels(self._hooks)
+        kernels = ((quiet, power == 0), (noisy, power > 0))
+        self._kernels = [(kernel, own) for kernel, own in kernels if own.any()]
         self.reinit(states)
 
     def _empty_chains(self):

@@ -102,7 +102,7 @@ class Integrator:
         self._width = len(states)
         self._sampling = sampling
         self._first_sampled = self.n_blocks - sampled_blocks
-        # lanes that fill up the last vector repeat the last chain; nobody looks at them
+        # lanes that fill up the last vector repeat the last chain; their results are not read
         lanes = -(-self._width // self._vector) * self._vector
         self._source = np.minimum(np.arange(lanes), self._width - 1)
         chains = [self.parameters[lane] for lane in self._source]
@@ -244,7 +244,7 @@ class Integrator:
         return self._of_chains(self._relative_velocities() + self._belt_velocity)
 
     def energy_residual(self) -> np.ndarray:
-        """Energy audit (W,): what the books do not account for, as a share of the belt's work.
+        """Energy balance (W,): what it does not account for, as a share of the belt's work.
 
         Work of the belt (the support does not move and does none) minus friction loss minus the
         change of energy. The belt's impulse follows from the momentum of the chain and the impulse

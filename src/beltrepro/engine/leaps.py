@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from beltrepro.accuracy import ORDER
 from beltrepro.engine.candidates import (
     Candidates,
     find_candidates,
@@ -23,12 +24,13 @@ from beltrepro.engine.candidates import (
     new_candidates,
     taylor_step,
 )
-from beltrepro.engine.law import Law, kinetic_friction, tension, tension_and_slope
+from beltrepro.engine.friction import kinetic_friction, next_direction
+from beltrepro.engine.law import Law, expand_spring, tension
 from beltrepro.engine.memory import zeros
 from beltrepro.engine.records import DONE, full_buffer, record_event
+from beltrepro.engine.scheme import scheme_velocity
 from beltrepro.engine.simd import (
     LANES,
-    copysign,
     extract,
     fma,
     lane_numbers,
@@ -44,7 +46,6 @@ from beltrepro.engine.simd import (
     to_float,
 )
 from beltrepro.engine.taylor import (
-    ORDER,
     WALL,
     Series,
     at,
@@ -146,14 +147,10 @@ def _start_springs(lane, law, chains, scratch):
         store(series.position, (at(0, spring + 1),), place)
         change = place - place_before
         place_before = place
-        pull, slope, excess = tension_and_slope(change, law)
-        curved = excess != 0.0
-        compressed = change < 0.0
-        rate = select(compressed, -law.compression_rate, law.extension_rate)
-        softness = select(compressed, -law.compression_softness, law.extension_softness)
-        store(series.rate, (spring * LANES,), select(curved, rate, 0.0))
+        pull, slope, rate, softness = expand_spring(change, law)
+        store(series.rate, (spring * LANES,), rate)
         store(scratch.slopes, (spring * LANES,), slope)
-        store(series.growth, (at(0, spring),), select(curved, slope * softness, 0.0))
+        store(series.growth, (at(0, spring),), select(rate != 0.0, slope * softness, 0.0))
         _store_pull(0, spring, pull, tension_before, series)
         tension_before = pull
     store(series.force, (at(0, n_blocks - 1),), -tension_before)
@@ -388,7 +385,7 @@ def _leap_block(lane, block, moved, step, belt, group, series):
     rise = rise * cube
     bend = bend * (square * square)
     before = fma(bend, 0.5, a - rise)
-    v = _scheme_velocity(w, before, fma(bend, 2.0, a - 2.0 * rise))
+    v = scheme_velocity(w, before, fma(bend, 2.0, a - 2.0 * rise))
     changed = moved & (heading != 0.0)
     store(chains.slip_step, place, select(changed, w, load(chains.slip_step, place)))
     store(chains.acceleration, place, select(changed, before, load(chains.acceleration, place)))
@@ -410,12 +407,6 @@ def _with_derivatives(coefficients, column, time):
         slope = fma(slope, time, value)
         value = fma(value, time, load(coefficients, (at(k, column),)))
     return value, slope, 2.0 * bend
-
-
-@inlined
-def _scheme_velocity(slip_step, acceleration, before):
-    """v_r dt of the Appendix, from w, a(t-dt) dt^2 and a(t-2dt) dt^2."""
-    return fma(acceleration, 5.0 / 6.0, fma(before, -1.0 / 3.0, slip_step))
 
 
 # --- the step in which the turn may happen ---
@@ -455,9 +446,8 @@ def _step_block(lane, block, taken, first_step, group, scratch, events):
     if block < chains.direction.shape[0] - 1:
         external = external + load(scratch.pulls, ((block + 1) * LANES,))
     old = load(chains.direction, place)
-    undecided = taken & (old * load(chains.velocity, place) <= 0.0)
-    free = select(abs(external) > law.static_friction, copysign(spread(1.0), external), 0.0)
-    new = select(undecided, free, old)
+    velocity = load(chains.velocity, place)
+    new = select(taken, next_direction(old, velocity, external, law.static_friction), old)
     changed = new != old
     before = load(chains.acceleration, place)
     w = load(chains.slip_step, place)
@@ -470,7 +460,7 @@ def _step_block(lane, block, taken, first_step, group, scratch, events):
         w = select(keeps, w, 0.0)
     a = select(new != 0.0, dt * dt * (external - new * kinetic), 0.0)
     w = w + a
-    v = _scheme_velocity(w, a, before)
+    v = scheme_velocity(w, a, before)
     store(chains.direction, place, new)
     store(chains.slip_step, place, select(taken, w, load(chains.slip_step, place)))
     store(chains.acceleration, place, select(taken, a, load(chains.acceleration, place)))

@@ -21,7 +21,7 @@ from beltrepro.model.spring import external_force, potential_energy
 class Scheme:
     """What an integrator needs beside the physical state to go on with the same bits.
 
-    Parameters
+    Attributes
     ----------
     integrator : str
         Name of the integrator that these are the variables of.
@@ -35,12 +35,10 @@ class Scheme:
     time_step: float
     variables: dict[str, np.ndarray]
 
-    def __eq__(self, other) -> bool:
+    def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scheme):
             return NotImplemented
         return equal_fields(self, other)
-
-    __hash__ = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -50,7 +48,7 @@ class ChainState:
     Made by `Run.final_state`, or from positions and velocities by `at_rest` and `in_motion`. To
     move the blocks of a state, use `moved`.
 
-    Parameters
+    Attributes
     ----------
     parameters : ChainParameters
         The chain.
@@ -345,13 +343,11 @@ class ChainState:
         slipping = int(np.count_nonzero(self.directions))
         return f"ChainState({self.parameters.describe()}, t={self.time:g}, {slipping} slipping)"
 
-    def __eq__(self, other) -> bool:
+    def __eq__(self, other: object) -> bool:
         """Whether all numbers are the same bit by bit."""
         if not isinstance(other, ChainState):
             return NotImplemented
         return equal_fields(self, other)
-
-    __hash__ = None
 
 
 def equal_fields(one, other) -> bool:

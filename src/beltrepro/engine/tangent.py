@@ -22,7 +22,8 @@ from typing import NamedTuple
 import numpy as np
 
 from beltrepro.engine.event import REVERSAL, SLIP, STICK, Hooks
-from beltrepro.engine.law import kinetic_friction, tension_and_slope
+from beltrepro.engine.friction import kinetic_friction
+from beltrepro.engine.law import expand_spring
 from beltrepro.engine.simd import LANES, fma, load, mask_bits, select, spread, store
 from beltrepro.engine.taylor import at, force_order, polynomial
 from beltrepro.engine.vector import inlined
@@ -37,22 +38,18 @@ class Deviations(NamedTuple):
     slope: np.ndarray  # N columns of series: T'(D)
 
 
-def carry_hook(order: int):
-    """Hook that carries the deviations through the steps of eight chains."""
-
-    @inlined
-    def carry(lane, active, sliding, step, group, scratch, deviations):
-        n_blocks = group.chains.direction.shape[0]
-        _find_slopes(order, n_blocks, scratch.series, deviations)
-        for vector in range(deviations.displacement.shape[0]):
-            _make_series(order, vector, lane, group.chains, scratch.series, deviations)
-            for block in range(n_blocks):
-                place = (vector, block, lane)
-                position, velocity = polynomial(order, deviations.position, block + 1, step)
-                store(deviations.displacement, place, position)
-                store(deviations.velocity, place, velocity)
-
-    return carry
+@inlined
+def carry(order, lane, active, sliding, step, group, scratch, deviations):
+    """Hook: carries the deviations of eight chains through their steps."""
+    n_blocks = group.chains.direction.shape[0]
+    _find_slopes(order, n_blocks, scratch.series, deviations)
+    for vector in range(deviations.displacement.shape[0]):
+        _make_series(order, vector, lane, group.chains, scratch.series, deviations)
+        for block in range(n_blocks):
+            place = (vector, block, lane)
+            position, velocity = polynomial(order, deviations.position, block + 1, step)
+            store(deviations.displacement, place, position)
+            store(deviations.velocity, place, velocity)
 
 
 @inlined
@@ -137,11 +134,11 @@ def _pull(block, chain, group):
     if block > 0:
         before = chains.displacement[block - 1, chain]
         speed_before = chains.velocity[block - 1, chain]
-    pull, own, _ = tension_and_slope(here - before, group.law)
+    pull, own, _, _ = expand_spring(here - before, group.law)
     external, rate, following = -pull, -own * (speed - speed_before), 0.0
     if block < last:
         stretch = chains.displacement[block + 1, chain] - here
-        pull, following, _ = tension_and_slope(stretch, group.law)
+        pull, following, _, _ = expand_spring(stretch, group.law)
         external += pull
         rate += following * (chains.velocity[block + 1, chain] - speed)
     return external, rate, own, following
@@ -161,9 +158,4 @@ def _pull_change(vector, block, chain, own, following, deviations):
     return change
 
 
-def tangent_hooks(order: int) -> Hooks:
-    """The hooks with which a kernel of `event`, with series of this order, carries deviations.
-
-    The kernel's `companion` is then of type `Deviations`.
-    """
-    return Hooks(moved=carry_hook(order), event_applied=apply_jumps)
+HOOKS = Hooks(moved=carry, event_applied=apply_jumps)

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from beltrepro.engine import event, tangent
+from beltrepro.engine import tangent
 from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.memory import zeros
 from beltrepro.engine.simd import LANES
-from beltrepro.engine.taylor import LEVELS, NOISY_ORDER, ORDER
+from beltrepro.engine.taylor import LEVELS
 
 
 class TangentIntegrator(EventIntegrator):
@@ -15,10 +15,7 @@ class TangentIntegrator(EventIntegrator):
     Parameters as for `EventIntegrator`, and n_vectors : K. The deviations are zero to begin with.
     """
 
-    _quiet_and_noisy = (
-        event.advance_kernel(ORDER, 1e-15, False, tangent.tangent_hooks(ORDER)),
-        event.advance_kernel(NOISY_ORDER, 1e-10, True, tangent.tangent_hooks(NOISY_ORDER)),
-    )
+    _hooks = tangent.HOOKS
 
     def __init__(self, states, *, n_vectors: int, **settings):
         super().__init__(states, **settings)

@@ -16,6 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from beltrepro.accuracy import ORDER
+from beltrepro.engine.law import curved_branch
 from beltrepro.engine.memory import zeros
 from beltrepro.engine.simd import (
     LANES,
@@ -27,12 +29,10 @@ from beltrepro.engine.simd import (
     spread,
     store,
 )
-from beltrepro.engine.vector import exp2, inlined
+from beltrepro.engine.vector import inlined
 
-# Order of the positions, odd; that of the forces is two less. Functions take it as an argument, a
-# constant of the kernel that calls them: the compiler lays out their loops.
-ORDER = 19
-NOISY_ORDER = 13  # of chains with noise, which need less accuracy
+# Functions take the order of the positions as an argument, a constant of the kernel that calls
+# them: the compiler lays out their loops.
 LEVELS = ORDER + 1
 WALL = 0  # column of the positions
 
@@ -94,16 +94,12 @@ def start_springs(law, regime, lane, series):
         change = speed - speed_before
         place_before = place
         speed_before = speed
-        stretched = branch > 0.0
         linear = branch == 0.0
-        rate = select(stretched, law.extension_rate, spread(-law.compression_rate))
-        rate_2 = select(stretched, law.extension_rate_2, spread(-law.compression_rate_2))
-        softness = select(stretched, law.extension_softness, spread(-law.compression_softness))
         excess = select(linear, 0.0, fma(branch, -limit, deformation))
-        exponential = exp2(excess, rate_2)
-        tension = select(linear, deformation, fma(branch, limit, (exponential - 1.0) * softness))
+        slope, rate, softness = curved_branch(excess, branch < 0.0, law)
+        tension = select(linear, deformation, fma(branch, limit, (slope - 1.0) * softness))
         rate = select(linear, 0.0, rate)
-        start = select(linear, 0.0, exponential * softness)
+        start = select(linear, 0.0, slope * softness)
         newest = rate * change
         tension_growth = select(linear, change, newest * start)
         store(series.rate, (spring * LANES,), rate)

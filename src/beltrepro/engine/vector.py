@@ -20,8 +20,10 @@ from beltrepro.engine.simd import as_bits, fma, from_bits
 
 @functools.cache
 def _engine_version():
-    """Hash of the sources in this folder."""
-    sources = sorted(pathlib.Path(__file__).parent.glob("*.py"))
+    """Hash of the sources of this folder, and of those outside it that kernels are made of."""
+    here = pathlib.Path(__file__).parent
+    outside = (here.parent / "accuracy.py", here.parent / "model" / "friction.py")
+    sources = (*sorted(here.glob("*.py")), *outside)
     return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
 
 
@@ -68,7 +70,8 @@ def _identity(enclosed):
 def inlined(function):
     """Compile a helper that is always inlined into the kernel that calls it; it makes no arrays."""
     dispatcher = numba.njit(error_model="numpy", forceinline=True)(function)
-    dispatcher.targetoptions["_nrt"] = False
+    # nor can Python call it: half of the compile time would go into the code for that
+    dispatcher.targetoptions.update(_nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
     return dispatcher
 
 

@@ -27,13 +27,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltrepro.engine.law import Law, tension, tension_and_slope
+from beltrepro.engine.friction import next_direction
+from beltrepro.engine.law import Law, expand_spring, tension
 from beltrepro.engine.memory import zeros
 from beltrepro.engine.noise import normal_pairs_wide
 from beltrepro.engine.records import Crossings, Events, record_event
+from beltrepro.engine.scheme import scheme_velocity
 from beltrepro.engine.simd import (
     WIDE_LANES,
-    copysign,
     extract,
     fma,
     load_wide,
@@ -82,6 +83,14 @@ class Chains(NamedTuple):
     state: np.ndarray  # (W/16, rows of all blocks), see `empty_state`
     wall_pull: np.ndarray  # (W,) sum of the first spring's pull over the steps
     streams: np.ndarray  # (4, W) random streams
+
+
+class Sixteen(NamedTuple):
+    """Sixteen of the chains, as the functions of the kernel see them."""
+
+    state: np.ndarray  # as in `Chains`
+    vector: int  # row of the state
+    n_blocks: int
 
 
 class Group(NamedTuple):
@@ -176,40 +185,38 @@ def of_blocks(state, field, n_blocks):
 
 
 @inlined
-def _get(state, vector, block, field):
-    return load_wide(state, (vector, block * _ROW + field))
+def _get(chains, block, field):
+    return load_wide(chains.state, (chains.vector, block * _ROW + field))
 
 
 @inlined
-def _put(state, vector, block, field, value):
-    store(state, (vector, block * _ROW + field), value)
+def _put(chains, block, field, value):
+    store(chains.state, (chains.vector, block * _ROW + field), value)
 
 
 # --- stretches ---
 
 
 @inlined
-def _expand(state, vector, spring, deformation, law):
+def _expand(chains, spring, deformation, law):
     """Write the power series of a tension; returns the tension."""
-    pull, slope, excess = tension_and_slope(deformation, law)
-    rate = select(deformation < 0.0, -law.compression_rate, law.extension_rate)
-    rate = select(excess == 0.0, 0.0, rate)
-    _put(state, vector, spring, _DEFORMATION, deformation)
-    _put(state, vector, spring, _SERIES, pull)
+    pull, slope, rate, _ = expand_spring(deformation, law)
+    _put(chains, spring, _DEFORMATION, deformation)
+    _put(chains, spring, _SERIES, pull)
     # every derivative is `rate` times the one before
-    _put(state, vector, spring, _SERIES + LANES, slope)
+    _put(chains, spring, _SERIES + LANES, slope)
     second = slope * rate * (1.0 / 2.0)
-    _put(state, vector, spring, _SERIES + 2 * LANES, second)
+    _put(chains, spring, _SERIES + 2 * LANES, second)
     third = second * rate * (1.0 / 3.0)
-    _put(state, vector, spring, _SERIES + 3 * LANES, third)
+    _put(chains, spring, _SERIES + 3 * LANES, third)
     fourth = third * rate * (1.0 / 4.0)
-    _put(state, vector, spring, _SERIES + 4 * LANES, fourth)
-    _put(state, vector, spring, _SERIES + 5 * LANES, fourth * rate * (1.0 / 5.0))
+    _put(chains, spring, _SERIES + 4 * LANES, fourth)
+    _put(chains, spring, _SERIES + 5 * LANES, fourth * rate * (1.0 / 5.0))
     return pull
 
 
 @inlined
-def _prepare(state, vector, n_blocks, strongest, square, law):
+def _prepare(chains, strongest, square, law):
     """Start a stretch: write the series, bound the motion.
 
     strongest : kinetic friction. Returns the bound A on |a| dt^2, and bits: springs that need the
@@ -219,61 +226,27 @@ def _prepare(state, vector, n_blocks, strongest, square, law):
     then change by less than K |w| + K (K + 11)/2 A in K steps, of which 5 A a step are for blocks
     that stick, where |w| < 5 A. And this must keep the tensions within `change`.
     """
-    limit = law.linear_limit
-    highest_rate = max(law.compression_rate, law.extension_rate)
     change = _TENSION_SHARE * law.static_friction
-    left = _get(state, vector, 0, _START)
-    pull = left
-    fastest = left
-    greatest = left
-    for block in range(1, n_blocks + 1):
-        displacement = _get(state, vector, block, _START)
-        next_pull = _expand(state, vector, block, displacement - left, law)
-        force = next_pull - pull
-        if block > 1:
-            _put(state, vector, block - 1, _FORCE, force)
-            greatest = maximum(abs(force), greatest)
-        fastest = maximum(abs(_get(state, vector, block, ACCELERATION)), fastest)
-        left = displacement
-        pull = next_pull
-    _put(state, vector, n_blocks, _FORCE, -pull)
-    greatest = maximum(abs(pull), greatest) + (strongest + 2.0 * change)
+    greatest, fastest = _start_stretch(chains, law)
+    greatest = greatest + (strongest + 2.0 * change)
     fastest = maximum(greatest * square, fastest)
+    drift = fastest * (STRETCH * (STRETCH + 11.0))
+    braking = (strongest, square, fastest)
 
     bent = 0
     watched = 0
-    drift = fastest * (STRETCH * (STRETCH + 11.0))
     hold = drift >= 0.0
     beyond = 0.0 * drift
-    w = _get(state, vector, n_blocks, SLIP_STEP)
-    for block in range(n_blocks, 0, -1):
-        left = _get(state, vector, block - 1, SLIP_STEP)
+    w = _get(chains, chains.n_blocks, SLIP_STEP)
+    for block in range(chains.n_blocks, 0, -1):
+        left = _get(chains, block - 1, SLIP_STEP)
         span = fma(abs(w - left), STRETCH, drift)
-        slope = _get(state, vector, block, _SERIES + LANES)
-        second = _get(state, vector, block, _SERIES + 2 * LANES)
-        deformation = _get(state, vector, block, _DEFORMATION)
-        # e^y < 1 + 3/2 y for y < 1/2
-        own = slope * span * fma(span, 1.5 * highest_rate, 1.0)
-        hold = hold & (own <= change) & (span * highest_rate <= 0.5)
-        # second / slope is half the rate
-        serves = (span < abs(abs(deformation) - limit)) & (
-            span * abs(second) <= 0.5 * _SERIES_REACH * slope
-        )
+        own, holds, serves = _bound_spring(chains, block, span, change, law)
+        hold = hold & holds
         if mask_bits(serves) != _ALL:
             bent |= 1 << (block - 1)
-            _bend(state, vector, block, serves)
-        force = _get(state, vector, block, _FORCE)
-        direction = _get(state, vector, block, DIRECTION)
-        velocity = _get(state, vector, block, VELOCITY)
-        threshold = _get(state, vector, block, THRESHOLD)
-        # v_r > w - A/3 and K + 1 times the strongest braking
-        reach = own + beyond
-        braking = minimum(fma(direction, force, -strongest) - reach, 0.0) * square
-        slowest = fma(braking, STRETCH + 1.0, fma(direction, w, -0.34 * fastest))
-        goes_on = select(
-            direction == 0.0, threshold - abs(force) - reach, minimum(direction * velocity, slowest)
-        )
-        if mask_bits(goes_on > 0.0) != _ALL:
+            _bend(chains, block, serves)
+        if mask_bits(_goes_on(chains, block, w, own + beyond, braking) > 0.0) != _ALL:
             watched |= 1 << (block - 1)
         beyond = own
         w = left
@@ -281,266 +254,457 @@ def _prepare(state, vector, n_blocks, strongest, square, law):
     if loose:
         bent = -1
         watched = -1
-        for block in range(1, n_blocks + 1):
-            _bend(state, vector, block, hold)
+        for block in range(1, chains.n_blocks + 1):
+            _bend(chains, block, hold)
     return fastest, bent, watched, loose
 
 
 @inlined
-def _bend(state, vector, spring, serves):
-    """Do without the series of a spring in the lanes where it does not serve: all powers are 0."""
-    for power in range(6):
-        place = _SERIES + power * LANES
-        coefficient = _get(state, vector, spring, place)
-        _put(state, vector, spring, place, select(serves, coefficient, 0.0))
+def _start_stretch(chains, law):
+    """Write the series of all tensions, and F_ex; returns the greatest |F_ex| and |a| dt^2."""
+    left = _get(chains, 0, _START)
+    pull = left
+    fastest = left
+    greatest = left
+    for block in range(1, chains.n_blocks + 1):
+        displacement = _get(chains, block, _START)
+        next_pull = _expand(chains, block, displacement - left, law)
+        force = next_pull - pull
+        if block > 1:
+            _put(chains, block - 1, _FORCE, force)
+            greatest = maximum(abs(force), greatest)
+        fastest = maximum(abs(_get(chains, block, ACCELERATION)), fastest)
+        left = displacement
+        pull = next_pull
+    _put(chains, chains.n_blocks, _FORCE, -pull)
+    return maximum(abs(pull), greatest), fastest
 
 
 @inlined
-def _resume(state, vector, n_blocks):
+def _bound_spring(chains, spring, span, change, law):
+    """How much a tension changes while the deformation changes by at most `span`.
+
+    Returns that, whether it is a bound and within `change`, and whether the series serves.
+    """
+    highest_rate = max(law.compression_rate, law.extension_rate)
+    slope = _get(chains, spring, _SERIES + LANES)
+    second = _get(chains, spring, _SERIES + 2 * LANES)
+    deformation = _get(chains, spring, _DEFORMATION)
+    # e^y < 1 + 3/2 y for y < 1/2
+    own = slope * span * fma(span, 1.5 * highest_rate, 1.0)
+    holds = (own <= change) & (span * highest_rate <= 0.5)
+    # second / slope is half the rate
+    serves = (span < abs(abs(deformation) - law.linear_limit)) & (
+        span * abs(second) <= 0.5 * _SERIES_REACH * slope
+    )
+    return own, holds, serves
+
+
+@inlined
+def _goes_on(chains, block, w, reach, braking):
+    """Positive where a block cannot turn in the stretch, in which F_ex changes by `reach`.
+
+    braking : strongest kinetic friction, dt^2, and the bound A.
+    """
+    strongest, square, fastest = braking
+    force = _get(chains, block, _FORCE)
+    direction = _get(chains, block, DIRECTION)
+    velocity = _get(chains, block, VELOCITY)
+    threshold = _get(chains, block, THRESHOLD)
+    # v_r > w - A/3 and K + 1 times the strongest braking
+    slowing = minimum(fma(direction, force, -strongest) - reach, 0.0) * square
+    slowest = fma(slowing, STRETCH + 1.0, fma(direction, w, -0.34 * fastest))
+    return select(
+        direction == 0.0, threshold - abs(force) - reach, minimum(direction * velocity, slowest)
+    )
+
+
+@inlined
+def _bend(chains, spring, serves):
+    """Do without the series of a spring in the lanes where it does not serve: all powers are 0."""
+    for power in range(6):
+        place = _SERIES + power * LANES
+        coefficient = _get(chains, spring, place)
+        _put(chains, spring, place, select(serves, coefficient, 0.0))
+
+
+@inlined
+def _resume(chains):
     """Bits of the springs that need the law, in the middle of a stretch."""
     bent = 0
-    for spring in range(1, n_blocks + 1):
+    for spring in range(1, chains.n_blocks + 1):
         # a spring has a slope
-        if mask_bits(_get(state, vector, spring, _SERIES + LANES) == 0.0):
+        if mask_bits(_get(chains, spring, _SERIES + LANES) == 0.0):
             bent |= 1 << (spring - 1)
     return bent
 
 
 @inlined
-def _conclude(state, vector, n_blocks, belt_travel, ended):
+def _conclude(chains, belt_travel, ended):
     """Bring displacements and losses up to date; if the stretch has ended, count from there."""
-    for block in range(1, n_blocks + 1):
-        slip = _get(state, vector, block, _SLIP)
-        displacement = _get(state, vector, block, _START) + (belt_travel + slip)
-        unsettled = slip - _get(state, vector, block, _SETTLED)
-        kinetic = _get(state, vector, block, _KINETIC)
-        loss = fma(kinetic, unsettled, _get(state, vector, block, _LOSS))
-        _put(state, vector, block, DISPLACEMENT, displacement)
-        _put(state, vector, block, DISSIPATED, loss)
+    for block in range(1, chains.n_blocks + 1):
+        slip = _get(chains, block, _SLIP)
+        displacement = _get(chains, block, _START) + (belt_travel + slip)
+        unsettled = slip - _get(chains, block, _SETTLED)
+        kinetic = _get(chains, block, _KINETIC)
+        loss = fma(kinetic, unsettled, _get(chains, block, _LOSS))
+        _put(chains, block, DISPLACEMENT, displacement)
+        _put(chains, block, DISSIPATED, loss)
         if ended:
-            _put(state, vector, block, _START, displacement)
-            _put(state, vector, block, _LOSS, loss)
-            _put(state, vector, block, _SLIP, 0.0 * slip)
-            _put(state, vector, block, _SETTLED, 0.0 * slip)
+            _put(chains, block, _START, displacement)
+            _put(chains, block, _LOSS, loss)
+            _put(chains, block, _SLIP, 0.0 * slip)
+            _put(chains, block, _SETTLED, 0.0 * slip)
 
 
 # --- steps ---
 
 
 @inlined
-def _tension(state, vector, spring, growth):
+def _tension(chains, spring, growth):
     """Tension of a spring whose deformation has changed by `growth` since the stretch began."""
     # summed by halves, which keeps the chain of operations short
     growth_2 = growth * growth
-    t0 = _get(state, vector, spring, _SERIES)
-    t1 = _get(state, vector, spring, _SERIES + LANES)
-    t2 = _get(state, vector, spring, _SERIES + 2 * LANES)
-    t3 = _get(state, vector, spring, _SERIES + 3 * LANES)
-    t4 = _get(state, vector, spring, _SERIES + 4 * LANES)
-    t5 = _get(state, vector, spring, _SERIES + 5 * LANES)
+    t0 = _get(chains, spring, _SERIES)
+    t1 = _get(chains, spring, _SERIES + LANES)
+    t2 = _get(chains, spring, _SERIES + 2 * LANES)
+    t3 = _get(chains, spring, _SERIES + 3 * LANES)
+    t4 = _get(chains, spring, _SERIES + 4 * LANES)
+    t5 = _get(chains, spring, _SERIES + 5 * LANES)
     high = fma(fma(t5, growth, t4), growth_2, fma(t3, growth, t2))
     return fma(high, growth_2, fma(t1, growth, t0))
 
 
 @inlined
-def _apply_law(state, vector, n_blocks, bent, law):
+def _apply_law(chains, bent, law):
     """Find the tensions of the springs in `bent` by the law, in the lanes without a series."""
-    for spring in range(1, n_blocks + 1):
+    for spring in range(1, chains.n_blocks + 1):
         if (bent >> (spring - 1)) & 1:
-            deformation = _get(state, vector, spring, _DEFORMATION) + (
-                _get(state, vector, spring, _SLIP) - _get(state, vector, spring - 1, _SLIP)
+            deformation = _get(chains, spring, _DEFORMATION) + (
+                _get(chains, spring, _SLIP) - _get(chains, spring - 1, _SLIP)
             )
-            without = _get(state, vector, spring, _SERIES + LANES) == 0.0
-            pull = _get(state, vector, spring, _SERIES)
+            without = _get(chains, spring, _SERIES + LANES) == 0.0
+            pull = _get(chains, spring, _SERIES)
             pull = select(without, tension(deformation, law), pull)
-            _put(state, vector, spring, _SERIES, pull)
+            _put(chains, spring, _SERIES, pull)
 
 
 @inlined
-def _force(state, vector, block):
+def _force(chains, block):
     """F_ex on a block."""
-    slip = _get(state, vector, block, _SLIP)
-    pull = _tension(state, vector, block, slip - _get(state, vector, block - 1, _SLIP))
-    growth = _get(state, vector, block + 1, _SLIP) - slip
-    return _tension(state, vector, block + 1, growth) - pull
+    slip = _get(chains, block, _SLIP)
+    pull = _tension(chains, block, slip - _get(chains, block - 1, _SLIP))
+    growth = _get(chains, block + 1, _SLIP) - slip
+    return _tension(chains, block + 1, growth) - pull
 
 
 @inlined
-def _margin(state, vector, block, force):
+def _margin(chains, block, force):
     """How far a block is from a turn: not where it is positive."""
-    direction = _get(state, vector, block, DIRECTION)
-    threshold = _get(state, vector, block, THRESHOLD)
-    velocity = _get(state, vector, block, VELOCITY)
+    direction = _get(chains, block, DIRECTION)
+    threshold = _get(chains, block, THRESHOLD)
+    velocity = _get(chains, block, VELOCITY)
     return select(direction == 0.0, threshold - abs(force), direction * velocity)
 
 
 @inlined
-def _move(state, vector, n_blocks, noisy):
+def _move(chains, noisy):
     """Advance all blocks by the scheme; returns the pull of the first spring."""
-    slip = _get(state, vector, n_blocks, _SLIP)
+    slip = _get(chains, chains.n_blocks, _SLIP)
     pull = 0.0 * slip
-    for block in range(n_blocks, 0, -1):
-        left = _get(state, vector, block - 1, _SLIP)
+    for block in range(chains.n_blocks, 0, -1):
+        left = _get(chains, block - 1, _SLIP)
         next_pull = pull
-        pull = _tension(state, vector, block, slip - left)
-        w = _get(state, vector, block, SLIP_STEP)
-        kinetic = _get(state, vector, block, _KINETIC)
+        pull = _tension(chains, block, slip - left)
+        w = _get(chains, block, SLIP_STEP)
+        kinetic = _get(chains, block, _KINETIC)
         if noisy:
-            added = _get(state, vector, block, _KINETIC_NOISE)
-            added = added * _get(state, vector, block, _NORMAL)
+            added = _get(chains, block, _KINETIC_NOISE)
+            added = added * _get(chains, block, _NORMAL)
             kinetic = kinetic + added
-        a = fma(_get(state, vector, block, _PUSH), next_pull - pull, -kinetic)
+        a = fma(_get(chains, block, _PUSH), next_pull - pull, -kinetic)
         w = w + a
-        _put(state, vector, block, ACCELERATION, a)
-        _put(state, vector, block, SLIP_STEP, w)
-        _put(state, vector, block, _SLIP, slip + w)
+        _put(chains, block, ACCELERATION, a)
+        _put(chains, block, SLIP_STEP, w)
+        _put(chains, block, _SLIP, slip + w)
         if noisy:
-            loss = _get(state, vector, block, _LOSS)
-            _put(state, vector, block, _LOSS, fma(added, w, loss))
+            loss = _get(chains, block, _LOSS)
+            _put(chains, block, _LOSS, fma(added, w, loss))
         slip = left
     return pull
 
 
-@inlined
-def _record(state, vector, block, lane, slips, time, square, events):
-    """Record the start (slips 1) or end (slips 0) of a slip."""
-    place = block * _ROW + lane
-    force = state[vector, place + _FORCE]
-    here = state[vector, place + DISPLACEMENT]
-    loss = state[vector, place + DISSIPATED] / square
-    record_event(vector * LANES + lane, time, block - 1, slips, force, here, loss, events)
+# --- turns ---
 
 
 @inlined
-def _turn(state, vector, block, force, belt_travel, law, noise, square, time, events):
+def _check_turns(chains, watched, belt_travel, time, noise, group, events):
+    """Apply the stick and slip rules to the watched blocks."""
+    for block in range(1, chains.n_blocks + 1):
+        if (watched >> (block - 1)) & 1:
+            force = _force(chains, block)
+            if mask_bits(_margin(chains, block, force) <= 0.0):
+                _turn(chains, block, force, belt_travel, time, noise, group, events)
+
+
+@inlined
+def _turn(chains, block, force, belt_travel, time, noise, group, events):
     """Apply the stick and slip rules to a block and record what they change."""
-    w = _get(state, vector, block, SLIP_STEP)
-    old = _get(state, vector, block, DIRECTION)
-    slipping = old != 0.0
+    law = group.law
+    old = _get(chains, block, DIRECTION)
     # drawn anew while slipping, kept while stuck
-    drawn = fma(noise, _get(state, vector, block, _NORMAL), law.static_friction)
-    threshold = select(slipping, drawn, _get(state, vector, block, THRESHOLD))
-    free = select(abs(force) > threshold, copysign(1.0, force), 0.0)
-    goes_on = slipping & (old * _get(state, vector, block, VELOCITY) > 0.0)
-    new = select(goes_on, old, free)
+    drawn = fma(noise, _get(chains, block, _NORMAL), law.static_friction)
+    threshold = select(old != 0.0, drawn, _get(chains, block, THRESHOLD))
+    new = next_direction(old, _get(chains, block, VELOCITY), force, threshold)
     changed = new != old
     if mask_bits(changed):
-        moving = new != 0.0
-        slip = _get(state, vector, block, _SLIP)
-        settled = _get(state, vector, block, _SETTLED)
-        loss = _get(state, vector, block, _LOSS)
-        loss = select(
-            changed, fma(_get(state, vector, block, _KINETIC), slip - settled, loss), loss
-        )
-        displacement = _get(state, vector, block, _START) + (belt_travel + slip)
-        _put(state, vector, block, _LOSS, loss)
-        _put(state, vector, block, _SETTLED, select(changed, slip, settled))
-        _put(state, vector, block, _FORCE, force)
-        _put(state, vector, block, DISPLACEMENT, displacement)
-        _put(state, vector, block, DISSIPATED, loss)
-        sticks = mask_bits(changed & slipping)
-        slips = mask_bits(changed & moving)
-        for lane in range(LANES):
-            if (sticks >> lane) & 1:
-                _record(state, vector, block, lane, 0, time, square, events)
-            if (slips >> lane) & 1:
-                _record(state, vector, block, lane, 1, time, square, events)
-        turned = old * new != 0.0
-        before = _get(state, vector, block, ACCELERATION)
-        kinetic = new * (law.friction_ratio * square)
-        _put(state, vector, block, THRESHOLD, threshold)
-        _put(state, vector, block, SLIP_STEP, select(turned, w, 0.0))
-        _put(state, vector, block, ACCELERATION, select(turned, before, 0.0))
-        _put(state, vector, block, DIRECTION, new)
-        _put(state, vector, block, _PUSH, select(moving, square, 0.0))
-        _put(state, vector, block, _KINETIC, kinetic * law.static_friction)
-        _put(state, vector, block, _KINETIC_NOISE, kinetic * noise)
+        _settle(chains, block, changed, force, belt_travel)
+        _record_turns(chains, block, changed, old, new, time, group.time_step, events)
+        _redirect(chains, block, old, new, threshold, noise, group)
 
 
 @inlined
-def _keep_accelerations(state, vector, n_blocks, blocks):
+def _settle(chains, block, changed, force, belt_travel):
+    """Bring displacement and loss of a block up to date where it changes its direction."""
+    slip = _get(chains, block, _SLIP)
+    settled = _get(chains, block, _SETTLED)
+    loss = _get(chains, block, _LOSS)
+    loss = select(changed, fma(_get(chains, block, _KINETIC), slip - settled, loss), loss)
+    displacement = _get(chains, block, _START) + (belt_travel + slip)
+    _put(chains, block, _LOSS, loss)
+    _put(chains, block, _SETTLED, select(changed, slip, settled))
+    _put(chains, block, _FORCE, force)
+    _put(chains, block, DISPLACEMENT, displacement)
+    _put(chains, block, DISSIPATED, loss)
+
+
+@inlined
+def _record_turns(chains, block, changed, old, new, time, time_step, events):
+    """Record the ends and starts of slips of one block of sixteen chains."""
+    sticks = mask_bits(changed & (old != 0.0))
+    slips = mask_bits(changed & (new != 0.0))
+    for lane in range(LANES):
+        if (sticks >> lane) & 1:
+            _record(chains, block, lane, 0, time, time_step, events)
+        if (slips >> lane) & 1:
+            _record(chains, block, lane, 1, time, time_step, events)
+
+
+@inlined
+def _record(chains, block, lane, slips, time, time_step, events):
+    """Record the start (slips 1) or end (slips 0) of a slip."""
+    place = block * _ROW + lane
+    force = chains.state[chains.vector, place + _FORCE]
+    here = chains.state[chains.vector, place + DISPLACEMENT]
+    loss = chains.state[chains.vector, place + DISSIPATED] / (time_step * time_step)
+    chain = chains.vector * LANES + lane
+    record_event(chain, time, block - 1, slips, force, here, loss, events)
+
+
+@inlined
+def _redirect(chains, block, old, new, threshold, noise, group):
+    """Let a block move as its new direction wants."""
+    law = group.law
+    square = group.time_step * group.time_step
+    w = _get(chains, block, SLIP_STEP)
+    before = _get(chains, block, ACCELERATION)
+    turned = old * new != 0.0
+    kinetic = new * (law.friction_ratio * square)
+    _put(chains, block, THRESHOLD, threshold)
+    _put(chains, block, SLIP_STEP, select(turned, w, 0.0))
+    _put(chains, block, ACCELERATION, select(turned, before, 0.0))
+    _put(chains, block, DIRECTION, new)
+    _put(chains, block, _PUSH, select(new != 0.0, square, 0.0))
+    _put(chains, block, _KINETIC, kinetic * law.static_friction)
+    _put(chains, block, _KINETIC_NOISE, kinetic * noise)
+
+
+# --- velocities, which serve the rules, samples and crossings ---
+
+
+@inlined
+def _keep_accelerations(chains, blocks):
     """Before a step, keep a(t-dt) of some blocks in place of the velocity."""
-    for block in range(1, n_blocks + 1):
+    for block in range(1, chains.n_blocks + 1):
         if (blocks >> (block - 1)) & 1:
-            _put(state, vector, block, VELOCITY, _get(state, vector, block, ACCELERATION))
+            _put(chains, block, VELOCITY, _get(chains, block, ACCELERATION))
 
 
 @inlined
-def _find_velocities(state, vector, n_blocks, blocks):
+def _find_velocities(chains, blocks):
     """Velocities of the same blocks after the step."""
-    for block in range(1, n_blocks + 1):
+    for block in range(1, chains.n_blocks + 1):
         if (blocks >> (block - 1)) & 1:
-            before = _get(state, vector, block, VELOCITY)
-            a = _get(state, vector, block, ACCELERATION)
-            w = _get(state, vector, block, SLIP_STEP)
-            velocity = fma(a, 5.0 / 6.0, fma(before, -1.0 / 3.0, w))
-            _put(state, vector, block, VELOCITY, velocity)
+            before = _get(chains, block, VELOCITY)
+            a = _get(chains, block, ACCELERATION)
+            w = _get(chains, block, SLIP_STEP)
+            _put(chains, block, VELOCITY, scheme_velocity(w, a, before))
+
+
+# --- crossings and samples ---
 
 
 @inlined
-def _near(state, vector, block, level, belt, fastest):
+def _near(chains, block, level, belt, fastest):
     """Whether a block of some chain may come to its level in the stretch."""
-    away = _get(state, vector, block, _START) - level
-    w = _get(state, vector, block, SLIP_STEP)
+    away = _get(chains, block, _START) - level
+    w = _get(chains, block, SLIP_STEP)
     span = fma(fastest, 0.5 * STRETCH * (STRETCH + 11.0), STRETCH * abs(w + belt))
     return mask_bits(abs(away) > span) != _ALL
 
 
 @inlined
-def _cross(
-    state,
-    vector,
-    n_blocks,
-    belt,
-    belt_travel,
-    level,
-    time,
-    time_step,
-    crossings,
-):
+def _record_crossings(chains, belt, belt_travel, time, time_step, crossings):
     """Record the chains whose block came down through its level in the step that ends at `time`.
 
     belt_travel : u t since the start of the stretch.
     """
-    section_block = crossings.block + 1
-    slip = _get(state, vector, section_block, _SLIP)
-    after = _get(state, vector, section_block, _START) + (belt_travel + slip) - level
-    move = _get(state, vector, section_block, SLIP_STEP) + belt
+    block = crossings.block + 1
+    level = load_wide(crossings.level, (chains.vector * LANES,))
+    slip = _get(chains, block, _SLIP)
+    after = _get(chains, block, _START) + (belt_travel + slip) - level
+    move = _get(chains, block, SLIP_STEP) + belt
     hits = mask_bits((after < 0.0) & (after - move >= 0.0))
     if hits:
         back = after / move
         for lane in range(LANES):
             if (hits >> lane) & 1:
-                chain = vector * LANES + lane
                 share = extract(back, lane)
-                slot = crossings.count[chain]
-                crossings.count[chain] = slot + 1
-                crossings.rows[chain, slot, 0] = time - share * time_step
-                for block in range(1, n_blocks + 1):
-                    place = state[vector, block * _ROW + _START + lane] + (
-                        extract(belt_travel, lane) + state[vector, block * _ROW + _SLIP + lane]
-                    )
-                    move_one = state[vector, block * _ROW + SLIP_STEP + lane] + extract(belt, lane)
-                    velocity = state[vector, block * _ROW + VELOCITY + lane]
-                    velocity -= share * state[vector, block * _ROW + ACCELERATION + lane]
-                    crossings.rows[chain, slot, block] = place - share * move_one
-                    crossings.rows[chain, slot, n_blocks + block] = velocity / time_step
+                belt_step, travel = extract(belt, lane), extract(belt_travel, lane)
+                _cross(chains, lane, share, belt_step, travel, time, time_step, crossings)
 
 
 @inlined
-def _sample(state, vector, n_blocks, time_step, samples, row):
+def _cross(chains, lane, share, belt_step, belt_travel, time, time_step, crossings):
+    """Record a crossing of one chain, `share` of a step before `time`: linear interpolation."""
+    n_blocks = chains.n_blocks
+    chain = chains.vector * LANES + lane
+    slot = crossings.count[chain]
+    crossings.count[chain] = slot + 1
+    crossings.rows[chain, slot, 0] = time - share * time_step
+    for block in range(1, n_blocks + 1):
+        place = block * _ROW + lane
+        slip = chains.state[chains.vector, place + _SLIP]
+        here = chains.state[chains.vector, place + _START] + (belt_travel + slip)
+        move = chains.state[chains.vector, place + SLIP_STEP] + belt_step
+        velocity = chains.state[chains.vector, place + VELOCITY]
+        velocity -= share * chains.state[chains.vector, place + ACCELERATION]
+        crossings.rows[chain, slot, block] = here - share * move
+        crossings.rows[chain, slot, n_blocks + block] = velocity / time_step
+
+
+@inlined
+def _sample(chains, time_step, samples, row):
     """Write one row of samples of the vector's chains."""
-    lane = vector * LANES
-    for column in range(n_blocks - samples.first_block):
+    lane = chains.vector * LANES
+    for column in range(chains.n_blocks - samples.first_block):
         block = 1 + samples.first_block + column
-        velocity = _get(state, vector, block, VELOCITY)
-        noise = _get(state, vector, block, _KINETIC_NOISE)
-        kinetic = _get(state, vector, block, _KINETIC)
-        kinetic = fma(noise, _get(state, vector, block, _NORMAL), kinetic)
-        displacement = _get(state, vector, block, DISPLACEMENT)
+        velocity = _get(chains, block, VELOCITY)
+        noise = _get(chains, block, _KINETIC_NOISE)
+        kinetic = _get(chains, block, _KINETIC)
+        kinetic = fma(noise, _get(chains, block, _NORMAL), kinetic)
+        displacement = _get(chains, block, DISPLACEMENT)
         store(samples.values, (row, 0, column, lane), displacement)
         store(samples.values, (row, 1, column, lane), velocity / time_step)
         store(samples.values, (row, 2, column, lane), -kinetic / (time_step * time_step))
+
+
+# --- the kernel ---
+
+
+@inlined
+def _pause(start, last, visit, stride):
+    """The step at which sixteen chains hand over to the next, from `start` on."""
+    pause = start + visit
+    pause = max(pause - pause % STRETCH, min(pause, (start // STRETCH + 1) * STRETCH))
+    return min(last, pause, (start // stride + 1) * stride)
+
+
+@inlined
+def _draw(chains, streams):
+    """New normal deviates for all blocks."""
+    for block in range(1, chains.n_blocks + 1, 2):
+        first, second = normal_pairs_wide(streams, chains.vector * LANES)
+        _put(chains, block, _NORMAL, first)
+        _put(chains, block + 1, _NORMAL, second)
+
+
+@inlined
+def _choose(chains, now, base, belt, noise, group, crossings):
+    """What the steps from `now` on, in the stretch from `base` on, need.
+
+    Returns bits: springs that need the law, blocks to watch, and whether the section may be met.
+    """
+    law = group.law
+    near = crossings.block >= 0
+    if now == base:
+        strongest = law.friction_ratio * fma(noise, _LARGEST_DEVIATE, law.static_friction)
+        square = group.time_step * group.time_step
+        fastest, bent, watched, loose = _prepare(chains, strongest, square, law)
+        if near and not loose:
+            level = load_wide(crossings.level, (chains.vector * LANES,))
+            near = _near(chains, crossings.block + 1, level, belt, fastest)
+    else:
+        bent = _resume(chains)
+        watched = -1
+    if near:
+        watched = -1
+    return bent, watched, near
+
+
+@inlined
+def _advance(chains, start, stop, group, records):
+    """Advance sixteen chains from one step to another, stretch by stretch."""
+    time_step = group.time_step
+    lane = chains.vector * LANES
+    noise = load_wide(group.noise, (lane,))
+    belt = load_wide(group.belt_step, (lane,))
+    pull = load_wide(group.chains.wall_pull, (lane,))
+    now = start
+    while now < stop:
+        base = now - now % STRETCH
+        end = min(stop, base + STRETCH)
+        bent, watched, near = _choose(chains, now, base, belt, noise, group, records.crossings)
+        # most steps: a loop with nothing else in it leaves the registers to `_move`
+        if not (group.noisy or bent or watched):
+            for quiet_step in range(now, end - 1):
+                _put(chains, 0, _SLIP, belt * float(base - quiet_step))
+                pull = pull + _move(chains, False)
+            now = end - 1
+        for step in range(now, end):
+            if group.noisy:
+                _draw(chains, group.chains.streams)
+            belt_travel = belt * float(step - base)
+            _put(chains, 0, _SLIP, -belt_travel)
+            if bent:
+                _apply_law(chains, bent, group.law)
+            if watched:
+                time = step * time_step
+                _check_turns(chains, watched, belt_travel, time, noise, group, records.events)
+            kept = watched if step < end - 1 else -1
+            if kept:
+                _keep_accelerations(chains, kept)
+            pull = pull + (_move(chains, True) if group.noisy else _move(chains, False))
+            if kept:
+                _find_velocities(chains, kept)
+            if near:
+                travel, time = belt * float(step + 1 - base), (step + 1) * time_step
+                _record_crossings(chains, belt, travel, time, time_step, records.crossings)
+        now = end
+        _conclude(chains, belt * float(end - base), end == base + STRETCH)
+    store(group.chains.wall_pull, (lane,), pull)
+
+
+@inlined
+def _nearly_full(vector, visit, n_blocks, events, crossings):
+    """Whether a buffer of one of sixteen chains might not hold what another visit records."""
+    full = False
+    for chain in range(vector * LANES, (vector + 1) * LANES):
+        if events.count[chain] + 2 * n_blocks * visit > events.rows.shape[1]:
+            full = True
+        if crossings.count[chain] + visit > crossings.rows.shape[1]:
+            full = True
+    return full
 
 
 @kernel
@@ -551,13 +715,8 @@ def verlet_steps(first_step, n_steps, group, records):
 
     first_step : index of the first step (time = index * dt). group : Group; records : Records.
     """
-    law, n_blocks, noisy = group.law, group.n_blocks, group.noisy
-    state, streams, wall_pull = group.chains.state, group.chains.streams, group.chains.wall_pull
-    events, crossings = records.events, records.crossings
-    sample_stride = records.samples.stride
-    section_block = crossings.block + 1
-    time_step = group.time_step
-    square = time_step * time_step
+    state, n_blocks = group.chains.state, group.n_blocks
+    samples, events, crossings = records.samples, records.events, records.crossings
     # sixteen chains take this many steps before the next sixteen do, so that they stay in the
     # fastest memory; it cannot fill more than a quarter of a buffer
     visit = min(events.rows.shape[1] // (8 * n_blocks), crossings.rows.shape[1] // 4)
@@ -567,97 +726,13 @@ def verlet_steps(first_step, n_steps, group, records):
     full = False
     while step < last and not full:
         start = step
-        pause = start + visit
-        pause = max(pause - pause % STRETCH, min(pause, (start // STRETCH + 1) * STRETCH))
-        step = min(last, pause, (start // sample_stride + 1) * sample_stride)
-        sampled = step % sample_stride == 0
+        step = _pause(start, last, visit, samples.stride)
+        sampled = step % samples.stride == 0
         for vector in range(len(state)):
-            lane = vector * LANES
-            spread = load_wide(group.noise, (lane,))
-            belt = load_wide(group.belt_step, (lane,))
-            level = load_wide(crossings.level, (lane,))
-            pull = load_wide(wall_pull, (lane,))
-            strongest = fma(spread, _LARGEST_DEVIATE, law.static_friction) * law.friction_ratio
-            now = start
-            while now < step:
-                base = now - now % STRETCH
-                end = min(step, base + STRETCH)
-                near = section_block > 0
-                if now == base:
-                    fastest, bent, watched, loose = _prepare(
-                        state, vector, n_blocks, strongest, square, law
-                    )
-                    if near and not loose:
-                        near = _near(state, vector, section_block, level, belt, fastest)
-                else:
-                    bent = _resume(state, vector, n_blocks)
-                    watched = -1
-                if near:
-                    watched = -1
-                # most steps: a loop with nothing else in it leaves the registers to `_move`
-                if not (noisy or bent or watched):
-                    for quiet_step in range(now, end - 1):
-                        _put(state, vector, 0, _SLIP, belt * float(base - quiet_step))
-                        pull = pull + _move(state, vector, n_blocks, False)
-                    now = end - 1
-                for step_index in range(now, end):
-                    if noisy:
-                        for block in range(1, n_blocks + 1, 2):
-                            first, second = normal_pairs_wide(streams, lane)
-                            _put(state, vector, block, _NORMAL, first)
-                            _put(state, vector, block + 1, _NORMAL, second)
-                    belt_travel = belt * float(step_index - base)
-                    _put(state, vector, 0, _SLIP, -belt_travel)
-                    if bent:
-                        _apply_law(state, vector, n_blocks, bent, law)
-                    if watched:
-                        for block in range(1, n_blocks + 1):
-                            if (watched >> (block - 1)) & 1:
-                                force = _force(state, vector, block)
-                                if mask_bits(_margin(state, vector, block, force) <= 0.0):
-                                    _turn(
-                                        state,
-                                        vector,
-                                        block,
-                                        force,
-                                        belt_travel,
-                                        law,
-                                        spread,
-                                        square,
-                                        step_index * time_step,
-                                        events,
-                                    )
-                    # velocities serve the rules, samples and crossings
-                    kept = watched if step_index < end - 1 else -1
-                    if kept:
-                        _keep_accelerations(state, vector, n_blocks, kept)
-                    if noisy:
-                        pull = pull + _move(state, vector, n_blocks, True)
-                    else:
-                        pull = pull + _move(state, vector, n_blocks, False)
-                    if kept:
-                        _find_velocities(state, vector, n_blocks, kept)
-                    if near:
-                        _cross(
-                            state,
-                            vector,
-                            n_blocks,
-                            belt,
-                            belt * float(step_index + 1 - base),
-                            level,
-                            (step_index + 1) * time_step,
-                            time_step,
-                            crossings,
-                        )
-                now = end
-                _conclude(state, vector, n_blocks, belt * float(end - base), end == base + STRETCH)
-            store(wall_pull, (lane,), pull)
+            chains = Sixteen(state, vector, n_blocks)
+            _advance(chains, start, step, group, records)
             if sampled:
-                _sample(state, vector, n_blocks, time_step, records.samples, row)
-            for chain in range(lane, lane + LANES):
-                if events.count[chain] + 2 * n_blocks * visit > events.rows.shape[1]:
-                    full = True
-                if crossings.count[chain] + visit > crossings.rows.shape[1]:
-                    full = True
+                _sample(chains, group.time_step, samples, row)
+            full = full or _nearly_full(vector, visit, n_blocks, events, crossings)
         row += sampled
     return step - first_step

@@ -167,7 +167,7 @@ class SteppingVerlet(Integrator):
             "dissipated": verlet.DISSIPATED,
         }
         own = {name: self._blocks(field)[:, lane].copy() for name, field in fields.items()}
-        return own | {"wall_pull": self._chains.wall_pull[lane].copy()}
+        return own | {"wall_pull": self._chains.wall_pull[..., lane].copy()}
 
     def advance(self, until: float) -> Iterator[Chunk]:
         """Advance all chains to the step nearest to `until`, chunk by chunk."""

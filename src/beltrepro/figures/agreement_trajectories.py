@@ -3,8 +3,8 @@
 import numpy as np
 from matplotlib.ticker import FixedLocator, NullFormatter
 
+from beltrepro.accuracy import FORCE_ORDER
 from beltrepro.analysis import agreement, divergence
-from beltrepro.analysis.steps import FORCE_ORDER
 from beltrepro.figures import panels, style
 from beltrepro.figures.registry import Entry
 
@@ -45,7 +45,28 @@ def draw(data, caption):
     tested, reference, tolerances = (
         divergence.with_steps(data[name].arrays) for name in ENTRY.uses
     )
+    methods = [data[name].attributes["method"] for name in ENTRY.uses]
     base = float(reference["time_step"].min())
+    figure = style.page(caption, 5.4)
+    axes = figure.subplots(2, 2).ravel()
+    for panel, name in zip(axes, "abcd", strict=True):
+        panels.letter(panel, name)
+    _paths(axes[0], axes[1], tested, reference, base)
+    _, errors = agreement.compare_trajectories(tested, reference, reference_step=base)
+    _errors(axes[2], errors, methods[0], _AFTER_TIME_STEPS, order=1)
+    axes[2].set(xlabel="$dt$", ylabel="error")
+    _tolerances(axes[3], agreement.compare_tolerances(tolerances), methods[2])
+    for panel, words in zip(axes, [*["no run has a reference"] * 3, "no tolerances"], strict=True):
+        if not panel.lines:
+            panels.note(panel, words)
+    handles, labels = axes[1].get_legend_handles_labels()
+    if labels:
+        figure.legend(handles, labels, loc="outside upper center", ncols=6)
+    return figure
+
+
+def _paths(left, right, tested, reference, base):
+    """Separations and shifts of the runs whose time step is nearest to that of the reference."""
     steps = np.unique(tested["time_step"])
     nearest = steps[np.argmin(np.abs(steps - base))]
     found = divergence.pairs(
@@ -54,38 +75,26 @@ def draw(data, caption):
         rows=divergence.equal(tested["time_step"], nearest),
         reference_rows=divergence.equal(reference["time_step"], base),
     )
-    figure = style.page(caption, 5.4)
-    axes = figure.subplots(2, 2).ravel()
-    for panel, name in zip(axes, "abcd", strict=True):
-        panels.letter(panel, name)
     for index, (point, members) in enumerate(sorted(found.items())):
         look = style.line_style(index) | {"marker": "", "linewidth": 0.9}
-        _separation(axes[0], members, look)
-        _shifts(axes[1], members, look | {"label": f"$N = {point[0]}$, $u = {point[1]:g}$"})
-    axes[0].axhline(divergence.PARTED, color=style.GREY, linewidth=0.6, linestyle=":")
+        _separation(left, members, look)
+        _shifts(right, members, look | {"label": f"$N = {point[0]}$, $u = {point[1]:g}$"})
+    left.axhline(divergence.PARTED, color=style.GREY, linewidth=0.6, linestyle=":")
     words = f"$dt = {nearest:g}$"
-    axes[0].set(xlabel=panels.TIME, ylabel="separation of the blocks", title=words)
-    axes[0].set_ylim(bottom=_ROUNDING)
-    axes[1].set(xlabel=f"{panels.TIME} of the event", ylabel="shift of the event", title=words)
-    axes[2].set(xlabel="$dt$", ylabel="error")
-    axes[3].set(xlabel="mean step", ylabel="error")
-    methods = [data[name].attributes["method"] for name in ENTRY.uses]
-    _, errors = agreement.compare_trajectories(tested, reference, reference_step=base)
-    _errors(axes[2], errors, methods[0], _AFTER_TIME_STEPS, order=1)
-    errors = agreement.compare_tolerances(tolerances)
-    _errors(axes[3], errors, methods[2], _AFTER_LONG_STEPS, order=FORCE_ORDER + 1)
-    if axes[3].lines:
+    left.set(xlabel=panels.TIME, ylabel="separation of the blocks", title=words)
+    left.set_ylim(bottom=_ROUNDING)
+    right.set(xlabel=f"{panels.TIME} of the event", ylabel="shift of the event", title=words)
+
+
+def _tolerances(axes, errors, method):
+    """Errors against the mean step, with the limit below which there is only rounding."""
+    axes.set(xlabel="mean step", ylabel="error")
+    _errors(axes, errors, method, _AFTER_LONG_STEPS, order=FORCE_ORDER + 1)
+    if axes.lines:
         tolerances = [row["tolerance"] for row in errors]
-        axes[3].set_xlabel(f"mean step, tolerances {min(tolerances):g} to {max(tolerances):g}")
+        axes.set_xlabel(f"mean step, tolerances {min(tolerances):g} to {max(tolerances):g}")
         limit = divergence.ROUNDING_OF_LONG_STEPS
-        axes[3].axhline(limit, color=style.GREY, linewidth=0.6, linestyle=":")
-    for panel, words in zip(axes, [*["no run has a reference"] * 3, "no tolerances"], strict=True):
-        if not panel.lines:
-            panels.note(panel, words)
-    handles, labels = axes[1].get_legend_handles_labels()
-    if labels:
-        figure.legend(handles, labels, loc="outside upper center", ncols=6)
-    return figure
+        axes.axhline(limit, color=style.GREY, linewidth=0.6, linestyle=":")
 
 
 def _separation(axes, members, look):

@@ -91,6 +91,26 @@ def _draw_event(axes, series, chain, event):
     external = np.full(time.size, np.nan)
     shown = stuck | slips
     external[shown] = external_force(series.arrays["positions"][shown], chain)[:, column]
+    _draw_phases(axes, external, friction, stuck, slips)
+    if stuck.any() and slips.any():
+        kinetic = float(np.mean(friction[slips]))
+        first, last = external[np.flatnonzero(slips)[[0, -1]]]
+        _sudden_change(axes, (first, friction[stuck][-1]), (first, kinetic))
+        _sudden_change(axes, (last, kinetic), (last, -last))
+        axes.plot([], [], "--", color=style.GREY, linewidth=1.6, label="sudden change")
+    axes.margins(0.08)
+    axes.autoscale_view()
+    _draw_level(axes, chain.static_friction, "$F_{st_0}$")
+    _draw_level(axes, chain.friction_ratio * chain.static_friction, "$f_s F_{st_0}$")
+    axes.set_title(
+        f"block {event.block} of {chain.n_blocks}, slip at $t$ = {event.start:.2f}",
+        loc="right",
+        size=8,
+        color="0.35",
+    )
+
+
+def _draw_phases(axes, external, friction, stuck, slips):
     axes.plot(
         external[stuck],
         friction[stuck],
@@ -109,33 +129,18 @@ def _draw_event(axes, series, chain, event):
         label="slipping: $F_f = f_s F_{st}$",
         rasterized=True,
     )
-    if stuck.any() and slips.any():
-        kinetic = float(np.mean(friction[slips]))
-        first, last = external[np.flatnonzero(slips)[[0, -1]]]
-        _sudden_change(axes, (first, friction[stuck][-1]), (first, kinetic))
-        _sudden_change(axes, (last, kinetic), (last, -last))
-        axes.plot([], [], "--", color=style.GREY, linewidth=1.6, label="sudden change")
-    axes.margins(0.08)
-    axes.autoscale_view()
-    for level, text in (
-        (chain.static_friction, "$F_{st_0}$"),
-        (chain.friction_ratio * chain.static_friction, "$f_s F_{st_0}$"),
-    ):
-        axes.axhline(level, color="0.6", linewidth=0.8, linestyle=":", zorder=0)
-        axes.annotate(
-            text,
-            (1, level),
-            xycoords=("axes fraction", "data"),
-            xytext=(-4, -3),
-            textcoords="offset points",
-            ha="right",
-            va="top",
-            color="0.35",
-        )
-    axes.set_title(
-        f"block {event.block} of {chain.n_blocks}, slip at $t$ = {event.start:.2f}",
-        loc="right",
-        size=8,
+
+
+def _draw_level(axes, level, text):
+    axes.axhline(level, color="0.6", linewidth=0.8, linestyle=":", zorder=0)
+    axes.annotate(
+        text,
+        (1, level),
+        xycoords=("axes fraction", "data"),
+        xytext=(-4, -3),
+        textcoords="offset points",
+        ha="right",
+        va="top",
         color="0.35",
     )
 

@@ -1,24 +1,123 @@
 """Friction law of Sec. III: Coulomb friction whose threshold is drawn anew at every new place."""
 
+from collections.abc import Callable
+
 import numpy as np
+import numpy.typing as npt
 
 
-def next_direction(direction, relative_velocity, external_force, threshold):
+def slip_direction_rule(select: Callable, copysign: Callable) -> Callable:
+    """The rule for a block that may slip: towards F_ex if |F_ex| > F_st, else not.
+
+    The rules are written once, for NumPy arrays here and for the vectors of the kernels.
+
+    Parameters
+    ----------
+    select : callable
+        Does what `numpy.where` does.
+    copysign : callable
+        Does what `numpy.copysign` does.
+
+    Returns
+    -------
+    callable
+        Direction of slip, -1.0, 0.0 or +1.0, from F_ex and F_st.
+    """
+
+    def _slip_direction(external_force, threshold):
+        towards = copysign(1.0, external_force)
+        return select(abs(external_force) > threshold, towards, 0.0)
+
+    return _slip_direction
+
+
+def next_direction_rule(select: Callable, slip_direction: Callable) -> Callable:
+    """The stick and slip rules as `next_direction` has them, for one kind of numbers.
+
+    Parameters
+    ----------
+    select : callable
+        Does what `numpy.where` does.
+    slip_direction : callable
+        What `slip_direction_rule` returns for these numbers.
+
+    Returns
+    -------
+    callable
+        `next_direction`.
+    """
+
+    def _next_direction(direction, relative_velocity, external_force, threshold):
+        undecided = direction * relative_velocity <= 0.0
+        return select(undecided, slip_direction(external_force, threshold), direction)
+
+    return _next_direction
+
+
+_next_direction = next_direction_rule(np.where, slip_direction_rule(np.where, np.copysign))
+
+
+def next_direction(
+    direction: npt.ArrayLike,
+    relative_velocity: npt.ArrayLike,
+    external_force: npt.ArrayLike,
+    threshold: npt.ArrayLike,
+) -> np.ndarray:
     """Direction of slip after the stick and slip rules of Sec. III and the Appendix.
 
     A stuck block (direction 0) starts to slip when |F_ex| > F_st, towards F_ex. A slipping block
     whose relative velocity has changed sign sticks if |F_ex| <= F_st and otherwise slips on
-    towards F_ex. Any other slipping block keeps its direction.
+    towards F_ex. Any other slipping block keeps its direction. A negative threshold holds nothing:
+    where F_ex is zero then, the sign of this zero decides. Arrays of one shape, model units.
 
-    direction : -1, 0 (stuck) or +1; relative_velocity : v - u; external_force : F_ex;
-    threshold : F_st. Arrays of one shape, model units.  Returns the new direction.
+    The integrators apply the same rules (`beltrepro.engine.friction`).
+
+    Parameters
+    ----------
+    direction : array
+        Direction of slip before: -1, 0 (stuck) or +1.
+    relative_velocity : array
+        Velocity of the block relative to the belt, v - u.
+    external_force : array
+        Resultant F_ex of the spring forces on the block.
+    threshold : array
+        Static friction F_st at the place of the block.
+
+    Returns
+    -------
+    array
+        Direction of slip after: -1.0, 0.0 or +1.0.
     """
-    free = np.where(np.abs(external_force) > threshold, np.sign(external_force), 0.0)
-    undecided = np.asarray(direction) * relative_velocity <= 0
-    return np.where(undecided, free, direction)
+    return _next_direction(
+        np.asarray(direction), np.asarray(relative_velocity), np.asarray(external_force), threshold
+    )
 
 
-def friction_force(direction, external_force, threshold, friction_ratio):
-    """Friction force on a block (Eq. 3): cancels F_ex while stuck, -direction*f_s*F_st in slip."""
-    kinetic = -np.asarray(direction) * friction_ratio * threshold
+def friction_force(
+    direction: npt.ArrayLike,
+    external_force: npt.ArrayLike,
+    threshold: npt.ArrayLike,
+    friction_ratio: float,
+) -> np.ndarray:
+    """Friction force on a block (Eq. 3): cancels F_ex while stuck, -direction*f_s*F_st in slip.
+
+    Arrays of one shape, model units.
+
+    Parameters
+    ----------
+    direction : array
+        Direction of slip: -1, 0 (stuck) or +1.
+    external_force : array
+        Resultant F_ex of the spring forces on the block.
+    threshold : array or float
+        Static friction F_st at the place of the block.
+    friction_ratio : float
+        Kinetic over static friction, f_s.
+
+    Returns
+    -------
+    array
+        Friction force.
+    """
+    kinetic = -np.asarray(direction) * friction_ratio * np.asarray(threshold)
     return np.where(np.asarray(direction) == 0, -np.asarray(external_force), kinetic)

@@ -14,21 +14,31 @@ MAXIMUM_BLOCKS = 64
 class ChainParameters:
     """One chain on the belt, in model units (mass = spring constant = 1, length 1.4 mm).
 
-    Parameters
+    Attributes
     ----------
-    n_blocks : number of blocks N, 1 to 64.
-    belt_velocity : velocity u of the belt, > 0.
-    noise : standard deviation sigma of the static friction force, >= 0.
-    static_friction : mean static friction force F_st0 (Sec. III: 71.4).
-    friction_ratio : f_s, kinetic over static friction (Sec. II: 0.45), between 0 and 1.
-    rest_length : undeformed spring length l (Sec. III: 50).
-    linear_limit : deformation up to which a spring is linear (Sec. III: 20).
-    compression_rate : exponent b_1 of the compressed branch (Sec. III: 0.2).
-    extension_rate : exponent b_2 of the stretched branch (Sec. III: 0.01).
+    n_blocks : int
+        Number of blocks N, 1 to 64.
+    belt_velocity : float
+        Velocity u of the belt, > 0.
+    noise : float
+        Standard deviation sigma of the static friction force, >= 0.
+    static_friction : float
+        Mean static friction force F_st0, > 0 (Sec. III: 71.4).
+    friction_ratio : float
+        Kinetic over static friction f_s, from 0 to below 1 (Sec. II: 0.45).
+    rest_length : float
+        Undeformed spring length l, > 0 (Sec. III: 50).
+    linear_limit : float
+        Deformation up to which a spring is linear, > 0 (Sec. III: 20).
+    compression_rate : float
+        Exponent b_1 of the compressed branch, > 0 (Sec. III: 0.2).
+    extension_rate : float
+        Exponent b_2 of the stretched branch, > 0 (Sec. III: 0.01).
 
     Raises
     ------
-    InputError : a value is not a number or out of its range; names the key and what is allowed.
+    InputError
+        If a value is not a number or out of its range; names the key and what is allowed.
     """
 
     n_blocks: int
@@ -41,7 +51,7 @@ class ChainParameters:
     compression_rate: float = 0.2
     extension_rate: float = 0.01
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "n_blocks", whole_number("n_blocks", self.n_blocks))
         if not 1 <= self.n_blocks <= MAXIMUM_BLOCKS:
             raise InputError(

@@ -32,9 +32,19 @@ def section_position(parameters: ChainParameters) -> float:
 
 
 def balance_length(parameters: ChainParameters) -> float:
-    """Length of the chain (model length) whose springs balance the kinetic friction of all blocks.
+    """Length of the chain at which its springs balance the kinetic friction of all blocks.
 
     Spring i pulls blocks i to N, so it carries N - i + 1 times the mean kinetic friction.
+
+    Parameters
+    ----------
+    parameters : ChainParameters
+        The chain.
+
+    Returns
+    -------
+    float
+        Position of the last block, model units.
     """
     kinetic = parameters.static_friction * parameters.friction_ratio
     tension = kinetic * np.arange(parameters.n_blocks, 0, -1)

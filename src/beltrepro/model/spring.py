@@ -1,33 +1,47 @@
 """Spring law of Sec. III (Fig. 6): linear up to a limit, exponential beyond it."""
 
 import numpy as np
+import numpy.typing as npt
 
 from beltrepro.model.parameters import ChainParameters
 
 _PAPER = ChainParameters(n_blocks=1, belt_velocity=1.0)
 
 
-def spring_force(deformation, parameters: ChainParameters = _PAPER):
+def spring_force(deformation: npt.ArrayLike, parameters: ChainParameters = _PAPER) -> np.ndarray:
     """Elastic force F_e(dl) of one spring on the block at its far end (Sec. III, Fig. 6).
 
     Parameters
     ----------
-    deformation : dl = length minus rest length, any shape, model units.
-    parameters : supplies linear_limit, compression_rate b_1 and extension_rate b_2.
+    deformation : array, any shape
+        Length minus rest length, dl, model units.
+    parameters : ChainParameters
+        Supplies linear_limit, compression_rate b_1 and extension_rate b_2.
 
     Returns
     -------
-    force of the same shape, positive when the spring is compressed.
+    array, same shape
+        Force in model units, positive when the spring is compressed.
     """
     deformation = np.asarray(deformation, dtype=float)
     rate, linear, excess = _branches(deformation, parameters)
     return -np.copysign(linear + np.expm1(rate * excess) / rate, deformation)
 
 
-def spring_energy(deformation, parameters: ChainParameters = _PAPER):
+def spring_energy(deformation: npt.ArrayLike, parameters: ChainParameters = _PAPER) -> np.ndarray:
     """Potential energy of one spring: minus the integral of `spring_force` from 0 to dl.
 
-    deformation : any shape, model units.  Returns energies >= 0 of the same shape.
+    Parameters
+    ----------
+    deformation : array, any shape
+        Length minus rest length, dl, model units.
+    parameters : ChainParameters
+        As for `spring_force`.
+
+    Returns
+    -------
+    array, same shape
+        Energy in model units, >= 0.
     """
     deformation = np.asarray(deformation, dtype=float)
     rate, linear, excess = _branches(deformation, parameters)
@@ -35,10 +49,20 @@ def spring_energy(deformation, parameters: ChainParameters = _PAPER):
     return linear**2 / 2 + excess * linear + (beyond - excess) / rate
 
 
-def spring_extension(force, parameters: ChainParameters = _PAPER):
+def spring_extension(force: npt.ArrayLike, parameters: ChainParameters = _PAPER) -> np.ndarray:
     """Deformation dl at which the spring pulls with the given tension -F_e (inverse of the law).
 
-    force : tension, positive when stretched, any shape.  Returns dl of the same shape.
+    Parameters
+    ----------
+    force : array, any shape
+        Tension in model units, positive when the spring is stretched.
+    parameters : ChainParameters
+        As for `spring_force`.
+
+    Returns
+    -------
+    array, same shape
+        Deformation dl in model units.
     """
     force = np.asarray(force, dtype=float)
     rate = np.where(force < 0, parameters.compression_rate, parameters.extension_rate)
@@ -47,27 +71,68 @@ def spring_extension(force, parameters: ChainParameters = _PAPER):
     return np.copysign(linear + np.log1p(rate * excess) / rate, force)
 
 
-def chain_deformations(positions, parameters: ChainParameters):
-    """Deformations of the N springs from block positions (..., N): shape (..., N)."""
+def chain_deformations(positions: npt.ArrayLike, parameters: ChainParameters) -> np.ndarray:
+    """Deformations of the N springs of a chain; the first spring hangs on the wall at 0.
+
+    Parameters
+    ----------
+    positions : array (..., N)
+        Positions of the blocks, model units.
+    parameters : ChainParameters
+        Supplies rest_length.
+
+    Returns
+    -------
+    array (..., N)
+        Length minus rest length of the spring before each block.
+    """
     positions = np.asarray(positions, dtype=float)
     wall = np.zeros((*positions.shape[:-1], 1))
     return np.diff(np.concatenate([wall, positions], axis=-1)) - parameters.rest_length
 
 
-def external_force(positions, parameters: ChainParameters):
-    """Resultant spring force F_ex on each block (Eq. 1), positions (..., N) -> (..., N)."""
+def external_force(positions: npt.ArrayLike, parameters: ChainParameters) -> np.ndarray:
+    """Resultant spring force F_ex on each block (Eq. 1).
+
+    Parameters
+    ----------
+    positions : array (..., N)
+        Positions of the blocks, model units.
+    parameters : ChainParameters
+        Supplies rest_length and the spring law.
+
+    Returns
+    -------
+    array (..., N)
+        Force on each block, model units.
+    """
     force = spring_force(chain_deformations(positions, parameters), parameters)
     beyond = np.zeros((*force.shape[:-1], 1))
     return force - np.concatenate([force[..., 1:], beyond], axis=-1)
 
 
-def potential_energy(positions, parameters: ChainParameters):
-    """Energy stored in all springs of the chain, positions (..., N) -> (...)."""
+def potential_energy(positions: npt.ArrayLike, parameters: ChainParameters) -> np.ndarray:
+    """Energy stored in all springs of the chain.
+
+    Parameters
+    ----------
+    positions : array (..., N)
+        Positions of the blocks, model units.
+    parameters : ChainParameters
+        Supplies rest_length and the spring law.
+
+    Returns
+    -------
+    array (...)
+        Energy, model units.
+    """
     deformations = chain_deformations(positions, parameters)
     return spring_energy(deformations, parameters).sum(axis=-1)
 
 
-def _branches(deformation, parameters):
+def _branches(
+    deformation: np.ndarray, parameters: ChainParameters
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     size = np.abs(deformation)
     rate = np.where(deformation < 0, parameters.compression_rate, parameters.extension_rate)
     linear = np.minimum(size, parameters.linear_limit)

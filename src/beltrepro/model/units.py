@@ -5,6 +5,11 @@ force and energy follow: [t] = sqrt([m]/[k]), [u] = [l]/[t], [F] = [k][l], [E] =
 """
 
 import math
+from typing import TypeVar
+
+import numpy as np
+
+Number = TypeVar("Number", float, np.ndarray)
 
 MASS_KG = 0.1158
 SPRING_CONSTANT_N_M = 19.8
@@ -28,15 +33,38 @@ _UNITS = {
 }
 
 
-def to_si(value, quantity: str):
-    """Convert `value` (number or array, model units) of a quantity to SI.
+def to_si(value: Number, quantity: str) -> Number:
+    """Convert a value from model units to SI.
 
-    quantity : "mass" (kg), "length" (m), "time" (s), "velocity" (m/s), "force" (N), "energy" (J);
-    another name raises KeyError.
+    Parameters
+    ----------
+    value : float or array
+        Value in model units.
+    quantity : str
+        "mass" (kg), "length" (m), "time" (s), "velocity" (m/s), "force" (N) or "energy" (J);
+        another name raises KeyError.
+
+    Returns
+    -------
+    float or array
+        Value in SI units.
     """
     return value * _UNITS[quantity]
 
 
-def from_si(value, quantity: str):
-    """Convert `value` (number or array, SI) of a quantity to model units; see `to_si`."""
+def from_si(value: Number, quantity: str) -> Number:
+    """Convert a value from SI to model units.
+
+    Parameters
+    ----------
+    value : float or array
+        Value in SI units.
+    quantity : str
+        As for `to_si`.
+
+    Returns
+    -------
+    float or array
+        Value in model units.
+    """
     return value / _UNITS[quantity]

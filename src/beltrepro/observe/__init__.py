@@ -1,1 +1,1 @@
-"""What is measured while chains run (Sec. IV): observers eat the chunks of an ensemble."""
+"""What is measured while chains run (Sec. IV): observers read each chunk of a run."""

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from beltrepro.engine.integrator import Chunk
 from beltrepro.engine.simd import select
 from beltrepro.engine.vector import allocating_kernel, separate_arrays
 
@@ -9,10 +10,15 @@ from beltrepro.engine.vector import allocating_kernel, separate_arrays
 class LengthMoments:
     """Mean, standard deviation and range of x_N over the samples it is shown.
 
-    width : number of chains W. start : samples before this time are not counted.
+    Parameters
+    ----------
+    width : int
+        Number of chains W.
+    start : float
+        Samples before this instant are not counted, model time.
     """
 
-    def __init__(self, width: int, start: float = 0.0):
+    def __init__(self, width: int, start: float = 0.0) -> None:
         self._start = start
         self._count = 0
         self._mean = np.zeros(width)
@@ -20,8 +26,14 @@ class LengthMoments:
         self._low = np.full(width, np.inf)
         self._high = np.full(width, -np.inf)
 
-    def observe(self, chunk) -> None:
-        """Add the samples of a chunk (merging moments, Chan et al. 1983)."""
+    def observe(self, chunk: Chunk) -> None:
+        """Add the samples of a chunk (merging moments, Chan et al. 1983).
+
+        Parameters
+        ----------
+        chunk : Chunk
+            The next chunk of the run.
+        """
         first = np.searchsorted(chunk.time, self._start)
         values = np.ascontiguousarray(chunk.displacement[first:, -1])
         if not len(values):
@@ -30,9 +42,18 @@ class LengthMoments:
         _add_moments(values, self._count, self._mean, self._squares, self._low, self._high)
 
     def result(self, rest_length: float) -> dict[str, np.ndarray]:
-        """mean_length, disorder_parameter, minimum_length, maximum_length, each (W,).
+        """Moments of the chain length in the laboratory frame.
 
-        rest_length : rest position of the last block. NaN where nothing was sampled.
+        Parameters
+        ----------
+        rest_length : float
+            Rest position of the last block, model units.
+
+        Returns
+        -------
+        dict of arrays (W,)
+            mean_length, disorder_parameter r (Eq. 4), minimum_length, maximum_length; NaN where
+            nothing was sampled.
         """
         if self._count == 0:
             names = ("mean_length", "disorder_parameter", "minimum_length", "maximum_length")

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from beltrepro.engine.law import tension
+from beltrepro.engine.integrator import Chunk
+from beltrepro.engine.law import Law, tension
 from beltrepro.engine.records import (
     EVENT_BLOCK,
     EVENT_DISSIPATED,
@@ -25,8 +26,27 @@ class SlipActivity:
     """Slips per block, laminar phases and last stick of the last block of W chains.
 
     A laminar phase is a slip of the last block that lasts longer than `laminar_time` (Sec. IV.B:
-    the periodic state is one of continuous slip); only time after `start` counts. slipping_since
-    (W,) : when the slip of the last block began that goes on at the beginning, NaN if it is stuck.
+    the periodic state is one of continuous slip); only time after `start` counts.
+
+    Parameters
+    ----------
+    width : int
+        Number of chains W.
+    n_blocks : int
+        Number of blocks N.
+    start : float
+        Instant from which slips are counted, model time.
+    laminar_time : float
+        Length that a laminar phase exceeds, model time.
+    slipping_since : array (W,)
+        When the slip of the last block began that goes on at the beginning; NaN if it is stuck.
+
+    Attributes
+    ----------
+    slip_count : array (W, N) of int
+        Number of slips that begin.
+    stick_count : array (W, N) of int
+        Number of slips that end.
     """
 
     def __init__(
@@ -36,7 +56,7 @@ class SlipActivity:
         start: float,
         laminar_time: float,
         slipping_since: np.ndarray | float = np.nan,
-    ):
+    ) -> None:
         self._start = start
         self._laminar_time = laminar_time
         self.slip_count = np.zeros((width, n_blocks), dtype=np.int64)
@@ -46,8 +66,14 @@ class SlipActivity:
         self._state[:, _LAST_STICK] = np.nan
         self._end = start
 
-    def observe(self, chunk) -> None:
-        """Follow the events of a chunk."""
+    def observe(self, chunk: Chunk) -> None:
+        """Follow the events of a chunk.
+
+        Parameters
+        ----------
+        chunk : Chunk
+            The next chunk of the run.
+        """
         self._end = chunk.end
         _follow(
             chunk.events,
@@ -72,8 +98,7 @@ class SlipActivity:
     def laminar(self) -> dict[str, np.ndarray]:
         """laminar_fraction, _count, _mean, _longest (W,), the slip going on included."""
         state = self._state.copy()
-        for lane in range(len(state)):
-            _close_phase(state[lane], self._end, self._start, self._laminar_time)
+        _close_phases(state, self._end, self._start, self._laminar_time)
         count, total = state[:, _LAMINAR_COUNT], state[:, _LAMINAR_TIME]
         observed = self._end - self._start
         return {
@@ -92,6 +117,12 @@ def _close_phase(state, time, start, laminar_time):
         state[_LAMINAR_COUNT] += 1
         state[_LAMINAR_TIME] += length
         state[_LAMINAR_LONGEST] = max(state[_LAMINAR_LONGEST], length)
+
+
+@kernel
+def _close_phases(states, time, start, laminar_time):
+    for lane in range(len(states)):
+        _close_phase(states[lane], time, start, laminar_time)
 
 
 @kernel
@@ -121,19 +152,30 @@ def _follow(events, event_count, start, laminar_time, slip_count, stick_count, s
 class EventLog:
     """Keeps the events of all chains: for single runs and catalogues.
 
-    rest_positions : (N,), turn the displacements of the records into laboratory positions.
+    Parameters
+    ----------
+    width : int
+        Number of chains W.
+    rest_positions : array (N,)
+        Positions that turn the displacements of the records into laboratory positions.
     """
 
     _BLOCK = 1 << 16  # events; arrays of this size go back to the system once they are not needed
 
-    def __init__(self, width: int, rest_positions: np.ndarray):
+    def __init__(self, width: int, rest_positions: np.ndarray) -> None:
         self._rest_positions = rest_positions
-        self._parts = [[] for _ in range(width)]
-        self._blocks = [[] for _ in range(width)]
+        self._parts: list[list[np.ndarray]] = [[] for _ in range(width)]
+        self._blocks: list[list[np.ndarray]] = [[] for _ in range(width)]
         self._open = np.zeros(width, dtype=np.int64)  # events in the parts
 
-    def observe(self, chunk) -> None:
-        """Copy the events of a chunk."""
+    def observe(self, chunk: Chunk) -> None:
+        """Copy the events of a chunk.
+
+        Parameters
+        ----------
+        chunk : Chunk
+            The next chunk of the run.
+        """
         for lane, parts in enumerate(self._parts):
             parts.append(chunk.events[lane, : chunk.event_count[lane]].copy())
         self._open += chunk.event_count
@@ -141,17 +183,50 @@ class EventLog:
             self._close_block(lane)
 
     def events(self, lane: int) -> np.ndarray:
-        """Events (E, 6) of one chain in the order of time, positions in the laboratory frame."""
+        """Events of one chain in the order of time.
+
+        Parameters
+        ----------
+        lane : int
+            Number of the chain.
+
+        Returns
+        -------
+        array (E, 6)
+            See `beltrepro.engine.records`; positions in the laboratory frame.
+        """
         self._close_block(lane)
         return np.concatenate(self._blocks[lane])
 
     def count(self, lane: int) -> int:
-        """Number of events of one chain."""
+        """Number of events of one chain.
+
+        Parameters
+        ----------
+        lane : int
+            Number of the chain.
+
+        Returns
+        -------
+        int
+            Events so far.
+        """
         self._close_block(lane)
         return sum(map(len, self._blocks[lane]))
 
     def give_up(self, lane: int) -> Iterator[np.ndarray]:
-        """The events of one chain as `events`, in pieces that the log does not keep."""
+        """Events of one chain in pieces, which the log then no longer keeps.
+
+        Parameters
+        ----------
+        lane : int
+            Number of the chain.
+
+        Yields
+        ------
+        array (E, 6)
+            As from `events`.
+        """
         self._close_block(lane)
         while self._blocks[lane]:
             yield self._blocks[lane].pop(0)
@@ -189,7 +264,9 @@ AVALANCHE = np.dtype(
 )
 
 
-def slips_and_avalanches(events, point: int, state: ChainState, law_constants, start: float):
+def slips_and_avalanches(
+    events: np.ndarray, point: int, state: ChainState, law_constants: Law, start: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Slips of all blocks and avalanches of one chain (Sec. IV.A, Fig. 9).
 
     A slip runs from slip to stick of one block. An avalanche is a maximal interval in which at
@@ -198,13 +275,23 @@ def slips_and_avalanches(events, point: int, state: ChainState, law_constants, s
 
     Parameters
     ----------
-    events : (E, 6) in the order of time. point : number written to the records.
-    state : in which the chain was before the first of them. start : earlier slips are left out.
-    law_constants : see `beltrepro.engine.law.law_constants`.
+    events : array (E, 6)
+        Events in the order of time, see `beltrepro.engine.records`.
+    point : int
+        Number written to the records.
+    state : ChainState
+        State of the chain before the first event.
+    law_constants : Law
+        See `beltrepro.engine.law.law_constants`.
+    start : float
+        Slips and avalanches that begin earlier are left out, model time.
 
     Returns
     -------
-    slips (K,) of dtype SLIP with blocks from 1, avalanches (A,) of dtype AVALANCHE.
+    slips : structured array (K,)
+        Of dtype SLIP, blocks from 1.
+    avalanches : structured array (A,)
+        Of dtype AVALANCHE.
     """
     slips = np.zeros((len(events), 6))
     avalanches = np.zeros((len(events), 7))

@@ -11,7 +11,7 @@ class MostStuck:
     n_stuck : (W,) at the start. `most` (W,) is the largest number so far.
     """
 
-    def __init__(self, n_stuck: np.ndarray):
+    def __init__(self, n_stuck: np.ndarray) -> None:
         self._now = np.array(n_stuck)
         self.most = self._now.copy()
 

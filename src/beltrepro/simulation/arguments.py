@@ -5,7 +5,7 @@ one value for each chain.
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from beltrepro import checks
 from beltrepro.checks import finite_number, positive
@@ -15,27 +15,26 @@ from beltrepro.model import ChainParameters
 from beltrepro.simulation.methods import METHODS, TOLERANCE_RANGE, TOLERANCES
 
 T = TypeVar("T")
-PerChain = T | Sequence[T]
+PerChain: TypeAlias = T | Sequence[T]
 
 _STEP_SHARE = 1e-6  # by which an instant may miss a whole number of steps
 LONGEST_STEP = 0.1  # model time; oscillations take 3
 
 
-def chains_of(parameters) -> list[ChainParameters]:
+def chains_of(parameters: Any) -> list[ChainParameters]:
     """The chains of a call, given alone or as a sequence of at least one."""
     if isinstance(parameters, ChainParameters):
         return [parameters]
-    chains = list(parameters) if isinstance(parameters, Iterable) else [None]
-    for chain in chains or [None]:
-        if not isinstance(chain, ChainParameters):
-            raise InputError(
-                f"parameters = {parameters!r}: "
-                "a ChainParameters, or a sequence of at least one, is needed"
-            )
+    chains = list(parameters) if isinstance(parameters, Iterable) else []
+    if not chains or not all(isinstance(chain, ChainParameters) for chain in chains):
+        raise InputError(
+            f"parameters = {parameters!r}: "
+            "a ChainParameters, or a sequence of at least one, is needed"
+        )
     return chains
 
 
-def for_each(name: str, value, n_chains: int, check: Callable[[str, Any], T]) -> list[T]:
+def for_each(name: str, value: Any, n_chains: int, check: Callable[[str, Any], T]) -> list[T]:
     """One checked value for each chain, from one for all or a sequence of them.
 
     check : takes the name and a value, returns the value as it is used, or raises InputError.
@@ -51,33 +50,33 @@ def for_each(name: str, value, n_chains: int, check: Callable[[str, Any], T]) ->
     return [check(name, each) for each in values]
 
 
-def method_name(name: str, value) -> str:
+def method_name(name: str, value: Any) -> str:
     """A known method."""
     if not isinstance(value, str) or value not in METHODS:
         raise InputError(f"{name} = {value!r}: allowed are {', '.join(METHODS)}")
     return value
 
 
-def optional_key(name: str, value) -> int | None:
+def optional_key(name: str, value: Any) -> int | None:
     """A seed or a replicate, or None if it is left to the rule."""
     return None if value is None else checks.key(name, value)
 
 
-def optional_state(name: str, value) -> ChainState | None:
+def optional_state(name: str, value: Any) -> ChainState | None:
     """A state to begin from, or None."""
     if value is not None and not isinstance(value, ChainState):
         raise InputError(f"{name} = {value!r}: a ChainState is needed")
     return value
 
 
-def step(name: str, value) -> float:
+def step(name: str, value: Any) -> float:
     """A time step."""
     if not 0 < finite_number(name, value) <= LONGEST_STEP:
         raise InputError(f"{name} = {value:g}: must be greater than 0 and at most {LONGEST_STEP:g}")
     return float(value)
 
 
-def tolerance(name: str, value) -> float | None:
+def tolerance(name: str, value: Any) -> float | None:
     """A tolerance, or None for the method's own."""
     if value is None:
         return None
@@ -104,7 +103,7 @@ def whole_steps(name: str, value: float, time_step: float) -> None:
         )
 
 
-def lengths(duration, transient) -> tuple[float, float]:
+def lengths(duration: Any, transient: Any) -> tuple[float, float]:
     """Duration of a run, and the part of it that is left out of the results."""
     duration = positive("duration", duration)
     if not 0 <= finite_number("transient", transient) < duration:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -45,9 +46,19 @@ def catalogue(
     ----------
     parameters : ChainParameters or sequence of them
         P chains; `[chain] * 32` with `replicate=range(32)` follows one chain 32 times.
-    duration, transient, method, time_step, tolerance, seed, replicate
+    duration, transient : float
         As in `simulate`.
-    initial_positions, initial_spread, initial_state, progress
+    method : str or sequence of str
+        As in `simulate`.
+    time_step, tolerance : float or sequence of float
+        As in `simulate`.
+    seed, replicate : int or sequence of int
+        As in `simulate`.
+    initial_positions : array or sequence of arrays
+        As in `simulate`.
+    initial_spread : float or sequence of float
+        As in `simulate`.
+    initial_state : ChainState or sequence of them
         As in `simulate`.
     section_block : int
         Block of the section x_block = position, dx_block/dt < 0 (Fig. 10: 2), from 1; the last one
@@ -55,6 +66,8 @@ def catalogue(
     section_position : float, or a sequence of P
         Position of the section, model length (Fig. 10: 304.3). If not given, for the last block, by
         the rule `beltrepro.model.section_position`.
+    progress : callable, optional
+        Called with the fraction done.
 
     Returns
     -------
@@ -92,11 +105,11 @@ def catalogue(
         for name, parts in tables.items():
             parts += found[name]
     width = max(point.parameters.n_blocks for point in chains)
-    dtypes = {"slips": SLIP, "avalanches": AVALANCHE, "section": section_dtype(width)}
+    dtypes = {"slips": SLIP, "avalanches": AVALANCHE, "section": _section_dtype(width)}
     return {name: _joined(tables[name], dtype) for name, dtype in dtypes.items()}
 
 
-def section_dtype(n_blocks: int) -> np.dtype:
+def _section_dtype(n_blocks: int) -> np.dtype:
     """The record of one crossing of the section."""
     vector = (n_blocks,)
     return np.dtype(
@@ -109,14 +122,14 @@ def section_dtype(n_blocks: int) -> np.dtype:
     )
 
 
-def _section_block(value, chains: Sequence[Point]) -> int:
+def _section_block(value: Any, chains: Sequence[Point]) -> int:
     most = min(point.parameters.n_blocks for point in chains)
     if not 1 <= checks.whole_number("section_block", value) <= most:
         raise InputError(f"section_block = {value}: allowed are 1 to {most}")
     return int(value)
 
 
-def _section_positions(given, block: int | None, chains: Sequence[Point]) -> np.ndarray:
+def _section_positions(given: Any, block: int | None, chains: Sequence[Point]) -> np.ndarray:
     if given is not None:
         return np.array(arguments.for_each("section_position", given, len(chains), checks.positive))
     if any(block not in (None, point.parameters.n_blocks) for point in chains):
@@ -136,10 +149,7 @@ def _record(
     transient: float,
     report: Progress,
 ) -> dict[str, list[np.ndarray]]:
-    """Slips, avalanches and section points of a group: of each one table a chain.
-
-    group : numbers of the members.
-    """
+    """Slips, avalanches and section points of a group with these numbers: tables of each chain."""
     chain = members[0].parameters
     integrator = integrator_of(
         members,
@@ -167,7 +177,7 @@ def _record(
 
 def _section_records(rows: np.ndarray, number: int, chain: ChainParameters) -> np.ndarray:
     n_blocks = chain.n_blocks
-    records = np.zeros(len(rows), dtype=section_dtype(n_blocks))
+    records = np.zeros(len(rows), dtype=_section_dtype(n_blocks))
     records["point"] = number
     records["time"] = rows[:, 1]
     records["positions"] = rows[:, 2 : 2 + n_blocks] + chain.rest_positions
@@ -181,7 +191,7 @@ def _joined(parts: list[np.ndarray], dtype: np.dtype) -> np.ndarray:
     start = 0
     for part in parts:
         rows = joined[start : start + len(part)]
-        for name in dtype.names:
+        for name in dtype.names or ():
             if part[name].ndim > 1:
                 rows[name] = np.nan
                 rows[name][:, : part[name].shape[1]] = part[name]

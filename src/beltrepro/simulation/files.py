@@ -7,6 +7,7 @@ variables of the integrator. All other values are attributes of the file.
 
 from dataclasses import asdict, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,20 +18,50 @@ from beltrepro.model import ChainParameters
 from beltrepro.simulation.run import Run
 
 KIND = "run"
-_ARRAYS = ("time", "positions", "velocities", "friction", "events")
 _STATES = ("initial_state", "final_state")
+# Unit and dimensions of each array, of the samples and of a state.
+_ARRAYS = {
+    "time": ("model time", "sample"),
+    "positions": ("model length", "sample, block"),
+    "velocities": ("model velocity", "sample, block"),
+    "friction": ("model force", "sample, block"),
+    "events": ("by field: model time, 1, text, model force, length, energy", "event"),
+}
+_STATE_ARRAYS = {
+    "time": ("model time", ""),
+    "displacements": ("model length", "block"),
+    "relative_velocities": ("model velocity", "block"),
+    "directions": ("1", "block"),
+    "thresholds": ("model force", "block"),
+    "friction_losses": ("model energy", "block"),
+    "wall_impulse": ("model force times time", ""),
+    "initial_energy": ("model energy", ""),
+    "initial_momentum": ("model force times time", ""),
+    "seed": ("1", ""),
+    "replicate": ("1", ""),
+    "stream": ("1", "word"),
+}
+_SCHEME_UNIT = "as the integrator keeps it"
 
 
 def save_run(path: str | Path, run: Run) -> None:
     """Write a run; the file appears under its name when it is complete."""
     arrays = {name: getattr(run, name) for name in _ARRAYS}
+    about = {name: _about(*words) for name, words in _ARRAYS.items()}
+    attributes = asdict(run.parameters) | {"kind": KIND, "units": "model units"}
+    attributes |= {name: getattr(run, name) for name in _attributes()}
     for name in _STATES:
-        arrays |= _state_arrays(name, getattr(run, name))
-    numbers = {name: getattr(run, name) for name in _attributes()}
-    known = {name: value for name, value in numbers.items() if value is not None}
-    schemes = {f"{name}_{part}": text for name in _STATES for part, text in _scheme(run, name)}
-    units = {"kind": KIND, "units": "model units"}
-    store.write(path, arrays, asdict(run.parameters) | known | schemes | units)
+        state = getattr(run, name)
+        arrays |= {f"{name}/{own}": getattr(state, own) for own in _STATE_ARRAYS}
+        about |= {f"{name}/{own}": _about(*words) for own, words in _STATE_ARRAYS.items()}
+        if state.scheme is not None:
+            attributes[f"{name}_integrator"] = state.scheme.integrator
+            attributes[f"{name}_time_step"] = state.scheme.time_step
+            for own, value in state.scheme.variables.items():
+                arrays[f"{name}/scheme/{own}"] = value
+                about[f"{name}/scheme/{own}"] = _about(_SCHEME_UNIT, "")
+    known = {name: value for name, value in attributes.items() if value is not None}
+    store.write(path, arrays, known, about)
 
 
 def load_run(path: str | Path) -> Run:
@@ -41,14 +72,12 @@ def load_run(path: str | Path) -> Run:
     try:
         names = [field.name for field in fields(ChainParameters)]
         chain = ChainParameters(**{name: data.attributes[name] for name in names})
-        return Run(
-            parameters=chain,
-            **{name: data.attributes.get(name) for name in _attributes()},
-            **{name: data.arrays[name] for name in _ARRAYS},
-            **{name: _state(name, chain, data) for name in _STATES},
-        )
+        values: dict[str, Any] = {name: data.attributes.get(name) for name in _attributes()}
+        values |= {name: data.arrays[name] for name in _ARRAYS}
+        values |= {name: _state(name, chain, data) for name in _STATES}
     except KeyError as error:
         raise InputError(f"{path}: a run without {error.args[0]!r}") from None
+    return Run(parameters=chain, **values)
 
 
 def _attributes() -> list[str]:
@@ -57,38 +86,23 @@ def _attributes() -> list[str]:
     return [field.name for field in fields(Run) if field.name not in others]
 
 
-def _own_fields() -> list[str]:
-    """The fields of a state that are its own arrays and numbers."""
-    others = ("parameters", "scheme")
-    return [field.name for field in fields(ChainState) if field.name not in others]
-
-
-def _state_arrays(name: str, state: ChainState) -> dict[str, np.ndarray]:
-    arrays = {f"{name}/{own}": np.asarray(getattr(state, own)) for own in _own_fields()}
-    variables = {} if state.scheme is None else state.scheme.variables
-    return arrays | {f"{name}/scheme/{own}": value for own, value in variables.items()}
-
-
-def _scheme(run: Run, name: str) -> list[tuple[str, object]]:
-    scheme = getattr(run, name).scheme
-    if scheme is None:
-        return []
-    return [("integrator", scheme.integrator), ("time_step", scheme.time_step)]
+def _about(unit: str, dimensions: str) -> dict[str, str]:
+    return {"unit": unit, "dimensions": dimensions}
 
 
 def _state(name: str, chain: ChainParameters, data: store.Dataset) -> ChainState:
-    own = {each: data.arrays[f"{name}/{each}"] for each in _own_fields()}
-    values = {each: value if value.ndim else value.item() for each, value in own.items()}
+    own = {each: data.arrays[f"{name}/{each}"] for each in _STATE_ARRAYS}
+    values: dict[str, Any] = {
+        each: value if value.ndim else value.item() for each, value in own.items()
+    }
     scheme = None
     if f"{name}_integrator" in data.attributes:
         prefix = f"{name}/scheme/"
-        scheme = Scheme(
-            data.attributes[f"{name}_integrator"],
-            data.attributes[f"{name}_time_step"],
-            {
-                each.removeprefix(prefix): value
-                for each, value in data.arrays.items()
-                if each.startswith(prefix)
-            },
-        )
+        variables = {
+            each.removeprefix(prefix): np.asarray(value)
+            for each, value in data.arrays.items()
+            if each.startswith(prefix)
+        }
+        integrator = data.attributes[f"{name}_integrator"]
+        scheme = Scheme(integrator, data.attributes[f"{name}_time_step"], variables)
     return ChainState(parameters=chain, **values, scheme=scheme)

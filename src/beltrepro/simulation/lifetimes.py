@@ -54,15 +54,27 @@ def escapes(
     parameters : ChainParameters or sequence of them
         P chains; `[chain] * 200` with `replicate=range(200)` and an `initial_spread` begins in 200
         slightly different states.
-    duration, method, time_step, tolerance, seed, replicate
+    duration : float
         As in `simulate`.
-    initial_positions, initial_spread, initial_state, progress
-        As in `simulate`.
-    settle_time : float
+    settle_time : float, optional
         The end of each run over which its final state is measured, model time; a tenth of the
         duration if not given.
+    method : str or sequence of str
+        As in `simulate`.
+    time_step, tolerance : float or sequence of float
+        As in `simulate`.
+    seed, replicate : int or sequence of int
+        As in `simulate`.
+    initial_positions : array or sequence of arrays
+        As in `simulate`.
+    initial_spread : float or sequence of float
+        As in `simulate`.
+    initial_state : ChainState or sequence of them
+        As in `simulate`.
     laminar_time : float
         Shortest slip of the last block that counts as an escape, model time.
+    progress : callable, optional
+        Called with the fraction done.
 
     Returns
     -------
@@ -102,7 +114,7 @@ def escapes(
         "n_blocks": np.array([point.parameters.n_blocks for point in chains]),
         "belt_velocity": np.array([point.parameters.belt_velocity for point in chains]),
         "noise": np.array([point.parameters.noise for point in chains]),
-        "replicate": np.array([point.replicate for point in chains], dtype=np.int64),
+        "replicate": np.array([point.state.replicate for point in chains], dtype=np.int64),
         "final_stick_rate": np.full((len(chains), width), np.nan),
     }
     for group, report in groups(chains, progress):

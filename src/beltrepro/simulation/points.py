@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -67,16 +68,16 @@ class Point:
 
 
 def points(
-    parameters,
+    parameters: Any,
     *,
-    method,
-    time_step,
-    tolerance,
-    seed,
-    replicate,
-    initial_positions,
-    initial_spread,
-    initial_state,
+    method: Any,
+    time_step: Any,
+    tolerance: Any,
+    seed: Any,
+    replicate: Any,
+    initial_positions: Any,
+    initial_spread: Any,
+    initial_state: Any,
 ) -> list[Point]:
     """Check what a call is told about its chains; one point for each.
 
@@ -94,7 +95,7 @@ def points(
         "initial_spread": (initial_spread, checks.not_negative),
         "initial_state": (initial_state, arguments.optional_state),
     }
-    checked = {
+    checked: dict[str, list] = {
         name: arguments.for_each(name, value, len(chains), check)
         for name, (value, check) in columns.items()
     }
@@ -105,7 +106,14 @@ def points(
     return found
 
 
-def _point(chain: ChainParameters, *, method, time_step, tolerance, **start) -> Point:
+def _point(
+    chain: ChainParameters,
+    *,
+    method: str,
+    time_step: float,
+    tolerance: float | None,
+    **start: Any,
+) -> Point:
     arguments.method_has_tolerance(method, tolerance)
     if start["initial_state"] is None:
         state = _fresh_state(chain, **start)
@@ -117,7 +125,13 @@ def _point(chain: ChainParameters, *, method, time_step, tolerance, **start) -> 
 
 
 def _fresh_state(
-    chain, *, seed, replicate, initial_positions, initial_spread, initial_state
+    chain: ChainParameters,
+    *,
+    seed: int | None,
+    replicate: int | None,
+    initial_positions: np.ndarray | None,
+    initial_spread: float,
+    initial_state: ChainState | None,
 ) -> ChainState:
     """All blocks stuck, at the positions given or with undeformed springs.
 
@@ -140,7 +154,13 @@ def _fresh_state(
 
 
 def _later_state(
-    chain, *, seed, replicate, initial_positions, initial_spread, initial_state
+    chain: ChainParameters,
+    *,
+    seed: int | None,
+    replicate: int | None,
+    initial_positions: np.ndarray | None,
+    initial_spread: float,
+    initial_state: ChainState,
 ) -> ChainState:
     """The state given, as one of the chain; its random stream goes on unless told otherwise."""
     if initial_positions is not None or initial_spread != 0:
@@ -153,7 +173,7 @@ def _later_state(
     )
 
 
-def _positions(given, chains) -> list[np.ndarray | None]:
+def _positions(given: Any, chains: Sequence[ChainParameters]) -> list[np.ndarray | None]:
     """Positions (N,) of the blocks of each chain, or None."""
     if given is None:
         return [None] * len(chains)

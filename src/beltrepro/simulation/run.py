@@ -26,7 +26,7 @@ EVENT = np.dtype(
 class Run:
     """One simulated chain, in model units.
 
-    Parameters
+    Attributes
     ----------
     parameters : ChainParameters
         The chain.
@@ -94,13 +94,11 @@ class Run:
             f"{len(self.time)} samples, {len(self.events)} events)"
         )
 
-    def __eq__(self, other) -> bool:
+    def __eq__(self, other: object) -> bool:
         """Whether all numbers are the same bit by bit; NaN equals NaN."""
         if not isinstance(other, Run):
             return NotImplemented
         return equal_fields(self, other)
-
-    __hash__ = None
 
     def save(self, path: str | Path) -> None:
         """Write the run to an HDF5 file, from which `load` makes an equal one.

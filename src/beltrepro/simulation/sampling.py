@@ -1,6 +1,7 @@
 """When samples are taken, and the samples of runs."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,9 @@ MOMENTS_INTERVAL = 0.1  # model time between samples of x_N for r, about; oscill
 _ROUNDING = 1e-9  # share of an interval
 
 
-def checked(sample_interval, sample_start, duration: float, chains: Sequence[Point]) -> dict:
+def checked(
+    sample_interval: Any, sample_start: Any, duration: float, chains: Sequence[Point]
+) -> dict[str, Any]:
     """`sample_interval` and `sample_start` of a call, checked."""
     start = checks.not_negative("sample_start", sample_start)
     if sample_interval is None:

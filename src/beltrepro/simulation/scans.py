@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -56,9 +57,19 @@ def scan(
     ----------
     parameters : ChainParameters or sequence of them
         P chains of at most 10 blocks, of any mixture of sizes.
-    duration, transient, method, time_step, tolerance, seed, replicate
+    duration, transient : float
         As in `simulate`.
-    initial_positions, initial_spread, initial_state, progress
+    method : str or sequence of str
+        As in `simulate`.
+    time_step, tolerance : float or sequence of float
+        As in `simulate`.
+    seed, replicate : int or sequence of int
+        As in `simulate`.
+    initial_positions : array or sequence of arrays
+        As in `simulate`.
+    initial_spread : float or sequence of float
+        As in `simulate`.
+    initial_state : ChainState or sequence of them
         As in `simulate`.
     section_position : float, or a sequence of P
         x_N of the section, model length (Fig. 12: 615). If not given, by the rule
@@ -67,6 +78,8 @@ def scan(
         Crossings of the section kept for each point.
     laminar_time : float
         Shortest slip of the last block that counts as a laminar phase, model time.
+    progress : callable, optional
+        Called with the fraction done.
 
     Returns
     -------
@@ -98,7 +111,7 @@ def scan(
         initial_state=initial_state,
     )
     sections = _section_positions(section_position, chains)
-    recording = {
+    recording: dict[str, Any] = {
         "section_values": checks.key("section_values", section_values),
         "laminar_time": checks.not_negative("laminar_time", laminar_time),
     }
@@ -106,7 +119,7 @@ def scan(
         "n_blocks": np.array([point.parameters.n_blocks for point in chains]),
         "belt_velocity": np.array([point.parameters.belt_velocity for point in chains]),
         "noise": np.array([point.parameters.noise for point in chains]),
-        "replicate": np.array([point.replicate for point in chains], dtype=np.int64),
+        "replicate": np.array([point.state.replicate for point in chains], dtype=np.int64),
         "section_position": sections,
     }
     for group, report in groups(chains, progress):
@@ -121,7 +134,7 @@ def scan(
     return table
 
 
-def _section_positions(given, chains: Sequence[Point]) -> np.ndarray:
+def _section_positions(given: Any, chains: Sequence[Point]) -> np.ndarray:
     """Positions (P,) of the section, by the rule of the model if none are given."""
     for point in chains:
         if point.parameters.n_blocks > MAXIMUM_BLOCKS:

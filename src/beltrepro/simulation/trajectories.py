@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -113,12 +114,13 @@ def simulate(
     samples = checked(sample_interval, sample_start, duration, chains)
     if samples["sample_interval"] is not None:
         memory.check_samples(chains, duration, **samples)
-    runs: list[Run | None] = [None] * len(chains)
+    runs: dict[int, Run] = {}
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
-        for index, run in zip(group, _follow(members, lengths, samples, report), strict=True):
-            runs[index] = run
-    return runs[0] if isinstance(parameters, ChainParameters) else runs
+        runs |= zip(group, _follow(members, lengths, samples, report), strict=True)
+    if isinstance(parameters, ChainParameters):
+        return runs[0]
+    return [runs[index] for index in range(len(chains))]
 
 
 def _follow(members: list[Point], lengths: dict, samples: dict, report: Progress) -> list[Run]:
@@ -139,27 +141,36 @@ def _follow(members: list[Point], lengths: dict, samples: dict, report: Progress
         observers.append(kept)
     observe(integrator, lengths["duration"], observers, report)
     length, residual = moments.result(rest[-1]), integrator.energy_residual()
+    states = integrator.state()
     return [
-        Run(
-            parameters=point.parameters,
-            method=point.method,
-            time_step=point.time_step,
-            tolerance=TOLERANCES.get(point.method) if point.tolerance is None else point.tolerance,
-            seed=point.state.seed,
-            replicate=point.state.replicate,
+        _run(
+            point,
             **lengths,
             **samples,
-            initial_state=point.state,
-            final_state=final_state,
-            version=version("beltrepro"),
-            disorder_parameter=float(length["disorder_parameter"][lane]),
-            mean_length=float(length["mean_length"][lane]),
+            final_state=states[lane],
+            **{name: float(length[name][lane]) for name in ("disorder_parameter", "mean_length")},
             energy_residual=float(residual[lane]),
             **(kept.of(lane) if keeps_samples else no_samples(len(rest))),
             events=_event_records(events, lane),
         )
-        for lane, (point, final_state) in enumerate(zip(members, integrator.state(), strict=True))
+        for lane, point in enumerate(members)
     ]
+
+
+def _run(point: Point, **recorded: Any) -> Run:
+    """The run of a point."""
+    own = TOLERANCES.get(point.method)
+    return Run(
+        parameters=point.parameters,
+        method=point.method,
+        time_step=point.time_step,
+        tolerance=own if point.tolerance is None else point.tolerance,
+        seed=point.state.seed,
+        replicate=point.state.replicate,
+        initial_state=point.state,
+        version=version("beltrepro"),
+        **recorded,
+    )
 
 
 def _event_records(log: EventLog, lane: int) -> np.ndarray:
