@@ -20,11 +20,11 @@ the kernel; without hooks it is the same as if there were no place for them.
     moved(order, lane, active, sliding, step, group, scratch, companion)
     event_applied(kind, block, lane, i, group, scratch, companion)
 
-`order` is that of the series, a constant; `lane` is the first of the eight chains; `active` and `sliding` are masks, the chains that move in
-this pass and those of which a block slips. (The others wait on the belt: all blocks move with it,
-and their series serve only until the first spring changes its branch.) `step` is the time that they
-have moved. `kind` is SLIP, STICK, REVERSAL or BRANCH, of the chain `lane + i` and the block, or the
-spring, `block`.
+`order` is that of the series, a constant; `lane` is the first of the eight chains; `active` and
+`sliding` are masks, the chains that move in this pass and those of which a block slips. (The others
+wait on the belt: all blocks move with it, and their series serve only until the first spring
+changes its branch.) `step` is the time that they have moved. `kind` is SLIP, STICK, REVERSAL or
+BRANCH, of the chain `lane + i` and the block, or the spring, `block`.
 
 `scratch.series` holds the series about the start of the step in all three, also after the move and
 the event, and `scratch.found.step[i]` its length: so the state, the forces and their rates at the

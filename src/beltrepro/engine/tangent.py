@@ -14,7 +14,8 @@ docs/chaos.md derives the formulas):
 - reversal: dv is multiplied by the ratio of the accelerations after and before;
 - change of branch: nothing, since force and slope are continuous.
 
-With noise the force of the noise is a given function of time, and thresholds are given.
+With noise, all random numbers are given: the threshold of each stick, and the force on each block
+as a function of time. No such force acts before the first slip after a rest of the whole chain.
 """
 
 from typing import NamedTuple
@@ -113,7 +114,9 @@ def apply_jumps(kind, block, lane, i, group, scratch, deviations):
     elif kind in (SLIP, REVERSAL):
         external, rate, own, following = _pull(block, chain, group)
         way = group.chains.direction[block, chain]
-        push = external + group.chains.noise_force[0, block, chain]
+        push = external
+        if group.chains.cell[chain] > 0.0:  # else the noise begins with this slip
+            push += group.chains.noise_force[0, block, chain]
         kinetic = way * kinetic_friction(group.law)
         after = push - kinetic
         for vector in range(velocity.shape[0]):

@@ -8,22 +8,9 @@ replicate only, never on the chains beside it.
 from beltrepro.engine.state import ChainState
 from beltrepro.simulation.catalogues import catalogue
 from beltrepro.simulation.lifetimes import escapes
-from beltrepro.simulation.lyapunov import LyapunovSpectrum, exponents, lyapunov_spectrum
 from beltrepro.simulation.methods import METHODS, TOLERANCES
 from beltrepro.simulation.run import Run
 from beltrepro.simulation.scans import scan
 from beltrepro.simulation.trajectories import simulate
 
-__all__ = [
-    "METHODS",
-    "TOLERANCES",
-    "ChainState",
-    "LyapunovSpectrum",
-    "Run",
-    "catalogue",
-    "escapes",
-    "exponents",
-    "lyapunov_spectrum",
-    "scan",
-    "simulate",
-]
+__all__ = ["METHODS", "TOLERANCES", "ChainState", "Run", "catalogue", "escapes", "scan", "simulate"]

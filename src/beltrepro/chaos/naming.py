@@ -6,24 +6,32 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from beltrepro.analysis.errors import NotEnoughDataError
 from beltrepro.analysis.motion import name_motion
-from beltrepro.analysis.recurrence import Recurrence, find_recurrence
-from beltrepro.engine.integrator import Section
-from beltrepro.engine.records import EVENT_SLIP, EVENT_TIME
+from beltrepro.analysis.recurrence import find_recurrence
+from beltrepro.chaos.vectors import (
+    METHOD,
+    check_method,
+    grow,
+    slopes,
+    standard_errors,
+    with_vectors,
+)
+from beltrepro.engine.integrator import Sampling, Section
+from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent_integrator import TangentIntegrator
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.section import section_position
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.sections import CrossingLog
-from beltrepro.observe.slips import EventLog
-from beltrepro.simulation import arguments, tangents
+from beltrepro.observe.returns import ReturnLog
+from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
-from beltrepro.simulation.lyapunov import METHOD
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
 
+_SAMPLES = Sampling(1, 0.1)  # for r
 _VECTORS = 2  # the largest exponents: one may be that of the motion itself
 _ALIGNED = 0.1  # first share of the observation, in which the vectors turn to their directions
 _END = 0.5  # last share of it, in which blocks must turn for the motion not to be equilibrium slip
@@ -33,13 +41,13 @@ _END = 0.5  # last share of it, in which blocks must turn for the motion not to 
 class Motion:
     """The motion in which a chain ends.
 
-    Parameters
+    Attributes
     ----------
     parameters : ChainParameters
         The chain.
     state : str
-        "equilibrium slip", "periodic", "quasi-periodic", "chaotic" or "transient", see
-        `beltrepro.analysis.motion.name_motion`.
+        "equilibrium slip", "periodic", "quasi-periodic", "chaotic", "transient" or, with noise,
+        "noise-driven"; see `beltrepro.analysis.motion.name_motion`.
     period_time : float
         Length of a period, model time; NaN if the orbit does not close.
     period_events : int
@@ -69,13 +77,15 @@ def classify(
     time_step: float = 0.001,
     tolerance: float | None = None,
     seed: int = 1,
-    replicate: int = 0,
-    initial_positions=None,
-    initial_spread: float = 0.0,
-    initial_state=None,
+    replicate: int = 1,
+    initial_spread: float = 1.0,
     progress: Progress | None = None,
 ) -> Motion:
     """Tell what kind of motion one chain ends in.
+
+    The chain starts from undeformed springs with a random displacement of each block, because
+    several motions can coexist. Another seed gives another start. With replicate 0 the chain starts
+    from undeformed springs as they are, and without noise the seed then decides nothing.
 
     Parameters
     ----------
@@ -88,14 +98,21 @@ def classify(
         twice.
     method : str
         "event", the only one with a tangent dynamics.
-    time_step, tolerance, seed, replicate, initial_positions, initial_spread, initial_state
-        As in `simulate`.
+    time_step : float
+        dt, model time; it only sets the strength of the noise.
+    tolerance : float or None
+        Truncation of the series, as in `simulate`.
+    seed, replicate : int
+        Of 0 or greater; with the parameters they fix all random numbers, the start among them.
+    initial_spread : float
+        Standard deviation of the random displacements of replicates other than 0, model length.
     progress : callable
         Called with the fraction done.
 
     Returns
     -------
     Motion
+        Its name, period, largest exponent, r and <x_N>.
 
     Raises
     ------
@@ -115,9 +132,7 @@ def classify(
         tolerance=tolerance,
         seed=seed,
         replicate=replicate,
-        initial_positions=initial_positions,
         initial_spread=initial_spread,
-        initial_state=initial_state,
         progress=progress,
     )
     return Motion(parameters, **{name: found[name][0].item() for name in _MEASURED})
@@ -142,11 +157,11 @@ def motions(
     method: PerChain[str] = METHOD,
     time_step: PerChain[float] = 0.001,
     tolerance: PerChain[float | None] = None,
-    seed: PerChain[int | None] = None,
-    replicate: PerChain[int | None] = None,
-    initial_positions=None,
+    seed: PerChain[int] | None = None,
+    replicate: PerChain[int] | None = None,
+    initial_positions: ArrayLike | Sequence[ArrayLike] | None = None,
     initial_spread: PerChain[float] = 0.0,
-    initial_state=None,
+    initial_state: PerChain[ChainState] | None = None,
     progress: Progress | None = None,
 ) -> dict[str, np.ndarray]:
     """Tell what kind of motion each of P chains ends in.
@@ -155,17 +170,34 @@ def motions(
     ----------
     parameters : ChainParameters or sequence of them
         P chains.
-    duration, transient, method, time_step, tolerance, seed, replicate
-        As in `classify`.
-    initial_positions, initial_spread, initial_state, progress
-        As in `simulate`.
+    duration : float
+        Model time of each run, the transient included.
+    transient : float
+        The first part of it; the motion after it is judged.
+    method : str
+        "event", the only one with a tangent dynamics.
+    time_step : float
+        dt, model time; it only sets the strength of the noise.
+    tolerance : float or None
+        Truncation of the series, as in `simulate`.
+    seed, replicate : int
+        Of 0 or greater; with the parameters they fix all random numbers. 1 and 0 if not given.
+    initial_positions : array (N,), or a sequence of such arrays for a sequence of chains
+        Positions of the blocks at t = 0, model length; undeformed springs if not given.
+    initial_spread : float
+        Standard deviation of normal deviates that are added to the initial positions of replicates
+        other than 0, model length.
+    initial_state : ChainState
+        Where to go on, instead of these.
+    progress : callable
+        Called with the fraction done.
 
     Returns
     -------
     dict of arrays (P,)
         The fields of `Motion`: state, period_time, period_events, largest_exponent,
-        standard_error, disorder_parameter, mean_length; and period_crossings, the crossings of the
-        section in a period.
+        standard_error, disorder_parameter, mean_length; and period_returns, the number of returns
+        to the section in a period.
 
     Raises
     ------
@@ -186,9 +218,7 @@ def motions(
         initial_spread=initial_spread,
         initial_state=initial_state,
     )
-    for point in chains:
-        if point.method != METHOD:
-            raise InputError(f"method = {point.method!r}: only {METHOD!r} has a tangent dynamics")
+    check_method(chains)
     rows: list[dict] = [{}] * len(chains)
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
@@ -199,37 +229,36 @@ def motions(
 
 def _judge(members: list[Point], duration: float, transient: float, report: Progress) -> list[dict]:
     """A row for each point of a group."""
-    chain, width = members[0].parameters, len(members)
     chains = _after(members, transient, lambda fraction: report(fraction * transient / duration))
-    begin, observed = chains.time, duration - transient
-    moments, events = LengthMoments(width, begin), EventLog(width, chain.rest_positions)
-    crossings = CrossingLog(begin)
-    growth = tangents.grow(
+    observed = duration - transient
+    half = chains.time + (1 - _END) * observed
+    moments, log = LengthMoments(len(members), chains.time), ReturnLog(len(members))
+    growth = grow(
         chains,
         observed,
-        None,
-        [moments, events, crossings],
-        lambda time: report((transient + time - begin) / duration),
+        [moments, log],
+        lambda done: report((transient + done * observed) / duration),
     )
     growth = growth[:, int(_ALIGNED * growth.shape[1]) :]
-    exponents, errors = growth.mean(axis=1), tangents.standard_errors(growth)
-    length, rows = moments.result(chain.rest_positions[-1]), crossings.rows(chain.n_blocks)
+    exponents, errors = slopes(growth), standard_errors(growth)
+    length = moments.result(members[0].parameters.rest_positions[-1])
     found = []
     for lane, point in enumerate(members):
-        slips = events.events(lane)
-        closed = _recurrence(rows[rows[:, 0] == lane, 1:])
+        period, n_returns = _period(log, lane)
+        state = name_motion(
+            turns=bool(log.last_event[lane] > half),
+            closed=bool(period["period_returns"]),
+            exponents=exponents[lane],
+            standard_error=errors[lane],
+            time=(1 - _ALIGNED) * observed,
+            returns=n_returns,
+            noisy=point.parameters.noise > 0,
+        )
         first = int(np.argmax(exponents[lane]))
         found.append(
             {
-                "state": name_motion(
-                    turns=bool(np.any(slips[:, EVENT_TIME] > begin + (1 - _END) * observed)),
-                    closed=closed is not None,
-                    exponents=exponents[lane],
-                    standard_error=errors[lane],
-                    time=observed,
-                    n_trivial=0 if point.parameters.noise > 0 else 1,
-                ),
-                **_period(closed, slips, chains.time),
+                "state": state,
+                **period,
                 "largest_exponent": exponents[lane, first],
                 "standard_error": errors[lane, first],
                 "disorder_parameter": length["disorder_parameter"][lane],
@@ -240,46 +269,32 @@ def _judge(members: list[Point], duration: float, transient: float, report: Prog
 
 
 def _after(members: list[Point], transient: float, report: Progress) -> TangentIntegrator:
-    """The chains of a group after the transient, with vectors, and a section at their mean length.
-
-    Every motion comes down through its mean length again and again.
-    """
+    """The chains after the transient, with vectors, and a section at their mean length."""
+    # every motion comes down through its mean length again and again
     chain = members[0].parameters
-    before = integrator_of(members, sampling=tangents.SAMPLES, sampled_blocks=1)
+    before = integrator_of(members, sampling=_SAMPLES, sampled_blocks=1)
     positions = np.full(len(members), section_position(chain))
     if transient > 0:
         lengths = LengthMoments(len(members), before.time + 0.5 * transient)
         observe(before, transient, [lengths], report)
         mean = lengths.result(chain.rest_positions[-1])["mean_length"]
         positions = np.where(np.isfinite(mean), mean, positions)
-    chains = TangentIntegrator(
-        before.state(),
-        n_vectors=min(_VECTORS, 2 * chain.n_blocks),
-        time_step=members[0].time_step,
-        sampling=tangents.SAMPLES,
-        sampled_blocks=1,
-        section=Section(chain.n_blocks, positions),
-        **members[0].accuracy,
-    )
-    tangents.randomise(chains)
-    return chains
+    size = min(_VECTORS, 2 * chain.n_blocks)
+    return with_vectors(before, members, size, _SAMPLES, Section(chain.n_blocks, positions))
 
 
-def _recurrence(rows: np.ndarray) -> Recurrence | None:
-    """The period of the states (K, 2N) in rows of time and state."""
+def _period(log: ReturnLog, lane: int) -> tuple[dict, int]:
+    """The period of the returns of a chain, and how many returns there are."""
+    times, states, slips = log.returns(lane)
     try:
-        return find_recurrence(rows[:, 1:], rows[:, 0])
+        closed = find_recurrence(states, times)
     except NotEnoughDataError:
-        return None
-
-
-def _period(closed: Recurrence | None, events: np.ndarray, end: float) -> dict:
+        closed = None
     if closed is None:
-        return {"period_time": np.nan, "period_events": 0, "period_crossings": 0}
-    # a whole period of a settled motion, wherever it begins
-    within = events[:, EVENT_TIME] > end - closed.time
-    return {
+        return {"period_time": np.nan, "period_events": 0, "period_returns": 0}, len(times)
+    period = {
         "period_time": closed.time,
-        "period_events": int(np.sum(within & (events[:, EVENT_SLIP] > 0))),
-        "period_crossings": closed.crossings,
+        "period_events": int(slips[-1] - slips[-1 - closed.crossings]),
+        "period_returns": closed.crossings,
     }
+    return period, len(times)
