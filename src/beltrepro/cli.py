@@ -62,7 +62,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog=_UNITS,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    _add_run(simulate, method="verlet", replicate=None)
+    _add_run(simulate, method="verlet", seed=None, replicate=None)
     add = simulate.add_argument
     add("--sample-interval", type=float, default=0.1, help="time between samples in --output")
     add(
@@ -78,8 +78,10 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add_run(command: argparse.ArgumentParser, *, method: str, replicate: int | None) -> None:
-    """Options of a command that follows one chain."""
+def _add_run(
+    command: argparse.ArgumentParser, *, method: str, seed: int | None, replicate: int | None
+) -> None:
+    """Options of a command that follows one chain, with their defaults."""
     add = command.add_argument
     add("--n-blocks", type=int, required=True, help="number of blocks N")
     add("--belt-velocity", type=float, required=True, help="belt velocity u, units of 0.0183 m/s")
@@ -93,7 +95,7 @@ def _add_run(command: argparse.ArgumentParser, *, method: str, replicate: int | 
         type=float,
         help="truncation allowed in a step of event (its own: 1e-10, more with noise)",
     )
-    add("--seed", type=int, help="fixes the random numbers; 1 if not given")
+    add("--seed", type=int, default=seed, help="fixes the random numbers; 1 if not given")
     add(
         "--replicate",
         type=int,
@@ -114,7 +116,7 @@ def _add_classify(commands: Any) -> None:
         epilog=_UNITS.partition("\n\n")[0],
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    _add_run(classify, method="event", replicate=1)
+    _add_run(classify, method="event", seed=1, replicate=1)
     classify.add_argument(
         "--initial-spread",
         type=float,
@@ -201,19 +203,17 @@ def _classify(options: argparse.Namespace) -> int:
     from beltrepro.chaos import classify
 
     settings = _numerics(options) | {"initial_spread": options.initial_spread}
-    if options.seed is None:
-        settings["seed"] = 1
-    motion = classify(chain, **settings)
-    del settings["progress"]
-    described = {"n_blocks": chain.n_blocks, "belt_velocity": chain.belt_velocity}
-    found = {name: value for name, value in vars(motion).items() if name != "parameters"}
-    _print(described | {"noise": chain.noise} | settings | found, options.json)
+    found = dict(vars(classify(chain, **settings)))
+    del settings["progress"], found["parameters"]
+    quantities = ("n_blocks", "belt_velocity", "noise")
+    _print({name: getattr(chain, name) for name in quantities} | settings | found, options.json)
     return 0
 
 
 def _print(result: dict, as_json: bool) -> None:
     if as_json:
-        print(json.dumps(result, indent=2))
+        known = {name: None if value != value else value for name, value in result.items()}
+        print(json.dumps(known, indent=2))  # JSON has no NaN
         return
     width = max(map(len, result))
     for name, value in result.items():

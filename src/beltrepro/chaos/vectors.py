@@ -30,7 +30,7 @@ def with_vectors(
     sampling: Sampling = NO_SAMPLES,
     section: Section | None = None,
 ) -> TangentIntegrator:
-    """The chains of an integrator with random vectors, the same for all.
+    """The chains of an integrator with random orthonormal vectors, the same for all.
 
     members : the points that it has advanced so far.
     """
@@ -44,7 +44,8 @@ def with_vectors(
         **members[0].accuracy,
     )
     shape = len(members), 2 * chains.n_blocks, n_vectors
-    vectors = np.random.default_rng(chains.n_blocks).standard_normal(shape[1:])
+    random = np.random.default_rng(chains.n_blocks).standard_normal(shape[1:])
+    vectors, _ = np.linalg.qr(random)
     chains.set_deviations(np.broadcast_to(vectors, shape))
     return chains
 
@@ -88,8 +89,8 @@ def slopes(growth: np.ndarray) -> np.ndarray:
 
     The mean would be the slope between the two ends, which the phase of the motion there decides.
     """
-    places = (np.arange(growth.shape[1]) + 0.5) / growth.shape[1]
-    weights = places * (1 - places)
+    number = np.arange(1.0, growth.shape[1] + 1)
+    weights = number * number[::-1]
     return np.einsum("t,ptk->pk", weights / weights.sum(), growth)
 
 
