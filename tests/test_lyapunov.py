@@ -66,9 +66,7 @@ def twin_growth(chain, *, pairs, transient, segments, length, apart=1e-8):
         firsts, seconds = states[:pairs], states[pairs:]
         after = np.array([distance(*pair) for pair in zip(firsts, seconds, strict=True)])
         rates.append(np.log(after / before) / length)
-        seconds = [
-            nearer(one, other, apart) for one, other in zip(firsts, seconds, strict=True)
-        ]
+        seconds = [nearer(one, other, apart) for one, other in zip(firsts, seconds, strict=True)]
         before = np.array([distance(*pair) for pair in zip(firsts, seconds, strict=True)])
     return np.array(rates).T
 

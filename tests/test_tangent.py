@@ -1,11 +1,12 @@
 """Deviations from chains: against twins, closed forms, conserved volume and 40 digits."""
 
+import dataclasses
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, ChainState
+from beltrepro import ChainParameters, ChainState, simulate
 from beltrepro.engine.integrator import Sampling
 from beltrepro.engine.tangent_integrator import TangentIntegrator
 from beltrepro.model.spring import spring_extension
@@ -61,6 +62,49 @@ def test_deviations_are_the_differences_of_twins(n_blocks, belt_velocity, until,
     ahead, behind = states(chains)[1:]
     carried = chains.deviations()[0, :, 0]
     assert np.abs((ahead - behind) / (2 * apart) - carried).max() < 1e-6 * np.abs(carried).max()
+
+
+@pytest.mark.parametrize(
+    ("n_blocks", "belt_velocity", "noise", "span", "least"),
+    [(5, 40.0, 2.0, 40.0, 10), (10, 30.0, 1.0, 40.0, 30)],
+)
+def test_deviations_under_noise_are_the_differences_of_twins(
+    n_blocks, belt_velocity, noise, span, least
+):
+    """Twins with one cell of the noise and one stream, while the chain never rests as a whole.
+
+    After such a rest the noise begins with the first slip, and twins slip at different instants.
+    """
+    chain = ChainParameters(n_blocks, belt_velocity, noise)
+    begin, apart = 500.0, 1e-4
+    state = simulate(chain, duration=begin, method="event", tolerance=1e-12).final_state
+    way = np.random.default_rng(2).standard_normal(n_blocks)
+    twins = [
+        dataclasses.replace(state, displacements=state.displacements + side * apart * way)
+        for side in (0, 1, -1)
+    ]
+    chains = TangentIntegrator(
+        twins,
+        n_vectors=1,
+        time_step=0.001,
+        sampling=Sampling(1, 0.1),
+        sampled_blocks=1,
+        tolerance=1e-12,
+        noise_share=0.0,
+    )
+    deviation = np.zeros((3, 2 * n_blocks, 1))
+    deviation[:, :n_blocks, 0] = way
+    chains.set_deviations(deviation)
+    events = [[], [], []]
+    for time in np.arange(begin + 1.0, begin + span + 0.5):
+        for seen, new in zip(events, advance(chains, time), strict=True):
+            seen += new
+        assert n_stuck(chains) < n_blocks
+    assert len(events[0]) >= least
+    assert [event[1:] for event in events[1]] == [event[1:] for event in events[2]]
+    ahead, behind = states(chains)[1:]
+    carried = chains.deviations()[0, :, 0]
+    assert np.abs((ahead - behind) / (2 * apart) - carried).max() < 1e-5 * np.abs(carried).max()
 
 
 def test_one_block_forgets_at_each_stick():
