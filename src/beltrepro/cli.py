@@ -137,7 +137,8 @@ def _add_bench(commands: Any) -> None:
         "else.",
         epilog="Competitors: numba and c (a plain loop over one chain), scipy (solve_ivp) and "
         "heyoka (only without noise), steps (verlet without leaps; only without noise), verlet, "
-        "event. What cannot run here is n/a: c without a compiler, heyoka if it is not installed.",
+        "event, tangent (event with a deviation vector). What cannot run here is n/a: c without a "
+        "compiler, heyoka if it is not installed.",
     )
     add = bench.add_argument
     add("--rounds", type=int, default=5, help="timings of each quantity; the median counts")
