@@ -1,5 +1,7 @@
 """Names of motions: maps and flows whose motion is known, and chains followed by `simulate`."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -15,8 +17,10 @@ from beltrepro.analysis.motion import (
 )
 from beltrepro.analysis.recurrence import find_recurrence
 from beltrepro.chaos.vectors import slopes, standard_errors
+from beltrepro.engine.records import EVENT_SLIP, EVENT_TIME
 from beltrepro.errors import InputError
 from beltrepro.model.spring import spring_extension
+from beltrepro.observe.returns import ReturnLog
 
 # --- maps and flows with known answers ---
 
@@ -260,6 +264,29 @@ def test_what_is_measured_beside_is_what_simulate_measures():
     # the sample at the end of the transient counts in one of them
     assert found["disorder_parameter"][0] == pytest.approx(run.disorder_parameter, rel=2e-4)
     assert found["mean_length"][0] == pytest.approx(run.mean_length, rel=2e-5)
+
+
+def test_noise_is_told_to_the_name():
+    """One block slips and sticks for ever; its only finite exponent is that of its phase."""
+    found = motions(ChainParameters(1, 3.0, 1.0), duration=40000, transient=100)
+    assert found["state"].tolist() == [NOISE_DRIVEN]
+    assert np.isnan(found["period_time"][0])
+
+
+def test_returns_keep_states_slips_and_the_last_event():
+    log = ReturnLog(1)
+    rows = np.zeros((1, 4, 6))
+    rows[0, :, EVENT_TIME] = [1.0, 2.0, 3.0, 4.0]
+    rows[0, :, EVENT_SLIP] = [1, 0, 1, 0]
+    states = np.array([[[0.5, 1.0, 2.0], [3.5, 3.0, 4.0]]])
+    chunk = {"events": rows, "event_count": [4], "crossings": states, "crossing_count": [2]}
+    log.observe(SimpleNamespace(**chunk))
+    log.observe(SimpleNamespace(**chunk | {"event_count": [0], "crossing_count": [1]}))
+    assert log.last_event == [4.0]
+    times, found, slips = log.returns(0)
+    assert times.tolist() == [0.5, 3.5, 0.5]
+    assert found.tolist() == [[1.0, 2.0], [3.0, 4.0], [1.0, 2.0]]
+    assert slips.tolist() == [0, 2, 2]
 
 
 def test_the_seed_decides_the_start():

@@ -72,6 +72,12 @@ def test_noise_on_a_periodic_orbit_is_not_closed_but_nearly():
     assert find_recurrence(states, instants(states), closed=1e-3).crossings == 7
 
 
+def test_all_states_of_the_last_period_must_come_back():
+    states = np.random.default_rng(5).normal(size=(40, 2))
+    states[[20, 39]] = states[0]  # one return only
+    assert find_recurrence(states, instants(states)) is None
+
+
 def test_since_tells_when_the_orbit_was_reached():
     states = orbit(logistic(3.2), 0.3, 3000)
     found = find_recurrence(states, instants(states))

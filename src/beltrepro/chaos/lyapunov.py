@@ -53,6 +53,8 @@ class LyapunovSpectrum:
         exponents.
     interval : float
         Length of these intervals, model time.
+    most_stuck : array (R,)
+        Most blocks that were stuck at once after the transient.
     """
 
     parameters: ChainParameters
@@ -61,6 +63,7 @@ class LyapunovSpectrum:
     runs: np.ndarray
     growth: np.ndarray
     interval: float
+    most_stuck: np.ndarray
 
     @property
     def erased(self) -> int:
@@ -72,11 +75,13 @@ class LyapunovSpectrum:
         """Index of the exponent that belongs to a shift of time, and is zero.
 
         The one nearest to zero. None if that is further from zero than its error and e^5 in the
-        time of observation explain, since it is not among the K then; and None with noise, where
-        no shift of time leads from one motion to another.
+        time of observation explain, since it is not among the K then. With noise a shift of time
+        leads from one motion to another only if the noise is shifted too, which takes a rest of the
+        whole chain; None if there was none.
         """
         finite = np.isfinite(self.exponents)
-        if self.parameters.noise > 0 or not finite.any():
+        rests = np.all(self.most_stuck == self.parameters.n_blocks)
+        if (self.parameters.noise > 0 and not rests) or not finite.any():
             return None
         first = int(np.argmin(np.abs(self.exponents[finite])))
         time = self.growth.shape[1] * self.interval
@@ -181,6 +186,7 @@ def lyapunov_spectrum(
         runs=found["exponents"],
         growth=found["growth"],
         interval=float(found["interval"]),
+        most_stuck=found["most_stuck"],
     )
 
 

@@ -43,10 +43,11 @@ def with_vectors(
         section=section,
         **members[0].accuracy,
     )
-    shape = len(members), 2 * chains.n_blocks, n_vectors
-    random = np.random.default_rng(chains.n_blocks).standard_normal(shape[1:])
-    vectors, _ = np.linalg.qr(random)
-    chains.set_deviations(np.broadcast_to(vectors, shape))
+    vectors = chains.deviations()
+    random = np.random.default_rng(chains.n_blocks)
+    states = 2 * chains.n_blocks
+    vectors[:, :states], _ = np.linalg.qr(random.standard_normal((states, n_vectors)))
+    chains.set_deviations(vectors)
     return chains
 
 

@@ -15,7 +15,9 @@ docs/chaos.md derives the formulas):
 - change of branch: nothing, since force and slope are continuous.
 
 With noise, all random numbers are given: the threshold of each stick, and the force on each block
-as a function of time. No such force acts before the first slip after a rest of the whole chain.
+as a function of the time since the last rest of the whole chain, at whose end it begins. If the
+chain beside the one followed ends its rest later by s, the same noise acts on it later by s: its
+force at one time differs by -s times its rate, and by a jump where a cell of the noise ends.
 """
 
 from typing import NamedTuple
@@ -35,6 +37,9 @@ class Deviations(NamedTuple):
 
     displacement: np.ndarray  # (K, N, W) dx
     velocity: np.ndarray  # (K, N, W) dv
+    # of the instants at which the noise changes, since the last rest of the whole chain
+    delay: np.ndarray  # (K, W)
+    noise_force: np.ndarray  # (N, W) at the end of the last step, 0 while the chain rests
     position: np.ndarray  # N+1 columns of series, see `beltrepro.engine.taylor.at`: dX_k
     slope: np.ndarray  # N columns of series: T'(D)
 
@@ -43,14 +48,33 @@ class Deviations(NamedTuple):
 def carry(order, lane, active, sliding, step, group, scratch, deviations):
     """Hook: carries the deviations of eight chains through their steps."""
     n_blocks = group.chains.direction.shape[0]
+    noisy = mask_bits(load(group.conditions.noise_power, (lane,)) > 0.0) != 0
+    if noisy:
+        _delay_noise(lane, sliding, step, group.chains, deviations)
     _find_slopes(order, n_blocks, scratch.series, deviations)
     for vector in range(deviations.displacement.shape[0]):
-        _make_series(order, vector, lane, group.chains, scratch.series, deviations)
+        _make_series(order, noisy, vector, lane, group.chains, scratch.series, deviations)
         for block in range(n_blocks):
             place = (vector, block, lane)
             position, velocity = polynomial(order, deviations.position, block + 1, step)
             store(deviations.displacement, place, position)
             store(deviations.velocity, place, velocity)
+
+
+@inlined
+def _delay_noise(lane, sliding, step, chains, deviations):
+    """What the change of the force of the noise since the last step does to the velocities."""
+    for block in range(chains.direction.shape[0]):
+        place = (block, lane)
+        level = load(chains.noise_force, (0, block, lane))
+        start = level - load(chains.noise_force, (1, block, lane)) * step
+        change = load(deviations.noise_force, place) - start
+        change = select(load(chains.direction, place) != 0.0, change, 0.0)
+        store(deviations.noise_force, place, select(sliding, level, 0.0))
+        for vector in range(deviations.delay.shape[0]):
+            velocity = load(deviations.velocity, (vector, block, lane))
+            delay = load(deviations.delay, (vector, lane))
+            store(deviations.velocity, (vector, block, lane), fma(change, delay, velocity))
 
 
 @inlined
@@ -68,7 +92,7 @@ def _find_slopes(order, n_blocks, series, deviations):
 
 
 @inlined
-def _make_series(order, vector, lane, chains, series, deviations):
+def _make_series(order, noisy, vector, lane, chains, series, deviations):
     """Series of one deviation of eight chains about now."""
     n_blocks = chains.direction.shape[0]
     position = deviations.position
@@ -88,6 +112,19 @@ def _make_series(order, vector, lane, chains, series, deviations):
                 pull = (tension - tension_before) * weight
                 store(position, (at(k + 2, spring),), select(slipping, pull, 0.0))
             tension_before = tension
+        if noisy and k == 0:
+            _add_noise(vector, lane, chains, deviations)
+
+
+@inlined
+def _add_noise(vector, lane, chains, deviations):
+    """The part of the noise in the coefficients of order 2, on which the others depend."""
+    delay = load(deviations.delay, (vector, lane))
+    for block in range(chains.direction.shape[0]):
+        slope = load(chains.noise_force, (1, block, lane))
+        slope = select(load(chains.direction, (block, lane)) != 0.0, slope, 0.0)
+        column = (at(2, block + 1),)
+        store(deviations.position, column, load(deviations.position, column) - 0.5 * slope * delay)
 
 
 @inlined
@@ -115,7 +152,8 @@ def apply_jumps(kind, block, lane, i, group, scratch, deviations):
         external, rate, own, following = _pull(block, chain, group)
         way = group.chains.direction[block, chain]
         push = external
-        if group.chains.cell[chain] > 0.0:  # else the noise begins with this slip
+        begins = group.chains.cell[chain] <= 0.0  # the noise, with the slip that ends a rest
+        if not begins:
             push += group.chains.noise_force[0, block, chain]
         kinetic = way * kinetic_friction(group.law)
         after = push - kinetic
@@ -125,6 +163,8 @@ def apply_jumps(kind, block, lane, i, group, scratch, deviations):
             else:
                 change = _pull_change(vector, block, chain, own, following, deviations)
                 velocity[vector, block, chain] = after * change / rate
+                if begins and group.conditions.noise_power[chain] > 0.0:
+                    deviations.delay[vector, chain] = -change / rate
 
 
 @inlined

@@ -23,18 +23,32 @@ class TangentIntegrator(EventIntegrator):
         self._companion = tangent.Deviations(
             displacement=zeros((n_vectors, n_blocks, lanes)),
             velocity=zeros((n_vectors, n_blocks, lanes)),
+            delay=zeros((n_vectors, lanes)),
+            noise_force=zeros((n_blocks, lanes)),
             position=zeros((n_blocks + 1) * LEVELS * LANES),
             slope=zeros(n_blocks * LEVELS * LANES),
         )
 
     def deviations(self) -> np.ndarray:
-        """Deviations (W, 2N, K) now: of the positions, then of the velocities."""
-        both = (self._companion.displacement, self._companion.velocity)
-        return np.concatenate(both, axis=1)[..., : self._width].transpose(2, 1, 0)
+        """Deviations (W, D, K) now: of the N positions, then of the N velocities.
+
+        With noise a last row has the delay of the noise (`beltrepro.engine.tangent`): D is 2N, or
+        2N+1 with noise.
+        """
+        kept = self._companion
+        rows = [kept.displacement, kept.velocity, kept.delay[:, None]][: 3 if self._noisy else 2]
+        return np.concatenate(rows, axis=1)[..., : self._width].transpose(2, 1, 0)
 
     def set_deviations(self, values: np.ndarray) -> None:
-        """Set the deviations (W, 2N, K); a stuck block has no deviation of its velocity."""
-        rows = np.minimum(np.arange(self._chains.time.size), self._width - 1)
-        displacement, velocity = np.split(values[rows].transpose(2, 1, 0), 2, axis=1)
-        self._companion.displacement[...] = displacement
-        self._companion.velocity[...] = np.where(self._chains.direction == 0, 0.0, velocity)
+        """Set the deviations (W, D, K); a stuck block has no deviation of its velocity."""
+        columns = values[self._source].transpose(2, 1, 0)
+        n_blocks, kept = self.n_blocks, self._companion
+        stuck = self._chains.direction == 0
+        kept.displacement[...] = columns[:, :n_blocks]
+        kept.velocity[...] = np.where(stuck, 0.0, columns[:, n_blocks : 2 * n_blocks])
+        if self._noisy:
+            kept.delay[...] = columns[:, -1]
+
+    @property
+    def _noisy(self) -> bool:
+        return bool(np.any(self._noise > 0))
