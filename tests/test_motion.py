@@ -268,7 +268,7 @@ def test_what_is_measured_beside_is_what_simulate_measures():
 
 def test_noise_is_told_to_the_name():
     """One block slips and sticks for ever; its only finite exponent is that of its phase."""
-    found = motions(ChainParameters(1, 3.0, 1.0), duration=40000, transient=100)
+    found = motions(ChainParameters(1, 10.0, 1.0), duration=60000, transient=100)
     assert found["state"].tolist() == [NOISE_DRIVEN]
     assert np.isnan(found["period_time"][0])
 
