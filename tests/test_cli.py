@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from beltrepro import ChainParameters, simulate, store
+from beltrepro import ChainParameters, classify, simulate, store
 
 CHAIN = {"n-blocks": 3, "belt-velocity": 20, "noise": 1, "duration": 30, "transient": 10}
 
 
-def command(*flags, program=(sys.executable, "-m", "beltrepro.cli"), **changes):
+def command(*flags, program=(sys.executable, "-m", "beltrepro.cli"), action="simulate", **changes):
     settings = CHAIN | {name.replace("_", "-"): value for name, value in changes.items()}
     options = [f"--{name}={value}" for name, value in settings.items()]
-    call = [*program, "simulate", *options, *flags]
+    call = [*program, action, *options, *flags]
     return subprocess.run(call, capture_output=True, text=True, timeout=120, check=False)
 
 
@@ -56,6 +56,34 @@ def test_output_file_holds_the_samples(tmp_path):
     assert data.arrays["positions"].shape == (61, 3)
     assert data.attributes["belt_velocity"] == 20
     assert len(data.arrays["events"]) == json.loads(done.stdout)["events"]
+
+
+def test_classify_prints_the_motion():
+    settings = {"action": "classify", "n_blocks": 2, "belt_velocity": 5, "noise": 0}
+    done = command("--json", duration=2000, transient=1000, seed=4, **settings)
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert (result["state"], result["period_events"]) == ("periodic", 3)
+    assert result["period_time"] == pytest.approx(29.2705, abs=1e-4)
+    assert {"largest_exponent", "standard_error", "disorder_parameter", "mean_length"} <= set(
+        result
+    )
+    assert (result["method"], result["seed"], result["replicate"]) == ("event", 4, 1)
+    motion = classify(ChainParameters(2, 5.0), duration=2000, transient=1000, seed=4)
+    assert result["largest_exponent"] == motion.largest_exponent
+
+
+def test_classify_has_null_where_there_is_no_period():
+    settings = {"action": "classify", "n_blocks": 7, "belt_velocity": 10, "noise": 0}
+    done = command("--json", duration=400, transient=100, **settings)
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert result["period_time"] is None
+    table = command(duration=400, transient=100, **settings)
+    assert "largest_exponent" in table.stdout
+    verlet = command(method="verlet", **settings)
+    assert verlet.returncode == 2
+    assert verlet.stderr == "error: method = 'verlet': only 'event' has a tangent dynamics\n"
 
 
 @pytest.mark.parametrize(

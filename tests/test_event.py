@@ -615,13 +615,13 @@ class Followed(NamedTuple):
 
 
 @inlined
-def follow_series(lane, active, sliding, group, scratch, companion):
+def follow_series(order, lane, active, sliding, group, scratch, companion):
     now = load(group.chains.time, (lane,))
     store(companion.travel, (0, lane), select(active, now, load(companion.travel, (0, lane))))
 
 
 @inlined
-def follow_move(lane, active, sliding, step, group, scratch, companion):
+def follow_move(order, lane, active, sliding, step, group, scratch, companion):
     store(companion.travel, (1, lane), load(companion.travel, (1, lane)) + step)
     for block in range(companion.impulse.shape[0]):
         level = load(group.chains.noise_force, (0, block, lane))

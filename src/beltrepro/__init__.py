@@ -3,21 +3,45 @@
 What simulates is loaded on first use, so that what needs no simulation starts without numba.
 """
 
+from importlib import import_module
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from beltrepro.model.parameters import ChainParameters
 
 if TYPE_CHECKING:
+    from beltrepro.chaos import (
+        LyapunovSpectrum,
+        Motion,
+        classify,
+        exponents,
+        lyapunov_spectrum,
+        motions,
+    )
     from beltrepro.simulation import ChainState, Run, catalogue, escapes, scan, simulate
 
-__all__ = ["ChainParameters", "ChainState", "Run", "catalogue", "escapes", "scan", "simulate"]
+__all__ = [
+    "ChainParameters",
+    "ChainState",
+    "LyapunovSpectrum",
+    "Motion",
+    "Run",
+    "catalogue",
+    "classify",
+    "escapes",
+    "exponents",
+    "lyapunov_spectrum",
+    "motions",
+    "scan",
+    "simulate",
+]
 __version__ = version("beltrepro")
+
+_CHAOS = ("LyapunovSpectrum", "Motion", "classify", "exponents", "lyapunov_spectrum", "motions")
 
 
 def __getattr__(name: str) -> Any:
     if name in __all__:
-        from beltrepro import simulation
-
-        return getattr(simulation, name)
+        room = "chaos" if name in _CHAOS else "simulation"
+        return getattr(import_module(f"beltrepro.{room}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

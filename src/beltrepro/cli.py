@@ -62,21 +62,8 @@ def _parser() -> argparse.ArgumentParser:
         epilog=_UNITS,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    _add_run(simulate, method="verlet", seed=None, replicate=None)
     add = simulate.add_argument
-    add("--n-blocks", type=int, required=True, help="number of blocks N")
-    add("--belt-velocity", type=float, required=True, help="belt velocity u, units of 0.0183 m/s")
-    add("--noise", type=float, default=0.0, help="noise strength sigma, units of 0.0277 N")
-    add("--duration", type=float, required=True, help="time simulated, transient included")
-    add("--transient", type=float, default=0.0, help="time left out of r and the mean length")
-    add("--method", default="verlet", help="verlet, the paper's scheme, or event, exact")
-    add("--time-step", type=float, default=0.001, help="dt (paper: 0.001)")
-    add(
-        "--tolerance",
-        type=float,
-        help="truncation allowed in a step of event (its own: 1e-10, more with noise)",
-    )
-    add("--seed", type=int, help="fixes the random numbers; 1 if not given")
-    add("--replicate", type=int, help="another one has other random numbers; 0 if not given")
     add("--sample-interval", type=float, default=0.1, help="time between samples in --output")
     add(
         "--from-state",
@@ -84,11 +71,60 @@ def _parser() -> argparse.ArgumentParser:
         metavar="FILE",
         help="go on where the run in this file, written by --output, has ended",
     )
-    add("--json", action="store_true", help="print the result as JSON")
     add("--output", type=Path, help="write the run to this HDF5 file, see below")
     simulate.set_defaults(action=_simulate)
+    _add_classify(commands)
     _add_bench(commands)
     return parser
+
+
+def _add_run(
+    command: argparse.ArgumentParser, *, method: str, seed: int | None, replicate: int | None
+) -> None:
+    """Options of a command that follows one chain, with their defaults."""
+    add = command.add_argument
+    add("--n-blocks", type=int, required=True, help="number of blocks N")
+    add("--belt-velocity", type=float, required=True, help="belt velocity u, units of 0.0183 m/s")
+    add("--noise", type=float, default=0.0, help="noise strength sigma, units of 0.0277 N")
+    add("--duration", type=float, required=True, help="time simulated, transient included")
+    add("--transient", type=float, default=0.0, help="time left out of what is measured")
+    add("--method", default=method, help=f"verlet, the paper's scheme, or event, exact ({method})")
+    add("--time-step", type=float, default=0.001, help="dt (paper: 0.001)")
+    add(
+        "--tolerance",
+        type=float,
+        help="truncation allowed in a step of event (its own: 1e-10, more with noise)",
+    )
+    add("--seed", type=int, default=seed, help="fixes the random numbers; 1 if not given")
+    add(
+        "--replicate",
+        type=int,
+        default=replicate,
+        help=f"another one has other random numbers; {replicate or 0} if not given",
+    )
+    add("--json", action="store_true", help="print the result as JSON")
+
+
+def _add_classify(commands: Any) -> None:
+    classify = commands.add_parser(
+        "classify",
+        help="tell what kind of motion one chain ends in",
+        description="Tell what kind of motion one chain ends in: equilibrium slip, periodic, "
+        "quasi-periodic, chaotic or transient (with noise also noise-driven), by recurrence of "
+        "its state and its largest Lyapunov exponent. Only event has one. The seed decides where "
+        "the chain starts, because several motions can coexist.",
+        epilog=_UNITS.partition("\n\n")[0],
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    _add_run(classify, method="event", seed=1, replicate=1)
+    classify.add_argument(
+        "--initial-spread",
+        type=float,
+        default=1.0,
+        help="standard deviation of random displacements of the blocks at the start (1); "
+        "replicate 0 has none",
+    )
+    classify.set_defaults(action=_classify)
 
 
 def _add_bench(commands: Any) -> None:
@@ -101,7 +137,8 @@ def _add_bench(commands: Any) -> None:
         "else.",
         epilog="Competitors: numba and c (a plain loop over one chain), scipy (solve_ivp) and "
         "heyoka (only without noise), steps (verlet without leaps; only without noise), verlet, "
-        "event. What cannot run here is n/a: c without a compiler, heyoka if it is not installed.",
+        "event, tangent (event with a deviation vector). What cannot run here is n/a: c without a "
+        "compiler, heyoka if it is not installed.",
     )
     add = bench.add_argument
     add("--rounds", type=int, default=5, help="timings of each quantity; the median counts")
@@ -112,23 +149,27 @@ def _add_bench(commands: Any) -> None:
     bench.set_defaults(action=_bench)
 
 
+def _chain(options: argparse.Namespace) -> ChainParameters:
+    return ChainParameters(options.n_blocks, options.belt_velocity, options.noise)
+
+
+def _numerics(options: argparse.Namespace) -> dict[str, Any]:
+    """How a chain is followed."""
+    names = ("duration", "transient", "method", "time_step", "tolerance", "seed", "replicate")
+    progress = Progress(_chain(options).describe()) if sys.stderr.isatty() else None
+    return {name: getattr(options, name) for name in names} | {"progress": progress}
+
+
 def _simulate(options: argparse.Namespace) -> int:
-    chain = ChainParameters(options.n_blocks, options.belt_velocity, options.noise)
+    chain = _chain(options)
     _check_output(options.output)
     from beltrepro.simulation import Run, simulate
 
     run = simulate(
         chain,
-        duration=options.duration,
-        transient=options.transient,
-        method=options.method,
-        time_step=options.time_step,
-        tolerance=options.tolerance,
-        seed=options.seed,
-        replicate=options.replicate,
+        **_numerics(options),
         initial_state=Run.load(options.from_state).final_state if options.from_state else None,
         sample_interval=options.sample_interval if options.output else None,
-        progress=Progress(chain.describe()) if sys.stderr.isatty() else None,
     )
     assert isinstance(run, Run)  # as it was one chain
     if options.output:
@@ -158,9 +199,22 @@ def _summary(run: Any) -> dict[str, Any]:
     }
 
 
+def _classify(options: argparse.Namespace) -> int:
+    chain = _chain(options)
+    from beltrepro.chaos import classify
+
+    settings = _numerics(options) | {"initial_spread": options.initial_spread}
+    found = dict(vars(classify(chain, **settings)))
+    del settings["progress"], found["parameters"]
+    quantities = ("n_blocks", "belt_velocity", "noise")
+    _print({name: getattr(chain, name) for name in quantities} | settings | found, options.json)
+    return 0
+
+
 def _print(result: dict, as_json: bool) -> None:
     if as_json:
-        print(json.dumps(result, indent=2))
+        known = {name: None if value != value else value for name, value in result.items()}
+        print(json.dumps(known, indent=2))  # JSON has no NaN
         return
     width = max(map(len, result))
     for name, value in result.items():

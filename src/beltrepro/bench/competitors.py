@@ -1,11 +1,14 @@
 """What is compared: each competitor advances one chain, or several together, by a span of time."""
 
+import functools
+
 import numpy as np
 
 from beltrepro.bench.plain import PlainChain, c_loop, numba_loop
 from beltrepro.bench.smooth import HeyokaChain, SolveIvpChain, heyoka_version
 from beltrepro.engine.integrator import Sampling
 from beltrepro.engine.state import ChainState
+from beltrepro.engine.tangent_integrator import TangentIntegrator
 from beltrepro.engine.verlet_integrators import SteppingVerlet
 from beltrepro.model import ChainParameters
 from beltrepro.simulation import METHODS
@@ -19,8 +22,13 @@ LABELS = {
     "steps": "verlet step by step",
     "verlet": "verlet",
     "event": "event",
+    "tangent": "event with 1 vector",
 }
-_INTEGRATORS = {"steps": SteppingVerlet, **METHODS}
+_INTEGRATORS = {
+    "steps": SteppingVerlet,
+    **METHODS,
+    "tangent": functools.partial(TangentIntegrator, n_vectors=1),
+}
 ONE_CHAIN = ("numba", "c", "scipy", "heyoka")
 TIME_STEP = 0.001
 _SAMPLE_STRIDE = 100  # steps between samples of x_N, the same as in a scan
@@ -30,8 +38,9 @@ _SPREAD = 1e-3
 class GroupRunner:
     """Several chains advanced together by an integrator of this package.
 
-    method : "verlet", "event", or "steps" for `verlet` without leaps. parameters : the chain; the
-    others start from positions with normal deviations of 0.001. chains : how many.
+    method : "verlet", "event", "steps" for `verlet` without leaps, or "tangent" for `event`
+    with a deviation vector for each chain. parameters : the chain; the others start from positions
+    with normal deviations of 0.001. chains : how many.
     """
 
     def __init__(self, method: str, parameters: ChainParameters, chains: int):

@@ -145,7 +145,8 @@ def _cases(result):
         "motion itself makes a part of the spread. solve_ivp chooses its steps, and a step now "
         "and then hides a pair of events. In a trial, steps of at most 0.05 found these events, "
         "at 1.3 to 10 times the cost. Without noise, verlet computes many steps at once; the "
-        "column before it shows the scheme step by step."
+        "column before it shows the scheme step by step. The last column is event with a deviation "
+        "vector for each chain, as Lyapunov exponents need it."
     )
     header = ("N", "σ", "u", "quantity", *(LABELS[name] for name in names))
     return Table("Cost", text, header, tuple(rows))

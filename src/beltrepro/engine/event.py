@@ -16,15 +16,15 @@ functions that the kernel calls on the way, and `companion` is whatever they kee
 arrays with the chains along the last axis. `EventIntegrator._hooks` and `_companion` hand them to
 the kernel; without hooks it is the same as if there were no place for them.
 
-    series_made(lane, active, sliding, group, scratch, companion)
-    moved(lane, active, sliding, step, group, scratch, companion)
+    series_made(order, lane, active, sliding, group, scratch, companion)
+    moved(order, lane, active, sliding, step, group, scratch, companion)
     event_applied(kind, block, lane, i, group, scratch, companion)
 
-`lane` is the first of the eight chains; `active` and `sliding` are masks, the chains that move in
-this pass and those of which a block slips. (The others wait on the belt: all blocks move with it,
-and their series serve only until the first spring changes its branch.) `step` is the time that they
-have moved. `kind` is SLIP, STICK, REVERSAL or BRANCH, of the chain `lane + i` and the block, or the
-spring, `block`.
+`order` is that of the series, a constant; `lane` is the first of the eight chains; `active` and
+`sliding` are masks, the chains that move in this pass and those of which a block slips. (The others
+wait on the belt: all blocks move with it, and their series serve only until the first spring
+changes its branch.) `step` is the time that they have moved. `kind` is SLIP, STICK, REVERSAL or
+BRANCH, of the chain `lane + i` and the block, or the spring, `block`.
 
 `scratch.series` holds the series about the start of the step in all three, also after the move and
 the event, and `scratch.found.step[i]` its length: so the state, the forces and their rates at the
@@ -606,12 +606,12 @@ def _turn(order, noisy, lane, i, block, start, group, scratch, events):
 
 
 @inlined
-def _no_series_hook(lane, active, sliding, group, scratch, companion):
+def _no_series_hook(order, lane, active, sliding, group, scratch, companion):
     """Nothing follows the chains."""
 
 
 @inlined
-def _no_move_hook(lane, active, sliding, step, group, scratch, companion):
+def _no_move_hook(order, lane, active, sliding, step, group, scratch, companion):
     """Nothing follows the chains."""
 
 
@@ -679,7 +679,7 @@ def _advance_kernel(order, resolution, noisy, hooks):
                     return status
 
                 sliding = make_series(order, noisy, lane, active, group, series)
-                series_made(lane, active, sliding, group, scratch, companion)
+                series_made(order, lane, active, sliding, group, scratch, companion)
                 moving = active & sliding
                 step = choose_step(order, noisy, lane, moving, remaining, group, series)
                 find_first_event(order, resolution, lane, moving, step, group, scratch)
@@ -695,7 +695,7 @@ def _advance_kernel(order, resolution, noisy, hooks):
                 record_samples(order, lane, active, later, span.end, group, series, records.samples)
                 move(order, noisy, lane, moving, step, group, series)
                 move_clocks(noisy, lane, sliding, step, later, chains)
-                moved(lane, active, sliding, step, group, scratch, companion)
+                moved(order, lane, active, sliding, step, group, scratch, companion)
 
                 changing = mask_bits(load(scratch.found.source, (0,)) >= 0) | resting
                 while changing:

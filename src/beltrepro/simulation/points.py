@@ -51,6 +51,13 @@ class Point:
         return chain.n_blocks, chain.law, chain.noise > 0, self.state.time, *numerics
 
     @property
+    def accuracy(self) -> dict[str, float]:
+        """What the integrator is told about its accuracy."""
+        if self.tolerance is None:
+            return {}
+        return {"tolerance": self.tolerance, "noise_share": 0.0}  # as asked, noise or not
+
+    @property
     def identity(self) -> tuple:
         """What decides all numbers of a run: points that agree in it give the same run."""
         state = self.state
@@ -229,16 +236,13 @@ def integrator_of(
 ) -> Integrator:
     """The integrator that advances a group of points."""
     first = members[0]
-    accuracy = {}
-    if first.tolerance is not None:
-        accuracy = {"tolerance": first.tolerance, "noise_share": 0.0}  # as asked, noise or not
     return METHODS[first.method](
         [point.state for point in members],
         time_step=first.time_step,
         sampling=sampling,
         sampled_blocks=sampled_blocks,
         section=section,
-        **accuracy,
+        **first.accuracy,
     )
 
 

@@ -1,0 +1,91 @@
+"""Names for the motion of a chain, by recurrence and exponents, not by the look of a diagram."""
+
+import numpy as np
+import numpy.typing as npt
+
+EQUILIBRIUM = "equilibrium slip"
+PERIODIC = "periodic"
+QUASI_PERIODIC = "quasi-periodic"
+CHAOTIC = "chaotic"
+TRANSIENT = "transient"
+NOISE_DRIVEN = "noise-driven"
+MOTIONS = (EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, CHAOTIC, TRANSIENT, NOISE_DRIVEN)
+
+# Standard errors by which an exponent must differ from zero, and e-foldings that it must bring
+# about in the time of observation: less cannot be told from a change of the vector within a period.
+ERRORS = 3.0
+FOLDINGS = 5.0
+# Returns to a section in which a deviation would have grown by e, or shrunk, if its exponent were
+# not zero: the statement that it is zero needs a time that long. The chains that are chaotic take
+# some ten returns.
+RETURNS = 200
+
+
+def name_motion(
+    *,
+    turns: bool,
+    closed: bool,
+    exponents: npt.ArrayLike,
+    standard_error: npt.ArrayLike,
+    time: float,
+    returns: int,
+    n_trivial: int = 1,
+    noisy: bool = False,
+) -> str:
+    """Name of a motion from what was observed of it for some time.
+
+    Criteria, in this order:
+
+    - "equilibrium slip": no block sticks or reverses any more;
+    - "periodic": the state comes back (`recurrence.find_recurrence`);
+    - "chaotic": the motion is irregular to the end and its largest exponent is above zero;
+    - "noise-driven", only with noise: no exponent is above zero. Motions under the same noise do
+      not separate, and the motion is irregular because the noise is;
+    - "quasi-periodic", only without noise: no exponent is above zero, and more of them are zero
+      than the symmetries of the motion explain. It fills a torus;
+    - "transient": irregular to the end, and no exponent above zero: it is on the way to one of the
+      others, or too short a time was observed.
+
+    With noise no state comes back, and an orbit that would be periodic without it is
+    "noise-driven". An exponent is zero if it is less than 3 standard errors, or 5 e-foldings in the
+    time, from it. "Quasi-periodic" and "noise-driven" are said only if the time was long enough to
+    tell from zero an exponent that brings a factor e in 200 returns.
+
+    Parameters
+    ----------
+    turns : bool
+        Whether blocks still stick or reverse at the end.
+    closed : bool
+        Whether the orbit closes.
+    exponents : array (K,)
+        Lyapunov exponents per unit of time.
+    standard_error : array (K,)
+        Their errors.
+    time : float
+        Of observation.
+    returns : int
+        Returns to a section in this time; for a map, its steps.
+    n_trivial : int
+        Exponents that are zero by symmetry, without noise: 1 for a flow, 0 for a map.
+    noisy : bool
+        Whether noise acts.
+
+    Returns
+    -------
+    str
+        One of MOTIONS.
+    """
+    if not turns:
+        return EQUILIBRIUM
+    if closed:
+        return PERIODIC
+    values = np.asarray(exponents, dtype=float)
+    margin = np.maximum(ERRORS * np.asarray(standard_error, dtype=float), FOLDINGS / time)
+    if np.any(values > margin):
+        return CHAOTIC
+    resolved = margin * time * RETURNS <= returns
+    if noisy:
+        return NOISE_DRIVEN if np.all(resolved | (values < -margin)) else TRANSIENT
+    if np.sum(resolved & (np.abs(values) <= margin)) > n_trivial:
+        return QUASI_PERIODIC
+    return TRANSIENT

@@ -1,0 +1,17 @@
+"""Whether the motion is chaotic: Lyapunov exponents, and names for motions (docs/chaos.md).
+
+What is here uses the functions of `beltrepro.simulation` and judges what comes out of them by
+`beltrepro.analysis`. Simulations do not depend on it, so that a criterion can change without them.
+"""
+
+from beltrepro.chaos.lyapunov import LyapunovSpectrum, exponents, lyapunov_spectrum
+from beltrepro.chaos.naming import Motion, classify, motions
+
+__all__ = [
+    "LyapunovSpectrum",
+    "Motion",
+    "classify",
+    "exponents",
+    "lyapunov_spectrum",
+    "motions",
+]

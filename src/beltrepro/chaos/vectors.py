@@ -1,0 +1,125 @@
+"""Deviation vectors of a group of chains: how they start, grow and are kept apart."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from beltrepro.engine.integrator import Integrator, Sampling, Section
+from beltrepro.engine.tangent_integrator import TangentIntegrator
+from beltrepro.errors import InputError
+from beltrepro.simulation.points import Point
+
+METHOD = "event"  # the only one with a tangent dynamics, that of the exact motion
+INTERVAL = 20.0  # model time between two orthonormalisations; e-folding takes 60 and more
+NO_SAMPLES = Sampling(1, 10 * INTERVAL)
+_BATCHES = 32  # of the growth of one run, whose scatter is its error
+_SLOPE = 1.2  # variance of a slope of a random walk by least squares over that by its ends
+
+
+def check_method(points: Sequence[Point]) -> None:
+    """That all points are simulated by a method with a tangent dynamics."""
+    for point in points:
+        if point.method != METHOD:
+            raise InputError(f"method = {point.method!r}: only {METHOD!r} has a tangent dynamics")
+
+
+def with_vectors(
+    before: Integrator,
+    members: Sequence[Point],
+    n_vectors: int,
+    sampling: Sampling = NO_SAMPLES,
+    section: Section | None = None,
+) -> TangentIntegrator:
+    """The chains of an integrator with random orthonormal vectors, the same for all.
+
+    members : the points that it has advanced so far.
+    """
+    chains = TangentIntegrator(
+        before.state(),
+        n_vectors=n_vectors,
+        time_step=members[0].time_step,
+        sampling=sampling,
+        sampled_blocks=1,
+        section=section,
+        **members[0].accuracy,
+    )
+    vectors = chains.deviations()
+    random = np.random.default_rng(chains.n_blocks)
+    states = 2 * chains.n_blocks
+    vectors[:, :states], _ = np.linalg.qr(random.standard_normal((states, n_vectors)))
+    chains.set_deviations(vectors)
+    return chains
+
+
+def count_intervals(length: float) -> int:
+    """How many intervals between orthonormalisations a stretch of model time has."""
+    return max(1, round(length / INTERVAL))
+
+
+def grow(
+    chains: TangentIntegrator,
+    length: float,
+    observers: Sequence,
+    report: Callable[[float], None],
+) -> np.ndarray:
+    """Advance by `length` and orthonormalise at the end of each of its T intervals.
+
+    report : called with the fraction done. Returns the rates of growth (W, T, K) of the vectors.
+    """
+    begin, count = chains.time, count_intervals(length)
+    growth = []
+    for number in range(1, count + 1):
+        for chunk in chains.advance(begin + number * length / count):
+            for observer in observers:
+                observer.observe(chunk)
+        growth.append(_orthonormalise(chains))
+        report(number / count)
+    return np.stack(growth, axis=1) * (count / length)
+
+
+def _orthonormalise(chains: TangentIntegrator) -> np.ndarray:
+    """Make the vectors orthonormal; returns the logarithms (W, K) of their growth."""
+    directions, triangle = np.linalg.qr(chains.deviations())
+    chains.set_deviations(directions)
+    stretch = np.abs(np.diagonal(triangle, axis1=1, axis2=2))
+    return np.log(np.maximum(stretch, np.finfo(float).tiny))
+
+
+def slopes(growth: np.ndarray) -> np.ndarray:
+    """Exponents (P, K): slopes of least-squares lines through the sums of growth rates (P, T, K).
+
+    The mean would be the slope between the two ends, which the phase of the motion there decides.
+    """
+    number = np.arange(1.0, growth.shape[1] + 1)
+    weights = number * number[::-1]
+    return np.einsum("t,ptk->pk", weights / weights.sum(), growth)
+
+
+def standard_errors(growth: np.ndarray) -> np.ndarray:
+    """Standard errors (P, K) of `slopes`: NaN with fewer than two intervals, 0 for minus infinity.
+
+    From the scatter of batches: successive rates are correlated, means over a thirty-second of the
+    run hardly.
+    """
+    batches = min(_BATCHES, growth.shape[1])
+    if batches < 2:
+        return np.full((growth.shape[0], growth.shape[2]), np.nan)
+    means = np.stack([part.mean(axis=1) for part in np.array_split(_finite(growth), batches, 1)])
+    return means.std(axis=0, ddof=1) * np.sqrt(_SLOPE / batches)
+
+
+def end_errors(growth: np.ndarray) -> np.ndarray:
+    """Standard errors (P, K) of `slopes` from the scatter about the lines alone.
+
+    Those of a motion that repeats itself, whose vectors grow and shrink in turn: runs of it that
+    begin at one phase agree in all of this error.
+    """
+    count = growth.shape[1]
+    finite = _finite(growth)
+    steps = finite - slopes(finite)[:, None]
+    about = np.cumsum(steps, axis=1).std(axis=1)
+    return about * np.sqrt(12 / count) / count
+
+
+def _finite(growth: np.ndarray) -> np.ndarray:
+    return np.where(np.isneginf(growth), 0.0, growth)

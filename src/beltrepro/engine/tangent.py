@@ -1,0 +1,204 @@
+"""Deviations from chains that `event` advances: the tangent dynamics of the hybrid motion.
+
+A deviation (dx, dv) obeys the linearised equations of motion between events. The tension of a
+spring is T(D), so dT = T'(D) dD, and the Taylor coefficients of dT are sums of products of those of
+T'(D) and of dD. On the linear branch T' = 1, on a curved one T' = c G
+(`beltrepro.engine.taylor`). A stuck block keeps its place on the belt, so dv = 0 and dx stays.
+
+At an event the chains beside the one followed change their rules a little earlier or later, which
+adds the jump of the vector field times the shift of the instant (Aizerman and Gantmakher 1958;
+docs/chaos.md derives the formulas):
+
+- stick: dv = 0;
+- slip: dv = a dF_ex / (dF_ex/dt), a the acceleration with which the slip starts;
+- reversal: dv is multiplied by the ratio of the accelerations after and before;
+- change of branch: nothing, since force and slope are continuous.
+
+With noise, all random numbers are given: the threshold of each stick, and the force on each block
+as a function of the time since the last rest of the whole chain, at whose end it begins. If the
+chain beside the one followed ends its rest later by s, the same noise acts on it later by s: its
+force at one time differs by -s times its rate, and by a jump where a cell of the noise ends.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from beltrepro.engine.event import REVERSAL, SLIP, STICK, Hooks
+from beltrepro.engine.friction import kinetic_friction
+from beltrepro.engine.law import expand_spring
+from beltrepro.engine.simd import LANES, fma, load, mask_bits, select, spread, store
+from beltrepro.engine.taylor import at, force_order, polynomial
+from beltrepro.engine.vector import inlined
+
+
+class Deviations(NamedTuple):
+    """K deviations of each of W chains, and scratch space for their series."""
+
+    displacement: np.ndarray  # (K, N, W) dx
+    velocity: np.ndarray  # (K, N, W) dv
+    # of the instants at which the noise changes, since the last rest of the whole chain
+    delay: np.ndarray  # (K, W)
+    noise_force: np.ndarray  # (N, W) at the end of the last step, 0 while the chain rests
+    position: np.ndarray  # N+1 columns of series, see `beltrepro.engine.taylor.at`: dX_k
+    slope: np.ndarray  # N columns of series: T'(D)
+
+
+@inlined
+def carry(order, lane, active, sliding, step, group, scratch, deviations):
+    """Hook: carries the deviations of eight chains through their steps."""
+    n_blocks = group.chains.direction.shape[0]
+    noisy = mask_bits(load(group.conditions.noise_power, (lane,)) > 0.0) != 0
+    if noisy:
+        _delay_noise(lane, sliding, step, group.chains, deviations)
+    _find_slopes(order, n_blocks, scratch.series, deviations)
+    for vector in range(deviations.displacement.shape[0]):
+        _make_series(order, noisy, vector, lane, group.chains, scratch.series, deviations)
+        for block in range(n_blocks):
+            place = (vector, block, lane)
+            position, velocity = polynomial(order, deviations.position, block + 1, step)
+            store(deviations.displacement, place, position)
+            store(deviations.velocity, place, velocity)
+
+
+@inlined
+def _delay_noise(lane, sliding, step, chains, deviations):
+    """What the change of the force of the noise since the last step does to the velocities."""
+    for block in range(chains.direction.shape[0]):
+        place = (block, lane)
+        level = load(chains.noise_force, (0, block, lane))
+        start = level - load(chains.noise_force, (1, block, lane)) * step
+        change = load(deviations.noise_force, place) - start
+        change = select(load(chains.direction, place) != 0.0, change, 0.0)
+        store(deviations.noise_force, place, select(sliding, level, 0.0))
+        for vector in range(deviations.delay.shape[0]):
+            velocity = load(deviations.velocity, (vector, block, lane))
+            delay = load(deviations.delay, (vector, lane))
+            store(deviations.velocity, (vector, block, lane), fma(change, delay, velocity))
+
+
+@inlined
+def _find_slopes(order, n_blocks, series, deviations):
+    """Series of T'(D) of all springs: 1 on the linear branch, c G on a curved one."""
+    for spring in range(n_blocks):
+        rate = load(series.rate, (spring * LANES,))
+        curved = rate != 0.0
+        first = rate * load(series.growth, (at(0, spring),))
+        store(deviations.slope, (at(0, spring),), select(curved, first, 1.0))
+        if mask_bits(curved) != 0:
+            for k in range(1, force_order(order) + 1):
+                grown = rate * load(series.growth, (at(k, spring),))
+                store(deviations.slope, (at(k, spring),), select(curved, grown, 0.0))
+
+
+@inlined
+def _make_series(order, noisy, vector, lane, chains, series, deviations):
+    """Series of one deviation of eight chains about now."""
+    n_blocks = chains.direction.shape[0]
+    position = deviations.position
+    for block in range(n_blocks):
+        place = (vector, block, lane)
+        store(position, (at(0, block + 1),), load(deviations.displacement, place))
+        store(position, (at(1, block + 1),), load(deviations.velocity, place))
+    for k in range(force_order(order) + 1):
+        weight = 1.0 / ((k + 1.0) * (k + 2.0))
+        tension_before = spread(0.0)
+        for spring in range(n_blocks + 1):
+            tension = spread(0.0)
+            if spring < n_blocks:
+                tension = _tension(k, spring, series, deviations)
+            if spring > 0:
+                slipping = load(chains.direction, (spring - 1, lane)) != 0.0
+                pull = (tension - tension_before) * weight
+                store(position, (at(k + 2, spring),), select(slipping, pull, 0.0))
+            tension_before = tension
+        if noisy and k == 0:
+            _add_noise(vector, lane, chains, deviations)
+
+
+@inlined
+def _add_noise(vector, lane, chains, deviations):
+    """The part of the noise in the coefficients of order 2, on which the others depend."""
+    delay = load(deviations.delay, (vector, lane))
+    for block in range(chains.direction.shape[0]):
+        slope = load(chains.noise_force, (1, block, lane))
+        slope = select(load(chains.direction, (block, lane)) != 0.0, slope, 0.0)
+        column = (at(2, block + 1),)
+        store(deviations.position, column, load(deviations.position, column) - 0.5 * slope * delay)
+
+
+@inlined
+def _tension(k, spring, series, deviations):
+    """Coefficient k of dT."""
+    position, slope = deviations.position, deviations.slope
+    newest = load(position, (at(k, spring + 1),)) - load(position, (at(k, spring),))
+    total = load(slope, (at(0, spring),)) * newest
+    if mask_bits(load(series.rate, (spring * LANES,)) != 0.0) != 0:
+        for m in range(k):
+            change = load(position, (at(m, spring + 1),)) - load(position, (at(m, spring),))
+            total = fma(load(slope, (at(k - m, spring),)), change, total)
+    return total
+
+
+@inlined
+def apply_jumps(kind, block, lane, i, group, scratch, deviations):
+    """Hook: what the event of one chain does to its deviations."""
+    chain = lane + i
+    velocity = deviations.velocity
+    if kind == STICK:
+        for vector in range(velocity.shape[0]):
+            velocity[vector, block, chain] = 0.0
+    elif kind in (SLIP, REVERSAL):
+        external, rate, own, following = _pull(block, chain, group)
+        way = group.chains.direction[block, chain]
+        push = external
+        begins = group.chains.cell[chain] <= 0.0  # the noise, with the slip that ends a rest
+        if not begins:
+            push += group.chains.noise_force[0, block, chain]
+        kinetic = way * kinetic_friction(group.law)
+        after = push - kinetic
+        for vector in range(velocity.shape[0]):
+            if kind == REVERSAL:
+                velocity[vector, block, chain] *= after / (push + kinetic)
+            else:
+                change = _pull_change(vector, block, chain, own, following, deviations)
+                velocity[vector, block, chain] = after * change / rate
+                if begins and group.conditions.noise_power[chain] > 0.0:
+                    deviations.delay[vector, chain] = -change / rate
+
+
+@inlined
+def _pull(block, chain, group):
+    """F_ex on a block of one chain, dF_ex/dt, and the slopes of the springs before and after it."""
+    chains = group.chains
+    last = chains.direction.shape[0] - 1
+    here, speed = chains.displacement[block, chain], chains.velocity[block, chain]
+    before, speed_before = 0.0, -group.conditions.belt_velocity[chain]
+    if block > 0:
+        before = chains.displacement[block - 1, chain]
+        speed_before = chains.velocity[block - 1, chain]
+    pull, own, _, _ = expand_spring(here - before, group.law)
+    external, rate, following = -pull, -own * (speed - speed_before), 0.0
+    if block < last:
+        stretch = chains.displacement[block + 1, chain] - here
+        pull, following, _, _ = expand_spring(stretch, group.law)
+        external += pull
+        rate += following * (chains.velocity[block + 1, chain] - speed)
+    return external, rate, own, following
+
+
+@inlined
+def _pull_change(vector, block, chain, own, following, deviations):
+    """dF_ex on a block."""
+    displacement = deviations.displacement
+    here = displacement[vector, block, chain]
+    before = 0.0
+    if block > 0:
+        before = displacement[vector, block - 1, chain]
+    change = -own * (here - before)
+    if block < displacement.shape[1] - 1:
+        change += following * (displacement[vector, block + 1, chain] - here)
+    return change
+
+
+HOOKS = Hooks(moved=carry, event_applied=apply_jumps)

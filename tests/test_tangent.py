@@ -1,0 +1,232 @@
+"""Deviations from chains: against twins, closed forms, conserved volume and 40 digits."""
+
+import dataclasses
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from beltrepro import ChainParameters, ChainState, simulate
+from beltrepro.engine.integrator import Sampling
+from beltrepro.engine.tangent_integrator import TangentIntegrator
+from beltrepro.model.spring import spring_extension
+
+
+def integrator(parameters, starts, n_vectors=1):
+    """Chains from given positions, all stuck."""
+    return TangentIntegrator(
+        [ChainState.at_rest(parameters, start) for start in starts],
+        n_vectors=n_vectors,
+        time_step=0.001,
+        sampling=Sampling(1, 0.1),
+        sampled_blocks=1,
+    )
+
+
+def advance(chains, until):
+    """Advance; returns the events of each chain on the way, as (time, block, 1 slip or 0 stick)."""
+    found = [[] for _ in chains.parameters]
+    for chunk in chains.advance(until):
+        for lane, events in enumerate(found):
+            events += chunk.events[lane, : chunk.event_count[lane], :3].tolist()
+    return found
+
+
+def n_stuck(chains):
+    """Blocks of the first chain that are stuck now."""
+    return int(np.sum(chains.state()[0].directions == 0))
+
+
+def states(chains):
+    return np.concatenate([chains.positions(), chains.velocities()], axis=1)
+
+
+@pytest.mark.parametrize(
+    ("n_blocks", "belt_velocity", "until", "least"),
+    [(1, 3.0, 150.0, 10), (2, 6.0, 230.0, 50), (5, 20.0, 60.0, 50), (10, 30.0, 45.0, 50)],
+)
+def test_deviations_are_the_differences_of_twins(n_blocks, belt_velocity, until, least):
+    """Central differences of twins 1e-5 apart: their own error is 1e-10 / 1e-5 of rounding."""
+    chain = ChainParameters(n_blocks, belt_velocity)
+    random = np.random.default_rng(2)
+    start = chain.rest_positions + random.standard_normal(n_blocks)
+    way = random.standard_normal(n_blocks)
+    apart = 1e-5
+    chains = integrator(chain, [start, start + apart * way, start - apart * way])
+    deviation = np.zeros((3, 2 * n_blocks, 1))
+    deviation[:, :n_blocks, 0] = way
+    chains.set_deviations(deviation)
+    events = advance(chains, until)
+    assert len(events[0]) >= least
+    assert [event[1:] for event in events[1]] == [event[1:] for event in events[2]]
+    ahead, behind = states(chains)[1:]
+    carried = chains.deviations()[0, :, 0]
+    assert np.abs((ahead - behind) / (2 * apart) - carried).max() < 1e-6 * np.abs(carried).max()
+
+
+@pytest.mark.parametrize(
+    ("n_blocks", "belt_velocity", "noise", "span", "least", "rests", "within"),
+    [
+        (5, 40.0, 2.0, 40.0, 10, False, 1e-6),
+        (10, 30.0, 1.0, 40.0, 30, False, 1e-6),
+        (2, 20.0, 1.0, 60.0, 30, True, 1e-6),
+        (5, 20.0, 1.0, 60.0, 60, True, 1e-6),
+    ],
+)
+def test_deviations_under_noise_are_the_differences_of_twins(
+    n_blocks, belt_velocity, noise, span, least, rests, within
+):
+    """Twins with one cell of the noise and one stream.
+
+    They have the same noise at the same instants until the whole chain rests. It begins anew with
+    the first slip after that, which comes at different instants, and so does all noise after it.
+    """
+    chain = ChainParameters(n_blocks, belt_velocity, noise)
+    begin, apart = 500.0, 1e-4
+    state = simulate(chain, duration=begin, method="event", tolerance=1e-12).final_state
+    way = np.random.default_rng(2).standard_normal(n_blocks)
+    twins = [
+        dataclasses.replace(state, displacements=state.displacements + side * apart * way)
+        for side in (0, 1, -1)
+    ]
+    chains = TangentIntegrator(
+        twins,
+        n_vectors=1,
+        time_step=0.001,
+        sampling=Sampling(1, 0.1),
+        sampled_blocks=1,
+        tolerance=1e-12,
+        noise_share=0.0,
+    )
+    deviation = np.zeros((3, 2 * n_blocks + 1, 1))
+    deviation[:, :n_blocks, 0] = way
+    chains.set_deviations(deviation)
+    events, most_stuck = [[], [], []], 0
+    for time in np.arange(begin + 0.5, begin + span + 0.25, 0.5):
+        for seen, new in zip(events, advance(chains, time), strict=True):
+            seen += new
+        most_stuck = max(most_stuck, n_stuck(chains))
+    assert (most_stuck == n_blocks) == rests
+    assert len(events[0]) >= least
+    assert [event[1:] for event in events[1]] == [event[1:] for event in events[2]]
+    ahead, behind = states(chains)[1:]
+    carried = chains.deviations()[0, :-1, 0]
+    assert np.abs((ahead - behind) / (2 * apart) - carried).max() < within * np.abs(carried).max()
+
+
+def test_one_block_forgets_at_each_stick():
+    """N = 1: a stuck block keeps its place on the belt, and slips at one length whatever it was.
+
+    So a deviation of the place shifts all that follows by -dx/u in time, and at a fixed time the
+    state by dx times the velocity over u.
+    """
+    chain = ChainParameters(1, 3.0)
+    chains = integrator(chain, [chain.rest_positions])
+    chains.set_deviations(np.array([[[1.0], [0.0]]]))
+    first_slip = float(spring_extension(chain.static_friction, chain)) / 3.0
+    seen = set()
+    for time in np.arange(first_slip - 1.0, first_slip + 60.0, 0.37):
+        advance(chains, time)
+        position, velocity = chains.deviations()[0, :, 0]
+        assert position == pytest.approx(chains.velocities()[0, 0] / 3.0, rel=1e-9, abs=1e-12)
+        stuck = bool(n_stuck(chains))
+        seen.add(stuck)
+        if stuck:
+            assert velocity == 0.0
+    assert seen == {True, False}
+
+
+def test_the_flow_is_carried_into_the_flow():
+    """The deviation along the motion itself: velocity and acceleration, through every event."""
+    chain = ChainParameters(5, 20.0)
+    start = chain.rest_positions + np.random.default_rng(5).standard_normal(5)
+    chains = integrator(chain, [start])
+    flow = np.zeros((1, 10, 1))
+    flow[0, :5, 0] = chain.belt_velocity
+    chains.set_deviations(flow)
+    events = advance(chains, 300.0)
+    assert len(events[0]) > 150
+    carried = chains.deviations()[0, :5, 0]
+    assert carried == pytest.approx(chains.velocities()[0], rel=1e-7, abs=1e-7)
+
+
+def test_volume_is_conserved_while_all_blocks_slip():
+    chain = ChainParameters(3, 20.0)
+    chains = integrator(chain, [chain.rest_positions + np.array([40.0, 65.0, 90.0])], n_vectors=6)
+    time = 0.0
+    while n_stuck(chains):
+        time += 0.25
+        advance(chains, time)
+        assert time < 20
+    chains.set_deviations(np.eye(6)[None])
+    begin = time
+    while not n_stuck(chains):
+        assert np.linalg.det(chains.deviations()[0]) == pytest.approx(1.0, rel=1e-8)
+        time += 0.05
+        advance(chains, time)
+    assert time > begin + 1.0
+    assert np.linalg.det(chains.deviations()[0]) == 0.0
+
+
+def test_volume_shrinks_in_a_reversal_by_the_accelerations():
+    """det M = (|F| - k) / (|F| + k) for each reversal without sticking, F the external force."""
+    chain = ChainParameters(1, 2.0, friction_ratio=0.1)
+    chains = integrator(chain, [chain.rest_positions + 120.0], n_vectors=2)
+    advance(chains, 0.01)
+    chains.set_deviations(np.eye(2)[None])
+    events = [record for chunk in chains.advance(8.0) for record in _records(chunk)]
+    kinetic = chain.friction_ratio * chain.static_friction
+    expected, n_reversals = 1.0, 0
+    for stick, slip in pairwise(events):
+        if stick["slip"] == 0 and slip["slip"] == 1 and stick["time"] == slip["time"]:
+            n_reversals += 1
+            expected *= (abs(stick["force"]) - kinetic) / (abs(stick["force"]) + kinetic)
+    assert n_reversals >= 2
+    assert len(events) == 2 * n_reversals
+    assert not n_stuck(chains)
+    assert np.linalg.det(chains.deviations()[0]) == pytest.approx(expected, rel=1e-8)
+
+
+def _records(chunk):
+    names = ("time", "block", "slip", "force")
+    rows = chunk.events[0, : chunk.event_count[0]]
+    return [dict(zip(names, row, strict=False)) for row in rows.tolist()]
+
+
+def test_a_smooth_chain_is_symplectic_and_of_closed_form():
+    """Without friction, small oscillations: M = exp(A t), M^T J M = J."""
+    chain = ChainParameters(4, 0.01, static_friction=1e-9, friction_ratio=0.0)
+    start = chain.rest_positions + 0.1 * np.array([1.0, -0.5, 0.3, 0.8])
+    chains = integrator(chain, [start], n_vectors=8)
+    advance(chains, 0.5)
+    assert n_stuck(chains) == 0
+    chains.set_deviations(np.eye(8)[None])
+    events = advance(chains, 9.5)
+    stiffness = 2 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
+    stiffness[-1, -1] = 1.0
+    squares, modes = np.linalg.eigh(stiffness)
+    frequency = np.sqrt(squares)
+    phase = 9.0 * frequency
+    cosine = modes @ np.diag(np.cos(phase)) @ modes.T
+    sine = modes @ np.diag(np.sin(phase) / frequency) @ modes.T
+    growth = -modes @ np.diag(np.sin(phase) * frequency) @ modes.T
+    expected = np.block([[cosine, sine], [growth, cosine]])
+    carried = chains.deviations()[0]
+    assert len(events[0]) > 4  # reversals without friction change nothing
+    assert carried == pytest.approx(expected, abs=1e-7)
+    form = np.block([[np.zeros((4, 4)), np.eye(4)], [-np.eye(4), np.zeros((4, 4))]])
+    assert carried.T @ form @ carried == pytest.approx(form, abs=1e-7)
+
+
+def test_a_change_of_branch_changes_no_deviation():
+    """Force and slope are continuous at the end of the linear branch: only the third derivative
+    jumps, so that what is carried across in one step and in tiny ones is the same."""
+    chain = ChainParameters(1, 5.0)
+    chains = [integrator(chain, [chain.rest_positions]) for _ in range(2)]
+    for each in chains:
+        each.set_deviations(np.array([[[1.0], [0.0]]]))
+    advance(chains[0], 40.0)
+    for time in np.arange(0.05, 40.0001, 0.05):
+        advance(chains[1], time)
+    one, other = (each.deviations()[0, :, 0] for each in chains)
+    assert one == pytest.approx(other, rel=1e-9)
