@@ -607,6 +607,13 @@ def test_bad_input_of_the_other_kinds_is_one_line(function, options, words):
     assert words in str(caught.value) and "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("sizes", [(2, 3), (3, 2)])
+def test_a_section_block_is_one_that_every_chain_has(sizes):
+    chains = [ChainParameters(n_blocks, 20.0) for n_blocks in sizes]
+    with pytest.raises(InputError, match="section_block = 3: allowed are 1 to 2"):
+        catalogue(chains, duration=1.0, section_block=3, section_position=80.0)
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
