@@ -1,5 +1,6 @@
 """States and runs as values: a run that is cut goes on as if it had not been."""
 
+import dataclasses
 import subprocess
 import sys
 from itertools import product
@@ -9,7 +10,10 @@ import pytest
 
 from beltrepro import ChainParameters, ChainState, Run, catalogue, escapes, scan, simulate
 from beltrepro.errors import InputError
+from beltrepro.model.spring import potential_energy
 from beltrepro.simulation import memory
+from beltrepro.simulation.points import integrator_of, points
+from beltrepro.simulation.sampling import sampling_of
 
 METHODS = ("verlet", "event")
 BELT_VELOCITIES = {1: 1.0, 5: 7.5, 10: 30.0}
@@ -206,6 +210,38 @@ def test_a_fresh_run_is_one_from_a_state_at_rest(method):
 
 
 @pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("block", [1, 2, 3])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_block_at_rest_slips_at_once_where_its_own_threshold_is_passed(method, block, sign):
+    """Of blocks at rest that are pulled those slip whose own thresholds are lower, and no other."""
+    # kinetic friction below all forces: what slips goes on; with noise thresholds differ
+    chain = ChainParameters(3, 1.0, noise=0.01, friction_ratio=0.1)
+    start = chain.rest_positions
+    start[block - 1] -= sign * 19.0
+    state = ChainState.at_rest(chain, start)
+    force = state.forces
+    assert np.sign(force[block - 1]) == sign
+    low = 0.9 * abs(force[block - 1])
+    high = 2 * np.abs(force).max()
+    for threshold, slips in ((low, True), (high, False)):
+        thresholds = np.full(3, high)
+        thresholds[block - 1] = threshold
+        own = dataclasses.replace(state, thresholds=thresholds)
+        run = simulate(chain, duration=0.02, method=method, initial_state=own)
+        events = run.events[["block", "kind"]].tolist()
+        assert events == ([(block, "slip")] if slips else [])
+        assert np.all(run.events["time"] <= 0.001)
+        assert run.final_state.directions[block - 1] == (sign if slips else 0.0)
+    # with the others' thresholds low, and its own high, the others slip
+    thresholds = 0.9 * np.abs(force)
+    thresholds[block - 1] = high
+    thresholds[force == 0] = high
+    own = dataclasses.replace(state, thresholds=thresholds)
+    run = simulate(chain, duration=0.02, method=method, initial_state=own)
+    assert set(run.events["block"]) == set(1 + np.flatnonzero(thresholds < high))
+
+
+@pytest.mark.parametrize("method", METHODS)
 def test_a_slipping_block_follows_the_closed_form(method):
     # kinetic friction 4.5 along the belt; about its balance the block swings with frequency 1,
     # never as fast as the belt
@@ -269,6 +305,74 @@ def test_another_belt_velocity_takes_the_stuck_blocks_along():
         np.testing.assert_allclose(
             later.positions[0], state.positions + 0.1 * state.velocities, rtol=0, atol=1.0
         )
+
+
+KEPT = ("displacements", "relative_velocities", "directions", "thresholds", "friction_losses",
+        "wall_impulse", "initial_energy", "initial_momentum", "stream", "time")  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("method", "time_step", "noise"),
+    [
+        ("verlet", 0.001, 0.0),  # in leaps
+        ("verlet", 0.004, 0.0),  # step by step
+        ("verlet", 0.002, 1.0),
+        ("event", 0.001, 0.0),
+        ("event", 0.002, 1.0),
+    ],
+)
+def test_an_integrator_that_takes_over_holds_the_state_that_it_was_given(method, time_step, noise):
+    """Nothing of a state of another scheme is lost or changes its unit before the first step."""
+    chain = ChainParameters(5, 7.5, noise)
+    before = METHODS[method == "verlet"]
+    state = simulate(chain, duration=50.0, method=before).final_state.settled()
+    assert 0 < np.count_nonzero(state.directions) < 5
+    assert state.friction_losses.max() > 100 and abs(state.wall_impulse) > 100
+    (point,) = points(
+        chain, method=method, time_step=time_step, tolerance=None, seed=None, replicate=None,
+        initial_positions=None, initial_spread=0.0, initial_state=state,
+    )  # fmt: skip
+    sampling = sampling_of(None, method, time_step)
+    integrator = integrator_of([point], sampling=sampling, sampled_blocks=5)
+    (held,) = integrator.state()
+    for name in KEPT:
+        np.testing.assert_allclose(
+            getattr(held, name), getattr(state, name), rtol=1e-12, err_msg=name
+        )
+    # the same balance of energy as by hand
+    work = 7.5 * (state.velocities.sum() - state.initial_momentum + state.wall_impulse)
+    energy = potential_energy(state.positions, chain) + (state.velocities**2).sum() / 2
+    missing = work - state.friction_losses.sum() - (energy - state.initial_energy)
+    assert integrator.energy_residual()[0] == pytest.approx(missing / work, abs=1e-12)
+
+
+CHANGES = {"belt_velocity": 9.0, "noise": 2.0, "static_friction": 80.0, "friction_ratio": 0.3,
+           "rest_length": 47.0, "linear_limit": 15.0, "compression_rate": 0.1,
+           "extension_rate": 0.02}  # fmt: skip
+
+
+@pytest.mark.parametrize("field", [field.name for field in dataclasses.fields(ChainParameters)[1:]])
+def test_a_state_under_another_constant_is_the_same_motion(field):
+    old = ChainParameters(5, 7.5, 1.0)
+    new = dataclasses.replace(old, **{field: CHANGES[field]})
+    state = simulate(old, duration=50.0, method="event", seed=3, replicate=2).final_state
+    stuck = state.directions == 0
+    assert 0 < stuck.sum() < 5
+    there = state.under(new)
+    assert there.parameters == new and there.scheme is None
+    np.testing.assert_allclose(there.positions, state.positions, rtol=1e-14)
+    np.testing.assert_allclose(there.velocities[~stuck], state.velocities[~stuck], rtol=1e-12)
+    np.testing.assert_array_equal(there.velocities[stuck], new.belt_velocity)
+    np.testing.assert_array_equal(there.relative_velocities[stuck], 0.0)
+    np.testing.assert_array_equal(there.directions, np.sign(there.relative_velocities))
+    deviates = (state.thresholds - old.static_friction) / old.noise
+    np.testing.assert_allclose(there.thresholds, new.static_friction + new.noise * deviates)
+    assert (there.time, there.seed, there.replicate) == (state.time, 3, 2)
+    np.testing.assert_array_equal(there.stream, state.stream)
+    assert there.wall_impulse == 0 and not there.friction_losses.any()
+    energy = potential_energy(there.positions, new) + (there.velocities**2).sum() / 2
+    assert there.initial_energy == pytest.approx(energy, rel=1e-12)
+    assert there.initial_momentum == pytest.approx(there.velocities.sum(), rel=1e-12)
 
 
 def test_thresholds_keep_their_deviates_under_other_noise():
@@ -368,8 +472,6 @@ def test_a_run_is_equal_to_what_it_saved(tmp_path):
 
 @pytest.mark.parametrize("change", ["positions", "events", "seed", "final_state"])
 def test_runs_that_differ_are_not_equal(change):
-    import dataclasses
-
     run = simulate(ChainParameters(2, 20.0), duration=10)
     value = getattr(run, change)
     if change == "seed":
