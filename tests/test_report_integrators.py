@@ -216,9 +216,7 @@ def test_sentences_on_attractors_count_points(section):
 def test_the_visible_difference_is_where_the_test_becomes_significant(runs):
     """Two samples of which one is shifted by k places differ by k/n; the exact test decides."""
     places = np.arange(runs)
-    shifts = (
-        k for k in places if stats.ks_2samp(places, places + k + 0.5).pvalue < samples.LEVEL
-    )
+    shifts = (k for k in places if stats.ks_2samp(places, places + k + 0.5).pvalue < samples.LEVEL)
     first = (next(shifts) + 1) / runs
     # the formula is that of large samples; both steps of the statistic are 1/n wide
     assert abs(described._visible(runs) - first) < 2 / runs

@@ -11,9 +11,9 @@ import pytest
 from beltrepro import ChainParameters, ChainState, Run, catalogue, escapes, scan, simulate
 from beltrepro.errors import InputError
 from beltrepro.model.spring import potential_energy
-from beltrepro.simulation import memory
+from beltrepro.simulation import arguments, memory
 from beltrepro.simulation.points import integrator_of, points
-from beltrepro.simulation.sampling import sampling_of
+from beltrepro.simulation.sampling import checked, sampling_of
 
 METHODS = ("verlet", "event")
 BELT_VELOCITIES = {1: 1.0, 5: 7.5, 10: 30.0}
@@ -346,16 +346,21 @@ def test_an_integrator_that_takes_over_holds_the_state_that_it_was_given(method,
     assert integrator.energy_residual()[0] == pytest.approx(missing / work, abs=1e-12)
 
 
-CHANGES = {"belt_velocity": 9.0, "noise": 2.0, "static_friction": 80.0, "friction_ratio": 0.3,
-           "rest_length": 47.0, "linear_limit": 15.0, "compression_rate": 0.1,
-           "extension_rate": 0.02}  # fmt: skip
+CHANGES = [("belt_velocity", 9.0), ("belt_velocity", 2.0), ("noise", 2.0), ("noise", 0.0),
+           ("static_friction", 80.0), ("friction_ratio", 0.3), ("rest_length", 47.0),
+           ("linear_limit", 15.0), ("compression_rate", 0.1), ("extension_rate", 0.02)]  # fmt: skip
 
 
-@pytest.mark.parametrize("field", [field.name for field in dataclasses.fields(ChainParameters)[1:]])
-def test_a_state_under_another_constant_is_the_same_motion(field):
+def test_every_constant_is_changed():
+    fields = {field.name for field in dataclasses.fields(ChainParameters)}
+    assert {name for name, _ in CHANGES} == fields - {"n_blocks"}
+
+
+@pytest.mark.parametrize(("field", "value"), CHANGES)
+def test_a_state_under_another_constant_is_the_same_motion(field, value):
     old = ChainParameters(5, 7.5, 1.0)
-    new = dataclasses.replace(old, **{field: CHANGES[field]})
-    state = simulate(old, duration=50.0, method="event", seed=3, replicate=2).final_state
+    new = dataclasses.replace(old, **{field: value})
+    state = simulate(old, duration=65.0, method="event", seed=3, replicate=2).final_state
     stuck = state.directions == 0
     assert 0 < stuck.sum() < 5
     there = state.under(new)
@@ -364,7 +369,10 @@ def test_a_state_under_another_constant_is_the_same_motion(field):
     np.testing.assert_allclose(there.velocities[~stuck], state.velocities[~stuck], rtol=1e-12)
     np.testing.assert_array_equal(there.velocities[stuck], new.belt_velocity)
     np.testing.assert_array_equal(there.relative_velocities[stuck], 0.0)
+    # a slower belt may be overtaken by a block that lagged behind
     np.testing.assert_array_equal(there.directions, np.sign(there.relative_velocities))
+    overtakes = (there.directions > 0) & (state.directions < 0)
+    assert overtakes.any() == (value == 2.0 and field == "belt_velocity")
     deviates = (state.thresholds - old.static_friction) / old.noise
     np.testing.assert_allclose(there.thresholds, new.static_friction + new.noise * deviates)
     assert (there.time, there.seed, there.replicate) == (state.time, 3, 2)
@@ -707,6 +715,52 @@ def test_bad_input_of_the_other_kinds_is_one_line(function, options, words):
     with pytest.raises(InputError) as caught:
         function(CHAIN, **{"duration": 10} | options)
     assert words in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("check", "allowed", "refused"),
+    [
+        (arguments.step, [1e-9, 0.1], [0.0, -1e-3, 0.1000001]),
+        (arguments.tolerance, [None, 1e-16, 1.0], [0.0, 0.99e-16, 1.0000001]),
+        (arguments.optional_key, [None, 0, 2**63 - 1], [-1, 2**63]),
+        (lambda name, value: arguments.lengths(10.0, value), [0.0, 9.999], [-1e-9, 10.0]),
+        (lambda name, value: arguments.lengths(value, 0.0), [1e-9], [0.0, -1.0]),
+        (lambda name, value: checked(0.1, value, 10.0, []), [0.0, 10.0], [-1e-9, 10.001]),
+        (lambda name, value: arguments.whole_steps(name, value, 1e-3), [0.0, 0.5], [0.50001]),
+        (lambda name, value: arguments.method_has_tolerance(name, value), [None], [1e-8]),
+    ],
+)
+def test_arguments_at_the_ends_of_their_ranges(check, allowed, refused):
+    for value in allowed:
+        check("verlet", value)
+    for value in refused:
+        with pytest.raises(InputError):
+            check("verlet", value)
+
+
+@pytest.mark.parametrize(
+    ("function", "options", "refused"),
+    [
+        (scan, {"section_position": 1e-9}, {"section_position": 0.0}),
+        (scan, {"section_values": 0}, {"section_values": -1}),
+        (scan, {"laminar_time": 0.0}, {"laminar_time": -1e-9}),
+        (catalogue, {"section_block": 2}, {"section_block": 0}),
+        (catalogue, {"section_position": 1e-9}, {"section_position": -1.0}),
+        (escapes, {"settle_time": 0.5}, {"settle_time": 0.0}),
+        (escapes, {"laminar_time": 0.0}, {"laminar_time": -1e-9}),
+    ],
+)
+def test_what_each_kind_is_told_at_the_ends_of_its_range(function, options, refused):
+    found = function(CHAIN, duration=0.5, **options)
+    assert all(values.dtype != object for values in found.values())
+    with pytest.raises(InputError, match=next(iter(refused))):
+        function(CHAIN, duration=0.5, **refused)
+
+
+def test_a_scan_takes_ten_blocks_and_no_more():
+    assert scan(ChainParameters(10, 3.0), duration=0.5)["slip_count"].shape == (1, 10)
+    with pytest.raises(InputError, match="n_blocks = 11: a scan takes at most 10"):
+        scan([CHAIN, ChainParameters(11, 3.0)], duration=0.5)
 
 
 @pytest.mark.parametrize("sizes", [(2, 3), (3, 2)])

@@ -457,5 +457,5 @@ def test_compiled_kernels_are_keyed_by_all_sources_they_are_made_of(monkeypatch)
     )
     version = vector._engine_version.__wrapped__
     usual = version()
-    for changed in contents:  # noqa: B007
+    for changed in contents:
         assert version() != usual, changed
