@@ -560,8 +560,10 @@ def test_statistics_are_those_of_the_time_measured_and_of_the_finest_reference()
         changed = own.attributes | {"duration": duration, "transient": transient}
         data[f"pairs_r_{method}"] = Dataset(own.arrays, changed)
     table = derived("agreement", data).set_index(["part", "quantity", "belt_velocity", "noise"])
-    counts = {"slips of the last block per time": lambda arrays: arrays["slip_count"][:, 4],
-              "crossings of the section per time": lambda arrays: arrays["section_count"]}  # fmt: skip
+    counts = {
+        "slips of the last block per time": lambda arrays: arrays["slip_count"][:, 4],
+        "crossings of the section per time": lambda arrays: arrays["section_count"],
+    }
     for quantity, counted in counts.items():
         row = table.loc[("disorder", quantity, 30.0, 5.0)]
         for role, method, time in (("tested", "verlet", 900.0), ("reference", "event", 600.0)):
@@ -578,6 +580,17 @@ def test_statistics_are_those_of_the_time_measured_and_of_the_finest_reference()
         np.testing.assert_allclose(
             rows["mean_reference"], arrays["final_disorder"][here].mean(), rtol=1e-12
         )
+
+
+def test_trajectories_are_held_against_the_smallest_step_of_the_reference(tables):
+    partings = pd.read_csv(tables.partings)
+    steps = partings.groupby("method")["time_step"].unique()
+    assert sorted(steps["verlet"]) == [0.001, 0.002, 0.004]
+    # a run of the reference is not compared with itself
+    assert list(steps["event"]) == [0.002]
+    errors = pd.read_csv(tables.convergence)
+    by_step = errors[(errors["method"] == "event") & (errors["varied"] == "time_step")]
+    assert set(by_step["time_step"]) == {0.002}
 
 
 @pytest.mark.parametrize("name", registry.entries())

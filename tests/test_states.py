@@ -550,6 +550,30 @@ def test_runs_that_repeat_each_other_do_not_pass_silently(recwarn):
     assert not recwarn.list
 
 
+@pytest.mark.parametrize(
+    "field", ["displacements", "relative_velocities", "directions", "thresholds", "stream", "time"]
+)
+def test_runs_that_go_on_from_different_states_repeat_nothing(field, recwarn):
+    """A change in any field that a run depends on makes another run of it, and no warning."""
+    chain = ChainParameters(2, 20.0, 1.0)
+    state = simulate(chain, duration=5, method="event", sample_interval=None).final_state
+    value = getattr(state, field)
+    changed = value + np.ones_like(value) if field == "stream" else value + 0.5
+    other = dataclasses.replace(state, **{field: changed})
+    told = {"method": "event", "time_step": 0.001, "tolerance": None, "seed": None,
+            "replicate": None, "initial_positions": None, "initial_spread": 0.0}  # fmt: skip
+    points([chain] * 2, initial_state=[state, other], **told)
+    assert not recwarn.list
+    # without noise nothing is drawn, so the random stream does not matter
+    quiet = ChainParameters(2, 20.0)
+    states = [each.under(quiet) for each in (state, other)]
+    if field == "stream":
+        with pytest.warns(UserWarning, match="1 of 2 chains repeat"):
+            points([quiet] * 2, initial_state=states, **told)
+    with pytest.warns(UserWarning, match="1 of 2 chains repeat"):
+        points([chain] * 2, initial_state=[state, state], **told)
+
+
 # --- sampling ---
 
 
