@@ -551,6 +551,48 @@ def test_tables_have_a_row_for_each_comparison(tables):
     }
 
 
+def test_statistics_are_those_of_the_time_measured_and_of_the_finest_reference():
+    """Rates of each side over its own settled time; its runs with the smallest step."""
+    data = made_up()
+    lengths = {"verlet": (1000.0, 100.0), "event": (640.0, 40.0)}
+    for method, (duration, transient) in lengths.items():
+        own = data[f"pairs_r_{method}"]
+        changed = own.attributes | {"duration": duration, "transient": transient}
+        data[f"pairs_r_{method}"] = Dataset(own.arrays, changed)
+    table = derived("agreement", data).set_index(["part", "quantity", "belt_velocity", "noise"])
+    counts = {
+        "slips of the last block per time": lambda arrays: arrays["slip_count"][:, 4],
+        "crossings of the section per time": lambda arrays: arrays["section_count"],
+    }
+    for quantity, counted in counts.items():
+        row = table.loc[("disorder", quantity, 30.0, 5.0)]
+        for role, method, time in (("tested", "verlet", 900.0), ("reference", "event", 600.0)):
+            arrays = data[f"pairs_r_{method}"].arrays
+            here = (arrays["belt_velocity"] == 30.0) & (arrays["noise"] == 5.0)
+            assert row[f"mean_{role}"] == pytest.approx(counted(arrays)[here].mean() / time)
+    final = table.loc[("attractors", agreement.FINAL_DISORDER, 25.0, 0.0)]
+    arrays = data["pairs_states_event"].arrays
+    for spread in (0.001, 1.0):
+        here = (arrays["belt_velocity"] == 25.0) & (arrays["initial_spread"] == spread)
+        here &= arrays["time_step"] == 0.001
+        rows = final[final["initial_spread"] == spread]
+        assert sorted(rows["time_step"]) == [0.001, 0.002, 0.004]
+        np.testing.assert_allclose(
+            rows["mean_reference"], arrays["final_disorder"][here].mean(), rtol=1e-12
+        )
+
+
+def test_trajectories_are_held_against_the_smallest_step_of_the_reference(tables):
+    partings = pd.read_csv(tables.partings)
+    steps = partings.groupby("method")["time_step"].unique()
+    assert sorted(steps["verlet"]) == [0.001, 0.002, 0.004]
+    # a run of the reference is not compared with itself
+    assert list(steps["event"]) == [0.002]
+    errors = pd.read_csv(tables.convergence)
+    by_step = errors[(errors["method"] == "event") & (errors["varied"] == "time_step")]
+    assert set(by_step["time_step"]) == {0.002}
+
+
 @pytest.mark.parametrize("name", registry.entries())
 def test_tables_explain_columns_that_they_have(name, tables):
     if name not in ("agreement", "families", "partings", "convergence"):

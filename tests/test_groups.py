@@ -1,11 +1,13 @@
 """More chains than one group holds, of mixed kinds, in one call: each as if it were alone."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
+import pytest
 
-from beltrepro import ChainParameters, catalogue, escapes, scan, simulate
+from beltrepro import ChainParameters, ChainState, catalogue, escapes, scan, simulate
 from beltrepro.engine.noise import stream_key
+from beltrepro.simulation.points import groups, points
 
 MORE_THAN_A_GROUP = 35
 SPREAD = 0.5
@@ -119,3 +121,61 @@ def test_escapes_of_more_members_than_a_group_keep_them_apart():
         assert found["escaped"][member] == slipping
         last = sticks["time"][sticks["block"] == 2].max(initial=0.0)
         assert found["lifetime"][member] == (last if slipping else 60.0)
+
+
+def points_of(changes):
+    """Two points that differ in what `changes` says: a field of the chain, or what it is told."""
+    usual = {"method": "event", "time_step": 0.001, "tolerance": None, "seed": 1, "replicate": 1,
+             "initial_positions": None, "initial_spread": 0.1, "initial_state": None}  # fmt: skip
+    told: dict = {name: [value] * 2 for name, value in usual.items()}
+    told["initial_positions"] = None
+    chain, other = [ChainParameters(2, 20.0, noise=1.0)] * 2
+    for name, value in changes.items():
+        if name == "initial_positions":
+            told[name] = [chain.rest_positions, value]
+        elif name in told:
+            told[name] = [usual[name], value]
+        elif name == "time":
+            told |= {"initial_spread": [0.0] * 2}
+            told["initial_state"] = [ChainState.at_rest(chain, time=t) for t in (0.0, value)]
+        else:
+            other = replace(chain, **{name: value})
+    return points([chain, other], **told)
+
+
+@pytest.mark.parametrize(
+    ("changes", "together"),
+    [
+        ({"method": "verlet"}, False),
+        ({"time_step": 0.002}, False),
+        ({"tolerance": 1e-8}, False),
+        ({"time": 0.5}, False),
+        ({"noise": 0.0}, False),
+        ({"n_blocks": 3}, False),
+        *(({field.name: 0.3}, False) for field in fields(ChainParameters)[3:]),
+        ({"noise": 2.0}, True),
+        ({"belt_velocity": 21.0}, True),
+        ({"seed": 2}, True),
+        ({"replicate": 2}, True),
+        ({"initial_spread": 0.2}, True),
+        ({"initial_positions": [51.0, 103.0]}, True),
+    ],
+)
+def test_chains_advance_together_that_share_all_an_integrator_takes_from_the_first(
+    changes, together
+):
+    found = points_of(changes)
+    parts = [group.tolist() for group, _ in groups(found, None)]
+    assert parts == ([[0, 1]] if together else [[0], [1]])
+    # and each of these makes another run of it
+    assert found[0].identity != found[1].identity
+
+
+def test_chains_of_several_tolerances_keep_their_own():
+    chain = ChainParameters(5, 20.0)
+    tolerances = [1e-3, None, 1e-13]
+    options = {"method": "event", "sample_interval": None, "duration": 60.0}
+    together = simulate([chain] * 3, tolerance=tolerances, **options)
+    for tolerance, run in zip(tolerances, together, strict=True):
+        assert run == simulate(chain, tolerance=tolerance, **options)
+    assert len({run.final_state.positions.tobytes() for run in together}) == 3

@@ -1,5 +1,6 @@
 """How long a preset takes, judged from a sample of its jobs."""
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -102,3 +103,35 @@ def test_estimate_sums_kinds_and_knows_what_is_missing():
     assert table["standard_error"].iloc[-1] == 0
     del known["series/0"]
     assert np.isnan(estimate(jobs, known)["hours"].iloc[-1])
+
+
+def test_the_error_of_a_sum_is_that_over_all_samples():
+    """Over all samples of jobs of equal work the mean square of the error is the one stated."""
+    jobs = [Job("scan", "event", True, f"scan/{number}", 2.0) for number in range(7)]
+    hours = np.array([1.0, 2.0, 4.0, 4.5, 7.0, 9.0, 20.0])
+    for size in (2, 3, 6):
+        misses, errors = [], []
+        for sample in itertools.combinations(range(7), size):
+            ran = {f"scan/{number}": 3600 * hours[number] for number in sample}
+            row = estimate(jobs, ran).iloc[0]
+            assert (row["jobs"], row["jobs_run"]) == (7, size)
+            assert row["hours_run"] == pytest.approx(hours[list(sample)].sum())
+            misses.append(row["hours"] - hours.sum())
+            errors.append(row["standard_error"])
+        assert np.mean(misses) == pytest.approx(0, abs=1e-9)
+        assert np.mean(np.square(misses)) == pytest.approx(np.mean(np.square(errors)))
+
+
+def test_errors_of_classes_add_as_squares_and_one_of_several_jobs_has_none():
+    classes = [("catalogue", "event", True), ("scan", "event", True), ("series", "event", True)]
+    jobs = [job for each in classes for job in made_up(4, each)]
+    seconds = {f"{kind}/{k}": 3600.0 * (k + 1) ** 2 for kind, *_ in classes[:2] for k in (0, 2, 3)}
+    seconds["series/1"] = 3600.0
+    table = estimate(jobs, seconds)
+    one, other, unknown, total = table["standard_error"]
+    assert one == other > 0 and np.isnan(unknown)
+    assert total == pytest.approx(np.sqrt(2) * one)
+    # of work 1, 3, 4 and times 1, 9, 16, with a ratio of 26/8
+    by_hand = sum((t - 3.25 * w) ** 2 for w, t in ((1, 1), (3, 9), (4, 16))) / 2
+    assert one == pytest.approx(4 * np.sqrt((1 / 3 - 1 / 4) * by_hand))
+    assert table["hours"].iloc[2] == pytest.approx(10 / 2)

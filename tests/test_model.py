@@ -1,13 +1,16 @@
 """Units, spring law, friction rule and parameters against the paper (Sec. III)."""
 
+from dataclasses import fields, replace
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.optimize import brentq
 
 import naive
 from beltrepro import ChainParameters
 from beltrepro.errors import InputError
-from beltrepro.model import units
+from beltrepro.model import section_position, units
 from beltrepro.model.friction import friction_force, next_direction
 from beltrepro.model.spring import (
     chain_deformations,
@@ -186,3 +189,36 @@ def test_parameters_at_the_ends_of_their_ranges():
     for ratio in (-0.01, 1.0):
         with pytest.raises(InputError, match="at least 0 and below 1"):
             ChainParameters(5, 1.0, friction_ratio=ratio)
+
+
+def balance_by_search(chain):
+    """Length at which the springs hold the blocks against kinetic friction, spring by spring."""
+    kinetic = chain.friction_ratio * chain.static_friction
+    lengths = [
+        brentq(lambda stretch, pull=kinetic * carried: spring_force(stretch, chain) + pull, 0, 1e4)
+        for carried in range(1, chain.n_blocks + 1)
+    ]
+    return chain.n_blocks * chain.rest_length + sum(lengths)
+
+
+@pytest.mark.parametrize(
+    ("n_blocks", "position"),
+    [(2, 187.7), (3, 314.3), (4, 457.5), (5, 615.0), (6, 785.0), (7, 966.2), (10, 1566.1)],
+)
+def test_the_section_of_each_size(n_blocks, position):
+    chain = ChainParameters(n_blocks, 3.0, 2.0)
+    assert section_position(chain) == position
+    # 0.998 of the balance (Sec. IV.A), to one digit
+    share = 615 / balance_by_search(ChainParameters(5, 1.0))
+    assert round(share, 3) == 0.998
+    assert abs(section_position(chain) - share * balance_by_search(chain)) <= 0.05 + 1e-9
+
+
+@pytest.mark.parametrize("field", [field.name for field in fields(ChainParameters)[3:]])
+def test_the_section_follows_every_constant_of_the_law(field):
+    usual = ChainParameters(5, 20.0)
+    # the springs of a chain in balance are stretched, so the compressed branch does not matter
+    other = replace(usual, **{field: 0.9 * getattr(usual, field)})
+    share = 615 / balance_by_search(usual)
+    assert abs(section_position(other) - share * balance_by_search(other)) <= 0.05 + 1e-9
+    assert (section_position(other) != 615.0) == (field != "compression_rate")

@@ -2,10 +2,13 @@
 
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 
 from beltrepro import report
+from beltrepro.analysis import samples
 from beltrepro.report import agreement as described
 from test_report import PIXEL, SETTINGS, cells, claims_table, part, words
 
@@ -207,3 +210,19 @@ def test_sentences_on_attractors_count_points(section):
     assert "2 of 5 at dt = 0.001, 2 of 2 at dt = 0.002" in steps
     assert "does not hold at 2 of 5 points" in conclusion
     assert "but not, within the resolution of these samples" in conclusion
+
+
+@pytest.mark.parametrize("runs", [32, 64, 300])
+def test_the_visible_difference_is_where_the_test_becomes_significant(runs):
+    """Two samples of which one is shifted by k places differ by k/n; the exact test decides."""
+    places = np.arange(runs)
+    shifts = (k for k in places if stats.ks_2samp(places, places + k + 0.5).pvalue < samples.LEVEL)
+    first = (next(shifts) + 1) / runs
+    # the formula is that of large samples; both steps of the statistic are 1/n wide
+    assert abs(described._visible(runs) - first) < 2 / runs
+
+
+def test_the_difference_that_the_samples_see_stands_in_the_sentence(section):
+    _, near, far, *_ = sentences(section)["Attractors and lifetimes without noise"][1]
+    for sentence in (near, far):
+        assert f"differ by {described._visible(64):.2f}, before the correction" in sentence

@@ -1,5 +1,6 @@
 """States and runs as values: a run that is cut goes on as if it had not been."""
 
+import dataclasses
 import subprocess
 import sys
 from itertools import product
@@ -9,7 +10,10 @@ import pytest
 
 from beltrepro import ChainParameters, ChainState, Run, catalogue, escapes, scan, simulate
 from beltrepro.errors import InputError
-from beltrepro.simulation import memory
+from beltrepro.model.spring import potential_energy
+from beltrepro.simulation import arguments, memory
+from beltrepro.simulation.points import integrator_of, points
+from beltrepro.simulation.sampling import checked, sampling_of
 
 METHODS = ("verlet", "event")
 BELT_VELOCITIES = {1: 1.0, 5: 7.5, 10: 30.0}
@@ -206,6 +210,38 @@ def test_a_fresh_run_is_one_from_a_state_at_rest(method):
 
 
 @pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("block", [1, 2, 3])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_block_at_rest_slips_at_once_where_its_own_threshold_is_passed(method, block, sign):
+    """Of blocks at rest that are pulled those slip whose own thresholds are lower, and no other."""
+    # kinetic friction below all forces: what slips goes on; with noise thresholds differ
+    chain = ChainParameters(3, 1.0, noise=0.01, friction_ratio=0.1)
+    start = chain.rest_positions
+    start[block - 1] -= sign * 19.0
+    state = ChainState.at_rest(chain, start)
+    force = state.forces
+    assert np.sign(force[block - 1]) == sign
+    low = 0.9 * abs(force[block - 1])
+    high = 2 * np.abs(force).max()
+    for threshold, slips in ((low, True), (high, False)):
+        thresholds = np.full(3, high)
+        thresholds[block - 1] = threshold
+        own = dataclasses.replace(state, thresholds=thresholds)
+        run = simulate(chain, duration=0.02, method=method, initial_state=own)
+        events = run.events[["block", "kind"]].tolist()
+        assert events == ([(block, "slip")] if slips else [])
+        assert np.all(run.events["time"] <= 0.001)
+        assert run.final_state.directions[block - 1] == (sign if slips else 0.0)
+    # with the others' thresholds low, and its own high, the others slip
+    thresholds = 0.9 * np.abs(force)
+    thresholds[block - 1] = high
+    thresholds[force == 0] = high
+    own = dataclasses.replace(state, thresholds=thresholds)
+    run = simulate(chain, duration=0.02, method=method, initial_state=own)
+    assert set(run.events["block"]) == set(1 + np.flatnonzero(thresholds < high))
+
+
+@pytest.mark.parametrize("method", METHODS)
 def test_a_slipping_block_follows_the_closed_form(method):
     # kinetic friction 4.5 along the belt; about its balance the block swings with frequency 1,
     # never as fast as the belt
@@ -269,6 +305,82 @@ def test_another_belt_velocity_takes_the_stuck_blocks_along():
         np.testing.assert_allclose(
             later.positions[0], state.positions + 0.1 * state.velocities, rtol=0, atol=1.0
         )
+
+
+KEPT = ("displacements", "relative_velocities", "directions", "thresholds", "friction_losses",
+        "wall_impulse", "initial_energy", "initial_momentum", "stream", "time")  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("method", "time_step", "noise"),
+    [
+        ("verlet", 0.001, 0.0),  # in leaps
+        ("verlet", 0.004, 0.0),  # step by step
+        ("verlet", 0.002, 1.0),
+        ("event", 0.001, 0.0),
+        ("event", 0.002, 1.0),
+    ],
+)
+def test_an_integrator_that_takes_over_holds_the_state_that_it_was_given(method, time_step, noise):
+    """Nothing of a state of another scheme is lost or changes its unit before the first step."""
+    chain = ChainParameters(5, 7.5, noise)
+    before = METHODS[method == "verlet"]
+    state = simulate(chain, duration=50.0, method=before).final_state.settled()
+    assert 0 < np.count_nonzero(state.directions) < 5
+    assert state.friction_losses.max() > 100 and abs(state.wall_impulse) > 100
+    (point,) = points(
+        chain, method=method, time_step=time_step, tolerance=None, seed=None, replicate=None,
+        initial_positions=None, initial_spread=0.0, initial_state=state,
+    )  # fmt: skip
+    sampling = sampling_of(None, method, time_step)
+    integrator = integrator_of([point], sampling=sampling, sampled_blocks=5)
+    (held,) = integrator.state()
+    for name in KEPT:
+        np.testing.assert_allclose(
+            getattr(held, name), getattr(state, name), rtol=1e-12, err_msg=name
+        )
+    # the same balance of energy as by hand
+    work = 7.5 * (state.velocities.sum() - state.initial_momentum + state.wall_impulse)
+    energy = potential_energy(state.positions, chain) + (state.velocities**2).sum() / 2
+    missing = work - state.friction_losses.sum() - (energy - state.initial_energy)
+    assert integrator.energy_residual()[0] == pytest.approx(missing / work, abs=1e-12)
+
+
+CHANGES = [("belt_velocity", 9.0), ("belt_velocity", 2.0), ("noise", 2.0), ("noise", 0.0),
+           ("static_friction", 80.0), ("friction_ratio", 0.3), ("rest_length", 47.0),
+           ("linear_limit", 15.0), ("compression_rate", 0.1), ("extension_rate", 0.02)]  # fmt: skip
+
+
+def test_every_constant_is_changed():
+    fields = {field.name for field in dataclasses.fields(ChainParameters)}
+    assert {name for name, _ in CHANGES} == fields - {"n_blocks"}
+
+
+@pytest.mark.parametrize(("field", "value"), CHANGES)
+def test_a_state_under_another_constant_is_the_same_motion(field, value):
+    old = ChainParameters(5, 7.5, 1.0)
+    new = dataclasses.replace(old, **{field: value})
+    state = simulate(old, duration=65.0, method="event", seed=3, replicate=2).final_state
+    stuck = state.directions == 0
+    assert 0 < stuck.sum() < 5
+    there = state.under(new)
+    assert there.parameters == new and there.scheme is None
+    np.testing.assert_allclose(there.positions, state.positions, rtol=1e-14)
+    np.testing.assert_allclose(there.velocities[~stuck], state.velocities[~stuck], rtol=1e-12)
+    np.testing.assert_array_equal(there.velocities[stuck], new.belt_velocity)
+    np.testing.assert_array_equal(there.relative_velocities[stuck], 0.0)
+    # a slower belt may be overtaken by a block that lagged behind
+    np.testing.assert_array_equal(there.directions, np.sign(there.relative_velocities))
+    overtakes = (there.directions > 0) & (state.directions < 0)
+    assert overtakes.any() == (value == 2.0 and field == "belt_velocity")
+    deviates = (state.thresholds - old.static_friction) / old.noise
+    np.testing.assert_allclose(there.thresholds, new.static_friction + new.noise * deviates)
+    assert (there.time, there.seed, there.replicate) == (state.time, 3, 2)
+    np.testing.assert_array_equal(there.stream, state.stream)
+    assert there.wall_impulse == 0 and not there.friction_losses.any()
+    energy = potential_energy(there.positions, new) + (there.velocities**2).sum() / 2
+    assert there.initial_energy == pytest.approx(energy, rel=1e-12)
+    assert there.initial_momentum == pytest.approx(there.velocities.sum(), rel=1e-12)
 
 
 def test_thresholds_keep_their_deviates_under_other_noise():
@@ -368,8 +480,6 @@ def test_a_run_is_equal_to_what_it_saved(tmp_path):
 
 @pytest.mark.parametrize("change", ["positions", "events", "seed", "final_state"])
 def test_runs_that_differ_are_not_equal(change):
-    import dataclasses
-
     run = simulate(ChainParameters(2, 20.0), duration=10)
     value = getattr(run, change)
     if change == "seed":
@@ -438,6 +548,30 @@ def test_runs_that_repeat_each_other_do_not_pass_silently(recwarn):
     simulate([quiet, noisy], **options)
     simulate([quiet] * 2, time_step=[0.001, 0.002], **options)
     assert not recwarn.list
+
+
+@pytest.mark.parametrize(
+    "field", ["displacements", "relative_velocities", "directions", "thresholds", "stream", "time"]
+)
+def test_runs_that_go_on_from_different_states_repeat_nothing(field, recwarn):
+    """A change in any field that a run depends on makes another run of it, and no warning."""
+    chain = ChainParameters(2, 20.0, 1.0)
+    state = simulate(chain, duration=5, method="event", sample_interval=None).final_state
+    value = getattr(state, field)
+    changed = value + np.ones_like(value) if field == "stream" else value + 0.5
+    other = dataclasses.replace(state, **{field: changed})
+    told = {"method": "event", "time_step": 0.001, "tolerance": None, "seed": None,
+            "replicate": None, "initial_positions": None, "initial_spread": 0.0}  # fmt: skip
+    points([chain] * 2, initial_state=[state, other], **told)
+    assert not recwarn.list
+    # without noise nothing is drawn, so the random stream does not matter
+    quiet = ChainParameters(2, 20.0)
+    states = [each.under(quiet) for each in (state, other)]
+    if field == "stream":
+        with pytest.warns(UserWarning, match="1 of 2 chains repeat"):
+            points([quiet] * 2, initial_state=states, **told)
+    with pytest.warns(UserWarning, match="1 of 2 chains repeat"):
+        points([chain] * 2, initial_state=[state, state], **told)
 
 
 # --- sampling ---
@@ -605,6 +739,59 @@ def test_bad_input_of_the_other_kinds_is_one_line(function, options, words):
     with pytest.raises(InputError) as caught:
         function(CHAIN, **{"duration": 10} | options)
     assert words in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("check", "allowed", "refused"),
+    [
+        (arguments.step, [1e-9, 0.1], [0.0, -1e-3, 0.1000001]),
+        (arguments.tolerance, [None, 1e-16, 1.0], [0.0, 0.99e-16, 1.0000001]),
+        (arguments.optional_key, [None, 0, 2**63 - 1], [-1, 2**63]),
+        (lambda name, value: arguments.lengths(10.0, value), [0.0, 9.999], [-1e-9, 10.0]),
+        (lambda name, value: arguments.lengths(value, 0.0), [1e-9], [0.0, -1.0]),
+        (lambda name, value: checked(0.1, value, 10.0, []), [0.0, 10.0], [-1e-9, 10.001]),
+        (lambda name, value: arguments.whole_steps(name, value, 1e-3), [0.0, 0.5], [0.50001]),
+        (lambda name, value: arguments.method_has_tolerance(name, value), [None], [1e-8]),
+    ],
+)
+def test_arguments_at_the_ends_of_their_ranges(check, allowed, refused):
+    for value in allowed:
+        check("verlet", value)
+    for value in refused:
+        with pytest.raises(InputError):
+            check("verlet", value)
+
+
+@pytest.mark.parametrize(
+    ("function", "options", "refused"),
+    [
+        (scan, {"section_position": 1e-9}, {"section_position": 0.0}),
+        (scan, {"section_values": 0}, {"section_values": -1}),
+        (scan, {"laminar_time": 0.0}, {"laminar_time": -1e-9}),
+        (catalogue, {"section_block": 2}, {"section_block": 0}),
+        (catalogue, {"section_position": 1e-9}, {"section_position": -1.0}),
+        (escapes, {"settle_time": 0.5}, {"settle_time": 0.0}),
+        (escapes, {"laminar_time": 0.0}, {"laminar_time": -1e-9}),
+    ],
+)
+def test_what_each_kind_is_told_at_the_ends_of_its_range(function, options, refused):
+    found = function(CHAIN, duration=0.5, **options)
+    assert all(values.dtype != object for values in found.values())
+    with pytest.raises(InputError, match=next(iter(refused))):
+        function(CHAIN, duration=0.5, **refused)
+
+
+def test_a_scan_takes_ten_blocks_and_no_more():
+    assert scan(ChainParameters(10, 3.0), duration=0.5)["slip_count"].shape == (1, 10)
+    with pytest.raises(InputError, match="n_blocks = 11: a scan takes at most 10"):
+        scan([CHAIN, ChainParameters(11, 3.0)], duration=0.5)
+
+
+@pytest.mark.parametrize("sizes", [(2, 3), (3, 2)])
+def test_a_section_block_is_one_that_every_chain_has(sizes):
+    chains = [ChainParameters(n_blocks, 20.0) for n_blocks in sizes]
+    with pytest.raises(InputError, match="section_block = 3: allowed are 1 to 2"):
+        catalogue(chains, duration=1.0, section_block=3, section_position=80.0)
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,12 @@
 """Files: what is written comes back, the same content gives the same bytes, never half a file."""
 
+import ast
+import importlib
+import inspect
 import json
 import re
 import subprocess
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -13,9 +17,11 @@ from beltrepro import inputs, provenance, store
 from beltrepro.datasets import files
 from beltrepro.datasets.plan import make_plan
 from beltrepro.datasets.points import columns, points_of
+from beltrepro.engine import vector
 from beltrepro.errors import InputError
 from beltrepro.tables import files as tables
 
+ENGINE = Path(vector.__file__).parent
 EVENT = np.dtype([("time", "f8"), ("block", "i8"), ("kind", "U5"), ("place", "f8", (3,))])
 EVENTS = np.array([(0.5, 1, "slip", (1, 2, 3)), (0.7, 5, "stick", (4, 5, 6))], dtype=EVENT)
 ARRAYS = {
@@ -416,3 +422,40 @@ def test_data_of_a_package_count_wherever_they_lie(package):
     assert touched("templates", "page.j2") and touched("style.css")
     assert not any(touched(name) for name in (".hidden", "x.pyc", "x.nbc", "not_imported.py"))
     assert not touched(".cache", "page.j2") and not touched("__pycache__", "x.txt")
+
+
+# What numba compiles, by the decorators of `beltrepro.engine.vector` or by calls of them.
+COMPILED = re.compile(r"^@(kernel|allocating_kernel|inlined)$|= inlined\(", re.M)
+
+
+def outside_sources():
+    """Files outside the engine whose functions and constants its kernels are made of.
+
+    A class of Python cannot be in a kernel; what else a module with kernels imports may be.
+    """
+    found = set()
+    for path in ENGINE.glob("*.py"):
+        text = path.read_text()
+        if not COMPILED.search(text):
+            continue
+        for node in ast.walk(ast.parse(text)):
+            origin = getattr(node, "module", None) or ""
+            if not origin.startswith("beltrepro.") or origin.startswith("beltrepro.engine"):
+                continue
+            module = importlib.import_module(origin)
+            if any(not inspect.isclass(getattr(module, alias.name)) for alias in node.names):
+                found.add(Path(module.__file__))
+    return found
+
+
+def test_compiled_kernels_are_keyed_by_all_sources_they_are_made_of(monkeypatch):
+    contents = {path: path.read_bytes() for path in {*ENGINE.glob("*.py"), *outside_sources()}}
+    assert {path.name for path in outside_sources()} == {"accuracy.py", "friction.py"}
+    changed = None
+    monkeypatch.setattr(
+        Path, "read_bytes", lambda path: contents[path] + (b"#" if path == changed else b"")
+    )
+    version = vector._engine_version.__wrapped__
+    usual = version()
+    for changed in contents:
+        assert version() != usual, changed

@@ -58,6 +58,17 @@ def drawn(dry_run: subprocess.CompletedProcess) -> set[str]:
     return set(re.findall(r": Drawing (\w+)", dry_run.stdout))
 
 
+def simulated(dry_run: subprocess.CompletedProcess) -> set[str]:
+    """Batches that a dry run would simulate."""
+    found = re.findall(r": Simulating batch (\d+) of (\S+)", dry_run.stdout)
+    return {f"batches/{dataset}/{number}" for number, dataset in found}
+
+
+def batches_by(method: str) -> set[str]:
+    """Batches of the smoke preset whose points are integrated by this method."""
+    return {job.name for job in simulation_jobs(smoke_plan()) if job.method == method}
+
+
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory):
     """A copy of the project without results."""
@@ -209,11 +220,13 @@ def after_touching(tree: Path, *names: str) -> subprocess.CompletedProcess:
 def test_touched_kernel_reruns_all_that_uses_it(finished):
     dry_run = after_touching(finished, "engine/verlet.py")
     assert set(jobs(dry_run)) == {"simulate", "join"} | RESULTS
-    # the series of fig16 has noise and is integrated by `event`
-    assert drawn(dry_run) == set(FIGURES) - {"fig01", "fig06", "fig16"}
+    # the series of fig16 has noise and is integrated by `event`, and so is the friction ratio
+    assert drawn(dry_run) == set(FIGURES) - {"fig01", "fig06", "fig16", "friction_ratio"}
+    assert simulated(dry_run) == batches_by("verlet")
     dry_run = after_touching(finished, "engine/event.py")
     assert {"fig12", "fig13", "fig16"} <= drawn(dry_run)
     assert {"fig09", "fig10", "fig11"}.isdisjoint(drawn(dry_run))
+    assert simulated(dry_run) == batches_by("event")
 
 
 def test_touched_plot_reruns_that_plot_and_the_report(finished):
