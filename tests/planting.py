@@ -26,7 +26,7 @@ import re
 import shutil
 import sys
 import tempfile
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 import pytest
@@ -56,8 +56,10 @@ class Plant:
 
     @property
     def room(self) -> str:
-        """Folder or file of the package."""
-        return Path(self.file).relative_to(PACKAGE).parts[0]
+        """Folder or file of the package, or of the tree."""
+        path = Path(self.file)
+        inside = path.is_relative_to(PACKAGE)
+        return (path.relative_to(PACKAGE) if inside else path).parts[0]
 
     def apply(self, text: bytes) -> bytes:
         """The text of the file with the error."""
@@ -358,7 +360,8 @@ def main():
     options = parser.parse_args()
 
     listed = yaml.safe_load(options.plants.read_text()) if options.plants else []
-    plants = [Plant(**entry) for entry in listed]
+    known = [field.name for field in fields(Plant)]  # a list may say more, for its reader
+    plants = [Plant(**{name: entry[name] for name in known if name in entry}) for entry in listed]
     plants += draw(options.draw, options.seed, options.rooms.split(","))
     tree = copy_tree()
     os.environ["PYTHONPATH"] = str(tree / "src")
