@@ -1,6 +1,7 @@
 """States and runs as values: a run that is cut goes on as if it had not been."""
 
 import dataclasses
+import os
 import subprocess
 import sys
 from itertools import product
@@ -607,8 +608,12 @@ def test_samples_that_do_not_fit_are_refused_before_the_start(monkeypatch):
     memory.check_samples(points, 2e6, sample_interval=0.1, sample_start=1.9e6)
 
 
-def test_memory_of_this_machine_is_known():
-    assert 10**7 < memory.available() < 10**14
+def test_memory_of_this_machine_is_known_in_bytes():
+    """Between the pages that nothing uses and all there are, or less by a limit of its own."""
+    page = os.sysconf("SC_PAGE_SIZE")
+    unused, present = (os.sysconf(f"SC_{name}_PAGES") * page for name in ("AVPHYS", "PHYS"))
+    assert 0.5 * unused < memory._of_machine() <= present
+    assert 0 < memory.available() <= memory._of_machine() * 1.2
 
 
 # --- the section ---
