@@ -616,7 +616,7 @@ def test_memory_of_this_machine_is_known_in_bytes():
     assert 0 < memory.available() <= memory._of_machine() * 1.2
 
 
-def test_memory_is_the_smallest_of_what_the_system_tells(monkeypatch):
+def test_memory_that_the_system_tells_in_kilobytes_becomes_bytes(monkeypatch):
     files = {"/proc/meminfo": "MemTotal: 9000 kB\nMemAvailable:    1000 kB\n"}
     monkeypatch.setattr(memory.Path, "read_text", lambda path: files[str(path)])
     assert memory._of_machine() == 1024 * 1000
