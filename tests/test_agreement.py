@@ -376,7 +376,7 @@ def catalogue(seed, runs=8):
     }
 
 
-def ensembles(seed, steps, *, stays=0.9, runs=24):
+def escapes_of(seed, steps, *, stays=0.9, runs=24):
     rng = np.random.default_rng(seed)
     grid = [
         (u, spread, step)
@@ -433,7 +433,7 @@ def test_families_are_judged_each_by_itself():
 
 
 def test_attractors_are_compared_for_each_spread_and_step():
-    tested, reference = ensembles(5, [0.001, 0.002], stays=0.3), ensembles(6, [0.001])
+    tested, reference = escapes_of(5, [0.001, 0.002], stays=0.3), escapes_of(6, [0.001])
     rows = agreement.compare_attractors(tested, reference, reference_step=0.001)
     assert len(rows) == 2 * 2 * 2 * 3
     judged = agreement.judge([{"part": "attractors"} | row for row in rows])
@@ -493,8 +493,8 @@ def made_up():
         for kind, make in (("r", points), ("slips", catalogue))
     }
     states = {
-        "pairs_states_verlet": ensembles(10, [0.004, 0.002, 0.001], stays=0.3),
-        "pairs_states_event": ensembles(20, [0.001, 0.002]),
+        "pairs_states_verlet": escapes_of(10, [0.004, 0.002, 0.001], stays=0.3),
+        "pairs_states_event": escapes_of(20, [0.001, 0.002]),
     }
     return {
         name: Dataset(arrays, HOW | {"kind": "x", "method": _method(name)})

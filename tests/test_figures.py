@@ -148,13 +148,13 @@ def catalogue(count=400, section_points=300):
     return Dataset(arrays, HOW | chain | where | {"kind": "catalogue"})
 
 
-def ensemble(velocities, members=20, *, escapes=True):
+def escapes_of(velocities, members=20, *, escapes=True):
     rng = np.random.default_rng(7)
     belt_velocity = np.repeat(velocities, members)
     lifetime = rng.exponential(200 + 3e4 / belt_velocity)
     escaped = (lifetime < 2000) & escapes
     arrays = {"belt_velocity": belt_velocity, "lifetime": lifetime, "escaped": escaped}
-    return Dataset(arrays, HOW | {"kind": "ensemble", "n_blocks": 5, "noise": 0.0})
+    return Dataset(arrays, HOW | {"kind": "escapes", "n_blocks": 5, "noise": 0.0})
 
 
 def study(ratios):
@@ -196,7 +196,7 @@ def usual(name):
         "n5_columns": lambda: scan([5], [20.0, 30.0, 40.0], noisy),
         "size_rows": lambda: scan([2, 3, 4, 6, 7, 10], u, [0.0, 1.0, 5.0]),
         "size_columns": lambda: scan([5, 7], [18.0], noisy),
-        "lifetimes": lambda: ensemble(np.arange(18.0, 36, 3)),
+        "lifetimes": lambda: escapes_of(np.arange(18.0, 36, 3)),
         "friction_ratio": lambda: study([0.2, 0.45]),
         "friction_falls": lambda: falls([0.2, 0.45]),
     } | {f"n10_u{v}": lambda v=v: series(10, float(v), 0.0) for v in (28, 31, 34, 38)}
@@ -215,7 +215,7 @@ def poor(name):
     made = dict.fromkeys(("n5_rows", "n5_u7", "n5_columns", "size_rows", "size_columns"), point)
     made |= {
         "n5_map": lambda: scan([5], [], []),
-        "lifetimes": lambda: ensemble(np.array([18.0]), escapes=False),
+        "lifetimes": lambda: escapes_of(np.array([18.0]), escapes=False),
         "slips_u1": lambda: catalogue(0, 0),
         "friction_ratio": lambda: study([]),
         "friction_falls": lambda: falls([]),
