@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from beltrepro.analysis.errors import require
+from beltrepro.analysis.errors import NotEnoughDataError
+from beltrepro.analysis.survival import MINIMUM_ENDS, mean_lifetime
 
 # Disorder parameter that separates the attractors on which the last block slips continuously:
 # between the plateau of small oscillations (0.02 in the paper) and the chaotic one (0.13).
@@ -17,71 +18,6 @@ LARGE_SLIP = "continuous slip, large amplitude"
 ATTRACTORS = (STICK_SLIP, SMALL_SLIP, LARGE_SLIP)
 
 
-def mean_lifetime(
-    lifetime: npt.ArrayLike, escaped: npt.ArrayLike, duration: float, *, start: float = 0.0
-) -> tuple[float, float]:
-    """Mean of an exponential distribution of lifetimes, by maximum likelihood with censoring.
-
-    Parameters
-    ----------
-    lifetime : array (M,)
-        Time of escape of each run; the value is ignored for runs that did not escape.
-    escaped : array (M,) of bool
-        Which runs escaped.
-    duration : float
-        Time at which runs that did not escape were given up.
-    start : float
-        Runs that escape before are left out and time counts from here. Use it to skip the time in
-        which the runs have not yet spread over the saddle.
-
-    Returns
-    -------
-    tau : float
-        Total time under observation over the number of escapes.
-    error : float
-        Standard error, tau / sqrt(escapes).
-
-    Raises
-    ------
-    NotEnoughDataError
-        With fewer than 3 escapes.
-    """
-    escaped = np.asarray(escaped, dtype=bool)
-    observed = np.where(escaped, np.asarray(lifetime, dtype=float), duration)
-    late = observed >= start
-    escapes = int(np.sum(late & escaped))
-    require(escapes >= 3, f"{escapes} of {observed.size} members escaped, 3 are needed")
-    tau = float(np.sum(observed[late] - start) / escapes)
-    return tau, tau / np.sqrt(escapes)
-
-
-def survival(
-    lifetime: npt.ArrayLike, escaped: npt.ArrayLike, duration: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Share of the runs that are still on the saddle, in order of time.
-
-    Parameters
-    ----------
-    lifetime : array (M,)
-        Time of escape of each run.
-    escaped : array (M,) of bool
-        Which runs escaped.
-    duration : float
-        Escapes after this time are left out.
-
-    Returns
-    -------
-    time : array (E,)
-        Instants of the escapes.
-    share : array (E,)
-        Share of all M runs that is left after each escape.
-    """
-    escaped = np.asarray(escaped, dtype=bool)
-    times = np.sort(np.where(escaped, np.asarray(lifetime, dtype=float), np.inf))
-    times = times[np.isfinite(times) & (times <= duration)]
-    return times, 1 - np.arange(1, times.size + 1) / escaped.size
-
-
 def by_belt_velocity(runs: Any, duration: float, *, start: float = 0.0) -> dict[str, np.ndarray]:
     """Lifetimes for each belt velocity.
 
@@ -90,9 +26,9 @@ def by_belt_velocity(runs: Any, duration: float, *, start: float = 0.0) -> dict[
     runs : Dataset of kind escapes, or its arrays (M,)
         Arrays belt_velocity, lifetime and escaped, one entry for each run.
     duration : float
-        As for `mean_lifetime`.
+        Time at which runs that did not escape were given up.
     start : float
-        As for `mean_lifetime`.
+        As for `survival.mean_lifetime`.
 
     Returns
     -------
@@ -107,10 +43,7 @@ def by_belt_velocity(runs: Any, duration: float, *, start: float = 0.0) -> dict[
     for belt_velocity in np.unique(arrays["belt_velocity"]):
         run = arrays["belt_velocity"] == belt_velocity
         lifetime, escaped = arrays["lifetime"][run], arrays["escaped"][run].astype(bool)
-        try:
-            tau, error = mean_lifetime(lifetime, escaped, duration, start=start)
-        except ValueError:
-            tau, error = np.nan, np.nan
+        tau, error = _tau(np.where(escaped, lifetime, duration), escaped, start)
         table["belt_velocity"].append(belt_velocity)
         table["members"].append(lifetime.size)
         table["escaped"].append(escaped.mean())
@@ -118,6 +51,14 @@ def by_belt_velocity(runs: Any, duration: float, *, start: float = 0.0) -> dict[
         table["tau_error"].append(error)
         table["median"].append(np.median(np.where(escaped, lifetime, np.inf)))
     return {name: np.array(values) for name, values in table.items()}
+
+
+def _tau(lifetime: np.ndarray, escaped: np.ndarray, start: float) -> tuple[float, float]:
+    try:
+        found = mean_lifetime(lifetime, escaped, start=start)
+    except NotEnoughDataError:
+        return np.nan, np.nan
+    return (found.mean, found.error) if found.ended >= MINIMUM_ENDS else (np.nan, np.nan)
 
 
 def label_attractors(

@@ -21,6 +21,48 @@ FOLDINGS = 5.0
 RETURNS = 200
 
 
+def margin(standard_error: npt.ArrayLike, time: npt.ArrayLike) -> np.ndarray:
+    """How far from zero an exponent must be to be told from it.
+
+    Parameters
+    ----------
+    standard_error : array (...)
+        Of the exponent.
+    time : array (...)
+        Over which it was measured.
+
+    Returns
+    -------
+    array (...)
+        3 standard errors, and at least 5 e-foldings in the time.
+    """
+    errors, times = (np.asarray(each, dtype=float) for each in (standard_error, time))
+    with np.errstate(divide="ignore"):
+        return np.maximum(ERRORS * errors, FOLDINGS / times)
+
+
+def above_zero(
+    exponent: npt.ArrayLike, standard_error: npt.ArrayLike, time: npt.ArrayLike
+) -> np.ndarray:
+    """Whether exponents are above zero, beyond doubt.
+
+    Parameters
+    ----------
+    exponent : array (...)
+        Lyapunov exponents per unit of time; NaN, of which nothing is known, is not above zero.
+    standard_error : array (...)
+        Their errors.
+    time : array (...)
+        Over which they were measured.
+
+    Returns
+    -------
+    array (...) of bool
+        Which exceed `margin`.
+    """
+    return np.asarray(exponent, dtype=float) > margin(standard_error, time)
+
+
 def name_motion(
     *,
     turns: bool,
@@ -80,12 +122,12 @@ def name_motion(
     if closed:
         return PERIODIC
     values = np.asarray(exponents, dtype=float)
-    margin = np.maximum(ERRORS * np.asarray(standard_error, dtype=float), FOLDINGS / time)
-    if np.any(values > margin):
+    if np.any(above_zero(values, standard_error, time)):
         return CHAOTIC
-    resolved = margin * time * RETURNS <= returns
+    least = margin(standard_error, time)
+    resolved = least * time * RETURNS <= returns
     if noisy:
-        return NOISE_DRIVEN if np.all(resolved | (values < -margin)) else TRANSIENT
-    if np.sum(resolved & (np.abs(values) <= margin)) > n_trivial:
+        return NOISE_DRIVEN if np.all(resolved | (values < -least)) else TRANSIENT
+    if np.sum(resolved & (np.abs(values) <= least)) > n_trivial:
         return QUASI_PERIODIC
     return TRANSIENT

@@ -1,0 +1,47 @@
+"""Shares of runs, with exact confidence intervals."""
+
+from typing import NamedTuple
+
+from scipy import stats
+
+from beltrepro.analysis.errors import require
+
+CONFIDENCE = 0.95  # of intervals, where nothing else is said
+
+
+class Share(NamedTuple):
+    """Part of the runs, and the interval of Clopper and Pearson for its expectation."""
+
+    value: float
+    lower: float
+    upper: float
+
+
+def share(count: int, runs: int, *, confidence: float = CONFIDENCE) -> Share:
+    """Share of independent runs, with an exact confidence interval.
+
+    The interval is that of Clopper and Pearson (Biometrika 26, 404, 1934). It holds for few runs
+    and for shares of 0 and 1 too. Each end is wrong in at most half of 1 - confidence of all cases.
+
+    Parameters
+    ----------
+    count : int
+        Runs of the kind that is counted.
+    runs : int
+        All runs.
+    confidence : float
+        Of the interval.
+
+    Returns
+    -------
+    Share
+        count / runs and its interval.
+
+    Raises
+    ------
+    NotEnoughDataError
+        Without runs.
+    """
+    require(runs > 0, "no runs, 1 is needed")
+    interval = stats.binomtest(int(count), int(runs)).proportion_ci(confidence, method="exact")
+    return Share(count / runs, float(interval.low), float(interval.high))
