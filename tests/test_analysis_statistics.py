@@ -158,22 +158,6 @@ def test_energies_of_avalanches_that_reach_the_last_block():
 # --- lifetimes ------------------------------------------------------------------------------------
 
 
-def test_a_mean_lifetime_is_recovered_from_censored_data():
-    true = np.random.default_rng(3).exponential(1000.0, 4000)
-    duration = 600.0
-    escaped = true < duration
-    tau, error = lifetimes.mean_lifetime(np.minimum(true, duration), escaped, duration)
-    assert tau == pytest.approx(1000, abs=4 * error)
-    assert error == pytest.approx(1000 / np.sqrt(escaped.sum()), rel=0.1)
-    later, _ = lifetimes.mean_lifetime(true + 200, true < 400, duration, start=200)
-    assert later == pytest.approx(1000, rel=0.1)
-
-
-def test_lifetimes_need_escapes():
-    with pytest.raises(NotEnoughDataError, match="0 of 5 members"):
-        lifetimes.mean_lifetime(np.full(5, 10.0), np.zeros(5, bool), 10.0)
-
-
 def test_the_lifetime_table_has_a_row_for_each_velocity():
     rng = np.random.default_rng(0)
     arrays = {
@@ -186,12 +170,6 @@ def test_the_lifetime_table_has_a_row_for_each_velocity():
     assert np.isnan(table["tau"][0])
     assert table["tau"][1] == pytest.approx(10, rel=0.5)
     assert table["median"][0] == np.inf
-
-
-def test_survival_falls_to_the_share_that_stays():
-    time, share = lifetimes.survival([1.0, 3.0, 2.0, 9.0], [True, True, True, False], 9.0)
-    assert time.tolist() == [1, 2, 3]
-    assert share.tolist() == [0.75, 0.5, 0.25]
 
 
 def test_attractors_are_labelled_by_sticks_and_amplitude():

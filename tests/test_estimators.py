@@ -434,33 +434,6 @@ def test_sampled_laminar_phases_end_with_the_last_slipping_sample():
 # --- lifetimes ------------------------------------------------------------------------------------
 
 
-def test_a_mean_lifetime_is_time_observed_over_escapes():
-    lifetime, escaped = np.array([2.0, 4, 6, 8, 99]), np.array([True, True, True, True, False])
-    tau, error = lifetimes.mean_lifetime(lifetime, escaped, 10.0)
-    assert tau == (2 + 4 + 6 + 8 + 10) / 4 and error == tau / 2
-    tau, error = lifetimes.mean_lifetime(lifetime, escaped, 10.0, start=4.0)
-    assert tau == (0 + 2 + 4 + 6) / 3 and error == pytest.approx(tau / math.sqrt(3))
-    with pytest.raises(NotEnoughDataError, match="2 of 5 members escaped, 3 are needed"):
-        lifetimes.mean_lifetime(lifetime, escaped, 10.0, start=5.0)
-
-
-def test_the_error_of_a_lifetime_is_its_spread():
-    rng = RNG(7)
-    found = []
-    for _ in range(500):
-        lifetime = rng.exponential(50, 60)
-        found.append(lifetimes.mean_lifetime(np.minimum(lifetime, 80), lifetime < 80, 80.0))
-    tau, error = np.transpose(found)
-    assert np.std(tau) == pytest.approx(np.mean(error), rel=0.1)
-    assert np.mean(np.abs(tau - 50) < 2 * error) == pytest.approx(0.954, abs=0.03)
-
-
-def test_survival_is_that_of_the_members_still_there():
-    time, share = lifetimes.survival([5.0, 1, 2, 10, 12], [True, True, False, True, True], 10.0)
-    assert time.tolist() == [1, 5, 10]
-    np.testing.assert_allclose(share, [0.8, 0.6, 0.4])
-
-
 def test_the_lifetime_table_by_hand():
     runs = {
         "belt_velocity": np.array([2.0, 1, 2, 1, 2, 1, 2, 1]),

@@ -323,7 +323,7 @@ class PooledExponent:
     error : float
         Standard error, from the scatter of the runs; that of the run itself if there is one only.
     time : float
-        Time over which it was measured, the sum over the runs.
+        Time over which a run measured it, mean over the runs.
     runs : int
         Runs with an exponent.
     """
@@ -362,7 +362,7 @@ def pool_exponents(
     if runs == 1:
         return PooledExponent(mean, float(errors[known][0]), float(weights[0]), 1)
     scatter = np.sqrt(np.sum((weights * (values - mean)) ** 2) * runs / (runs - 1))
-    return PooledExponent(mean, float(scatter / weights.sum()), float(weights.sum()), runs)
+    return PooledExponent(mean, float(scatter / weights.sum()), float(weights.mean()), runs)
 
 
 # --- parts ----------------------------------------------------------------------------------------

@@ -1,0 +1,47 @@
+"""attractors.csv: the attractors that runs end on, at every point."""
+
+import pandas as pd
+
+from beltrepro.analysis import attractors
+from beltrepro.tables.mean_lifetimes import POINT, by_point
+from beltrepro.tables.registry import Entry
+
+ENTRY = Entry(
+    title="Attractors that runs from different starts end on, with their share of the starts.",
+    uses=("survival",),
+    columns={
+        "runs": "runs at this point",
+        "number": "of the attractor, the most frequent first",
+        "state": "periodic, equilibrium slip, or irregular when the run was given up",
+        "reached": "runs that ended on it",
+        "share": "share of the runs",
+        "share_lower": "lower end of the interval of the share (Clopper and Pearson, 95 %)",
+        "share_upper": "upper end",
+        "period_time": "length of a period (model time); empty if not periodic",
+        "period_events": "slips of all blocks in a period; 0 if not periodic",
+        "period_returns": "returns to the section in a period; 0 if not periodic",
+        "disorder_parameter": "r on it (model length), median",
+        "mean_length": "mean of x_N on it (model length), median",
+    },
+)
+
+_OF_ATTRACTOR = (
+    "state",
+    "period_time",
+    "period_events",
+    "period_returns",
+    "disorder_parameter",
+    "mean_length",
+)
+
+
+def derive(data) -> pd.DataFrame:
+    """A row for each attractor at each point."""
+    rows = []
+    for point, runs in by_point(data["survival"].arrays):
+        for number, each in enumerate(attractors.catalogue(runs), start=1):
+            row = {"runs": runs["state"].size, "number": number, "reached": each.runs}
+            basin = {"share": each.basin.value}
+            basin |= {"share_lower": each.basin.lower, "share_upper": each.basin.upper}
+            rows.append(point | row | basin | {name: getattr(each, name) for name in _OF_ATTRACTOR})
+    return pd.DataFrame(rows, columns=[*POINT, *ENTRY.columns])

@@ -1,0 +1,104 @@
+"""mean_lifetimes.csv: how long irregular motion lasts, and whether it ends, at every point."""
+
+import numpy as np
+import pandas as pd
+
+from beltrepro.analysis import attractors, survival
+from beltrepro.analysis.errors import NotEnoughDataError
+from beltrepro.analysis.shares import share
+from beltrepro.tables.registry import Entry
+
+ENTRY = Entry(
+    title="Mean lifetime of irregular motion, and whether it is transient or permanent.",
+    uses=("survival",),
+    columns={
+        "runs": "runs at this point",
+        "settled": "runs that settled",
+        "share": "share of the runs that are still irregular when they are given up",
+        "share_lower": "lower end of its interval (Clopper and Pearson, 95 %)",
+        "share_upper": "upper end",
+        "start": "time from which lifetimes count (model time): five e-foldings of a deviation",
+        "counted": "runs that are irregular at the start",
+        "ended": "of these, the runs that settled",
+        "lifetime": "mean lifetime from the start on (model time); inf if none of them settled",
+        "lifetime_lower": "lower end of its interval (chi-square, 95 %)",
+        "lifetime_upper": "upper end; inf if none of them settled",
+        "exponential_p": "p-value of the test that lifetimes are exponential",
+        "shape": "of the Weibull distribution; below 1 if the rate falls with time",
+        "exponent": "largest exponent of the irregular motion (1 / model time)",
+        "exponent_error": "its standard error, from the scatter of the runs",
+        "exponent_runs": "runs with an exponent",
+        "verdict": "regular, transient, permanent (as far as these runs tell) or open",
+        "attractor": "state in which most runs are at the end",
+        "attractor_period": "period of the most frequent attractor (model time)",
+        "attractor_events": "slips of all blocks in this period",
+        "attractor_share": "share of the runs that end on it",
+    },
+)
+
+POINT = ("n_blocks", "belt_velocity", "initial_spread")
+"""What tells the points of a row apart; runs that differ in the replicate share a row."""
+
+
+def derive(data) -> pd.DataFrame:
+    """A row for each N, u and initial spread."""
+    rows = [point | _row(runs) for point, runs in by_point(data["survival"].arrays)]
+    return pd.DataFrame(rows, columns=[*POINT, *ENTRY.columns])
+
+
+def by_point(arrays):
+    """What tells a point apart, and the arrays of its runs, for each point in rising order."""
+    columns = [arrays[name] for name in POINT]
+    points, index = np.unique(np.column_stack(columns), axis=0, return_inverse=True)
+    for number, values in enumerate(points):
+        point = dict(zip(POINT, values.tolist(), strict=True))
+        chosen = index == number
+        runs = {name: column[chosen] for name, column in arrays.items()}
+        yield point | {"n_blocks": int(point["n_blocks"])}, runs
+
+
+def _row(runs) -> dict:
+    lifetime, settled = runs["lifetime"], runs["settled"].astype(bool)
+    exponent = survival.pool_exponents(
+        runs["irregular_exponent"], runs["irregular_error"], runs["irregular_time"]
+    )
+    start = survival.spreading_time(exponent.value, exponent.error, exponent.time)
+    left = share(int(np.sum(~settled)), settled.size)
+    return {
+        "runs": settled.size,
+        "settled": int(settled.sum()),
+        "share": left.value,
+        "share_lower": left.lower,
+        "share_upper": left.upper,
+        "start": start,
+        **_lifetime(lifetime, settled, start),
+        "exponent": exponent.value,
+        "exponent_error": exponent.error,
+        "exponent_runs": exponent.runs,
+        "verdict": survival.decide(lifetime, settled, start=start),
+        **_most_frequent(runs),
+    }
+
+
+def _lifetime(lifetime, settled, start) -> dict:
+    """Mean lifetime and test; empty where too few runs carry them."""
+    row = {"counted": 0, "ended": 0}
+    try:
+        mean = survival.mean_lifetime(lifetime, settled, start=start)
+        row |= {"counted": mean.runs, "ended": mean.ended, "lifetime": mean.mean}
+        row |= {"lifetime_lower": mean.lower, "lifetime_upper": mean.upper}
+        test = survival.weibull_test(lifetime, settled, start=start)
+        row |= {"exponential_p": test.p, "shape": test.shape}
+    except NotEnoughDataError:
+        pass
+    return row
+
+
+def _most_frequent(runs) -> dict:
+    first = attractors.catalogue(runs)[0]
+    return {
+        "attractor": first.state,
+        "attractor_period": first.period_time,
+        "attractor_events": first.period_events,
+        "attractor_share": first.basin.value,
+    }
