@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -88,8 +89,8 @@ def catalogue(
     require(count, "no runs, 1 is needed")
     found = []
     for members in _alike(known):
-        first = {name: known[name][members[0]].item() for name in _EXACT}
-        middle = {name: float(np.median(known[name][members])) for name in _MEDIAN}
+        first: dict[str, Any] = {name: known[name][members[0]].item() for name in _EXACT}
+        middle: dict[str, Any] = {name: float(np.median(known[name][members])) for name in _MEDIAN}
         basin = share(members.size, count, confidence=confidence)
         found.append(Attractor(runs=members.size, basin=basin, **first, **middle))
     return sorted(found, key=_rank)

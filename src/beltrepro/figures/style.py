@@ -6,6 +6,7 @@ from pathlib import Path
 
 import matplotlib.style
 import numpy as np
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from beltrepro import provenance
@@ -54,6 +55,17 @@ def page(caption, height) -> Figure:
         linespacing=1.2,
     )
     return figure
+
+
+def font(size):
+    """Context in which all words of a figure have one size, in points."""
+    names = ("font.size", "axes.titlesize", "axes.labelsize", "xtick.labelsize", "ytick.labelsize")
+    return matplotlib.rc_context(dict.fromkeys((*names, "legend.fontsize"), size))
+
+
+def shades(count) -> list[str]:
+    """Colours of an ordered quantity, dark to light: they keep their order in grey."""
+    return [to_hex(matplotlib.colormaps["viridis"](place)) for place in np.linspace(0, 0.9, count)]
 
 
 def line_style(index) -> dict:

@@ -82,7 +82,7 @@ def _row(runs) -> dict:
 
 def _lifetime(lifetime, settled, start) -> dict:
     """Mean lifetime and test; empty where too few runs carry them."""
-    row = {"counted": 0, "ended": 0}
+    row: dict = {"counted": 0, "ended": 0}
     try:
         mean = survival.mean_lifetime(lifetime, settled, start=start)
         row |= {"counted": mean.runs, "ended": mean.ended, "lifetime": mean.mean}

@@ -1,0 +1,162 @@
+"""Not in the paper: how long irregular motion lasts without noise."""
+
+import numpy as np
+
+from beltrepro.analysis import survival
+from beltrepro.figures import panels, style
+from beltrepro.figures.registry import Entry
+
+ENTRY = Entry(
+    title="Survival of irregular motion without noise, and its mean lifetime for each N.",
+    uses=("survival", "mean_lifetimes"),
+    words=(
+        "Not in the paper. a: share of the runs that are still irregular, by Kaplan and Meier, "
+        "with 95 % bands. For each N it is drawn at the belt velocity at which runs last longest. "
+        "Dashed lines are exponentials with the mean lifetime. Dotted curves start from larger "
+        "displacements. b: mean lifetimes at all belt velocities, against N. c: mean lifetimes "
+        "against belt velocity, with 95 % intervals. An arrow begins at a lower limit, where no "
+        "run settled. The grey line is the time at which runs are given up."
+    ),
+    alt=(
+        "Three panels: the share of runs that are still irregular against time, and the mean "
+        "lifetime of irregular motion against the number of blocks and against belt velocity."
+    ),
+    category="Further studies",
+)
+
+_LIFETIME = r"mean lifetime $\tau$"
+_POINT = ("n_blocks", "belt_velocity", "initial_spread")
+
+
+@style.styled
+def draw(data, caption):
+    """Top: survival of each N at one u, mean lifetimes against N; bottom: against u."""
+    panels.require(data, ENTRY)
+    runs, table = data["survival"], data["mean_lifetimes"]
+    figure = style.page(caption, 6.2)
+    grid = figure.add_gridspec(2, 2, width_ratios=(1.7, 1))
+    curves, by_size = (figure.add_subplot(grid[0, column]) for column in (0, 1))
+    by_velocity = figure.add_subplot(grid[1, :])
+    sizes = panels.levels(runs, "n_blocks")
+    colours = dict(zip(sizes, style.shades(sizes.size), strict=True))
+    _draw_curves(curves, runs.arrays, table, colours)
+    _draw_by_size(by_size, table, colours)
+    _draw_by_velocity(by_velocity, table, colours)
+    for axes in (by_size, by_velocity):
+        axes.axhline(float(runs.attributes["duration"]), color="0.6", linewidth=0.8, zorder=0)
+        axes.set(yscale="log", ylabel=_LIFETIME)
+    curves.set(xlabel=panels.TIME, ylabel="share still irregular", ylim=(-0.03, 1.03))
+    by_size.set(xlabel="$N$")
+    by_velocity.set(xlabel=panels.BELT_VELOCITY)
+    for axes, name in zip((curves, by_size, by_velocity), "abc", strict=True):
+        panels.letter(axes, name)
+    return figure
+
+
+# --- survival -------------------------------------------------------------------------------------
+
+
+def _draw_curves(axes, arrays, table, colours):
+    """Kaplan-Meier curves, one for each N, at the u with the longest lives."""
+    if not arrays["lifetime"].size:
+        panels.note(axes, "no runs in this dataset")
+        return
+    first, *others = np.unique(arrays["initial_spread"])
+    for size, colour in colours.items():
+        velocity = _longest(arrays, size, first)
+        chosen = _chosen(arrays, size, velocity, first)
+        curve = survival.kaplan_meier(arrays["lifetime"][chosen], arrays["settled"][chosen])
+        label = f"$N = {size}$, $u = {velocity:g}$"
+        axes.step(curve.time, curve.share, where="post", color=colour, label=label, linewidth=1.3)
+        band = {"step": "post", "color": colour, "alpha": 0.15, "linewidth": 0}
+        axes.fill_between(curve.time, curve.lower, curve.upper, **band)
+        for spread in others:
+            same = _chosen(arrays, size, velocity, spread)
+            if same.any():
+                found = survival.kaplan_meier(arrays["lifetime"][same], arrays["settled"][same])
+                axes.step(found.time, found.share, ":", where="post", color=colour, linewidth=0.9)
+        _draw_exponential(axes, table[_chosen(table, size, velocity, first)], curve, colour)
+    axes.set_xscale("log")
+    shortest = arrays["lifetime"][arrays["lifetime"] > 0].min(initial=1.0)
+    axes.set_xlim(shortest / 2, arrays["lifetime"].max())
+    axes.legend(loc="lower left")
+
+
+def _longest(arrays, size, spread):
+    """The u at which the runs of this N last longest; the smallest of equals."""
+    chosen = (arrays["n_blocks"] == size) & (arrays["initial_spread"] == spread)
+    velocities = np.unique(arrays["belt_velocity"][chosen])
+    lasts = [
+        arrays["lifetime"][chosen & (arrays["belt_velocity"] == velocity)].mean()
+        for velocity in velocities
+    ]
+    return velocities[int(np.argmax(lasts))]
+
+
+def _chosen(columns, *point):
+    """Which runs, or rows, are at this N, u and initial spread."""
+    return np.all([columns[name] == value for name, value in zip(_POINT, point, strict=True)], 0)
+
+
+def _draw_exponential(axes, rows, curve, colour):
+    """The exponential with the mean lifetime, from the start of the count on."""
+    if rows.empty or not np.isfinite(rows["lifetime"].iloc[0]):
+        return
+    start, mean = rows["start"].iloc[0], rows["lifetime"].iloc[0]
+    left = curve.share[np.searchsorted(curve.time, start, side="right") - 1]
+    time = np.geomspace(max(start, mean / 100), curve.time[-1], 100)
+    axes.plot(time, left * np.exp(-(time - start) / mean), "--", color=colour, linewidth=0.8)
+
+
+# --- mean lifetimes -------------------------------------------------------------------------------
+
+
+def _draw_by_size(axes, table, colours):
+    """A dot for each u at each N: full for the smallest initial spread, open for the others."""
+    axes.set_xticks(list(colours))
+    known = table[table["lifetime_lower"].notna()]
+    if known.empty:
+        panels.note(axes, "no mean lifetimes")
+        return
+    spreads = np.unique(known["initial_spread"])
+    for index, spread in enumerate(spreads):
+        rows = known[known["initial_spread"] == spread]
+        place = rows["n_blocks"] + 0.25 * (index - (spreads.size - 1) / 2)
+        ended = np.isfinite(rows["lifetime"])
+        look = {"linestyle": "none", "color": style.BLUE, "markersize": 3.5}
+        look |= {"markerfacecolor": "none"} if index else {}
+        axes.plot(place[ended], rows["lifetime"][ended], "o", label=f"spread {spread:g}", **look)
+        _draw_limits(axes, place[~ended], rows["lifetime_lower"][~ended], style.BLUE)
+    axes.set_xlim(min(colours) - 0.6, max(colours) + 0.6)
+    axes.legend(loc="upper left")
+
+
+def _draw_by_velocity(axes, table, colours):
+    """A curve for each N with bars, of the smallest initial spread, side by side."""
+    known = table[table["lifetime_lower"].notna()]
+    known = known[known["initial_spread"] == known["initial_spread"].min()]
+    if known.empty:
+        panels.note(axes, "no mean lifetimes")
+        return
+    velocities = np.unique(known["belt_velocity"])
+    step = 0.08 * np.diff(velocities).min(initial=10.0)
+    for index, (size, colour) in enumerate(colours.items()):
+        rows = known[known["n_blocks"] == size]
+        place = rows["belt_velocity"] + step * (index - (len(colours) - 1) / 2)
+        ended = np.isfinite(rows["lifetime"])
+        mean, lower, upper = (
+            rows[name][ended] for name in ("lifetime", "lifetime_lower", "lifetime_upper")
+        )
+        look = {"color": colour, "marker": style.MARKERS[index % len(style.MARKERS)]}
+        bars = {"linestyle": "-", "markersize": 3.5, "linewidth": 0.6, "elinewidth": 0.9}
+        both = [mean - lower, upper - mean]
+        axes.errorbar(place[ended], mean, both, label=f"$N = {size}$", **look, **bars)
+        _draw_limits(axes, place[~ended], rows["lifetime_lower"][~ended], colour)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+def _draw_limits(axes, place, lower, colour):
+    """Arrows up from lower limits."""
+    if len(place):
+        look = {"color": colour, "linestyle": "none", "elinewidth": 0.9, "capsize": 2.0}
+        axes.errorbar(place, lower, lower, lolims=True, **look)
