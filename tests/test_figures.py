@@ -16,6 +16,8 @@ from beltrepro.errors import InputError
 from beltrepro.figures import fig07, fig12, fig18, panels, registry, style
 from beltrepro.model import ChainParameters
 from beltrepro.store import Dataset
+from beltrepro.tables import mean_lifetimes
+from irregular import motion, settling
 
 FIGURES = registry.entries()
 # The comparison of integrators is drawn in its own tests.
@@ -175,6 +177,18 @@ def falls(ratios):
     return pd.DataFrame(rows, columns=["friction_ratio", "critical", "error", "lower", "upper"])
 
 
+def lasting(velocities=(3.0, 12.0, 33.0), *, runs=12):
+    """The dataset and the table of the survival of irregular motion, and what goes beside them."""
+    u = {"belt_velocity": np.array(velocities)}
+    irregular = settling(n_blocks=[4, 6, 10], **u, initial_spread=[1.0, 10.0], runs=runs)
+    made = {"survival": irregular, "mean_lifetimes": mean_lifetimes.derive({"survival": irregular})}
+    levels, how = [0.0, 1e-7, 1e-3], {"n_blocks": [5], **u, "runs": runs}
+    made["motion_map"] = motion(n_blocks=[2, 4, 6, 10], **u, runs=runs)
+    made["kicked"] = settling(**how, method=["event"], kick=levels, errors="kick")
+    made["steps"] = settling(**how, method=["verlet"], time_step=levels[1:], errors="time_step")
+    return made
+
+
 def needed(name):
     """Datasets of a figure without those that are drawn over others."""
     return [used for used in FIGURES[name].uses if not used.endswith(panels.CHECK)]
@@ -200,6 +214,7 @@ def usual(name):
         "friction_ratio": lambda: study([0.2, 0.45]),
         "friction_falls": lambda: falls([0.2, 0.45]),
     } | {f"n10_u{v}": lambda v=v: series(10, float(v), 0.0) for v in (28, 31, 34, 38)}
+    made |= {dataset: lambda each=each: each for dataset, each in lasting().items()}
     return {dataset: made[dataset]() for dataset in needed(name)}
 
 
@@ -220,6 +235,7 @@ def poor(name):
         "friction_ratio": lambda: study([]),
         "friction_falls": lambda: falls([]),
     }
+    made |= {dataset: lambda each=each: each for dataset, each in lasting(()).items()}
     data = {}
     for dataset in needed(name):
         data[dataset] = made.get(dataset, lambda: series(10, 28.0, 0.0))()

@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.patches import Patch
 
 from beltrepro.analysis import motion, survival
+from beltrepro.analysis.transitions import running_median
 from beltrepro.figures import panels, style
 from beltrepro.figures.registry import Entry
 
@@ -12,12 +13,12 @@ ENTRY = Entry(
     uses=("motion_map", "mean_lifetimes", "kicked", "steps"),
     words=(
         "Not in the paper. a: how runs from different starts move after a long time. Each cell is "
-        "one N and one belt velocity, filled by the shares of the runs. A ring: in longer runs "
-        "none of the irregular motions ended. A cross: they end, so they are transients. b: the "
-        "largest exponent, a dot for each run, and a line through the medians. c: the end of runs "
-        "that are disturbed by small kicks, for kicks of several sizes. d: the end of runs by the "
-        "method verlet, for several time steps. Where cells get darker from bottom to top, errors "
-        "keep the motion irregular."
+        "one N and one belt velocity, filled by the shares of the runs. Ring: in longer runs no "
+        "irregular motion ended. Cross: in longer runs it ends, so it is a transient. b: the "
+        "largest exponent, a dot for each run. Lines are medians over the runs that are irregular. "
+        "c: the end of runs that are disturbed by small kicks, for kicks of several sizes. d: the "
+        "end of runs by the method verlet, for several time steps. Where cells of c and d are "
+        "light at the bottom and dark at the top, errors keep the motion irregular."
     ),
     alt=(
         "Four panels: shares of periodic and irregular runs over belt velocity and N, the largest "
@@ -54,7 +55,7 @@ def draw(data, caption):
         figure = style.page(caption, 7.1)
         (sizes, exponents), (kicks, steps) = figure.subplots(2, 2, width_ratios=(1.25, 1))
         points = data["motion_map"].arrays
-        _draw_cells(sizes, points, "n_blocks", "$N$", "{:g}")
+        _draw_cells(sizes, points, "n_blocks", "$N$")
         _draw_verdicts(sizes, points, data.get("mean_lifetimes"))
         _draw_exponents(exponents, points)
         _draw_dataset(kicks, data, "kicked", "kick", "size of kicks")
@@ -76,13 +77,13 @@ def _draw_dataset(axes, data, name, row, label):
         panels.note(axes, f"the dataset {name} is not there")
         return
     arrays = data[name].arrays
-    _draw_cells(axes, arrays, row, label, "{:.0e}")
+    _draw_cells(axes, arrays, row, label)
     blocks, methods = np.unique(arrays["n_blocks"]), np.unique(arrays["method"])
-    words = f"$N = {', '.join(map(str, blocks))}$, {', '.join(methods)}"
+    words = f"$N = {', '.join(map(str, blocks))}$, method {', '.join(methods)}"
     axes.set_title(words, loc="right", size=_FONT - 1.5, color="0.35")
 
 
-def _draw_cells(axes, arrays, row, label, form):
+def _draw_cells(axes, arrays, row, label):
     """A cell for each u and each level of `row`, filled by the shares of each way to move."""
     axes.set_ylabel(label)
     if not arrays["belt_velocity"].size:
@@ -102,14 +103,18 @@ def _draw_cells(axes, arrays, row, label, form):
         bottom = bottom + height
     every = -(-velocities.size // _TICKS)
     axes.set_xticks(range(0, velocities.size, every), [f"{u:g}" for u in velocities[::every]])
-    axes.set_yticks(range(levels.size), [_words(level, form) for level in levels])
+    axes.set_yticks(range(levels.size), [_words(level) for level in levels])
     axes.set(xlim=(-0.6, velocities.size - 0.4), ylim=(-0.6, levels.size - 0.4))
     axes.tick_params(length=0)
 
 
-def _words(level, form):
-    """A level as a label: powers of ten without zeros."""
-    return "0" if level == 0 else form.format(level).replace("e-0", "e-").replace("e+00", "")
+def _words(level):
+    """A level as a label: small ones as powers of ten."""
+    if level == 0 or level >= 1:
+        return f"{level:g}"
+    factor, power = f"{level:.6e}".split("e")
+    factor = "" if float(factor) == 1 else rf"{float(factor):g} \cdot "
+    return f"${factor}10^{{{int(power)}}}$"
 
 
 def _ways(arrays):
@@ -148,18 +153,14 @@ def _draw_verdicts(axes, points, table):
 
 def _draw_legend(figure, axes):
     """Words for the fillings and marks that occur, above the page."""
-    used = {
-        patch.get_facecolor()
-        for panel in figure.axes
-        for patch in panel.patches
-        if patch.get_height()
-    }
+    bars = [patch for panel in figure.axes for patch in panel.patches if patch.get_height() > 0]
+    used = {bar.get_facecolor() for bar in bars}
     handles = [
         Patch(facecolor=colour, hatch=hatch, edgecolor="0.25", linewidth=0.5, label=words)
         for colour, hatch, words in _LOOKS.values()
     ]
     handles = [each for each in handles if each.get_facecolor() in used]
-    handles += [line for line in axes.lines if line.get_xdata().size]
+    handles += [line for line in axes.lines if len(line.get_xdata())]
     if handles:
         figure.legend(handles=handles, loc="outside upper left", ncols=2, fontsize=_FONT - 1.5)
 
@@ -168,18 +169,20 @@ def _draw_legend(figure, axes):
 
 
 def _draw_exponents(axes, points):
-    """A dot for each run, a line through the medians of each N, which stands at its end."""
+    """A dot for each run; a line for each N, through the medians over its irregular runs."""
     axes.set_ylabel(r"largest exponent $\lambda_1$")
     if not points["belt_velocity"].size:
         panels.note(axes, "no points in this dataset")
         return
     axes.axhline(0, color="0.6", linewidth=0.8, zorder=0)
+    irregular = np.isin(_ways(points), (motion.CHAOTIC, motion.TRANSIENT))
     sizes = np.unique(points["n_blocks"])
     for size, colour in zip(sizes, style.shades(sizes.size), strict=True):
         chosen = points["n_blocks"] == size
         velocity, value = (points[name][chosen] for name in ("belt_velocity", "largest_exponent"))
-        axes.plot(velocity, value, ".", color=colour, markersize=2, alpha=0.5, markeredgewidth=0)
-        places = np.unique(velocity)
-        medians = [np.median(value[velocity == place]) for place in places]
+        axes.plot(velocity, value, ".", color=colour, markersize=4, alpha=0.6, markeredgewidth=0)
+        places, medians = running_median(velocity[irregular[chosen]], value[irregular[chosen]], 0.0)
         axes.plot(places, medians, color=colour, linewidth=1.4, label=f"{size}")
-    axes.legend(title="$N$", reverse=True)
+    axes.legend(
+        title="$N$", reverse=True, loc="upper left", bbox_to_anchor=(1.0, 1.03), handlelength=1.0
+    )

@@ -11,11 +11,11 @@ ENTRY = Entry(
     uses=("survival", "mean_lifetimes"),
     words=(
         "Not in the paper. a: share of the runs that are still irregular, by Kaplan and Meier, "
-        "with 95 % bands. For each N it is drawn at the belt velocity at which runs last longest. "
-        "Dashed lines are exponentials with the mean lifetime. Dotted curves start from larger "
-        "displacements. b: mean lifetimes at all belt velocities, against N. c: mean lifetimes "
-        "against belt velocity, with 95 % intervals. An arrow begins at a lower limit, where no "
-        "run settled. The grey line is the time at which runs are given up."
+        "with 95 % bands from the first end on. Each N is shown at the belt velocity at which its "
+        "runs last longest. Dashed lines are exponentials with the mean lifetime. Dotted curves "
+        "start from larger displacements. b: mean lifetimes at all belt velocities, against N. c: "
+        "mean lifetimes against belt velocity, with 95 % intervals. Where no run settled, an arrow "
+        "begins at the lower limit. The grey line is the time at which runs are given up."
     ),
     alt=(
         "Three panels: the share of runs that are still irregular against time, and the mean "
@@ -24,7 +24,7 @@ ENTRY = Entry(
     category="Further studies",
 )
 
-_LIFETIME = r"mean lifetime $\tau$"
+_FONT = 9.5  # points: legible where the page is as narrow as a phone
 _POINT = ("n_blocks", "belt_velocity", "initial_spread")
 
 
@@ -32,9 +32,13 @@ _POINT = ("n_blocks", "belt_velocity", "initial_spread")
 def draw(data, caption):
     """Top: survival of each N at one u, mean lifetimes against N; bottom: against u."""
     panels.require(data, ENTRY)
-    runs, table = data["survival"], data["mean_lifetimes"]
-    figure = style.page(caption, 6.2)
-    grid = figure.add_gridspec(2, 2, width_ratios=(1.7, 1))
+    with style.font(_FONT):
+        return _draw(data["survival"], data["mean_lifetimes"], caption)
+
+
+def _draw(runs, table, caption):
+    figure = style.page(caption, 6.6)
+    grid = figure.add_gridspec(2, 2, width_ratios=(1.5, 1))
     curves, by_size = (figure.add_subplot(grid[0, column]) for column in (0, 1))
     by_velocity = figure.add_subplot(grid[1, :])
     sizes = panels.levels(runs, "n_blocks")
@@ -44,7 +48,7 @@ def draw(data, caption):
     _draw_by_velocity(by_velocity, table, colours)
     for axes in (by_size, by_velocity):
         axes.axhline(float(runs.attributes["duration"]), color="0.6", linewidth=0.8, zorder=0)
-        axes.set(yscale="log", ylabel=_LIFETIME)
+        axes.set(yscale="log", ylabel=r"mean lifetime $\tau$")
     curves.set(xlabel=panels.TIME, ylabel="share still irregular", ylim=(-0.03, 1.03))
     by_size.set(xlabel="$N$")
     by_velocity.set(xlabel=panels.BELT_VELOCITY)
@@ -68,8 +72,10 @@ def _draw_curves(axes, arrays, table, colours):
         curve = survival.kaplan_meier(arrays["lifetime"][chosen], arrays["settled"][chosen])
         label = f"$N = {size}$, $u = {velocity:g}$"
         axes.step(curve.time, curve.share, where="post", color=colour, label=label, linewidth=1.3)
-        band = {"step": "post", "color": colour, "alpha": 0.15, "linewidth": 0}
-        axes.fill_between(curve.time, curve.lower, curve.upper, **band)
+        if curve.share[-1] < 1:
+            ends = curve.share < 1  # bands of whole shares would lie on each other
+            band = {"step": "post", "color": colour, "alpha": 0.15, "linewidth": 0}
+            axes.fill_between(curve.time[ends], curve.lower[ends], curve.upper[ends], **band)
         for spread in others:
             same = _chosen(arrays, size, velocity, spread)
             if same.any():
@@ -77,9 +83,9 @@ def _draw_curves(axes, arrays, table, colours):
                 axes.step(found.time, found.share, ":", where="post", color=colour, linewidth=0.9)
         _draw_exponential(axes, table[_chosen(table, size, velocity, first)], curve, colour)
     axes.set_xscale("log")
-    shortest = arrays["lifetime"][arrays["lifetime"] > 0].min(initial=1.0)
-    axes.set_xlim(shortest / 2, arrays["lifetime"].max())
-    axes.legend(loc="lower left")
+    ends = np.concatenate([line.get_xdata() for line in axes.lines])
+    axes.set_xlim(ends[ends > 0].min() / 3, arrays["lifetime"].max())
+    axes.legend(loc="lower left", fontsize=_FONT - 1.5)
 
 
 def _longest(arrays, size, spread):
@@ -125,10 +131,12 @@ def _draw_by_size(axes, table, colours):
         ended = np.isfinite(rows["lifetime"])
         look = {"linestyle": "none", "color": style.BLUE, "markersize": 3.5}
         look |= {"markerfacecolor": "none"} if index else {}
-        axes.plot(place[ended], rows["lifetime"][ended], "o", label=f"spread {spread:g}", **look)
+        axes.plot(
+            place[ended], rows["lifetime"][ended], "o", label=f"initial spread {spread:g}", **look
+        )
         _draw_limits(axes, place[~ended], rows["lifetime_lower"][~ended], style.BLUE)
     axes.set_xlim(min(colours) - 0.6, max(colours) + 0.6)
-    axes.legend(loc="upper left")
+    axes.legend(loc="lower right", fontsize=_FONT - 1.5)
 
 
 def _draw_by_velocity(axes, table, colours):
@@ -144,15 +152,13 @@ def _draw_by_velocity(axes, table, colours):
         rows = known[known["n_blocks"] == size]
         place = rows["belt_velocity"] + step * (index - (len(colours) - 1) / 2)
         ended = np.isfinite(rows["lifetime"])
-        mean, lower, upper = (
-            rows[name][ended] for name in ("lifetime", "lifetime_lower", "lifetime_upper")
-        )
+        mean = rows["lifetime"].where(ended)  # NaN breaks the line
+        both = [mean - rows["lifetime_lower"], rows["lifetime_upper"].where(ended) - mean]
         look = {"color": colour, "marker": style.MARKERS[index % len(style.MARKERS)]}
         bars = {"linestyle": "-", "markersize": 3.5, "linewidth": 0.6, "elinewidth": 0.9}
-        both = [mean - lower, upper - mean]
-        axes.errorbar(place[ended], mean, both, label=f"$N = {size}$", **look, **bars)
+        axes.errorbar(place, mean, both, label=f"$N = {size}$", **look, **bars)
         _draw_limits(axes, place[~ended], rows["lifetime_lower"][~ended], colour)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.03))
 
 
 def _draw_limits(axes, place, lower, colour):
