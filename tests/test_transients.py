@@ -5,22 +5,21 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, exponents, motions, settling, simulate
+from beltrepro import ChainParameters, ChainState, exponents, motions, settling, simulate
 from beltrepro.chaos.transients import _windows
 from beltrepro.errors import InputError
+from beltrepro.model.spring import spring_extension
 
 FIVE = ChainParameters(5, 16.0)
 
 
-def several(chain, count, spread=10.0, **settings):
-    return settling(
-        [chain] * count, replicate=range(1, count + 1), initial_spread=spread, **settings
-    )
+def several(chain, count, **settings):
+    return settling([chain] * count, replicate=range(1, count + 1), initial_spread=10.0, **settings)
 
 
-def one_run(chain, replicate, spread=10.0):
+def one_run(chain, replicate):
     return simulate(
-        chain, duration=20_000, method="event", replicate=replicate, initial_spread=spread
+        chain, duration=20_000, method="event", replicate=replicate, initial_spread=10.0
     )
 
 
@@ -70,15 +69,13 @@ def test_a_run_that_is_given_up_counts_as_irregular(five):
     assert np.isnan(found["period_time"][0])
 
 
-def test_continuous_slip_ends_irregular_motion_at_the_last_event():
-    chain = ChainParameters(5, 25.0)
-    found = several(chain, 2, spread=0.1, duration=30_000)
-    for lane in range(2):
-        run = simulate(
-            chain, duration=20_000, replicate=lane + 1, initial_spread=10.0, method="event"
-        )
-        assert found["state"][lane] == "equilibrium slip"
-        assert found["lifetime"][lane] == pytest.approx(run.events["time"].max(), abs=1e-9)
+def test_continuous_slip_is_settled_from_its_start():
+    chain = ChainParameters(3, 40.0)
+    kinetic = chain.friction_ratio * chain.static_friction
+    balance = np.cumsum(spring_extension(kinetic * np.array([3.0, 2.0, 1.0]), chain) + 50.0)
+    state = ChainState.in_motion(chain, balance + 3 * np.array([1.0, -2.0, 2.0]), np.zeros(3))
+    found = settling(chain, duration=5000, initial_state=state)
+    assert (found["state"][0], found["lifetime"][0]) == ("equilibrium slip", 0.0)
 
 
 def test_one_block_is_regular_from_its_first_slip():
