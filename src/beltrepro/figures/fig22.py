@@ -9,9 +9,9 @@ ENTRY = Entry(
     uses=("size_rows", "motion_map"),
     words=(
         "Bifurcation diagrams for two to ten blocks: regular lines up to four blocks, broad "
-        "bands from five on, with fewer windows and less effect of noise as blocks are added. Below "
-        "each, not in the paper: the largest Lyapunov exponent of the exact motion without noise, "
-        "coloured by the motion in which a run ends."
+        "bands from five on, with fewer windows and less effect of noise as blocks are added. "
+        "Below each, not in the paper: the largest Lyapunov exponent of the exact motion without "
+        "noise, coloured by the motion in which a run ends."
     ),
     alt=(
         "Six bifurcation diagrams, for 2, 3, 4, 6, 7 and 10 blocks, with points of several noise "

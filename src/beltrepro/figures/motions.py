@@ -52,6 +52,5 @@ def exponents(axes, scan, n_blocks, *, size=2.4):
 
 def legend(axes):
     """The names of the motions that are shown, beside the panel."""
-    handles, labels = axes.get_legend_handles_labels()
-    if handles:
+    if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=7)
