@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         exponents,
         lyapunov_spectrum,
         motions,
+        settling,
     )
     from beltrepro.simulation import ChainState, Run, catalogue, escapes, scan, simulate
 
@@ -33,11 +34,20 @@ __all__ = [
     "lyapunov_spectrum",
     "motions",
     "scan",
+    "settling",
     "simulate",
 ]
 __version__ = version("beltrepro")
 
-_CHAOS = ("LyapunovSpectrum", "Motion", "classify", "exponents", "lyapunov_spectrum", "motions")
+_CHAOS = (
+    "LyapunovSpectrum",
+    "Motion",
+    "classify",
+    "exponents",
+    "lyapunov_spectrum",
+    "motions",
+    "settling",
+)
 
 
 def __getattr__(name: str) -> Any:

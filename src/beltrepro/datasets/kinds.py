@@ -178,6 +178,15 @@ SETTLE_TIME = Setting(
     _POSITIVE,
 )
 
+CLOSED = Setting(
+    "closed",
+    "",
+    "1",
+    "Distance of two states that count as one, as a share of the largest coordinate.",
+    {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1},
+    1e-8,
+)
+
 
 def _first(*complaints):
     return next((found for found in complaints if found), None)
@@ -215,6 +224,13 @@ def _section(settings, points):
     return None
 
 
+def _tangent(points):
+    methods = {point.method for point in points} - {"event"}
+    if methods:
+        return "method", f"= {methods.pop()}: only event has a tangent dynamics"
+    return None
+
+
 # --- arrays ---------------------------------------------------------------------------------------
 
 
@@ -234,6 +250,12 @@ _RESIDUAL = _of_points(
         "1",
         "Share of the belt's work that the energy audit does not account for.",
     ),
+)
+
+_PERIOD = _of_points(
+    ("period_time", "T", "time", "Length of a period; NaN if the orbit does not close."),
+    ("period_events", "", "1", "Slips of all blocks in a period; 0 if it does not close."),
+    ("period_returns", "", "1", "Returns to the mean length in a period; 0 if it does not close."),
 )
 
 SCAN = Kind(
@@ -394,6 +416,66 @@ ESCAPES = Kind(
     _settle_time,
 )
 
-KINDS = {kind.name: kind for kind in (SCAN, SERIES, CATALOGUE, ESCAPES)}
+MOTION = Kind(
+    "motion",
+    "Name, period and largest Lyapunov exponent of the motion after the transient (docs/chaos.md).",
+    (DURATION, TRANSIENT),
+    (
+        *_of_points(("state", "", "1", "Name of the motion.")),
+        *_PERIOD,
+        *_of_points(
+            (
+                "largest_exponent",
+                "lambda_1",
+                "1/time",
+                "Largest Lyapunov exponent after the transient.",
+            ),
+            ("standard_error", "", "1/time", "Its standard error."),
+        ),
+        *_LENGTH,
+    ),
+    lambda settings, points: _first(_lengths(settings), _tangent(points)),
+)
+
+SETTLING = Kind(
+    "settling",
+    "How long the motion is irregular, and what it settles on (docs/chaos.md).",
+    (DURATION, CLOSED),
+    (
+        *_of_points(
+            ("settled", "", "1", "Whether the motion settled within the duration."),
+            (
+                "lifetime",
+                "tau",
+                "time",
+                "How long the motion was irregular; the duration if it did not settle.",
+            ),
+            ("state", "", "1", "Name of the motion at the end."),
+        ),
+        *_PERIOD,
+        *_of_points(
+            (
+                "irregular_exponent",
+                "lambda_1",
+                "1/time",
+                "Largest Lyapunov exponent of the irregular motion; NaN if that was short.",
+            ),
+            ("irregular_error", "", "1/time", "Its standard error."),
+            ("irregular_time", "", "time", "Time over which it was measured."),
+        ),
+        *_LENGTH,
+        Array(
+            "return_state",
+            "",
+            "",
+            (POINT, "coordinate"),
+            "Displacements, then relative velocities, at the last return to a section of the last "
+            "block; model lengths and velocities, NaN padded.",
+        ),
+    ),
+    lambda settings, points: None,
+)
+
+KINDS = {kind.name: kind for kind in (SCAN, SERIES, CATALOGUE, ESCAPES, MOTION, SETTLING)}
 SETTINGS = {each.name: each for kind in KINDS.values() for each in kind.settings}
 """All settings of all kinds."""

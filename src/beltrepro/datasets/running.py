@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from beltrepro.chaos import motions, settling
 from beltrepro.datasets.points import Point, chain, columns
 from beltrepro.simulation import catalogue, escapes, scan, simulate
 
@@ -44,6 +45,8 @@ def run(
         "series": _series,
         "catalogue": catalogue,
         "escapes": escapes,
+        "motion": motions,
+        "settling": settling,
     }
     how = {name: [getattr(point, name) for point in points] for name in _HOW}
     recorded = records[kind](

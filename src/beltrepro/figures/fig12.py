@@ -3,20 +3,21 @@
 import numpy as np
 
 from beltrepro.analysis import lifetimes, sections, transitions
-from beltrepro.figures import panels, style
+from beltrepro.figures import motions, panels, style
 from beltrepro.figures.registry import Entry
 
 ENTRY = Entry(
-    title="Bifurcation diagram and r(u) without noise, with lifetimes of chaotic transients.",
-    uses=("n5_rows", "n5_rows_check", "lifetimes"),
+    title="Bifurcation diagram, largest exponent and r(u) without noise, with lifetimes.",
+    uses=("n5_rows", "n5_rows_check", "motion_map", "lifetimes"),
     words=(
         "The bifurcation diagram of section velocities and the disorder parameter r against belt "
         "velocity without noise: bands with windows, then a sharp fall of r. The lifetime of "
-        "chaotic transients rises towards that fall."
+        "irregular transients rises towards that fall. Between the two, not in the paper: the "
+        "largest Lyapunov exponent of the exact motion, coloured by the motion in which a run ends."
     ),
     alt=(
-        "Two panels against belt velocity: section velocities as points, and r with an inset of "
-        "mean lifetimes of transients."
+        "Three panels against belt velocity: section velocities as points, largest Lyapunov "
+        "exponents, and r with an inset of mean lifetimes of transients."
     ),
     number="12",
 )
@@ -24,10 +25,13 @@ ENTRY = Entry(
 
 @style.styled
 def draw(data, caption):
-    """Top: v_N at the section against u; bottom: r(u); inset: mean lifetime of transients."""
+    """Top: v_N at the section; middle: largest exponent; bottom: r and, inset, mean lifetimes."""
     panels.require(data, ENTRY)
-    figure = style.page(caption, 5.6)
-    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(1, 1.2))
+    figure = style.page(caption, 6.8)
+    top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=(1, 0.6, 1.2))
+    motions.exponents(middle, data["motion_map"], 5)
+    middle.set_ylabel(motions.EXPONENT)
+    motions.legend(middle)
     layers = panels.layers(data, "n5_rows")
     for scan, overlay in layers:
         row = sections.rows(scan, n_blocks=5, noise=0.0)

@@ -1,0 +1,313 @@
+"""How long irregular motion lasts, and what it settles on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from beltrepro import checks
+from beltrepro.analysis.motion import EQUILIBRIUM, PERIODIC
+from beltrepro.analysis.recurrence import CLOSED, find_recurrence
+from beltrepro.chaos.vectors import INTERVAL, METHOD, grow, slopes, standard_errors, with_vectors
+from beltrepro.engine.integrator import Integrator, Sampling, Section
+from beltrepro.engine.state import ChainState
+from beltrepro.engine.tangent_integrator import TangentIntegrator
+from beltrepro.errors import InputError
+from beltrepro.model import ChainParameters
+from beltrepro.observe.length import LengthMoments
+from beltrepro.observe.order import SlipOrder
+from beltrepro.observe.returns import ReturnLog
+from beltrepro.simulation.arguments import PerChain
+from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
+
+IRREGULAR = "irregular"
+SETTLED_STATES = (EQUILIBRIUM, PERIODIC, IRREGULAR)
+
+_SAMPLES = Sampling(1, 0.1)  # for r
+# Windows in which returns are collected: a period must fit twice in the second half of one.
+_FIRST_WINDOW = 1000.0
+_LONGEST_WINDOW = 250_000.0
+_GROWTH = 0.5  # length of a window as a share of the time before it
+# Of the irregular motion: in the first part the vector turns to its direction, and after the last
+# its growth is known well enough.
+_ALIGNED, _FOLLOWED = 500.0, 100_000.0
+_SHORTEST = 1000.0  # below this no exponent is given
+_FEWEST = 3  # returns in a window; with fewer the section is moved
+
+
+def settling(
+    parameters: ChainParameters | Sequence[ChainParameters],
+    *,
+    duration: float,
+    closed: float = CLOSED,
+    method: PerChain[str] = METHOD,
+    time_step: PerChain[float] = 0.001,
+    tolerance: PerChain[float | None] = None,
+    seed: PerChain[int] | None = None,
+    replicate: PerChain[int] | None = None,
+    initial_positions: ArrayLike | Sequence[ArrayLike] | None = None,
+    initial_spread: PerChain[float] = 0.0,
+    initial_state: PerChain[ChainState] | None = None,
+    progress: Progress | None = None,
+) -> dict[str, np.ndarray]:
+    """How long the motion of each of P chains is irregular, and what it settles on.
+
+    Each chain is advanced until its motion has settled: no block sticks any more, or its state
+    comes back. Those that have settled stop, so that long irregular motion can be awaited. On the
+    way to a periodic orbit irregular motion is over when the order in which the blocks slip repeats
+    from then on: what follows is a smooth approach to the orbit.
+
+    Parameters
+    ----------
+    parameters : ChainParameters or sequence of them
+        P chains.
+    duration : float
+        Model time after which a run is given up.
+    closed : float
+        Distance of two states that count as one, as a share of the largest coordinate.
+    method : str or sequence of str
+        As in `simulate`. Exponents are measured with "event" only.
+    time_step, tolerance : float or sequence of float
+        As in `simulate`.
+    seed, replicate : int or sequence of int
+        As in `simulate`.
+    initial_positions : array or sequence of arrays
+        As in `simulate`.
+    initial_spread : float or sequence of float
+        As in `simulate`.
+    initial_state : ChainState or sequence of them
+        As in `simulate`.
+    progress : callable
+        Called with the fraction done.
+
+    Returns
+    -------
+    dict of arrays with first axis P
+        settled; lifetime of the irregular motion (the duration if not settled); state out of
+        SETTLED_STATES; period_time (NaN without a period), period_events (slips of all blocks) and
+        period_returns (to a section) of a period, 0 without; disorder_parameter and mean_length of
+        the settled motion, or of the end; irregular_exponent and irregular_error: the largest
+        Lyapunov exponent of the irregular motion over its irregular_time, NaN where that is too
+        short; return_state (P, 2D), displacements and relative velocities of the blocks at the last
+        return, D those of the longest chain, NaN padded. Model units.
+
+    Raises
+    ------
+    InputError
+        A value is not allowed.
+    ModelStateError
+        A state left the range of the model.
+    """
+    duration = checks.positive("duration", duration)
+    if not 0 < checks.finite_number("closed", closed) < 1:
+        raise InputError(f"closed = {closed:g}: must be greater than 0 and less than 1")
+    chains = points(
+        parameters,
+        method=method,
+        time_step=time_step,
+        tolerance=tolerance,
+        seed=seed,
+        replicate=replicate,
+        initial_positions=initial_positions,
+        initial_spread=initial_spread,
+        initial_state=initial_state,
+    )
+    runs = [_Run(point, point.state.time) for point in chains]
+    _place_sections(runs)
+    for begin, end in _windows(duration):
+        left = [run for run in runs if not run.settled]
+        share = _part(progress, begin / duration, end / duration)
+        for group, report in groups([run.point for run in left], share) if left else ():
+            _pass_window([left[index] for index in group], end - begin, closed, report)
+    width = 2 * max(point.parameters.n_blocks for point in chains)
+    rows = [run.row(duration, width) for run in runs]
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+@dataclass
+class _Run:
+    """One chain on its way, and what is remembered of it.
+
+    Attributes
+    ----------
+    point : Point
+        It, in its state now.
+    start : float
+        Instant at which it began.
+    section : float
+        Length of the chain at which its returns are noted.
+    times, blocks : list of arrays
+        Instants of all slips, and the blocks that slip.
+    growth : list of arrays
+        Rates of growth of its deviation.
+    deviation : array (D, 1) or None
+        The deviation now.
+    last_event : float
+        Instant of the last slip or stick.
+    settled : bool
+        Whether its motion has settled.
+    found : dict
+        What is known of the motion.
+    """
+
+    point: Point
+    start: float
+    section: float = np.nan
+    times: list[np.ndarray] = field(default_factory=list)
+    blocks: list[np.ndarray] = field(default_factory=list)
+    growth: list[np.ndarray] = field(default_factory=list)
+    deviation: np.ndarray | None = None
+    last_event: float = -np.inf
+    settled: bool = False
+    found: dict = field(default_factory=dict)
+
+    @property
+    def followed(self) -> bool:
+        """Whether a deviation goes along."""
+        return self.point.method == METHOD and self.point.state.time - self.start < _FOLLOWED
+
+    def move_section(self, position: float) -> None:
+        """Note the returns to another section from now on."""
+        if np.isfinite(position):
+            self.section = position
+
+    def remember(self, times: np.ndarray, blocks: np.ndarray) -> None:
+        """Add the slips of a window."""
+        self.times.append(times)
+        self.blocks.append(blocks)
+
+    def judge(self, log: ReturnLog, lane: int, middle: float, closed: float) -> None:
+        """Look for the end of the irregular motion in a window that has just been passed.
+
+        middle : of the window; what settles later shows its numbers in the next one.
+        """
+        times, states, slips = log.returns(lane)
+        self.last_event = max(self.last_event, log.last_event[lane])
+        if len(states):
+            self.found["return_state"] = states[-1]
+        closing = find_recurrence(states, times, closed=closed) if len(times) > 2 else None
+        period = int(slips[-1] - slips[-1 - closing.crossings]) if closing else 0
+        since = self._repeats_since(period) if period else np.inf
+        if self.last_event <= middle or (closing and not period):
+            self._settle(EQUILIBRIUM, max(self.last_event, self.start))
+        elif closing and since <= middle:
+            self._settle(
+                PERIODIC,
+                since,
+                period_time=closing.time,
+                period_events=period,
+                period_returns=closing.crossings,
+            )
+
+    def _repeats_since(self, period: int) -> float:
+        """Instant from which on the order of the slips repeats after so many of them."""
+        times, blocks = np.concatenate(self.times), np.concatenate(self.blocks)
+        broken = np.flatnonzero(blocks[period:] != blocks[:-period])
+        return float(times[broken[-1] + 1]) if broken.size else self.start
+
+    def _settle(self, state: str, since: float, **period: float) -> None:
+        self.settled = True
+        self.found |= {"state": state, "lifetime": since - self.start, **period}
+
+    def row(self, duration: float, width: int) -> dict:
+        """What `settling` returns of it; width : numbers of the state of the longest chain."""
+        found = _UNKNOWN | {"lifetime": duration} | self.found
+        state = np.full(width, np.nan)
+        state[: found["return_state"].size] = found["return_state"]
+        return found | {"settled": self.settled, "return_state": state} | self._exponent()
+
+    def _exponent(self) -> dict:
+        """The largest exponent of the irregular motion."""
+        rates = np.concatenate([np.empty((0, 1)), *self.growth])
+        last = int(min(self.found.get("lifetime", np.inf), len(rates) * INTERVAL) / INTERVAL)
+        rates = rates[int(_ALIGNED / INTERVAL) : last][None]
+        if rates.shape[1] * INTERVAL < _SHORTEST:
+            return {"irregular_exponent": np.nan, "irregular_error": np.nan, "irregular_time": 0.0}
+        return {
+            "irregular_exponent": slopes(rates).item(),
+            "irregular_error": standard_errors(rates).item(),
+            "irregular_time": rates.shape[1] * INTERVAL,
+        }
+
+
+_UNKNOWN = {
+    "state": IRREGULAR,
+    "period_time": np.nan,
+    "period_events": 0,
+    "period_returns": 0,
+    "disorder_parameter": np.nan,
+    "mean_length": np.nan,
+    "return_state": np.empty(0),
+}
+
+
+def _windows(duration: float) -> Iterator[tuple[float, float]]:
+    """Begin and end of the windows of a run."""
+    begin = 0.0
+    while begin < duration:
+        longest = min(_LONGEST_WINDOW, _GROWTH * begin)
+        length = max(1.0, longest // _FIRST_WINDOW) * _FIRST_WINDOW
+        end = min(duration, begin + length)
+        yield begin, end
+        begin = end
+
+
+def _part(progress: Progress | None, low: float, high: float) -> Progress | None:
+    """Progress of a part of the work, from its share `low` to its share `high`."""
+    return progress and (lambda fraction: progress(low + (high - low) * fraction))
+
+
+def _place_sections(runs: list[_Run]) -> None:
+    """Sections at the mean lengths of the chains after their start."""
+    # every motion comes down through its mean length again and again
+    for group, report in groups([run.point for run in runs], None):
+        members = [runs[index] for index in group]
+        moments = LengthMoments(len(group), members[0].start + 0.5 * _FIRST_WINDOW)
+        chains = integrator_of([run.point for run in members], sampling=_SAMPLES, sampled_blocks=1)
+        observe(chains, _FIRST_WINDOW, [moments], report)
+        lengths = moments.result(members[0].point.parameters.rest_positions[-1])
+        for run, length in zip(members, lengths["mean_length"], strict=True):
+            run.move_section(length)
+
+
+def _pass_window(members: list[_Run], length: float, closed: float, report: Progress) -> None:
+    """Advance a group by a window, and judge its motion there."""
+    chain, middle = members[0].point.parameters, members[0].point.state.time + 0.5 * length
+    moments, log, order = observers = (
+        LengthMoments(len(members), middle),
+        ReturnLog(len(members)),
+        SlipOrder(len(members)),
+    )
+    chains = _integrator(members)
+    if isinstance(chains, TangentIntegrator):
+        growth = grow(chains, length, observers, report)
+        for run, rates, deviation in zip(members, growth, chains.deviations(), strict=True):
+            run.growth.append(rates)
+            run.deviation = deviation
+    else:
+        observe(chains, length, observers, report)
+    lengths = moments.result(chain.rest_positions[-1])
+    for lane, (run, state) in enumerate(zip(members, chains.state(), strict=True)):
+        run.point = replace(run.point, state=state)
+        run.remember(*order.slips(lane))
+        run.judge(log, lane, middle, closed)
+        run.found |= {name: lengths[name][lane] for name in ("disorder_parameter", "mean_length")}
+        if len(log.returns(lane)[0]) < _FEWEST and not run.settled:
+            run.move_section(lengths["mean_length"][lane])
+
+
+def _integrator(members: list[_Run]) -> Integrator:
+    """The integrator of a group in its states now, with a deviation if one goes along."""
+    points = [run.point for run in members]
+    section = Section(points[0].parameters.n_blocks, np.array([run.section for run in members]))
+    if not members[0].followed:
+        return integrator_of(points, sampling=_SAMPLES, sampled_blocks=1, section=section)
+    plain = integrator_of(points, sampling=_SAMPLES, sampled_blocks=1)
+    chains = with_vectors(plain, points, 1, _SAMPLES, section)
+    known = [run.deviation for run in members if run.deviation is not None]
+    if known:
+        chains.set_deviations(np.stack(known))
+    return chains

@@ -1,0 +1,56 @@
+"""Largest exponents and names of motions, as several figures show them."""
+
+import numpy as np
+
+from beltrepro.analysis.motion import (
+    CHAOTIC,
+    EQUILIBRIUM,
+    NOISE_DRIVEN,
+    PERIODIC,
+    QUASI_PERIODIC,
+    TRANSIENT,
+)
+from beltrepro.figures import panels, style
+
+EXPONENT = r"$\lambda_1$"
+COLOURS = {
+    PERIODIC: style.SKY,
+    QUASI_PERIODIC: style.GREEN,
+    EQUILIBRIUM: style.GREY,
+    TRANSIENT: style.ORANGE,
+    CHAOTIC: style.VERMILION,
+    NOISE_DRIVEN: style.PURPLE,
+}
+_MARKERS = {CHAOTIC: "o", TRANSIENT: "^"}  # the rest, regular, are squares
+
+
+def exponents(axes, scan, n_blocks, *, size=2.4):
+    """Largest exponent of each run of a number of blocks against u, coloured by its motion."""
+    arrays = scan.arrays
+    own = arrays["n_blocks"] == n_blocks
+    states = np.asarray(arrays["state"], dtype=str)
+    axes.axhline(0, color="0.5", linewidth=0.6, zorder=0)
+    for state, colour in COLOURS.items():
+        chosen = own & (states == state)
+        if chosen.any():
+            axes.errorbar(
+                arrays["belt_velocity"][chosen],
+                arrays["largest_exponent"][chosen],
+                arrays["standard_error"][chosen],
+                fmt=_MARKERS.get(state, "s"),
+                color=colour,
+                markersize=size,
+                markeredgewidth=0,
+                elinewidth=0.5,
+                label=state,
+            )
+    if not own.any():
+        panels.note(axes, f"no run with N = {n_blocks}")
+    low, high = axes.get_ylim()
+    axes.set_ylim(min(low, -0.0005), max(high, 0.002))
+
+
+def legend(axes):
+    """The names of the motions that are shown, beside the panel."""
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=7)

@@ -1,0 +1,127 @@
+"""How long irregular motion lasts: against runs of `simulate` that are judged after the fact."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from beltrepro import ChainParameters, ChainState, exponents, motions, settling, simulate
+from beltrepro.chaos.transients import _windows
+from beltrepro.errors import InputError
+from beltrepro.model.spring import spring_extension
+
+FIVE = ChainParameters(5, 16.0)
+
+
+def several(chain, count, **settings):
+    return settling([chain] * count, replicate=range(1, count + 1), initial_spread=10.0, **settings)
+
+
+def one_run(chain, replicate):
+    return simulate(
+        chain, duration=20_000, method="event", replicate=replicate, initial_spread=10.0
+    )
+
+
+@pytest.fixture(scope="module")
+def five():
+    return several(FIVE, 4, duration=60_000)
+
+
+def test_five_blocks_settle_on_the_orbit_that_a_late_look_finds(five):
+    late = motions(
+        [FIVE] * 4, duration=50_000, transient=45_000, replicate=range(1, 5), initial_spread=10.0
+    )
+    assert five["settled"].all()
+    assert (five["state"] == "periodic").all()
+    assert np.array_equal(five["period_events"], late["period_events"])
+    assert np.allclose(five["period_time"], late["period_time"], rtol=1e-9)
+    assert np.allclose(five["disorder_parameter"], late["disorder_parameter"], rtol=0.01)
+
+
+def test_lifetime_is_that_of_the_order_of_slips(five):
+    slowest = int(np.argmin(five["lifetime"]))
+    run = simulate(
+        FIVE, duration=20_000, replicate=slowest + 1, initial_spread=10.0, method="event"
+    )
+    slips = run.events[run.events["kind"] == "slip"]
+    period = five["period_events"][slowest]
+    broken = max(
+        number
+        for number in range(len(slips) - period)
+        if slips["block"][number] != slips["block"][number + period]
+    )
+    assert five["lifetime"][slowest] == pytest.approx(slips["time"][broken + 1], abs=1e-9)
+
+
+def test_a_run_does_not_depend_on_its_company(five):
+    alone = settling(FIVE, duration=60_000, replicate=3, initial_spread=10.0)
+    for name in ("lifetime", "period_time", "irregular_exponent", "return_state"):
+        assert np.array_equal(alone[name][0], five[name][2], equal_nan=True)
+
+
+def test_a_run_that_is_given_up_counts_as_irregular(five):
+    first = int(np.argmax(five["lifetime"]))
+    found = settling(FIVE, duration=5000, replicate=first + 1, initial_spread=10.0)
+    assert five["lifetime"][first] > 5000
+    assert not found["settled"][0]
+    assert (found["state"][0], found["lifetime"][0]) == ("irregular", 5000)
+    assert np.isnan(found["period_time"][0])
+
+
+def test_continuous_slip_is_settled_from_its_start():
+    chain = ChainParameters(3, 40.0)
+    kinetic = chain.friction_ratio * chain.static_friction
+    balance = np.cumsum(spring_extension(kinetic * np.array([3.0, 2.0, 1.0]), chain) + 50.0)
+    state = ChainState.in_motion(chain, balance + 3 * np.array([1.0, -2.0, 2.0]), np.zeros(3))
+    found = settling(chain, duration=5000, initial_state=state)
+    assert (found["state"][0], found["lifetime"][0]) == ("equilibrium slip", 0.0)
+
+
+def test_one_block_is_regular_from_its_first_slip():
+    found = settling(ChainParameters(1, 5.0), duration=5000)
+    assert found["settled"][0]
+    assert found["period_events"][0] == 1
+    assert found["lifetime"][0] < found["period_time"][0]
+    assert np.isnan(found["irregular_exponent"][0])
+
+
+def test_irregular_motion_of_ten_blocks_has_the_exponent_of_a_run():
+    chain = ChainParameters(10, 10.0)
+    found = several(chain, 4, duration=20_000)
+    known = exponents(
+        [chain] * 4,
+        duration=20_000,
+        transient=500,
+        n_exponents=1,
+        replicate=range(1, 5),
+        initial_spread=10.0,
+    )
+    assert not found["settled"].any()
+    error = np.hypot(found["irregular_error"], known["standard_error"][:, 0])
+    apart = (found["irregular_exponent"] - known["exponents"][:, 0]) / error
+    assert np.abs(apart).max() < 3
+    assert np.all(found["irregular_exponent"] > 5 * found["irregular_error"])
+
+
+@pytest.mark.parametrize("duration", [10.0, 1000.0, 2500.0, 1e6, 1e7])
+def test_windows_follow_each_other_to_the_end(duration):
+    windows = list(_windows(duration))
+    assert windows[0][0] == 0
+    assert windows[-1][1] == duration
+    assert all(before[1] == after[0] for before, after in pairwise(windows))
+    assert all(begin % 250 == 0 for begin, _ in windows)  # where runs can be cut without a trace
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"duration": 0.0}, "duration = 0"),
+        ({"duration": 10.0, "closed": 0.0}, "closed = 0"),
+        ({"duration": 10.0, "closed": 1.0}, "closed = 1"),
+        ({"duration": 10.0, "method": "leapfrog"}, "method = 'leapfrog'"),
+    ],
+)
+def test_wrong_values_are_named(wrong, words):
+    with pytest.raises(InputError, match=words):
+        settling(FIVE, **wrong)
