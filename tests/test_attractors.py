@@ -122,9 +122,10 @@ def test_lasting_and_regular_points_have_rows_too():
     data = settling(lasts=lasts, n_blocks=[4, 10], belt_velocity=[12.0], initial_spread=[1.0])
     table = mean_lifetimes.derive({"survival": data}).set_index("n_blocks")
     assert table.loc[10, "verdict"] == survival.PERMANENT
+    assert table.loc[10, "horizon"] == 5e5
     assert table.loc[10, "lifetime"] == table.loc[10, "lifetime_upper"] == np.inf
     assert table.loc[10, "lifetime_lower"] == pytest.approx(
-        16 * (1e6 - table.loc[10, "start"]) / np.log(40)
+        16 * (5e5 - table.loc[10, "start"]) / np.log(40)
     )
     assert table.loc[10, "attractor"] == "irregular" and table.loc[10, "share"] == 1
     # Nothing irregular was long enough for an exponent: all lifetimes count.

@@ -310,3 +310,29 @@ def test_the_error_of_a_pooled_exponent_is_its_spread():
     ]
     spread = np.std([each.value for each in found])
     assert np.sqrt(np.mean([each.error**2 for each in found])) == pytest.approx(spread, rel=0.15)
+
+
+# --- ends that become known late ------------------------------------------------------------------
+
+
+def test_ends_that_are_known_late_do_not_bias_what_ends_before_the_horizon():
+    """Mean 1, given up at 1, and an end is known 0.4 later: counted to 0.5, the mean is found."""
+    lifetime = RNG(12).exponential(1.0, 4000)
+    known = lifetime + 0.4 < 1
+    seen = np.where(known, lifetime, 1.0)
+    found = survival.mean_lifetime(seen, known, horizon=0.5)
+    assert found.lower < 1 < found.upper and found.upper / found.lower < 1.15
+    assert survival.mean_lifetime(seen, known).lower > 1.3
+    assert survival.weibull_test(seen, known, horizon=0.5).p > 1e-3
+    assert survival.weibull_test(seen, known).p < 1e-6
+    curve = survival.kaplan_meier(seen, known, horizon=0.5)
+    assert curve.time[-1] == 0.5 and curve.lower[-1] < np.exp(-0.5) < curve.upper[-1]
+
+
+def test_an_end_after_the_horizon_keeps_motion_from_being_permanent():
+    lifetime, ended = np.full(16, 1.0), np.zeros(16, bool)
+    assert survival.decide(lifetime, ended, horizon=0.5) == survival.PERMANENT
+    assert survival.decide(lifetime, ended, start=0.6, horizon=0.5) == survival.OPEN
+    lifetime[3], ended[3] = 0.9, True
+    assert survival.decide(lifetime, ended, horizon=0.5) == survival.OPEN
+    assert survival.decide(np.full(4, 0.9), np.ones(4, bool), horizon=0.5) == survival.TRANSIENT

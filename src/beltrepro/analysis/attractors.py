@@ -85,6 +85,7 @@ def catalogue(
         Without runs.
     """
     known = {name: np.asarray(runs[name]) for name in (*_EXACT, *_MEDIAN)}
+    known["state"] = known["state"].astype(str)
     count = known["state"].size
     require(count, "no runs, 1 is needed")
     found = []

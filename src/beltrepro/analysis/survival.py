@@ -6,6 +6,9 @@ or the time up to which a run was followed, and `ended` tells them apart.
 
 Irregular motion that forgets its past ends at a constant rate, so that lifetimes follow an
 exponential distribution, once runs have spread: count from `start` on (`spreading_time`).
+
+That a run ended may be known only some time after its end. Then ends shortly before runs are given
+up are missing, and those without delay would be too few: count up to a `horizon` (`SEEN`).
 """
 
 import warnings
@@ -28,6 +31,9 @@ VERDICTS = (REGULAR, TRANSIENT, PERMANENT, OPEN)
 
 LEVEL = 0.05  # p below which lifetimes are not exponential
 MINIMUM_ENDS = 3  # fewer ends tell no distribution
+# Share of its duration up to which the ends of a run of kind settling are all known. Its state must
+# come back before a run counts as settled, which takes up to some 40000 time units after the end.
+SEEN = 0.5
 
 
 # --- curves ---------------------------------------------------------------------------------------
@@ -54,7 +60,11 @@ class SurvivalCurve:
 
 
 def kaplan_meier(
-    lifetime: npt.ArrayLike, ended: npt.ArrayLike, *, confidence: float = CONFIDENCE
+    lifetime: npt.ArrayLike,
+    ended: npt.ArrayLike,
+    *,
+    horizon: float = np.inf,
+    confidence: float = CONFIDENCE,
 ) -> SurvivalCurve:
     """Share of runs that are still irregular, against time, with censoring.
 
@@ -68,6 +78,8 @@ def kaplan_meier(
         Time of the end, or the time up to which the run was followed.
     ended : array (M,) of bool
         Which runs ended.
+    horizon : float
+        Ends after it do not count: runs that last longer are taken as given up there.
     confidence : float
         Of the band.
 
@@ -81,7 +93,7 @@ def kaplan_meier(
     NotEnoughDataError
         Without runs.
     """
-    lifetime, ended = _checked(lifetime, ended)
+    lifetime, ended = _between(0.0, horizon, lifetime, ended)
     curve = stats.ecdf(_censored(lifetime, ended)).sf
     lower, upper = _band(curve, confidence)
     whole, none = (share(count, ended.size, confidence=confidence) for count in (ended.size, 0))
@@ -143,6 +155,7 @@ def mean_lifetime(
     ended: npt.ArrayLike,
     *,
     start: float = 0.0,
+    horizon: float = np.inf,
     confidence: float = CONFIDENCE,
 ) -> MeanLifetime:
     """Mean of exponential lifetimes, by maximum likelihood with censoring.
@@ -161,6 +174,8 @@ def mean_lifetime(
         Which runs ended.
     start : float
         Runs that end before are left out, and time counts from here.
+    horizon : float
+        As for `kaplan_meier`.
     confidence : float
         Of the interval.
 
@@ -174,7 +189,7 @@ def mean_lifetime(
     NotEnoughDataError
         If no run is irregular at the start.
     """
-    time, late = _from(start, lifetime, ended)
+    time, late = _between(start, horizon, lifetime, ended)
     require(time.size, f"no run is irregular at t = {start:.6g}, 1 is needed")
     count, total = int(late.sum()), float(time.sum())
     tail = (1 - confidence) / 2
@@ -208,7 +223,11 @@ class WeibullTest:
 
 
 def weibull_test(
-    lifetime: npt.ArrayLike, ended: npt.ArrayLike, *, start: float = 0.0
+    lifetime: npt.ArrayLike,
+    ended: npt.ArrayLike,
+    *,
+    start: float = 0.0,
+    horizon: float = np.inf,
 ) -> WeibullTest:
     """Test whether lifetimes are exponential, with censoring.
 
@@ -223,7 +242,7 @@ def weibull_test(
         Time of the end, or the time up to which the run was followed.
     ended : array (M,) of bool
         Which runs ended.
-    start : float
+    start, horizon : float
         As for `mean_lifetime`.
 
     Returns
@@ -236,7 +255,7 @@ def weibull_test(
     NotEnoughDataError
         With fewer than 3 runs that end after the start.
     """
-    time, late = _from(start, lifetime, ended)
+    time, late = _between(start, horizon, lifetime, ended)
     late &= time > 0  # an end at the very start has no likelihood for some shapes
     ends = int(late.sum())
     require(ends >= MINIMUM_ENDS, f"{ends} runs ended, {MINIMUM_ENDS} are needed")
@@ -269,7 +288,13 @@ def spreading_time(exponent: float, error: float, time: float) -> float:
     return FOLDINGS / exponent if above_zero(exponent, error, time) else 0.0
 
 
-def decide(lifetime: npt.ArrayLike, ended: npt.ArrayLike, *, start: float = 0.0) -> str:
+def decide(
+    lifetime: npt.ArrayLike,
+    ended: npt.ArrayLike,
+    *,
+    start: float = 0.0,
+    horizon: float = np.inf,
+) -> str:
     """Whether irregular motion ends, as far as these runs tell.
 
     Criteria, in this order:
@@ -289,7 +314,7 @@ def decide(lifetime: npt.ArrayLike, ended: npt.ArrayLike, *, start: float = 0.0)
         Time of the end, or the time up to which the run was followed.
     ended : array (M,) of bool
         Which runs ended.
-    start : float
+    start, horizon : float
         As for `mean_lifetime`.
 
     Returns
@@ -297,17 +322,19 @@ def decide(lifetime: npt.ArrayLike, ended: npt.ArrayLike, *, start: float = 0.0)
     str
         One of VERDICTS.
     """
-    time, late = _from(start, lifetime, ended)
-    if not time.size:
+    _, late = _between(start, np.inf, lifetime, ended)
+    if not late.size:
         return REGULAR
     if late.all():
         return TRANSIENT
-    if not late.any():
-        lower = mean_lifetime(time, late).lower
-        return PERMANENT if lower > time.max() else OPEN
-    if late.sum() < MINIMUM_ENDS:
+    time, counted = _between(start, horizon, lifetime, ended)
+    if not time.size:
         return OPEN
-    return TRANSIENT if weibull_test(time, late).p >= LEVEL else OPEN
+    if not late.any():
+        return PERMANENT if mean_lifetime(time, counted).lower > time.max() else OPEN
+    if counted.sum() < MINIMUM_ENDS:
+        return OPEN
+    return TRANSIENT if weibull_test(time, counted).p >= LEVEL else OPEN
 
 
 # --- exponent of the irregular part ---------------------------------------------------------------
@@ -376,13 +403,14 @@ def _checked(lifetime: npt.ArrayLike, ended: npt.ArrayLike) -> tuple[np.ndarray,
     return lifetime, ended
 
 
-def _from(
-    start: float, lifetime: npt.ArrayLike, ended: npt.ArrayLike
+def _between(
+    start: float, horizon: float, lifetime: npt.ArrayLike, ended: npt.ArrayLike
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Time after the start of the runs that were irregular then, and which of them ended."""
+    """Time after the start of the runs that are irregular then, and which end by the horizon."""
     lifetime, ended = _checked(lifetime, ended)
-    late = lifetime >= start
-    return lifetime[late] - start, ended[late]
+    seen = np.minimum(lifetime, horizon)
+    late = seen >= start
+    return seen[late] - start, (ended & (lifetime <= horizon))[late]
 
 
 def _censored(lifetime: np.ndarray, ended: np.ndarray) -> stats.CensoredData:

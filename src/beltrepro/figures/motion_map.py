@@ -28,13 +28,13 @@ ENTRY = Entry(
     category="Further studies",
 )
 
-# Colour, hatching and words of each way to move, from the bottom of a cell to its top. In grey they
-# go from dark to light.
+# Colour, hatching and words of each way to move, from the bottom of a cell to its top. The hues are
+# those of `motions.COLOURS`, darker or paler so that they differ in grey too.
 _LOOKS = {
-    motion.CHAOTIC: ("#12325a", "", "irregular, exponent above zero"),
+    motion.CHAOTIC: ("#7a2e00", "", "irregular, exponent above zero"),
     motion.TRANSIENT: (style.ORANGE, "/////", "irregular, exponent not above zero or not known"),
-    motion.QUASI_PERIODIC: (style.PURPLE, "....", "quasi-periodic"),
-    motion.PERIODIC: ("#a6cee3", "", "periodic"),
+    motion.QUASI_PERIODIC: (style.GREEN, "....", "quasi-periodic"),
+    motion.PERIODIC: ("#a5d5f0", "", "periodic"),
     motion.EQUILIBRIUM: ("#ffffff", "", "equilibrium slip"),
 }
 _MARKS = {

@@ -15,7 +15,7 @@ ENTRY = Entry(
         "runs last longest. Dashed lines are exponentials with the mean lifetime. Dotted curves "
         "start from larger displacements. b: mean lifetimes at all belt velocities, against N. c: "
         "mean lifetimes against belt velocity, with 95 % intervals. Where no run settled, an arrow "
-        "begins at the lower limit. The grey line is the time at which runs are given up."
+        "begins at the lower limit. The grey line is the time up to which ends are counted."
     ),
     alt=(
         "Three panels: the share of runs that are still irregular against time, and the mean "
@@ -43,11 +43,12 @@ def _draw(runs, table, caption):
     by_velocity = figure.add_subplot(grid[1, :])
     sizes = panels.levels(runs, "n_blocks")
     colours = dict(zip(sizes, style.shades(sizes.size), strict=True))
-    _draw_curves(curves, runs.arrays, table, colours)
+    horizon = survival.SEEN * float(runs.attributes["duration"])
+    _draw_curves(curves, runs.arrays, table, colours, horizon)
     _draw_by_size(by_size, table, colours)
     _draw_by_velocity(by_velocity, table, colours)
     for axes in (by_size, by_velocity):
-        axes.axhline(float(runs.attributes["duration"]), color="0.6", linewidth=0.8, zorder=0)
+        axes.axhline(horizon, color="0.6", linewidth=0.8, zorder=0)
         axes.set(yscale="log", ylabel=r"mean lifetime $\tau$")
     curves.set(xlabel=panels.TIME, ylabel="share still irregular", ylim=(-0.03, 1.03))
     by_size.set(xlabel="$N$")
@@ -60,7 +61,7 @@ def _draw(runs, table, caption):
 # --- survival -------------------------------------------------------------------------------------
 
 
-def _draw_curves(axes, arrays, table, colours):
+def _draw_curves(axes, arrays, table, colours, horizon):
     """Kaplan-Meier curves, one for each N, at the u with the longest lives."""
     if not arrays["lifetime"].size:
         panels.note(axes, "no runs in this dataset")
@@ -68,8 +69,7 @@ def _draw_curves(axes, arrays, table, colours):
     first, *others = np.unique(arrays["initial_spread"])
     for size, colour in colours.items():
         velocity = _longest(arrays, size, first)
-        chosen = _chosen(arrays, size, velocity, first)
-        curve = survival.kaplan_meier(arrays["lifetime"][chosen], arrays["settled"][chosen])
+        curve = _curve(arrays, horizon, size, velocity, first)
         label = f"$N = {size}$, $u = {velocity:g}$"
         axes.step(curve.time, curve.share, where="post", color=colour, label=label, linewidth=1.3)
         if curve.share[-1] < 1:
@@ -77,15 +77,21 @@ def _draw_curves(axes, arrays, table, colours):
             band = {"step": "post", "color": colour, "alpha": 0.15, "linewidth": 0}
             axes.fill_between(curve.time[ends], curve.lower[ends], curve.upper[ends], **band)
         for spread in others:
-            same = _chosen(arrays, size, velocity, spread)
-            if same.any():
-                found = survival.kaplan_meier(arrays["lifetime"][same], arrays["settled"][same])
+            if _chosen(arrays, size, velocity, spread).any():
+                found = _curve(arrays, horizon, size, velocity, spread)
                 axes.step(found.time, found.share, ":", where="post", color=colour, linewidth=0.9)
         _draw_exponential(axes, table[_chosen(table, size, velocity, first)], curve, colour)
     axes.set_xscale("log")
     ends = np.concatenate([line.get_xdata() for line in axes.lines])
-    axes.set_xlim(ends[ends > 0].min() / 3, arrays["lifetime"].max())
+    axes.set_xlim(ends[ends > 0].min() / 3, horizon)
     axes.legend(loc="lower left", fontsize=_FONT - 1.5)
+
+
+def _curve(arrays, horizon, *point):
+    """Survival of the runs at one point."""
+    runs = _chosen(arrays, *point)
+    lifetime, settled = arrays["lifetime"][runs], arrays["settled"][runs]
+    return survival.kaplan_meier(lifetime, settled, horizon=horizon)
 
 
 def _longest(arrays, size, spread):

@@ -14,15 +14,16 @@ ENTRY = Entry(
     columns={
         "runs": "runs at this point",
         "settled": "runs that settled",
-        "share": "share of the runs that are still irregular when they are given up",
+        "share": "share of the runs that have not settled when they are given up",
         "share_lower": "lower end of its interval (Clopper and Pearson, 95 %)",
         "share_upper": "upper end",
         "start": "time from which lifetimes count (model time): five e-foldings of a deviation",
+        "horizon": "time up to which ends count (model time): later ones are not all known",
         "counted": "runs that are irregular at the start",
-        "ended": "of these, the runs that settled",
-        "lifetime": "mean lifetime from the start on (model time); inf if none of them settled",
+        "ended": "of these, the runs that ended up to the horizon",
+        "lifetime": "mean lifetime from the start on (model time); inf if none of them ended",
         "lifetime_lower": "lower end of its interval (chi-square, 95 %)",
-        "lifetime_upper": "upper end; inf if none of them settled",
+        "lifetime_upper": "upper end; inf if none of them ended",
         "exponential_p": "p-value of the test that lifetimes are exponential",
         "shape": "of the Weibull distribution; below 1 if the rate falls with time",
         "exponent": "largest exponent of the irregular motion (1 / model time)",
@@ -42,7 +43,9 @@ POINT = ("n_blocks", "belt_velocity", "initial_spread")
 
 def derive(data) -> pd.DataFrame:
     """A row for each N, u and initial spread."""
-    rows = [point | _row(runs) for point, runs in by_point(data["survival"].arrays)]
+    runs = data["survival"]
+    horizon = survival.SEEN * float(runs.attributes["duration"])
+    rows = [point | _row(each, horizon) for point, each in by_point(runs.arrays)]
     return pd.DataFrame(rows, columns=[*POINT, *ENTRY.columns])
 
 
@@ -57,12 +60,13 @@ def by_point(arrays):
         yield point | {"n_blocks": int(point["n_blocks"])}, runs
 
 
-def _row(runs) -> dict:
+def _row(runs, horizon) -> dict:
     lifetime, settled = runs["lifetime"], runs["settled"].astype(bool)
     exponent = survival.pool_exponents(
         runs["irregular_exponent"], runs["irregular_error"], runs["irregular_time"]
     )
     start = survival.spreading_time(exponent.value, exponent.error, exponent.time)
+    span = {"start": start, "horizon": horizon}
     left = share(int(np.sum(~settled)), settled.size)
     return {
         "runs": settled.size,
@@ -70,24 +74,24 @@ def _row(runs) -> dict:
         "share": left.value,
         "share_lower": left.lower,
         "share_upper": left.upper,
-        "start": start,
-        **_lifetime(lifetime, settled, start),
+        **span,
+        **_lifetime(lifetime, settled, span),
         "exponent": exponent.value,
         "exponent_error": exponent.error,
         "exponent_runs": exponent.runs,
-        "verdict": survival.decide(lifetime, settled, start=start),
+        "verdict": survival.decide(lifetime, settled, **span),
         **_most_frequent(runs),
     }
 
 
-def _lifetime(lifetime, settled, start) -> dict:
+def _lifetime(lifetime, settled, span) -> dict:
     """Mean lifetime and test; empty where too few runs carry them."""
     row: dict = {"counted": 0, "ended": 0}
     try:
-        mean = survival.mean_lifetime(lifetime, settled, start=start)
+        mean = survival.mean_lifetime(lifetime, settled, **span)
         row |= {"counted": mean.runs, "ended": mean.ended, "lifetime": mean.mean}
         row |= {"lifetime_lower": mean.lower, "lifetime_upper": mean.upper}
-        test = survival.weibull_test(lifetime, settled, start=start)
+        test = survival.weibull_test(lifetime, settled, **span)
         row |= {"exponential_p": test.p, "shape": test.shape}
     except NotEnoughDataError:
         pass
