@@ -232,7 +232,8 @@ def _arrows(axes):
 
 
 def _bars(axes):
-    errors = [line for each in axes.containers for line in each.lines[2]]
+    containers = [each for each in axes.containers if isinstance(each, ErrorbarContainer)]
+    errors = [line for each in containers for line in each.lines[2]]
     for lines in axes.collections:
         if isinstance(lines, LineCollection) and lines not in errors:
             yield from (tuple(map(tuple, segment)) for segment in lines.get_segments())

@@ -44,6 +44,7 @@ _MARKS = {
 _FONT = 10.5  # points: legible where the page is as narrow as a phone
 _TICKS = 8  # most words at an axis of belt velocities
 _FILL = 0.9  # of a cell
+_OUTLINED = 40  # more cells in a row have no outline
 
 
 @style.styled
@@ -95,7 +96,8 @@ def _draw_cells(axes, arrays, row, label):
     ways, runs = _ways(arrays), np.bincount(place, minlength=levels.size * velocities.size)
     there = np.flatnonzero(runs)
     bottom = there // velocities.size - _FILL / 2
-    look = {"width": _FILL, "edgecolor": "0.25", "linewidth": 0.3}
+    outline = 0.3 if velocities.size <= _OUTLINED else 0.0
+    look = {"width": _FILL, "edgecolor": "0.25", "linewidth": outline}
     for way, (colour, hatch, _) in _LOOKS.items():
         count = np.bincount(place[ways == way], minlength=runs.size)[there]
         height = _FILL * count / runs[there]

@@ -158,11 +158,14 @@ def _draw_by_velocity(axes, table, colours):
         rows = known[known["n_blocks"] == size]
         place = rows["belt_velocity"] + step * (index - (len(colours) - 1) / 2)
         ended = np.isfinite(rows["lifetime"])
-        mean = rows["lifetime"].where(ended)  # NaN breaks the line
-        both = [mean - rows["lifetime_lower"], rows["lifetime_upper"].where(ended) - mean]
+        axes.plot(place, rows["lifetime"].where(ended), color=colour, linewidth=0.6)
+        mean, lower, upper = (
+            rows[name][ended] for name in ("lifetime", "lifetime_lower", "lifetime_upper")
+        )
         look = {"color": colour, "marker": style.MARKERS[index % len(style.MARKERS)]}
-        bars = {"linestyle": "-", "markersize": 3.5, "linewidth": 0.6, "elinewidth": 0.9}
-        axes.errorbar(place, mean, both, label=f"$N = {size}$", **look, **bars)
+        look |= {"linestyle": "none", "markersize": 3.5, "elinewidth": 0.9}
+        both = [mean - lower, upper - mean]
+        axes.errorbar(place[ended], mean, both, label=f"$N = {size}$", **look)
         _draw_limits(axes, place[~ended], rows["lifetime_lower"][~ended], colour)
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.03))
 
