@@ -244,16 +244,16 @@ def test_verdicts_by_hand():
     lasting = np.zeros(4, bool)
     assert survival.decide([3.0, 4, 5], [True] * 3, start=6) == survival.REGULAR
     assert survival.decide([3.0, 4, 9], [True] * 3, start=6) == survival.TRANSIENT
-    assert survival.decide(np.full(4, 100.0), lasting) == survival.PERMANENT
+    assert survival.decide(np.full(4, 100.0), lasting) == survival.LASTING
     assert survival.decide(np.full(3, 100.0), lasting[:3]) == survival.OPEN
     # Two ends of 16: too few to tell one rate from two kinds of motion.
     ended = np.arange(16) < 2
     assert survival.decide(np.where(ended, 50.0, 100.0), ended) == survival.OPEN
     # What ended before the start does not count.
-    assert survival.decide(np.where(ended, 5.0, 100.0), ended, start=10) == survival.PERMANENT
+    assert survival.decide(np.where(ended, 5.0, 100.0), ended, start=10) == survival.LASTING
 
 
-def test_four_runs_are_the_least_for_permanent_motion():
+def test_four_runs_are_the_least_for_lasting_motion():
     """The lower limit of the mean is the length of a run times 4 / 3.69."""
     found = survival.mean_lifetime(np.full(4, 100.0), np.zeros(4, bool))
     assert found.lower == pytest.approx(100 * 4 / np.log(40))
@@ -278,10 +278,14 @@ def test_two_kinds_of_motion_stay_open():
 
 
 def test_runs_spread_in_five_e_foldings():
-    assert survival.spreading_time(0.01, 0.001, 1e4) == pytest.approx(500)
-    assert survival.spreading_time(0.01, 0.004, 1e4) == 0  # not above zero
-    assert survival.spreading_time(0.01, 0.001, 400) == 0  # not seen long enough
-    assert survival.spreading_time(np.nan, np.nan, 0.0) == 0
+    def start(value, error, time, horizon=1e5):
+        return survival.spreading_time(survival.PooledExponent(value, error, time, 9), horizon)
+
+    assert start(0.01, 0.001, 1e4) == pytest.approx(500)
+    assert start(0.01, 0.001, 1e4, horizon=3000) == 300  # at most a tenth of it
+    assert start(0.01, 0.004, 1e4) == 0  # not above zero
+    assert start(0.01, 0.001, 400) == 0  # not seen long enough
+    assert start(np.nan, np.nan, 0.0) == 0
     assert margin(0.001, 400) == 0.0125 and above_zero([0.013, 0.012], 0.001, 400).tolist() == [
         True,
         False,
@@ -329,9 +333,9 @@ def test_ends_that_are_known_late_do_not_bias_what_ends_before_the_horizon():
     assert curve.time[-1] == 0.5 and curve.lower[-1] < np.exp(-0.5) < curve.upper[-1]
 
 
-def test_an_end_after_the_horizon_keeps_motion_from_being_permanent():
+def test_an_end_after_the_horizon_keeps_motion_from_being_lasting():
     lifetime, ended = np.full(16, 1.0), np.zeros(16, bool)
-    assert survival.decide(lifetime, ended, horizon=0.5) == survival.PERMANENT
+    assert survival.decide(lifetime, ended, horizon=0.5) == survival.LASTING
     assert survival.decide(lifetime, ended, start=0.6, horizon=0.5) == survival.OPEN
     lifetime[3], ended[3] = 0.9, True
     assert survival.decide(lifetime, ended, horizon=0.5) == survival.OPEN

@@ -15,8 +15,8 @@ from beltrepro.analysis.shares import CONFIDENCE, Share, share
 # of equal numbers of slips differ by far more.
 SAME_PERIOD = 1e-6
 # Relative difference up to which two r are one: r is measured over a time that is no multiple of
-# the period.
-SAME_DISORDER = 0.02
+# the period, and may be as short as a few periods. It tells large amplitudes from small ones.
+SAME_DISORDER = 0.25
 
 _EXACT = ("state", "period_events", "period_returns")
 _MEDIAN = ("period_time", "disorder_parameter", "mean_length")
@@ -62,7 +62,7 @@ def catalogue(
     """The attractors that the runs at one point end on.
 
     Two periodic runs are on one orbit if they have the same number of slips in a period, periods
-    that agree to 1e-6 and r that agree to 2 %. All runs of another state count as one: equilibrium
+    that agree to 1e-6 and r that agree to 25 %. All runs of another state count as one: equilibrium
     slip keeps the amplitude that it happens to have, and irregular motion has no period.
 
     Parameters

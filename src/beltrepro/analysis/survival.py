@@ -25,15 +25,16 @@ from beltrepro.analysis.shares import CONFIDENCE, share
 
 REGULAR = "regular"
 TRANSIENT = "transient"
-PERMANENT = "permanent"
+LASTING = "lasting"
 OPEN = "open"
-VERDICTS = (REGULAR, TRANSIENT, PERMANENT, OPEN)
+VERDICTS = (REGULAR, TRANSIENT, LASTING, OPEN)
 
 LEVEL = 0.05  # p below which lifetimes are not exponential
 MINIMUM_ENDS = 3  # fewer ends tell no distribution
 # Share of its duration up to which the ends of a run of kind settling are all known. Its state must
 # come back before a run counts as settled, which takes up to some 40000 time units after the end.
 SEEN = 0.5
+LONGEST_START = 0.1  # share of the horizon that may pass before runs are counted
 
 
 # --- curves ---------------------------------------------------------------------------------------
@@ -267,76 +268,6 @@ def weibull_test(
     return WeibullTest(float(stats.chi2.sf(2 * (likelihood - exponential), 1)), float(shape))
 
 
-# --- verdict --------------------------------------------------------------------------------------
-
-
-def spreading_time(exponent: float, error: float, time: float) -> float:
-    """Time that runs need to forget how they started: five e-foldings of a small deviation.
-
-    Parameters
-    ----------
-    exponent, error : float
-        Largest exponent of the irregular motion, per time, and its standard error; NaN if unknown.
-    time : float
-        Over which it was measured.
-
-    Returns
-    -------
-    float
-        The time; 0 if the exponent is not above zero (`motion.above_zero`).
-    """
-    return FOLDINGS / exponent if above_zero(exponent, error, time) else 0.0
-
-
-def decide(
-    lifetime: npt.ArrayLike,
-    ended: npt.ArrayLike,
-    *,
-    start: float = 0.0,
-    horizon: float = np.inf,
-) -> str:
-    """Whether irregular motion ends, as far as these runs tell.
-
-    Criteria, in this order:
-
-    - "regular": no run is irregular at the start;
-    - "transient": all runs ended; or some did, and the lifetimes are not shown to be other than
-      exponential (`weibull_test`, p of 0.05 or greater), so that the others can be expected to end;
-    - "permanent": no run that is irregular at the start ended, and with a confidence of 95 % the
-      mean lifetime is longer than the time that these runs were followed. Four runs of equal length
-      are enough. That the motion lasts for ever cannot be shown by runs of finite length;
-    - "open": none of these: too few runs, or ends at a rate that falls with time, as where some of
-      the motions end and others do not.
-
-    Parameters
-    ----------
-    lifetime : array (M,)
-        Time of the end, or the time up to which the run was followed.
-    ended : array (M,) of bool
-        Which runs ended.
-    start, horizon : float
-        As for `mean_lifetime`.
-
-    Returns
-    -------
-    str
-        One of VERDICTS.
-    """
-    _, late = _between(start, np.inf, lifetime, ended)
-    if not late.size:
-        return REGULAR
-    if late.all():
-        return TRANSIENT
-    time, counted = _between(start, horizon, lifetime, ended)
-    if not time.size:
-        return OPEN
-    if not late.any():
-        return PERMANENT if mean_lifetime(time, counted).lower > time.max() else OPEN
-    if counted.sum() < MINIMUM_ENDS:
-        return OPEN
-    return TRANSIENT if weibull_test(time, counted).p >= LEVEL else OPEN
-
-
 # --- exponent of the irregular part ---------------------------------------------------------------
 
 
@@ -391,6 +322,78 @@ def pool_exponents(
         return PooledExponent(mean, float(errors[known][0]), float(weights[0]), 1)
     scatter = np.sqrt(np.sum((weights * (values - mean)) ** 2) * runs / (runs - 1))
     return PooledExponent(mean, float(scatter / weights.sum()), float(weights.mean()), runs)
+
+
+# --- verdict --------------------------------------------------------------------------------------
+
+
+def spreading_time(exponent: PooledExponent, horizon: float) -> float:
+    """Time that runs need to forget how they started: five e-foldings of a small deviation.
+
+    Parameters
+    ----------
+    exponent : PooledExponent
+        Of the irregular motion.
+    horizon : float
+        Time up to which ends count; at most a tenth of it is left out.
+
+    Returns
+    -------
+    float
+        The time; 0 if the exponent is not above zero (`motion.above_zero`).
+    """
+    if not above_zero(exponent.value, exponent.error, exponent.time):
+        return 0.0
+    return min(FOLDINGS / exponent.value, LONGEST_START * horizon)
+
+
+def decide(
+    lifetime: npt.ArrayLike,
+    ended: npt.ArrayLike,
+    *,
+    start: float = 0.0,
+    horizon: float = np.inf,
+) -> str:
+    """Whether irregular motion ends, as far as these runs tell.
+
+    Criteria, in this order:
+
+    - "regular": no run is irregular at the start;
+    - "transient": all runs ended; or some did, and the lifetimes are not shown to be other than
+      exponential (`weibull_test`, p of 0.05 or greater), so that the others can be expected to end;
+    - "lasting": no run that is irregular at the start ended, and with a confidence of 95 % the
+      mean lifetime is longer than the time that these runs were followed. Four runs of equal length
+      are enough. That the motion is permanent cannot be shown by runs of finite length;
+    - "open": none of these: too few runs, or ends at a rate that falls with time, as where some of
+      the motions end and others do not.
+
+    Parameters
+    ----------
+    lifetime : array (M,)
+        Time of the end, or the time up to which the run was followed.
+    ended : array (M,) of bool
+        Which runs ended.
+    start, horizon : float
+        As for `mean_lifetime`.
+
+    Returns
+    -------
+    str
+        One of VERDICTS.
+    """
+    _, late = _between(start, np.inf, lifetime, ended)
+    if not late.size:
+        return REGULAR
+    if late.all():
+        return TRANSIENT
+    time, counted = _between(start, horizon, lifetime, ended)
+    if not time.size:
+        return OPEN
+    if not late.any():
+        return LASTING if mean_lifetime(time, counted).lower > time.max() else OPEN
+    if counted.sum() < MINIMUM_ENDS:
+        return OPEN
+    return TRANSIENT if weibull_test(time, counted).p >= LEVEL else OPEN
 
 
 # --- parts ----------------------------------------------------------------------------------------

@@ -38,7 +38,7 @@ _LOOKS = {
     motion.EQUILIBRIUM: ("#ffffff", "", "equilibrium slip"),
 }
 _MARKS = {
-    survival.PERMANENT: ("o", "none of the longer runs settled"),
+    survival.LASTING: ("o", "none of the longer runs settled"),
     survival.TRANSIENT: ("X", "longer runs settle"),
 }
 _FONT = 10.5  # points: legible where the page is as narrow as a phone

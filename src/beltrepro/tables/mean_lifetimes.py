@@ -9,7 +9,7 @@ from beltrepro.analysis.shares import share
 from beltrepro.tables.registry import Entry
 
 ENTRY = Entry(
-    title="Mean lifetime of irregular motion, and whether it is transient or permanent.",
+    title="Mean lifetime of irregular motion, and whether it ends.",
     uses=("survival",),
     columns={
         "runs": "runs at this point",
@@ -29,7 +29,7 @@ ENTRY = Entry(
         "exponent": "largest exponent of the irregular motion (1 / model time)",
         "exponent_error": "its standard error, from the scatter of the runs",
         "exponent_runs": "runs with an exponent",
-        "verdict": "regular, transient, permanent (as far as these runs tell) or open",
+        "verdict": "regular, transient, lasting (as far as these runs tell) or open",
         "attractor": "state in which most runs are at the end",
         "attractor_period": "period of the most frequent attractor (model time)",
         "attractor_events": "slips of all blocks in this period",
@@ -65,8 +65,7 @@ def _row(runs, horizon) -> dict:
     exponent = survival.pool_exponents(
         runs["irregular_exponent"], runs["irregular_error"], runs["irregular_time"]
     )
-    start = survival.spreading_time(exponent.value, exponent.error, exponent.time)
-    span = {"start": start, "horizon": horizon}
+    span = {"start": survival.spreading_time(exponent, horizon), "horizon": horizon}
     left = share(int(np.sum(~settled)), settled.size)
     return {
         "runs": settled.size,
@@ -79,7 +78,7 @@ def _row(runs, horizon) -> dict:
         "exponent": exponent.value,
         "exponent_error": exponent.error,
         "exponent_runs": exponent.runs,
-        "verdict": survival.decide(lifetime, settled, **span),
+        "verdict": _verdict(lifetime, settled, exponent, span),
         **_most_frequent(runs),
     }
 
@@ -96,6 +95,13 @@ def _lifetime(lifetime, settled, span) -> dict:
     except NotEnoughDataError:
         pass
     return row
+
+
+def _verdict(lifetime, settled, exponent, span) -> str:
+    """That of the lifetimes; regular too where irregular motion is too short for an exponent."""
+    if settled.all() and not exponent.runs:
+        return survival.REGULAR
+    return survival.decide(lifetime, settled, **span)
 
 
 def _most_frequent(runs) -> dict:
