@@ -11,7 +11,7 @@ ENTRY = Entry(
     uses=("motion_map",),
     columns={
         "runs": "runs from different starts",
-        **{name: f"of them, ended as {name}" for name in MOTIONS},
+        "equilibrium slip": "of them, those that end in it; likewise the other motions",
         "exponent": "largest Lyapunov exponent, mean over the runs (per model time)",
         "error": "standard error of the mean, from the scatter of the runs",
         "longest_period": "slips of all blocks in the longest period found; 0 if none",
