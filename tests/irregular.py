@@ -67,6 +67,25 @@ def settling(*, duration=1e6, lasts=None, errors=None, runs=16, seed=11, **level
     return Dataset(columns | ends, HOW | {"kind": "settling", "duration": duration})
 
 
+def survivals(**levels):
+    """Datasets of the survival of irregular motion, by name."""
+    return {
+        "survival": settling(**levels),
+        "survival_many": settling(
+            lasts=lambda n, u: 3e3 + 200 * u,
+            n_blocks=[5],
+            belt_velocity=levels["belt_velocity"][:2],
+            initial_spread=[10.0],
+            duration=2e5,
+            runs=150,
+        ),
+        "survival_long": settling(
+            n_blocks=[6], belt_velocity=levels["belt_velocity"][:1], initial_spread=[10.0],
+            duration=1e7,
+        ),
+    }  # fmt: skip
+
+
 def motion(*, runs=8, transient=2e5, seed=12, **levels):
     """Motions after a transient; chaotic where the mean lifetime is long and the exponent is."""
     columns = grid(**levels, replicate=np.arange(1, runs + 1))

@@ -64,12 +64,21 @@ def test_a_catalogue_needs_runs():
 
 # --- tables ---------------------------------------------------------------------------------------
 
+NONE = settling(n_blocks=[], belt_velocity=[], initial_spread=[])
+
+
+def derive(module, runs, **others):
+    """The table of one dataset, the others without runs unless given."""
+    names = dict.fromkeys(module.ENTRY.uses, NONE)
+    return module.derive(names | {"survival": runs} | others)
+
+
 LEVELS = {"n_blocks": [4, 6, 10], "belt_velocity": [7.0, 12.0], "initial_spread": [1.0, 10.0]}
 
 
 def test_the_table_of_attractors_counts_every_run_once():
     data = settling(**LEVELS, runs=20)
-    table = attractors.derive({"survival": data})
+    table = derive(attractors, data)
     assert set(attractors.ENTRY.columns) <= set(table)
     points = table.groupby(["n_blocks", "belt_velocity", "initial_spread"], sort=False)
     assert len(points) == 12
@@ -99,7 +108,7 @@ def test_the_table_of_mean_lifetimes_finds_what_was_put_in():
     early = data.arrays["replicate"] % 3 == 0
     data.arrays["lifetime"][early] = 100.0
     data.arrays["settled"][early] = True
-    table = mean_lifetimes.derive({"survival": data})
+    table = derive(mean_lifetimes, data)
     assert set(mean_lifetimes.ENTRY.columns) <= set(table)
     assert table["n_blocks"].tolist() == [7, 8] and table["runs"].tolist() == [200, 200]
     for _, row in table.iterrows():
@@ -120,7 +129,7 @@ def test_lasting_and_regular_points_have_rows_too():
         return np.where(n == 10, np.inf, 10.0)
 
     data = settling(lasts=lasts, n_blocks=[4, 10], belt_velocity=[12.0], initial_spread=[1.0])
-    table = mean_lifetimes.derive({"survival": data}).set_index("n_blocks")
+    table = derive(mean_lifetimes, data).set_index("n_blocks")
     assert table.loc[10, "verdict"] == survival.LASTING
     assert table.loc[10, "horizon"] == 5e5
     assert table.loc[10, "lifetime"] == table.loc[10, "lifetime_upper"] == np.inf
@@ -134,8 +143,21 @@ def test_lasting_and_regular_points_have_rows_too():
     assert table.loc[4, "verdict"] == survival.REGULAR
 
 
-def test_a_dataset_without_runs_makes_empty_tables():
-    none = {"survival": settling(n_blocks=[], belt_velocity=[], initial_spread=[])}
+def test_each_dataset_has_rows_with_its_own_horizon():
+    point = {"n_blocks": [5], "belt_velocity": [7.0], "initial_spread": [10.0]}
+    runs = {
+        name: settling(**point, duration=duration)
+        for name, duration in zip(mean_lifetimes.ENTRY.uses, (1e5, 2e5, 1e7), strict=True)
+    }
+    lifetimes, orbits = mean_lifetimes.derive(runs), attractors.derive(runs)
+    assert lifetimes["dataset"].tolist() == list(runs)
+    assert lifetimes["horizon"].tolist() == [5e4, 1e5, 5e6]
+    assert orbits.groupby("dataset")["reached"].sum().tolist() == [16, 16, 16]
+    for table in (lifetimes, orbits):
+        assert list(table.columns[:4]) == ["dataset", "n_blocks", "belt_velocity", "initial_spread"]
+
+
+def test_datasets_without_runs_make_empty_tables():
     for module in (attractors, mean_lifetimes):
-        table = module.derive(none)
+        table = derive(module, NONE)
         assert table.empty and set(module.ENTRY.columns) <= set(table)

@@ -17,7 +17,7 @@ from beltrepro.figures import fig07, fig12, fig18, panels, registry, style
 from beltrepro.model import ChainParameters
 from beltrepro.store import Dataset
 from beltrepro.tables import mean_lifetimes
-from irregular import motion, settling
+from irregular import motion, settling, survivals
 
 FIGURES = registry.entries()
 # The comparison of integrators is drawn in its own tests.
@@ -180,8 +180,8 @@ def falls(ratios):
 def lasting(velocities=(3.0, 12.0, 33.0), *, runs=12):
     """The dataset and the table of the survival of irregular motion, and what goes beside them."""
     u = {"belt_velocity": np.array(velocities)}
-    irregular = settling(n_blocks=[4, 6, 10], **u, initial_spread=[1.0, 10.0], runs=runs)
-    made = {"survival": irregular, "mean_lifetimes": mean_lifetimes.derive({"survival": irregular})}
+    made = survivals(n_blocks=[4, 6, 10], **u, initial_spread=[1.0, 10.0])
+    made["mean_lifetimes"] = mean_lifetimes.derive(made)
     levels, how = [0.0, 1e-7, 1e-3], {"n_blocks": [5], **u, "runs": runs}
     made["motion_map"] = motion(n_blocks=[2, 4, 6, 10], **u, runs=runs)
     made["kicked"] = settling(**how, method=["event"], kick=levels, errors="kick")

@@ -7,18 +7,20 @@ from matplotlib.colors import to_rgba
 from beltrepro.errors import InputError
 from beltrepro.figures import motion_map, survival
 from beltrepro.figures.content import content
-from beltrepro.store import Dataset
 from beltrepro.tables import mean_lifetimes
-from irregular import motion, settling
+from irregular import motion, settling, survivals
 
 U = [3.0, 12.0, 33.0]
 STARTS = [1.0, 10.0]
 
 
+def with_table(runs):
+    return runs | {"mean_lifetimes": mean_lifetimes.derive(runs)}
+
+
 @pytest.fixture(scope="module")
 def lasting():
-    runs = settling(n_blocks=[4, 6, 7, 10], belt_velocity=U, initial_spread=STARTS)
-    return {"survival": runs, "mean_lifetimes": mean_lifetimes.derive({"survival": runs})}
+    return with_table(survivals(n_blocks=[4, 6, 7, 10], belt_velocity=U, initial_spread=STARTS))
 
 
 @pytest.fixture(scope="module")
@@ -44,8 +46,8 @@ def runs_at(data, **point):
 
 
 def test_alternative_texts_count_the_panels(lasting, mapped):
-    assert survival.ENTRY.alt.startswith("Three panels")
-    assert len(content(survival.draw(lasting, "")).panels) == 3
+    assert survival.ENTRY.alt.startswith("Four panels")
+    assert len(content(survival.draw(lasting, "")).panels) == 4
     assert motion_map.ENTRY.alt.startswith("Four panels")
     assert len(content(motion_map.draw(mapped, "")).panels) == 4
 
@@ -55,7 +57,7 @@ def test_alternative_texts_count_the_panels(lasting, mapped):
 
 def test_survival_is_the_share_still_irregular(lasting):
     """All runs are given up at once, so the curve is a plain share, to half of the duration."""
-    panel, _, _ = content(survival.draw(lasting, "")).panels
+    panel, *_ = content(survival.draw(lasting, "")).panels
     assert (panel.titles[0], panel.xlabel, panel.xscale) == ("a.", "$t$", "log")
     curves = {curve.label: curve for curve in panel.curves if curve.label}
     assert tuple(curves) == panel.legend and len(curves) == 4
@@ -77,37 +79,59 @@ def test_survival_is_the_share_still_irregular(lasting):
         assert curve.x[0] == 0 and curve.x[-1] == min(5e5, lifetime[velocity].max())
 
 
+def test_survival_of_many_runs_is_on_a_logarithmic_scale(lasting):
+    _, panel, *_ = content(survival.draw(lasting, "")).panels
+    runs = lasting["survival_many"]
+    assert (panel.titles[0], panel.xlabel, panel.yscale) == ("b.", "$t$", "log")
+    assert panel.legend == tuple(f"$N = 5$, $u = {u:g}$, 150 runs" for u in U[:2])
+    curves = [curve for curve in panel.curves if curve.label]
+    for u, curve in zip(U, curves, strict=False):
+        lifetime = runs.arrays["lifetime"][runs_at(runs, belt_velocity=u)]
+        share = [np.mean(lifetime > time) for time in curve.x]
+        np.testing.assert_allclose(curve.y, share, atol=1e-12)
+
+
 def test_an_exponential_with_the_mean_lifetime_lies_beside_each_curve(lasting):
-    panel, _, _ = content(survival.draw(lasting, "")).panels
     table = lasting["mean_lifetimes"]
-    dashed = [curve for curve in panel.curves if curve.line == "--"]
-    means = [-1 / np.polyfit(curve.x, np.log(curve.y), 1)[0] for curve in dashed]
-    assert len(means) >= 3  # all but those of which no run ended
-    known = table.loc[table["initial_spread"] == 1, "lifetime"].to_numpy()
-    assert all(np.isclose(mean, known, rtol=1e-6).any() for mean in means)
+    each, many, *_ = content(survival.draw(lasting, "")).panels
+    for panel, name, least in ((each, "survival", 3), (many, "survival_many", 2)):
+        dashed = [curve for curve in panel.curves if curve.line == "--"]
+        means = [-1 / np.polyfit(curve.x, np.log(curve.y), 1)[0] for curve in dashed]
+        assert len(means) >= least  # all but those of which no run ended
+        known = table.loc[table["dataset"] == name, "lifetime"].to_numpy()
+        assert all(np.isclose(mean, known, rtol=1e-6).any() for mean in means)
 
 
 def test_mean_lifetimes_have_their_intervals_and_limits_arrows(lasting):
-    _, by_size, by_velocity = content(survival.draw(lasting, "")).panels
-    table = lasting["mean_lifetimes"]
-    rows = table[table["initial_spread"] == 1]
-    ended = rows[np.isfinite(rows["lifetime"])]
-    lasts = rows[~np.isfinite(rows["lifetime"])]
-    assert len(ended) and len(lasts)
+    figure = content(survival.draw(lasting, ""))
+    *_, by_velocity, by_size = figure.panels
+    assert by_velocity.xlabel == "$u$" and by_size.xlabel == "$N$"
     for panel in (by_size, by_velocity):
         assert panel.yscale == "log" and panel.guides == (("y", 5e5),)
-    assert by_velocity.legend == tuple(f"$N = {n}$" for n in (4, 6, 7, 10))
+    assert figure.legend == tuple(f"$N = {n}$" for n in (4, 6, 7, 10))
+    table = lasting["mean_lifetimes"]
+    rows = table[(table["initial_spread"] == 1) & (table["dataset"] == "survival")]
+    ended, lasts = (rows[np.isfinite(rows["lifetime"]) == finite] for finite in (True, False))
+    assert len(ended) and len(lasts)
     curves = [curve for curve in by_velocity.curves if curve.label]
     np.testing.assert_allclose(np.concatenate([curve.y for curve in curves]), ended["lifetime"])
     half = (ended["lifetime_upper"] - ended["lifetime_lower"]) / 2
     np.testing.assert_allclose(np.concatenate([curve.error for curve in curves]), half)
-    limits = [curve for curve in by_velocity.curves if not curve.label]
-    found = sorted(np.concatenate([curve.y for curve in limits]))
-    assert set(lasts["lifetime_lower"]) <= set(found)
-    dots = {curve.label: curve for curve in by_size.curves if curve.label}
+    others = np.concatenate([curve.y for curve in by_velocity.curves if not curve.label])
+    assert set(lasts["lifetime_lower"]) <= set(others)
+    longer = table[table["dataset"] == "survival_long"]
+    assert set(longer["lifetime"]) <= set(others)
+
+
+def test_lifetimes_against_size_are_of_all_datasets(lasting):
+    panel = content(survival.draw(lasting, "")).panels[-1]
+    table = lasting["mean_lifetimes"]
+    dots = {curve.label: curve for curve in panel.curves if curve.label}
     assert tuple(dots) == ("initial spread 1", "initial spread 10")
-    np.testing.assert_allclose(dots["initial spread 1"].y, ended["lifetime"])
-    assert np.abs(dots["initial spread 1"].x - ended["n_blocks"]).max() < 0.3
+    for spread, curve in zip(STARTS, dots.values(), strict=True):
+        rows = table[(table["initial_spread"] == spread) & np.isfinite(table["lifetime"])]
+        np.testing.assert_allclose(curve.y, rows["lifetime"])
+        assert np.abs(curve.x - rows["n_blocks"]).max() < 0.3
 
 
 # --- motion map -----------------------------------------------------------------------------------
@@ -178,8 +202,11 @@ def test_axes_and_legend_have_words(mapped):
 
 def test_marks_say_what_longer_runs_do(mapped):
     sizes = motion_map.draw(mapped, "").axes[0]
-    table = mapped["mean_lifetimes"]
-    table = table[(table["initial_spread"] == 1) & (table["n_blocks"] != 5)]
+    table = mapped["mean_lifetimes"].copy()
+    table["observed"] = table["counted"] * table["horizon"]
+    most = table.groupby(["n_blocks", "belt_velocity"])["observed"].transform("max")
+    table = table[(table["observed"] == most) & (table["n_blocks"] != 5)]
+    table = table.drop_duplicates(["n_blocks", "belt_velocity"], keep="last")
     for verdict, (_, words) in motion_map._MARKS.items():
         (line,) = [line for line in sizes.lines if line.get_label() == words]
         rows = table[table["verdict"] == verdict]
@@ -214,14 +241,12 @@ def test_what_is_missing_is_noted(mapped):
         motion_map.draw({}, "")
 
 
-def test_a_single_start_and_runs_that_all_last_are_drawn():
-    runs = settling(
-        lasts=lambda n, u: np.full(n.size, np.inf), n_blocks=[10], belt_velocity=[7.0],
-        initial_spread=[1.0],
-    )  # fmt: skip
-    data = {"survival": runs, "mean_lifetimes": mean_lifetimes.derive({"survival": runs})}
-    curves, by_size, by_velocity = content(survival.draw(data, "")).panels
-    assert [curve.y.tolist() for curve in curves.curves] == [[1, 1]]
+def test_runs_that_all_last_are_drawn():
+    lasts = {"lasts": lambda n, u: np.full(n.size, np.inf), "initial_spread": [1.0]}
+    runs = settling(**lasts, n_blocks=[10], belt_velocity=[7.0])
+    data = with_table(dict.fromkeys(mean_lifetimes.ENTRY.uses, runs))
+    each, many, by_velocity, by_size = content(survival.draw(data, "")).panels
+    for panel in (each, many):
+        assert [curve.y.tolist() for curve in panel.curves] == [[1, 1]]
     for panel in (by_size, by_velocity):
         assert any(data["mean_lifetimes"]["lifetime_lower"][0] in curve.y for curve in panel.curves)
-    assert isinstance(runs, Dataset)

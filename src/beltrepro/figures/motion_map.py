@@ -132,13 +132,14 @@ def _ways(arrays):
 
 
 def _draw_verdicts(axes, points, table):
-    """Marks on the cells at which longer runs tell whether irregular motion ends."""
+    """Marks on cells: whether irregular motion ends, by those runs that were observed most."""
     if table is None:
         panels.note(axes, "the table mean_lifetimes is not there")
         return
     velocities, sizes = (np.unique(points[name]) for name in ("belt_velocity", "n_blocks"))
-    rows = table[table["initial_spread"] == table["initial_spread"].min()]
-    rows = rows[np.isin(rows["belt_velocity"], velocities) & np.isin(rows["n_blocks"], sizes)]
+    rows = table[np.isin(table["belt_velocity"], velocities) & np.isin(table["n_blocks"], sizes)]
+    observed = (rows["counted"] * rows["horizon"]).sort_values(kind="stable")
+    rows = rows.loc[observed.index].drop_duplicates(["n_blocks", "belt_velocity"], keep="last")
     for verdict, (marker, words) in _MARKS.items():
         those = rows[rows["verdict"] == verdict]
         axes.plot(

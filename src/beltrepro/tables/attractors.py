@@ -3,13 +3,14 @@
 import pandas as pd
 
 from beltrepro.analysis import attractors
-from beltrepro.tables.mean_lifetimes import POINT, by_point
+from beltrepro.tables.mean_lifetimes import by_point, with_point
 from beltrepro.tables.registry import Entry
 
 ENTRY = Entry(
     title="Attractors that runs from different starts end on, with their share of the starts.",
-    uses=("survival",),
+    uses=("survival", "survival_many", "survival_long"),
     columns={
+        "dataset": "of the runs: survival, survival_many or survival_long",
         "runs": "runs at this point",
         "number": "of the attractor, the most frequent first",
         "state": "periodic, equilibrium slip, or irregular when the run was given up",
@@ -36,12 +37,14 @@ _OF_ATTRACTOR = (
 
 
 def derive(data) -> pd.DataFrame:
-    """A row for each attractor at each point."""
+    """A row for each attractor at each point of each dataset."""
     rows = []
-    for point, runs in by_point(data["survival"].arrays):
-        for number, each in enumerate(attractors.catalogue(runs), start=1):
-            row = {"runs": runs["state"].size, "number": number, "reached": each.runs}
-            basin = {"share": each.basin.value}
-            basin |= {"share_lower": each.basin.lower, "share_upper": each.basin.upper}
-            rows.append(point | row | basin | {name: getattr(each, name) for name in _OF_ATTRACTOR})
-    return pd.DataFrame(rows, columns=[*POINT, *ENTRY.columns])
+    for name in ENTRY.uses:
+        for point, runs in by_point(data[name].arrays):
+            for number, each in enumerate(attractors.catalogue(runs), start=1):
+                row = {"runs": runs["state"].size, "number": number, "reached": each.runs}
+                basin = {"share": each.basin.value}
+                basin |= {"share_lower": each.basin.lower, "share_upper": each.basin.upper}
+                known = {field: getattr(each, field) for field in _OF_ATTRACTOR}
+                rows.append({"dataset": name} | point | row | basin | known)
+    return pd.DataFrame(rows, columns=with_point(ENTRY.columns))

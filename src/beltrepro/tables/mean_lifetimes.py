@@ -10,8 +10,9 @@ from beltrepro.tables.registry import Entry
 
 ENTRY = Entry(
     title="Mean lifetime of irregular motion, and whether it ends.",
-    uses=("survival",),
+    uses=("survival", "survival_many", "survival_long"),
     columns={
+        "dataset": "of the runs: survival, survival_many or survival_long",
         "runs": "runs at this point",
         "settled": "runs that settled",
         "share": "share of the runs that have not settled when they are given up",
@@ -38,15 +39,23 @@ ENTRY = Entry(
 )
 
 POINT = ("n_blocks", "belt_velocity", "initial_spread")
-"""What tells the points of a row apart; runs that differ in the replicate share a row."""
+"""What tells the points of a dataset apart; runs that differ in the replicate share a row."""
 
 
 def derive(data) -> pd.DataFrame:
-    """A row for each N, u and initial spread."""
-    runs = data["survival"]
-    horizon = survival.SEEN * float(runs.attributes["duration"])
-    rows = [point | _row(each, horizon) for point, each in by_point(runs.arrays)]
-    return pd.DataFrame(rows, columns=[*POINT, *ENTRY.columns])
+    """A row for each dataset, N, u and initial spread."""
+    rows = []
+    for name in ENTRY.uses:
+        horizon = survival.SEEN * float(data[name].attributes["duration"])
+        for point, runs in by_point(data[name].arrays):
+            rows.append({"dataset": name} | point | _row(runs, horizon))
+    return pd.DataFrame(rows, columns=with_point(ENTRY.columns))
+
+
+def with_point(columns) -> list[str]:
+    """Columns of a table with those of the points after the dataset."""
+    first, *others = columns
+    return [first, *POINT, *others]
 
 
 def by_point(arrays):
