@@ -269,6 +269,14 @@ def test_transient_motion_is_found_while_most_of_it_lasts():
     assert set(verdicts) <= {survival.TRANSIENT, survival.OPEN}
 
 
+def test_a_rate_that_rises_does_not_keep_motion_from_being_transient():
+    """Half of the runs end, at a rate that rises with time: the others will end too."""
+    lifetime, ended = followed(RNG(13).gamma(6.0, 1.0, 60), 5.7)
+    found = survival.weibull_test(lifetime, ended)
+    assert found.p < survival.LEVEL and found.shape > 1
+    assert 20 < ended.sum() < 40 and survival.decide(lifetime, ended) == survival.TRANSIENT
+
+
 def test_two_kinds_of_motion_stay_open():
     """Half of the runs settle early, half last: their rate of ends falls with time."""
     rng = RNG(9)

@@ -7,8 +7,8 @@ or the time up to which a run was followed, and `ended` tells them apart.
 Irregular motion that forgets its past ends at a constant rate, so that lifetimes follow an
 exponential distribution, once runs have spread: count from `start` on (`spreading_time`).
 
-That a run ended may be known only some time after its end. Then ends shortly before runs are given
-up are missing, and those without delay would be too few: count up to a `horizon` (`SEEN`).
+That a run ended may become known only some time after its end. Then ends shortly before the runs
+are given up are missing. So ends count up to a `horizon` only (`SEEN`).
 """
 
 import warnings
@@ -359,8 +359,9 @@ def decide(
     Criteria, in this order:
 
     - "regular": no run is irregular at the start;
-    - "transient": all runs ended; or some did, and the lifetimes are not shown to be other than
-      exponential (`weibull_test`, p of 0.05 or greater), so that the others can be expected to end;
+    - "transient": all runs ended; or at least three did, and the rate of ends is not shown to fall
+      with time (`weibull_test`: p below 0.05 and a shape below 1), so that the others can be
+      expected to end;
     - "lasting": no run that is irregular at the start ended, and with a confidence of 95 % the
       mean lifetime is longer than the time that these runs were followed. Four runs of equal length
       are enough. That the motion is permanent cannot be shown by runs of finite length;
@@ -393,7 +394,8 @@ def decide(
         return LASTING if mean_lifetime(time, counted).lower > time.max() else OPEN
     if counted.sum() < MINIMUM_ENDS:
         return OPEN
-    return TRANSIENT if weibull_test(time, counted).p >= LEVEL else OPEN
+    test = weibull_test(time, counted)
+    return OPEN if test.p < LEVEL and test.shape < 1 else TRANSIENT
 
 
 # --- parts ----------------------------------------------------------------------------------------

@@ -38,8 +38,8 @@ _LOOKS = {
     motion.EQUILIBRIUM: ("#ffffff", "", "equilibrium slip"),
 }
 _MARKS = {
-    survival.LASTING: ("o", "none of the longer runs settled"),
-    survival.TRANSIENT: ("X", "longer runs settle"),
+    survival.LASTING: ("o", "irregular motion lasts in longer runs"),
+    survival.TRANSIENT: ("X", "irregular motion ends in longer runs"),
 }
 _FONT = 10.5  # points: legible where the page is as narrow as a phone
 _TICKS = 8  # most words at an axis of belt velocities
