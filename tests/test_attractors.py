@@ -49,6 +49,24 @@ def test_runs_are_grouped_by_orbit():
     assert np.isnan(found[1].period_time) and found[1].disorder_parameter == pytest.approx(0.011)
 
 
+def test_a_multiple_of_a_period_is_the_same_orbit():
+    orbit = ("periodic", 23.585351, 9, 1, 0.0638)
+    found = catalogue(
+        ends(
+            [
+                ("periodic", 2 * 23.585351 * (1 + 2e-8), 18, 2, 0.0639),
+                orbit,
+                ("periodic", 3 * 23.585351, 27, 3, 0.0637),
+                ("periodic", 2 * 23.585351 * (1 + 1e-5), 18, 2, 0.0638),  # a doubled period
+                ("periodic", 2 * 23.585351, 19, 2, 0.0638),
+            ]
+        )
+    )
+    assert [(each.runs, each.period_events) for each in found] == [(3, 9), (1, 19), (1, 18)]
+    assert found[0].period_time == pytest.approx(23.585351, rel=1e-7)
+    assert found[0].period_returns == 1
+
+
 def test_the_order_of_the_runs_does_not_matter():
     rng = np.random.default_rng(0)
     expected = repr(catalogue(ends(ENDS)))

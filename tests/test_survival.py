@@ -232,9 +232,48 @@ def test_a_mixture_is_rejected_until_the_count_begins_after_it():
     assert later <= 4  # of 15 with a chance of 5 %: more in 1 of 1600 cases
 
 
-def test_the_weibull_test_needs_three_ends():
+def test_the_distance_from_an_exponential_by_hand():
+    """Ends at 1 and 2 of four runs given up at 3: the mean is 9 / 2."""
+    expected = 1 - np.exp(-np.array([1, 2, 3]) / 4.5)
+    steps = [(0, 0.25), (0.25, 0.5), (0.5, 0.5)]
+    distance = max(abs(f - step) for f, pair in zip(expected, steps, strict=True) for step in pair)
+    found = survival._distance(np.array([[3.0, 1, 3, 2]]), 3.0)
+    assert found == pytest.approx([distance])
+
+
+@pytest.mark.parametrize(("runs", "critical"), [(10, 0.325), (20, 0.234)])
+def test_distances_are_those_of_the_table_of_lilliefors(runs, critical):
+    """Table 1 of the paper of 1969, level 0.05, from 5000 samples: to 0.005."""
+    distance = survival._distance(RNG(20).exponential(3.0, (20000, runs)), np.inf)
+    assert np.quantile(distance, 0.95) == pytest.approx(critical, abs=0.008)
+
+
+@pytest.mark.parametrize(("runs", "duration"), [(16, 1.5), (50, 0.7)])
+def test_exponential_lifetimes_are_called_other_in_5_of_100(runs, duration):
+    rng, trials = RNG(21), 300
+    count = sum(
+        survival.exponential_test(*followed(rng.exponential(1, runs), duration), samples=199)
+        <= survival.LEVEL
+        for _ in range(trials)
+    )
+    assert within(count, trials, 0.05)
+
+
+def test_lifetimes_of_two_lengths_are_not_exponential():
+    """Half of the runs end soon, half at about one time: no trend of the rate, but a bump."""
+    rng, found = RNG(22), []
+    for _ in range(10):
+        short = rng.random(100) < 0.5
+        lifetime = np.where(short, rng.exponential(0.5, 100), rng.normal(3.0, 0.4, 100))
+        found.append(survival.exponential_test(*followed(np.abs(lifetime), 20.0), samples=199))
+    assert max(found) <= survival.LEVEL
+
+
+def test_the_tests_need_three_ends():
     with pytest.raises(NotEnoughDataError, match="2 runs ended, 3 are needed"):
         survival.weibull_test([0.0, 1, 2, 5, 5], [True, True, True, False, False])
+    with pytest.raises(NotEnoughDataError, match="2 runs ended, 3 are needed"):
+        survival.exponential_test([1.0, 2, 5, 5], [True, True, False, False])
 
 
 # --- verdict --------------------------------------------------------------------------------------

@@ -19,7 +19,7 @@ SAME_PERIOD = 1e-6
 SAME_DISORDER = 0.25
 
 _EXACT = ("state", "period_events", "period_returns")
-_MEDIAN = ("period_time", "disorder_parameter", "mean_length")
+_MEDIAN = ("disorder_parameter", "mean_length")
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,9 @@ def catalogue(
 
     Two periodic runs are on one orbit if they have the same number of slips in a period, periods
     that agree to 1e-6 and r that agree to 25 %. All runs of another state count as one: equilibrium
-    slip keeps the amplitude that it happens to have, and irregular motion has no period.
+    slip keeps the amplitude that it happens to have, and irregular motion has no period. A run that
+    closes after a whole multiple of a shorter period is on that orbit: where a motion alternates
+    about an orbit while it approaches it, its state comes back sooner after two periods.
 
     Parameters
     ----------
@@ -84,16 +86,24 @@ def catalogue(
     NotEnoughDataError
         Without runs.
     """
-    known = {name: np.asarray(runs[name]) for name in (*_EXACT, *_MEDIAN)}
+    known = {name: np.asarray(runs[name]) for name in (*_EXACT, "period_time", *_MEDIAN)}
     known["state"] = known["state"].astype(str)
     count = known["state"].size
     require(count, "no runs, 1 is needed")
     found = []
     for members in _alike(known):
-        first: dict[str, Any] = {name: known[name][members[0]].item() for name in _EXACT}
+        exact: dict[str, Any] = {name: known[name][members[0]].item() for name in _EXACT}
         middle: dict[str, Any] = {name: float(np.median(known[name][members])) for name in _MEDIAN}
-        basin = share(members.size, count, confidence=confidence)
-        found.append(Attractor(runs=members.size, basin=basin, **first, **middle))
+        once = members[known["period_events"][members] == exact["period_events"]]
+        found.append(
+            Attractor(
+                runs=members.size,
+                basin=share(members.size, count, confidence=confidence),
+                period_time=float(np.median(known["period_time"][once])),
+                **exact,
+                **middle,
+            )
+        )
     return sorted(found, key=_rank)
 
 
@@ -104,17 +114,47 @@ def _rank(one: Attractor) -> tuple:
 
 def _alike(known: dict[str, np.ndarray]) -> list[np.ndarray]:
     """Indices of the runs that share an attractor."""
-    groups = []
-    for name in np.unique(known["state"]):
-        runs = np.flatnonzero(known["state"] == name)
-        if name != PERIODIC:
-            groups.append(runs)
-            continue
-        for number in np.unique(known["period_events"][runs]):
-            same = runs[known["period_events"][runs] == number]
-            for orbit in _clusters(same, known["period_time"], SAME_PERIOD):
-                groups += _clusters(orbit, known["disorder_parameter"], SAME_DISORDER)
-    return groups
+    others = [
+        np.flatnonzero(known["state"] == name)
+        for name in np.unique(known["state"])
+        if name != PERIODIC
+    ]
+    orbits, runs = [], np.flatnonzero(known["state"] == PERIODIC)
+    for number in np.unique(known["period_events"][runs]):
+        same = runs[known["period_events"][runs] == number]
+        for orbit in _clusters(same, known["period_time"], SAME_PERIOD):
+            orbits += _clusters(orbit, known["disorder_parameter"], SAME_DISORDER)
+    return others + _with_multiples(orbits, known)
+
+
+def _with_multiples(orbits: list[np.ndarray], known: dict[str, np.ndarray]) -> list[np.ndarray]:
+    """Orbits, joined by the runs that close after a whole multiple of their period.
+
+    The first run of each has the period itself.
+    """
+    found: list[list[np.ndarray]] = []
+    for runs in sorted(orbits, key=lambda runs: float(np.median(known["period_time"][runs]))):
+        base = next((base for base in found if _is_multiple(runs, base[0], known)), None)
+        if base is None:
+            found.append([runs])
+        else:
+            base.append(runs)
+    return [np.concatenate(each) for each in found]
+
+
+def _is_multiple(runs: np.ndarray, shorter: np.ndarray, known: dict[str, np.ndarray]) -> bool:
+    time, disorder = (
+        [float(np.median(known[name][each])) for each in (runs, shorter)]
+        for name in ("period_time", "disorder_parameter")
+    )
+    events = [known["period_events"][each[0]] for each in (runs, shorter)]
+    multiple = round(time[0] / time[1])
+    return bool(
+        multiple > 1
+        and np.isclose(time[0], multiple * time[1], rtol=SAME_PERIOD, atol=0)
+        and np.isclose(*disorder, rtol=SAME_DISORDER, atol=0)
+        and events[0] == multiple * events[1]
+    )
 
 
 def _clusters(runs: np.ndarray, values: np.ndarray, tolerance: float) -> list[np.ndarray]:

@@ -206,14 +206,12 @@ def mean_lifetime(
 
 @dataclass(frozen=True)
 class WeibullTest:
-    """Whether lifetimes are exponential.
+    """Whether the rate of ends falls or rises with time.
 
     Attributes
     ----------
     p : float
-        Chance that exponential lifetimes would look at least as little exponential as these. A
-        small one says that the rate of ends is not constant. A large one says that these runs do
-        not show it.
+        Chance that runs which end at a constant rate show a trend at least as strong as these.
     shape : float
         Of the Weibull distribution: below 1 if the rate of ends falls with time, as where runs of
         two kinds are mixed; above 1 if it rises.
@@ -230,7 +228,7 @@ def weibull_test(
     start: float = 0.0,
     horizon: float = np.inf,
 ) -> WeibullTest:
-    """Test whether lifetimes are exponential, with censoring.
+    """Test whether the rate of ends is constant, or falls or rises with time.
 
     A Weibull distribution has an exponential one as the special case of shape 1. Twice the
     logarithm of the ratio of their greatest likelihoods follows chi2 with one degree of freedom if
@@ -266,6 +264,65 @@ def weibull_test(
     likelihood = weibull.logpdf(time[late] / mean).sum() + weibull.logsf(time[~late] / mean).sum()
     exponential = -ends  # its greatest log-likelihood, with the mean as the unit of time
     return WeibullTest(float(stats.chi2.sf(2 * (likelihood - exponential), 1)), float(shape))
+
+
+def exponential_test(
+    lifetime: npt.ArrayLike,
+    ended: npt.ArrayLike,
+    *,
+    start: float = 0.0,
+    horizon: float = np.inf,
+    samples: int = 999,
+) -> float:
+    """Test whether lifetimes are exponential, whatever they may be otherwise.
+
+    The largest distance of the observed distribution from the exponential one with the mean
+    lifetime (Lilliefors, J. Am. Stat. Assoc. 64, 387, 1969) is compared with that of random
+    exponential lifetimes, of as many runs that are given up at the same time. Ends after the first
+    run was given up do not count.
+
+    Parameters
+    ----------
+    lifetime : array (M,)
+        Time of the end, or the time up to which the run was followed.
+    ended : array (M,) of bool
+        Which runs ended.
+    start, horizon : float
+        As for `mean_lifetime`.
+    samples : int
+        Random sets of lifetimes; they are the same each time.
+
+    Returns
+    -------
+    float
+        p: the chance that exponential lifetimes are at least as far from their own exponential
+        distribution. A small one says that the rate of ends is not constant, a large one that these
+        runs do not show it.
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than 3 runs that end after the start.
+    """
+    time, late = _between(start, horizon, lifetime, ended)
+    limit = float(time[~late].min(initial=np.inf))
+    time = np.minimum(time, limit)
+    ends = int(np.sum(late & (time < limit)))
+    require(ends >= MINIMUM_ENDS, f"{ends} runs ended, {MINIMUM_ENDS} are needed")
+    random = np.random.default_rng(0).exponential(time.sum() / ends, (samples, time.size))
+    distance = _distance(np.minimum(random, limit), limit)
+    return float((1 + np.sum(distance >= _distance(time[None], limit))) / (samples + 1))
+
+
+def _distance(time: np.ndarray, limit: float) -> np.ndarray:
+    """Largest distance (S,) of lifetimes (S, M) from exponential ones, censored at a limit."""
+    time = np.sort(time, axis=1)
+    ends, runs = np.sum(time < limit, axis=1), time.shape[1]
+    with np.errstate(divide="ignore"):
+        expected = -np.expm1(-time * (ends / time.sum(axis=1))[:, None])
+    below = np.minimum(np.arange(runs), ends[:, None]) / runs  # share of ends before each time
+    above = np.minimum(np.arange(1, runs + 1), ends[:, None]) / runs
+    return np.maximum(expected - below, above - expected).max(axis=1)
 
 
 # --- exponent of the irregular part ---------------------------------------------------------------

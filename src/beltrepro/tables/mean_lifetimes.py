@@ -25,8 +25,9 @@ ENTRY = Entry(
         "lifetime": "mean lifetime from the start on (model time); inf if none of them ended",
         "lifetime_lower": "lower end of its interval (chi-square, 95 %)",
         "lifetime_upper": "upper end; inf if none of them ended",
-        "exponential_p": "p-value of the test that lifetimes are exponential",
-        "shape": "of the Weibull distribution; below 1 if the rate falls with time",
+        "exponential_p": "p-value of the test that lifetimes are exponential (Lilliefors)",
+        "shape": "of the Weibull distribution; below 1 if the rate of ends falls with time",
+        "shape_p": "p-value of the test that the shape is 1",
         "exponent": "largest exponent of the irregular motion (1 / model time)",
         "exponent_error": "its standard error, from the scatter of the runs",
         "exponent_runs": "runs with an exponent",
@@ -100,7 +101,8 @@ def _lifetime(lifetime, settled, span) -> dict:
         row |= {"counted": mean.runs, "ended": mean.ended, "lifetime": mean.mean}
         row |= {"lifetime_lower": mean.lower, "lifetime_upper": mean.upper}
         test = survival.weibull_test(lifetime, settled, **span)
-        row |= {"exponential_p": test.p, "shape": test.shape}
+        row |= {"shape": test.shape, "shape_p": test.p}
+        row["exponential_p"] = survival.exponential_test(lifetime, settled, **span)
     except NotEnoughDataError:
         pass
     return row
