@@ -11,8 +11,6 @@ from beltrepro.analysis.errors import NotEnoughDataError, require
 # Chaotic transients last up to 1e4 (inset of Fig. 12). A run that discards less than this shows
 # the transient instead of the state that follows, so it cannot test claims about that state.
 SETTLED_TRANSIENT = 5000.0
-# Below this discarded transient, a state that is still chaotic may yet be a long transient.
-PERMANENT_TRANSIENT = 1e5
 SCANS_WITH_ROWS = ("n5_rows", "size_rows", "n5_map")
 
 
@@ -158,15 +156,6 @@ def last_block_events(dataset):
     events = dataset.arrays["events"]
     own = events[events["block"] == dataset.attributes["n_blocks"]]
     return own[own["kind"] == "slip"], own[own["kind"] == "stick"]
-
-
-def require_permanence(share: float, limit: float, cut: Cut) -> None:
-    """Refuse to call a share of chaotic points above `limit` permanent after a short transient."""
-    require(
-        share <= limit or cut.transient >= PERMANENT_TRANSIENT,
-        f"{share:.0%} of the points are chaotic after a transient of {cut.transient:g}; "
-        f"only one of {PERMANENT_TRANSIENT:g} or more can call that permanent",
-    )
 
 
 def _lengths(dataset):

@@ -8,13 +8,14 @@ from beltrepro.analysis import intermittency, sections, transitions
 from beltrepro.analysis.errors import NotEnoughDataError, require
 from beltrepro.analysis.fits import rank_correlation
 from beltrepro.claims.criteria import Measurement
-from beltrepro.claims.evidence import last_block_events
+from beltrepro.claims.motion import ERRORS, exponents_under_noise
 from beltrepro.claims.registry import claim
 from beltrepro.model import units
 
 N_BLOCKS = 5
 WINDOW_RANGE = (3.0, 15.0)
 MINIMUM_SERIES = 5000.0
+STRONGEST = 2.2  # noise up to which the motion at u = 7 is called noise-induced chaos
 SHARES = {
     "laminar share 5 % to 95 %": (0.05, 0.95),
     "laminar share 1 % to 99 %": (0.01, 0.99),
@@ -87,26 +88,19 @@ def sigma_c_u7(evidence):
     """Noise at which r(sigma) at u = 7 has risen half way."""
     column = evidence.column("n5_u7", N_BLOCKS, 7.0)
     rise = column.noise_transition
+    noise, exponent, error = exponents_under_noise(evidence, 7.0)
+    beyond = (noise > rise.critical) & (noise <= STRONGEST)
+    require(beyond.any(), f"no exponent at a noise between {rise.critical:.2g} and {STRONGEST:g}")
+    above = exponent[beyond] > ERRORS * error[beyond]
     return Measurement(
         rise.critical,
         rise.error,
         rise.n_points,
+        checks={"exponent above zero beyond it": bool(above.mean() > 0.5)},
         note=f"r rises from {rise.r_low:.3g} to {rise.r_high:.3g}, "
-        f"10 % to 90 % of it between {rise.lower:.2g} and {rise.upper:.2g}",
-    )
-
-
-@claim("u7-transient-chaos")
-def u7_transient_chaos(evidence):
-    """When the motion at u = 7 becomes periodic, seen at the sticks of the last block."""
-    series = evidence.dataset("u7")
-    _, sticks = last_block_events(series)
-    onset, period = sections.onset_of_recurrence(sticks["position"])
-    time = float(sticks["time"][min(onset, sticks.size - 1)])
-    return Measurement(
-        {"sticks before it repeats": onset, "time": time, "period": period},
-        sample_size=int(sticks.size),
-        checks={"ends periodic": period > 0, "a transient precedes": period > 0 and onset >= 10},
+        f"10 % to 90 % of it between {rise.lower:.2g} and {rise.upper:.2g}; the largest exponent "
+        f"beyond it is {exponent[beyond].min():.2g} to {exponent[beyond].max():.2g}, errors up to "
+        f"{error[beyond].max():.1g}",
     )
 
 
