@@ -91,6 +91,19 @@ class Evidence:
         """Whether a dataset is there."""
         return name in self._datasets
 
+    def runs(self, *names: str, **where: float) -> tuple[dict[str, np.ndarray], dict]:
+        """Runs with these values of quantities, from the first of the datasets that has any.
+
+        Returns the arrays of these runs, and the attributes of the dataset.
+        """
+        for name in filter(self.has, names):
+            arrays = self._datasets[name].arrays
+            own = np.all([np.isclose(arrays[key], value) for key, value in where.items()], axis=0)
+            if own.any():
+                return sections.select(arrays, own), self.dataset(name).attributes
+        place = ", ".join(f"{key} = {value:g}" for key, value in where.items())
+        raise NotEnoughDataError(f"no run with {place} in {' or '.join(names)}")
+
     @property
     def laminar_time(self) -> float:
         """Shortest laminar phase, from the configuration."""

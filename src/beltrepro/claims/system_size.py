@@ -24,7 +24,6 @@ SCANS_BY_BOTH = (
     "size_columns",
 )
 MINIMUM_SHARED = 24
-REGULAR_SHARE = 0.05
 
 
 @claim("transition-width")

@@ -12,9 +12,7 @@ from beltrepro.claims.evidence import last_block_events
 from beltrepro.claims.registry import claim
 
 MINIMUM_SLIPS = 500
-MINIMUM_SECTION_POINTS = 1000
 BINS_PER_DECADE = 10
-UNSETTLED = (states.CHAOTIC, states.INTERMITTENT)
 
 
 # --- Fig. 8 ---------------------------------------------------------------------------------------
