@@ -229,18 +229,67 @@ def made_up_escapes(members=60, duration=40_000.0):
     return Dataset(arrays, {"kind": "escapes", "duration": duration})
 
 
+EXPONENTS = 0.002 + 1e-4 * np.tile([-1.0, 1.0], 4)  # of eight runs
+
+
+def made_up_motion_map(duration=2e5):
+    """Chaos below the transition, fewer windows with N, periodic motion and slip beyond."""
+    points = grid([2, 3, 4, 5, 6, 7, 10], np.arange(1.0, 51), [0])
+    window = {5: 3, 6: 4, 7: 6}  # each so many velocities
+    states = [
+        ("periodic" if u % window.get(n, 99) == 0 else "chaotic")
+        if n > 4 and u < REGIONS[n][0]
+        else "equilibrium slip"
+        if n > 4 and u > REGIONS[n][1]
+        else "periodic"
+        for n, u, _ in points
+    ]
+    n_blocks, velocity, _ = (np.array(column) for column in zip(*points, strict=True))
+    arrays = {"n_blocks": n_blocks, "belt_velocity": velocity, "state": np.array(states)}
+    return Dataset(arrays, {"kind": "motion", "duration": duration, "transient": duration / 2})
+
+
+def made_up_survival(duration=2e5):
+    """Eight runs a point: lasting chaos at u = 1 and 15, transients elsewhere."""
+    velocity = np.repeat([1.0, 7, 15, 19, 21, 25, 29, 31, 35], 8)
+    arrays = {"belt_velocity": velocity, "irregular_exponent": np.tile(EXPONENTS, 9)}
+    mean = 400 + 5600 * np.exp(-np.abs(velocity - 18) / 3)
+    lifetime = mean * np.tile(np.linspace(0.6, 1.4, 8), 9)
+    lifetime[velocity == 7] = 3e4
+    lifetime[np.isin(velocity, [1, 15])] = duration
+    lifetime = np.minimum(lifetime, duration)
+    arrays |= {"lifetime": lifetime, "settled": lifetime < duration}
+    arrays["state"] = np.where(arrays["settled"], "periodic", "irregular")
+    arrays = {name: np.tile(values, 2) for name, values in arrays.items()}
+    arrays["initial_spread"] = np.repeat([1.0, 10.0], velocity.size)
+    arrays["n_blocks"] = np.full(2 * velocity.size, 5)
+    return Dataset(arrays, {"kind": "settling", "duration": duration})
+
+
+def made_up_noisy_motion():
+    """At u = 7, chaos from sigma = 0.75 on."""
+    noise = np.repeat([0.25, 0.5, 1, 1.5, 2.2], 8)
+    exponent = np.where(noise > 0.75, np.tile(EXPONENTS, 5), 0.0)
+    arrays = {"noise": noise, "largest_exponent": exponent}
+    arrays |= {"n_blocks": np.full(noise.size, 5), "belt_velocity": np.full(noise.size, 7.0)}
+    return Dataset(arrays, {"kind": "motion", "duration": 2e5, "transient": 1e5})
+
+
+def made_up_motions(**lengths):
+    return {
+        "motion_map": made_up_motion_map(**lengths),
+        "survival": made_up_survival(**lengths),
+        "noisy_motion": made_up_noisy_motion(),
+    }
+
+
 @pytest.fixture(scope="module")
 def paper_like():
     """Verdicts for datasets made up to agree with the paper, by id."""
-    starts = np.arange(0.0, 10_000, 30)
-    onset = np.concatenate([600 + 50 * logistic(40), np.tile([610.0, 630.0], 147)])[: starts.size]
-    u7 = slip_events(starts, starts + 10)
-    u7["position"][1::2] = onset
     escape = slip_events([*np.arange(0, 4000.0, 20), 4000.0], [*np.arange(5, 4005.0, 20), 4005.0])
     series = {
         "friction_event": friction_series(),
         "u1": stick_slip_series(),
-        "u7": made_up_series(u7, belt_velocity=7.0),
         "u20": made_up_series(escape, belt_velocity=20.0, duration=12_000.0),
         "u17": laminar_series(8, 400.0, noise=2.2, duration=9000.0),
         "n10_u28": laminar_series(10, 250.0, n_blocks=10, belt_velocity=28.0, duration=9000.0),
@@ -249,7 +298,7 @@ def paper_like():
         "n10_u38": laminar_series(4, 1500.0, n_blocks=10, belt_velocity=38.0, duration=9000.0),
     }
     others = {"slips_u1": made_up_catalogue(), "lifetimes": made_up_escapes()}
-    return measure(made_up_scans() | series | others, SETTINGS)
+    return measure(made_up_scans() | made_up_motions() | series | others, SETTINGS)
 
 
 def verdicts(table):
