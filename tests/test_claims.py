@@ -220,6 +220,7 @@ def made_up_escapes(members=60, duration=40_000.0):
     lifetime = rng.exponential(tau)
     size = velocity.size
     arrays = {
+        "n_blocks": np.full(size, 5),
         "belt_velocity": velocity,
         "lifetime": np.minimum(lifetime, duration),
         "escaped": lifetime < duration,
@@ -418,11 +419,20 @@ def test_data_unlike_the_papers_make_claims_fail():
         scan.arrays["section_velocity"][:] = CHAOS
         scan.arrays["laminar_count"][:] = 0
         scan.arrays["last_stick_time"][:] = 2e5
-    found = verdicts(measure(scans, SETTINGS))
+    motions = made_up_motions()
+    runs, followed, noisy = (each.arrays for each in motions.values())
+    runs["state"][:] = np.where(runs["belt_velocity"] < 18, "quasi-periodic", "chaotic")
+    followed["settled"] = followed["belt_velocity"] == 15
+    followed["state"][:] = "irregular"
+    followed["lifetime"][:] = np.where(followed["settled"], 900.0, 2e5)
+    followed["irregular_exponent"] = -followed["irregular_exponent"]
+    noisy["largest_exponent"] = -noisy["largest_exponent"]
+    found = verdicts(measure(scans | motions, SETTINGS))
     failing = ("u-critical", "no-permanent-chaos", "sigma-c-u7", "uc-sigma22", "transition-width")
+    failing += ("bifurcation-sigma0", "u15-aperiodic")
     assert {name: found[name] for name in failing} == dict.fromkeys(failing, FAILS)
     assert found["small-n-regular"] == PARTLY
-    assert found["u7-periodic"] == PARTLY
+    assert found["u7-periodic"] == found["u7-transient-chaos"] == PARTLY
 
 
 def test_both_integrators_are_compared_where_both_were_used():
@@ -454,7 +464,8 @@ def test_without_datasets_all_but_the_model_is_not_measured():
 
 
 def test_short_runs_are_not_judged():
-    table = measure(made_up_scans(transient=500.0, duration=2000.0), SETTINGS)
+    short = made_up_scans(transient=500.0, duration=2000.0) | made_up_motions(duration=2000.0)
+    table = measure(short, SETTINGS)
     assert_no_fault(table)
     assert set(verdicts(table).values()) == {HOLDS, NOT_MEASURED, NOT_TESTABLE}
     assert "discards a transient of 500" in table.set_index("id").loc["u-critical", "note"]
@@ -470,13 +481,18 @@ def test_tiny_and_empty_datasets_cause_no_fault(transient):
         scan.arrays["section_velocity"][::2] = np.nan
     empty = slip_events([], [])
     nothing = {name: np.zeros((20, 5)) for name in ("positions", "velocities", "friction")}
-    names = ("friction_event", "u1", "u7", "u20", "u17", "n10_u28", "n10_u31", "n10_u34", "n10_u38")
+    names = ("friction_event", "u1", "u20", "u17", "n10_u28", "n10_u31", "n10_u34", "n10_u38")
     series = {name: made_up_series(empty, time=np.arange(20.0), **nothing) for name in names}
     catalogue = made_up_catalogue()
     for name in catalogue.arrays:
         catalogue.arrays[name] = catalogue.arrays[name][:3]
     others = {"slips_u1": catalogue, "lifetimes": made_up_escapes(members=2)}
-    table = measure(coarse | series | others, SETTINGS)
+    motions = made_up_motions()
+    for dataset in motions.values():
+        for name in dataset.arrays:
+            dataset.arrays[name] = dataset.arrays[name][::7]
+    motions["survival"].arrays["irregular_exponent"][:] = np.nan
+    table = measure(coarse | series | others | motions, SETTINGS)
     assert_no_fault(table)
     for name in catalogue.arrays:
         catalogue.arrays[name] = catalogue.arrays[name][:0]

@@ -58,7 +58,7 @@ def motion_map(letters, *, u=None, duration=CLEAR):
         "belt_velocity": np.concatenate(velocity),
         "state": np.array([NAMES[letter] for letter in "".join(letters.values())]),
     }
-    return {"motion_map": data(arrays, duration=duration)}
+    return {"motion_map": data(arrays, duration=duration, transient=duration / 2)}
 
 
 # --- shares with open runs ------------------------------------------------------------------------

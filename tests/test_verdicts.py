@@ -226,3 +226,6 @@ def test_runs_come_from_the_first_dataset_that_has_any():
     assert arrays["u"].tolist() == [2.0] and found.used == ["b", "a"]
     with pytest.raises(NotEnoughDataError, match=r"n_blocks = 7, u = 2\.5 in a or b"):
         found.runs("a", "b", n_blocks=7, u=2.5)
+    datasets["b"].attributes["transient"] = 4999.0
+    with pytest.raises(NotEnoughDataError, match="b discards a transient of 4999"):
+        found.runs("b", n_blocks=5)

@@ -94,13 +94,16 @@ class Evidence:
     def runs(self, *names: str, **where: float) -> tuple[dict[str, np.ndarray], dict]:
         """Runs with these values of quantities, from the first of the datasets that has any.
 
-        Returns the arrays of these runs, and the attributes of the dataset.
+        Returns the arrays of these runs, and the attributes of the dataset. Runs are refused, as in
+        `row`, if they discard a transient that is too short.
         """
         for name in filter(self.has, names):
             arrays = self._datasets[name].arrays
             own = np.all([np.isclose(arrays[key], value) for key, value in where.items()], axis=0)
             if own.any():
-                return sections.select(arrays, own), self.dataset(name).attributes
+                attributes = self.dataset(name).attributes
+                _require_settled(attributes.get("transient", np.inf), name)
+                return sections.select(arrays, own), attributes
         place = ", ".join(f"{key} = {value:g}" for key, value in where.items())
         raise NotEnoughDataError(f"no run with {place} in {' or '.join(names)}")
 
@@ -176,9 +179,13 @@ def _lengths(dataset):
 
 
 def _settled(cut, name):
+    _require_settled(cut.transient, name)
+    return cut
+
+
+def _require_settled(transient, name):
     require(
-        cut.transient >= SETTLED_TRANSIENT,
-        f"{name} discards a transient of {cut.transient:g}; chaotic transients last longer, "
+        transient >= SETTLED_TRANSIENT,
+        f"{name} discards a transient of {transient:g}; chaotic transients last longer, "
         f"{SETTLED_TRANSIENT:g} is the least",
     )
-    return cut
