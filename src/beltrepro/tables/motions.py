@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from beltrepro.analysis.motion import MOTIONS
+from beltrepro.analysis.motion import CHAOTIC, MOTIONS, PERIODIC, TRANSIENT
 from beltrepro.tables.registry import Entry
 
 ENTRY = Entry(
@@ -15,14 +15,33 @@ ENTRY = Entry(
         "exponent": "largest Lyapunov exponent, mean over the runs (per model time)",
         "error": "standard error of the mean, from the scatter of the runs",
         "longest_period": "slips of all blocks in the longest period found; 0 if none",
+        "r_periodic": "r of the runs that end periodic, mean; empty if none does",
+        "r_irregular": "r of the runs that are chaotic or transient, mean; empty if none is",
     },
+)
+
+
+_READ = (
+    "n_blocks",
+    "belt_velocity",
+    "state",
+    "period_events",
+    "largest_exponent",
+    "disorder_parameter",
 )
 
 
 def derive(data) -> pd.DataFrame:
     """A row for each number of blocks and belt velocity."""
     arrays = data["motion_map"].arrays
-    names = ("n_blocks", "belt_velocity", "state", "largest_exponent", "period_events")
+    names = (
+        "n_blocks",
+        "belt_velocity",
+        "state",
+        "largest_exponent",
+        "period_events",
+        "disorder_parameter",
+    )
     runs = pd.DataFrame({name: arrays[name] for name in names})
     rows = [
         {"n_blocks": n_blocks, "belt_velocity": velocity} | _row(own)
@@ -32,11 +51,14 @@ def derive(data) -> pd.DataFrame:
 
 
 def _row(own: pd.DataFrame) -> dict:
-    states = own["state"].astype(str)
+    """What the runs of one point say together."""
+    states, disorder = own["state"].astype(str), own["disorder_parameter"]
     return {
         "runs": len(own),
         **{name: int((states == name).sum()) for name in MOTIONS},
         "exponent": own["largest_exponent"].mean(),
         "error": own["largest_exponent"].std(ddof=1) / np.sqrt(len(own)),
         "longest_period": int(own["period_events"].max()),
+        "r_periodic": disorder[states == PERIODIC].mean(),
+        "r_irregular": disorder[states.isin([CHAOTIC, TRANSIENT])].mean(),
     }
