@@ -397,6 +397,11 @@ def test_lifetimes_unknown_at_one_velocity_are_left_out():
     made["survival"].attributes["duration"] = 9999.0
     with pytest.raises(NotEnoughDataError, match="1 lifetimes need longer runs"):
         measured("transient-lifetime", SETTLES, datasets=made)
+    made["survival"] = lifetimes_by(tau)
+    for name, values in made["survival"].arrays.items():
+        made["survival"].arrays[name] = values[3:]
+    with pytest.raises(NotEnoughDataError, match="7 runs at a belt velocity, 8 are needed"):
+        measured("transient-lifetime", SETTLES, datasets=made)
     few = lifetimes_by({18.0: 1000, 21: 800, 30: 300, 35: 300})
     with pytest.raises(NotEnoughDataError, match="lifetimes at 4 belt velocities"):
         measured("transient-lifetime", SETTLES, datasets={"survival": few})

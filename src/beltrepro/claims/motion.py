@@ -168,7 +168,9 @@ def _mean_lifetimes(evidence, name, ended, **where):
     velocity, tau, error = table["belt_velocity"], table["tau"], table["tau_error"]
     known = np.isfinite(tau)
     require(known.sum() >= 5, f"lifetimes at {known.sum()} belt velocities, 5 are needed")
-    # where too few runs end within 1e4 to know their mean lifetime, it is longer
+    fewest = table["members"].min()
+    require(fewest >= MINIMUM_RUNS, f"{fewest} runs at a belt velocity, {MINIMUM_RUNS} are needed")
+    # of so many runs fewer than three ended: if they were given up after 1e4, it is longer
     require(known.all() or duration >= 1e4, f"{(~known).sum()} lifetimes need longer runs")
     near, far = known & (velocity <= 21), known & (velocity >= 30)
     require(near.any() and far.any(), "no lifetimes on one side of the range 18 <= u <= 35")
