@@ -176,6 +176,7 @@ def test_short_runs_at_u15_leave_it_open_where_they_decide():
         ([1.7, 0.7, 2.7, *[math.nan] * 5], 0),
         ([5.0, 5.1, *[math.nan] * 6], 0),  # two are no sample
         ([math.nan] * 8, 0),
+        ([0.0] * 8, 0),
     ],
 )
 def test_exponents_against_their_scatter_over_the_runs(exponents, met):
@@ -481,6 +482,9 @@ def test_chaos_from_five_blocks_on_without_some_transitions():
     found = chaos_from(letters, (1, 2, 3, 4), found=(True, False, True, True))
     assert "N = 6, width" not in found.value and found.sample_size == 24 + 15
     assert found.value["N = 6, chaotic share"] == 1  # up to u = 15, without a transition
+    assert passed(found)[-1] == 1
+    half = chaos_from(letters, (1, 2, 4, 3), found=(True, False, True, True))
+    assert passed(half)[-1] == 0  # a rank correlation of 0.5 is not enough
     with pytest.raises(NotEnoughDataError, match="found for 2 numbers of blocks"):
         chaos_from(letters, (1, 2, 3, 4), found=(True, False, False, True))
 
