@@ -399,8 +399,10 @@ def test_lifetimes_unknown_at_one_velocity_are_left_out():
     with pytest.raises(NotEnoughDataError, match="1 lifetimes need longer runs"):
         measured("transient-lifetime", SETTLES, datasets=made)
     made["survival"] = lifetimes_by(tau)
-    for name, values in made["survival"].arrays.items():
-        made["survival"].arrays[name] = values[3:]
+    eight = {name: values[2:] for name, values in made["survival"].arrays.items()}
+    made["survival"] = data(eight, duration=1e4)
+    assert measured("transient-lifetime", SETTLES, datasets=made).sample_size == 58
+    made["survival"] = data({name: own[1:] for name, own in eight.items()}, duration=1e4)
     with pytest.raises(NotEnoughDataError, match="7 runs at a belt velocity, 8 are needed"):
         measured("transient-lifetime", SETTLES, datasets=made)
     few = lifetimes_by({18.0: 1000, 21: 800, 30: 300, 35: 300})
