@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from beltrepro import checks
 from beltrepro.analysis.motion import EQUILIBRIUM, PERIODIC
-from beltrepro.analysis.recurrence import CLOSED, find_recurrence
+from beltrepro.analysis.recurrence import CLOSED, Recurrence, find_recurrence
+from beltrepro.chaos.disturbance import disturbance
 from beltrepro.chaos.vectors import INTERVAL, METHOD, grow, slopes, standard_errors, with_vectors
 from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.state import ChainState
@@ -22,11 +23,11 @@ from beltrepro.observe.order import SlipOrder
 from beltrepro.observe.returns import ReturnLog
 from beltrepro.simulation.arguments import PerChain
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
+from beltrepro.simulation.sampling import sampling_of
 
 IRREGULAR = "irregular"
 SETTLED_STATES = (EQUILIBRIUM, PERIODIC, IRREGULAR)
 
-_SAMPLES = Sampling(1, 0.1)  # for r
 # Windows in which returns are collected: a period must fit twice in the second half of one.
 _FIRST_WINDOW = 1000.0
 _LONGEST_WINDOW = 250_000.0
@@ -51,6 +52,7 @@ def settling(
     initial_positions: ArrayLike | Sequence[ArrayLike] | None = None,
     initial_spread: PerChain[float] = 0.0,
     initial_state: PerChain[ChainState] | None = None,
+    kick: PerChain[float] = 0.0,
     progress: Progress | None = None,
 ) -> dict[str, np.ndarray]:
     """How long the motion of each of P chains is irregular, and what it settles on.
