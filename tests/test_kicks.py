@@ -87,6 +87,21 @@ def test_a_kick_scatters_the_places_of_sticks_as_late_starts_do():
     assert late.std() / kicked.std() == pytest.approx(1.0, abs=5 / np.sqrt(320))
 
 
+def test_a_threshold_scatters_them_as_a_kick_of_twice_its_size_for_one_spring():
+    """A threshold larger by f lets one spring stretch f further: u t = f, and s = 2 u t."""
+    size, places = 0.01, {"noise": [], "kick": []}
+    exact = first_slips(chains_of(ChainParameters(1, 3.0), [1], 0.0), 40.0)[0]
+    for first in range(1, 320, 32):
+        many = range(first, first + 32)
+        # in so short a step noise does nothing to a block that slips
+        noisy = chains_of(ChainParameters(1, 3.0, noise=size), many, 0.0, time_step=1e-12)
+        kicked = chains_of(ChainParameters(1, 3.0), many, 2 * size)
+        places["noise"].append(first_slips(noisy, 40.0) - exact)
+        places["kick"].append(first_slips(kicked, 40.0) - exact)
+    for found in places.values():
+        assert stats.kstest(np.concatenate(found) / (2 * size), "norm").pvalue > 1e-3
+
+
 def moves_of_stuck_blocks(integrator, log, lane):
     """How far blocks are from where they stuck, on the belt, at the start of their next slip."""
     rows, belt = log.of(lane), integrator.parameters[lane].belt_velocity

@@ -87,13 +87,13 @@ def find_recurrence(
     size = float(np.abs(states).max())
     limit = max(closed * size, distance)
     last = np.abs(states[:-1] - states[-1]).max(axis=1)[::-1]
-    for period in np.flatnonzero(last[: len(states) // 2] <= limit) + 1:
+    for period in (np.flatnonzero(last[: len(states) // 2] <= limit) + 1).tolist():
         apart = np.abs(states[period:] - states[:-period]).max(axis=1)
         latest = apart[-max(period, crossings) :]
         if len(latest) >= crossings and np.all(latest <= limit):
             broken = np.flatnonzero(apart > limit)
             return Recurrence(
-                crossings=int(period),
+                crossings=period,
                 time=float(times[-1] - times[-1 - period]),
                 distance=float(latest.max() / size),
                 since=int(broken[-1]) + 1 if broken.size else 0,

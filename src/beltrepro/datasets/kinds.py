@@ -77,6 +77,8 @@ class Kind:
     complaint : callable
         complaint(settings, points) -> (key, text) of the first value that no schema can refuse,
         or None.
+    kicks : bool
+        Whether its runs can be kicked.
     """
 
     name: str
@@ -84,6 +86,24 @@ class Kind:
     settings: tuple[Setting, ...]
     recorded: tuple[Array, ...]
     complaint: Callable[[dict, Sequence[Point]], tuple[str, str] | None]
+    kicks: bool = False
+
+    def first_complaint(self, settings: dict, points: Sequence[Point]) -> tuple[str, str] | None:
+        """Key and text of the first value that no schema can refuse.
+
+        Parameters
+        ----------
+        settings : dict
+            By name.
+        points : sequence of Point
+            The points of a dataset.
+
+        Returns
+        -------
+        tuple of str or None
+            None if there is none.
+        """
+        return _kicked(self, points) or self.complaint(settings, points)
 
     @property
     def arrays(self) -> dict[str, Array]:
@@ -221,6 +241,15 @@ def _section(settings, points):
         return "section_block", f"= {block}: the chain has {smallest} blocks"
     if settings["section_position"] is None:
         return "section_position", "is missing: only for the last block there is a rule"
+    return None
+
+
+def _kicked(kind, points):
+    for point in points:
+        if point.kick > 0 and not kind.kicks:
+            return "kick", f"= {point.kick:g}: kind {kind.name} has none"
+        if point.kick > 0 and point.method != "event":
+            return "kick", f"= {point.kick:g}: method {point.method} has none, only event"
     return None
 
 
@@ -474,6 +503,7 @@ SETTLING = Kind(
         ),
     ),
     lambda settings, points: None,
+    kicks=True,
 )
 
 KINDS = {kind.name: kind for kind in (SCAN, SERIES, CATALOGUE, ESCAPES, MOTION, SETTLING)}

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from beltrepro.chaos import motions, settling
+from beltrepro.datasets.kinds import KINDS
 from beltrepro.datasets.points import Point, chain, columns
 from beltrepro.simulation import catalogue, escapes, scan, simulate
 
@@ -48,7 +49,8 @@ def run(
         "motion": motions,
         "settling": settling,
     }
-    how = {name: [getattr(point, name) for point in points] for name in _HOW}
+    told = (*_HOW, "kick") if KINDS[kind].kicks else _HOW
+    how = {name: [getattr(point, name) for point in points] for name in told}
     recorded = records[kind](
         [chain(point) for point in points], **how, **settings, progress=progress
     )
