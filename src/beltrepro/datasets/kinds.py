@@ -207,6 +207,20 @@ CLOSED = Setting(
     1e-8,
 )
 
+DISTANCES = Setting(
+    "distances",
+    "",
+    "length",
+    "How far the twins of a chain are moved at first, each by one of these.",
+    {
+        "type": "array",
+        "minItems": 1,
+        "uniqueItems": True,
+        "items": {"type": "number", "exclusiveMinimum": 0, "maximum": 10},
+    },
+    [1e-12, 1e-9, 1e-6, 1e-4, 1e-2, 1.0],
+)
+
 
 def _first(*complaints):
     return next((found for found in complaints if found), None)
@@ -506,6 +520,28 @@ SETTLING = Kind(
     kicks=True,
 )
 
-KINDS = {kind.name: kind for kind in (SCAN, SERIES, CATALOGUE, ESCAPES, MOTION, SETTLING)}
+SEPARATION = Kind(
+    "separation",
+    "When runs that begin close together are first apart by each of several levels "
+    "(docs/chaos.md).",
+    (DURATION, TRANSIENT, DISTANCES),
+    (
+        Array("levels", "", "length", ("level",), "Distances, in ascending order."),
+        Array("distances", "", "length", ("twin",), "How far the twins of a chain are at first."),
+        Array(
+            "passage_time",
+            "",
+            "time",
+            (POINT, "twin", "level"),
+            "Time since the twins were moved at which one was first further away than a level; NaN "
+            "where it never was, or begins further away.",
+        ),
+    ),
+    lambda settings, points: _lengths(settings),
+    kicks=True,
+)
+
+_ALL = (SCAN, SERIES, CATALOGUE, ESCAPES, MOTION, SETTLING, SEPARATION)
+KINDS = {kind.name: kind for kind in _ALL}
 SETTINGS = {each.name: each for kind in KINDS.values() for each in kind.settings}
 """All settings of all kinds."""

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from beltrepro.chaos import motions, settling
+from beltrepro.chaos import motions, separation, settling
 from beltrepro.datasets.kinds import KINDS
 from beltrepro.datasets.points import Point, chain, columns
 from beltrepro.simulation import catalogue, escapes, scan, simulate
@@ -48,6 +48,7 @@ def run(
         "escapes": escapes,
         "motion": motions,
         "settling": settling,
+        "separation": separation,
     }
     told = (*_HOW, "kick") if KINDS[kind].kicks else _HOW
     how = {name: [getattr(point, name) for point in points] for name in told}
