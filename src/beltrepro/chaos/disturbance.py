@@ -2,13 +2,13 @@
 
 import math
 
-from beltrepro.engine.kicks import equivalent_kick
+from beltrepro.model.disturbance import equivalent_kick
 from beltrepro.simulation.points import Point
 
 # Distance between a disturbed state and that a period earlier, in units of the disturbance. On the
-# periodic orbits of five blocks the largest of some hundred is 10 to 60, while states of irregular
-# motion that belong to no orbit are 70 model lengths and more apart.
-SCATTER = 100.0
+# periodic orbits of five blocks the largest of some hundred is 10 to 60, and above 100 on the long
+# ones. States of irregular motion that belong to no orbit are 70 model lengths and more apart.
+SCATTER = 500.0
 # No more than this share of F_st, which stretches a spring by about the size of the motion. What
 # scatters more is not near any orbit.
 WIDEST = 0.15
@@ -17,9 +17,9 @@ WIDEST = 0.15
 def disturbance(point: Point) -> float:
     """Standard deviation of kicks that disturb each slip as much as it is disturbed.
 
-    By kicks as they are. By the steps of "verlet" as `engine.kicks.equivalent_kick` says. By noise
-    through the threshold: one that is larger by f lets a slip start f / 2 further on, since two
-    springs pull, and that does what a kick of f does (spring constant 1).
+    By kicks as they are, by the steps of "verlet" and by the thresholds under noise as
+    `beltrepro.model.disturbance` says. What the noise does during a slip is left out: it is less by
+    a factor of about sqrt(dt).
 
     Parameters
     ----------
