@@ -69,6 +69,15 @@ def test_runs_that_stay_below_a_level_count_with_their_time():
     assert found.standard_error[0] == pytest.approx(0.1 / np.sqrt(found.passed[0]), rel=0.1)
 
 
+def test_a_limit_is_the_rate_of_one_passage():
+    times = [[0.0, np.nan, np.nan], [0.0, 30.0, np.nan], [np.nan, np.nan, np.nan]]
+    found = finite_size_exponents([1.0, np.e, np.e**3], times, 100.0)
+    np.testing.assert_allclose(found.limit, [1 / 130, 2 / 70])
+    assert found.passed.tolist() == [1, 0]
+    nowhere = finite_size_exponents([1.0, np.e, np.e**3], [[0.0, np.nan, np.nan]], 100.0)
+    np.testing.assert_array_equal(nowhere.limit, [0.01, np.nan])
+
+
 def test_first_levels_may_be_left_out():
     """Runs that begin at several sizes: the first passage of each takes no time at all."""
     times = np.log(LEVELS / 1e-6) / 0.02

@@ -25,12 +25,16 @@ class Growth:
         By the jackknife over runs; NaN with fewer than two of them.
     passed : array (L-1,) of int
         Runs that passed from the lower level to the upper one.
+    limit : array (L-1,)
+        Exponent that one passage in the time of all runs between the two levels would give; NaN
+        where no run was watched there. Where none has passed, the exponent is hardly larger.
     """
 
     size: np.ndarray
     exponent: np.ndarray
     standard_error: np.ndarray
     passed: np.ndarray
+    limit: np.ndarray
 
 
 def finite_size_exponents(
@@ -84,6 +88,7 @@ def finite_size_exponents(
         exponent=exponent,
         standard_error=_jackknife(without),
         passed=count,
+        limit=np.where(total > 0, folds / np.where(total > 0, total, 1.0), np.nan),
     )
 
 
