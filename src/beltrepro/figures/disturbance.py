@@ -70,7 +70,7 @@ def _finish(growth, share, disorder, noise):
     disorder.set_xlim(share.get_xlim())
     for axes in (growth, share, noise):
         if axes.get_legend_handles_labels()[1]:
-            axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
+            axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
 
 
 def _draw_growth(axes, dataset):
@@ -129,7 +129,7 @@ def _draw_noise(axes, noisy, kicked, velocity, colour):
         return
     _draw_means(axes, kicked["kick"][own], kicked["disorder_parameter"][own], fmt="-", color=colour)
     for step, marker in zip(np.unique(noisy["time_step"]), style.MARKERS[2:], strict=False):
-        own = near & (noisy["time_step"] == step) & (noisy["noise"] > 0)
+        own = near & (noisy["time_step"] == step)
         label = f"$u = {velocity:g}$, $dt = {_power(step)}$"
         measured = noisy["disorder_parameter"][own]
         _draw_means(axes, noisy["noise"][own], measured, fmt=marker, label=label, **look)
