@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         exponents,
         lyapunov_spectrum,
         motions,
+        separation,
         settling,
     )
     from beltrepro.simulation import ChainState, Run, catalogue, escapes, scan, simulate
@@ -34,6 +35,7 @@ __all__ = [
     "lyapunov_spectrum",
     "motions",
     "scan",
+    "separation",
     "settling",
     "simulate",
 ]
@@ -46,6 +48,7 @@ _CHAOS = (
     "exponents",
     "lyapunov_spectrum",
     "motions",
+    "separation",
     "settling",
 )
 

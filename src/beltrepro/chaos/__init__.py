@@ -6,6 +6,7 @@ What is here uses the functions of `beltrepro.simulation` and judges what comes 
 
 from beltrepro.chaos.lyapunov import LyapunovSpectrum, exponents, lyapunov_spectrum
 from beltrepro.chaos.naming import Motion, classify, motions
+from beltrepro.chaos.parting import separation
 from beltrepro.chaos.transients import settling
 
 __all__ = [
@@ -15,5 +16,6 @@ __all__ = [
     "exponents",
     "lyapunov_spectrum",
     "motions",
+    "separation",
     "settling",
 ]

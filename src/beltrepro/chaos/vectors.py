@@ -21,6 +21,8 @@ def check_method(points: Sequence[Point]) -> None:
     for point in points:
         if point.method != METHOD:
             raise InputError(f"method = {point.method!r}: only {METHOD!r} has a tangent dynamics")
+        if point.kick > 0:
+            raise InputError(f"kick = {point.kick:g}: the kicked motion has no tangent dynamics")
 
 
 def with_vectors(
