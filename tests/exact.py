@@ -24,7 +24,7 @@ from mpmath import mp, mpf
 
 BITS = 192  # 57 decimal digits
 TAIL = 150  # binary digits of the last terms of a series
-ORDER = 48
+ORDER = 64
 ONE = 1 << BITS
 
 
@@ -88,6 +88,14 @@ class ExactChain:
             if event is not None:
                 self._apply(*event, step, root)
         return self
+
+    def flow(self):
+        """Rates of change of displacements and velocities, as two lists."""
+        pulls = [row[0] for row in _series(self)[1]]
+        ways = self.direction
+        return self.v, [
+            way and pull - way * KINETIC for pull, way in zip(pulls, ways, strict=True)
+        ]
 
     def _apply(self, what, block, sign, step, root):
         if what == "kink":
@@ -221,8 +229,7 @@ def _series(chain):
             pull = tension[i + 1] - tension[i]
             force[i].append(pull)
             friction = chain.direction[i] * KINETIC if k == 0 else 0
-            moves = (pull - friction) // ((k + 1) * (k + 2)) if chain.direction[i] else 0
-            x[i].append(moves)
+            x[i].append(chain.direction[i] and (pull - friction) // ((k + 1) * (k + 2)))
         x[0].append(0)
     return x, force, growth
 
@@ -241,7 +248,7 @@ def _linear_series(chain, growth, dy, dv):
                 tension[i] = _dot(stretch[i], growth[i][k::-1]) >> BITS
         for i in range(1, count):
             pull = tension[i + 1] - tension[i]
-            x[i].append(pull // ((k + 1) * (k + 2)) if chain.direction[i] else 0)
+            x[i].append(chain.direction[i] and pull // ((k + 1) * (k + 2)))
         x[0].append(0)
     return x
 

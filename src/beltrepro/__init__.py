@@ -13,10 +13,13 @@ if TYPE_CHECKING:
     from beltrepro.chaos import (
         LyapunovSpectrum,
         Motion,
+        PeriodicOrbit,
         classify,
+        close_orbit,
         exponents,
         lyapunov_spectrum,
         motions,
+        periodic_orbit,
     )
     from beltrepro.simulation import ChainState, Run, catalogue, escapes, scan, simulate
 
@@ -25,19 +28,32 @@ __all__ = [
     "ChainState",
     "LyapunovSpectrum",
     "Motion",
+    "PeriodicOrbit",
     "Run",
     "catalogue",
     "classify",
+    "close_orbit",
     "escapes",
     "exponents",
     "lyapunov_spectrum",
     "motions",
+    "periodic_orbit",
     "scan",
     "simulate",
 ]
 __version__ = version("beltrepro")
 
-_CHAOS = ("LyapunovSpectrum", "Motion", "classify", "exponents", "lyapunov_spectrum", "motions")
+_CHAOS = (
+    "LyapunovSpectrum",
+    "Motion",
+    "PeriodicOrbit",
+    "classify",
+    "close_orbit",
+    "exponents",
+    "lyapunov_spectrum",
+    "motions",
+    "periodic_orbit",
+)
 
 
 def __getattr__(name: str) -> Any:

@@ -49,6 +49,9 @@ class PeriodicOrbit:
         Slips of all blocks in it.
     period_returns : int
         Returns of the last block, coming down, to the mean length of the chain.
+    monodromy : array (D, D)
+        Tangent map over one period, in the coordinates of the state: displacements of all blocks,
+        then velocities of those that slip there.
     multipliers : array (2N,) of complex
         Eigenvalues of the tangent map over one period, largest modulus first. One belongs to a
         shift of time and is exactly 1. Those of directions that a stick erases are exactly 0.
@@ -63,6 +66,7 @@ class PeriodicOrbit:
     period_time: float
     period_events: int
     period_returns: int
+    monodromy: np.ndarray
     multipliers: np.ndarray
     residual: float
     disorder_parameter: float
@@ -235,6 +239,7 @@ def close_orbit(
         period_time=period_time,
         period_events=int(slips.sum()),
         period_returns=returns,
+        monodromy=matrix,
         multipliers=_multipliers(matrix, _flow(start), 2 * state.parameters.n_blocks),
         residual=residual,
         disorder_parameter=float(lengths["disorder_parameter"][0]),
