@@ -27,6 +27,7 @@ from beltrepro.simulation import Run, arguments, simulate
 from beltrepro.simulation.points import Point, Progress, integrator_of, observe
 
 _STEPS = 8  # of Newton's method, which needs two or three from a state that has come back to 1e-8
+_AT_ONCE = 1e-9  # share of the period
 _TIME_STEP = 0.001  # of no effect without noise
 _SAMPLE_INTERVAL = 0.1  # model time, about: of the samples of x_N for r
 
@@ -306,9 +307,10 @@ def _run(
 
 
 def _most_stuck(state: ChainState, period_time: float, tolerance: float | None) -> ChainState:
-    """A state within the next period in which as many blocks are stuck as ever are, at time 0.
+    """A state of the next period in which as many blocks are stuck as ever are, at time 0.
 
-    In the middle of the longest time between two events in which they are, away from the events.
+    In the middle of the longest time between two events in which they are, away from the events. A
+    state that is there already stays where it is.
     """
     state = dataclasses.replace(state, time=0.0)
     events = _run(state, period_time, tolerance=tolerance).events
@@ -318,14 +320,14 @@ def _most_stuck(state: ChainState, period_time: float, tolerance: float | None) 
             "units; equilibrium slip has no orbit of its own"
         )
     changes = np.where(events["kind"] == "stick", 1, -1)
-    stuck = np.sum(state.directions == 0) + np.concatenate([[0], np.cumsum(changes)])
-    instants = np.concatenate([[0.0], events["time"], [period_time]])
-    lasting = np.diff(instants)
+    stuck = np.sum(state.directions == 0) + np.cumsum(changes) - changes  # before each event
+    lasting = np.diff(events["time"], prepend=events["time"][-1] - period_time)
     most = stuck == stuck[lasting > 0].max()
     longest = int(np.argmax(np.where(most, lasting, -1.0)))
-    middle = float(instants[longest] + lasting[longest] / 2)
-    end = _run(state, middle, tolerance=tolerance).final_state
-    return dataclasses.replace(end, time=0.0, scheme=None)
+    middle = float(events["time"][longest] - lasting[longest] / 2)
+    if abs(middle) > _AT_ONCE * period_time:
+        state = _run(state, middle % period_time, tolerance=tolerance).final_state
+    return dataclasses.replace(state, time=0.0, scheme=None)
 
 
 def _closed(
