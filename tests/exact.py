@@ -18,6 +18,7 @@ tests/data/reference_events.json anew.
 
 import json
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import accumulate, pairwise
 from math import comb
 from operator import mul
@@ -34,6 +35,7 @@ CASES = (
     {"n_blocks": 3, "belt_velocity": 8.0, "displacement": [0.3, -0.7, 1.1], "n_events": 60},
 )
 BITS = 192  # 57 decimal digits
+FIELD = 448  # of a deviation: twice as many, and 64 for the size of the numbers
 TAIL = 150  # binary digits of the last terms of a series
 ORDER = 64
 ONE = 1 << BITS
@@ -58,17 +60,17 @@ KINETIC = THRESHOLD * fixed(0.45) >> BITS
 
 @dataclass
 class ExactChain:
-    """A chain at one instant, wall first in every list but the deviations.
+    """A chain at one instant, wall first in every list.
 
-    y, v : displacements and velocities. direction : of the slips, 0 while stuck. deviations : lists
-    of (displacements, velocities). events : (time, block from 1, "slip" or "stick") so far.
+    y, v : displacements and velocities. direction : of the slips, 0 while stuck. deviations : if
+    any are carried along. events : (time, block from 1, "slip" or "stick") so far.
     """
 
     belt: int
     y: list
     v: list
     direction: list
-    deviations: list = field(default_factory=list)
+    deviations: "Deviations | None" = None
     time: int = 0
     events: list = field(default_factory=list)
     kink: int | None = None  # spring that has just changed its branch
@@ -121,12 +123,60 @@ class ExactChain:
             self.direction[block] = way
             self.events.append((self.time, block, "slip"))
         after, before = pull - way * KINETIC, pull + way * KINETIC
-        for dy, dv in self.deviations:
-            if what == "slip":
-                rate = _value(_derivative(step.force[block]), root) << step.halvings
-                dv[block] = after * step.pull_change(block, dy, root) // rate
-            else:  # a stick, or a reversal
-                dv[block] = dv[block] * after // before if self.direction[block] else 0
+        if self.deviations is None:
+            return
+        if what == "slip":
+            rate = _value(_derivative(step.force[block]), root) << step.halvings
+            change = step.pull_change(block, self.deviations, root)
+            self.deviations.v[block] = self.deviations.times(change, (after << BITS) // rate)
+        else:  # a stick, or a reversal
+            kept = (after << BITS) // before if self.direction[block] else 0
+            self.deviations.v[block] = self.deviations.times(self.deviations.v[block], kept)
+
+
+class Deviations:
+    """Several deviations of a chain: their numbers of one block are fields of one integer.
+
+    A sum of such integers, or a product with a number, is that of all fields at once. Then what
+    reaches below the units of one field must not stay in the next.
+
+    columns : (displacements, velocities) of each deviation, wall first.
+    """
+
+    def __init__(self, columns):
+        self.count = len(columns)
+        self.y, self.v = (
+            [sum(c << FIELD * n for n, c in enumerate(row)) for row in zip(*rows, strict=True)]
+            for rows in zip(*columns, strict=True)
+        )
+
+    def columns(self):
+        """(displacements, velocities) of each deviation."""
+        shifts = range(0, FIELD * self.count, FIELD)
+        middle = 1 << FIELD - 1
+        rows = [[v + self._all(middle) for v in row] for row in (self.y, self.v)]
+        return [
+            tuple([(v >> shift) % (1 << FIELD) - middle for v in row] for row in rows)
+            for shift in shifts
+        ]
+
+    def times(self, fields, factor):
+        """The fields times a number."""
+        return self.lowered(fields * factor, BITS)
+
+    def lowered(self, fields, bits):
+        """The fields without their last bits."""
+        positive = fields + self._all(1 << FIELD - 1) >> bits
+        return (positive & self._all((1 << FIELD - bits) - 1)) - self._all(1 << FIELD - 1 - bits)
+
+    def _all(self, number):
+        """One positive number in all fields."""
+        return _in_fields(number, self.count)
+
+
+@cache
+def _in_fields(number, count):
+    return sum(number << FIELD * n for n in range(count))
 
 
 def _branch(deformation):
@@ -150,8 +200,7 @@ class _Step:
             for k in (ORDER - 3, ORDER - 2)
         ):
             self.halvings += 1
-        self.changes = [_linear_series(chain, self.growth, *each) for each in chain.deviations]
-        for rows in (self.x, self.force, self.growth, *self.changes):
+        for rows in (self.x, self.force, self.growth):
             for row in rows:
                 row[:] = [c >> self.halvings * k for k, c in enumerate(row)]
 
@@ -162,21 +211,48 @@ class _Step:
         chain.v = [_value(_derivative(row), root) << self.halvings for row in self.x]
         for i, way in enumerate(chain.direction[1:], start=1):
             chain.v[i] = chain.v[i] if way else chain.belt
-        chain.deviations = [
-            (
-                [_value(row, root) for row in change],
-                [_value(_derivative(row), root) << self.halvings for row in change],
-            )
-            for change in self.changes
-        ]
+        if chain.deviations is not None:
+            self._carry(chain.deviations, root)
 
-    def pull_change(self, block, dy, root):
+    def _carry(self, deviations, root):
+        powers = [ONE]
+        for _ in range(ORDER):
+            powers.append(powers[-1] * root >> BITS)
+        rates = [k * power << self.halvings for k, power in enumerate([0, *powers[:-1]])]
+        for i, row in enumerate(self._changes(deviations)):
+            deviations.y[i] = deviations.lowered(_dot(row, powers), BITS)
+            deviations.v[i] = deviations.lowered(_dot(row, rates), BITS)
+
+    def _changes(self, deviations):
+        """Series of the deviations of the displacements, whose tension is E times theirs."""
+        chain, count = self.chain, len(deviations.y)
+        x = [
+            [place, deviations.lowered(speed, self.halvings)]
+            for place, speed in zip(deviations.y, deviations.v, strict=True)
+        ]
+        stretch = [[] for _ in x]
+        for k in range(ORDER - 1):
+            tension = [0] * (count + 1)
+            for i in range(1, count):
+                stretch[i].append(x[i][k] - x[i - 1][k])
+                tension[i] = stretch[i][k]
+                if chain.branch[i]:
+                    total = _dot(stretch[i], self.growth[i][k::-1])
+                    tension[i] = deviations.lowered(total, BITS)
+            share = (ONE >> 2 * self.halvings) // ((k + 1) * (k + 2))
+            for i in range(1, count):
+                pull = tension[i + 1] - tension[i]
+                x[i].append(chain.direction[i] and deviations.times(pull, share))
+            x[0].append(0)
+        return x
+
+    def pull_change(self, block, deviations, root):
         """dF_ex on a block from the deviations of the displacements."""
-        change = 0
+        change, y = 0, deviations.y
         for spring, sign in ((block, -1), (block + 1, 1)):
-            if spring < len(dy):
+            if spring < len(y):
                 slope = _value(self.growth[spring], root)
-                change += sign * (slope * (dy[spring] - dy[spring - 1]) >> BITS)
+                change += sign * deviations.times(y[spring] - y[spring - 1], slope)
         return change
 
     def first_event(self, end):
@@ -243,25 +319,6 @@ def _series(chain):
             x[i].append(chain.direction[i] and (pull - friction) // ((k + 1) * (k + 2)))
         x[0].append(0)
     return x, force, growth
-
-
-def _linear_series(chain, growth, dy, dv):
-    """Coefficients of the deviations of the displacements, whose tension is E times theirs."""
-    count = len(dy)
-    x = [[place, velocity] for place, velocity in zip(dy, dv, strict=True)]
-    stretch = [[] for _ in x]
-    for k in range(ORDER - 1):
-        tension = [0] * (count + 1)
-        for i in range(1, count):
-            stretch[i].append(x[i][k] - x[i - 1][k])
-            tension[i] = stretch[i][k]
-            if chain.branch[i]:
-                tension[i] = _dot(stretch[i], growth[i][k::-1]) >> BITS
-        for i in range(1, count):
-            pull = tension[i + 1] - tension[i]
-            x[i].append(chain.direction[i] and pull // ((k + 1) * (k + 2)))
-        x[0].append(0)
-    return x
 
 
 def _dot(one, other):
