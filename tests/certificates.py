@@ -8,7 +8,6 @@ tests/test_certificates.py follows them again.
 import json
 from pathlib import Path
 
-import numpy as np
 from mpmath import mp, mpf
 
 from beltrepro import ChainParameters, periodic_orbit
@@ -139,7 +138,9 @@ def certify(orbit):
         "period_events": orbit.period_events,
         "period_time": mp.nstr(mpf(orbit.period_time), DIGITS),
         "displacements": [mp.nstr(mpf(y), DIGITS) for y in state.displacements.tolist()],
-        "relative_velocities": [mp.nstr(mpf(w), DIGITS) for w in state.relative_velocities.tolist()],
+        "relative_velocities": [
+            mp.nstr(mpf(w), DIGITS) for w in state.relative_velocities.tolist()
+        ],
         "directions": state.directions.astype(int).tolist(),
     }
     rates = mp.matrix(flow(chain_of(record)))
@@ -190,9 +191,36 @@ def largest_modulus(record):
     return max((abs(complex(float(re), float(im))) for re, im in record["multipliers"]), default=0)
 
 
+def table():
+    """The orbits of the file as a table for docs/chaos.md."""
+    lines = [
+        "| N | u | period | slips | largest multiplier besides 1 | misses itself by |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for record in sorted(records_of_file(), key=_order):
+        cells = (
+            record["n_blocks"],
+            f"{record['belt_velocity']:g}",
+            f"{float(record['period_time']):.6f}",
+            record["period_events"],
+            f"{largest_modulus(record):.2g}",
+            f"{float(record['residual']):.0e}",
+        )
+        lines.append(f"| {' | '.join(map(str, cells))} |")
+    return "\n".join(lines)
+
+
+def _order(record):
+    return record["n_blocks"], record["belt_velocity"], record["period_events"]
+
+
+def records_of_file():
+    return json.loads(DATA.read_text()) if DATA.exists() else []
+
+
 def write_certificates():
-    """Add to the file the cases that it lacks."""
-    records = json.loads(DATA.read_text()) if DATA.exists() else []
+    """Add to the file the cases that it lacks, and print the table."""
+    records = records_of_file()
     done = [tuple(record["found"].values()) for record in records]
     for case in CASES:
         if case in done:
@@ -208,7 +236,7 @@ def write_certificates():
             record = {"found": dict(zip(NAMES, case, strict=True))} | certify(orbit)
         records.append(record)
         DATA.write_text(json.dumps(records, indent=1) + "\n")
-        print(orbit, record["residual"], np.format_float_scientific(largest_modulus(record), 3))
+    print(table())
 
 
 if __name__ == "__main__":

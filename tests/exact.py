@@ -106,9 +106,7 @@ class ExactChain:
         """Rates of change of displacements and velocities, as two lists."""
         pulls = [row[0] for row in _series(self)[1]]
         ways = self.direction
-        return self.v, [
-            way and pull - way * KINETIC for pull, way in zip(pulls, ways, strict=True)
-        ]
+        return self.v, [way and pull - way * KINETIC for pull, way in zip(pulls, ways, strict=True)]
 
     def _apply(self, what, block, sign, step, root):
         if what == "kink":

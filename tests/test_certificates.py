@@ -1,8 +1,8 @@
 """The orbits of tests/data/periodic_orbits.json close with 40 digits, and attract."""
 
 import dataclasses
-import json
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from beltrepro.engine.integrator import Sampling
 from beltrepro.engine.tangent_integrator import TangentIntegrator
 from exact import ONE, Deviations, ExactChain, fixed, real
 
-RECORDS = json.loads(certificates.DATA.read_text())
+RECORDS = certificates.records_of_file()
 SHORT = 4  # slips in a period that is followed in a second
 MIDDLE = 70  # and with deviations in minutes
 CLOSED = 1e-30
@@ -71,13 +71,20 @@ def check_multipliers(record):
         rates = mp.matrix(certificates.flow(certificates.chain_of(record)))
         assert max(abs(value) for value in matrix * rates - rates) < CLOSED * max(map(abs, rates))
         found = certificates.multipliers(matrix, list(rates))
-    assert [complex(mu) for mu in found] == pytest.approx(multipliers_of(record), rel=1e-12, abs=1e-15)
+    assert [complex(mu) for mu in found] == pytest.approx(
+        multipliers_of(record), rel=1e-12, abs=1e-15
+    )
     assert all(abs(mu) < 1 for mu in found)
 
 
 def multipliers_of(record):
     """Those of the file, without the trivial and the erased ones."""
     return [complex(*map(float, parts)) for parts in record["multipliers"]]
+
+
+def test_the_page_shows_them():
+    page = Path(__file__).parent.parent / "docs" / "chaos.md"
+    assert certificates.table() in page.read_text()
 
 
 def test_there_are_twenty_of_them_of_many_kinds():

@@ -164,7 +164,7 @@ def test_an_orbit_that_does_not_attract_is_followed_to(two):
         assert (abs(orbit.largest_multiplier) > 1) == (belt_velocity < 1.24)
     assert orbit.largest_multiplier.real < -1 and orbit.exponent > 0
     assert orbit.trivial == 1  # the trivial one is not the largest
-    beside = orbit.state.moved(positions=orbit.state.positions + [0.0, 1e-3])
+    beside = orbit.state.moved(positions=orbit.state.positions + np.array([0.0, 1e-3]))
     stretch = [np.diff(beside.displacements)[0]]
     for _ in range(40):
         beside = after(beside, orbit.period_time)

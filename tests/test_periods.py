@@ -10,13 +10,14 @@ from beltrepro.analysis.periods import orbits_reached, period_quantiles, tell_or
 def made_up(rows):
     """Runs from (n_blocks, belt_velocity, state, period_time, period_events)."""
     names = ("n_blocks", "belt_velocity", "state", "period_time", "period_events")
-    arrays = {name: np.array(values) for name, values in zip(names, zip(*rows, strict=True))}
+    columns = zip(*rows, strict=True)
+    arrays = {name: np.array(values) for name, values in zip(names, columns, strict=True)}
     numbers = np.arange(len(rows))
     return arrays | {"period_returns": numbers, "disorder_parameter": numbers / 10}
 
 
 def test_runs_on_one_orbit_are_told_by_time_and_slips():
-    """Times as a recurrence finds them, to rounding; two orbits may share one of the two numbers."""
+    """Times as a recurrence finds them; two orbits may share one of the two numbers."""
     time = np.array([41.0, 20.0, np.nan, 41.0 + 1e-9, 41.0, 20.0 - 1e-9, 41.01])
     slips = np.array([18, 9, 0, 18, 19, 9, 18])
     number = tell_orbits(time, slips)

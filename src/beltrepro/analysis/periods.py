@@ -54,9 +54,9 @@ def orbits_reached(runs: Any) -> dict[str, np.ndarray]:
     Returns
     -------
     dict of arrays (O,)
-        A row for each orbit, by rising n_blocks, belt_velocity, slips and time: period_time (mean of the
-        runs), period_events, period_returns and disorder_parameter of the first run on it; runs on
-        it, and their share of all runs of this chain.
+        A row for each orbit, by rising n_blocks, belt_velocity, slips and time: period_time, mean
+        of the runs; period_events, period_returns and disorder_parameter of the first run on it;
+        runs on it, and their share of all runs of this chain.
     """
     rows = []
     for chain, arrays in _chains(runs):
