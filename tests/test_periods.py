@@ -5,6 +5,8 @@ import pytest
 
 from beltrepro import ChainParameters, motions
 from beltrepro.analysis.periods import orbits_reached, period_quantiles, tell_orbits
+from beltrepro.store import Dataset
+from beltrepro.tables import periods
 
 
 def made_up(rows):
@@ -61,6 +63,12 @@ def test_quantiles_are_those_of_the_periodic_runs():
     np.testing.assert_array_equal(found["time_50"], [30.0, np.nan, 41.0])
     np.testing.assert_array_equal(found["events_75"], [6.0, np.nan, 57.0])
     np.testing.assert_array_equal(found["longest_time"], [30.0, np.nan, 106.0])
+
+
+def test_the_table_has_a_row_for_each_orbit():
+    table = periods.derive({"survival": Dataset(RUNS, {})})
+    assert table["period_events"].tolist() == [6, 18, 57]
+    assert set(periods.ENTRY.columns) <= set(table)
 
 
 def test_no_runs_give_no_rows():

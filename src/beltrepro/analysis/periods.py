@@ -140,7 +140,7 @@ def _chains(runs: Any) -> list[tuple[dict, dict[str, np.ndarray]]]:
 
 def _closed_times(arrays: dict[str, np.ndarray]) -> np.ndarray:
     """Periods (M,), NaN for runs that are not periodic."""
-    return np.where(arrays["state"] == PERIODIC, arrays["period_time"], np.nan)
+    return np.where(arrays["state"].astype(str) == PERIODIC, arrays["period_time"], np.nan)
 
 
 def _quantile(values: np.ndarray, share: float) -> float:
