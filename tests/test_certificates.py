@@ -132,7 +132,11 @@ def test_each_attracts_by_deviations_with_forty_digits(record):
 
 @pytest.mark.parametrize(
     ("n_blocks", "belt_velocity", "until", "least"),
-    [(2, 6.0, 100.0, 20), (5, 20.0, 32.0, 20), (10, 30.0, 22.0, 20)],
+    [
+        (2, 6.0, 100.0, 20),
+        pytest.param(5, 20.0, 60.0, 50, marks=pytest.mark.slow),
+        pytest.param(10, 30.0, 45.0, 50, marks=pytest.mark.slow),
+    ],
 )
 def test_deviations_of_event_are_those_of_forty_digits(n_blocks, belt_velocity, until, least):
     """One random deviation of places and velocities, and the one along the motion."""
