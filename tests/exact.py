@@ -185,7 +185,7 @@ class _Step:
     """Series of a chain from now on, in units of the step: 1, halved until its last terms vanish.
 
     x, force, growth : displacements, F_ex and E = exp(c (dl - s dl_max)) of the springs, with s the
-    branch and c = s b; it follows from E' = c dl' E. changes : of the deviations.
+    branch and c = s b; it follows from E' = c dl' E.
     """
 
     def __init__(self, chain):
