@@ -136,6 +136,9 @@ INTEGRATORS = {
 }
 
 
+FOLLOWED = ("motion", "settling")  # kinds whose motion is judged while it is simulated
+
+
 @functools.cache
 def code_hash(*modules, without=()):
     return provenance.code_hash(*modules, without=without)
@@ -147,9 +150,12 @@ WORDS = ("beltrepro.datasets.quantities", "beltrepro.simulation.files")
 
 
 def batch_code(wildcards):
-    """Code behind a batch: its own integrator; the other one does not matter to it."""
-    method = PLAN.datasets[wildcards.dataset].batches[int(wildcards.batch)][0].method
+    """Code behind a batch: its own integrator and kind; what others use does not matter to it."""
+    dataset = PLAN.datasets[wildcards.dataset]
+    method = dataset.batches[int(wildcards.batch)][0].method
     others = [module for name, module in INTEGRATORS.items() if name != method]
+    if dataset.kind.name not in FOLLOWED:
+        others.append("beltrepro.chaos")
     return code_hash("beltrepro.datasets.running", INTEGRATORS[method], without=(*others, *WORDS))
 
 

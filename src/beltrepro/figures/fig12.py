@@ -31,7 +31,7 @@ def draw(data, caption):
     top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=(1, 0.6, 1.2))
     motions.exponents(middle, data["motion_map"], 5)
     middle.set_ylabel(motions.EXPONENT)
-    motions.legend(middle)
+    motions.legend(figure, [middle], loc="outside upper left")
     layers = panels.layers(data, "n5_rows")
     for scan, overlay in layers:
         row = sections.rows(scan, n_blocks=5, noise=0.0)

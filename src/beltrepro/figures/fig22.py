@@ -44,6 +44,8 @@ def draw(data, caption):
         motions.exponents(under, data["motion_map"], n_blocks, size=1.8)
     grid[0, 0].set_xlim(left=0)
     panels.dot_legend(figure, grid[0, 0])
+    motions.legend(figure, below, loc="outside upper left")
+    figure.align_ylabels(grid[:, 0])
     for axes in grid[-1]:
         axes.set_xlabel(panels.BELT_VELOCITY)
     for axes, label in zip(grid[:, 0], 2 * (panels.VELOCITY, motions.EXPONENT), strict=True):

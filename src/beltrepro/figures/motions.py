@@ -50,7 +50,12 @@ def exponents(axes, scan, n_blocks, *, size=2.4):
     axes.set_ylim(min(low, -0.0005), max(high, 0.002))
 
 
-def legend(axes):
-    """The names of the motions that are shown, beside the panel."""
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=7)
+def legend(figure, panels_with_motions, **place):
+    """The names of the motions that the panels show, once for the figure."""
+    found = {}
+    for axes in panels_with_motions:
+        handles, labels = axes.get_legend_handles_labels()
+        found |= dict(zip(labels, handles, strict=True))
+    names = [name for name in COLOURS if name in found]
+    if names:
+        figure.legend([found[name] for name in names], names, ncols=len(names), **place)

@@ -8,6 +8,7 @@ template of the same name beside it, NAME.html.j2. `summary` stands above the li
 from types import ModuleType
 
 from beltrepro.report.sections import (
+    chaos,
     claims,
     deviations,
     environment,
@@ -22,6 +23,7 @@ from beltrepro.report.sections import (
 SUMMARY = summary
 SECTIONS: tuple[ModuleType, ...] = (
     claims,
+    chaos,
     figures,
     integrators,
     open_points,
