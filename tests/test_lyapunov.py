@@ -14,6 +14,7 @@ from beltrepro import (
     lyapunov_spectrum,
     simulate,
 )
+from beltrepro.chaos.clocks import LaboratoryIntegrator
 from beltrepro.chaos.vectors import (
     INTERVAL,
     NO_SAMPLES,
@@ -23,6 +24,7 @@ from beltrepro.chaos.vectors import (
     standard_errors,
     with_vectors,
 )
+from beltrepro.engine.records import EVENT_FORCE, EVENT_TIME
 from beltrepro.errors import InputError
 from beltrepro.model.spring import spring_extension
 from beltrepro.observe.stuck import MostStuck
@@ -151,6 +153,58 @@ def test_growth_under_noise_is_that_of_a_deviation_left_alone():
     assert growth.sum(axis=0) * INTERVAL == pytest.approx(np.log(np.abs(sizes)), abs=1e-6)
 
 
+def test_noise_of_the_laboratory_acts_on_a_deviation_at_the_end_of_the_rest_alone():
+    """N = 1 on the linear branch: dx = c cos t + dv_0 sin t after a slip has started.
+
+    The second chain starts its slip later by s = -c/u, with the same force F_st and the noise eta
+    of that instant. So dv_0 = -(F - k + eta) s, and what the noise does later leaves dx alone.
+    """
+    speed, threshold = 3.0, 15.0
+    chain = ChainParameters(1, speed, 1.0, static_friction=threshold)
+    chains = LaboratoryIntegrator(
+        [ChainState.at_rest(chain)],
+        n_vectors=1,
+        time_step=0.05,
+        sampling=NO_SAMPLES,
+        sampled_blocks=1,
+        tolerance=1e-12,
+        noise_share=0.0,
+    )
+    chains.set_deviations(np.array([[[1.0], [0.0], [0.0]]]))
+    start, force = first_slip(chains)
+    state = chains.state()[0]
+    level, slope = state.scheme.variables["noise_force"][:, 0]
+    noise = level - slope * (state.time - start)
+    kinetic = chain.friction_ratio * threshold
+    first = (force + kinetic + noise) / speed
+    assert abs(noise) > 0.01  # a million times what is compared
+    for since in np.arange(0.1, 2.5, 0.2):
+        for _ in chains.advance(start + since):
+            pass
+        expected = np.cos(since) + first * np.sin(since), -np.sin(since) + first * np.cos(since)
+        assert chains.deviations()[0, :, 0] == pytest.approx([*expected, 0.0], abs=1e-8)
+    assert chains.state()[0].directions == [-1]
+
+
+def first_slip(chains):
+    """Advance until a block slips; the instant, and the force on it."""
+    while True:
+        for chunk in chains.advance(chains.time + 0.05):
+            if chunk.event_count[0]:
+                return chunk.events[0, 0, EVENT_TIME], chunk.events[0, 0, EVENT_FORCE]
+
+
+@pytest.mark.slow
+def test_under_noise_of_the_laboratory_the_phase_has_an_exponent_above_zero():
+    """N = 5, u = 7: 0.00022 ± 0.00003 at sigma = 1.5, where twins in such noise part as well."""
+    chain, settings = ChainParameters(5, 7.0, 1.5), {"duration": 60000, "transient": 10000}
+    found = lyapunov_spectrum(chain, n_exponents=2, noise_clock="laboratory", **settings)
+    assert found.trivial is None
+    assert found.exponents[0] > 3 * found.standard_error[0]
+    assert abs(found.exponents[0] - 0.00022) < 4 * found.standard_error[0] < 0.00022
+    assert found.exponents[1] < -10 * found.standard_error[1]
+
+
 def test_under_noise_the_largest_exponent_of_five_blocks_is_the_trivial_one():
     """Of seven blocks it is above zero, as without noise."""
     settings = {"duration": 20000, "transient": 4000, "n_exponents": 2}
@@ -268,6 +322,7 @@ def test_the_trivial_exponent_may_not_be_among_those_asked_for():
         ({"method": "euler"}, "method = 'euler': allowed are verlet, event"),
         ({"transient": 10}, "transient = 10: must be at least 0 and less than duration = 10"),
         ({"initial_spread": 0}, "initial_spread = 0: without noise all runs would be the same"),
+        ({"noise_clock": "wall"}, "noise_clock = 'wall': allowed are rest, laboratory"),
         ({"replicate": []}, "replicate = []: at least one is needed"),
         ({"replicate": [1, 1]}, r"replicate = [1, 1]: at least one is needed, and none twice"),
         ({"parameters": "chain"}, "parameters = 'chain': a ChainParameters is needed"),
