@@ -39,7 +39,23 @@ _INTEGRATORS = {REST: TangentIntegrator, LABORATORY: LaboratoryIntegrator}
 
 
 def integrator_by(noise_clock: str) -> type[TangentIntegrator]:
-    """The integrator for a clock of the noise."""
+    """The integrator for a clock of the noise.
+
+    Parameters
+    ----------
+    noise_clock : str
+        "rest" or "laboratory".
+
+    Returns
+    -------
+    type
+        Of chains with deviations.
+
+    Raises
+    ------
+    InputError
+        It is another word.
+    """
     if noise_clock not in _INTEGRATORS:
         allowed = ", ".join(_INTEGRATORS)
         raise InputError(f"noise_clock = {noise_clock!r}: allowed are {allowed}")
