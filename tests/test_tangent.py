@@ -150,7 +150,7 @@ def test_twins_under_noise_that_are_left_alone_stay_where_their_deviations_are(b
     apart_now = (now[pairs:] - now[:pairs]) / apart
     carried = chains.deviations()[:pairs, :-1, 0]
     size = np.abs(carried).max(axis=1)
-    assert np.all(np.abs(apart_now - carried).max(axis=1) < 0.02 * size)
+    assert np.all(np.abs(apart_now - carried).max(axis=1) < 0.01 * size)
 
 
 def test_one_block_forgets_at_each_stick():
