@@ -1,38 +1,23 @@
-"""Exact dynamics without noise (Sec. III, sigma = 0), in two slow ways.
+"""Exact dynamics without noise (Sec. III, sigma = 0) in double precision, in a slow way.
 
-`exact_events` follows a chain with 40 digits and finds the first root of every event function by
-Bernstein subdivision. `event_reference` does it in double precision, with NumPy, and brackets the
-roots between the critical points. In both, the motion is a Taylor series between two events, on
+`event_reference` follows a chain with NumPy. The motion is a Taylor series between two events, on
 which every event function is a polynomial that is positive until its event:
 
 - d v_r for a block slipping in direction d (end of slip: "stick");
 - F_st - F_ex and F_st + F_ex for a stuck block ("slip" in direction +1 or -1);
 - the distance of a spring's deformation from the end of its branch, |dl| = dl_max ("kink").
 
-Positions are displacements y_i = x_i - 50 i in the laboratory frame; the wall is y_0 = 0. The
-parameters are the doubles nearest to those of Sec. III. `python tests/reference.py` writes
-tests/data/reference_events.json anew.
+Roots are bracketed between the critical points. Positions are displacements y_i = x_i - 50 i in the
+laboratory frame; the wall is y_0 = 0. With 40 digits: tests/exact.py.
 """
 
-import json
 from itertools import pairwise
-from math import comb, copysign, inf, nan
-from pathlib import Path
+from math import copysign, inf, nan
 
 import numpy as np
-from mpmath import mp, mpf
 
 LIMIT, COMPRESSION, EXTENSION = 20.0, 0.2, 0.01
 THRESHOLD, RATIO = 71.4, 0.45
-
-DATA = Path(__file__).parent / "data" / "reference_events.json"
-CASES = (
-    {"n_blocks": 5, "belt_velocity": 20.0, "displacement": [0.0] * 5, "n_events": 60},
-    {"n_blocks": 10, "belt_velocity": 30.0, "displacement": [0.0] * 10, "n_events": 60},
-    {"n_blocks": 1, "belt_velocity": 1.0, "displacement": [0.0], "n_events": 6},
-    {"n_blocks": 5, "belt_velocity": 1.0, "displacement": [0.0] * 5, "n_events": 60},
-    {"n_blocks": 3, "belt_velocity": 8.0, "displacement": [0.3, -0.7, 1.1], "n_events": 60},
-)
 
 
 def _value(coefficients, at):
@@ -44,156 +29,6 @@ def _value(coefficients, at):
 
 def _derivative(coefficients):
     return [k * c for k, c in enumerate(coefficients)][1:]
-
-
-# --- 40 digits ---
-
-
-def exact_events(
-    n_blocks, belt_velocity, displacement, n_events, *, digits=40, order=30, longest=0.1
-):
-    """First events of a chain whose blocks are all stuck at t = 0, in arbitrary precision.
-
-    displacement : (N,) displacements at t = 0.
-    digits, order, longest : of the numbers, of the series, step (100 times longer in full stick).
-
-    Returns
-    -------
-    events : list of (time as mpf, block from 1, "slip" or "stick").
-    y, v : displacements and velocities of the blocks at the last event, lists of mpf.
-    """
-    with mp.workdps(digits):
-        belt, threshold, time = mpf(belt_velocity), mpf(THRESHOLD), mpf(0)
-        y = [mpf(0)] + [mpf(start) for start in displacement]
-        v = [mpf(0)] + [belt] * n_blocks
-        direction = [0] * (n_blocks + 1)
-        branch = [0] + [_branch(after - before) for before, after in pairwise(y)]
-        events, kink = [], None
-        while len(events) < n_events:
-            x, force = _series(y, v, direction, branch, order)
-            step = mpf(longest) * (1 if any(direction) else 100)
-            last = max(abs(c) for f in force for c in f[-2:])
-            while last * step ** (order - 3) > mpf(10) ** -digits:
-                step /= 2
-            functions = _event_functions(x, force, direction, branch, belt, threshold, kink)
-            roots = [
-                (_first_root([c * step**k for k, c in enumerate(function)]), *event)
-                for *event, function in functions
-            ]
-            root, what, block, sign = min(roots)
-            elapsed = min(root, 1) * step
-            time += elapsed
-            y = [_value(c, elapsed) for c in x]
-            v = [_value(_derivative(c), elapsed) for c in x]
-            kink = block if root <= 1 and what == "kink" else None
-            if root > 1:
-                continue
-            if what == "kink":
-                branch[block] = sign
-            elif what == "slip":
-                direction[block] = sign
-                events.append((time, block, "slip"))
-            else:
-                pull = _value(force[block], elapsed)
-                v[block], direction[block] = belt, 0
-                events.append((time, block, "stick"))
-                if abs(pull) >= threshold:
-                    direction[block] = int(mp.sign(pull))
-                    events.append((time, block, "slip"))
-        return events[:n_events], y[1:], v[1:]
-
-
-def _branch(deformation):
-    return 0 if abs(deformation) <= LIMIT else int(mp.sign(deformation))
-
-
-def _series(y, v, direction, branch, order):
-    """Coefficients of the displacements (to `order`) and of F_ex (to order - 2), wall first.
-
-    E = exp(c (dl - s dl_max)), with s the branch and c = s b, follows from E' = c dl' E.
-    """
-    x = [[place, velocity] for place, velocity in zip(y, v, strict=True)]
-    force = [[mpf(0)] * (order - 1)] + [[] for _ in y[1:]]
-    rate = [s * mpf(COMPRESSION if s < 0 else EXTENSION) for s in branch]
-    growth, weighted = [[] for _ in y], [[] for _ in y]  # E_k and c k dl_k
-    for k in range(order - 1):
-        tension = [mpf(0)] * (len(y) + 1)
-        for i in range(1, len(y)):
-            stretch = x[i][k] - x[i - 1][k]
-            if branch[i] == 0:
-                tension[i] = stretch
-                continue
-            if k == 0:
-                growth[i].append(mp.exp(rate[i] * (stretch - branch[i] * LIMIT)))
-                tension[i] = branch[i] * LIMIT + (growth[i][0] - 1) / rate[i]
-            else:
-                weighted[i].append(rate[i] * k * stretch)
-                growth[i].append(mp.fdot(weighted[i], growth[i][::-1]) / k)
-                tension[i] = growth[i][k] / rate[i]
-        for i, heading in enumerate(direction[1:], start=1):
-            force[i].append(tension[i + 1] - tension[i])
-            friction = heading * mpf(RATIO) * mpf(THRESHOLD) if k == 0 else 0
-            x[i].append((force[i][k] - friction) / ((k + 1) * (k + 2)) if heading else mpf(0))
-        x[0].append(mpf(0))
-    return x, force
-
-
-def _event_functions(x, force, direction, branch, belt, threshold, kink):
-    """(event, block or spring, new direction or branch, coefficients) of all event functions."""
-    for i in range(1, len(x)):
-        if direction[i]:
-            first, *rest = _derivative(x[i])
-            yield "stick", i, 0, [direction[i] * c for c in (first - belt, *rest)]
-        else:
-            for sign in (-1, 1):
-                first, *rest = (-sign * c for c in force[i])
-                yield "slip", i, sign, [first + threshold, *rest]
-        stretch = [after - before for before, after in zip(x[i - 1], x[i], strict=True)]
-        for end in (-1, 1) if branch[i] == 0 else (branch[i],):
-            outward = 1 if branch[i] == 0 else -1
-            first, *rest = (-outward * end * c for c in stretch)
-            at_end = i == kink and end * stretch[0] > 0
-            distance = mpf(0) if at_end else first + outward * LIMIT
-            yield "kink", i, end if branch[i] == 0 else 0, [distance, *rest]
-
-
-def _first_root(coefficients):
-    """First root in [0, 1], apart from one at 0 from which the polynomial rises; 2 if none.
-
-    The signs of the Bernstein coefficients on an interval change as often as there are roots, or
-    more often by an even number: no change excludes a root, one proves one, more ask for halving.
-    """
-    while coefficients and coefficients[0] == 0:
-        coefficients = coefficients[1:]
-    if not coefficients or coefficients[0] > sum(map(abs, coefficients[1:])):
-        return 2
-    if coefficients[0] < 0:
-        return mpf(0)
-    n = len(coefficients) - 1
-    bernstein = [c / comb(n, k) for k, c in enumerate(coefficients)]  # forward differences
-    for k in range(n, 0, -1):
-        for j in range(k, n + 1):
-            bernstein[j] += bernstein[j - 1]
-    pieces = [(mpf(0), mpf(1), bernstein)]
-    while pieces:
-        left, width, bernstein = pieces.pop()
-        changes = sum((a > 0) != (b > 0) for a, b in pairwise(bernstein))
-        if changes == 1 or (changes and width < 10 * mp.eps):
-            while width > mp.eps:
-                width /= 2
-                left += width if _value(coefficients, left + width) > 0 else 0
-            return left + width
-        if changes:
-            first, second = [], []
-            while bernstein:
-                first.append(bernstein[0])
-                second.append(bernstein[-1])
-                bernstein = [(a + b) / 2 for a, b in pairwise(bernstein)]
-            pieces += [(left + width / 2, width / 2, second[::-1]), (left, width / 2, first)]
-    return 2
-
-
-# --- double precision ---
 
 
 def event_reference(n_blocks, belt_velocity, displacement, duration, *, longest=0.05, order=20):
@@ -334,24 +169,3 @@ def _crossings64(coefficients):
                 right = middle
         crossings.append(right)
     return crossings
-
-
-def write_reference():
-    """Write the events of `CASES`, with the state at the last event, to tests/data."""
-    records = []
-    for case in CASES:
-        events, y, v = exact_events(**case)
-        records.append(
-            {
-                **case,
-                "events": [(float(time), block, kind) for time, block, kind in events],
-                "positions": [float(50 * i + place) for i, place in enumerate(y, start=1)],
-                "velocities": [float(velocity) for velocity in v],
-            }
-        )
-    DATA.parent.mkdir(exist_ok=True)
-    DATA.write_text(json.dumps(records, indent=1) + "\n")
-
-
-if __name__ == "__main__":
-    write_reference()

@@ -50,7 +50,6 @@ def scan(**arrays):
 def test_periods_of_the_logistic_map(rate, period):
     orbit = logistic(rate, 120)
     assert sections.find_period(orbit, tolerance=1e-4) == period
-    assert sections.count_distinct(orbit, tolerance=1e-4) == period
 
 
 def test_chaos_and_quasi_periodic_motion_have_no_period():
@@ -76,14 +75,6 @@ def test_the_0_1_test_tells_chaos_from_regular_motion():
     assert abs(sections.zero_one_test(logistic(3.5, 400))) < 0.2
     rotation = np.cos(2 * np.pi * 0.618034 * np.arange(400))
     assert sections.zero_one_test(rotation) < 0.2
-
-
-def test_a_transient_before_a_period_is_found():
-    values = np.concatenate([50 * logistic(4.0, 60), np.tile([10.0, 20.0, 40.0], 40)])
-    onset, period = sections.onset_of_recurrence(values)
-    assert period == 3
-    assert 57 <= onset <= 60
-    assert sections.onset_of_recurrence(50 * logistic(4.0, 200)) == (200, 0)
 
 
 def test_occupied_share_of_lines_and_bands():
@@ -276,9 +267,8 @@ def test_states_of_points():
     ]
 
 
-def test_windows_and_diversity():
+def test_diversity():
     labels = np.array([states.PERIODIC, states.CHAOTIC, states.PERIODIC, states.PERIODIC])
-    assert states.periodic_windows(labels) == 2
     assert states.diversity(labels) == pytest.approx(0.8113, abs=1e-4)
     assert states.diversity(np.array([states.CHAOTIC] * 4)) == 0
     assert np.isnan(states.diversity(np.array([states.UNDECIDED])))

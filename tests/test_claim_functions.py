@@ -1,107 +1,15 @@
 """Each claim function on a few made-up numbers: values, errors, counts, both sides of checks."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy import stats
 
-from beltrepro.analysis import avalanches, dimension, lifetimes, spectra, states
+from beltrepro.analysis import avalanches, spectra
 from beltrepro.analysis.errors import NotEnoughDataError
-from beltrepro.analysis.transitions import Transition
-from beltrepro.claims import load_ledger
-from beltrepro.claims.evidence import Cut
-from beltrepro.claims.measuring import REGISTRY  # filled by the modules of the sections
 from beltrepro.model import ChainParameters, spring, units
-
-LEDGER = load_ledger()
-LAW = {
-    "static_friction": 71.4,
-    "friction_ratio": 0.45,
-    "rest_length": 50.0,
-    "linear_limit": 20.0,
-    "compression_rate": 0.2,
-    "extension_rate": 0.01,
-}
-LABELS = {
-    "c": states.CHAOTIC,
-    "p": states.PERIODIC,
-    "q": states.QUASI_PERIODIC,
-    "s": states.CONTINUOUS,
-    "i": states.INTERMITTENT,
-    "t": states.TRANSIENT,
-    "u": states.UNDECIDED,
-}
-
-
-def cut(belt_velocity=(), *, labels=None, fall=None, rise=None, transient=2e5, **arrays):
-    """A row or column with these points; states, one letter each, and transitions as given."""
-    u = np.array(belt_velocity, dtype=float)
-    names = {"disorder": "disorder_parameter", "velocities": "section_velocity"}
-    points = {"belt_velocity": u, "noise": np.zeros(u.size), "disorder_parameter": np.ones(u.size)}
-    points |= {names.get(name, name): np.array(values) for name, values in arrays.items()}
-    made = Cut(points, transient, 4e5)
-    if labels is not None:
-        made.__dict__["states"] = np.array([LABELS[letter] for letter in labels])
-    made.__dict__["transition"] = fall
-    made.__dict__["noise_transition"] = rise
-    return made
-
-
-class Stub:
-    """Evidence of made-up rows by (N, sigma), columns by (N, u), tables and datasets by name."""
-
-    laminar_time = 200.0
-
-    def __init__(self, name, **given):
-        self.claim = LEDGER[name]
-        self.settings = {"model": LAW}
-        self.rows, self.columns, self.tables, self.datasets, self.phases = (
-            given.pop(kind, {}) for kind in ("rows", "columns", "tables", "datasets", "phases")
-        )
-        assert not given
-
-    def row(self, n_blocks, noise, *, scan=None, settled=True):
-        return self.rows[(n_blocks, noise) if scan is None else (scan, noise)]
-
-    def column(self, scan, n_blocks, belt_velocity, *, settled=True):
-        return self.columns[n_blocks, float(belt_velocity)]
-
-    def table(self, scan, *, settled=True):
-        return self.tables[scan]
-
-    def dataset(self, name):
-        return self.datasets[name]
-
-    def has(self, name):
-        return name in self.datasets
-
-    def values(self, scan, name):
-        return np.unique(self.dataset(scan).arrays[name])
-
-    def laminar_phases(self, name, *, shortest=0.0):
-        return self.phases[name]
-
-
-def measured(name, reading=None, **given):
-    """Measurement of a claim from made-up evidence."""
-    found = REGISTRY[name](Stub(name, **given))
-    return found if reading is None else found[reading]()
-
-
-def passed(measurement):
-    """Which checks pass, as 1 and 0 in their order."""
-    return [int(check) for check in measurement.checks.values()]
-
-
-def transition(lower, upper, critical=None, *, error=0.5, high=0.12, low=0.02, n=10, found=True):
-    critical = (lower + upper) / 2 if critical is None else critical
-    return Transition(lower, upper, critical, high, low, found, error, 0.003, 0.004, n)
-
-
-def data(arrays=None, **attributes):
-    return SimpleNamespace(arrays=arrays or {}, attributes=attributes)
+from made_up import LAW, REGISTRY, Stub, cut, data, measured, passed, transition
 
 
 def events(rows):
@@ -427,34 +335,6 @@ def test_the_error_of_a_density_exponent_is_the_spread_over_chains_where_there_a
     assert few.uncertainty == exponent(seven["start_position"]).exponent_error
 
 
-def test_the_section_points_leave_out_the_coordinate_that_the_section_fixes(monkeypatch):
-    rng = np.random.default_rng(4)
-    points = np.zeros(1200, [("positions", "f8", (3,)), ("velocities", "f8", (3,))])
-    points["positions"], points["velocities"] = rng.random((2, 1200, 3))
-    points["velocities"][:400, 2] = 1.0  # stuck
-    made = data({"section": points}, belt_velocity=1.0)
-    seen = []
-
-    def record(coordinates):
-        seen.append(coordinates)
-        nothing = np.zeros(0)
-        return dimension.DimensionFit(1.5, 0.1, 2.0, 3.0, len(coordinates), nothing, nothing)
-
-    monkeypatch.setattr(dimension, "correlation_dimension", record)
-    readings = REGISTRY["poincare"](Stub("poincare", datasets={"slips_u1": made}))
-    found = [reading() for reading in readings.values()]
-    x, v = points["positions"], points["velocities"]
-    state = np.column_stack([x[:, 0], x[:, 2], v])
-    np.testing.assert_array_equal(seen[0], state)
-    np.testing.assert_array_equal(seen[1], state[400:])
-    np.testing.assert_array_equal(seen[2], np.column_stack([x[400:, 2], v[400:, 2]]))
-    assert [each.sample_size for each in found] == [1200, 800, 800]
-    assert (found[0].value, found[0].uncertainty) == (1.5, 0.1) and "2 to 3" in found[0].note
-    few = data({"section": points[:999]}, belt_velocity=1.0)
-    with pytest.raises(NotEnoughDataError, match="999 section points, 1000 are needed"):
-        measured("poincare", datasets={"slips_u1": few})
-
-
 CYCLE = np.tile([1.0, 5.0, 9.0], 10)
 
 
@@ -475,21 +355,6 @@ def test_the_period_at_u7(velocities, last_stick, period, checks):
     found = measured("u7-periodic", columns={(5, 7.0): column})
     assert found.value == {"period in crossings": period, "r": 0.06}
     assert passed(found) == checks and found.sample_size == 30
-
-
-def test_aperiodic_motion_at_u15():
-    orbit = [0.3]
-    for _ in range(299):
-        orbit.append(4 * orbit[-1] * (1 - orbit[-1]))
-    chaotic, cycle = 100 * np.array(orbit), np.tile([1.0, 5.0, 9.0], 100)
-    row = cut([14.0, 14.8, 30], velocities=[cycle, chaotic, cycle])
-    found = measured("u15-aperiodic", rows={(5, 0.0): row})
-    assert passed(found) == [1, 1] and found.sample_size == 300
-    assert found.value["K of the 0-1 test"] > 0.8
-    row = cut([14.8, 15.25], velocities=[cycle, cycle])
-    assert passed(measured("u15-aperiodic", rows={(5, 0.0): row})) == [0, 0]
-    with pytest.raises(NotEnoughDataError, match="no point within"):
-        measured("u15-aperiodic", rows={(5, 0.0): cut([14.7, 15.3], velocities=[cycle, cycle])})
 
 
 def escapes(lifetime, escaped, *, u=20.0, sticks=0.0, duration=9000.0):
@@ -553,34 +418,6 @@ def test_the_single_run_at_u20(last, duration, checks):
     assert found.value == {"last stick": last} and passed(found) == checks
 
 
-def test_shares_of_unsettled_points():
-    u = [17.9, 18, *range(20, 29), 50, 50.1]
-    row = cut(u, labels="ccsssssspiupc")
-    found = measured("no-permanent-chaos", rows={(5, 0.0): row})
-    assert (found.value, found.sample_size) == (0.2, 10)
-    assert found.uncertainty == pytest.approx(math.sqrt(0.2 * 0.8 / 10))
-    counts = "1 chaotic, 6 continuous slip, 1 intermittent, 2 periodic stick-slip"
-    assert found.note == counts
-    with pytest.raises(NotEnoughDataError, match="9 points in 18 <= u <= 50"):
-        measured("no-permanent-chaos", rows={(5, 0.0): cut(u[:-2], labels="ccsssssspiu")})
-    with pytest.raises(NotEnoughDataError, match="20% of the points are chaotic"):
-        short = cut(u, labels="ccsssssspiupc", transient=99_999.0)
-        measured("no-permanent-chaos", rows={(5, 0.0): short})
-
-
-@pytest.mark.parametrize(
-    ("labels", "share", "windows", "checks"),
-    [("pcccpccppssssp", 5 / 12, 2, [0, 1]), ("pccccccpsssssp", 0.5, 1, [1, 1]),
-     ("pccccccssssssp", 0.5, 0, [1, 0])],
-)  # fmt: skip
-def test_bands_and_windows_up_to_u15(labels, share, windows, checks):
-    u = [0.9, *np.linspace(1, 15, 12), 15.1]
-    row = cut(u, labels=labels)
-    found = measured("bifurcation-sigma0", rows={(5, 0.0): row})
-    assert found.value == {"chaotic share": pytest.approx(share), "periodic windows": windows}
-    assert passed(found) == checks and found.sample_size == 12
-
-
 def test_the_jump_of_r():
     row = cut([1.0], fall=transition(15, 18, 16, error=0.7, high=0.12, low=0.02, n=33))
     jump = measured("r-jump", rows={(5, 0.0): row})
@@ -615,61 +452,6 @@ def test_outliers_beyond_the_transition(disorder, labels, counts, checks):
     for other, message in ((lost, "no transition found"), (cut(u[:4], fall=lost), "3 points")):
         with pytest.raises(NotEnoughDataError, match=message):
             measured("outliers", rows={(5, 0.0): other})
-
-
-def lifetimes_by(tau):
-    """Ten members for each u of tau that all escape at its tau."""
-    u = np.repeat(list(tau), 10)
-    arrays = {
-        "belt_velocity": u,
-        "lifetime": np.repeat(list(tau.values()), 10).astype(float),
-        "escaped": np.full(u.size, True),
-    }
-    return {"lifetimes": data(arrays, duration=20_000.0)}
-
-
-@pytest.mark.parametrize(
-    ("tau", "checks"),
-    [
-        ({18.0: 1000, 21: 800, 25: 500, 30: 300, 35: 300}, [1, 1, 1]),
-        ({18.0: 1000, 21: 799, 25: 500, 30: 300, 35: 300}, [0, 1, 1]),
-        ({18.0: 9999, 21: 9999, 25: 500, 30: 300, 35: 300}, [1, 1, 1]),
-        ({18.0: 10_000, 21: 9999, 25: 500, 30: 300, 35: 300}, [1, 1, 0]),
-        ({18.0: 300, 21: 2000, 25: 100, 30: 350, 35: 200}, [1, 0, 1]),
-    ],
-)
-def test_lifetimes_against_u(tau, checks):
-    found = measured("transient-lifetime", datasets=lifetimes_by(tau))
-    near, far = [tau[18.0], tau[21]], [tau[30], tau[35]]
-    assert found.value["tau, u = 18 to 21"] == pytest.approx(np.mean(near))
-    assert found.value["tau, u = 30 to 35"] == pytest.approx(np.mean(far))
-    rank = stats.spearmanr(list(tau), list(tau.values())).statistic
-    assert found.value["rank correlation"] == pytest.approx(rank)
-    # tau/sqrt(10) each, joined over two velocities
-    error = math.hypot(*near) / math.sqrt(10) / 2
-    assert found.uncertainty["tau, u = 18 to 21"] == pytest.approx(error)
-    assert found.uncertainty["tau, u = 30 to 35"] == pytest.approx(
-        math.hypot(*far) / math.sqrt(10) / 2
-    )
-    assert found.sample_size == 50 and passed(found) == checks
-    longest = max(tau, key=tau.get)
-    assert f"longest {tau[longest]:.3g} at u = {longest:g}" in found.note
-
-
-def test_lifetimes_unknown_at_one_velocity_are_left_out():
-    made = lifetimes_by({18.0: 1000, 19: 1.0, 21: 800, 25: 500, 30: 300, 35: 200})
-    arrays = made["lifetimes"].arrays
-    arrays["escaped"][10:18] = False
-    found = measured("transient-lifetime", datasets=made)
-    assert found.value["tau, u = 18 to 21"] == 900 and found.sample_size == 60
-    assert passed(found) == [1, 1, 0]
-    few = lifetimes_by({18.0: 1000, 21: 800, 30: 300, 35: 300})
-    with pytest.raises(NotEnoughDataError, match="lifetimes at 4 belt velocities"):
-        measured("transient-lifetime", datasets=few)
-    for tau in (dict.fromkeys(range(18, 30), 900.0), dict.fromkeys(range(22, 36), 900.0)):
-        with pytest.raises(NotEnoughDataError, match="on one side"):
-            measured("transient-lifetime", datasets=lifetimes_by(tau))
-    assert lifetimes.ATTRACTORS[0] == lifetimes.STICK_SLIP
 
 
 # --- with noise -----------------------------------------------------------------------------------
@@ -794,33 +576,55 @@ def test_critical_velocities_against_noise(critical, error, checks):
         measured("uc-of-sigma", "map", rows=rows, datasets=two)
 
 
-def test_the_rise_at_u7():
-    rise = transition(0.6, 1.1, 0.8, error=0.1, high=0.12, low=0.06, n=21)
-    found = measured("sigma-c-u7", columns={(5, 7.0): cut(rise=rise)})
-    assert (found.value, found.uncertainty, found.sample_size) == (0.8, 0.1, 21)
-    assert "from 0.06 to 0.12" in found.note and "between 0.6 and 1.1" in found.note
+def noisy_motion(exponents, *, runs=8, n_blocks=5, u=7.0):
+    """Runs with exponents of one standard error of 1e-4 about the given means by noise."""
+    scatter = np.tile([-1.0, 1.0], runs)[:runs]
+    scatter *= 1e-4 / stats.sem(scatter)
+    noise = np.repeat(list(exponents), runs)
+    arrays = {
+        "n_blocks": np.full(noise.size, n_blocks),
+        "belt_velocity": np.full(noise.size, u),
+        "noise": noise,
+        "largest_exponent": np.repeat(list(exponents.values()), runs)
+        + np.tile(scatter, len(exponents)),
+    }
+    return arrays
 
 
 @pytest.mark.parametrize(
-    ("before", "repeats", "checks"),
-    [(10, True, [1, 1]), (9, True, [1, 0]), (10, False, [0, 0])],
+    ("exponents", "met"),
+    [
+        ({0.5: 0.0, 0.8: 3.1e-4, 1: 3.1e-4, 2.2: 2.9e-4, 2.3: 0.0}, 1),
+        ({0.5: 9e-4, 0.8: 3.1e-4, 1: 2.9e-4, 1.5: 9e-4, 2.2: -9e-4, 2.3: 9e-4}, 0),  # half
+        ({0.79: 9e-4, 0.8: 0.0, 2.2: 0.0, 2.21: 9e-4}, 0),
+    ],
 )
-def test_the_transient_at_u7(before, repeats, checks):
-    rng = np.random.default_rng(6)
-    tail = np.tile([600.0, 610, 640], 20) if repeats else rng.uniform(600, 700, 60)
-    # the last of what comes before must not fit into the cycle by chance
-    place = np.concatenate([700 + 9.0 * np.arange(before), tail])
-    rows = [(3.0 * k + 1, 5, "stick", x) for k, x in enumerate(place)]
-    rows += [(3.0 * k + 2, 5, "slip", 1e9) for k in range(place.size)]
-    series = data({"events": events(sorted(rows))}, n_blocks=5)
-    found = measured("u7-transient-chaos", datasets={"u7": series})
-    assert passed(found) == checks and found.sample_size == place.size
-    if repeats:
-        assert found.value == {
-            "sticks before it repeats": before, "time": 3.0 * before + 1, "period": 3
-        }  # fmt: skip
-    else:
-        assert found.value["time"] == 3.0 * (place.size - 1) + 1
+def test_the_rise_at_u7(exponents, met):
+    rise = transition(0.6, 1.1, 0.8, error=0.1, high=0.12, low=0.06, n=21)
+    other = [noisy_motion({1.0: -1.0}, u=16.0), noisy_motion({1.0: 1.0}, n_blocks=6)]
+    parts = [noisy_motion(exponents), *other]
+    made = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    given = {"columns": {(5, 7.0): cut(rise=rise)}, "datasets": {"noisy_motion": data(made)}}
+    found = measured("sigma-c-u7", **given)
+    assert (found.value, found.uncertainty, found.sample_size) == (0.8, 0.1, 21)
+    assert "from 0.06 to 0.12" in found.note and "between 0.6 and 1.1" in found.note
+    assert passed(found) == [met]
+    assert f"{exponents[2.2]:.2g} +- 0.0001 at 2.2" in found.note and "at 0.5" not in found.note
+
+
+def test_the_rise_at_u7_needs_exponents_beyond_it():
+    def at(noise, rise, runs=8):
+        made = noisy_motion(dict.fromkeys(noise, 1.0), runs=runs)
+        columns = {(5, 7.0): cut(rise=rise)}
+        return measured("sigma-c-u7", columns=columns, datasets={"noisy_motion": data(made)})
+
+    rise = transition(0.6, 1.1, 0.8)
+    with pytest.raises(NotEnoughDataError, match=r"no exponent between sigma = 0.8 and 2.2"):
+        at([0.5, 5.0], rise)
+    with pytest.raises(NotEnoughDataError, match="7 runs at a noise level, 8 are needed"):
+        at([1.0], rise, runs=7)
+    flat = at([1.0], transition(math.nan, math.nan, math.nan, found=False))
+    assert math.isnan(flat.value) and passed(flat) == [0]
 
 
 @pytest.mark.parametrize(
@@ -1161,68 +965,6 @@ def test_rises_against_n(contrast, checks):
 
 
 @pytest.mark.parametrize(
-    ("labels", "fall", "checks"),
-    [
-        ("p" * 20, transition(1, 2, found=False), [1, 1]),
-        ("p" * 18 + "qs" + "c", transition(1, 2, found=False), [1, 1]),
-        ("p" * 19 + "c" + "u", transition(1, 2, error=2.0), [1, 1]),
-        ("p" * 18 + "i" + "tu", transition(1, 2, error=2.0), [0, 1]),
-        ("p" * 19 + "c" + "u", transition(1, 2, error=1.9), [1, 0]),
-    ],
-)
-def test_small_chains_are_regular(labels, fall, checks):
-    row = cut(np.arange(len(labels)), labels=labels, fall=fall)
-    plain = cut(np.arange(20), labels="p" * 20, fall=transition(1, 2, found=False))
-    found = measured("small-n-regular", rows={(2, 0.0): row, (3, 0.0): plain, (4, 0.0): plain})
-    named = [letter for letter in labels if letter not in "ut"]
-    share = sum(letter in "ci" for letter in named) / len(named)
-    assert found.value["N = 2, chaotic share"] == pytest.approx(share)
-    assert passed(found) == [*checks, 1, 1, 1, 1] and found.sample_size == len(named) + 40
-
-
-def test_small_chains_need_named_states_and_a_long_transient():
-    row = cut(np.arange(12), labels="p" * 7 + "uuttu", fall=transition(1, 2))
-    with pytest.raises(NotEnoughDataError, match="7 points with a state"):
-        measured("small-n-regular", rows={(2, 0.0): row})
-    row = cut(np.arange(12), labels="p" * 10 + "cc", fall=transition(1, 2), transient=5e4)
-    with pytest.raises(NotEnoughDataError, match="17% of the points are chaotic"):
-        measured("small-n-regular", rows={(2, 0.0): row})
-
-
-@pytest.mark.parametrize(
-    ("labels", "widths", "checks"),
-    [
-        (("cccccppp", "cccccipp", "ccccccpq", "cccccccc"), (1, 2, 3, 4), [1, 1, 1]),
-        (("cccppppp", "cccccipp", "ccccccpq", "cccccccc"), (1, 2, 3, 4), [0, 1, 1]),
-        (("ccccpppp", "ccccqqqq", "ccccpppq", "ccccpppp"), (1, 2, 3, 4), [1, 0, 1]),
-        (("ccccpppp", "cccccipp", "ccccccpq", "cccccccc"), (2, 1, 4, 3), [1, 1, 1]),
-        (("ccccpppp", "cccccipp", "ccccccpq", "cccccccc"), (2, 4, 1, 3), [1, 1, 0]),
-    ],
-)
-def test_chaos_from_five_blocks_on(labels, widths, checks):
-    """Points up to the lower edge, which is 8; those beyond are periodic and do not count."""
-    sizes, u = (5, 6, 7, 10), np.arange(1.0, 13)
-    rows = {
-        (n, 0.0): cut(u, labels=own + "pppp", fall=transition(8, 8 + width))
-        for n, own, width in zip(sizes, labels, widths, strict=True)
-    }
-    found = measured("chaos-from-n5", rows=rows)
-    for n, own, width in zip(sizes, labels, widths, strict=True):
-        chaotic = sum(letter in "ci" for letter in own) / 8
-        assert found.value[f"N = {n}, chaotic share"] == chaotic
-        assert found.value[f"N = {n}, periodic share"] == own.count("p") / 8
-        assert found.value[f"N = {n}, width"] == width
-    assert passed(found) == checks and found.sample_size == 32
-    rows[6, 0.0] = cut(u + 4, labels="c" * 11 + "p", fall=transition(8, 9, found=False))
-    lost = measured("chaos-from-n5", rows=rows)
-    assert "N = 6, width" not in lost.value and lost.sample_size == 24 + 11
-    assert lost.value["N = 6, chaotic share"] == 1  # up to u = 15, without a transition
-    rows[7, 0.0] = cut(u, labels="c" * 12, fall=transition(8, 9, found=False))
-    with pytest.raises(NotEnoughDataError, match="found for 2 numbers of blocks"):
-        measured("chaos-from-n5", rows=rows)
-
-
-@pytest.mark.parametrize(
     ("effects", "checks"),
     [
         ((0.4, 0.3, 0.2, 0.1), [1, 1]),
@@ -1270,27 +1012,6 @@ def test_the_effect_of_noise_on_section_velocities():
         rows[n, 1.0].points["section_velocity"][:3, 29:] = np.nan
     with pytest.raises(NotEnoughDataError, match="too few points to compare at N = 5"):
         readings[name]()
-
-
-@pytest.mark.parametrize(("richest", "met"), [(4, 1), (5, 1), (6, 1), (3, 0), (7, 0)])
-def test_the_richest_dynamics(richest, met):
-    u = np.array([0.9, *range(1, 9), 50, 50.1])
-    rows = {
-        (n, noise): cut(u, labels="q" + ("ccppqqsss" if n == richest else "cppppppps") + "q")
-        for n in (2, 3, 4, 5, 6, 7, 10)
-        for noise in (0.0, 1.0)
-    }
-    found = measured("complexity-at-n5", "sigma = 0", rows=rows)
-    share = np.array([2, 2, 2, 3]) / 9
-    bits = -np.sum(share * np.log2(share))
-    assert found.value[f"N = {richest}"] == pytest.approx(bits)
-    assert passed(found) == [met] and found.sample_size == 63
-    assert f"largest at N = {richest}" in found.note
-    readings = REGISTRY["complexity-at-n5"](Stub("complexity-at-n5", rows=rows))
-    assert list(readings) == ["sigma = 0", "sigma = 1"]
-    rows[10, 0.0] = cut(u, labels="u" * 11)
-    with pytest.raises(NotEnoughDataError, match="states could not be named"):
-        readings["sigma = 0"]()
 
 
 @pytest.mark.parametrize(

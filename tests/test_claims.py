@@ -220,6 +220,7 @@ def made_up_escapes(members=60, duration=40_000.0):
     lifetime = rng.exponential(tau)
     size = velocity.size
     arrays = {
+        "n_blocks": np.full(size, 5),
         "belt_velocity": velocity,
         "lifetime": np.minimum(lifetime, duration),
         "escaped": lifetime < duration,
@@ -229,18 +230,67 @@ def made_up_escapes(members=60, duration=40_000.0):
     return Dataset(arrays, {"kind": "escapes", "duration": duration})
 
 
+EXPONENTS = 0.002 + 1e-4 * np.tile([-1.0, 1.0], 4)  # of eight runs
+
+
+def made_up_motion_map(duration=2e5):
+    """Chaos below the transition, fewer windows with N, periodic motion and slip beyond."""
+    points = grid([2, 3, 4, 5, 6, 7, 10], np.arange(1.0, 51), [0])
+    window = {5: 3, 6: 4, 7: 6}  # each so many velocities
+    states = [
+        ("periodic" if u % window.get(n, 99) == 0 else "chaotic")
+        if n > 4 and u < REGIONS[n][0]
+        else "equilibrium slip"
+        if n > 4 and u > REGIONS[n][1]
+        else "periodic"
+        for n, u, _ in points
+    ]
+    n_blocks, velocity, _ = (np.array(column) for column in zip(*points, strict=True))
+    arrays = {"n_blocks": n_blocks, "belt_velocity": velocity, "state": np.array(states)}
+    return Dataset(arrays, {"kind": "motion", "duration": duration, "transient": duration / 2})
+
+
+def made_up_survival(duration=2e5):
+    """Eight runs a point: lasting chaos at u = 1 and 15, transients elsewhere."""
+    velocity = np.repeat([1.0, 7, 15, 19, 21, 25, 29, 31, 35], 8)
+    arrays = {"belt_velocity": velocity, "irregular_exponent": np.tile(EXPONENTS, 9)}
+    mean = 400 + 5600 * np.exp(-np.abs(velocity - 18) / 3)
+    lifetime = mean * np.tile(np.linspace(0.6, 1.4, 8), 9)
+    lifetime[velocity == 7] = 3e4
+    lifetime[np.isin(velocity, [1, 15])] = duration
+    lifetime = np.minimum(lifetime, duration)
+    arrays |= {"lifetime": lifetime, "settled": lifetime < duration}
+    arrays["state"] = np.where(arrays["settled"], "periodic", "irregular")
+    arrays = {name: np.tile(values, 2) for name, values in arrays.items()}
+    arrays["initial_spread"] = np.repeat([1.0, 10.0], velocity.size)
+    arrays["n_blocks"] = np.full(2 * velocity.size, 5)
+    return Dataset(arrays, {"kind": "settling", "duration": duration})
+
+
+def made_up_noisy_motion():
+    """At u = 7, chaos from sigma = 0.75 on."""
+    noise = np.repeat([0.25, 0.5, 1, 1.5, 2.2], 8)
+    exponent = np.where(noise > 0.75, np.tile(EXPONENTS, 5), 0.0)
+    arrays = {"noise": noise, "largest_exponent": exponent}
+    arrays |= {"n_blocks": np.full(noise.size, 5), "belt_velocity": np.full(noise.size, 7.0)}
+    return Dataset(arrays, {"kind": "motion", "duration": 2e5, "transient": 1e5})
+
+
+def made_up_motions(**lengths):
+    return {
+        "motion_map": made_up_motion_map(**lengths),
+        "survival": made_up_survival(**lengths),
+        "noisy_motion": made_up_noisy_motion(),
+    }
+
+
 @pytest.fixture(scope="module")
 def paper_like():
     """Verdicts for datasets made up to agree with the paper, by id."""
-    starts = np.arange(0.0, 10_000, 30)
-    onset = np.concatenate([600 + 50 * logistic(40), np.tile([610.0, 630.0], 147)])[: starts.size]
-    u7 = slip_events(starts, starts + 10)
-    u7["position"][1::2] = onset
     escape = slip_events([*np.arange(0, 4000.0, 20), 4000.0], [*np.arange(5, 4005.0, 20), 4005.0])
     series = {
         "friction_event": friction_series(),
         "u1": stick_slip_series(),
-        "u7": made_up_series(u7, belt_velocity=7.0),
         "u20": made_up_series(escape, belt_velocity=20.0, duration=12_000.0),
         "u17": laminar_series(8, 400.0, noise=2.2, duration=9000.0),
         "n10_u28": laminar_series(10, 250.0, n_blocks=10, belt_velocity=28.0, duration=9000.0),
@@ -249,7 +299,7 @@ def paper_like():
         "n10_u38": laminar_series(4, 1500.0, n_blocks=10, belt_velocity=38.0, duration=9000.0),
     }
     others = {"slips_u1": made_up_catalogue(), "lifetimes": made_up_escapes()}
-    return measure(made_up_scans() | series | others, SETTINGS)
+    return measure(made_up_scans() | made_up_motions() | series | others, SETTINGS)
 
 
 def verdicts(table):
@@ -369,11 +419,20 @@ def test_data_unlike_the_papers_make_claims_fail():
         scan.arrays["section_velocity"][:] = CHAOS
         scan.arrays["laminar_count"][:] = 0
         scan.arrays["last_stick_time"][:] = 2e5
-    found = verdicts(measure(scans, SETTINGS))
+    motions = made_up_motions()
+    runs, followed, noisy = (each.arrays for each in motions.values())
+    runs["state"][:] = np.where(runs["belt_velocity"] < 18, "quasi-periodic", "chaotic")
+    followed["settled"] = followed["belt_velocity"] == 15
+    followed["state"][:] = "irregular"
+    followed["lifetime"][:] = np.where(followed["settled"], 900.0, 2e5)
+    followed["irregular_exponent"] = -followed["irregular_exponent"]
+    noisy["largest_exponent"] = -noisy["largest_exponent"]
+    found = verdicts(measure(scans | motions, SETTINGS))
     failing = ("u-critical", "no-permanent-chaos", "sigma-c-u7", "uc-sigma22", "transition-width")
+    failing += ("bifurcation-sigma0", "u15-aperiodic")
     assert {name: found[name] for name in failing} == dict.fromkeys(failing, FAILS)
     assert found["small-n-regular"] == PARTLY
-    assert found["u7-periodic"] == PARTLY
+    assert found["u7-periodic"] == found["u7-transient-chaos"] == PARTLY
 
 
 def test_both_integrators_are_compared_where_both_were_used():
@@ -405,7 +464,8 @@ def test_without_datasets_all_but_the_model_is_not_measured():
 
 
 def test_short_runs_are_not_judged():
-    table = measure(made_up_scans(transient=500.0, duration=2000.0), SETTINGS)
+    short = made_up_scans(transient=500.0, duration=2000.0) | made_up_motions(duration=2000.0)
+    table = measure(short, SETTINGS)
     assert_no_fault(table)
     assert set(verdicts(table).values()) == {HOLDS, NOT_MEASURED, NOT_TESTABLE}
     assert "discards a transient of 500" in table.set_index("id").loc["u-critical", "note"]
@@ -421,13 +481,18 @@ def test_tiny_and_empty_datasets_cause_no_fault(transient):
         scan.arrays["section_velocity"][::2] = np.nan
     empty = slip_events([], [])
     nothing = {name: np.zeros((20, 5)) for name in ("positions", "velocities", "friction")}
-    names = ("friction_event", "u1", "u7", "u20", "u17", "n10_u28", "n10_u31", "n10_u34", "n10_u38")
+    names = ("friction_event", "u1", "u20", "u17", "n10_u28", "n10_u31", "n10_u34", "n10_u38")
     series = {name: made_up_series(empty, time=np.arange(20.0), **nothing) for name in names}
     catalogue = made_up_catalogue()
     for name in catalogue.arrays:
         catalogue.arrays[name] = catalogue.arrays[name][:3]
     others = {"slips_u1": catalogue, "lifetimes": made_up_escapes(members=2)}
-    table = measure(coarse | series | others, SETTINGS)
+    motions = made_up_motions()
+    for dataset in motions.values():
+        for name in dataset.arrays:
+            dataset.arrays[name] = dataset.arrays[name][::7]
+    motions["survival"].arrays["irregular_exponent"][:] = np.nan
+    table = measure(coarse | series | others | motions, SETTINGS)
     assert_no_fault(table)
     for name in catalogue.arrays:
         catalogue.arrays[name] = catalogue.arrays[name][:0]

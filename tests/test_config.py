@@ -138,6 +138,7 @@ AXES = {
     "method": ["event", "verlet"],
     "time_step": [0.001, 0.002],
     "tolerance": [None, 1e-6],
+    "kick": [0, 0.1],
     "seed": [1, 2],
     "replicate": [0, 4],
 }
@@ -146,7 +147,8 @@ AXES = {
 def test_any_quantity_can_be_an_axis():
     assert set(AXES) == set(QUANTITIES)
     for name, grid in AXES.items():
-        found = points(**{name: grid})
+        kicked = {"kind": "settling", "method": "event"} if name == "kick" else {}
+        found = points(**{name: grid}, **kicked)
         expected = [0.1, 0.5, 0.9] if name == "friction_ratio" else grid
         assert [getattr(point, name) for point in found] == expected, name
 
@@ -389,6 +391,7 @@ def test_a_setting_of_another_kind_is_refused():
         ("datasets.n5_rows_check.like", "n5_row", "did you mean 'n5_rows'"),
         ("datasets.n5_rows.like", "n5_rows_check", "a dataset cannot be like itself"),
         ("datasets.lifetimes.tolerance", "small", "must be a number or null"),
+        ("datasets.lifetimes.kick", 0.1, "kick = 0.1: kind escapes has none"),
         ("presets.smoke.based_on", "standart", "did you mean 'standard'"),
         ("presets.smoke.based_on", "smoke", "smoke is based on smoke"),
         (f"{DATASET}.belt_velocity", -2, "must be greater than 0"),

@@ -610,9 +610,6 @@ def test_the_tolerance_of_a_period_is_a_tenth_or_two_percent():
     assert (period(5.0, 0.0999), period(5.0, 0.103)) == (2, 0)
     assert (period(50.0, 0.99), period(50.0, 1.05)) == (2, 0)
     assert sections.find_period(np.tile([0.0, 0.25], 8), tolerance=0.25) == 1
-    assert sections.count_distinct(np.arange(12.0), tolerance=1.0) == 1
-    assert sections.count_distinct(np.arange(12.0)) == 12
-    assert sections.count_distinct([*np.arange(12.0), 3.05]) == 12
 
 
 def test_the_occupied_share_by_hand():
@@ -646,17 +643,6 @@ def test_the_0_1_test_is_that_of_a_plain_loop():
     assert sections.zero_one_test(np.full(50, 3.0)) == 0
     with pytest.raises(NotEnoughDataError, match="49 crossings, the 0-1 test needs 50"):
         sections.zero_one_test(values[:49])
-
-
-def test_the_onset_is_where_recurrence_begins():
-    cycle = np.tile([10.0, 20.0, 40.0], 20)
-    assert sections.onset_of_recurrence(cycle) == (0, 3)
-    # the cycle begins after 5 other values: the last break is between values 4 and 7
-    assert sections.onset_of_recurrence(np.concatenate([[1.0, 2, 3, 4, 5], cycle])) == (5, 3)
-    with pytest.raises(NotEnoughDataError, match="11 crossings"):
-        sections.onset_of_recurrence(cycle[:27])
-    assert sections.onset_of_recurrence(cycle[:28]) == (0, 3)
-    assert sections.onset_of_recurrence(cycle[:12], tail=1.0) == (0, 3)
 
 
 def test_rows_tell_noise_levels_and_order_replicates():
@@ -715,12 +701,7 @@ def test_states_at_the_edges_of_their_criteria(monkeypatch):
         assert one_state(monkeypatch, velocities=wandering, chaos=chaos) == label
 
 
-def test_windows_at_the_ends_and_the_entropy_of_named_states():
-    labels = np.array(["a", "b", "a", "a", "c"])
-    assert states.periodic_windows(labels, periodic=("a",)) == 2
-    assert states.periodic_windows(labels, periodic=("b", "c")) == 2
-    assert states.periodic_windows(labels, periodic=("a", "b", "c")) == 1
-    assert states.periodic_windows(labels[:0]) == 0
+def test_the_entropy_of_named_states():
     mixed = np.array([states.CHAOTIC] * 4 + [states.PERIODIC] * 2 + [states.CONTINUOUS] * 2)
     assert states.diversity(mixed) == pytest.approx(1.5)
     unnamed = np.concatenate([mixed, [states.TRANSIENT, states.UNDECIDED]])

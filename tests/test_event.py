@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from mpmath import mp, mpf
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2, ks_2samp, kstest
 
+import exact
 import reference
 from beltrepro import ChainParameters, ChainState, simulate
 from beltrepro.accuracy import ORDER
@@ -27,7 +27,7 @@ from beltrepro.errors import ModelStateError
 from beltrepro.model.spring import external_force, spring_extension
 from test_engine import limit_cycle
 
-EXACT = json.loads(reference.DATA.read_text())
+EXACT = json.loads(exact.DATA.read_text())
 
 
 def integrator(
@@ -298,15 +298,14 @@ def test_first_root_is_that_of_bernstein_subdivision():
         row[0] -= lowest + rng.choice([-1, 1]) * 10.0 ** rng.uniform(-10, -2)
     coefficients = coefficients[coefficients[:, 0] > 0]
     found = roots_of(coefficients)
-    with mp.workdps(40):
-        for row, root in zip(coefficients, found, strict=True):
-            exact = float(reference._first_root([mpf(c) for c in row.tolist()]))
-            if exact > 1:
-                assert root == NO_ROOT
-                continue
-            # what the rounding of the value means for the place of the root
-            slope = abs(np.polynomial.Polynomial(row).deriv()(exact))
-            assert abs(root - exact) < 1e-14 * np.abs(row).sum() / slope + 1e-14
+    for row, root in zip(coefficients, found, strict=True):
+        place = float(exact.real(exact.first_root([exact.fixed(c) for c in row.tolist()])))
+        if place > 1:
+            assert root == NO_ROOT
+            continue
+        # what the rounding of the value means for the place of the root
+        slope = abs(np.polynomial.Polynomial(row).deriv()(place))
+        assert abs(root - place) < 1e-14 * np.abs(row).sum() / slope + 1e-14
 
 
 @pytest.mark.parametrize("depth", [1e-4, 1e-8, 1e-12])

@@ -722,6 +722,88 @@ def test_friction_ratio_is_a_curve_for_each_ratio_and_the_falls():
     np.testing.assert_allclose(right.bars, [[(0.2, 28), (0.2, 35)], [(0.8, 12), (0.8, 21)]])
 
 
+RATES = {(5, "event"): 1e-4, (5, "verlet"): 1e-3, (7, "event"): 0.005, (7, "verlet"): 0.02}
+
+
+def growth(runs=6):
+    """Distances that grow at the rate of N and method, from the first level and from the third."""
+    levels = np.geomspace(1e-6, 1e-2, 9)
+    rows = [(n, method) for n, method in RATES for _ in range(runs)]
+    first = np.array([np.log(levels / levels[0]) / RATES[row] for row in rows])
+    later = np.where(levels < 0.99 * levels[2], np.nan, first - first[:, 2:3])
+    n, method = zip(*rows, strict=True)
+    arrays = {"n_blocks": np.array(n), "method": np.array(method), "levels": levels}
+    arrays["passage_time"] = np.stack([first, later], axis=1)
+    return Dataset(arrays, HOW | {"kind": "separation", "duration": 1e6, "transient": 0.0})
+
+
+def settled(irregular, r, **quantity):
+    """Four runs at each u and value of a quantity, `irregular(u, value)` of them irregular."""
+    (name, values), *same = quantity.items()
+    rows = [
+        (u, value, k < irregular(u, value), r(u, value) + 0.001 * (k - 1.5))
+        for u in (7.0, 16.0)
+        for value in values
+        for k in range(4)
+    ]
+    u, value, state, disorder = (np.array(each) for each in zip(*rows, strict=True))
+    arrays = {"belt_velocity": u, name: value, "disorder_parameter": disorder, **dict(same)}
+    arrays["state"] = np.where(state, "irregular", "periodic").astype("S9")
+    return arrays
+
+
+def test_disturbance_is_growth_shares_r_and_noise():
+    kicks, steps, noises = (0.0, 1e-3, 0.1), (1e-4, 1e-3), (0.01, 1.0)
+    kicked = settled(lambda u, k: (u > 10) + 2 * (k > 0.01), lambda u, k: u + k, kick=kicks)
+    scheme = settled(lambda u, s: 1 + 2 * (s > 5e-4), lambda u, s: u - s, time_step=steps)
+    noisy = [
+        settled(lambda u, s: 0, lambda u, s, dt=dt: u + s + 100 * dt, noise=noises)
+        | {"time_step": np.full(16, dt)}
+        for dt in (1e-5, 1e-3)
+    ]
+    noisy = {name: np.concatenate([each[name] for each in noisy]) for name in noisy[0]}
+    data = {
+        name: Dataset(arrays, HOW | {"kind": "settling", "transient": None})
+        for name, arrays in (("steps", scheme), ("kicked", kicked), ("weak_noise", noisy))
+    }
+    figure = shown("disturbance", growth=growth(), **data)
+    alt_fits("disturbance", figure)
+    rates, share, disorder, noise = figure.panels
+    is_growth(rates)
+    axes_are(share, "disturbance of a slip", "share of irregular runs", scales=("log", "linear"))
+    axes_are(disorder, "disturbance of a slip", "$r$", scales=("log", "linear"))
+    axes_are(noise, r"$\sigma$", "$r$", scales=("log", "linear"))
+    for index, u in enumerate((7.0, 16.0)):
+        by_kick, by_step = share.curves[2 * index : 2 * index + 2]
+        label = f"$u = {u:g}$"
+        more = 0.25 * (u > 10)
+        same(by_kick, [1e-3, 0.1], [more, more + 0.5], label=label, index=index, marker="o")
+        sizes = u * np.array(steps) / 3**0.5
+        same(by_step, sizes, [0.25, 0.75], index=index, marker="s")
+        by_kick, by_step = disorder.curves[2 * index : 2 * index + 2]
+        same(by_kick, [1e-3, 0.1], [u + 1e-3, u + 0.1], index=index)
+        same(by_step, sizes, [u - 1e-4, u - 1e-3], index=index)
+        np.testing.assert_allclose(by_kick.error, np.std([0, 1, 2, 3], ddof=1) * 0.001 / 2)
+        line, fine, coarse = noise.curves[3 * index : 3 * index + 3]
+        same(line, [1e-3, 0.1], [u + 1e-3, u + 0.1], index=index)
+        for curve, dt, words in ((fine, 1e-5, "10^{-5}"), (coarse, 1e-3, "0.001")):
+            label = f"$u = {u:g}$, $dt = {words}$"
+            expected = [u + s + 100 * dt for s in noises]
+            same(curve, noises, expected, label=label, index=index)
+
+
+def is_growth(panel):
+    axes_are(panel, "distance of two runs", "rate of growth", scales=("log", "log"))
+    levels = np.geomspace(1e-6, 1e-2, 9)
+    sizes = np.sqrt(levels[1:] * levels[:-1])[1:]  # of the first level nothing is counted
+    rates = [curve for curve in panel.curves if curve.label]
+    for curve, (n, method) in zip(rates, RATES, strict=True):
+        marker = {"event": "o", "verlet": "x"}[method]
+        rates = np.full(7, RATES[n, method])
+        index = {5: 0, 7: 1}[n]
+        same(curve, sizes, rates, label=f"$N = {n}$, {method}", index=index, marker=marker)
+
+
 # --- comparison of integrators --------------------------------------------------------------------
 
 

@@ -1,5 +1,6 @@
 """Lyapunov exponents: closed forms, twins followed by `simulate`, and errors on made-up growth."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,10 +14,32 @@ from beltrepro import (
     lyapunov_spectrum,
     simulate,
 )
-from beltrepro.chaos.vectors import end_errors, slopes, standard_errors
+from beltrepro.chaos.clocks import LaboratoryIntegrator
+from beltrepro.chaos.vectors import (
+    INTERVAL,
+    NO_SAMPLES,
+    end_errors,
+    grow,
+    slopes,
+    standard_errors,
+    with_vectors,
+)
+from beltrepro.engine.records import EVENT_FORCE, EVENT_TIME
 from beltrepro.errors import InputError
 from beltrepro.model.spring import spring_extension
 from beltrepro.observe.stuck import MostStuck
+from beltrepro.simulation.points import integrator_of, points
+
+AS_IT_IS = {
+    "method": "event",
+    "time_step": 0.001,
+    "tolerance": None,
+    "seed": None,
+    "replicate": None,
+    "initial_positions": None,
+    "initial_spread": 0.0,
+    "initial_state": None,
+}
 
 
 def test_one_block_has_a_limit_cycle_that_erases_all_but_the_phase():
@@ -105,6 +128,99 @@ def test_seven_blocks_are_chaotic_and_twins_say_the_same():
     twin, twin_error = means.mean(), means.std(ddof=1) / np.sqrt(len(means))
     assert twin_error < 0.2 * twin
     assert abs(twin - first) < 3.5 * np.hypot(error, twin_error)
+
+
+def test_growth_under_noise_is_that_of_a_deviation_left_alone():
+    """Five blocks that all rest at times, so that the deviation has a delay of the noise.
+
+    What is made orthonormal must take the delay along: a deviation put back without it grows in
+    another way.
+    """
+    chain, length = ChainParameters(5, 7.0, 1.0), 2000.0
+    (member,) = points(chain, **AS_IT_IS)
+    settings = {"sampling": NO_SAMPLES, "sampled_blocks": 1}
+    put_back, alone = (
+        with_vectors(integrator_of([member], **settings), [member], 2) for _ in range(2)
+    )
+    growth = grow(put_back, length, [], lambda done: None)[0]
+    stuck = 0
+    for number in range(1, growth.shape[0] + 1):
+        for _ in alone.advance(number * INTERVAL):
+            pass
+        stuck = max(stuck, np.sum(alone.state()[0].directions == 0))
+    assert stuck == 5
+    sizes = np.diagonal(np.linalg.qr(alone.deviations()[0]).R)
+    assert growth.sum(axis=0) * INTERVAL == pytest.approx(np.log(np.abs(sizes)), abs=1e-6)
+
+
+def test_noise_of_the_laboratory_acts_on_a_deviation_at_the_end_of_the_rest_alone():
+    """N = 1 on the linear branch: dx = c cos t + dv_0 sin t after a slip has started.
+
+    The second chain starts its slip later by s = -c/u, with the same force F_st and the noise eta
+    of that instant. So dv_0 = -(F - k + eta) s, and what the noise does later leaves dx alone.
+    """
+    speed, threshold = 3.0, 15.0
+    chain = ChainParameters(1, speed, 1.0, static_friction=threshold)
+    chains = LaboratoryIntegrator(
+        [ChainState.at_rest(chain)],
+        n_vectors=1,
+        time_step=0.05,
+        sampling=NO_SAMPLES,
+        sampled_blocks=1,
+        tolerance=1e-12,
+        noise_share=0.0,
+    )
+    chains.set_deviations(np.array([[[1.0], [0.0], [0.0]]]))
+    start, force = first_slip(chains)
+    state = chains.state()[0]
+    level, slope = state.scheme.variables["noise_force"][:, 0]
+    noise = level - slope * (state.time - start)
+    kinetic = chain.friction_ratio * threshold
+    first = (force + kinetic + noise) / speed
+    assert abs(noise) > 0.01  # a million times what is compared
+    for since in np.arange(0.1, 2.5, 0.2):
+        for _ in chains.advance(start + since):
+            pass
+        expected = np.cos(since) + first * np.sin(since), -np.sin(since) + first * np.cos(since)
+        assert chains.deviations()[0, :, 0] == pytest.approx([*expected, 0.0], abs=1e-8)
+    assert chains.state()[0].directions == [-1]
+
+
+def first_slip(chains):
+    """Advance until a block slips; the instant, and the force on it."""
+    while True:
+        for chunk in chains.advance(chains.time + 0.05):
+            if chunk.event_count[0]:
+                return chunk.events[0, 0, EVENT_TIME], chunk.events[0, 0, EVENT_FORCE]
+
+
+@pytest.mark.slow
+def test_under_noise_of_the_laboratory_the_phase_has_an_exponent_above_zero():
+    """N = 5, u = 7, sigma = 2.2: 0.00033 ± 0.00004; by the clock of the rest it is zero."""
+    found = lyapunov_spectrum(
+        ChainParameters(5, 7.0, 2.2),
+        duration=110000,
+        transient=10000,
+        n_exponents=2,
+        replicate=range(16),
+        noise_clock="laboratory",
+    )
+    assert found.trivial is None
+    assert found.exponents[0] > 5 * found.standard_error[0]
+    assert found.exponents[0] == pytest.approx(0.00033, abs=4 * found.standard_error[0])
+    assert found.exponents[1] < -10 * found.standard_error[1]
+
+
+def test_under_noise_the_largest_exponent_of_five_blocks_is_the_trivial_one():
+    """Of seven blocks it is above zero, as without noise."""
+    settings = {"duration": 20000, "transient": 4000, "n_exponents": 2}
+    five = lyapunov_spectrum(ChainParameters(5, 7.0, 1.0), **settings)
+    seven = lyapunov_spectrum(ChainParameters(7, 7.0, 1.0), **settings)
+    assert five.trivial == 0
+    assert abs(five.exponents[0]) < 4 * five.standard_error[0] < 2e-4
+    assert five.exponents[1] < -5 * five.standard_error[1]
+    assert seven.trivial == 1
+    assert seven.exponents[0] > 10 * seven.standard_error[0]
 
 
 def sliding(chain, displacements):
@@ -198,15 +314,7 @@ def test_noise_shifts_with_the_chain_only_through_a_rest():
 
 def test_the_trivial_exponent_may_not_be_among_those_asked_for():
     growth = 0.3 + 1e-3 * np.random.default_rng(1).standard_normal((1, 100, 1))
-    spectrum = LyapunovSpectrum(
-        ChainParameters(7, 10.0),
-        np.array([0.3]),
-        np.array([1e-4]),
-        np.array([[0.3]]),
-        growth,
-        20.0,
-        np.array([7]),
-    )
+    spectrum = replace(spectrum_of(growth), standard_error=np.array([1e-4]))
     assert spectrum.trivial is None
 
 
@@ -220,6 +328,7 @@ def test_the_trivial_exponent_may_not_be_among_those_asked_for():
         ({"method": "euler"}, "method = 'euler': allowed are verlet, event"),
         ({"transient": 10}, "transient = 10: must be at least 0 and less than duration = 10"),
         ({"initial_spread": 0}, "initial_spread = 0: without noise all runs would be the same"),
+        ({"noise_clock": "wall"}, "noise_clock = 'wall': allowed are rest, laboratory"),
         ({"replicate": []}, "replicate = []: at least one is needed"),
         ({"replicate": [1, 1]}, r"replicate = [1, 1]: at least one is needed, and none twice"),
         ({"parameters": "chain"}, "parameters = 'chain': a ChainParameters is needed"),
@@ -260,6 +369,48 @@ def test_growth_in_turns_has_an_error_that_covers_where_it_ends():
     growth = np.diff(lengths, axis=1)[:, :, None]
     assert np.abs(slopes(growth)).max() < 3 * end_errors(growth).min()
     assert np.abs(slopes(growth)).max() < 0.2 * np.abs(growth.mean(axis=1)).max()
+
+
+def spectrum_of(growth, interval=20.0):
+    """A spectrum with made-up growth (R, T, K)."""
+    runs = slopes(growth)
+    return LyapunovSpectrum(
+        ChainParameters(7, 10.0),
+        runs.mean(axis=0),
+        np.zeros(growth.shape[2]),
+        runs,
+        growth,
+        interval,
+        np.full(len(growth), 7),
+    )
+
+
+def test_finite_time_exponents_are_means_over_stretches():
+    growth = np.arange(2 * 7 * 2, dtype=float).reshape(2, 7, 2)
+    growth[:, :, 1] = -np.inf
+    found = spectrum_of(growth, interval=20.0).finite_time(60.0)
+    assert found.shape == (2, 2, 2)
+    assert found[:, :, 0].tolist() == [[2.0, 8.0], [16.0, 22.0]]  # the seventh interval is left
+    assert np.all(found[:, :, 1] == -np.inf)
+
+
+def test_finite_time_exponents_of_a_random_walk_narrow_with_the_root_of_the_length():
+    """Independent growth with variance 1 in an interval: 20/length for a stretch.
+
+    The sample variance of 8000 or more numbers has a relative standard error of 1.6 % at most.
+    """
+    growth = 0.7 + np.random.default_rng(8).standard_normal((100, 1600, 1))
+    spectrum = spectrum_of(growth, interval=20.0)
+    for length in (20.0, 100.0, 400.0):
+        found = spectrum.finite_time(length)
+        assert found.var() == pytest.approx(20.0 / length, rel=0.064)
+        assert found.mean() == pytest.approx(0.7, abs=4 / np.sqrt(160000))
+
+
+@pytest.mark.parametrize(("length", "shown"), [(9.0, "9"), (2011.0, "2011")])
+def test_a_stretch_fits_into_a_run(length, shown):
+    with pytest.raises(InputError, match=f"length = {shown}: allowed are 20 to 2000"):
+        spectrum_of(np.zeros((1, 100, 1)), interval=20.0).finite_time(length)
 
 
 def test_slopes_are_those_of_least_squares():

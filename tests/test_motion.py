@@ -16,10 +16,12 @@ from beltrepro.analysis.motion import (
     name_motion,
 )
 from beltrepro.analysis.recurrence import find_recurrence
+from beltrepro.chaos import naming
 from beltrepro.chaos.vectors import slopes, standard_errors
 from beltrepro.engine.records import EVENT_SLIP, EVENT_TIME
 from beltrepro.errors import InputError
 from beltrepro.model.spring import spring_extension
+from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.returns import ReturnLog
 
 # --- maps and flows with known answers ---
@@ -256,8 +258,8 @@ def test_continuous_slip_is_equilibrium_slip():
     assert found["period_events"].tolist() == [0]
 
 
-def test_what_is_measured_beside_is_what_simulate_measures():
-    chain = ChainParameters(4, 12.0)
+@pytest.mark.parametrize("chain", [ChainParameters(4, 12.0), ChainParameters(7, 10.0)])
+def test_what_is_measured_beside_is_what_simulate_measures(chain):
     start = {"duration": 3000.0, "transient": 1000.0, "replicate": 1, "initial_spread": 1.0}
     found = motions(chain, **start)
     run = simulate(chain, method="event", **start)
@@ -271,6 +273,44 @@ def test_noise_is_told_to_the_name():
     found = motions(ChainParameters(1, 10.0, 1.0), duration=60000, transient=100)
     assert found["state"].tolist() == [NOISE_DRIVEN]
     assert np.isnan(found["period_time"][0])
+
+
+def test_whether_there_is_noise_is_told_to_the_name(monkeypatch):
+    told = []
+
+    def name(noisy, **settings):
+        told.append(noisy)
+        return name_motion(noisy=noisy, **settings)
+
+    monkeypatch.setattr(naming, "name_motion", name)
+    chains = [ChainParameters(2, 5.0), ChainParameters(2, 5.0, 1.0)]
+    motions(chains, duration=40.0, transient=10.0)
+    assert told == [False, True]
+
+
+@pytest.mark.parametrize("transient", [0.0, 0.05, 100.0])
+def test_returns_are_noted_without_a_mean_length_too(transient):
+    """In a transient shorter than the time between two samples no length is measured."""
+    found = motions(ChainParameters(1, 3.0), duration=transient + 400.0, transient=transient)
+    assert found["state"].tolist() == [PERIODIC]
+    assert found["period_returns"].tolist() == [1]
+    assert found["period_events"].tolist() == [1]
+
+
+def test_the_mean_length_is_that_of_the_transient_of_this_run(monkeypatch):
+    """A run that goes on from a state does not count from time 0."""
+    begun = []
+
+    class Noted(LengthMoments):
+        def __init__(self, width, start):
+            begun.append(start)
+            super().__init__(width, start)
+
+    monkeypatch.setattr(naming, "LengthMoments", Noted)
+    chain = ChainParameters(2, 5.0)
+    state = simulate(chain, duration=250.0, method="event").final_state
+    motions(chain, duration=100.0, transient=40.0, initial_state=state)
+    assert begun == [270.0, 290.0]  # half of the transient, and all after it
 
 
 def test_returns_keep_states_slips_and_the_last_event():

@@ -72,6 +72,32 @@ def test_noise_on_a_periodic_orbit_is_not_closed_but_nearly():
     assert find_recurrence(states, instants(states), closed=1e-3).crossings == 7
 
 
+def test_a_disturbed_orbit_closes_within_a_distance():
+    """The largest of 420 differences of normal deviates times 1.4 is above 5 once in 800 times."""
+    random = np.random.default_rng(2)
+    states = np.tile(random.normal(size=(7, 3)), (60, 1)) + 1e-4 * random.normal(size=(420, 3))
+    found = find_recurrence(states, instants(states), distance=7e-4, crossings=210)
+    assert (found.crossings, found.since) == (7, 0)
+    assert 4e-4 < found.distance * np.abs(states).max() <= 7e-4
+    assert find_recurrence(states, instants(states), distance=2e-4, crossings=210) is None
+
+
+def test_a_laminar_phase_of_irregular_motion_is_not_an_orbit():
+    """Just below its window of period 3 the logistic map stays near that orbit now and then."""
+    states = orbit(logistic(3.8282), 0.3, 5000)
+    apart = np.abs(states[3:, 0] - states[:-3, 0])
+    near = np.flatnonzero((apart[2:] < 1e-3) & (apart[1:-1] < 1e-3) & (apart[:-2] < 1e-3))
+    states = states[: near[-1] + 6]  # up to the end of a state within such a phase
+    assert find_recurrence(states, instants(states), distance=1e-3).crossings == 3
+    assert find_recurrence(states, instants(states), distance=1e-3, crossings=300) is None
+
+
+def test_as_many_states_must_come_back_as_there_are_asked_for():
+    states = np.tile([[0.0], [1.0], [3.0]], (10, 1))
+    assert find_recurrence(states, instants(states), crossings=27).crossings == 3
+    assert find_recurrence(states, instants(states), crossings=28) is None
+
+
 def test_all_states_of_the_last_period_must_come_back():
     states = np.random.default_rng(5).normal(size=(40, 2))
     states[[20, 39]] = states[0]  # one return only

@@ -104,6 +104,44 @@ def test_irregular_motion_of_ten_blocks_has_the_exponent_of_a_run():
     assert np.all(found["irregular_exponent"] > 5 * found["irregular_error"])
 
 
+DISTURBED = [
+    {"method": "verlet", "time_step": 1e-3},
+    {"method": "verlet", "time_step": 4e-3},
+    {"kick": 1e-4},
+    {"kick": 1e-2},
+]
+
+
+@pytest.mark.parametrize("how", DISTURBED)
+def test_a_disturbed_orbit_is_recognised(five, how):
+    """No run that begins on an attracting orbit is missed."""
+    states = [start_of(values) for values in five["return_state"]]
+    found = settling([FIVE] * 4, duration=3000, initial_state=states, **how)
+    assert found["settled"].all()
+    assert found["period_events"].tolist() == five["period_events"].tolist()
+    assert np.all(found["lifetime"] <= 1000)
+
+
+def start_of(values):
+    """The state at a return of five blocks."""
+    displacements, relative = values[:5], values[5:]
+    belt = FIVE.belt_velocity
+    return ChainState.in_motion(FIVE, FIVE.rest_positions + displacements, relative + belt)
+
+
+@pytest.mark.parametrize("how", DISTURBED)
+@pytest.mark.parametrize("n_blocks", [7, 10])
+def test_irregular_motion_is_not_taken_for_a_disturbed_orbit(n_blocks, how):
+    """None of 16 runs with 8 looks each: fewer than one of 42 looks errs (95 %)."""
+    found = several(ChainParameters(n_blocks, 10.0), 16, duration=15_000, **how)
+    assert (found["state"] == "irregular").all()
+
+
+def test_noise_disturbs_as_a_kick_of_its_size():
+    found = several(ChainParameters(5, 7.0, noise=1e-3), 4, duration=30_000)
+    assert (found["state"] == "periodic").all()
+
+
 @pytest.mark.parametrize("duration", [10.0, 1000.0, 2500.0, 1e6, 1e7])
 def test_windows_follow_each_other_to_the_end(duration):
     windows = list(_windows(duration))

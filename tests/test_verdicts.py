@@ -197,19 +197,6 @@ def test_events_of_the_last_block_only():
     assert slips["time"].tolist() == [1, 4] and sticks["time"].tolist() == [2]
 
 
-@pytest.mark.parametrize(
-    ("share", "transient", "refused"),
-    [(0.05, 0.0, False), (0.06, 1e5, False), (0.06, 99_999.0, True)],
-)
-def test_chaos_is_permanent_only_after_a_long_transient(share, transient, refused):
-    cut = SimpleNamespace(transient=transient)
-    if refused:
-        with pytest.raises(NotEnoughDataError, match=r"6% of the points .* transient of 99999"):
-            evidence.require_permanence(share, 0.05, cut)
-    else:
-        evidence.require_permanence(share, 0.05, cut)
-
-
 @pytest.mark.parametrize(("transient", "refused"), [(5000.0, False), (4999.0, True)])
 def test_short_transients_are_not_settled(transient, refused):
     cut = evidence.Cut({}, transient, 1e4)
@@ -218,3 +205,27 @@ def test_short_transients_are_not_settled(transient, refused):
             evidence._settled(cut, "scans/a")
     else:
         assert evidence._settled(cut, "scans/a") is cut
+
+
+def test_runs_come_from_the_first_dataset_that_has_any():
+    def dataset(n_blocks, place):
+        arrays = {
+            "n_blocks": np.array(n_blocks),
+            "u": np.array(place),
+            "name": np.array(["x", "y"]),
+        }
+        return SimpleNamespace(arrays=arrays, attributes={"duration": place[0]})
+
+    datasets = {"a": dataset([5, 6], [1.0, 2.0]), "b": dataset([5, 5], [2.0, 2.0 + 1e-9])}
+    found = evidence.Evidence(datasets, {})
+    found.start(claim())
+    arrays, attributes = found.runs("missing", "a", "b", n_blocks=5, u=2.0)
+    assert arrays["name"].tolist() == ["x", "y"] and attributes == {"duration": 2.0}
+    assert found.used == ["b"]
+    arrays, _ = found.runs("a", "b", n_blocks=6)
+    assert arrays["u"].tolist() == [2.0] and found.used == ["b", "a"]
+    with pytest.raises(NotEnoughDataError, match=r"n_blocks = 7, u = 2\.5 in a or b"):
+        found.runs("a", "b", n_blocks=7, u=2.5)
+    datasets["b"].attributes["transient"] = 4999.0
+    with pytest.raises(NotEnoughDataError, match="b discards a transient of 4999"):
+        found.runs("b", n_blocks=5)

@@ -13,10 +13,14 @@ if TYPE_CHECKING:
     from beltrepro.chaos import (
         LyapunovSpectrum,
         Motion,
+        PeriodicOrbit,
         classify,
+        close_orbit,
         exponents,
         lyapunov_spectrum,
         motions,
+        periodic_orbit,
+        separation,
         settling,
     )
     from beltrepro.simulation import ChainState, Run, catalogue, escapes, scan, simulate
@@ -26,14 +30,18 @@ __all__ = [
     "ChainState",
     "LyapunovSpectrum",
     "Motion",
+    "PeriodicOrbit",
     "Run",
     "catalogue",
     "classify",
+    "close_orbit",
     "escapes",
     "exponents",
     "lyapunov_spectrum",
     "motions",
+    "periodic_orbit",
     "scan",
+    "separation",
     "settling",
     "simulate",
 ]
@@ -42,10 +50,14 @@ __version__ = version("beltrepro")
 _CHAOS = (
     "LyapunovSpectrum",
     "Motion",
+    "PeriodicOrbit",
     "classify",
+    "close_orbit",
     "exponents",
     "lyapunov_spectrum",
     "motions",
+    "periodic_orbit",
+    "separation",
     "settling",
 )
 

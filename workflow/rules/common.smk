@@ -136,7 +136,7 @@ INTEGRATORS = {
 }
 
 
-FOLLOWED = ("motion", "settling")  # kinds whose motion is judged while it is simulated
+FOLLOWED = ("motion", "settling", "separation")  # kinds whose motion is judged while it is simulated
 
 
 @functools.cache

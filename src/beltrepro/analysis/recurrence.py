@@ -43,12 +43,21 @@ class Recurrence:
 
 
 def find_recurrence(
-    states: npt.ArrayLike, times: npt.ArrayLike, *, closed: float = CLOSED
+    states: npt.ArrayLike,
+    times: npt.ArrayLike,
+    *,
+    closed: float = CLOSED,
+    distance: float = 0.0,
+    crossings: int = 1,
 ) -> Recurrence | None:
     """The period of a sequence of states at successive crossings, None if it does not close.
 
     The smallest number p of crossings is sought after which every state of the last p comes back,
     so that a period up to half the sequence can be found.
+
+    Disturbances, for instance by a scheme that moves events to its steps, keep a motion from coming
+    nearer to an earlier state than some `distance`. Irregular motion comes as near to one of many
+    earlier states now and then, but does not stay there. So then many `crossings` must come back.
 
     Parameters
     ----------
@@ -58,6 +67,10 @@ def find_recurrence(
         Instants of the crossings.
     closed : float
         Distance of two states that count as one, as a share of the largest coordinate.
+    distance : float
+        The same as a difference of coordinates; the larger of both counts.
+    crossings : int
+        States that must come back at least, however short the period.
 
     Returns
     -------
@@ -72,16 +85,17 @@ def find_recurrence(
     states, times = np.asarray(states, dtype=float), np.asarray(times, dtype=float)
     require(len(states) >= 3, f"{len(states)} crossings of the section, 3 are needed")
     size = float(np.abs(states).max())
-    limit = closed * size
+    limit = max(closed * size, distance)
     last = np.abs(states[:-1] - states[-1]).max(axis=1)[::-1]
-    for period in np.flatnonzero(last[: len(states) // 2] <= limit) + 1:
+    for period in (np.flatnonzero(last[: len(states) // 2] <= limit) + 1).tolist():
         apart = np.abs(states[period:] - states[:-period]).max(axis=1)
-        if np.all(apart[-period:] <= limit):
+        latest = apart[-max(period, crossings) :]
+        if len(latest) >= crossings and np.all(latest <= limit):
             broken = np.flatnonzero(apart > limit)
             return Recurrence(
-                crossings=int(period),
+                crossings=period,
                 time=float(times[-1] - times[-1 - period]),
-                distance=float(apart[-period:].max() / size),
+                distance=float(latest.max() / size),
                 since=int(broken[-1]) + 1 if broken.size else 0,
             )
     return None

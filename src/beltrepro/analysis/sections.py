@@ -114,31 +114,6 @@ def find_period(values: npt.ArrayLike, *, tolerance: float | None = None) -> int
     return 0
 
 
-def count_distinct(values: npt.ArrayLike, *, tolerance: float | None = None) -> int:
-    """Number of distinct values: groups whose sorted neighbours differ by more than tolerance.
-
-    Parameters
-    ----------
-    values : array (M,)
-        Velocities at the section; NaN padding is left out.
-    tolerance : float, optional
-        As for `find_period`.
-
-    Returns
-    -------
-    int
-        Number of groups.
-
-    Raises
-    ------
-    NotEnoughDataError
-        With fewer than 12 crossings.
-    """
-    values = np.sort(_crossings(values))
-    tolerance = _tolerance(values) if tolerance is None else tolerance
-    return int(1 + np.sum(np.diff(values) > tolerance))
-
-
 def occupied_share(
     values: npt.ArrayLike, *, range: tuple[float, float], bins: int = 100, mass: float = 0.9
 ) -> float:
@@ -216,44 +191,6 @@ def zero_one_test(values: npt.ArrayLike, *, n_frequencies: int = 60, seed: int =
     # The bounded oscillating term of the displacement is proportional to the mean: removed above.
     correlations = [np.corrcoef(lags, one)[0, 1] for one in displacement]
     return float(np.median(correlations))
-
-
-def onset_of_recurrence(
-    values: npt.ArrayLike, *, tolerance: float | None = None, tail: float = 0.4
-) -> tuple[int, int]:
-    """Index from which a sequence is periodic to its end, with its period.
-
-    The period is that of the last part; from there the recurrence is followed backwards until it
-    fails.
-
-    Parameters
-    ----------
-    values : array (M,)
-        Successive velocities at the section; NaN padding is left out.
-    tolerance : float, optional
-        As for `find_period`.
-    tail : float
-        Length of the last part, as a share of the sequence.
-
-    Returns
-    -------
-    index : int
-        First index of the periodic part; M when the last part is aperiodic.
-    period : int
-        The period; 0 when the last part is aperiodic.
-
-    Raises
-    ------
-    NotEnoughDataError
-        When the last part has fewer than 12 values.
-    """
-    values = _crossings(values)
-    tolerance = _tolerance(values) if tolerance is None else tolerance
-    period = find_period(values[int(values.size * (1 - tail)) :], tolerance=tolerance)
-    if period == 0:
-        return values.size, 0
-    broken = np.flatnonzero(np.abs(values[period:] - values[:-period]) > tolerance)
-    return (int(broken[-1]) + 1 if broken.size else 0), period
 
 
 def _tolerance(values: np.ndarray) -> float:

@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
 from scipy import stats
 
 from beltrepro.analysis.errors import require
@@ -45,3 +47,41 @@ def share(count: int, runs: int, *, confidence: float = CONFIDENCE) -> Share:
     require(runs > 0, "no runs, 1 is needed")
     interval = stats.binomtest(int(count), int(runs)).proportion_ci(confidence, method="exact")
     return Share(count / runs, float(interval.low), float(interval.high))
+
+
+class Shares(NamedTuple):
+    """Shares by value of a quantity; arrays (V,).
+
+    Attributes
+    ----------
+    quantity : array
+        Distinct values of the quantity, increasing.
+    value, lower, upper : array
+        Share of the runs with that value, and its interval.
+    """
+
+    quantity: np.ndarray
+    value: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+
+
+def shares(quantity: npt.ArrayLike, having: npt.ArrayLike) -> Shares:
+    """Share of runs that have a property, with its interval, for each value of a quantity.
+
+    Parameters
+    ----------
+    quantity : array (P,)
+        Its value for each run.
+    having : array (P,) of bool
+        Whether each run has the property.
+
+    Returns
+    -------
+    Shares
+        By value.
+    """
+    quantity, having = np.asarray(quantity), np.asarray(having, dtype=bool)
+    distinct = np.unique(quantity)
+    found = [share(own.sum(), own.size) for own in (having[quantity == each] for each in distinct)]
+    return Shares(distinct, *np.array(found).reshape(-1, 3).T)

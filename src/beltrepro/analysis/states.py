@@ -1,6 +1,6 @@
 """Names for the long-time state of each point of a scan (Figs. 12, 18 and 22)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -64,25 +64,6 @@ def label_states(
         else:
             states[index] = _stick_slip(points["section_velocity"][index])
     return states.astype(str)
-
-
-def periodic_windows(states: np.ndarray, periodic: Sequence[str] = (PERIODIC,)) -> int:
-    """Number of windows: runs of consecutive points, in order of u, in one of the given states.
-
-    Parameters
-    ----------
-    states : array (P,) of str
-        State of each point, in order of u.
-    periodic : sequence of str
-        States that make a window.
-
-    Returns
-    -------
-    int
-        Number of windows.
-    """
-    inside = np.isin(states, periodic)
-    return int(inside[:1].sum() + np.sum(inside[1:] & ~inside[:-1]))
 
 
 def diversity(states: np.ndarray) -> float:

@@ -6,14 +6,20 @@ What is here uses the functions of `beltrepro.simulation` and judges what comes 
 
 from beltrepro.chaos.lyapunov import LyapunovSpectrum, exponents, lyapunov_spectrum
 from beltrepro.chaos.naming import Motion, classify, motions
+from beltrepro.chaos.orbits import PeriodicOrbit, close_orbit, periodic_orbit
+from beltrepro.chaos.parting import separation
 from beltrepro.chaos.transients import settling
 
 __all__ = [
     "LyapunovSpectrum",
     "Motion",
+    "PeriodicOrbit",
     "classify",
+    "close_orbit",
     "exponents",
     "lyapunov_spectrum",
     "motions",
+    "periodic_orbit",
+    "separation",
     "settling",
 ]

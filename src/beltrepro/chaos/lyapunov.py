@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from beltrepro import checks
+from beltrepro.chaos.clocks import REST, integrator_by
 from beltrepro.chaos.vectors import (
     METHOD,
     NO_SAMPLES,
@@ -55,6 +56,8 @@ class LyapunovSpectrum:
         Length of these intervals, model time.
     most_stuck : array (R,)
         Most blocks that were stuck at once after the transient.
+    noise_clock : str
+        By which noise is the same for two chains, see `lyapunov_spectrum`.
     """
 
     parameters: ChainParameters
@@ -64,6 +67,7 @@ class LyapunovSpectrum:
     growth: np.ndarray
     interval: float
     most_stuck: np.ndarray
+    noise_clock: str = REST
 
     @property
     def erased(self) -> int:
@@ -77,16 +81,45 @@ class LyapunovSpectrum:
         The one nearest to zero. None if that is further from zero than its error and e^5 in the
         time of observation explain, since it is not among the K then. With noise a shift of time
         leads from one motion to another only if the noise is shifted too, which takes a rest of the
-        whole chain; None if there was none.
+        whole chain; None if there was none, or if the noise is that of the laboratory.
         """
         finite = np.isfinite(self.exponents)
         rests = np.all(self.most_stuck == self.parameters.n_blocks)
-        if (self.parameters.noise > 0 and not rests) or not finite.any():
+        shifted = rests and self.noise_clock == REST
+        if (self.parameters.noise > 0 and not shifted) or not finite.any():
             return None
         first = int(np.argmin(np.abs(self.exponents[finite])))
         time = self.growth.shape[1] * self.interval
         margin = np.nanmax([_ERRORS * self.standard_error[first], 5.0 / time])
         return first if abs(self.exponents[first]) <= margin else None
+
+    def finite_time(self, length: float) -> np.ndarray:
+        """Exponents over stretches of the runs: the distribution of finite-time exponents.
+
+        Parameters
+        ----------
+        length : float
+            Of a stretch, model time; rounded to a whole number of intervals.
+
+        Returns
+        -------
+        array (R, M, K)
+            Mean growth, as a rate, in each of the M stretches that follow each other in a run and
+            fit in whole; minus infinity for directions that a stick erases.
+
+        Raises
+        ------
+        InputError
+            The length is shorter than an interval, or longer than a run after the transient.
+        """
+        runs, intervals, count = self.growth.shape
+        size = round(checks.positive("length", length) / self.interval)
+        if not 1 <= size <= intervals:
+            longest = intervals * self.interval
+            raise InputError(f"length = {length:g}: allowed are {self.interval:g} to {longest:g}")
+        stretches = intervals // size
+        kept = self.growth[:, : stretches * size]
+        return kept.reshape(runs, stretches, size, count).mean(axis=2)
 
     def __repr__(self) -> str:
         first = ", ".join(
@@ -109,6 +142,7 @@ def lyapunov_spectrum(
     seed: int = 1,
     replicate: int | Sequence[int] = range(8),
     initial_spread: float = 1.0,
+    noise_clock: str = REST,
     progress: Progress | None = None,
 ) -> LyapunovSpectrum:
     """Lyapunov exponents of one chain from several runs.
@@ -142,6 +176,9 @@ def lyapunov_spectrum(
     initial_spread : float
         Standard deviation of normal deviates that are added to the initial positions of replicates
         other than 0, model length. Without noise only these make the runs differ.
+    noise_clock : str
+        When noise is the same for two chains: "rest", at the same time since the last rest of the
+        whole chain, as in `event`; or "laboratory", at the same time.
     progress : callable
         Called with the fraction done.
 
@@ -176,6 +213,7 @@ def lyapunov_spectrum(
         seed=seed,
         replicate=replicates,
         initial_spread=initial_spread,
+        noise_clock=noise_clock,
         progress=progress,
     )
     mean, error = _mean_of_runs(found["growth"], found["standard_error"])
@@ -187,6 +225,7 @@ def lyapunov_spectrum(
         growth=found["growth"],
         interval=float(found["interval"]),
         most_stuck=found["most_stuck"],
+        noise_clock=noise_clock,
     )
 
 
@@ -224,6 +263,7 @@ def exponents(
     initial_positions: ArrayLike | Sequence[ArrayLike] | None = None,
     initial_spread: PerChain[float] = 0.0,
     initial_state: PerChain[ChainState] | None = None,
+    noise_clock: str = REST,
     progress: Progress | None = None,
 ) -> dict[str, np.ndarray]:
     """Lyapunov exponents of each of P chains, which may differ in everything.
@@ -253,6 +293,8 @@ def exponents(
         other than 0, model length.
     initial_state : ChainState
         Where to go on, instead of these.
+    noise_clock : str
+        As in `lyapunov_spectrum`.
     progress : callable
         Called with the fraction done.
 
@@ -284,6 +326,7 @@ def exponents(
         initial_state=initial_state,
     )
     check_method(chains)
+    integrator_by(noise_clock)
     count = _count(n_exponents, chains)
     intervals = count_intervals(duration - transient)
     most_stuck = np.zeros(len(chains), dtype=np.int64)
@@ -291,7 +334,7 @@ def exponents(
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
         size = min(count, 2 * members[0].parameters.n_blocks)
-        rates, most_stuck[group] = _follow(members, duration, transient, size, report)
+        rates, most_stuck[group] = _follow(members, duration, transient, size, noise_clock, report)
         growth[group, :, :size] = rates
     order = np.argsort(-slopes(growth), axis=1, kind="stable")  # NaN last
     growth = np.take_along_axis(growth, order[:, None], axis=2)
@@ -314,14 +357,19 @@ def _count(n_exponents: int | None, chains: Sequence[Point]) -> int:
 
 
 def _follow(
-    members: list[Point], duration: float, transient: float, size: int, report: Progress
+    members: list[Point],
+    duration: float,
+    transient: float,
+    size: int,
+    noise_clock: str,
+    report: Progress,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Growth rates (W, T, K) of the vectors of a group, and most blocks stuck at once (W,)."""
     before = integrator_of(members, sampling=NO_SAMPLES, sampled_blocks=1)
     alone = (1 - _ALIGNED) * transient
     if transient > 0:
         observe(before, alone, [], lambda fraction: report(fraction * alone / duration))
-    chains = with_vectors(before, members, size)
+    chains = with_vectors(before, members, size, noise_clock=noise_clock)
     if transient > 0:
         grow(chains, transient - alone, [], lambda fraction: None)
     stuck = MostStuck(_stuck_now(chains))

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from beltrepro import checks
 from beltrepro.analysis.motion import EQUILIBRIUM, PERIODIC
-from beltrepro.analysis.recurrence import CLOSED, find_recurrence
+from beltrepro.analysis.recurrence import CLOSED, Recurrence, find_recurrence
+from beltrepro.chaos.disturbance import scatter
 from beltrepro.chaos.vectors import INTERVAL, METHOD, grow, slopes, standard_errors, with_vectors
 from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.state import ChainState
@@ -22,11 +23,11 @@ from beltrepro.observe.order import SlipOrder
 from beltrepro.observe.returns import ReturnLog
 from beltrepro.simulation.arguments import PerChain
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
+from beltrepro.simulation.sampling import sampling_of
 
 IRREGULAR = "irregular"
 SETTLED_STATES = (EQUILIBRIUM, PERIODIC, IRREGULAR)
 
-_SAMPLES = Sampling(1, 0.1)  # for r
 # Windows in which returns are collected: a period must fit twice in the second half of one.
 _FIRST_WINDOW = 1000.0
 _LONGEST_WINDOW = 250_000.0
@@ -51,6 +52,7 @@ def settling(
     initial_positions: ArrayLike | Sequence[ArrayLike] | None = None,
     initial_spread: PerChain[float] = 0.0,
     initial_state: PerChain[ChainState] | None = None,
+    kick: PerChain[float] = 0.0,
     progress: Progress | None = None,
 ) -> dict[str, np.ndarray]:
     """How long the motion of each of P chains is irregular, and what it settles on.
@@ -59,6 +61,10 @@ def settling(
     comes back. Those that have settled stop, so that long irregular motion can be awaited. On the
     way to a periodic orbit irregular motion is over when the order in which the blocks slip repeats
     from then on: what follows is a smooth approach to the orbit.
+
+    Where kicks, noise or the steps of "verlet" disturb each slip, states come back only about
+    (`beltrepro.chaos.disturbance`). There all states of the second half of a window must come back,
+    a sixth of the time so far. A disturbed motion may leave its orbit later.
 
     Parameters
     ----------
@@ -80,6 +86,9 @@ def settling(
         As in `simulate`.
     initial_state : ChainState or sequence of them
         As in `simulate`.
+    kick : float or sequence of float
+        Standard deviation of the displacement that each block gets when it starts to slip, model
+        length; for "event" only. Then no exponents are measured.
     progress : callable
         Called with the fraction done.
 
@@ -114,6 +123,7 @@ def settling(
         initial_positions=initial_positions,
         initial_spread=initial_spread,
         initial_state=initial_state,
+        kick=kick,
     )
     runs = [_Run(point, point.state.time) for point in chains]
     _place_sections(runs)
@@ -167,7 +177,8 @@ class _Run:
     @property
     def followed(self) -> bool:
         """Whether a deviation goes along."""
-        return self.point.method == METHOD and self.point.state.time - self.start < _FOLLOWED
+        exact = self.point.method == METHOD and self.point.kick == 0
+        return exact and self.point.state.time - self.start < _FOLLOWED
 
     def move_section(self, position: float) -> None:
         """Note the returns to another section from now on."""
@@ -188,9 +199,12 @@ class _Run:
         self.last_event = max(self.last_event, log.last_event[lane])
         if len(states):
             self.found["return_state"] = states[-1]
-        closing = find_recurrence(states, times, closed=closed) if len(times) > 2 else None
+        closing = self._closing(states, times, middle, closed) if len(times) > 2 else None
         period = int(slips[-1] - slips[-1 - closing.crossings]) if closing else 0
         since = self._repeats_since(period) if period else np.inf
+        if closing and scatter(self.point):
+            # disturbances may exchange slips of almost one time
+            since = min(since, float(times[closing.since]))
         if self.last_event <= middle or (closing and not period):
             self._settle(EQUILIBRIUM, max(self.last_event, self.start))
         elif closing and since <= middle:
@@ -201,6 +215,15 @@ class _Run:
                 period_events=period,
                 period_returns=closing.crossings,
             )
+
+    def _closing(
+        self, states: np.ndarray, times: np.ndarray, middle: float, closed: float
+    ) -> Recurrence | None:
+        """The period of the returns in a window."""
+        late = int(np.sum(times > middle)) if scatter(self.point) else 1
+        return find_recurrence(
+            states, times, closed=closed, distance=scatter(self.point), crossings=late
+        )
 
     def _repeats_since(self, period: int) -> float:
         """Instant from which on the order of the slips repeats after so many of them."""
@@ -266,7 +289,8 @@ def _place_sections(runs: list[_Run]) -> None:
     for group, report in groups([run.point for run in runs], None):
         members = [runs[index] for index in group]
         moments = LengthMoments(len(group), members[0].start + 0.5 * _FIRST_WINDOW)
-        chains = integrator_of([run.point for run in members], sampling=_SAMPLES, sampled_blocks=1)
+        points = [run.point for run in members]
+        chains = integrator_of(points, sampling=_sampling(points), sampled_blocks=1)
         observe(chains, _FIRST_WINDOW, [moments], report)
         lengths = moments.result(members[0].point.parameters.rest_positions[-1])
         for run, length in zip(members, lengths["mean_length"], strict=True):
@@ -303,11 +327,17 @@ def _integrator(members: list[_Run]) -> Integrator:
     """The integrator of a group in its states now, with a deviation if one goes along."""
     points = [run.point for run in members]
     section = Section(points[0].parameters.n_blocks, np.array([run.section for run in members]))
+    sampling = _sampling(points)
     if not members[0].followed:
-        return integrator_of(points, sampling=_SAMPLES, sampled_blocks=1, section=section)
-    plain = integrator_of(points, sampling=_SAMPLES, sampled_blocks=1)
-    chains = with_vectors(plain, points, 1, _SAMPLES, section)
+        return integrator_of(points, sampling=sampling, sampled_blocks=1, section=section)
+    plain = integrator_of(points, sampling=sampling, sampled_blocks=1)
+    chains = with_vectors(plain, points, 1, sampling, section)
     known = [run.deviation for run in members if run.deviation is not None]
     if known:
         chains.set_deviations(np.stack(known))
     return chains
+
+
+def _sampling(points: Sequence[Point]) -> Sampling:
+    """When the lengths of a group are sampled for r."""
+    return sampling_of(None, points[0].method, points[0].time_step)

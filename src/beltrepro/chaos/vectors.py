@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from beltrepro.chaos.clocks import REST, integrator_by
 from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.tangent_integrator import TangentIntegrator
 from beltrepro.errors import InputError
@@ -21,6 +22,8 @@ def check_method(points: Sequence[Point]) -> None:
     for point in points:
         if point.method != METHOD:
             raise InputError(f"method = {point.method!r}: only {METHOD!r} has a tangent dynamics")
+        if point.kick > 0:
+            raise InputError(f"kick = {point.kick:g}: the kicked motion has no tangent dynamics")
 
 
 def with_vectors(
@@ -29,12 +32,13 @@ def with_vectors(
     n_vectors: int,
     sampling: Sampling = NO_SAMPLES,
     section: Section | None = None,
+    noise_clock: str = REST,
 ) -> TangentIntegrator:
     """The chains of an integrator with random orthonormal vectors, the same for all.
 
     members : the points that it has advanced so far.
     """
-    chains = TangentIntegrator(
+    chains = integrator_by(noise_clock)(
         before.state(),
         n_vectors=n_vectors,
         time_step=members[0].time_step,

@@ -11,8 +11,6 @@ from beltrepro.analysis.errors import NotEnoughDataError, require
 # Chaotic transients last up to 1e4 (inset of Fig. 12). A run that discards less than this shows
 # the transient instead of the state that follows, so it cannot test claims about that state.
 SETTLED_TRANSIENT = 5000.0
-# Below this discarded transient, a state that is still chaotic may yet be a long transient.
-PERMANENT_TRANSIENT = 1e5
 SCANS_WITH_ROWS = ("n5_rows", "size_rows", "n5_map")
 
 
@@ -93,6 +91,22 @@ class Evidence:
         """Whether a dataset is there."""
         return name in self._datasets
 
+    def runs(self, *names: str, **where: float) -> tuple[dict[str, np.ndarray], dict]:
+        """Runs with these values of quantities, from the first of the datasets that has any.
+
+        Returns the arrays of these runs, and the attributes of the dataset. Runs are refused, as in
+        `row`, if they discard a transient that is too short.
+        """
+        for name in filter(self.has, names):
+            arrays = self._datasets[name].arrays
+            own = np.all([np.isclose(arrays[key], value) for key, value in where.items()], axis=0)
+            if own.any():
+                attributes = self.dataset(name).attributes
+                _require_settled(attributes.get("transient", np.inf), name)
+                return sections.select(arrays, own), attributes
+        place = ", ".join(f"{key} = {value:g}" for key, value in where.items())
+        raise NotEnoughDataError(f"no run with {place} in {' or '.join(names)}")
+
     @property
     def laminar_time(self) -> float:
         """Shortest laminar phase, from the configuration."""
@@ -160,23 +174,18 @@ def last_block_events(dataset):
     return own[own["kind"] == "slip"], own[own["kind"] == "stick"]
 
 
-def require_permanence(share: float, limit: float, cut: Cut) -> None:
-    """Refuse to call a share of chaotic points above `limit` permanent after a short transient."""
-    require(
-        share <= limit or cut.transient >= PERMANENT_TRANSIENT,
-        f"{share:.0%} of the points are chaotic after a transient of {cut.transient:g}; "
-        f"only one of {PERMANENT_TRANSIENT:g} or more can call that permanent",
-    )
-
-
 def _lengths(dataset):
     return float(dataset.attributes["transient"]), float(dataset.attributes["duration"])
 
 
 def _settled(cut, name):
+    _require_settled(cut.transient, name)
+    return cut
+
+
+def _require_settled(transient, name):
     require(
-        cut.transient >= SETTLED_TRANSIENT,
-        f"{name} discards a transient of {cut.transient:g}; chaotic transients last longer, "
+        transient >= SETTLED_TRANSIENT,
+        f"{name} discards a transient of {transient:g}; chaotic transients last longer, "
         f"{SETTLED_TRANSIENT:g} is the least",
     )
-    return cut

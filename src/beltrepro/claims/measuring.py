@@ -7,7 +7,7 @@ from functools import partial
 import pandas as pd
 
 from beltrepro.analysis.errors import NotEnoughDataError
-from beltrepro.claims import model, system_size, with_noise, without_noise
+from beltrepro.claims import model, motion, system_size, with_noise, without_noise
 from beltrepro.claims.criteria import (
     FAILS,
     HOLDS,
@@ -21,7 +21,7 @@ from beltrepro.claims.evidence import Evidence
 from beltrepro.claims.ledger import Claim, load_ledger
 from beltrepro.claims.registry import REGISTRY
 
-SECTIONS = (model, without_noise, with_noise, system_size)
+SECTIONS = (model, without_noise, motion, with_noise, system_size)
 COLUMNS = (
     "id",
     "figure",

@@ -5,11 +5,9 @@ from functools import partial
 import numpy as np
 from scipy import stats
 
-from beltrepro.analysis import states
 from beltrepro.analysis.errors import require
 from beltrepro.analysis.fits import rank_correlation
 from beltrepro.claims.criteria import Measurement
-from beltrepro.claims.evidence import require_permanence
 from beltrepro.claims.registry import claim
 
 CHAOTIC_SIZES = (5, 6, 7, 10)
@@ -26,7 +24,6 @@ SCANS_BY_BOTH = (
     "size_columns",
 )
 MINIMUM_SHARED = 24
-REGULAR_SHARE = 0.05
 
 
 @claim("transition-width")
@@ -94,50 +91,6 @@ def r_of_sigma_size(evidence):
     )
 
 
-@claim("small-n-regular")
-def small_n_regular(evidence):
-    """States and transitions of two, three and four blocks."""
-    values, checks, size = {}, {}, 0
-    for n_blocks in evidence.claim.parameters["n_blocks"]:
-        row = evidence.row(n_blocks, 0.0)
-        labels = _named(row.states)
-        share = float(np.isin(labels, (states.CHAOTIC, states.INTERMITTENT)).mean())
-        require_permanence(share, REGULAR_SHARE, row)
-        fall = row.transition
-        values[f"N = {n_blocks}, chaotic share"] = share
-        checks[f"N = {n_blocks} is regular"] = share <= REGULAR_SHARE
-        checks[f"N = {n_blocks} has no transition"] = not (fall.found and fall.error < 2)
-        size += labels.size
-    return Measurement(values, sample_size=size, checks=checks)
-
-
-@claim("chaos-from-n5")
-def chaos_from_n5(evidence):
-    """Chaos and windows below the transition, and its width, for five and more blocks."""
-    chaotic, periodic, widths, size = {}, {}, {}, 0
-    for n_blocks in CHAOTIC_SIZES:
-        row = evidence.row(n_blocks, 0.0)
-        fall = row.transition
-        labels = _named(row.states[row.belt_velocity <= (fall.lower if fall.found else 15.0)])
-        chaotic[n_blocks] = float(np.isin(labels, (states.CHAOTIC, states.INTERMITTENT)).mean())
-        periodic[n_blocks] = float((labels == states.PERIODIC).mean())
-        if fall.found:
-            widths[n_blocks] = fall.width
-        size += labels.size
-    require(len(widths) >= 3, f"a transition is found for {len(widths)} numbers of blocks, not 3")
-    return Measurement(
-        {f"N = {n}, chaotic share": share for n, share in chaotic.items()}
-        | {f"N = {n}, periodic share": share for n, share in periodic.items()}
-        | {f"N = {n}, width": width for n, width in widths.items()},
-        sample_size=size,
-        checks={
-            "chaos dominates": min(chaotic.values()) >= 0.5,
-            "fewer windows with N": rank_correlation(periodic.keys(), periodic.values()) < -0.5,
-            "wider transition with N": rank_correlation(widths.keys(), widths.values()) > 0.5,
-        },
-    )
-
-
 @claim("noise-less-relevant")
 def noise_less_relevant(evidence):
     """Effect of noise on r, for five and more blocks."""
@@ -146,13 +99,6 @@ def noise_less_relevant(evidence):
         "r, sigma = 5": partial(_noise_effect, evidence, 5.0, _log_ratio),
         "section velocities, sigma = 1": partial(_noise_effect, evidence, 1.0, _velocity_distance),
     }
-
-
-@claim("complexity-at-n5")
-def complexity_at_n5(evidence):
-    """Entropy of the dynamical states over u, against the number of blocks."""
-    noises = evidence.claim.parameters["noise"]
-    return {f"sigma = {noise}": partial(_diversities, evidence, float(noise)) for noise in noises}
 
 
 @claim("method-independence")
@@ -188,29 +134,6 @@ def method_independence(evidence):
 
 
 # --- shared ---------------------------------------------------------------------------------------
-
-
-def _diversities(evidence, noise):
-    entropy, size = {}, 0
-    for n_blocks in (2, 3, 4, *CHAOTIC_SIZES):
-        row = evidence.row(n_blocks, noise)
-        inside = row.between(1, 50)
-        entropy[n_blocks] = states.diversity(row.states[inside])
-        size += int(inside.sum())
-    require(np.isfinite(list(entropy.values())).all(), "states could not be named for every N")
-    richest = max(entropy, key=entropy.get)
-    return Measurement(
-        {f"N = {n}": bits for n, bits in entropy.items()},
-        sample_size=size,
-        checks={"richest at N = 4, 5 or 6": richest in (4, 5, 6)},
-        note=f"entropy in bits; largest at N = {richest}",
-    )
-
-
-def _named(labels):
-    named = labels[~np.isin(labels, (states.UNDECIDED, states.TRANSIENT))]
-    require(named.size >= 8, f"{named.size} points with a state that can be named, 8 are needed")
-    return named
 
 
 def _noise_effect(evidence, noise, distance):

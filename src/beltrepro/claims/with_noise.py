@@ -3,18 +3,21 @@
 from functools import partial
 
 import numpy as np
+from scipy import stats
 
 from beltrepro.analysis import intermittency, sections, transitions
 from beltrepro.analysis.errors import NotEnoughDataError, require
 from beltrepro.analysis.fits import rank_correlation
+from beltrepro.analysis.motion import ERRORS
 from beltrepro.claims.criteria import Measurement
-from beltrepro.claims.evidence import last_block_events
 from beltrepro.claims.registry import claim
 from beltrepro.model import units
 
 N_BLOCKS = 5
 WINDOW_RANGE = (3.0, 15.0)
 MINIMUM_SERIES = 5000.0
+MINIMUM_RUNS = 8
+STRONGEST = 2.2  # noise up to which the motion at u = 7 is called noise-induced chaos
 SHARES = {
     "laminar share 5 % to 95 %": (0.05, 0.95),
     "laminar share 1 % to 99 %": (0.01, 0.99),
@@ -84,29 +87,22 @@ def windows_vanish(evidence):
 
 @claim("sigma-c-u7")
 def sigma_c_u7(evidence):
-    """Noise at which r(sigma) at u = 7 has risen half way."""
-    column = evidence.column("n5_u7", N_BLOCKS, 7.0)
-    rise = column.noise_transition
+    """Noise at which r(sigma) at u = 7 has risen half way, and the exponents beyond it."""
+    rise = evidence.column("n5_u7", N_BLOCKS, 7.0).noise_transition
+    noise, exponent, error = _exponents(evidence, 7.0)
+    beyond = (noise >= rise.critical) & (noise <= STRONGEST)
+    place = f"between sigma = {rise.critical:.2g} and {STRONGEST:g}"
+    require(beyond.any() or not rise.found, f"no exponent {place}")
+    above = exponent[beyond] > ERRORS * error[beyond]
+    levels = zip(noise[beyond], exponent[beyond], error[beyond], strict=True)
     return Measurement(
         rise.critical,
         rise.error,
         rise.n_points,
-        note=f"r rises from {rise.r_low:.3g} to {rise.r_high:.3g}, "
-        f"10 % to 90 % of it between {rise.lower:.2g} and {rise.upper:.2g}",
-    )
-
-
-@claim("u7-transient-chaos")
-def u7_transient_chaos(evidence):
-    """When the motion at u = 7 becomes periodic, seen at the sticks of the last block."""
-    series = evidence.dataset("u7")
-    _, sticks = last_block_events(series)
-    onset, period = sections.onset_of_recurrence(sticks["position"])
-    time = float(sticks["time"][min(onset, sticks.size - 1)])
-    return Measurement(
-        {"sticks before it repeats": onset, "time": time, "period": period},
-        sample_size=int(sticks.size),
-        checks={"ends periodic": period > 0, "a transient precedes": period > 0 and onset >= 10},
+        checks={"exponent above zero beyond it": bool(above.sum() > 0.5 * beyond.sum())},
+        note=f"r rises from {rise.r_low:.3g} to {rise.r_high:.3g}, 10 % to 90 % of it between "
+        f"{rise.lower:.2g} and {rise.upper:.2g}; largest exponents beyond: "
+        + ", ".join(f"{mean:.2g} +- {own:.1g} at {level:g}" for level, mean, own in levels),
     )
 
 
@@ -263,6 +259,16 @@ def sigma_experiment(evidence):
 
 
 # --- shared ---------------------------------------------------------------------------------------
+
+
+def _exponents(evidence, belt_velocity):
+    """Noise levels, mean largest exponents over the runs, and their standard errors."""
+    arrays, _ = evidence.runs("noisy_motion", n_blocks=N_BLOCKS, belt_velocity=belt_velocity)
+    noise = np.unique(arrays["noise"])
+    values = [arrays["largest_exponent"][arrays["noise"] == level] for level in noise]
+    fewest = min(each.size for each in values)
+    require(fewest >= MINIMUM_RUNS, f"{fewest} runs at a noise level, {MINIMUM_RUNS} are needed")
+    return noise, np.array([each.mean() for each in values]), np.array([*map(stats.sem, values)])
 
 
 def _critical_velocities(evidence, scan):

@@ -5,17 +5,14 @@ from functools import partial
 import numpy as np
 from scipy import stats
 
-from beltrepro.analysis import avalanches, dimension, lifetimes, sections, spectra, states
+from beltrepro.analysis import avalanches, lifetimes, sections, spectra, states
 from beltrepro.analysis.errors import require
-from beltrepro.analysis.fits import rank_correlation
 from beltrepro.claims.criteria import Measurement
-from beltrepro.claims.evidence import last_block_events, require_permanence
+from beltrepro.claims.evidence import last_block_events
 from beltrepro.claims.registry import claim
 
 MINIMUM_SLIPS = 500
-MINIMUM_SECTION_POINTS = 1000
 BINS_PER_DECADE = 10
-UNSETTLED = (states.CHAOTIC, states.INTERMITTENT)
 
 
 # --- Fig. 8 ---------------------------------------------------------------------------------------
@@ -144,36 +141,6 @@ def slip_energy_exponent(evidence):
     }
 
 
-@claim("poincare")
-def poincare(evidence):
-    """Correlation dimension of the section points."""
-    catalogue = evidence.dataset("slips_u1")
-    points = catalogue.arrays["section"]
-    require(
-        points.size >= MINIMUM_SECTION_POINTS,
-        f"{points.size} section points, {MINIMUM_SECTION_POINTS} are needed",
-    )
-    positions, velocities = points["positions"], points["velocities"]
-    state = np.hstack([np.delete(positions, 1, axis=1), velocities])
-    shown = velocities[:, -1] < catalogue.attributes["belt_velocity"] - 1e-6
-    projection = np.column_stack([positions[shown, -1], velocities[shown, -1]])
-
-    def reading(coordinates):
-        found = dimension.correlation_dimension(coordinates)
-        return Measurement(
-            found.dimension,
-            found.error,
-            found.n_points,
-            note=f"fit for distances {found.low:.2g} to {found.high:.2g}",
-        )
-
-    return {
-        "all nine coordinates": partial(reading, state),
-        "points shown (v_rN < 0)": partial(reading, state[shown]),
-        "their projection on (x_N, v_rN)": partial(reading, projection),
-    }
-
-
 # --- Figs. 11 and 12 ------------------------------------------------------------------------------
 
 
@@ -194,24 +161,6 @@ def u7_periodic(evidence):
     )
 
 
-@claim("u15-aperiodic")
-def u15_aperiodic(evidence):
-    """Recurrence and chaos test of the section velocities at u = 15."""
-    row = evidence.row(5, 0.0)
-    nearest = int(np.argmin(np.abs(row.belt_velocity - 15)))
-    require(abs(row.belt_velocity[nearest] - 15) <= 0.25, "no point within 0.25 of u = 15")
-    velocities = row.velocities[nearest]
-    chaos = sections.zero_one_test(velocities)
-    return Measurement(
-        {"K of the 0-1 test": chaos},
-        sample_size=int(np.isfinite(velocities).sum()),
-        checks={
-            "does not repeat": sections.find_period(velocities) == 0,
-            "chaotic in the 0-1 test": chaos > states.CHAOS,
-        },
-    )
-
-
 @claim("u20-transient")
 def u20_transient(evidence):
     """Lifetimes at u = 20: of many runs, and the run from the declared state."""
@@ -219,36 +168,6 @@ def u20_transient(evidence):
         "many runs": partial(_transient_of_many, evidence),
         "run from the declared state": partial(_single_transient, evidence),
     }
-
-
-@claim("no-permanent-chaos")
-def no_permanent_chaos(evidence):
-    """Share of points in 18 <= u <= 50 that are still chaotic."""
-    row = evidence.row(5, 0.0)
-    inside = row.between(*evidence.claim.parameters["belt_velocity"])
-    labels = row.states[inside]
-    labels = labels[labels != states.UNDECIDED]
-    require(labels.size >= 10, f"{labels.size} points in 18 <= u <= 50, 10 are needed")
-    share = float(np.isin(labels, UNSETTLED).mean())
-    require_permanence(share, 0.0, row)
-    error = np.sqrt(share * (1 - share) / labels.size)
-    return Measurement(share, error, labels.size, note=_counted(labels))
-
-
-@claim("bifurcation-sigma0")
-def bifurcation_sigma0(evidence):
-    """Bands and windows for u <= 15."""
-    row = evidence.row(5, 0.0)
-    labels = row.states[row.between(*evidence.claim.parameters["belt_velocity"])]
-    require(labels.size >= 12, f"{labels.size} points in u <= 15, 12 are needed")
-    chaotic = float((labels == states.CHAOTIC).mean())
-    windows = states.periodic_windows(labels)
-    return Measurement(
-        {"chaotic share": chaotic, "periodic windows": windows},
-        sample_size=labels.size,
-        checks={"chaotic bands": chaotic >= 0.5, "periodic windows": windows >= 1},
-        note=_counted(labels),
-    )
 
 
 @claim("r-jump")
@@ -296,38 +215,6 @@ def outliers(evidence):
             "none is chaotic": bool(regular.all()),
         },
         note=f"u = {', '.join(f'{u:g}' for u in row.belt_velocity[above])}" if above.any() else "",
-    )
-
-
-@claim("transient-lifetime")
-def transient_lifetime(evidence):
-    """Mean lifetimes against u, exponential with censoring."""
-    runs = evidence.dataset("lifetimes")
-    table = lifetimes.by_belt_velocity(runs, float(runs.attributes["duration"]))
-    velocity, tau, error = table["belt_velocity"], table["tau"], table["tau_error"]
-    known = np.isfinite(tau)
-    require(known.sum() >= 5, f"lifetimes at {known.sum()} belt velocities, 5 are needed")
-    near, far = known & (velocity <= 21), known & (velocity >= 30)
-    require(near.any() and far.any(), "no lifetimes on one side of the range 18 <= u <= 35")
-    rank = rank_correlation(velocity[known], tau[known])
-    longest = int(np.nanargmax(tau))
-    return Measurement(
-        {
-            "tau, u = 18 to 21": float(tau[near].mean()),
-            "tau, u = 30 to 35": float(tau[far].mean()),
-            "rank correlation": rank,
-        },
-        {
-            "tau, u = 18 to 21": _mean_error(error[near]),
-            "tau, u = 30 to 35": _mean_error(error[far]),
-        },
-        int(table["members"].sum()),
-        checks={
-            "grows towards the transition": bool(tau[near].mean() >= 3 * tau[far].mean()),
-            "falls with u": rank < -0.5,
-            "tau below 1e4": bool(known.all() and (tau < 1e4).all()),
-        },
-        note=f"longest {tau[longest]:.3g} at u = {velocity[longest]:g}",
     )
 
 
@@ -449,12 +336,3 @@ def _median_error(values):
         (values,), np.median, n_resamples=500, method="percentile", rng=np.random.default_rng(0)
     )
     return float(result.standard_error)
-
-
-def _mean_error(errors):
-    return float(np.sqrt(np.nansum(errors**2)) / errors.size)
-
-
-def _counted(labels):
-    names, count = np.unique(labels, return_counts=True)
-    return ", ".join(f"{number} {name}" for name, number in zip(names, count, strict=True))

@@ -77,6 +77,8 @@ class Kind:
     complaint : callable
         complaint(settings, points) -> (key, text) of the first value that no schema can refuse,
         or None.
+    kicks : bool
+        Whether its runs can be kicked.
     """
 
     name: str
@@ -84,6 +86,24 @@ class Kind:
     settings: tuple[Setting, ...]
     recorded: tuple[Array, ...]
     complaint: Callable[[dict, Sequence[Point]], tuple[str, str] | None]
+    kicks: bool = False
+
+    def first_complaint(self, settings: dict, points: Sequence[Point]) -> tuple[str, str] | None:
+        """Key and text of the first value that no schema can refuse.
+
+        Parameters
+        ----------
+        settings : dict
+            By name.
+        points : sequence of Point
+            The points of a dataset.
+
+        Returns
+        -------
+        tuple of str or None
+            None if there is none.
+        """
+        return _kicked(self, points) or self.complaint(settings, points)
 
     @property
     def arrays(self) -> dict[str, Array]:
@@ -187,6 +207,20 @@ CLOSED = Setting(
     1e-8,
 )
 
+DISTANCES = Setting(
+    "distances",
+    "",
+    "length",
+    "How far the twins of a chain are moved at first, each by one of these.",
+    {
+        "type": "array",
+        "minItems": 1,
+        "uniqueItems": True,
+        "items": {"type": "number", "exclusiveMinimum": 0, "maximum": 10},
+    },
+    [1e-12, 1e-9, 1e-6, 1e-4, 1e-2, 1.0],
+)
+
 
 def _first(*complaints):
     return next((found for found in complaints if found), None)
@@ -221,6 +255,15 @@ def _section(settings, points):
         return "section_block", f"= {block}: the chain has {smallest} blocks"
     if settings["section_position"] is None:
         return "section_position", "is missing: only for the last block there is a rule"
+    return None
+
+
+def _kicked(kind, points):
+    for point in points:
+        if point.kick > 0 and not kind.kicks:
+            return "kick", f"= {point.kick:g}: kind {kind.name} has none"
+        if point.kick > 0 and point.method != "event":
+            return "kick", f"= {point.kick:g}: method {point.method} has none, only event"
     return None
 
 
@@ -474,8 +517,31 @@ SETTLING = Kind(
         ),
     ),
     lambda settings, points: None,
+    kicks=True,
 )
 
-KINDS = {kind.name: kind for kind in (SCAN, SERIES, CATALOGUE, ESCAPES, MOTION, SETTLING)}
+SEPARATION = Kind(
+    "separation",
+    "When runs that begin close together are first apart by each of several levels "
+    "(docs/chaos.md).",
+    (DURATION, TRANSIENT, DISTANCES),
+    (
+        Array("levels", "", "length", ("level",), "Distances, in ascending order."),
+        Array("distances", "", "length", ("twin",), "How far the twins of a chain are at first."),
+        Array(
+            "passage_time",
+            "",
+            "time",
+            (POINT, "twin", "level"),
+            "Time since the twins were moved at which one was first further away than a level; NaN "
+            "where it never was, or begins further away.",
+        ),
+    ),
+    lambda settings, points: _lengths(settings),
+    kicks=True,
+)
+
+_ALL = (SCAN, SERIES, CATALOGUE, ESCAPES, MOTION, SETTLING, SEPARATION)
+KINDS = {kind.name: kind for kind in _ALL}
 SETTINGS = {each.name: each for kind in KINDS.values() for each in kind.settings}
 """All settings of all kinds."""

@@ -303,7 +303,7 @@ def _dataset(name: str, entry: Given, defaults: Given, config: dict, preset: str
     axes["seed"] = found.get("seed", ({"offset": 0}, "seed"))
     settings = {each.name: cast(each.schema, value(each)[0]) for each in kind.settings}
     points = grids.points(axes, config["seed"], complain)
-    if found_wrong := kind.complaint(settings, points):
+    if found_wrong := kind.first_complaint(settings, points):
         key, text = found_wrong
         where = found.get(key, (None, f"{place}: {key}"))[1]
         raise complain(f"{where} {text}" if where.endswith(key) else f"{where}: {key} {text}")

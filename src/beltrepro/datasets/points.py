@@ -29,6 +29,7 @@ class Point(NamedTuple):
     method: str
     time_step: float
     tolerance: float | None
+    kick: float
     seed: int
     replicate: int
 

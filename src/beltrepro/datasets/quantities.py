@@ -176,6 +176,15 @@ QUANTITIES = {
             None,
         ),
         Quantity(
+            "kick",
+            "",
+            "length",
+            "Standard deviation of the displacement that a block gets when it starts to slip, for "
+            "event only (docs/chaos.md); the paper has none.",
+            {"type": "number", "minimum": 0, "maximum": 10},
+            0.0,
+        ),
+        Quantity(
             "seed",
             "",
             "1",

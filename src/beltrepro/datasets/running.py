@@ -4,7 +4,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from beltrepro.chaos import motions, settling
+from beltrepro.chaos import motions, separation, settling
+from beltrepro.datasets.kinds import KINDS
 from beltrepro.datasets.points import Point, chain, columns
 from beltrepro.simulation import catalogue, escapes, scan, simulate
 
@@ -47,8 +48,10 @@ def run(
         "escapes": escapes,
         "motion": motions,
         "settling": settling,
+        "separation": separation,
     }
-    how = {name: [getattr(point, name) for point in points] for name in _HOW}
+    told = (*_HOW, "kick") if KINDS[kind].kicks else _HOW
+    how = {name: [getattr(point, name) for point in points] for name in told}
     recorded = records[kind](
         [chain(point) for point in points], **how, **settings, progress=progress
     )

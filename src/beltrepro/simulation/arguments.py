@@ -12,7 +12,7 @@ from beltrepro.checks import finite_number, positive
 from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
-from beltrepro.simulation.methods import METHODS, TOLERANCE_RANGE, TOLERANCES
+from beltrepro.simulation.methods import KICKED, METHODS, TOLERANCE_RANGE, TOLERANCES
 
 T = TypeVar("T")
 PerChain: TypeAlias = T | Sequence[T]
@@ -92,6 +92,12 @@ def method_has_tolerance(method: str, value: float | None) -> None:
         raise InputError(
             f"tolerance = {value:g}: method {method!r} has none, only {', '.join(TOLERANCES)}"
         )
+
+
+def method_has_kicks(method: str, kick: float) -> None:
+    """That a method which is told to kick can."""
+    if kick > 0 and method != KICKED:
+        raise InputError(f"kick = {kick:g}: method {method!r} has none, only {KICKED!r}")
 
 
 def whole_steps(name: str, value: float, time_step: float) -> None:

@@ -6,6 +6,7 @@ from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.verlet_integrators import verlet_integrator
 
 METHODS = {"verlet": verlet_integrator, "event": EventIntegrator}
+KICKED = "event"  # the method whose starts of slips can be kicked
 # Tolerance of a step that a method takes unless told otherwise, for those that have one.
 TOLERANCES: dict[str, float] = {
     name: signature(integrator).parameters["tolerance"].default

@@ -9,6 +9,7 @@ import numpy as np
 
 from beltrepro import checks
 from beltrepro.engine.integrator import GROUP_SIZE, Integrator, Sampling, Section
+from beltrepro.engine.kicked_integrator import KickedIntegrator
 from beltrepro.engine.noise import stream_key
 from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
@@ -27,12 +28,14 @@ class Point:
     """One chain to simulate: from which state, by what means.
 
     tolerance : as asked for; None for the method's own.
+    kick : standard deviation of the move of a block that starts to slip, model length.
     """
 
     state: ChainState
     method: str
     time_step: float
     tolerance: float | None
+    kick: float = 0.0
 
     @property
     def parameters(self) -> ChainParameters:
@@ -47,7 +50,7 @@ class Point:
         depend on the others.
         """
         chain = self.parameters
-        numerics = self.method, self.time_step, self.tolerance
+        numerics = self.method, self.time_step, self.tolerance, self.kick > 0
         return chain.n_blocks, chain.law, chain.noise > 0, self.state.time, *numerics
 
     @property
@@ -63,8 +66,10 @@ class Point:
         state = self.state
         arrays = [state.displacements, state.relative_velocities, state.directions]
         if self.parameters.noise > 0:
-            arrays += [state.thresholds, state.stream]
-        return self.parameters, self.kind, *(array.tobytes() for array in arrays)
+            arrays += [state.thresholds]
+        if self.parameters.noise > 0 or self.kick > 0:
+            arrays += [state.stream]
+        return self.parameters, self.kind, self.kick, *(array.tobytes() for array in arrays)
 
 
 def points(
@@ -78,6 +83,7 @@ def points(
     initial_positions: Any,
     initial_spread: Any,
     initial_state: Any,
+    kick: Any = 0.0,
 ) -> list[Point]:
     """Check what a call is told about its chains; one point for each.
 
@@ -94,6 +100,7 @@ def points(
         "replicate": (replicate, arguments.optional_key),
         "initial_spread": (initial_spread, checks.not_negative),
         "initial_state": (initial_state, arguments.optional_state),
+        "kick": (kick, checks.not_negative),
     }
     checked: dict[str, list] = {
         name: arguments.for_each(name, value, len(chains), check)
@@ -112,16 +119,18 @@ def _point(
     method: str,
     time_step: float,
     tolerance: float | None,
+    kick: float,
     **start: Any,
 ) -> Point:
     arguments.method_has_tolerance(method, tolerance)
+    arguments.method_has_kicks(method, kick)
     if start["initial_state"] is None:
         state = _fresh_state(chain, **start)
     else:
         state = _later_state(chain, **start)
     if method == "verlet":
         arguments.whole_steps("initial_state at t", state.time, time_step)
-    return Point(state, method, time_step, tolerance)
+    return Point(state, method, time_step, tolerance, kick)
 
 
 def _fresh_state(
@@ -192,7 +201,7 @@ def _positions(given: Any, chains: Sequence[ChainParameters]) -> list[np.ndarray
 def _warn_of_repeats(found: Sequence[Point]) -> None:
     repeated = len(found) - len({point.identity for point in found})
     if repeated:
-        noise = any(point.parameters.noise > 0 for point in found)
+        noise = any(point.parameters.noise > 0 or point.kick > 0 for point in found)
         advice = "" if noise else " and an initial_spread"
         warnings.warn(
             f"{repeated} of {len(found)} chains repeat another bit by bit; for runs that differ "
@@ -236,14 +245,17 @@ def integrator_of(
 ) -> Integrator:
     """The integrator that advances a group of points."""
     first = members[0]
-    return METHODS[first.method](
-        [point.state for point in members],
-        time_step=first.time_step,
-        sampling=sampling,
-        sampled_blocks=sampled_blocks,
-        section=section,
+    settings: dict[str, Any] = {
+        "time_step": first.time_step,
+        "sampling": sampling,
+        "sampled_blocks": sampled_blocks,
+        "section": section,
         **first.accuracy,
-    )
+    }
+    states = [point.state for point in members]
+    if first.kick > 0:
+        return KickedIntegrator(states, sizes=[point.kick for point in members], **settings)
+    return METHODS[first.method](states, **settings)
 
 
 def observe(integrator: Integrator, duration: float, observers: Sequence, report: Progress) -> None:

@@ -1,0 +1,205 @@
+"""How fast runs that begin close together separate, at each size of their distance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from beltrepro import checks
+from beltrepro.engine.integrator import Chunk
+from beltrepro.engine.noise import stream_key
+from beltrepro.engine.state import ChainState
+from beltrepro.errors import InputError
+from beltrepro.model import ChainParameters
+from beltrepro.simulation import arguments
+from beltrepro.simulation.arguments import PerChain
+from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
+from beltrepro.simulation.sampling import sampling_of
+
+# Of twins at first, model length. Rounding is a tenth of the smallest.
+DISTANCES = (1e-12, 1e-9, 1e-6, 1e-4, 1e-2, 1.0)
+_LARGEST = 10.0  # model length; blocks of irregular motion are some ten apart
+_PER_DECADE = 2  # levels
+_DIRECTION = 2  # purpose of a random stream: in which direction a twin is moved
+
+
+def separation(
+    parameters: ChainParameters | Sequence[ChainParameters],
+    *,
+    duration: float,
+    transient: float,
+    levels: ArrayLike | None = None,
+    distances: Sequence[float] = DISTANCES,
+    method: PerChain[str] = "event",
+    time_step: PerChain[float] = 0.001,
+    tolerance: PerChain[float | None] = None,
+    seed: PerChain[int] | None = None,
+    replicate: PerChain[int] | None = None,
+    initial_positions: ArrayLike | Sequence[ArrayLike] | None = None,
+    initial_spread: PerChain[float] = 0.0,
+    initial_state: PerChain[ChainState] | None = None,
+    kick: PerChain[float] = 0.0,
+    progress: Progress | None = None,
+) -> dict[str, np.ndarray]:
+    """When each of P chains and twins of it are first apart by each of several levels.
+
+    After the transient each chain gets D twins. The blocks of a twin are moved in a random
+    direction, the one that moves most by one of the `distances`. Velocities, and which blocks are
+    stuck, stay the same, and so do all random numbers to come. Then all advance. The distance is
+    the largest difference of the positions of a block, looked at about every 0.1 time units.
+    Finite-size exponents follow from it (`beltrepro.analysis.growth`). Where small distances
+    shrink, only twins that begin further away tell at which size distances grow.
+
+    Parameters
+    ----------
+    parameters : ChainParameters or sequence of them
+        P chains.
+    duration : float
+        Model time of each run, the transient included.
+    transient : float
+        The first part of it, before there is a twin.
+    levels : array (L,)
+        Increasing, model length; if not given two in each decade, from the smallest distance to 10.
+    distances : sequence of float
+        Of the D twins at first, model length.
+    method : str or sequence of str
+        As in `simulate`.
+    time_step, tolerance : float or sequence of float
+        As in `simulate`.
+    seed, replicate : int or sequence of int
+        As in `simulate`.
+    initial_positions : array or sequence of arrays
+        As in `simulate`.
+    initial_spread : float or sequence of float
+        As in `simulate`.
+    initial_state : ChainState or sequence of them
+        As in `simulate`.
+    kick : float or sequence of float
+        Standard deviation of the displacement that each block gets when it starts to slip, model
+        length; for "event" only.
+    progress : callable
+        Called with the fraction done.
+
+    Returns
+    -------
+    dict of arrays
+        levels (L,), distances (D,); passage_time (P, D, L), model time since the twins were moved
+        at which one was first as far away; NaN where it never was, or begins further away.
+
+    Raises
+    ------
+    InputError
+        A value is not allowed.
+    ModelStateError
+        A state left the range of the model.
+    """
+    duration, transient = arguments.lengths(duration, transient)
+    apart = np.array([checks.positive("distances", each) for each in distances])
+    sizes = _levels(levels, apart)
+    chains = points(
+        parameters,
+        method=method,
+        time_step=time_step,
+        tolerance=tolerance,
+        seed=seed,
+        replicate=replicate,
+        initial_positions=initial_positions,
+        initial_spread=initial_spread,
+        initial_state=initial_state,
+        kick=kick,
+    )
+    passage = np.full((len(chains), len(apart), len(sizes)), np.nan)
+    for group, report in groups(chains, progress):
+        members = [chains[index] for index in group]
+        passage[group] = _follow(members, duration, transient, apart, sizes, report)
+    return {"levels": sizes, "distances": apart, "passage_time": passage}
+
+
+def _levels(given: ArrayLike | None, distances: np.ndarray) -> np.ndarray:
+    """Levels at which the time is noted."""
+    if distances.size == 0:
+        raise InputError("distances is empty: at least one is needed")
+    if given is None:
+        count = round(_PER_DECADE * np.log10(_LARGEST / distances.min())) + 1
+        return np.geomspace(distances.min(), _LARGEST, max(count, 2))
+    levels = np.asarray(given, dtype=float)
+    if levels.ndim != 1 or levels.size < 2 or levels[0] <= 0 or not np.all(np.diff(levels) > 0):
+        raise InputError(f"levels = {given!r}: at least two increasing ones above 0 are needed")
+    return levels
+
+
+def _follow(
+    members: list[Point],
+    duration: float,
+    transient: float,
+    distances: np.ndarray,
+    levels: np.ndarray,
+    report: Progress,
+) -> np.ndarray:
+    """Passage times (W, D, L) of a group."""
+    sampling = sampling_of(None, members[0].method, members[0].time_step)
+    before = integrator_of(members, sampling=sampling, sampled_blocks=1)
+    if transient > 0:
+        observe(before, transient, [], lambda done: report(done * transient / duration))
+    # variables of the scheme are made anew for all, since a twin has none
+    firsts = [replace(state, scheme=None) for state in before.state()]
+    states = firsts + [_moved(state, each) for each in distances for state in firsts]
+    together = [replace(members[row % len(members)], state=each) for row, each in enumerate(states)]
+    chains = integrator_of(together, sampling=sampling, sampled_blocks=before.n_blocks)
+    passages = _Passages(len(members), distances, levels, chains.time)
+    start, left = chains.time, duration - transient
+    for chunk in chains.advance(start + left):
+        passages.observe(chunk)
+        report((transient + chunk.end - start) / duration)
+        if passages.done:
+            break
+    return passages.time
+
+
+def _moved(state: ChainState, distance: float) -> ChainState:
+    """A state whose blocks are moved, the one that moves most by `distance`."""
+    key = stream_key(state.parameters, state.seed, state.replicate, _DIRECTION)
+    way = np.random.default_rng(key).standard_normal(len(state.displacements))
+    twin = replace(state, displacements=state.displacements + distance * way / np.abs(way).max())
+    if not np.all(np.diff(twin.positions, prepend=0.0) > 0):
+        raise InputError(f"distances = {distance:g}: blocks of a twin would be beyond each other")
+    return twin
+
+
+class _Passages:
+    """When D twins of W chains are first as far from them as each of L levels.
+
+    The first W chains are followed by their W twins at each of the distances. `time` (W, D, L) is
+    counted from `start`.
+    """
+
+    def __init__(self, width: int, distances: np.ndarray, levels: np.ndarray, start: float) -> None:
+        self._levels, self._start = levels, start
+        self.time = np.full((width, len(distances), len(levels)), np.nan)
+        for twin, distance in enumerate(distances):
+            self.time[:, twin, np.isclose(levels, distance, atol=0.0)] = 0.0
+        self._above = levels > distances[:, None]  # those below are not passed on the way
+
+    @property
+    def done(self) -> bool:
+        """Whether all twins have been at the last level."""
+        return not np.isnan(self.time[:, :, -1]).any()
+
+    def observe(self, chunk: Chunk) -> None:
+        """Look at the samples of a chunk."""
+        width, twins, _ = self.time.shape
+        moved = chunk.displacement.reshape(*chunk.displacement.shape[:2], twins + 1, width)
+        apart = np.abs(moved[:, :, 1:] - moved[:, :, :1]).max(axis=1)
+        farthest = np.maximum.accumulate(apart, axis=0)
+        for twin in range(twins):
+            for lane in range(width):
+                self._note(chunk.time, farthest[:, twin, lane], twin, lane)
+
+    def _note(self, times: np.ndarray, farthest: np.ndarray, twin: int, lane: int) -> None:
+        found = self.time[lane, twin]
+        place = np.searchsorted(farthest, self._levels)
+        new = self._above[twin] & (place < len(farthest)) & np.isnan(found)
+        found[new] = times[place[new]] - self._start

@@ -1,0 +1,64 @@
+"""Random kicks: `event`, disturbed at each start of a slip as a scheme in time steps disturbs it.
+
+A scheme in time steps lets slips start late (`beltrepro.model.disturbance`). A kick does what a
+late start does: it moves a block along the chain at the instant at which its slip starts. Its speed
+does not change. The energy that the springs lose counts as a loss of the block, so that the energy
+balance closes.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from beltrepro.engine.event import SLIP, Hooks
+from beltrepro.engine.law import branch_at, stored_energy
+from beltrepro.engine.noise import normal_pair
+from beltrepro.engine.vector import inlined
+
+
+class Kicks(NamedTuple):
+    """What W chains are kicked by."""
+
+    size: np.ndarray  # (W,) standard deviation of a kick; chains with 0 draw no random number
+
+
+@inlined
+def kick(kind, block, lane, i, group, scratch, kicks):
+    """Hook: moves a block that starts to slip."""
+    chain = lane + i
+    size = kicks.size[chain]
+    if kind == SLIP and size > 0.0:
+        deviate, _ = normal_pair(group.chains.streams, chain)
+        _displace(block, chain, size * deviate, group)
+
+
+@inlined
+def _displace(block, chain, change, group):
+    chains = group.chains
+    before = _stored_beside(block, chain, group)
+    chains.displacement[block, chain] += change
+    chains.dissipated[block, chain] += before - _stored_beside(block, chain, group)
+    for spring in range(block, min(block + 2, chains.direction.shape[0])):
+        chains.branch[spring, chain] = branch_at(_stretch(spring, chain, chains), group.law)
+        chains.branch_changed[spring, chain] = 0.0
+
+
+@inlined
+def _stored_beside(block, chain, group):
+    """Energy of the springs on both sides of a block of one chain."""
+    energy = stored_energy(_stretch(block, chain, group.chains), group.law)
+    if block < group.chains.direction.shape[0] - 1:
+        energy += stored_energy(_stretch(block + 1, chain, group.chains), group.law)
+    return energy
+
+
+@inlined
+def _stretch(spring, chain, chains):
+    """Deformation of a spring of one chain."""
+    stretch = chains.displacement[spring, chain]
+    if spring > 0:
+        stretch -= chains.displacement[spring - 1, chain]
+    return stretch
+
+
+HOOKS = Hooks(event_applied=kick)
