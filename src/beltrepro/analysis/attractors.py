@@ -128,10 +128,7 @@ def _alike(known: dict[str, np.ndarray]) -> list[np.ndarray]:
 
 
 def _with_multiples(orbits: list[np.ndarray], known: dict[str, np.ndarray]) -> list[np.ndarray]:
-    """Orbits, joined by the runs that close after a whole multiple of their period.
-
-    The first run of each has the period itself.
-    """
+    """Orbits with those that are a whole multiple of them; the first run has the single period."""
     found: list[list[np.ndarray]] = []
     for runs in sorted(orbits, key=lambda runs: float(np.median(known["period_time"][runs]))):
         base = next((base for base in found if _is_multiple(runs, base[0], known)), None)
