@@ -29,7 +29,7 @@ def mapped(lasting):
         n_blocks=[5], belt_velocity=U, method=["event"], kick=[0, 1e-7, 2e-3], errors="kick"
     )
     steps = settling(
-        n_blocks=[5], belt_velocity=U, method=["verlet"], time_step=[1e-4, 1e-3], errors="time_step"
+        n_blocks=[5], belt_velocity=U, method=["verlet"], time_step=[2e-5, 1e-3], errors="time_step"
     )
     steps.arrays["irregular_exponent"][:] = np.nan  # verlet has none
     return {
@@ -191,8 +191,8 @@ def test_axes_and_legend_have_words(mapped):
     labels = [axes.get_ylabel() for axes in figure.axes]
     assert labels == ["$N$", r"largest exponent $\lambda_1$", "size of kicks", "time step $dt$"]
     words = [[text.get_text() for text in axes.get_yticklabels()] for axes in (kicks, steps)]
-    assert words[0] == ["0", "$10^{-7}$", r"$2 \cdot 10^{-3}$"]
-    assert words[1] == ["$10^{-4}$", "$10^{-3}$"]
+    assert words[0] == ["$0$", "$10^{-7}$", "$0.002$"]
+    assert words[1] == [r"$2 \times 10^{-5}$", "$0.001$"]
     assert kicks.get_title(loc="right") == "$N = 5$, method event"
     assert steps.get_title(loc="right") == "$N = 5$, method verlet"
     (legend,) = figure.legends

@@ -149,7 +149,7 @@ def _is_multiple(runs: np.ndarray, shorter: np.ndarray, known: dict[str, np.ndar
     return bool(
         multiple > 1
         and np.isclose(time[0], multiple * time[1], rtol=SAME_PERIOD, atol=0)
-        and np.isclose(*disorder, rtol=SAME_DISORDER, atol=0)
+        and np.isclose(disorder[0], disorder[1], rtol=SAME_DISORDER, atol=0)
         and events[0] == multiple * events[1]
     )
 

@@ -30,7 +30,6 @@ ENTRY = Entry(
 
 _FEWEST = 5  # passages that a rate of growth rests on
 _SKIPPED = 1  # levels of a twin in which it turns to the direction that grows
-_PLAIN = 1e-4  # smaller numbers are written as powers of ten
 _DISTURBANCE = "disturbance of a slip"
 
 
@@ -130,15 +129,6 @@ def _draw_noise(axes, noisy, kicked, velocity, colour):
     _draw_means(axes, kicked["kick"][own], kicked["disorder_parameter"][own], fmt="-", color=colour)
     for step, marker in zip(np.unique(noisy["time_step"]), style.MARKERS[2:], strict=False):
         own = near & (noisy["time_step"] == step)
-        label = f"$u = {velocity:g}$, $dt = {_power(step)}$"
+        label = f"$u = {velocity:g}$, $dt = {panels.power(step)}$"
         measured = noisy["disorder_parameter"][own]
         _draw_means(axes, noisy["noise"][own], measured, fmt=marker, label=label, **look)
-
-
-def _power(value):
-    """A number in mathematical type, as a power of ten if it is small."""
-    if value >= _PLAIN:
-        return f"{value:g}"
-    digits, exponent = f"{value:e}".split("e")
-    factor = "" if float(digits) == 1 else rf"{float(digits):g} \times "
-    return f"{factor}10^{{{int(exponent)}}}"

@@ -105,18 +105,9 @@ def _draw_cells(axes, arrays, row, label):
         bottom = bottom + height
     every = -(-velocities.size // _TICKS)
     axes.set_xticks(range(0, velocities.size, every), [f"{u:g}" for u in velocities[::every]])
-    axes.set_yticks(range(levels.size), [_words(level) for level in levels])
+    axes.set_yticks(range(levels.size), [f"${panels.power(level)}$" for level in levels])
     axes.set(xlim=(-0.6, velocities.size - 0.4), ylim=(-0.6, levels.size - 0.4))
     axes.tick_params(length=0)
-
-
-def _words(level):
-    """A level as a label: small ones as powers of ten."""
-    if level == 0 or level >= 1:
-        return f"{level:g}"
-    factor, power = f"{level:.6e}".split("e")
-    factor = "" if float(factor) == 1 else rf"{float(factor):g} \cdot "
-    return f"${factor}10^{{{int(power)}}}$"
 
 
 def _ways(arrays):

@@ -20,6 +20,7 @@ DISORDER = "$r$"
 
 CHECK = "_check"  # suffix of a scan with some of the points by the other integrator
 _SPECTRUM_TO = 2.0  # highest frequency shown: beyond it lies only the smoothness of slips
+_PLAIN = 1e-4  # smaller numbers are written as powers of ten
 _RASTER_FROM = 5000  # more points than this are an image in the PDF
 
 
@@ -63,6 +64,15 @@ def settled(series):
 
 
 # --- words on a panel -----------------------------------------------------------------------------
+
+
+def power(value):
+    """A number in mathematical type, without signs of it, as a power of ten if it is small."""
+    if value == 0 or value >= _PLAIN:
+        return f"{value:g}"
+    digits, exponent = f"{value:e}".split("e")
+    factor = "" if float(digits) == 1 else rf"{float(digits):g} \times "
+    return f"{factor}10^{{{int(exponent)}}}"
 
 
 def letter(axes, text):
