@@ -5,9 +5,9 @@ import math
 from beltrepro.model.disturbance import equivalent_kick
 from beltrepro.simulation.points import Point
 
-# Distances between a disturbed state and that a period earlier, in units of the disturbance. On an
-# orbit of 9 slips they reach 7, on one of 631 they reach 300, of 2052: 5000, of 8089: 50000.
-SCATTERS = (1e2, 1e3, 1e4, 1e5)
+# Distances between a disturbed state and that a period earlier, in units of the disturbance. On
+# orbits of 9, 631, 2052, 8089 and 8924 slips they reach 7, 300, 5000, 50000 and 8 millions.
+SCATTERS = (1e2, 1e3, 1e4, 1e5, 1e6, 1e7)
 # No more than this share of F_st, which stretches a spring by about the size of the motion. An
 # orbit is lost before it scatters so much. Other irregular states differ by about F_st.
 WIDEST = 0.15
