@@ -206,6 +206,8 @@ def test_method_of_all_datasets_in_one_line_but_for_pairs_of_methods():
         "pairs_paths_verlet",
         "pairs_slips_verlet",
         "pairs_states_verlet",
+        "growth",
+        "steps",
     }
 
 

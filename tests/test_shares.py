@@ -7,7 +7,7 @@ import pytest
 
 from beltrepro import ChainParameters, ChainState
 from beltrepro.analysis.shares import shares
-from beltrepro.chaos.disturbance import SCATTER, WIDEST, disturbance, scatter
+from beltrepro.chaos.disturbance import SCATTERS, WIDEST, disturbance, scatters
 from beltrepro.simulation.points import Point
 
 
@@ -51,4 +51,6 @@ def noisy(noise):
 def test_disturbance_of_a_run(changed, expected):
     point = dataclasses.replace(EXACT, **changed)
     assert disturbance(point) == pytest.approx(expected)
-    assert scatter(point) == pytest.approx(min(SCATTER * expected, WIDEST * 71.4))
+    widest = WIDEST * 71.4
+    limits = [each * expected for each in SCATTERS if each * expected < widest]
+    assert scatters(point) == pytest.approx([*limits, widest] if expected else [])

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from beltrepro import checks
 from beltrepro.analysis.motion import EQUILIBRIUM, PERIODIC
 from beltrepro.analysis.recurrence import CLOSED, Recurrence, find_recurrence
-from beltrepro.chaos.disturbance import scatter
+from beltrepro.chaos.disturbance import scatters
 from beltrepro.chaos.vectors import INTERVAL, METHOD, grow, slopes, standard_errors, with_vectors
 from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.state import ChainState
@@ -202,7 +202,7 @@ class _Run:
         closing = self._closing(states, times, middle, closed) if len(times) > 2 else None
         period = int(slips[-1] - slips[-1 - closing.crossings]) if closing else 0
         since = self._repeats_since(period) if period else np.inf
-        if closing and scatter(self.point):
+        if closing and scatters(self.point):
             # disturbances may exchange slips of almost one time
             since = min(since, float(times[closing.since]))
         if self.last_event <= middle or (closing and not period):
@@ -220,10 +220,14 @@ class _Run:
         self, states: np.ndarray, times: np.ndarray, middle: float, closed: float
     ) -> Recurrence | None:
         """The period of the returns in a window."""
-        late = int(np.sum(times > middle)) if scatter(self.point) else 1
-        return find_recurrence(
-            states, times, closed=closed, distance=scatter(self.point), crossings=late
-        )
+        if not scatters(self.point):
+            return find_recurrence(states, times, closed=closed)
+        late = int(np.sum(times > middle))
+        for distance in scatters(self.point):  # a narrow one first: it tells like returns apart
+            found = find_recurrence(states, times, closed=closed, distance=distance, crossings=late)
+            if found:
+                return found
+        return None
 
     def _repeats_since(self, period: int) -> float:
         """Instant from which on the order of the slips repeats after so many of them."""

@@ -10,6 +10,7 @@ ANCHOR = "chaos"
 NEEDS = ("motions", "mean_lifetimes", "noisy_motions")
 PICTURES = ("motion_map", "survival", "disturbance")
 
+_POINT = ("n_blocks", "belt_velocity", "initial_spread")
 _ERRORS = 3.0  # standard errors by which an exponent must be above zero
 _LOW = 15.0  # belt velocity up to which no orbit of continuous slip competes
 _STATES = (PERIODIC, QUASI_PERIODIC, CHAOTIC, TRANSIENT)
@@ -18,6 +19,7 @@ _STATES = (PERIODIC, QUASI_PERIODIC, CHAOTIC, TRANSIENT)
 def gather(material) -> dict:
     """Sentences and tables from what this run has measured."""
     motions, lifetimes, noisy = (pd.read_csv(material.file(name)) for name in NEEDS)
+    lifetimes = lifetimes.drop_duplicates(list(_POINT), keep="last")  # the longest runs come last
     sizes = [_size(n_blocks, own) for n_blocks, own in motions.groupby("n_blocks")]
     five = lifetimes[lifetimes["n_blocks"] == 5]
     return {
