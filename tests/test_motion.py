@@ -350,3 +350,17 @@ def test_bad_input_is_one_line(changes, message):
         classify(settings.pop("parameters"), **settings)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_the_clock_of_the_noise_is_told_to_the_vectors():
+    """By the clock of the rest the largest exponent is that of the motion itself, zero."""
+    chain = ChainParameters(5, 7.0, 2.2)
+    runs = {"duration": 20000, "transient": 4000, "replicate": range(1, 9)}
+    rest, laboratory = (
+        motions([chain] * 8, noise_clock=clock, **runs)["largest_exponent"]
+        for clock in ("rest", "laboratory")
+    )
+    apart = laboratory - rest
+    assert apart.mean() > 3 * apart.std(ddof=1) / np.sqrt(apart.size)
+    with pytest.raises(InputError, match="noise_clock = 'wall'"):
+        motions(chain, duration=100, transient=10, noise_clock="wall")

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from beltrepro.analysis.errors import NotEnoughDataError
 from beltrepro.analysis.motion import name_motion
 from beltrepro.analysis.recurrence import find_recurrence
+from beltrepro.chaos.clocks import REST, integrator_by
 from beltrepro.chaos.vectors import (
     METHOD,
     check_method,
@@ -79,6 +80,7 @@ def classify(
     seed: int = 1,
     replicate: int = 1,
     initial_spread: float = 1.0,
+    noise_clock: str = REST,
     progress: Progress | None = None,
 ) -> Motion:
     """Tell what kind of motion one chain ends in.
@@ -106,6 +108,8 @@ def classify(
         Of 0 or greater; with the parameters they fix all random numbers, the start among them.
     initial_spread : float
         Standard deviation of the random displacements of replicates other than 0, model length.
+    noise_clock : str
+        As in `lyapunov_spectrum`.
     progress : callable
         Called with the fraction done.
 
@@ -133,6 +137,7 @@ def classify(
         seed=seed,
         replicate=replicate,
         initial_spread=initial_spread,
+        noise_clock=noise_clock,
         progress=progress,
     )
     return Motion(parameters, **{name: found[name][0].item() for name in _MEASURED})
@@ -162,6 +167,7 @@ def motions(
     initial_positions: ArrayLike | Sequence[ArrayLike] | None = None,
     initial_spread: PerChain[float] = 0.0,
     initial_state: PerChain[ChainState] | None = None,
+    noise_clock: str = REST,
     progress: Progress | None = None,
 ) -> dict[str, np.ndarray]:
     """Tell what kind of motion each of P chains ends in.
@@ -189,6 +195,8 @@ def motions(
         other than 0, model length.
     initial_state : ChainState
         Where to go on, instead of these.
+    noise_clock : str
+        As in `lyapunov_spectrum`.
     progress : callable
         Called with the fraction done.
 
@@ -219,17 +227,24 @@ def motions(
         initial_state=initial_state,
     )
     check_method(chains)
+    integrator_by(noise_clock)
     rows: list[dict] = [{}] * len(chains)
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
-        for index, row in zip(group, _judge(members, duration, transient, report), strict=True):
+        for index, row in zip(
+            group, _judge(members, duration, transient, noise_clock, report), strict=True
+        ):
             rows[index] = row
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
-def _judge(members: list[Point], duration: float, transient: float, report: Progress) -> list[dict]:
+def _judge(
+    members: list[Point], duration: float, transient: float, noise_clock: str, report: Progress
+) -> list[dict]:
     """A row for each point of a group."""
-    chains = _after(members, transient, lambda fraction: report(fraction * transient / duration))
+    chains = _after(
+        members, transient, noise_clock, lambda fraction: report(fraction * transient / duration)
+    )
     observed = duration - transient
     half = chains.time + (1 - _END) * observed
     moments, log = LengthMoments(len(members), chains.time), ReturnLog(len(members))
@@ -268,7 +283,9 @@ def _judge(members: list[Point], duration: float, transient: float, report: Prog
     return found
 
 
-def _after(members: list[Point], transient: float, report: Progress) -> TangentIntegrator:
+def _after(
+    members: list[Point], transient: float, noise_clock: str, report: Progress
+) -> TangentIntegrator:
     """The chains after the transient, with vectors, and a section at their mean length."""
     # every motion comes down through its mean length again and again
     chain = members[0].parameters
@@ -280,7 +297,8 @@ def _after(members: list[Point], transient: float, report: Progress) -> TangentI
         mean = lengths.result(chain.rest_positions[-1])["mean_length"]
         positions = np.where(np.isfinite(mean), mean, positions)
     size = min(_VECTORS, 2 * chain.n_blocks)
-    return with_vectors(before, members, size, _SAMPLES, Section(chain.n_blocks, positions))
+    section = Section(chain.n_blocks, positions)
+    return with_vectors(before, members, size, _SAMPLES, section, noise_clock)
 
 
 def _period(log: ReturnLog, lane: int) -> tuple[dict, int]:

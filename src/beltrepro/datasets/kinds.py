@@ -198,6 +198,15 @@ SETTLE_TIME = Setting(
     _POSITIVE,
 )
 
+NOISE_CLOCK = Setting(
+    "noise_clock",
+    "",
+    "1",
+    "What is the same noise for two chains: by the time since a rest of the whole chain, or by the "
+    "time in the laboratory (docs/chaos.md).",
+    {"enum": ["rest", "laboratory"]},
+    "rest",
+)
 CLOSED = Setting(
     "closed",
     "",
@@ -462,7 +471,7 @@ ESCAPES = Kind(
 MOTION = Kind(
     "motion",
     "Name, period and largest Lyapunov exponent of the motion after the transient (docs/chaos.md).",
-    (DURATION, TRANSIENT),
+    (DURATION, TRANSIENT, NOISE_CLOCK),
     (
         *_of_points(("state", "", "1", "Name of the motion.")),
         *_PERIOD,
