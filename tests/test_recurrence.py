@@ -118,3 +118,20 @@ def test_edges():
     assert find_recurrence(still, instants(still)).crossings == 1
     with pytest.raises(NotEnoughDataError, match="2 crossings"):
         find_recurrence(still[:2], instants(still[:2]))
+
+
+def test_an_orbit_approached_from_alternate_sides_has_its_own_period():
+    """States a period apart differ by (-0.98)^k: two periods apart they are nearer by far."""
+    number = np.arange(2000)
+    phase = np.array([0.0, 1.0, 3.0])[number % 3]
+    states = np.column_stack([phase + (-0.98) ** (number // 3), 5.0 + phase])
+    assert (
+        np.abs(states[-1] - states[-7]).max() < CLOSED * 8 < np.abs(states[-1] - states[-4]).max()
+    )
+    found = find_recurrence(states, 2.0 * number)
+    assert (found.crossings, found.time) == (3, 6.0)
+
+
+def test_a_doubled_orbit_keeps_its_period():
+    states = np.array([0.0, 1.0, 3.0, 0.0, 1.0, 3.0 + 1e-4])[np.arange(600) % 6][:, None]
+    assert find_recurrence(states, np.arange(600.0)).crossings == 6

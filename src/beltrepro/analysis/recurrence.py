@@ -17,6 +17,7 @@ from beltrepro.analysis.errors import require
 # rounding, 1e-12, allows; the states of an irregular motion of 1e5 crossings come no nearer to each
 # other than 1e-5.
 CLOSED = 1e-8
+NEAR = 1e-6  # the same of two states of an orbit that is still approached
 
 
 @dataclass(frozen=True)
@@ -92,10 +93,22 @@ def find_recurrence(
         latest = apart[-max(period, crossings) :]
         if len(latest) >= crossings and np.all(latest <= limit):
             broken = np.flatnonzero(apart > limit)
+            least = _least_period(states, period, max(NEAR * size, limit))
             return Recurrence(
-                crossings=period,
-                time=float(times[-1] - times[-1 - period]),
+                crossings=least,
+                time=float(times[-1] - times[-1 - least]),
                 distance=float(latest.max() / size),
                 since=int(broken[-1]) + 1 if broken.size else 0,
             )
     return None
+
+
+def _least_period(states: np.ndarray, period: int, near: float) -> int:
+    """The least part of a period after which states come near to each other all the same."""
+    # an orbit that is approached from alternate sides closes after two periods first
+    for part in range(1, period // 2 + 1):
+        if period % part == 0:
+            apart = np.abs(states[-period:] - states[-period - part : -part]).max(axis=1)
+            if np.all(apart <= near):
+                return part
+    return period
