@@ -25,10 +25,11 @@ from beltrepro.analysis import (
     transitions,
 )
 from beltrepro.analysis.steps import FORCE_ORDER
-from beltrepro.figures import panels, registry, style
+from beltrepro.figures import motions, panels, registry, style
 from beltrepro.figures.content import content
 from beltrepro.model import ChainParameters
 from beltrepro.store import Dataset
+from irregular import motion
 
 FIGURES = registry.entries()
 HOW = {
@@ -196,6 +197,7 @@ DATASETS = {name: scan(name) for name in SCANS} | {
     "n10_u38": series(10, 38.0, 0.0, length=7000),
     "slips_u1": slips_u1(),
     "lifetimes": lifetimes(),
+    "motion_map": motion(n_blocks=[2, 3, 4, 5, 6, 7, 10], belt_velocity=[5.0, 20.0, 40.0], runs=3),
 }
 
 
@@ -252,7 +254,7 @@ def is_diagram(curve, name, n, s):
 
 # --- every figure ---------------------------------------------------------------------------------
 
-IN_WORDS = {"Two": 2, "Three": 3, "Four": 4, "Six": 6}
+IN_WORDS = {"Two": 2, "Three": 3, "Four": 4, "Six": 6, "Twelve": 12}
 
 
 def alt_fits(name, figure):
@@ -494,7 +496,7 @@ def test_fig10_is_a_density_where_points_are_many():
 
 
 def test_fig12_is_the_row_without_noise_with_the_other_method_over_it():
-    top, bottom = shown("fig12").panels
+    top, _, bottom = shown("fig12").panels
     assert top.ylabel == "$v_N$" and top.titles[2] == "section $x_N = 555$"
     first, second = top.curves
     is_diagram(first, "n5_rows", 5, 0.0)
@@ -510,7 +512,7 @@ def test_fig12_is_the_row_without_noise_with_the_other_method_over_it():
 
 
 def test_fig12_marks_the_transition():
-    _, bottom = shown("fig12").panels
+    *_, bottom = shown("fig12").panels
     arrays = DATASETS["n5_rows"].arrays
     row = (arrays["n_blocks"] == 5) & (arrays["noise"] == 0)
     order = np.lexsort((arrays["replicate"][row], arrays["belt_velocity"][row]))
@@ -527,7 +529,7 @@ def test_fig12_marks_the_transition():
 
 
 def test_fig12_shows_mean_lifetimes_in_the_inset():
-    _, bottom = shown("fig12").panels
+    *_, bottom = shown("fig12").panels
     (inner,) = bottom.insets
     axes_are(inner, "$u$", r"$\tau$", scales=("linear", "log"))
     (curve,) = inner.curves
@@ -676,16 +678,34 @@ def test_fig21_is_a_curve_for_each_number_of_blocks_and_belt_velocity():
 def test_fig22_is_a_diagram_for_each_number_of_blocks():
     figure = shown("fig22")
     colours = {0.0: style.BLACK, 1.0: style.VERMILION, 5.0: style.SKY}
-    for panel, letter, n in zip(figure.panels, "abcdef", SIZES, strict=True):
+    diagrams = (*figure.panels[:3], *figure.panels[6:9])
+    for panel, letter, n in zip(diagrams, "abcdef", SIZES, strict=True):
         assert panel.titles[0] == f"{letter}."
         assert panel.titles[1] == f"$N = {n}$  section $x_N = {111 * n}$"
         # strong noise first: it lies below
         for curve, s in zip(panel.curves, (5.0, 1.0, 0.0), strict=True):
             is_diagram(curve, "size_rows", n, s)
             assert (curve.label, curve.colour) == (rf"$\sigma = {s:g}$", colours[s])
-    assert figure.legend == tuple(rf"$\sigma = {s:g}$" for s in colours)
-    assert [panel.xlabel for panel in figure.panels] == [""] * 3 + ["$u$"] * 3
-    assert [panel.ylabel for panel in figure.panels] == ["$v_N$", "", ""] * 2
+    assert {rf"$\sigma = {s:g}$" for s in colours} <= set(figure.legend)
+    assert [panel.xlabel for panel in figure.panels] == [""] * 9 + ["$u$"] * 3
+    labels = [panel.ylabel for panel in figure.panels]
+    assert labels == ["$v_N$", "", "", r"$\lambda_1$", "", ""] * 2
+
+
+@pytest.mark.parametrize(
+    ("figure", "place", "n_blocks"),
+    [("fig12", 1, 5)] + [("fig22", 3 + i + 3 * (i > 2), n) for i, n in enumerate(SIZES)],
+)
+def test_exponents_are_those_of_the_motions(figure, place, n_blocks):
+    panel = shown(figure).panels[place]
+    arrays = DATASETS["motion_map"].arrays
+    own = arrays["n_blocks"] == n_blocks
+    states = np.unique(arrays["state"][own])
+    assert {curve.label for curve in panel.curves} == set(states)
+    for curve in panel.curves:
+        chosen = own & (arrays["state"] == curve.label)
+        expected = arrays["belt_velocity"][chosen], arrays["largest_exponent"][chosen]
+        same(curve, *expected, colour=motions.COLOURS[curve.label], label=curve.label)
 
 
 # --- further studies ------------------------------------------------------------------------------

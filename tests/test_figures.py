@@ -17,7 +17,7 @@ from beltrepro.figures import fig07, fig12, fig18, panels, registry, style
 from beltrepro.model import ChainParameters
 from beltrepro.store import Dataset
 from beltrepro.tables import mean_lifetimes
-from irregular import motion, settling, survivals
+from irregular import motion, separation, settling, survivals
 
 FIGURES = registry.entries()
 # The comparison of integrators is drawn in its own tests.
@@ -186,6 +186,10 @@ def lasting(velocities=(3.0, 12.0, 33.0), *, runs=12):
     made["motion_map"] = motion(n_blocks=[2, 4, 6, 10], **u, runs=runs)
     made["kicked"] = settling(**how, method=["event"], kick=levels, errors="kick")
     made["steps"] = settling(**how, method=["verlet"], time_step=levels[1:], errors="time_step")
+    made["weak_noise"] = settling(
+        **how, kick=[0.0], time_step=[1e-3, 1e-5], noise=[0.01, 0.3], errors="noise"
+    )
+    made["growth"] = separation(n_blocks=[5], **u, runs=runs)
     return made
 
 

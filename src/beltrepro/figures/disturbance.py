@@ -17,7 +17,7 @@ ENTRY = Entry(
         "upper limits where no run went further, empty for the scheme. (b) Share of the runs that "
         "are not on a periodic orbit at the end, against the disturbance of each slip: dots with "
         "lines for random kicks of the exact motion, squares for the scheme, whose disturbance is "
-        "u dt divided by the square root of 3. Bars are standard errors. (c) r at the end of these "
+        "u dt divided by the square root of 3. Bars are 95 % intervals. (c) r at the end of these "
         "runs, means. (d) The same for noise, whose disturbance is sigma, at two or more time "
         "steps, over the line of the kicks."
     ),

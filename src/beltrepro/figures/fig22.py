@@ -14,8 +14,8 @@ ENTRY = Entry(
         "noise, coloured by the motion in which a run ends."
     ),
     alt=(
-        "Six bifurcation diagrams, for 2, 3, 4, 6, 7 and 10 blocks, with points of several noise "
-        "levels, and below each the largest exponents against belt velocity."
+        "Twelve panels: bifurcation diagrams for 2, 3, 4, 6, 7 and 10 blocks, with points of "
+        "several noise levels, and below each the largest exponents against belt velocity."
     ),
     number="22",
 )
