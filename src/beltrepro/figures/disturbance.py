@@ -67,6 +67,9 @@ def _finish(growth, share, disorder, noise):
     disorder.set(xlabel=_DISTURBANCE, ylabel=panels.DISORDER)
     noise.set(xlabel=panels.NOISE, ylabel=panels.DISORDER)
     disorder.set_xlim(share.get_xlim())
+    for axes in (growth, share, disorder, noise):
+        if not axes.has_data():
+            panels.note(axes, "no runs")
     for axes in (growth, share, noise):
         if axes.get_legend_handles_labels()[1]:
             axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
