@@ -50,7 +50,8 @@ def _attributes(told: dict, arrays: dict, origin: dict) -> dict:
         if len(arrays[name]) and np.all(arrays[name] == arrays[name][0])
     }
     settings = {name: value for name, value in told["settings"].items() if value is not None}
-    settings |= {name: ", ".join(value) for name, value in settings.items() if _is_list(value)}
+    lists = {name: value for name, value in settings.items() if _is_list(value)}
+    settings |= {name: ", ".join(map(str, value)) for name, value in lists.items()}
     return {
         **{name: told[name] for name in IDENTITY},
         "digest": digest(told),
