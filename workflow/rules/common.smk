@@ -136,7 +136,15 @@ INTEGRATORS = {
 }
 
 
-FOLLOWED = ("motion", "settling", "separation")  # kinds whose motion is judged while it is simulated
+BUILT_ON_EVENT = tuple(
+    f"beltrepro.engine.{name}"
+    for name in ("tangent", "tangent_integrator", "kicks", "kicked_integrator")
+)
+FOLLOWED = (
+    "motion",
+    "settling",
+    "separation",
+)  # kinds whose motion is judged while it is simulated
 
 
 @functools.cache
@@ -154,8 +162,10 @@ def batch_code(wildcards):
     dataset = PLAN.datasets[wildcards.dataset]
     method = dataset.batches[int(wildcards.batch)][0].method
     others = [module for name, module in INTEGRATORS.items() if name != method]
+    if method != "event":
+        others += BUILT_ON_EVENT
     if dataset.kind.name not in FOLLOWED:
-        others.append("beltrepro.chaos")
+        others += ["beltrepro.chaos", *BUILT_ON_EVENT]
     return code_hash("beltrepro.datasets.running", INTEGRATORS[method], without=(*others, *WORDS))
 
 

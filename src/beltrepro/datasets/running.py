@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from beltrepro.chaos import motions, separation, settling
-from beltrepro.datasets.kinds import KINDS
 from beltrepro.datasets.points import Point, chain, columns
 from beltrepro.simulation import catalogue, escapes, scan, simulate
 
@@ -50,7 +49,8 @@ def run(
         "settling": settling,
         "separation": separation,
     }
-    told = (*_HOW, "kick") if KINDS[kind].kicks else _HOW
+    # a plan with kicked points of a kind that takes no kicks has been refused
+    told = (*_HOW, "kick") if any(point.kick > 0 for point in points) else _HOW
     how = {name: [getattr(point, name) for point in points] for name in told}
     recorded = records[kind](
         [chain(point) for point in points], **how, **settings, progress=progress
