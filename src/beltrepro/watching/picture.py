@@ -1,0 +1,179 @@
+"""The chain on its belt, seen from above, to scale in metres."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
+
+from beltrepro.model import ChainParameters
+from beltrepro.model.spring import spring_extension
+from beltrepro.model.units import FORCE_N, LENGTH_M
+from beltrepro.watching import look
+from beltrepro.watching.player import Player
+
+BLOCK_ALONG, BLOCK_ACROSS = 0.04, 0.08  # m; Sec. II
+BELT_HALF_WIDTH = 0.07
+TAPE = (-0.105, -0.075)  # its edges across the belt, m
+CENTIMETRE = 0.01
+
+_ROOM_BEYOND = 1.15  # of the length at which the springs balance static friction; slips overshoot
+_BELT_MARKS = 0.1  # m between lines across the belt
+_COILS, _COIL_HEIGHT = 8, 0.012
+_THIN = 1.3  # points; springs without force, and twice that at full colour
+_STATES = {"s": (0, look.STUCK), "<": (-1, look.SLIPPING), ">": (1, look.SLIPPING)}
+
+
+class ChainPicture:
+    """Artists that show a chain: belt, springs, blocks and signs of stick and slip.
+
+    Parameters
+    ----------
+    axes : Axes
+        Where to draw; it gets its limits and a tape measure.
+    player : Player
+        The chain; as many blocks are drawn.
+    """
+
+    def __init__(self, axes: Axes, player: Player) -> None:
+        chain = player.parameters
+        self.end = visible_length(chain)
+        _room(axes, self.end)
+        scale = Normalize(-_strong(chain), _strong(chain))
+        self.colours = ScalarMappable(scale, look.SPRINGS)
+        self.marks = LineCollection([], colors=look.BELT_MARKS, linewidths=1.5, zorder=2)
+        self.springs = LineCollection([], cmap=look.SPRINGS, norm=scale, zorder=3)
+        self.blocks = [_block(last=i + 1 == chain.n_blocks) for i in range(chain.n_blocks)]
+        self.signs = {shape: _sign(shape, colour) for shape, (_, colour) in _STATES.items()}
+        axes.add_collection(self.marks, autolim=False)
+        axes.add_collection(self.springs, autolim=False)
+        for block in self.blocks:
+            axes.add_patch(block)
+        for sign in self.signs.values():
+            axes.add_line(sign)
+        self.artists = [self.marks, self.springs, *self.blocks, *self.signs.values()]
+        self.show(player)
+
+    def show(self, player: Player) -> None:
+        """Move the artists to where the chain is.
+
+        Parameters
+        ----------
+        player : Player
+            A chain of as many blocks.
+        """
+        places, directions = LENGTH_M * player.positions, player.directions
+        self.marks.set_segments(_belt_marks(LENGTH_M * player.belt, self.end))
+        self.springs.set_segments(_springs(places))
+        forces = FORCE_N * player.tensions
+        self.springs.set_array(forces)
+        self.springs.set_linewidth(_THIN + _THIN * np.abs(self.springs.norm(forces) * 2 - 1))
+        for block, place, direction in zip(self.blocks, places, directions, strict=True):
+            block.set_x(place - BLOCK_ALONG / 2)
+            block.set_edgecolor(look.STUCK if direction == 0 else look.SLIPPING)
+        for shape, (direction, _) in _STATES.items():
+            chosen = places[directions == direction]
+            self.signs[shape].set_data(chosen, np.full(len(chosen), BLOCK_ACROSS / 2 + 0.015))
+
+
+def visible_length(chain: ChainParameters) -> float:
+    """Length of belt that is shown, in metres.
+
+    Parameters
+    ----------
+    chain : ChainParameters
+        The chain that must fit.
+
+    Returns
+    -------
+    float
+        A little more than its length where the springs balance the static friction of all blocks.
+    """
+    pulls = chain.static_friction * np.arange(chain.n_blocks, 0, -1)
+    stretched = (chain.rest_length + spring_extension(pulls, chain)).sum()
+    return float(LENGTH_M * stretched * _ROOM_BEYOND)
+
+
+def _strong(chain: ChainParameters) -> float:
+    """Force in newton at which a spring has its full colour: kinetic friction of all blocks."""
+    return FORCE_N * chain.n_blocks * chain.static_friction * max(chain.friction_ratio, 0.1)
+
+
+def _room(axes: Axes, end: float) -> None:
+    """What stands still: belt, wall, tape measure, and the signs explained."""
+    axes.set(xlim=(-0.03, end), ylim=(TAPE[0] - 0.03, BELT_HALF_WIDTH + 0.03), aspect="equal")
+    axes.axis("off")
+    size = (end, 2 * BELT_HALF_WIDTH)
+    axes.add_patch(Rectangle((0, -BELT_HALF_WIDTH), *size, facecolor=look.BELT, zorder=1))
+    wall = (-0.02, -BELT_HALF_WIDTH)
+    axes.add_patch(
+        Rectangle(
+            wall, 0.02, size[1], facecolor=look.ROOM, edgecolor=look.SOFT, hatch="////", linewidth=0
+        )
+    )
+    _tape(axes, end)
+    explained = [
+        Line2D([], [], color=colour, marker=shape, linestyle="none", label=words)
+        for shape, colour, words in (
+            ("s", look.STUCK, "stuck to the belt"),
+            ("<", look.SLIPPING, "slips back over the belt"),
+            (">", look.SLIPPING, "slips forward"),
+        )
+    ]
+    axes.legend(
+        handles=explained, loc="lower right", bbox_to_anchor=(1, 1), ncols=3, frameon=False,
+        fontsize=9, borderaxespad=0, handletextpad=0.2,
+    )  # fmt: skip
+
+
+def _tape(axes: Axes, end: float) -> None:
+    """A mark every centimetre from the wall, longer ones every ten, with numbers."""
+    top = TAPE[1]
+    for centimetre in range(int(end / CENTIMETRE) + 1):
+        place = centimetre * CENTIMETRE
+        length = (0.008, 0.013, 0.02)[(centimetre % 5 == 0) + (centimetre % 10 == 0)]
+        axes.plot([place, place], [top - length, top], color=look.TEXT, linewidth=0.9)
+        if centimetre % 10 == 0:
+            axes.text(place, TAPE[0], f"{centimetre}", ha="center", va="top", fontsize=8)
+    axes.text(end, TAPE[0], "cm", ha="right", va="top", fontsize=8)
+
+
+def _block(*, last: bool) -> Rectangle:
+    return Rectangle(
+        (0, -BLOCK_ACROSS / 2),
+        BLOCK_ALONG,
+        BLOCK_ACROSS,
+        facecolor=look.LAST_BLOCK if last else look.BLOCK,
+        linewidth=2.5,
+        zorder=6 if last else 5,
+    )
+
+
+def _sign(shape: str, colour: str) -> Line2D:
+    return Line2D([], [], color=colour, marker=shape, markersize=8, linestyle="none", zorder=7)
+
+
+def _belt_marks(moved: float, end: float) -> np.ndarray:
+    """Lines across the belt (L, 2, 2) that move with it."""
+    places = np.arange(moved % _BELT_MARKS, end, _BELT_MARKS)
+    lines = np.empty((len(places), 2, 2))
+    lines[:, :, 0] = places[:, None]
+    lines[:, :, 1] = -BELT_HALF_WIDTH, BELT_HALF_WIDTH
+    return lines
+
+
+def _springs(places: np.ndarray) -> np.ndarray:
+    """Zigzags (N, points, 2) from the wall to the first block, and from block to block."""
+    far = places - BLOCK_ALONG / 2
+    near = np.concatenate([[0.0], places[:-1] + BLOCK_ALONG / 2])
+    along = np.concatenate([[0.0], np.linspace(0.1, 0.9, 2 * _COILS), [1.0]])
+    across = np.concatenate([[0.0], _COIL_HEIGHT * (-1.0) ** np.arange(2 * _COILS), [0.0]])
+    across[[1, -2]] = 0.0
+    lines = np.empty((len(places), len(along), 2))
+    lines[:, :, 0] = near[:, None] + (far - near)[:, None] * along
+    lines[:, :, 1] = across
+    return lines
