@@ -21,6 +21,7 @@ from beltrepro.watching.view import SIZE, View
 KEYS = "space: pause     →: one step     ↑ ↓: faster, slower     c: r from here on     q: close"
 NO_DISPLAY = "no display to open a window on: write a film with --output chain.mp4 or chain.gif"
 _SLOWEST = 0.25  # seconds that a late frame catches up with at most
+_VELOCITY, _NOISE = "belt velocity u", "noise σ"
 _FASTEST_BELT, _LOUDEST_NOISE = 50.0, 10.0  # ends of the sliders; those of the paper's scans
 
 
@@ -43,10 +44,10 @@ class Window:
         with matplotlib.style.context(look.STYLE):
             chain = player.parameters
             ends = max(_FASTEST_BELT, chain.belt_velocity), max(_LOUDEST_NOISE, chain.noise)
-            self.velocity = _slider(figure, 0.06, "u", (0.1, ends[0]), chain.belt_velocity)
-            self.noise = _slider(figure, 0.56, "σ", (0.0, ends[1]), chain.noise)
             figure.text(0.06, 0.02, KEYS, fontsize=10, color=look.TEXT)
             self.complaint = figure.text(0.97, 0.02, "", ha="right", color=look.SLIPPING)
+            self.velocity = _slider(figure, 0.16, _VELOCITY, (0.1, ends[0]), chain.belt_velocity)
+            self.noise = _slider(figure, 0.62, _NOISE, (0.0, ends[1]), chain.noise)
         self._actions = {
             " ": self._pause,
             "right": self._step,
@@ -169,13 +170,13 @@ def open_window(player: Player, clock: Clock) -> None:
 
 
 def _slider(figure: Figure, left: float, name: str, ends: tuple[float, float], now: float) -> Any:
-    axes = figure.add_axes((left + 0.03, 0.065, 0.34, 0.03))
+    axes = figure.add_axes((left, 0.065, 0.3, 0.03))
     return Slider(
         axes,
         name,
         *ends,
         valinit=now,
-        valstep=None,
+        valfmt="%.2f",
         color=look.STUCK,
         track_color=look.BELT,
         handle_style={"facecolor": look.TEXT, "edgecolor": look.ROOM},
