@@ -6,7 +6,7 @@ frame takes. `View` draws a player; `Window` and `write_film` make frames of it.
 
 from beltrepro.watching.clock import Clock
 from beltrepro.watching.film import check_film, write_film
-from beltrepro.watching.player import Player
+from beltrepro.watching.player import Player, begin
 from beltrepro.watching.view import View
 from beltrepro.watching.window import Window, check_display, open_window
 
@@ -15,6 +15,7 @@ __all__ = [
     "Player",
     "View",
     "Window",
+    "begin",
     "check_display",
     "check_film",
     "open_window",

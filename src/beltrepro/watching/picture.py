@@ -24,6 +24,7 @@ CENTIMETRE = 0.01
 _ROOM_BEYOND = 1.15  # of the length at which the springs balance static friction; slips overshoot
 _BELT_MARKS = 0.1  # m between lines across the belt
 _COILS, _COIL_HEIGHT = 8, 0.012
+_RIM = 0.005  # m of black around the white block: nothing bright touches it, so a tracker finds it
 _THIN = 1.3  # points; springs without force, and twice that at full colour
 _STATES = {"s": (0, look.STUCK), "<": (-1, look.SLIPPING), ">": (1, look.SLIPPING)}
 
@@ -47,15 +48,16 @@ class ChainPicture:
         self.colours = ScalarMappable(scale, look.SPRINGS)
         self.marks = LineCollection([], colors=look.BELT_MARKS, linewidths=1.5, zorder=2)
         self.springs = LineCollection([], cmap=look.SPRINGS, norm=scale, zorder=3)
+        self.rim = _rim()
         self.blocks = [_block(last=i + 1 == chain.n_blocks) for i in range(chain.n_blocks)]
         self.signs = {shape: _sign(shape, colour) for shape, (_, colour) in _STATES.items()}
         axes.add_collection(self.marks, autolim=False)
         axes.add_collection(self.springs, autolim=False)
-        for block in self.blocks:
-            axes.add_patch(block)
+        for patch in (self.rim, *self.blocks):
+            axes.add_patch(patch)
         for sign in self.signs.values():
             axes.add_line(sign)
-        self.artists = [self.marks, self.springs, *self.blocks, *self.signs.values()]
+        self.artists = [self.marks, self.springs, self.rim, *self.blocks, *self.signs.values()]
         self.show(player)
 
     def show(self, player: Player) -> None:
@@ -75,6 +77,7 @@ class ChainPicture:
         for block, place, direction in zip(self.blocks, places, directions, strict=True):
             block.set_x(place - BLOCK_ALONG / 2)
             block.set_edgecolor(look.STUCK if direction == 0 else look.SLIPPING)
+        self.rim.set_x(places[-1] - BLOCK_ALONG / 2 - _RIM)
         for shape, (direction, _) in _STATES.items():
             chosen = places[directions == direction]
             self.signs[shape].set_data(chosen, np.full(len(chosen), BLOCK_ACROSS / 2 + 0.015))
@@ -136,7 +139,7 @@ def _tape(axes: Axes, end: float) -> None:
     for centimetre in range(int(end / CENTIMETRE) + 1):
         place = centimetre * CENTIMETRE
         length = (0.008, 0.013, 0.02)[(centimetre % 5 == 0) + (centimetre % 10 == 0)]
-        axes.plot([place, place], [top - length, top], color=look.TEXT, linewidth=0.9)
+        axes.plot([place, place], [top - length, top], color=look.TEXT, linewidth=0.9, snap=False)
         if centimetre % 10 == 0:
             axes.text(place, TAPE[0], f"{centimetre}", ha="center", va="top", fontsize=8)
     axes.text(end, TAPE[0], "cm", ha="right", va="top", fontsize=8)
@@ -149,8 +152,15 @@ def _block(*, last: bool) -> Rectangle:
         BLOCK_ACROSS,
         facecolor=look.LAST_BLOCK if last else look.BLOCK,
         linewidth=2.5,
+        snap=False,  # edges lie between pixels where they are
         zorder=6 if last else 5,
     )
+
+
+def _rim() -> Rectangle:
+    corner = (0, -BLOCK_ACROSS / 2 - _RIM)
+    sides = (BLOCK_ALONG + 2 * _RIM, BLOCK_ACROSS + 2 * _RIM)
+    return Rectangle(corner, *sides, facecolor=look.BLOCK, linewidth=0, zorder=5.5)
 
 
 def _sign(shape: str, colour: str) -> Line2D:
@@ -168,12 +178,11 @@ def _belt_marks(moved: float, end: float) -> np.ndarray:
 
 def _springs(places: np.ndarray) -> np.ndarray:
     """Zigzags (N, points, 2) from the wall to the first block, and from block to block."""
-    far = places - BLOCK_ALONG / 2
     near = np.concatenate([[0.0], places[:-1] + BLOCK_ALONG / 2])
+    far = places - BLOCK_ALONG / 2
     along = np.concatenate([[0.0], np.linspace(0.1, 0.9, 2 * _COILS), [1.0]])
-    across = np.concatenate([[0.0], _COIL_HEIGHT * (-1.0) ** np.arange(2 * _COILS), [0.0]])
-    across[[1, -2]] = 0.0
     lines = np.empty((len(places), len(along), 2))
     lines[:, :, 0] = near[:, None] + (far - near)[:, None] * along
-    lines[:, :, 1] = across
+    lines[:, :, 1] = _COIL_HEIGHT * (-1.0) ** np.arange(len(along))
+    lines[:, [0, 1, -2, -1], 1] = 0.0
     return lines

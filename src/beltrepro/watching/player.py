@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from beltrepro import checks
 from beltrepro.model import ChainParameters
 from beltrepro.model.spring import chain_deformations, spring_force
 from beltrepro.simulation import ChainState, Run, simulate
+from beltrepro.watching.clock import Clock
 from beltrepro.watching.record import Record
 
 STRETCH = 250.0  # a run that is cut at multiples of it has the bits of the uncut run (docs/states.md)
@@ -158,6 +160,36 @@ class Player:
         return -spring_force(
             chain_deformations(self.positions, self.parameters), self.parameters
         )
+
+
+def begin(parameters: ChainParameters, clock: Clock, transient: float, seed: int) -> Player:
+    """A chain to watch, from undeformed springs (Sec. III).
+
+    Parameters
+    ----------
+    parameters : ChainParameters
+        The chain.
+    clock : Clock
+        Says which instants can be shown.
+    transient : float
+        Model time that passes before the first of them.
+    seed : int
+        Fixes the random numbers.
+
+    Returns
+    -------
+    Player
+        At the end of the transient.
+
+    Raises
+    ------
+    InputError
+        A value is not allowed.
+    """
+    state = ChainState.at_rest(parameters, seed=seed)
+    if checks.not_negative("transient", transient) > 0:
+        state = _simulated(state, transient, None).final_state
+    return Player.begin(state, clock.tick)
 
 
 def _ahead(state: ChainState, tick: float) -> Run:
