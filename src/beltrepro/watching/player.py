@@ -13,7 +13,9 @@ from beltrepro.simulation import ChainState, Run, simulate
 from beltrepro.watching.clock import Clock
 from beltrepro.watching.record import Record
 
-STRETCH = 250.0  # a run that is cut at multiples of it has the bits of the uncut run (docs/states.md)
+STRETCH = (
+    250.0  # a run that is cut at multiples of it has the bits of the uncut run (docs/states.md)
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,9 +159,7 @@ class Player:
     @property
     def tensions(self) -> np.ndarray:
         """Tension (N,) of the spring before each block, unit of force; positive when stretched."""
-        return -spring_force(
-            chain_deformations(self.positions, self.parameters), self.parameters
-        )
+        return -spring_force(chain_deformations(self.positions, self.parameters), self.parameters)
 
 
 def begin(parameters: ChainParameters, clock: Clock, transient: float, seed: int) -> Player:

@@ -163,10 +163,17 @@ def open_window(player: Player, clock: Clock) -> None:
     with matplotlib.style.context(look.STYLE):
         figure = plt.figure("beltrepro watch", figsize=SIZE)
     window = Window(player, clock, figure)
+    _compile(player)
     timer = figure.canvas.new_timer(interval=round(1000 / clock.frames_per_second))
     timer.add_callback(window.on_timer)
     timer.start()
     plt.show()
+
+
+def _compile(player: Player) -> None:
+    """Compile the code of chains with and without noise now, not when the slider asks for it."""
+    chain = player.parameters
+    player.under(replace(chain, noise=0.0 if chain.noise > 0 else 1.0))
 
 
 def _slider(figure: Figure, left: float, name: str, ends: tuple[float, float], now: float) -> Any:
