@@ -194,7 +194,7 @@ def test_a_frame_drawn_over_the_last_one_is_that_drawn_afresh(later):
 
 
 def test_the_white_block_is_where_it_is_in_the_pixels(later):
-    """A recording of it can be measured: white, alone, at its place by the tape's zero and scale."""
+    """A film can be measured: the block is white, alone, and at its place by the tape."""
     view = View(later, CLOCK)
     view.draw(later, CLOCK)
     zero, row = view.picture.rim.axes.transData.transform((0.0, 0.0))
@@ -202,6 +202,7 @@ def test_the_white_block_is_where_it_is_in_the_pixels(later):
         now = later.advance(ticks)
         view.draw(now, CLOCK)
         line = view.pixels()[-1 - round(row) - 30].min(axis=1).astype(float)  # beside the spring
+        line[: round(zero)] = 0.0  # the wall
         white = np.maximum(line - 100, 0.0)  # the coloured edges have less of some colour
         middle = (white * (np.arange(len(line)) + 0.5)).sum() / white.sum()
         place = (middle - zero) * view.metres_per_pixel

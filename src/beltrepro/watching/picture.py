@@ -44,7 +44,8 @@ class ChainPicture:
         chain = player.parameters
         self.end = visible_length(chain)
         _room(axes, self.end)
-        scale = Normalize(-_strong(chain), _strong(chain))
+        self.strong = _strong(chain)
+        scale = Normalize(-self.strong, self.strong)
         self.colours = ScalarMappable(scale, look.SPRINGS)
         self.marks = LineCollection([], colors=look.BELT_MARKS, linewidths=1.5, zorder=2)
         self.springs = LineCollection([], cmap=look.SPRINGS, norm=scale, zorder=3)
@@ -69,11 +70,11 @@ class ChainPicture:
             A chain of as many blocks.
         """
         places, directions = LENGTH_M * player.positions, player.directions
-        self.marks.set_segments(_belt_marks(LENGTH_M * player.belt, self.end))
-        self.springs.set_segments(_springs(places))
+        self.marks.set_segments(list(_belt_marks(LENGTH_M * player.belt, self.end)))
+        self.springs.set_segments(list(_springs(places)))
         forces = FORCE_N * player.tensions
         self.springs.set_array(forces)
-        self.springs.set_linewidth(_THIN + _THIN * np.abs(self.springs.norm(forces) * 2 - 1))
+        self.springs.set_linewidth(_THIN * (1 + np.minimum(np.abs(forces) / self.strong, 1)).tolist())
         for block, place, direction in zip(self.blocks, places, directions, strict=True):
             block.set_x(place - BLOCK_ALONG / 2)
             block.set_edgecolor(look.STUCK if direction == 0 else look.SLIPPING)
