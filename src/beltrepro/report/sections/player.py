@@ -17,10 +17,10 @@ _TITLES = {
     "play_n10": "Ten blocks",
 }
 _WORDS = {
-    "play_u1": "The blocks ride on the belt for a long time and slip back in avalanches.",
+    "play_u1": "The blocks ride on the belt for long and slip back in avalanches.",
     "play_u17": "Swings, large and small, are now and then broken by long slips of the last block.",
     "play_u25": "The motion is irregular at first, until the last block slips without a stop.",
-    "play_n10": "A longer chain: slips run along it, and only some reach the last block.",
+    "play_n10": "A longer chain: slips run along it, and only some reach the last one.",
 }
 NEEDS = tuple(_TITLES)
 
@@ -81,7 +81,7 @@ def _longest(directions: np.ndarray, time: np.ndarray) -> str:
         return "Here the last block does not slip."
     longest = np.argmax(ends - begins)
     begin, end = time[begins[longest]], time[ends[longest] - 1]
-    return f"Here its longest slip lasts from t = {begin:.0f} to {end:.0f}."
+    return f"The longest slip of the last block here lasts from t = {begin:.0f} to {end:.0f}."
 
 
 def _speed(velocity: float) -> float:
