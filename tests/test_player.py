@@ -1,4 +1,4 @@
-"""The player of the report: what the page carries, and how it works in a browser, if there is one."""
+"""The player of the report: what the page carries, and how it works in a browser."""
 
 import base64
 import functools
@@ -128,12 +128,14 @@ def worked(section, folder, width, *flags):
     style = (Path(report.__file__).parent / "report.css").read_text(encoding="utf-8")
     page.write_text(
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><style>{style}</style>'
-        f'<script>{STEADY}</script></head><body style="width: {width}px">{section}<script>{script}</script></body></html>',
+        f'<script>{STEADY}</script></head><body style="width: {width}px">{section}'
+        f"<script>{script}</script></body></html>",
         encoding="utf-8",
     )
     call = [
-        BROWSER, "--headless", "--disable-gpu", "--no-first-run", f"--user-data-dir={folder / 'own'}",
-        "--host-resolver-rules=MAP * ~NOTFOUND", "--virtual-time-budget=20000", *flags,
+        BROWSER, "--headless", "--disable-gpu", "--no-first-run",
+        f"--user-data-dir={folder / 'own'}", "--host-resolver-rules=MAP * ~NOTFOUND",
+        "--virtual-time-budget=20000", *flags,
         *(["--no-sandbox"] if os.getuid() == 0 else []), "--dump-dom", page.as_uri(),
     ]  # fmt: skip
     done = subprocess.run(call, capture_output=True, text=True, timeout=120, check=False)

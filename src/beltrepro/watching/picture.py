@@ -74,7 +74,8 @@ class ChainPicture:
         self.springs.set_segments(list(_springs(places)))
         forces = FORCE_N * player.tensions
         self.springs.set_array(forces)
-        self.springs.set_linewidth(_THIN * (1 + np.minimum(np.abs(forces) / self.strong, 1)).tolist())
+        strengths = np.minimum(np.abs(forces) / self.strong, 1)
+        self.springs.set_linewidth((_THIN * (1 + strengths)).tolist())
         for block, place, direction in zip(self.blocks, places, directions, strict=True):
             block.set_x(place - BLOCK_ALONG / 2)
             block.set_edgecolor(look.STUCK if direction == 0 else look.SLIPPING)
