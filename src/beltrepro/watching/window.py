@@ -158,14 +158,15 @@ def open_window(player: Player, clock: Clock) -> None:
     import matplotlib.pyplot as plt
 
     # the keys of the window are its own
-    for name in [name for name in matplotlib.rcParams if name.startswith("keymap.")]:
-        matplotlib.rcParams[name] = ["q"] if name == "keymap.quit" else []
+    keys = {name: [] for name in matplotlib.rcParams if name.startswith("keymap.")}
+    matplotlib.rcParams.update({**keys, "keymap.quit": ["q"], "toolbar": "None"})
     with matplotlib.style.context(look.STYLE):
         figure = plt.figure("beltrepro watch", figsize=SIZE)
     window = Window(player, clock, figure)
     _compile(player)
     timer = figure.canvas.new_timer(interval=round(1000 / clock.frames_per_second))
     timer.add_callback(window.on_timer)
+    figure.canvas.mpl_connect("close_event", lambda event: timer.stop())
     timer.start()
     plt.show()
 
@@ -185,6 +186,7 @@ def _slider(figure: Figure, left: float, name: str, ends: tuple[float, float], n
         valinit=now,
         valfmt="%.2f",
         color=look.STUCK,
+        initcolor="none",
         track_color=look.BELT,
         handle_style={"facecolor": look.TEXT, "edgecolor": look.ROOM},
     )
