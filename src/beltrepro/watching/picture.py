@@ -11,17 +11,15 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from beltrepro.model import ChainParameters
-from beltrepro.model.spring import spring_extension
 from beltrepro.model.units import FORCE_N, LENGTH_M
 from beltrepro.watching import look
 from beltrepro.watching.player import Player
+from beltrepro.watching.room import BELT_HALF_WIDTH, Room
 
 BLOCK_ALONG, BLOCK_ACROSS = 0.04, 0.08  # m; Sec. II
-BELT_HALF_WIDTH = 0.07
-TAPE = (-0.105, -0.075)  # its edges across the belt, m
-CENTIMETRE = 0.01
 
-_ROOM_BEYOND = 1.15  # of the length at which the springs balance static friction; slips overshoot
+_SIGN = 0.018  # m, of a sign; in points at least and at most:
+_SIGN_POINTS, _EDGE_POINTS = (5.0, 8.0), (1.0, 2.5)
 _BELT_MARKS = 0.1  # m between lines across the belt
 _COILS, _COIL_HEIGHT = 8, 0.012
 _RIM = 0.005  # m of black around the white block: nothing bright touches it, so a tracker finds it
@@ -35,23 +33,28 @@ class ChainPicture:
     Parameters
     ----------
     axes : Axes
-        Where to draw; it gets its limits and a tape measure.
+        Where to draw; it gets its limits, the wall and a tape measure.
     player : Player
         The chain; as many blocks are drawn.
     """
 
     def __init__(self, axes: Axes, player: Player) -> None:
         chain = player.parameters
-        self.end = visible_length(chain)
-        _room(axes, self.end)
+        self.room = Room(axes, chain)
+        points = 72 / axes.figure.dpi  # in a pixel
+        sign = float(np.clip(_SIGN * self.room.pixels_per_metre * points, *_SIGN_POINTS))
+        edge = float(np.clip(0.3 * sign, *_EDGE_POINTS))
+        self._above = (
+            BLOCK_ACROSS / 2 + (0.5 * sign + 1.5 * edge) / points / self.room.pixels_across
+        )
         self.strong = _strong(chain)
         scale = Normalize(-self.strong, self.strong)
         self.colours = ScalarMappable(scale, look.SPRINGS)
         self.marks = LineCollection([], colors=look.BELT_MARKS, linewidths=1.5, zorder=2)
         self.springs = LineCollection([], cmap=look.SPRINGS, norm=scale, zorder=3)
         self.rim = _rim()
-        self.blocks = [_block(last=i + 1 == chain.n_blocks) for i in range(chain.n_blocks)]
-        self.signs = {shape: _sign(shape, colour) for shape, (_, colour) in _STATES.items()}
+        self.blocks = [_block(edge, last=i + 1 == chain.n_blocks) for i in range(chain.n_blocks)]
+        self.signs = {shape: _sign(shape, colour, sign) for shape, (_, colour) in _STATES.items()}
         axes.add_collection(self.marks, autolim=False)
         axes.add_collection(self.springs, autolim=False)
         for patch in (self.rim, *self.blocks):
@@ -70,7 +73,7 @@ class ChainPicture:
             A chain of as many blocks.
         """
         places, directions = LENGTH_M * player.positions, player.directions
-        self.marks.set_segments(list(_belt_marks(LENGTH_M * player.belt, self.end)))
+        self.marks.set_segments(list(_belt_marks(LENGTH_M * player.belt, self.room.end)))
         self.springs.set_segments(list(_springs(places)))
         forces = FORCE_N * player.tensions
         self.springs.set_array(forces)
@@ -82,25 +85,7 @@ class ChainPicture:
         self.rim.set_x(places[-1] - BLOCK_ALONG / 2 - _RIM)
         for shape, (direction, _) in _STATES.items():
             chosen = places[directions == direction]
-            self.signs[shape].set_data(chosen, np.full(len(chosen), BLOCK_ACROSS / 2 + 0.015))
-
-
-def visible_length(chain: ChainParameters) -> float:
-    """Length of belt that is shown, in metres.
-
-    Parameters
-    ----------
-    chain : ChainParameters
-        The chain that must fit.
-
-    Returns
-    -------
-    float
-        A little more than its length where the springs balance the static friction of all blocks.
-    """
-    pulls = chain.static_friction * np.arange(chain.n_blocks, 0, -1)
-    stretched = (chain.rest_length + spring_extension(pulls, chain)).sum()
-    return float(LENGTH_M * stretched * _ROOM_BEYOND)
+            self.signs[shape].set_data(chosen, np.full(len(chosen), self._above))
 
 
 def _strong(chain: ChainParameters) -> float:
@@ -108,52 +93,13 @@ def _strong(chain: ChainParameters) -> float:
     return FORCE_N * chain.n_blocks * chain.static_friction * max(chain.friction_ratio, 0.1)
 
 
-def _room(axes: Axes, end: float) -> None:
-    """What stands still: belt, wall, tape measure, and the signs explained."""
-    axes.set(xlim=(-0.03, end), ylim=(TAPE[0] - 0.03, BELT_HALF_WIDTH + 0.03), aspect="equal")
-    axes.axis("off")
-    size = (end, 2 * BELT_HALF_WIDTH)
-    axes.add_patch(Rectangle((0, -BELT_HALF_WIDTH), *size, facecolor=look.BELT, zorder=1))
-    wall = (-0.02, -BELT_HALF_WIDTH)
-    axes.add_patch(
-        Rectangle(
-            wall, 0.02, size[1], facecolor=look.ROOM, edgecolor=look.SOFT, hatch="////", linewidth=0
-        )
-    )
-    _tape(axes, end)
-    explained = [
-        Line2D([], [], color=colour, marker=shape, linestyle="none", label=words)
-        for shape, colour, words in (
-            ("s", look.STUCK, "stuck to the belt"),
-            ("<", look.SLIPPING, "slips back over the belt"),
-            (">", look.SLIPPING, "slips forward"),
-        )
-    ]
-    axes.legend(
-        handles=explained, loc="lower right", bbox_to_anchor=(1, 1), ncols=3, frameon=False,
-        fontsize=9, borderaxespad=0, handletextpad=0.2,
-    )  # fmt: skip
-
-
-def _tape(axes: Axes, end: float) -> None:
-    """A mark every centimetre from the wall, longer ones every ten, with numbers."""
-    top = TAPE[1]
-    for centimetre in range(int(end / CENTIMETRE) + 1):
-        place = centimetre * CENTIMETRE
-        length = (0.008, 0.013, 0.02)[(centimetre % 5 == 0) + (centimetre % 10 == 0)]
-        axes.plot([place, place], [top - length, top], color=look.TEXT, linewidth=0.9, snap=False)
-        if centimetre % 10 == 0:
-            axes.text(place, TAPE[0], f"{centimetre}", ha="center", va="top", fontsize=8)
-    axes.text(end, TAPE[0], "cm", ha="right", va="top", fontsize=8)
-
-
-def _block(*, last: bool) -> Rectangle:
+def _block(edge: float, *, last: bool) -> Rectangle:
     return Rectangle(
         (0, -BLOCK_ACROSS / 2),
         BLOCK_ALONG,
         BLOCK_ACROSS,
         facecolor=look.LAST_BLOCK if last else look.BLOCK,
-        linewidth=2.5,
+        linewidth=edge,
         snap=False,  # edges lie between pixels where they are
         zorder=6 if last else 5,
     )
@@ -165,8 +111,8 @@ def _rim() -> Rectangle:
     return Rectangle(corner, *sides, facecolor=look.BLOCK, linewidth=0, zorder=5.5)
 
 
-def _sign(shape: str, colour: str) -> Line2D:
-    return Line2D([], [], color=colour, marker=shape, markersize=8, linestyle="none", zorder=7)
+def _sign(shape: str, colour: str, size: float) -> Line2D:
+    return Line2D([], [], color=colour, marker=shape, markersize=size, linestyle="none", zorder=7)
 
 
 def _belt_marks(moved: float, end: float) -> np.ndarray:

@@ -7,9 +7,9 @@ from matplotlib.axes import Axes
 
 from beltrepro.model.units import LENGTH_M, TIME_S
 from beltrepro.watching import look
-from beltrepro.watching.picture import visible_length
 from beltrepro.watching.player import Player
 from beltrepro.watching.record import KEPT
+from beltrepro.watching.room import visible_length
 
 _STEP = 0.05  # the scale of r ends at a multiple of it
 

@@ -14,6 +14,7 @@ from beltrepro.watching import look
 from beltrepro.watching.clock import Clock
 from beltrepro.watching.picture import ChainPicture
 from beltrepro.watching.player import Player
+from beltrepro.watching.room import signs_explained
 from beltrepro.watching.strips import Strips
 
 SIZE = (12.8, 7.2)  # inches; at 100 dots an inch a film of 1280 by 720
@@ -53,14 +54,18 @@ class View:
 
     def _compose(self, player: Player, foot: float) -> None:
         width, unit = _RIGHT - _LEFT, 1 - foot
-        belt = self.figure.add_axes((_LEFT, foot + 0.52 * unit, width, 0.36 * unit))
+        belt = self.figure.add_axes((_LEFT, foot + 0.52 * unit, width, 0.31 * unit))
         length = self.figure.add_axes((_LEFT, foot + 0.27 * unit, width, 0.22 * unit))
         disorder = self.figure.add_axes((_LEFT, foot + 0.10 * unit, width, 0.14 * unit))
         self.picture = ChainPicture(belt, player)
         self.strips = Strips(length, disorder, player)
         self.settings = self.figure.text(_RIGHT, 0.955, "", fontsize=13, va="center", ha="right")
         self.numbers = self.figure.text(_LEFT, 0.955, "", fontsize=13, va="center")
-        scale = belt.inset_axes((0.0, 1.03, 0.22, 0.05))
+        scale = self.figure.add_axes((_LEFT, 0.875, 0.2, 0.014))
+        self.figure.legend(
+            handles=signs_explained(), loc="upper right", bbox_to_anchor=(_RIGHT, 0.915), ncols=3,
+            frameon=False, fontsize=9, borderaxespad=0, handletextpad=0.2,
+        )  # fmt: skip
         self.figure.colorbar(self.picture.colours, cax=scale, orientation="horizontal")
         scale.set_title("pull of a spring (N): below 0 compressed", fontsize=9, pad=3, loc="left")
         self._moving = [*self.picture.artists, *self.strips.artists, self.numbers]
