@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
@@ -78,7 +79,7 @@ def write_film(
     duration: float,
     progress: Callable[[float], None] | None = None,
 ) -> View:
-    """Write a film of a chain from now on.
+    """Write a film of a chain from now on; the file appears under its name when it is complete.
 
     Parameters
     ----------
@@ -107,10 +108,15 @@ def write_film(
     view = View(player, clock)
     count = frames_of(duration, clock)
     frames = _frames(view, player, clock, count, progress or (lambda fraction: None))
-    if path.suffix.lower() == ".gif":
-        _write_gif(path, frames, count, clock.frames_per_second)
-    else:
-        _write_mp4(path, frames, view.canvas.get_width_height(), clock.frames_per_second)
+    part = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    try:
+        if path.suffix.lower() == ".gif":
+            _write_gif(part, frames, count, clock.frames_per_second)
+        else:
+            _write_mp4(part, frames, view.canvas.get_width_height(), clock.frames_per_second)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
     return view
 
 

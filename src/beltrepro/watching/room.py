@@ -93,7 +93,9 @@ class Room:
             for place, length in zip(_CENTIMETRE * marks, lengths, strict=True)
         ]
         thin = min(0.9, 0.3 * finest * pixels)
-        axes.add_collection(LineCollection(lines, colors=look.TEXT, linewidths=thin), autolim=False)
+        # marks lie between pixels where they are
+        tape = LineCollection(lines, colors=look.TEXT, linewidths=thin, snap=False)
+        axes.add_collection(tape, autolim=False)
         for mark in np.arange(0, self.end / _CENTIMETRE - 0.6 * numbered, numbered):
             axes.text(mark * _CENTIMETRE, TAPE[0], f"{mark:g}", ha="center", va="top", fontsize=8)
         axes.text(self.end, TAPE[0], "cm", ha="right", va="top", fontsize=8)
