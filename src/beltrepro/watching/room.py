@@ -76,8 +76,9 @@ class Room:
         height = 2 * BELT_HALF_WIDTH
         corner = (0.0, -BELT_HALF_WIDTH)
         axes.add_patch(Rectangle(corner, self.end, height, facecolor=look.BELT, zorder=1))
-        corner, wall = (-WALL, -BELT_HALF_WIDTH), {"facecolor": look.ROOM, "edgecolor": look.SOFT}
-        axes.add_patch(Rectangle(corner, WALL, height, hatch="////", linewidth=0, **wall))
+        wall = Rectangle((-WALL, -BELT_HALF_WIDTH), WALL, height, hatch="////", linewidth=0)
+        wall.set(facecolor=look.ROOM, edgecolor=look.SOFT)
+        axes.add_patch(wall)
         self._draw_tape(axes)
 
     def _draw_tape(self, axes: Axes) -> None:

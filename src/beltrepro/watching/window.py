@@ -158,7 +158,7 @@ def open_window(player: Player, clock: Clock) -> None:
     import matplotlib.pyplot as plt
 
     # the keys of the window are its own
-    keys = {name: [] for name in matplotlib.rcParams if name.startswith("keymap.")}
+    keys: dict[str, Any] = {name: [] for name in matplotlib.rcParams if name.startswith("keymap.")}
     matplotlib.rcParams.update({**keys, "keymap.quit": ["q"], "toolbar": "None"})
     with matplotlib.style.context(look.STYLE):
         figure = plt.figure("beltrepro watch", figsize=SIZE)
