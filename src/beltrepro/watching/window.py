@@ -159,7 +159,8 @@ def open_window(player: Player, clock: Clock) -> None:
 
     # the keys of the window are its own
     keys: dict[str, Any] = {name: [] for name in matplotlib.rcParams if name.startswith("keymap.")}
-    matplotlib.rcParams.update({**keys, "keymap.quit": ["q"], "toolbar": "None"})
+    keys |= {"keymap.quit": ["q"], "toolbar": "None"}
+    matplotlib.rcParams.update(keys)  # type: ignore[arg-type]
     with matplotlib.style.context(look.STYLE):
         figure = plt.figure("beltrepro watch", figsize=SIZE)
     window = Window(player, clock, figure)
