@@ -21,6 +21,9 @@ attributes. In Python: beltrepro.Run.load(FILE).
 """
 
 
+_FILM = 20.0  # seconds of a film, if nothing else is said
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run the command.
 
@@ -74,6 +77,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--output", type=Path, help="write the run to this HDF5 file, see below")
     simulate.set_defaults(action=_simulate)
     _add_classify(commands)
+    _add_watch(commands)
     _add_bench(commands)
     return parser
 
@@ -82,10 +86,8 @@ def _add_run(
     command: argparse.ArgumentParser, *, method: str, seed: int | None, replicate: int | None
 ) -> None:
     """Options of a command that follows one chain, with their defaults."""
+    _add_chain(command)
     add = command.add_argument
-    add("--n-blocks", type=int, required=True, help="number of blocks N")
-    add("--belt-velocity", type=float, required=True, help="belt velocity u, units of 0.0183 m/s")
-    add("--noise", type=float, default=0.0, help="noise strength sigma, units of 0.0277 N")
     add("--duration", type=float, required=True, help="time simulated, transient included")
     add("--transient", type=float, default=0.0, help="time left out of what is measured")
     add("--method", default=method, help=f"verlet, the paper's scheme, or event, exact ({method})")
@@ -103,6 +105,14 @@ def _add_run(
         help=f"another one has other random numbers; {replicate or 0} if not given",
     )
     add("--json", action="store_true", help="print the result as JSON")
+
+
+def _add_chain(command: argparse.ArgumentParser) -> None:
+    """Options that say which chain."""
+    add = command.add_argument
+    add("--n-blocks", type=int, required=True, help="number of blocks N")
+    add("--belt-velocity", type=float, required=True, help="belt velocity u, units of 0.0183 m/s")
+    add("--noise", type=float, default=0.0, help="noise strength sigma, units of 0.0277 N")
 
 
 def _add_classify(commands: Any) -> None:
@@ -125,6 +135,28 @@ def _add_classify(commands: Any) -> None:
         "replicate 0 has none",
     )
     classify.set_defaults(action=_classify)
+
+
+def _add_watch(commands: Any) -> None:
+    watch = commands.add_parser(
+        "watch",
+        help="watch one chain in a window, or film it",
+        description="Watch one chain from above, in real time: which blocks stick and slip, the "
+        "pull of the springs, x_N(t) and r. In the window, sliders change the belt velocity and "
+        "the noise at once, and keys, which it lists, pause, step and change the speed. With "
+        "--output it writes a film and needs no display. The motion is that of event.",
+        epilog="Belt velocity, noise and transient are in model units: 0.0183 m/s, 0.0277 N and "
+        "0.0765 s.",
+    )
+    add = watch.add_argument
+    _add_chain(watch)
+    add("--transient", type=float, default=0.0, help="model time that passes unseen first")
+    add("--seed", type=int, default=1, help="fixes the random numbers (1)")
+    add("--speed", type=float, default=1.0, help="seconds of the chain in a second shown (1)")
+    add("--fps", type=float, default=24.0, help="frames in a second (24)")
+    add("--output", type=Path, metavar="FILE", help="write a film, .mp4 or .gif")
+    add("--duration", type=float, help="seconds of the film (20)")
+    watch.set_defaults(action=_watch)
 
 
 def _add_bench(commands: Any) -> None:
@@ -208,6 +240,28 @@ def _classify(options: argparse.Namespace) -> int:
     del settings["progress"], found["parameters"]
     quantities = ("n_blocks", "belt_velocity", "noise")
     _print({name: getattr(chain, name) for name in quantities} | settings | found, options.json)
+    return 0
+
+
+def _watch(options: argparse.Namespace) -> int:
+    chain = _chain(options)
+    from beltrepro import watching
+
+    clock = watching.Clock(options.speed, options.fps)
+    if options.output is None:
+        if options.duration is not None:
+            raise InputError(
+                f"duration = {options.duration:g}: only a film has one, give --output too"
+            )
+        watching.check_display()
+        watching.open_window(watching.begin(chain, clock, options.transient, options.seed), clock)
+        return 0
+    duration = _FILM if options.duration is None else options.duration
+    watching.check_film(options.output, duration, clock)
+    progress = Progress("film") if sys.stderr.isatty() else None
+    player = watching.begin(chain, clock, options.transient, options.seed)
+    view = watching.write_film(options.output, player, clock, duration, progress)
+    print(f"{options.output}: {1000 * view.metres_per_pixel:.4g} mm of the belt in a pixel")
     return 0
 
 

@@ -37,13 +37,17 @@ class Material:
     benchmarks: Path
 
     def has(self, names) -> bool:
-        """Whether there is at least one file of each name."""
-        return all(self.files.get(name) for name in names)
+        """Whether there is at least one file of each name, or a dataset of that name."""
+        return all(self._found(name) for name in names)
 
     def file(self, name: str) -> Path:
-        """The one file of this name."""
-        (path,) = self.files[name]
+        """The one file of this name, or that of the dataset of this name."""
+        (path,) = self._found(name)
         return path
+
+    def _found(self, name: str) -> list[Path]:
+        datasets = self.files.get("datasets", [])
+        return self.files.get(name) or [path for path in datasets if path.stem == name]
 
     @functools.cached_property
     def claims(self) -> list[dict]:

@@ -15,6 +15,7 @@ from beltrepro.report.sections import (
     figures,
     integrators,
     open_points,
+    player,
     runs,
     summary,
     times,
@@ -24,6 +25,7 @@ SUMMARY = summary
 SECTIONS: tuple[ModuleType, ...] = (
     claims,
     chaos,
+    player,
     figures,
     integrators,
     open_points,

@@ -1,0 +1,161 @@
+"""A film of a chain: an mp4 file by PyAV, or a gif by Pillow."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from beltrepro import checks
+from beltrepro.errors import InputError
+from beltrepro.watching.clock import Clock
+from beltrepro.watching.player import Player
+from beltrepro.watching.view import View
+
+SUFFIXES = (".mp4", ".gif")
+_GIF_FRAMES_PER_SECOND = 50.0  # browsers show shorter frames of a gif longer
+
+
+def check_film(path: Path, duration: float, clock: Clock) -> None:
+    """Check the settings of a film before anything is simulated.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    duration : float
+        Of the film, seconds.
+    clock : Clock
+        Frames in a second.
+
+    Raises
+    ------
+    InputError
+        The file is neither an mp4 nor a gif, its folder does not exist, the film has no frame, or
+        a gif has more than 50 frames a second.
+    """
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"output = {path}: must end in .mp4 or .gif")
+    if path.is_dir() or not path.absolute().parent.is_dir():
+        problem = "is a folder" if path.is_dir() else "its folder does not exist"
+        raise InputError(f"output = {path}: {problem}")
+    checks.positive("duration", duration)
+    if frames_of(duration, clock) < 1:
+        raise InputError(
+            f"duration = {duration:g}: a film of at least one frame needs "
+            f"{1 / clock.frames_per_second:.3g} s"
+        )
+    if path.suffix.lower() == ".gif" and clock.frames_per_second > _GIF_FRAMES_PER_SECOND:
+        raise InputError(
+            f"fps = {clock.frames_per_second:g}: a gif has at most {_GIF_FRAMES_PER_SECOND:g}"
+        )
+
+
+def frames_of(duration: float, clock: Clock) -> int:
+    """How many frames a film has.
+
+    Parameters
+    ----------
+    duration : float
+        Seconds.
+    clock : Clock
+        Frames in a second.
+
+    Returns
+    -------
+    int
+        The nearest whole number.
+    """
+    return round(duration * clock.frames_per_second)
+
+
+def write_film(
+    path: Path,
+    player: Player,
+    clock: Clock,
+    duration: float,
+    progress: Callable[[float], None] | None = None,
+) -> View:
+    """Write a film of a chain from now on; the file appears under its name when it is complete.
+
+    Parameters
+    ----------
+    path : Path
+        The file, .mp4 or .gif.
+    player : Player
+        The chain, with the tick of the clock.
+    clock : Clock
+        Speed, and frames in a second.
+    duration : float
+        Of the film, seconds.
+    progress : callable, optional
+        Called with the fraction done.
+
+    Returns
+    -------
+    View
+        That drew the frames; it knows their scale.
+
+    Raises
+    ------
+    InputError
+        As of `check_film`.
+    """
+    check_film(path, duration, clock)
+    view = View(player, clock)
+    count = frames_of(duration, clock)
+    frames = _frames(view, player, clock, count, progress or (lambda fraction: None))
+    part = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    try:
+        if path.suffix.lower() == ".gif":
+            _write_gif(part, frames, count, clock.frames_per_second)
+        else:
+            _write_mp4(part, frames, view.canvas.get_width_height(), clock.frames_per_second)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+    return view
+
+
+def _frames(
+    view: View, player: Player, clock: Clock, count: int, progress: Callable[[float], None]
+) -> Iterator[np.ndarray]:
+    for number in range(count):
+        player = player.advance(clock.ticks_of_frame if number else 0)
+        view.draw(player, clock)
+        yield view.pixels()
+        progress((number + 1) / count)
+
+
+def _write_mp4(
+    path: Path, frames: Iterator[np.ndarray], size: tuple[int, int], rate: float
+) -> None:
+    import av  # only films need it
+
+    with av.open(str(path), "w") as file:
+        exact = Fraction(rate).limit_denominator(1001)
+        stream = file.add_stream("libx264", rate=exact, options={"crf": "18"})
+        stream.width, stream.height = size
+        stream.pix_fmt = "yuv420p"
+        for frame in frames:
+            file.mux(stream.encode(av.VideoFrame.from_ndarray(frame, format="rgb24")))
+        file.mux(stream.encode())
+
+
+def _write_gif(path: Path, frames: Iterator[np.ndarray], count: int, rate: float) -> None:
+    from PIL import Image
+
+    # a gif counts in hundredths of a second; rounded instants, not durations, keep its length
+    instants = np.round(100 * np.arange(count + 1) / rate)
+    pictures = (Image.fromarray(frame).quantize(128, dither=Image.Dither.NONE) for frame in frames)
+    first = next(pictures)
+    first.save(
+        path,
+        save_all=True,
+        append_images=pictures,
+        duration=[10 * int(length) for length in np.diff(instants)],
+        loop=0,
+    )
