@@ -395,20 +395,20 @@ class _Shutter:
         if camera.blur:
             light = cv2.GaussianBlur(light, (0, 0), camera.blur)
         if camera.light_unevenness or camera.light_drift:
-            light = light * self._lamp(time)
-        if camera.sensor_noise:
-            noise = self._random.standard_normal(light.shape, dtype=np.float32)
-            light = light + np.float32(camera.sensor_noise) * noise
-        return np.clip(np.rint(light), 0, 255).astype(np.uint8)
+            light *= self._lamp(time)
+        noise = self._random.standard_normal(light.shape, dtype=np.float32)
+        # rounds, and cuts at black and white
+        return cv2.addWeighted(light, 1.0, noise, camera.sensor_noise, 0.0, dtype=cv2.CV_8U)
 
     def _lamp(self, time: float) -> np.ndarray:
-        """How bright it is in each pixel at an instant, 1 on average."""
+        """How bright it is in each pixel (H, W) at an instant, 1 on average."""
         camera = self._camera
         phase = 2 * np.pi * time / _DRIFT_PERIOD
         turned = camera.light_drift * phase
-        slope = np.cos(turned) * self._along + np.sin(turned) * self._across
         brightness = 1 + camera.light_drift * np.sin(phase)
-        return (brightness * (1 + camera.light_unevenness * slope)).astype(np.float32)
+        slope = np.float32(brightness * camera.light_unevenness)
+        along = np.float32(brightness) + slope * np.float32(np.cos(turned)) * self._along
+        return along + slope * np.float32(np.sin(turned)) * self._across
 
 
 def turn_matrix(size: tuple[int, int], angle: float) -> np.ndarray:

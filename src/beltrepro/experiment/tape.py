@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from scipy import optimize
+from scipy import ndimage, optimize
 
 STEEPEST = 20.0  # degrees by which the belt may be turned in the picture
 _WIDEST = 960  # pixels that are enough to see a direction
@@ -14,6 +14,7 @@ _WIDEST = 960  # pixels that are enough to see a direction
 _DOUBT = 0.25
 # How far the marks must stand out of the other periods of a row for the row to be one of a tape.
 _CLEAR = 8.0
+_DARKER = 0.6  # share of the brightness of the tape that what lies beyond it does not reach
 
 
 @dataclass(frozen=True)
@@ -187,13 +188,26 @@ def _first_mark(
     bright = (twice * np.conj(once) ** 2).real > 0.05 * abs(once) ** 3
     sign = 1 if bright else -1
     phase = -np.angle(sign * once) / (2 * np.pi) * spacing
-    pixels = np.arange(shape.size)
-    marks = np.arange(phase % spacing, shape.size - spacing, spacing)
-    inside = np.interp(marks, pixels, shown) >= 1
-    marks = marks[inside]
-    if not marks.size:
-        return phase % spacing
-    contrast = sign * (
-        np.interp(marks, pixels, shape) - np.interp(marks + spacing / 2, pixels, shape)
-    )
-    return float(marks[np.argmax(contrast > 0.4 * np.median(contrast))])
+    begin = _beginning(shape, shown, spacing, middle=_centre(profile))
+    # The end of a tape can be its zero: a mark there may lie a little before it.
+    return float(phase + np.ceil((begin - phase) / spacing - 0.25) * spacing)
+
+
+def _beginning(shape: np.ndarray, shown: np.ndarray, spacing: float, middle: float) -> float:
+    """Where the tape begins, pixels; where the picture does, if the tape goes on beyond it."""
+    size = int(np.ceil(spacing)) + 1
+    body = ndimage.grey_closing(shape, size=size)  # the marks filled up, or what is between them
+    ahead = ndimage.maximum_filter1d(body, 4 * size, origin=-2 * size + 1)
+    half = _DARKER * ahead
+    before = np.flatnonzero(shown & (body < half) & (np.arange(body.size) < middle))
+    if not before.size:
+        return float(np.argmax(shown)) + 0.25 * spacing
+    last = before[-1]
+    rise = body[last + 1] - body[last]
+    return float(last + np.clip((half[last] - body[last]) / max(rise, 1e-9), 0, 1))
+
+
+def _centre(profile: np.ndarray) -> float:
+    """Centre of gravity of what varies, pixels."""
+    weight = profile.astype(float) ** 2
+    return float(np.arange(weight.size) @ weight / weight.sum())

@@ -22,7 +22,10 @@ COLUMNS = ("time_s", "x_m", "error_m")
 SUPPORTS = ("left", "right")
 # Frames at the beginning in which the belt, the tape and the block are looked for, and of how many
 # each is one that is looked at.
-_SURVEY, _EVERY = 240, 5
+_SURVEY, _EVERY = 240, 10
+# Things narrower than so many pixels across the belt are wiped off to free the block of them.
+_OPENINGS = (0, 6, 12, 24, 48)
+_SPRING = 0.3  # the same, as a share of the block, once its size is known
 _FASTEST = 3.0  # m/s that the block never reaches
 _LEAST_FRAMES = 2
 _SCALES = (1e-6, 0.1)  # metres per pixel that a camera above a treadmill can have
@@ -151,15 +154,16 @@ def track(
     checks.finite_number("first_mark", first_mark)
     if support not in SUPPORTS:
         raise InputError(f"support = {support!r}: allowed are {', '.join(SUPPORTS)}")
-    frames = read_video(video)
-    beginning = list(itertools.islice(frames, _SURVEY))
-    survey = _Survey.of(beginning, scene, metres_per_pixel, support, str(video))
-    found, lost = [], []
-    for frame, place in _follow(itertools.chain(beginning, frames), survey):
+    beginning = itertools.islice(read_video(video), 0, _SURVEY, _EVERY)
+    pictures = [frame.picture for frame in beginning]
+    survey = _Survey.of(pictures, scene, metres_per_pixel, support, str(video))
+    found, lost, across = [], [], []
+    for frame, place in _follow(read_video(video), survey):
         if place is None:
             lost.append(frame.time_s)
         else:
             found.append((frame.time_s, survey.along_belt(place), place.error))
+            across.append(survey.across_belt(place))
         if progress:
             progress(frame.time_s)
     if len(found) < _LEAST_FRAMES:
@@ -170,7 +174,7 @@ def track(
         x_m=first_mark + along * survey.metres_per_pixel,
         error_m=error * survey.metres_per_pixel,
         metres_per_pixel=survey.metres_per_pixel,
-        angle=survey.angle,
+        angle=survey.angle + survey.towards * _slope(along, np.array(across), survey.along),
         lost_s=_stretches(np.array(lost), time),
     )
 
@@ -189,16 +193,18 @@ class _Survey:
 
     @classmethod
     def of(
-        cls, frames: list[Frame], scene: Scene, scale: float | None, support: str, name: str
+        cls,
+        pictures: list[np.ndarray],
+        scene: Scene,
+        scale: float | None,
+        support: str,
+        name: str,
     ) -> _Survey:
-        """The survey of the first frames."""
-        if len(frames) < _LEAST_FRAMES:
-            raise InputError(f"{name}: holds a single frame, not a film")
-        pictures = [frame.picture for frame in frames[::_EVERY]]
+        """The survey of some frames."""
         mean = np.mean(pictures, axis=0, dtype=np.float32)
         angle = tape.direction(mean)
         ratio = scene.block_length / scene.block_width
-        regions = [white_block.bright_rectangles(each, angle, ratio) for each in pictures]
+        regions = [_candidates(each, angle, ratio) for each in pictures]
         towards = 1 if support == "left" else -1
         mirrored = mean if towards == 1 else mean[::-1, ::-1]
         measure, scale = _scale(mirrored, angle, regions, scene, scale, name)
@@ -227,6 +233,15 @@ class _Survey:
         direction = np.radians(self.angle + turn)
         x, y = place.x - self.middle[0], place.y - self.middle[1]
         return float(np.cos(direction) * x + np.sin(direction) * y)
+
+
+def _candidates(picture: np.ndarray, angle: float, ratio: float) -> list[Region]:
+    """What may be the white block in a picture, of any size."""
+    found: list[Region] = []
+    for opening in _OPENINGS:
+        if opening < picture.shape[0] / 2 and not found:
+            found = white_block.bright_rectangles(picture, angle, ratio, opening)
+    return found
 
 
 def _scale(
@@ -321,7 +336,7 @@ def _look(
     regions = [
         each._replace(x=each.x + left, y=each.y + top)
         for each in white_block.bright_rectangles(
-            window, survey.angle, survey.along / survey.across
+            window, survey.angle, survey.along / survey.across, int(_SPRING * survey.across)
         )
         if white_block.has_size(each, survey.along, survey.across)
     ]
@@ -336,6 +351,13 @@ def _look(
         if place is not None:
             return place
     return None
+
+
+def _slope(along: np.ndarray, across: np.ndarray, length: float) -> float:
+    """Degrees between the way of the block and the lines that the survey saw; 0 for a short way."""
+    if along.std() < length / 2:
+        return 0.0
+    return float(np.degrees(np.arctan(np.polyfit(along, across, 1)[0])))
 
 
 def _stretches(lost: np.ndarray, found: np.ndarray) -> np.ndarray:

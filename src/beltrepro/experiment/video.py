@@ -17,6 +17,11 @@ SUFFIXES = (".mp4", ".mov", ".mkv")
 LARGEST = 7680 * 4320  # pixels of a frame that is read
 # Instants are multiples of this: the common frame rates (24, 25, 30, 50, 60) are exact in it.
 _TICK = Fraction(1, 90_000)
+# Formats whose first plane is the brightness as it is; most videos have one of them.
+_BRIGHTNESS_FIRST = (
+    *("gray", "nv12", "nv21", "yuv420p", "yuv422p", "yuv444p"),
+    *("yuvj420p", "yuvj422p", "yuvj444p"),
+)
 _PICTURES = ("image2", "png_pipe", "jpeg_pipe", "tiff_pipe", "bmp_pipe", "webp_pipe")
 
 
@@ -140,7 +145,7 @@ def _encode(container, frames: Iterable[Frame], frames_per_second: float, compre
             stream.height, stream.width = picture.shape
             stream.pix_fmt = "yuv420p"
             stream.codec_context.time_base = _TICK
-            stream.options = {"crf": str(compression), "preset": "veryfast"}
+            stream.options = {"crf": str(compression), "preset": "superfast"}
         frame = av.VideoFrame.from_ndarray(picture, format="gray")
         frame.pts, frame.time_base = round(time_s / _TICK), _TICK
         container.mux(stream.encode(frame))
@@ -167,7 +172,7 @@ def _decode(container, path: Path) -> Iterator[Frame]:
                 f"{LARGEST / 1e6:.0f} million pixels"
             )
         time_s = frame.time if frame.time is not None else index / rate if rate else float(index)
-        picture = np.rot90(frame.to_ndarray(format="gray"), round(frame.rotation / 90))
+        picture = np.rot90(_brightness(frame), round(frame.rotation / 90))
         first = time_s if first is None else first
         shape = picture.shape if shape is None else shape
         if picture.shape != shape:
@@ -175,6 +180,15 @@ def _decode(container, path: Path) -> Iterator[Frame]:
         yield Frame(time_s - first, np.ascontiguousarray(picture))
     if first is None:
         raise InputError(f"{path}: holds no frame that can be read")
+
+
+def _brightness(frame: av.VideoFrame) -> np.ndarray:
+    """Brightness (H, W) of a frame, 8 bit."""
+    if frame.format.name not in _BRIGHTNESS_FIRST:
+        return frame.to_ndarray(format="gray")
+    plane = frame.planes[0]
+    rows = np.frombuffer(plane, np.uint8).reshape(-1, plane.line_size)
+    return rows[: frame.height, : frame.width]
 
 
 def _whole_frames(container, stream):

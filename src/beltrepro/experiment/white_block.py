@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import cv2
@@ -11,9 +12,12 @@ import numpy as np
 _SIDES = 0.3
 _FILLED = 0.78
 _TILT = 12.0  # degrees
+_LEVELS = 3  # of brightness above the dark
 _SMALLEST = 4.0  # pixels of the shorter side
 # Error that remains where noise is none: pixels are squares and codecs round.
 _FLOOR = 0.02
+# Neighbouring rows that share their error, because codecs describe 4 x 4 pixels or more together.
+_ALIKE = 4
 _NORMAL = 1.4826  # standard deviation of normal deviates with a median of |deviation| of 1
 
 
@@ -50,8 +54,13 @@ class Place(NamedTuple):
     error: float
 
 
-def bright_rectangles(picture: np.ndarray, angle: float, ratio: float) -> list[Region]:
+def bright_rectangles(
+    picture: np.ndarray, angle: float, ratio: float, opening: int = 0
+) -> list[Region]:
     """Bright regions with the shape of a block: rectangles across the belt.
+
+    Otsu's threshold parts bright from dark. Then it parts what is bright once more, and again: a
+    white block can lie on a bright spring.
 
     Parameters
     ----------
@@ -61,16 +70,33 @@ def bright_rectangles(picture: np.ndarray, angle: float, ratio: float) -> list[R
         That of the belt, degrees, clockwise.
     ratio : float
         Side of a block along the belt over that across it.
+    opening : int
+        Things narrower than this across the belt are wiped off first, pixels: springs.
 
     Returns
     -------
     list of Region
         The largest first.
     """
-    _, white = cv2.threshold(picture, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
-    count, label, table, _ = cv2.connectedComponentsWithStats(white, connectivity=4)
+    if opening > 1:
+        picture = cv2.morphologyEx(picture, cv2.MORPH_OPEN, np.ones((opening, 1), np.uint8))
+    found: list[Region] = []
+    above = picture.ravel()
+    for _ in range(_LEVELS):
+        if above.size < 2 * _SMALLEST**2:
+            break
+        threshold, _ = cv2.threshold(above, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
+        for region in _rectangles(picture > threshold, angle, ratio):
+            if all(_apart(region, other) for other in found):
+                found.append(region)
+        above = above[above > threshold]
+    return sorted(found, key=lambda region: -region.along * region.across)
+
+
+def _rectangles(white: np.ndarray, angle: float, ratio: float) -> Iterator[Region]:
+    """Connected regions (H, W) of bool with the shape of a block."""
+    count, label, table, _ = cv2.connectedComponentsWithStats(white.astype(np.uint8), None, 4)
     least = _SMALLEST**2 / min(ratio, 1 / ratio)
-    found = []
     for number in range(1, count):
         left, top, width, height, area = table[number]
         if area < least or area < 0.4 * width * height:
@@ -78,8 +104,12 @@ def bright_rectangles(picture: np.ndarray, angle: float, ratio: float) -> list[R
         part = label[top : top + height, left : left + width] == number
         region = _as_rectangle(part, int(area), angle)
         if region and abs(np.log(region.along / region.across / ratio)) < np.log(1 + 1.5 * _SIDES):
-            found.append(region._replace(x=region.x + left, y=region.y + top))
-    return sorted(found, key=lambda region: -region.along * region.across)
+            yield region._replace(x=region.x + left, y=region.y + top)
+
+
+def _apart(one: Region, other: Region) -> bool:
+    """Whether two regions are different things."""
+    return abs(one.x - other.x) > other.along / 2 or abs(one.y - other.y) > other.across / 2
 
 
 def has_size(region: Region, along: float, across: float) -> bool:
@@ -206,5 +236,5 @@ def _edges(patch: np.ndarray, half: int, border: int) -> tuple[float, float, flo
     offset, length = (right - left) / 2, np.median(left + right)
     middle = float(np.median(offset))
     spread = _NORMAL * np.median(np.abs(offset - middle))
-    error = np.hypot(_FLOOR, spread * np.sqrt(np.pi / 2 / len(offset)))
+    error = np.hypot(_FLOOR, spread * np.sqrt(np.pi / 2 / (len(offset) / _ALIKE)))
     return middle, float(length), float(error)
