@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from filming import FRAMES_PER_SECOND, swaying
 
 from beltrepro import ChainParameters, simulate
 from beltrepro.errors import InputError
@@ -11,6 +10,7 @@ from beltrepro.experiment.camera import View, pictures
 from beltrepro.experiment.coverage import band, step_changes
 from beltrepro.experiment.video import read_video
 from beltrepro.model.units import TIME_S
+from filming import FRAMES_PER_SECOND, swaying
 
 IDEAL = {
     "blur": 0,

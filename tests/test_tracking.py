@@ -6,7 +6,6 @@ import av
 import cv2
 import numpy as np
 import pytest
-from filming import OtherRenderer, swaying
 
 from beltrepro import ChainParameters, simulate
 from beltrepro.errors import InputError
@@ -14,6 +13,7 @@ from beltrepro.experiment import Camera, Movement, Scene, film, track
 from beltrepro.experiment.camera import View
 from beltrepro.experiment.video import Frame, read_video, write_video
 from beltrepro.model.units import TIME_S
+from filming import OtherRenderer, swaying
 
 CLEAN = Camera(blur=0, sensor_noise=0, light_unevenness=0, light_drift=0, compression=10)
 POOR = Camera(
@@ -108,7 +108,10 @@ def test_cropped_mirrored_and_upright_films(tmp_path):
         path = tmp_path / f"{name}.mp4"
         write_video(
             path,
-            [Frame(frame.time_s, np.ascontiguousarray(each)) for frame, each in zip(frames, pictures, strict=True)],
+            [
+                Frame(frame.time_s, np.ascontiguousarray(each))
+                for frame, each in zip(frames, pictures, strict=True)
+            ],
             frames_per_second=24,
         )
         found = track(path, **how)
@@ -222,7 +225,9 @@ def broken(kind, folder, frames):
         path.write_bytes(np.random.default_rng(1).bytes(50_000))
     elif kind == "truncated":
         whole = folder / "whole.mp4"
-        write_video(whole, [Frame(k / 24, each) for k, each in enumerate(frames)], frames_per_second=24)
+        write_video(
+            whole, [Frame(k / 24, each) for k, each in enumerate(frames)], frames_per_second=24
+        )
         path.write_bytes(whole.read_bytes()[:10_000])
     elif kind == "picture":
         path = folder / "film.png"
@@ -238,18 +243,24 @@ def broken(kind, folder, frames):
         write_video(path, [Frame(0.0, frames[0])], frames_per_second=24)
     elif kind == "black":
         dark = [np.full((96, 640), 20, np.uint8)] * 10
-        write_video(path, [Frame(k / 24, each) for k, each in enumerate(dark)], frames_per_second=24)
+        write_video(
+            path, [Frame(k / 24, each) for k, each in enumerate(dark)], frames_per_second=24
+        )
     elif kind == "noise":
         random = np.random.default_rng(2)
         pictures = [random.integers(0, 255, (96, 640), dtype=np.uint8) for _ in range(10)]
-        write_video(path, [Frame(k / 24, each) for k, each in enumerate(pictures)], frames_per_second=24)
+        write_video(
+            path, [Frame(k / 24, each) for k, each in enumerate(pictures)], frames_per_second=24
+        )
     elif kind == "no white block":
         OtherRenderer(whites=0).film(swaying(0.5).x_m, path)
     elif kind == "two white blocks":
         OtherRenderer(whites=2).film(swaying(0.5).x_m, path)
     elif kind == "huge":
         path = folder / "huge.mkv"
-        encoded(path, [np.zeros((6000, 6000), np.uint8)], codec="ffv1", pixels="gray", layout="gray")
+        encoded(
+            path, [np.zeros((6000, 6000), np.uint8)], codec="ffv1", pixels="gray", layout="gray"
+        )
     elif kind == "unreadable":
         path.touch(mode=0o000)
     return path

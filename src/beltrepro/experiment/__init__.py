@@ -1,4 +1,4 @@
-"""A virtual experiment, and the measurement of a real one: scene, camera, video, tracking (Sec. II).
+"""A virtual experiment, and the measurement of a real one: camera, video, tracking (Sec. II).
 
 `film` turns a run into a video as a camera above a treadmill would take it, and `track` finds the
 white block in such a video, or in one of your own treadmill (docs/experiment.md). Lengths are in

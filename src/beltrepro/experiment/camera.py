@@ -335,7 +335,7 @@ class _Drawing:
         return self._profile(*coils, np.full(coils[0].shape[1], self._scene.spring))
 
     def _profile(self, left: np.ndarray, right: np.ndarray, level: np.ndarray) -> np.ndarray:
-        """Brightness along the belt (W,), above the belt's, of things between `left` and `right`."""
+        """Brightness (W,), above the belt's, of things from `left` to `right` along it."""
         edges = np.hstack([left, right])
         rise = level - self._scene.belt
         return np.cumsum(

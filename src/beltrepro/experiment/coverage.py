@@ -24,9 +24,7 @@ def band(low: float, high: float, count: int) -> np.ndarray:
     return np.diff(np.clip(ends, low, max(low, high)))
 
 
-def step_changes(
-    begin: np.ndarray, end: np.ndarray, heights: np.ndarray, count: int
-) -> np.ndarray:
+def step_changes(begin: np.ndarray, end: np.ndarray, heights: np.ndarray, count: int) -> np.ndarray:
     """Changes from pixel to pixel of the sum of steps that move while the shutter is open.
 
     A step is 0 before its edge and `height` behind it. Pixel j shows its mean from j to j + 1, and

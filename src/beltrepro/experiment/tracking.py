@@ -252,18 +252,15 @@ def _scale(
     scale: float | None,
     name: str,
 ) -> tuple[tape.Tape | None, float]:
-    """The tape, if there is one, and metres per pixel.
-
-    Each size of bright rectangles leads to expect a distance of the marks; that with the clearest
-    marks counts.
-    """
+    """The tape, if there is one, and metres per pixel."""
     if scale is not None:
         return tape.find_tape(mean, angle, scene.mark_spacing / scale), scale
     area = scene.block_length * scene.block_width
     sizes = [np.sqrt(each.along * each.across / area) for one in regions for each in one]
     if not sizes:
         raise InputError(f"{name}: no white block found (a bright rectangle across the belt)")
-    # Sizes within a tenth are one; of those that are seen often, all are tried.
+    # Each size leads to expect a distance of the marks; that with the clearest marks counts. Sizes
+    # within a tenth are one, and the rare ones are not tried.
     often = Counter(np.round(np.log(sizes) * 10).astype(int).tolist()).most_common(6)
     guesses = [
         float(np.median(np.array(sizes)[np.round(np.log(sizes) * 10) == each])) for each, _ in often
@@ -304,9 +301,7 @@ def _check_one(
         )
 
 
-def _follow(
-    frames: Iterator[Frame], survey: _Survey
-) -> Iterator[tuple[Frame, Place | None]]:
+def _follow(frames: Iterator[Frame], survey: _Survey) -> Iterator[tuple[Frame, Place | None]]:
     """Each frame with the place of the block, None where it is not found."""
     last, last_time = None, 0.0
     for frame in frames:

@@ -176,9 +176,7 @@ def place_block(
 
 def _as_rectangle(part: np.ndarray, area: int, angle: float) -> Region | None:
     """A region (H, W) of bool as a rectangle across the belt, None if it is none."""
-    outline, _ = cv2.findContours(
-        part.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE
-    )
+    outline, _ = cv2.findContours(part.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     (_, _), (first, second), tilt = cv2.minAreaRect(outline[0])
     # Pixels reach half a pixel beyond their middles.
     sides = {tilt: first + 1, tilt + 90: second + 1}
@@ -195,10 +193,7 @@ def _as_rectangle(part: np.ndarray, area: int, angle: float) -> Region | None:
 def _patch(
     picture: np.ndarray, region: Region, angle: float, half: int, rows: int
 ) -> np.ndarray | None:
-    """The surroundings of a block, straightened: (2 rows + 1, 2 half + 1), its middle at the centre.
-
-    None where they reach beyond the picture.
-    """
+    """The surroundings of a block (2 rows + 1, 2 half + 1), straightened, if they are all seen."""
     cosine, sine = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     reach_x = half * cosine + rows * abs(sine)
     reach_y = rows * cosine + half * abs(sine)
