@@ -107,10 +107,12 @@ def test_a_run_is_filmed_at_its_instants(tmp_path):
     run = simulate(chain, duration=10.0, method="event", sample_interval=every)
     camera = Camera(width=200, height=64)
     assert film(run, tmp_path / "film.mp4", camera=camera) == len(run.time)
+    wrong = simulate(chain, duration=10.0, method="event")
     with pytest.raises(InputError, match=r"sample_interval = 0.5448\d+"):
-        film(simulate(chain, duration=10.0), tmp_path / "film.mp4", camera=camera)
+        film(wrong, tmp_path / "film.mp4", camera=camera)
+    none = simulate(chain, duration=10.0, method="event", sample_interval=None)
     with pytest.raises(InputError, match="no samples"):
-        film(simulate(chain, duration=10.0, sample_interval=None), tmp_path / "film.mp4")
+        film(none, tmp_path / "film.mp4")
 
 
 @pytest.mark.parametrize(

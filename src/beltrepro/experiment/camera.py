@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -281,12 +282,34 @@ class View:
         top = (camera.height - scene.width / scale) / 2
         return cls(scale, camera.width, camera.height, MARGIN / scale, top)
 
-    def along(self, metres: np.ndarray | float) -> np.ndarray:
-        """Places along the belt, in metres from the support, as pixels."""
-        return self.left + np.asarray(metres, dtype=float) / self.metres_per_pixel
+    def along(self, metres: Any) -> Any:
+        """Places along the belt, in metres from the support, as pixels.
+
+        Parameters
+        ----------
+        metres : float or array
+            Places.
+
+        Returns
+        -------
+        float or array
+            Pixels from the left edge of the picture.
+        """
+        return self.left + metres / self.metres_per_pixel
 
     def across(self, metres: float) -> float:
-        """A place across the belt, in metres from the upper edge of the blocks, as pixels."""
+        """A place across the belt, in metres from the upper edge of the blocks, as pixels.
+
+        Parameters
+        ----------
+        metres : float
+            The place.
+
+        Returns
+        -------
+        float
+            Pixels from the upper edge of the picture.
+        """
         return self.top + metres / self.metres_per_pixel
 
 
@@ -328,11 +351,11 @@ class _Drawing:
         begin = np.hstack([np.full((2, 1), self._view.left), right[:, :-1]])
         turn = (left - begin) / self._scene.coils
         number = np.arange(self._scene.coils)
-        coils = [
+        left, right = (
             (begin[..., np.newaxis] + (number + part) * turn[..., np.newaxis]).reshape(2, -1)
             for part in (0.3, 0.7)
-        ]
-        return self._profile(*coils, np.full(coils[0].shape[1], self._scene.spring))
+        )
+        return self._profile(left, right, np.full(left.shape[1], self._scene.spring))
 
     def _profile(self, left: np.ndarray, right: np.ndarray, level: np.ndarray) -> np.ndarray:
         """Brightness (W,), above the belt's, of things from `left` to `right` along it."""

@@ -14,6 +14,7 @@ _WIDEST = 960  # pixels that are enough to see a direction
 _DOUBT = 0.25
 # How far the marks must stand out of the other periods of a row for the row to be one of a tape.
 _CLEAR = 8.0
+_SHARE = 0.3  # of all that varies along the row; of equal marks on a plain tape it is 0.7
 _DARKER = 0.6  # share of the brightness of the tape that what lies beyond it does not reach
 
 
@@ -118,7 +119,7 @@ def find_tape(picture: np.ndarray, angle: float, spacing: float) -> Tape | None:
     strength = np.abs(_transform(ripple, frequencies))
     clearness = strength.max(axis=1) / (np.median(strength, axis=1) + 1e-3 * strength.max() + 1e-9)
     row = int(np.argmax(clearness * strength.max(axis=1)))
-    if clearness[row] < _CLEAR:
+    if clearness[row] < _CLEAR or strength[row].max() < _SHARE * np.abs(ripple[row]).sum():
         return None
     rows = _rows_alike(strength, clearness, row)
     profile = ripple[rows].mean(axis=0)

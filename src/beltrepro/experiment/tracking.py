@@ -97,9 +97,11 @@ class Track:
         """
         from beltrepro.experiment.tables import read_track
 
-        columns, settings = read_track(Path(path))
+        (time_s, x_m, error_m), settings = read_track(Path(path))
         return cls(
-            *columns,
+            time_s,
+            x_m,
+            error_m,
             metres_per_pixel=float(settings.get("metres_per_pixel", np.nan)),
             angle=float(settings.get("angle", np.nan)),
             lost_s=np.array(settings.get("lost_s", []), dtype=float).reshape(-1, 2),
@@ -201,7 +203,7 @@ class _Survey:
         name: str,
     ) -> _Survey:
         """The survey of some frames."""
-        mean = np.mean(pictures, axis=0, dtype=np.float32)
+        mean = np.stack(pictures).mean(axis=0, dtype=np.float32)
         angle = tape.direction(mean)
         ratio = scene.block_length / scene.block_width
         regions = [_candidates(each, angle, ratio) for each in pictures]

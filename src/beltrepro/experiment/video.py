@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import av
 import numpy as np
@@ -135,7 +135,9 @@ def read_video(path: str | Path) -> Iterator[Frame]:
         raise InputError(f"{path}: not a video that can be read") from None
 
 
-def _encode(container, frames: Iterable[Frame], frames_per_second: float, compression: int) -> int:
+def _encode(
+    container: Any, frames: Iterable[Frame], frames_per_second: float, compression: int
+) -> int:
     """The number of frames."""
     stream, count = None, 0
     for time_s, picture in frames:
@@ -155,7 +157,7 @@ def _encode(container, frames: Iterable[Frame], frames_per_second: float, compre
     return count
 
 
-def _decode(container, path: Path) -> Iterator[Frame]:
+def _decode(container: Any, path: Path) -> Iterator[Frame]:
     """The frames of an open file."""
     if not container.streams.video:
         raise InputError(f"{path}: holds no video, only sound or text")
@@ -186,12 +188,12 @@ def _brightness(frame: av.VideoFrame) -> np.ndarray:
     """Brightness (H, W) of a frame, 8 bit."""
     if frame.format.name not in _BRIGHTNESS_FIRST:
         return frame.to_ndarray(format="gray")
-    plane = frame.planes[0]
+    plane: Any = frame.planes[0]
     rows = np.frombuffer(plane, np.uint8).reshape(-1, plane.line_size)
     return rows[: frame.height, : frame.width]
 
 
-def _whole_frames(container, stream):
+def _whole_frames(container: Any, stream: Any) -> Iterator[av.VideoFrame]:
     """Frames until the end, or until the file breaks off."""
     try:
         yield from container.decode(stream)

@@ -95,7 +95,9 @@ def bright_rectangles(
 
 def _rectangles(white: np.ndarray, angle: float, ratio: float) -> Iterator[Region]:
     """Connected regions (H, W) of bool with the shape of a block."""
-    count, label, table, _ = cv2.connectedComponentsWithStats(white.astype(np.uint8), None, 4)
+    count, label, table, _ = cv2.connectedComponentsWithStats(
+        white.astype(np.uint8), connectivity=4
+    )
     least = _SMALLEST**2 / min(ratio, 1 / ratio)
     for number in range(1, count):
         left, top, width, height, area = table[number]
