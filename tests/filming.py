@@ -31,7 +31,7 @@ class OtherRenderer:
 
     SCALE = 0.00123  # metres per pixel
     SIZE = (700, 260)
-    FINE = 4  # pixels drawn for each pixel of the picture
+    FINE = 3  # pixels drawn for each pixel of the picture
 
     def __init__(self, angle=2.0, *, tape=True, whites=1):
         self.angle, self._tape, self._whites = angle, tape, whites

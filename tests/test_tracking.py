@@ -73,7 +73,7 @@ def test_r_of_the_film_is_r_of_the_run(tmp_path):
 
 @pytest.mark.parametrize("angle", [2.0, -6.0])
 def test_the_film_of_another_renderer_is_tracked_as_well(tmp_path, angle):
-    movement = swaying(2.0, frames_per_second=30.0, farthest=0.65)
+    movement = swaying(1.4, frames_per_second=30.0, farthest=0.65)
     other = OtherRenderer(angle)
     other.film(movement.x_m, tmp_path / "other.mp4")
     found = track(tmp_path / "other.mp4")
