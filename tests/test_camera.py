@@ -62,7 +62,7 @@ def test_the_white_block_brightens_by_its_area():
 
 def test_exposure_blurs_by_the_way_of_the_block():
     movement = Movement(np.zeros(1), np.array([[0.5]]), np.array([[0.4]]))
-    scene, exposure = Scene(tape=28.0, mark=28.0, support=28.0, spring=28.0), 0.04
+    scene, exposure = Scene(belt=28, tape=28, mark=28, support=28, spring=28), 0.04
     ideal = IDEAL | {"exposure": exposure, "metres_per_pixel": 0.001, "height": 160}
     picture = next(pictures(movement, scene=scene, camera=Camera(**ideal))).picture
     row = picture[picture.sum(axis=1).argmax()].astype(float)

@@ -85,6 +85,45 @@ def test_the_film_of_another_renderer_is_tracked_as_well(tmp_path, angle):
     assert abs(error.mean()) < 0.5  # the zero mark is at the end of the tape
 
 
+@pytest.mark.parametrize(
+    "scene",
+    [
+        Scene(tape=30, mark=240, belt=30),  # bright marks on a dark tape
+        Scene(belt=160, block=30, white_block=250, tape=230),  # a bright belt
+        Scene(belt=90, block=60, white_block=170, tape=150, mark=80),  # little contrast
+        Scene(white_block=255, tape=255, spring=250),  # springs as bright as the block
+    ],
+)
+def test_other_colours(tmp_path, scene):
+    movement = swaying(0.6)
+    film(movement, tmp_path / "film.mp4", scene=scene)
+    found = track(tmp_path / "film.mp4")
+    scale = View.of(movement, scene, Camera()).metres_per_pixel
+    assert len(found.time_s) == len(movement.time_s)
+    assert rms(errors(found, movement.time_s, movement.x_m[:, -1], scale)) < 0.3
+
+
+def test_a_film_that_a_phone_has_marked_as_turned(tmp_path):
+    movement = swaying(0.6)
+    film(movement, tmp_path / "film.mp4")
+    upright = [
+        Frame(time, np.ascontiguousarray(np.rot90(picture)))
+        for time, picture in read_video(tmp_path / "film.mp4")
+    ]
+    path = tmp_path / "upright.mp4"
+    write_video(path, upright, frames_per_second=24)
+    # The matrix of the track header: turn by a quarter, clockwise, to show it.
+    content = bytearray(path.read_bytes())
+    place = content.index(b"tkhd") + 4 + 40
+    assert content[place : place + 4] == (1 << 16).to_bytes(4)  # the unit matrix
+    matrix = np.array([0, 1 << 16, 0, -(1 << 16), 0, 0, 0, 0, 1 << 30], ">i4")
+    content[place : place + 36] = matrix.tobytes()
+    path.write_bytes(content)
+    found = track(path)
+    scale = View.of(movement, Scene(), Camera()).metres_per_pixel
+    assert rms(errors(found, movement.time_s, movement.x_m[:, -1], scale)) < 0.3
+
+
 def test_a_block_that_stops_is_tracked(tmp_path):
     time = np.arange(30) / 24
     still = Movement(time, np.full((30, 1), 0.4321), np.zeros((30, 1)))

@@ -336,7 +336,7 @@ class _Drawing:
         left, right = (self._edges((begin, end), side) for side in (-0.5, 0.5))
         # Where the model's blocks, which are points, come too near, the outer one hides the inner.
         right[:, :-1] = np.minimum(right[:, :-1], left[:, 1:])
-        level = np.full(len(begin), self._scene.block)
+        level = np.full(len(begin), float(self._scene.block))
         level[-1] = self._scene.white_block
         blocks = self._profile(left, right, level)
         springs = self._springs(left, right)
@@ -368,7 +368,7 @@ class _Drawing:
 
 def _still_picture(scene: Scene, view: View) -> np.ndarray:
     """Belt, support and tape measure: brightness (H, W)."""
-    picture = np.full((view.height, view.width), scene.belt)
+    picture = np.full((view.height, view.width), float(scene.belt))
     lane = band(view.across(0), view.across(scene.block_width), view.height)
     support = band(0, view.left, view.width)
     picture += (scene.support - scene.belt) * np.outer(lane, support)

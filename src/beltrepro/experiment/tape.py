@@ -15,6 +15,7 @@ _DOUBT = 0.25
 # How far the marks must stand out of the other periods of a row for the row to be one of a tape.
 _CLEAR = 8.0
 _SHARE = 0.3  # of all that varies along the row; of equal marks on a plain tape it is 0.7
+_SEEN = 0.4  # contrast of a mark, as a share of that of most marks
 _DARKER = 0.6  # share of the brightness of the tape that what lies beyond it does not reach
 
 
@@ -191,7 +192,16 @@ def _first_mark(
     phase = -np.angle(sign * once) / (2 * np.pi) * spacing
     begin = _beginning(shape, shown, spacing, middle=_centre(profile))
     # The end of a tape can be its zero: a mark there may lie a little before it.
-    return float(phase + np.ceil((begin - phase) / spacing - 0.25) * spacing)
+    start = phase + np.ceil((begin - phase) / spacing - 0.25) * spacing
+    return _first_seen(np.arange(start, shape.size - spacing, spacing), shape, spacing, sign)
+
+
+def _first_seen(marks: np.ndarray, shape: np.ndarray, spacing: float, sign: int) -> float:
+    """The first of some places that differs from what follows it as marks do."""
+    pixels = np.arange(shape.size)
+    on, between = (np.interp(marks + shift, pixels, shape) for shift in (0, spacing / 2))
+    contrast = sign * (on - between) / np.maximum(on + between, 1)  # whatever the light there
+    return float(marks[np.argmax(contrast > _SEEN * np.median(contrast))])
 
 
 def _beginning(shape: np.ndarray, shown: np.ndarray, spacing: float, middle: float) -> float:

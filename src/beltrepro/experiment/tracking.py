@@ -260,7 +260,10 @@ def _scale(
     area = scene.block_length * scene.block_width
     sizes = [np.sqrt(each.along * each.across / area) for one in regions for each in one]
     if not sizes:
-        raise InputError(f"{name}: no white block found (a bright rectangle across the belt)")
+        raise InputError(
+            f"{name}: no white block found: a bright rectangle across the belt, which must run "
+            f"from left to right"
+        )
     # Each size leads to expect a distance of the marks; that with the clearest marks counts. Sizes
     # within a tenth are one, and the rare ones are not tried.
     often = Counter(np.round(np.log(sizes) * 10).astype(int).tolist()).most_common(6)
