@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,9 @@ from beltrepro.model.units import TIME_S
 WINDOW_S = 5.0
 QUIET = 0.05
 SMALL, LARGE, WHOLE = "small", "large", "whole"
-FIT_BAND_HZ = (FIT_BAND[0] / TIME_S, FIT_BAND[1] / TIME_S)
+# A power law is fitted above the peak of a spectrum, up to where that of Fig. 8 is fitted to.
+FIT_TO_HZ = FIT_BAND[1] / TIME_S
+_SHORTEST_FIT = 3.0  # highest over lowest frequency
 _LEAST_SAMPLES = 32
 # Median intervals without a frame from which on a recording has a gap; r leaves gaps out.
 _LONGEST_GAP = 3.0
@@ -35,7 +38,7 @@ class Spectrum:
     power : array (F,)
         Power spectral density, m^2/Hz.
     law : PowerLawFit or None
-        Power law between FIT_BAND_HZ; None if there are too few frequencies.
+        Power law between the peak and FIT_TO_HZ; None if the peak lies too high for one.
     """
 
     begin_s: float
@@ -221,9 +224,8 @@ def _spectra(
 def _spectrum(time: np.ndarray, position: np.ndarray, interval: float) -> Spectrum:
     """Spectrum of a stretch."""
     frequency, power = power_spectrum(_even(time, position, interval)[1], interval)
-    low, high = FIT_BAND_HZ
-    try:
-        law = fit_power_law(frequency, power, low=low, high=high)
-    except NotEnoughDataError:
-        law = None
+    low, law = float(frequency[power.argmax()]), None
+    with suppress(NotEnoughDataError):
+        require(low * _SHORTEST_FIT <= FIT_TO_HZ, "no room above the peak")
+        law = fit_power_law(frequency, power, low=low, high=FIT_TO_HZ)
     return Spectrum(float(time[0]), float(time[-1]), frequency, power, law)

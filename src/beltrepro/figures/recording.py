@@ -63,9 +63,11 @@ def _draw_spectrum(axes, spectrum, name):
     axes.loglog(frequency, power, color=_COLOURS[name], linewidth=0.6, rasterized=True)
     axes.set(xlabel=r"$\nu$ (Hz)", ylabel=r"$S(\nu)$ (m$^2$/Hz)", xlim=(frequency[0], _HIGHEST_HZ))
     axes.set_ylim(np.quantile(power, 0.02), 5 * power.max())
+    if 100 * frequency[0] > _HIGHEST_HZ:
+        panels.plain_log(axes.xaxis)
     title = f"{_WORDS[name]}, {spectrum.begin_s:.0f} s to {spectrum.end_s:.0f} s"
     if spectrum.law:
-        band = np.array([max(spectrum.law.low, frequency[0]), spectrum.law.high])
+        band = np.array([spectrum.law.low, spectrum.law.high])
         axes.loglog(band, spectrum.law(band), color=style.VERMILION, linewidth=1.4)
         title += rf", $S \propto \nu^{{{spectrum.law.exponent:.2f}}}$"
     axes.set_title(title, size=8)
@@ -74,5 +76,5 @@ def _draw_spectrum(axes, spectrum, name):
 def _small_print(recording):
     return (
         f"{recording.time_s.size} samples, {recording.observed_s:.1f} s without gaps. Shaded: "
-        f"small amplitude. Line: power law fitted to the spectrum, averaged in bins of log ν."
+        f"small amplitude. Line: power law fitted to the spectrum above its peak, averaged in bins of log ν."
     )
