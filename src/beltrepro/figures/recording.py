@@ -68,7 +68,7 @@ def _draw_spectrum(axes, spectrum, name):
     title = f"{_WORDS[name]}, {spectrum.begin_s:.0f} s to {spectrum.end_s:.0f} s"
     if spectrum.law:
         band = np.array([spectrum.law.low, spectrum.law.high])
-        axes.loglog(band, spectrum.law(band), color=style.VERMILION, linewidth=1.4)
+        axes.plot(band, spectrum.law(band), color=style.VERMILION, linewidth=1.4)
         title += rf", $S \propto \nu^{{{spectrum.law.exponent:.2f}}}$"
     axes.set_title(title, size=8)
 
@@ -76,5 +76,5 @@ def _draw_spectrum(axes, spectrum, name):
 def _small_print(recording):
     return (
         f"{recording.time_s.size} samples, {recording.observed_s:.1f} s without gaps. Shaded: "
-        f"small amplitude. Line: power law fitted to the spectrum above its peak, averaged in bins of log ν."
+        f"small amplitude. Line: power law above the peak, fitted to averages in bins of log ν."
     )
