@@ -5,7 +5,7 @@ import pytest
 
 from beltrepro.analysis.errors import NotEnoughDataError
 from beltrepro.analysis.recording import FIT_TO_HZ, analyse
-from beltrepro.figures.recording import draw
+from beltrepro.figures.recording import draw_recording
 
 RATE = 24.0
 
@@ -111,7 +111,7 @@ def test_too_few_or_wrong_data_are_refused_in_a_line(time, position, words):
 
 def test_the_figure_shows_the_track_above_spectra_of_its_parts():
     found = analyse(*bursts())
-    figure = draw(found)
+    figure = draw_recording(found)
     above, *below = figure.axes
     assert len(below) == 3
     time, position = above.lines[0].get_data()
@@ -119,4 +119,4 @@ def test_the_figure_shows_the_track_above_spectra_of_its_parts():
     np.testing.assert_allclose(position, 100 * found.x_m)
     for axes in below:
         assert axes.get_xscale() == axes.get_yscale() == "log"
-    assert len(draw(analyse(*bursts(quiet=()))).axes) == 2  # one part, which is the whole
+    assert len(draw_recording(analyse(*bursts(quiet=()))).axes) == 2  # one part, which is the whole

@@ -14,6 +14,7 @@ _WORDS = {WHOLE: "whole", SMALL: "small amplitude", LARGE: "large amplitude"}
 _HIGHEST_HZ = 8.0  # beyond it lies only the noise of the picture
 
 
+@style.styled
 def save(recording, path):
     """Draw a recording into a file.
 
@@ -23,11 +24,11 @@ def save(recording, path):
     """
     if Path(path).suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: the name of a figure must end in {', '.join(SUFFIXES)}")
-    draw(recording).savefig(path)
+    draw_recording(recording).savefig(path)
 
 
 @style.styled
-def draw(recording):
+def draw_recording(recording):
     """x_N(t), stretches of small amplitude shaded; below, spectra of the parts of Figs. 4 and 5."""
     figure = style.page(_small_print(recording), 5.2)
     names = [name for name in (SMALL, LARGE, WHOLE) if name in recording.spectra]
