@@ -79,6 +79,9 @@ def _parser() -> argparse.ArgumentParser:
     _add_classify(commands)
     _add_watch(commands)
     _add_bench(commands)
+    _add_film(commands)
+    _add_track(commands)
+    _add_analyse(commands)
     return parser
 
 
@@ -179,6 +182,80 @@ def _add_bench(commands: Any) -> None:
     add("--json", action="store_true", help="print every timing as JSON instead of tables")
     add("--output", type=Path, help="write the tables to this Markdown file")
     bench.set_defaults(action=_bench)
+
+
+def _add_film(commands: Any) -> None:
+    film = commands.add_parser(
+        "film",
+        help="film one chain, as a camera above the treadmill would",
+        description="Simulate one chain and write what a camera above the belt would take of it: "
+        "an ordinary video, which `beltrepro track` can measure. The transient is not filmed.",
+        epilog=_UNITS.partition("\n\n")[0],
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    _add_run(film, method="event", seed=1, replicate=0)
+    film.add_argument("--output", type=Path, required=True, help="the video, .mp4, .mov or .mkv")
+    camera = film.add_argument_group("camera").add_argument
+    for name, (default, words) in _CAMERA.items():
+        kind = type(default) if default is not None else float
+        option = f"--{name.replace('_', '-')}"
+        shown = "" if default is None else f" ({default})"
+        camera(option, type=kind, default=default, help=words + shown)
+    film.set_defaults(action=_film)
+
+
+# The same as in `experiment.Camera`, which loads a codec.
+_CAMERA = {
+    "frames_per_second": (24.0, "frames a second"),
+    "metres_per_pixel": (None, "scale; the one at which all fits if not given"),
+    "width": (640, "of the picture, pixels"),
+    "height": (96, "of the picture, pixels"),
+    "exposure": (0.01, "seconds for which the shutter is open"),
+    "blur": (0.7, "standard deviation of the image of a point, pixels"),
+    "sensor_noise": (2.0, "standard deviation of the noise, of 255 levels"),
+    "light_unevenness": (0.1, "share by which it is brighter at one end of the picture"),
+    "light_drift": (0.05, "share by which the light waxes and wanes in a minute"),
+    "angle": (0.0, "by which the belt is turned in the picture, degrees"),
+    "dropped": (0.0, "share of the frames that are lost"),
+    "compression": (18, "constant rate factor of H.264, 0 to 51"),
+}
+
+
+def _add_track(commands: Any) -> None:
+    track = commands.add_parser(
+        "track",
+        help="track the white block in a video",
+        description="Find the white block in each frame of a video from above the belt. Belt and "
+        "scale are found by a tape measure beside the chain (docs/experiment.md).",
+    )
+    add = track.add_argument
+    add("video", type=Path, help="the video, in any format that FFmpeg reads")
+    add("--output", type=Path, required=True, help="write time_s, x_m, error_m to this CSV file")
+    add("--scale", type=float, metavar="METRES_PER_PIXEL", help="scale, if there is no tape")
+    add("--first-mark", type=float, default=0.0, help="what the tape reads at its first mark, m")
+    add("--support", default="left", help="side of the picture where the chain is held (left)")
+    add("--block-length", type=float, default=0.04, help="of a block, along the belt, m (0.04)")
+    add("--block-width", type=float, default=0.08, help="of a block, across the belt, m (0.08)")
+    add("--mark-spacing", type=float, default=0.01, help="of the marks of the tape, m (0.01)")
+    add("--json", action="store_true", help="print the result as JSON")
+    track.set_defaults(action=_track)
+
+
+def _add_analyse(commands: Any) -> None:
+    analyse = commands.add_parser(
+        "analyse",
+        help="analyse a recording of the last block",
+        description="Compute r, the mean length, stretches of small amplitude and spectra of a "
+        "recording: a CSV file with the columns time_s and x_m (from the support, metres).",
+    )
+    add = analyse.add_argument
+    add("recording", type=Path, help="the CSV file, for instance of `beltrepro track`")
+    add("--output", type=Path, help="draw it like Figs. 4 and 5 of the paper: .png, .pdf or .svg")
+    add("--transient", type=float, default=0.0, help="seconds left out first (paper: 200)")
+    add("--window", type=float, default=5.0, help="seconds over which an amplitude is taken (5)")
+    add("--quiet", type=float, default=0.05, help="amplitude over length that is small (0.05)")
+    add("--json", action="store_true", help="print the result as JSON")
+    analyse.set_defaults(action=_analyse)
 
 
 def _chain(options: argparse.Namespace) -> ChainParameters:
@@ -290,6 +367,111 @@ def _bench(options: argparse.Namespace) -> int:
         options.output.write_text(table.as_markdown(result), encoding="utf-8")
     print(json.dumps(result, indent=2) if options.json else table.as_text(result))
     return 0
+
+
+def _film(options: argparse.Namespace) -> int:
+    chain = _chain(options)
+    _check_output(options.output)
+    from beltrepro.experiment import Camera, film
+    from beltrepro.experiment.video import check_suffix
+    from beltrepro.model.units import TIME_S
+    from beltrepro.simulation import Run, simulate
+
+    check_suffix(options.output)
+    camera = Camera(**{name: getattr(options, name) for name in _CAMERA}, seed=options.seed)
+    run = simulate(
+        chain,
+        **_numerics(options),
+        sample_interval=1 / camera.frames_per_second / TIME_S,
+        sample_start=options.transient,
+    )
+    assert isinstance(run, Run)  # as it was one chain
+    progress = Progress("film") if sys.stderr.isatty() else None
+    frames = film(run, options.output, camera=camera, progress=progress)
+    last = run.positions[:, -1]
+    result = {
+        "output": str(options.output),
+        "frames": frames,
+        "seconds": len(run.time) / camera.frames_per_second,
+        "disorder_parameter": float(last.std() / last.mean()),
+    }
+    _print(result, options.json)
+    return 0
+
+
+def _track(options: argparse.Namespace) -> int:
+    _check_output(options.output)
+    from beltrepro.experiment import Scene, track
+
+    sizes = ("block_length", "block_width", "mark_spacing")
+    found = track(
+        options.video,
+        metres_per_pixel=options.scale,
+        first_mark=options.first_mark,
+        support=options.support,
+        scene=Scene(**{name: getattr(options, name) for name in sizes}),
+    )
+    found.save(options.output)
+    result = {
+        "output": str(options.output),
+        "frames": len(found.time_s),
+        "seconds": float(found.time_s[-1] - found.time_s[0]),
+        "metres_per_pixel": found.metres_per_pixel,
+        "angle": found.angle,
+        "error_m": float((found.error_m**2).mean() ** 0.5),
+        "lost_s": found.lost_s.tolist(),
+    }
+    if not options.json:
+        stretches = ", ".join(f"{begin:.2f} to {end:.2f}" for begin, end in result["lost_s"])
+        result["lost_s"] = stretches or "none"
+    _print(result, options.json)
+    return 0
+
+
+def _analyse(options: argparse.Namespace) -> int:
+    _check_output(options.output)
+    from beltrepro.analysis.errors import NotEnoughDataError
+    from beltrepro.analysis.recording import analyse
+    from beltrepro.checks import not_negative, positive
+    from beltrepro.experiment.tables import read_track
+
+    for check, name in ((not_negative, "transient"), (positive, "window"), (positive, "quiet")):
+        check(name, getattr(options, name))
+    (time_s, x_m, _), _ = read_track(options.recording)
+    try:
+        found = analyse(
+            time_s,
+            x_m,
+            transient_s=options.transient,
+            window_s=options.window,
+            quiet=options.quiet,
+        )
+    except NotEnoughDataError as error:
+        raise InputError(f"{options.recording}: {error}") from None
+    if options.output:
+        from beltrepro.figures.recording import save
+
+        save(found, options.output)
+    _print(_told(found), options.json)
+    return 0
+
+
+def _told(found: Any) -> dict[str, Any]:
+    """What the command prints of a recording."""
+    from beltrepro.model.units import from_si
+
+    names = ("disorder_parameter", "mean_length", "minimum_length", "maximum_length")
+    laws = {name: spectrum.law for name, spectrum in found.spectra.items() if spectrum.law}
+    return {
+        "samples": len(found.time_s),
+        "seconds": found.observed_s,
+        **{name: getattr(found, name) for name in names},
+        "mean_length_model": float(from_si(found.mean_length, "length")),
+        "small_amplitude_share": found.small_share,
+        "laminar_share": found.laminar_share,
+        **{f"exponent_{name}": law.exponent for name, law in laws.items()},
+        **{f"exponent_error_{name}": law.exponent_error for name, law in laws.items()},
+    }
 
 
 def _check_output(path: Path | None) -> None:

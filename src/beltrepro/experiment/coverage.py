@@ -1,0 +1,70 @@
+"""How much of each pixel lies beyond an edge, exactly, also while the edge moves."""
+
+import numpy as np
+
+
+def band(low: float, high: float, count: int) -> np.ndarray:
+    """Share (count,) of each pixel between two places.
+
+    Pixel j reaches from j to j + 1.
+
+    Parameters
+    ----------
+    low, high : float
+        Where the band begins and ends, pixels.
+    count : int
+        Number of pixels.
+
+    Returns
+    -------
+    array (count,)
+        From 0 to 1.
+    """
+    ends = np.arange(count + 1)
+    return np.diff(np.clip(ends, low, max(low, high)))
+
+
+def step_changes(begin: np.ndarray, end: np.ndarray, heights: np.ndarray, count: int) -> np.ndarray:
+    """Changes from pixel to pixel of the sum of steps that move while the shutter is open.
+
+    A step is 0 before its edge and `height` behind it. Pixel j shows its mean from j to j + 1, and
+    over all places from `begin` to `end`, which the edge passes at constant velocity. The sum of
+    the changes up to pixel j is the brightness there.
+
+    Parameters
+    ----------
+    begin, end : array (E,)
+        Places of the edges when the shutter opens and when it closes, pixels.
+    heights : array (E,)
+        Heights of the steps.
+    count : int
+        Number of pixels.
+
+    Returns
+    -------
+    array (count,)
+        The changes; edges before the picture count in its first pixel.
+    """
+    # Few pixels see an edge: those it passes, and one more on either side.
+    first = np.floor(np.minimum(begin, end)).astype(int) - 1
+    reach = int(np.ceil(np.abs(end - begin).max(initial=0.0))) + 3
+    pixels = first[:, np.newaxis] + np.arange(reach)
+    seen = _behind(pixels, begin[:, np.newaxis], end[:, np.newaxis]) * heights[:, np.newaxis]
+    changes = np.diff(seen, axis=1, prepend=0.0)
+    inside = pixels < count
+    return np.bincount(np.maximum(pixels[inside], 0), changes[inside], minlength=count)
+
+
+def _behind(pixel: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Share of a pixel behind an edge, mean over its way."""
+    travel = end - begin
+    still = np.abs(travel) < 1e-6
+    moving = (_integral(pixel + 1 - begin) - _integral(pixel + 1 - end)) / np.where(
+        still, 1.0, travel
+    )
+    return np.where(still, np.clip(pixel + 1 - (begin + end) / 2, 0, 1), moving)
+
+
+def _integral(distance: np.ndarray) -> np.ndarray:
+    """Integral from minus infinity of clip(s, 0, 1) over s."""
+    return np.clip(distance, 0, 1) ** 2 / 2 + np.maximum(distance - 1, 0)

@@ -1,0 +1,224 @@
+"""The belt's direction and the marks of the tape measure, in a picture (H, W) that stands still."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from scipy import ndimage, optimize
+
+STEEPEST = 20.0  # degrees by which the belt may be turned in the picture
+_WIDEST = 960  # pixels that are enough to see a direction
+# By how much the period of the marks may differ from the one that the white block leads to expect.
+_DOUBT = 0.25
+# How far the marks must stand out of the other periods of a row for the row to be one of a tape.
+_CLEAR = 8.0
+_SHARE = 0.3  # of all that varies along the row; of equal marks on a plain tape it is 0.7
+_SEEN = 0.4  # contrast of a mark, as a share of that of most marks
+_DARKER = 0.6  # share of the brightness of the tape that what lies beyond it does not reach
+
+
+@dataclass(frozen=True)
+class Tape:
+    """The marks of a tape measure along the belt.
+
+    Attributes
+    ----------
+    spacing : float
+        Distance of neighbouring marks, pixels.
+    first : float
+        Place along the belt of the first mark in the picture, pixels from its middle.
+    clearness : float
+        Strength of the period of the marks, in units of the other periods near it.
+    """
+
+    spacing: float
+    first: float
+    clearness: float
+
+
+def direction(picture: np.ndarray) -> float:
+    """Angle by which the belt is turned in a picture.
+
+    Along the belt lie its own edges and those of the tape, the blocks and the treadmill. When the
+    picture is turned so that they lie along its rows, its rows differ most from each other.
+
+    Parameters
+    ----------
+    picture : array (H, W)
+        Brightness.
+
+    Returns
+    -------
+    float
+        Degrees, clockwise, from -STEEPEST to STEEPEST.
+    """
+    shrink = min(1.0, _WIDEST / max(picture.shape))
+    small = cv2.resize(picture.astype(np.float32), None, fx=shrink, fy=shrink)
+    small = cv2.GaussianBlur(small, (0, 0), 1.0)
+    angles = np.arange(-STEEPEST, STEEPEST + 0.5)
+    best = angles[np.argmax([_row_contrast(small, angle) for angle in angles])]
+    angles = np.arange(best - 1, best + 1.05, 0.1)
+    best = angles[np.argmax([_row_contrast(small, angle) for angle in angles])]
+    found = optimize.minimize_scalar(
+        lambda angle: -_row_contrast(small, angle),
+        bounds=(best - 0.1, best + 0.1),
+        method="bounded",
+        options={"xatol": 0.005},
+    )
+    return float(found.x)
+
+
+def straightened(picture: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
+    """The picture, turned about its middle so that the belt lies along its rows.
+
+    Parameters
+    ----------
+    picture : array (H, W)
+        Brightness.
+    angle : float
+        That of the belt, degrees, clockwise.
+
+    Returns
+    -------
+    turned : array (H, W)
+        The picture.
+    weight : array (H, W)
+        1 where it shows something, 0 beyond the edge of the picture.
+    """
+    size = picture.shape[::-1]
+    matrix = cv2.getRotationMatrix2D(((size[0] - 1) / 2, (size[1] - 1) / 2), angle, 1.0)
+    turned = cv2.warpAffine(picture.astype(np.float32), matrix, size)
+    weight = cv2.warpAffine(np.ones(picture.shape, np.float32), matrix, size)
+    return turned, (weight > 0.999).astype(np.float32)
+
+
+def find_tape(picture: np.ndarray, angle: float, spacing: float) -> Tape | None:
+    """Find the marks of a tape measure that lies along the belt.
+
+    Parameters
+    ----------
+    picture : array (H, W)
+        Brightness, best the mean of several frames.
+    angle : float
+        That of the belt, degrees, clockwise.
+    spacing : float
+        Distance of the marks that is expected, pixels; it may be wrong by a quarter.
+
+    Returns
+    -------
+    Tape or None
+        None if no rows of the picture have clear marks.
+    """
+    turned, weight = straightened(picture, angle)
+    ripple = _ripple(turned, weight, spacing)
+    width = ripple.shape[1]
+    frequencies = np.arange((1 - _DOUBT) / spacing, (1 + _DOUBT) / spacing, 0.25 / width)
+    if width < 8 * spacing or spacing < 2.2 or frequencies.size < 8:
+        return None
+    strength = np.abs(_transform(ripple, frequencies))
+    clearness = strength.max(axis=1) / (np.median(strength, axis=1) + 1e-3 * strength.max() + 1e-9)
+    row = int(np.argmax(clearness * strength.max(axis=1)))
+    if clearness[row] < _CLEAR or strength[row].max() < _SHARE * np.abs(ripple[row]).sum():
+        return None
+    rows = _rows_alike(strength, clearness, row)
+    profile = ripple[rows].mean(axis=0)
+    rough = frequencies[np.argmax(strength[row])]
+    frequency = _refined(profile, rough)
+    shape = turned[rows].sum(axis=0) / np.maximum(weight[rows].sum(axis=0), 1)
+    first = _first_mark(profile, shape, weight[rows].min(axis=0) > 0, frequency)
+    return Tape(1 / frequency, first - (width - 1) / 2, float(clearness[row]))
+
+
+def _row_contrast(picture: np.ndarray, angle: float) -> float:
+    """How much neighbouring rows differ when a belt at this angle is straightened."""
+    turned, weight = straightened(picture, angle)
+    count = weight.sum(axis=1)
+    mean = (turned * weight).sum(axis=1) / np.maximum(count, 1)
+    pairs = np.minimum(count[1:], count[:-1])
+    return float(np.sum(pairs * np.diff(mean) ** 2) / max(pairs.sum(), 1))
+
+
+def _ripple(turned: np.ndarray, weight: np.ndarray, spacing: float) -> np.ndarray:
+    """What varies along a row within a few marks; 0 beyond the picture."""
+    shown = turned * weight
+    scale = 1.5 * spacing
+    level = cv2.GaussianBlur(shown, (0, 0), sigmaX=scale, sigmaY=0.01)
+    share = cv2.GaussianBlur(weight, (0, 0), sigmaX=scale, sigmaY=0.01)
+    return weight * (shown - level / np.maximum(share, 1e-3))
+
+
+def _transform(rows: np.ndarray, frequencies: np.ndarray) -> np.ndarray:
+    """Fourier transform (..., F) of rows (..., W) at frequencies in cycles per pixel."""
+    waves = np.exp(-2j * np.pi * np.outer(np.arange(rows.shape[-1]), frequencies))
+    return rows @ waves.astype(np.complex64 if rows.dtype == np.float32 else complex)
+
+
+def _rows_alike(strength: np.ndarray, clearness: np.ndarray, row: int) -> slice:
+    """Rows around the clearest one with as clear a period of the same length."""
+    peak = strength.argmax(axis=1)
+    alike = (np.abs(peak - peak[row]) <= 4) & (clearness > 0.5 * clearness[row])
+    alike &= strength.max(axis=1) > 0.5 * strength[row].max()
+    breaks = np.flatnonzero(~alike)
+    low = breaks[breaks < row].max(initial=-1) + 1
+    high = breaks[breaks > row].min(initial=len(alike))
+    return slice(int(low), int(high))
+
+
+def _refined(profile: np.ndarray, frequency: float) -> float:
+    """The frequency near a given one at which the transform is greatest."""
+    profile = profile.astype(float)
+    step = 0.5 / profile.size
+    found = optimize.minimize_scalar(
+        lambda each: -abs(_transform(profile, np.array([each]))[0]),
+        bounds=(frequency - step, frequency + step),
+        method="bounded",
+        options={"xatol": 1e-4 * step},
+    )
+    return float(found.x)
+
+
+def _first_mark(
+    profile: np.ndarray, shape: np.ndarray, shown: np.ndarray, frequency: float
+) -> float:
+    """Place of the first mark, pixels."""
+    spacing = 1 / frequency
+    once, twice = _transform(profile.astype(float), np.array([frequency, 2 * frequency]))
+    # Marks are narrower than what lies between them. So the second harmonic tells dark marks from
+    # bright ones; where it cannot be seen, marks are dark.
+    bright = (twice * np.conj(once) ** 2).real > 0.05 * abs(once) ** 3
+    sign = 1 if bright else -1
+    phase = -np.angle(sign * once) / (2 * np.pi) * spacing
+    begin = _beginning(shape, shown, spacing, middle=_centre(profile))
+    # The end of a tape can be its zero: a mark there may lie a little before it.
+    start = phase + np.ceil((begin - phase) / spacing - 0.25) * spacing
+    return _first_seen(np.arange(start, shape.size - spacing, spacing), shape, spacing, sign)
+
+
+def _first_seen(marks: np.ndarray, shape: np.ndarray, spacing: float, sign: int) -> float:
+    """The first of some places that differs from what follows it as marks do."""
+    pixels = np.arange(shape.size)
+    on, between = (np.interp(marks + shift, pixels, shape) for shift in (0, spacing / 2))
+    contrast = sign * (on - between) / np.maximum(on + between, 1)  # whatever the light there
+    return float(marks[np.argmax(contrast > _SEEN * np.median(contrast))])
+
+
+def _beginning(shape: np.ndarray, shown: np.ndarray, spacing: float, middle: float) -> float:
+    """Where the tape begins, pixels; where the picture does, if the tape goes on beyond it."""
+    size = int(np.ceil(spacing)) + 1
+    body = ndimage.grey_closing(shape, size=size)  # the marks filled up, or what is between them
+    ahead = ndimage.maximum_filter1d(body, 4 * size, origin=-2 * size + 1)
+    half = _DARKER * ahead
+    before = np.flatnonzero(shown & (body < half) & (np.arange(body.size) < middle))
+    if not before.size:
+        return float(np.argmax(shown)) + 0.25 * spacing
+    last = before[-1]
+    rise = body[last + 1] - body[last]
+    return float(last + np.clip((half[last] - body[last]) / max(rise, 1e-9), 0, 1))
+
+
+def _centre(profile: np.ndarray) -> float:
+    """Centre of gravity of what varies, pixels."""
+    weight = profile.astype(float) ** 2
+    return float(np.arange(weight.size) @ weight / weight.sum())

@@ -1,0 +1,375 @@
+"""Where the white block is in each frame of a video, in metres (Sec. II)."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from beltrepro import checks
+from beltrepro.errors import InputError
+from beltrepro.experiment import tape, white_block
+from beltrepro.experiment.scene import Scene
+from beltrepro.experiment.video import Frame, read_video
+from beltrepro.experiment.white_block import Place, Region
+
+COLUMNS = ("time_s", "x_m", "error_m")
+SUPPORTS = ("left", "right")
+# Frames at the beginning in which the belt, the tape and the block are looked for, and of how many
+# each is one that is looked at.
+_SURVEY, _EVERY = 240, 10
+# Things narrower than so many pixels across the belt are wiped off to free the block of them.
+_OPENINGS = (0, 6, 12, 24, 48)
+_SPRING = 0.3  # the same, as a share of the block, once its size is known
+_FASTEST = 3.0  # m/s that the block never reaches
+_LEAST_FRAMES = 2
+_SCALES = (1e-6, 0.1)  # metres per pixel that a camera above a treadmill can have
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """Places of the white block.
+
+    Attributes
+    ----------
+    time_s : array (T,)
+        Instants of the frames in which it was found, seconds from the beginning of the video.
+    x_m : array (T,)
+        Its middle along the belt, metres from the first mark of the tape (plus what it reads).
+    error_m : array (T,)
+        One standard error within the picture. That of the scale comes on top, for all alike.
+    metres_per_pixel : float
+        Scale of the picture.
+    angle : float
+        By which the belt is turned in the picture, degrees, clockwise.
+    lost_s : array (L, 2)
+        Begin and end of each stretch of frames in which the block was not found.
+    """
+
+    time_s: np.ndarray
+    x_m: np.ndarray
+    error_m: np.ndarray
+    metres_per_pixel: float
+    angle: float
+    lost_s: np.ndarray
+
+    def save(self, path: str | Path) -> None:
+        """Write the track as CSV: a line of settings, which begins with #, and three columns.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+        """
+        settings = {
+            "metres_per_pixel": self.metres_per_pixel,
+            "angle": self.angle,
+            "lost_s": self.lost_s.tolist(),
+        }
+        rows = np.column_stack([self.time_s, self.x_m, self.error_m])
+        with Path(path).open("w", encoding="utf-8") as file:
+            file.write(f"# {json.dumps(settings)}\n{','.join(COLUMNS)}\n")
+            np.savetxt(file, rows, delimiter=",", fmt="%.9g")
+
+    @classmethod
+    def load(cls, path: str | Path) -> Track:
+        """Read a CSV file with the columns time_s, x_m and, if known, error_m.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file, written by `save` or by another program.
+
+        Returns
+        -------
+        Track
+            Settings that the file does not give are NaN.
+
+        Raises
+        ------
+        InputError
+            The file is missing, is no such table, or holds something else than numbers.
+        """
+        from beltrepro.experiment.tables import read_track
+
+        (time_s, x_m, error_m), settings = read_track(Path(path))
+        return cls(
+            time_s,
+            x_m,
+            error_m,
+            metres_per_pixel=float(settings.get("metres_per_pixel", np.nan)),
+            angle=float(settings.get("angle", np.nan)),
+            lost_s=np.array(settings.get("lost_s", []), dtype=float).reshape(-1, 2),
+        )
+
+
+def track(
+    video: str | Path,
+    *,
+    metres_per_pixel: float | None = None,
+    first_mark: float = 0.0,
+    support: str = "left",
+    scene: Scene | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Track:
+    """Track the white block in a video from above the belt.
+
+    Belt, tape and block are looked for in the first ten seconds or so. The block is a bright
+    rectangle of the right shape; the tape has marks along the belt, at the distance that the size
+    of the block leads to expect, and their distance is the scale. Then the block is followed from
+    frame to frame (docs/experiment.md).
+
+    Parameters
+    ----------
+    video : str or Path
+        The file.
+    metres_per_pixel : float, optional
+        Scale, if there is no tape measure or another value shall count.
+    first_mark : float
+        What the tape reads at its first mark in the picture, metres. x is measured from its zero;
+        without a tape, from the edge of the picture on the side of the support.
+    support : str
+        "left" or "right": on which side of the picture the chain is held.
+    scene : Scene, optional
+        Sizes of the blocks and distance of the marks.
+    progress : callable, optional
+        Called with the instant reached, seconds.
+
+    Returns
+    -------
+    Track
+        Frames in which the block was not found are left out and told in `lost_s`.
+
+    Raises
+    ------
+    InputError
+        The file is no video, or no white block, more than one, or no tape measure is found.
+    """
+    scene = scene or Scene()
+    if metres_per_pixel is not None:
+        _check_scale(metres_per_pixel)
+    checks.finite_number("first_mark", first_mark)
+    if support not in SUPPORTS:
+        raise InputError(f"support = {support!r}: allowed are {', '.join(SUPPORTS)}")
+    beginning = itertools.islice(read_video(video), 0, _SURVEY, _EVERY)
+    pictures = [frame.picture for frame in beginning]
+    survey = _Survey.of(pictures, scene, metres_per_pixel, support, str(video))
+    found, lost, across = [], [], []
+    for frame, place in _follow(read_video(video), survey):
+        if place is None:
+            lost.append(frame.time_s)
+        else:
+            found.append((frame.time_s, survey.along_belt(place), place.error))
+            across.append(survey.across_belt(place))
+        if progress:
+            progress(frame.time_s)
+    if len(found) < _LEAST_FRAMES:
+        raise InputError(f"{video}: the white block is in {len(found)} of the frames only")
+    time, along, error = np.array(found).T
+    return Track(
+        time_s=time,
+        x_m=first_mark + along * survey.metres_per_pixel,
+        error_m=error * survey.metres_per_pixel,
+        metres_per_pixel=survey.metres_per_pixel,
+        angle=survey.angle + survey.towards * _slope(along, np.array(across), survey.along),
+        lost_s=_stretches(np.array(lost), time),
+    )
+
+
+@dataclass(frozen=True)
+class _Survey:
+    """What the beginning of a video tells of all of it."""
+
+    metres_per_pixel: float
+    angle: float
+    zero: float  # pixels from the middle of the picture, along the belt
+    towards: int  # 1 if the chain extends to the right
+    along: float  # sides of the block, pixels
+    across: float
+    middle: tuple[float, float]
+
+    @classmethod
+    def of(
+        cls,
+        pictures: list[np.ndarray],
+        scene: Scene,
+        scale: float | None,
+        support: str,
+        name: str,
+    ) -> _Survey:
+        """The survey of some frames."""
+        mean = np.stack(pictures).mean(axis=0, dtype=np.float32)
+        angle = tape.direction(mean)
+        ratio = scene.block_length / scene.block_width
+        regions = [_candidates(each, angle, ratio) for each in pictures]
+        towards = 1 if support == "left" else -1
+        mirrored = mean if towards == 1 else mean[::-1, ::-1]
+        measure, scale = _scale(mirrored, angle, regions, scene, scale, name)
+        along, across = scene.block_length / scale, scene.block_width / scale
+        _check_one(regions, along, across, name, scale)
+        height, width = mean.shape
+        return cls(
+            metres_per_pixel=scale,
+            angle=angle,
+            zero=measure.first if measure else -(width - 1) / 2,
+            towards=towards,
+            along=along,
+            across=across,
+            middle=((width - 1) / 2, (height - 1) / 2),
+        )
+
+    def along_belt(self, place: Place) -> float:
+        """Pixels from the first mark, along the belt, away from the support."""
+        return self.towards * self._projected(place, 0.0) - self.zero
+
+    def across_belt(self, place: Place | Region) -> float:
+        """Pixels from the middle of the picture, across the belt."""
+        return self._projected(place, 90.0)
+
+    def _projected(self, place: Place | Region, turn: float) -> float:
+        direction = np.radians(self.angle + turn)
+        x, y = place.x - self.middle[0], place.y - self.middle[1]
+        return float(np.cos(direction) * x + np.sin(direction) * y)
+
+
+def _candidates(picture: np.ndarray, angle: float, ratio: float) -> list[Region]:
+    """What may be the white block in a picture, of any size."""
+    found: list[Region] = []
+    for opening in _OPENINGS:
+        if opening < picture.shape[0] / 2 and not found:
+            found = white_block.bright_rectangles(picture, angle, ratio, opening)
+    return found
+
+
+def _scale(
+    mean: np.ndarray,
+    angle: float,
+    regions: list[list[Region]],
+    scene: Scene,
+    scale: float | None,
+    name: str,
+) -> tuple[tape.Tape | None, float]:
+    """The tape, if there is one, and metres per pixel."""
+    if scale is not None:
+        return tape.find_tape(mean, angle, scene.mark_spacing / scale), scale
+    area = scene.block_length * scene.block_width
+    sizes = [np.sqrt(each.along * each.across / area) for one in regions for each in one]
+    if not sizes:
+        raise InputError(
+            f"{name}: no white block found: a bright rectangle across the belt, which must run "
+            f"from left to right"
+        )
+    # Each size leads to expect a distance of the marks; that with the clearest marks counts. Sizes
+    # within a tenth are one, and the rare ones are not tried.
+    often = Counter(np.round(np.log(sizes) * 10).astype(int).tolist()).most_common(6)
+    guesses = [
+        float(np.median(np.array(sizes)[np.round(np.log(sizes) * 10) == each])) for each, _ in often
+    ]
+    found = [
+        measure
+        for pixels in guesses
+        if (measure := tape.find_tape(mean, angle, pixels * scene.mark_spacing))
+    ]
+    if not found:
+        raise InputError(
+            f"{name}: no tape measure with a mark every {100 * scene.mark_spacing:g} cm found: "
+            f"give the scale; the white block looks like {1 / guesses[0]:.3g} m per pixel"
+        )
+    best = max(found, key=lambda measure: measure.clearness)
+    return best, scene.mark_spacing / best.spacing
+
+
+def _check_one(
+    regions: list[list[Region]], along: float, across: float, name: str, scale: float
+) -> None:
+    """Refuse a film without a block of the right size, or with several."""
+    blocks = [
+        [each for each in one if white_block.has_size(each, along, across)] for one in regions
+    ]
+    seen = [one for one in blocks if one]
+    if not seen:
+        raise InputError(
+            f"{name}: no white block found: at {scale:.4g} m per pixel it would be a bright "
+            f"rectangle of {along:.0f} x {across:.0f} pixels"
+        )
+    several = [one for one in seen if len(one) > 1]
+    if 2 * len(several) > len(seen):
+        places = " and ".join(f"({each.x:.0f}, {each.y:.0f})" for each in several[0][:2])
+        raise InputError(
+            f"{name}: {len(several[0])} white blocks found, at the pixels {places}; "
+            f"one is needed: cover the other"
+        )
+
+
+def _follow(frames: Iterator[Frame], survey: _Survey) -> Iterator[tuple[Frame, Place | None]]:
+    """Each frame with the place of the block, None where it is not found."""
+    last, last_time = None, 0.0
+    for frame in frames:
+        reach = _FASTEST * (frame.time_s - last_time) / survey.metres_per_pixel + survey.along / 2
+        place = None
+        if last is not None:
+            place = _look(frame.picture, survey, last, reach)
+        if place is None:
+            place = _look(frame.picture, survey, last, None)
+        if place is not None:
+            last, last_time = place, frame.time_s
+        yield frame, place
+
+
+def _look(
+    picture: np.ndarray, survey: _Survey, last: Place | None, reach: float | None
+) -> Place | None:
+    """The block in a picture, or only within reach of where it was; the nearest one counts."""
+    left = top = 0
+    if last is not None and reach is not None:
+        half = (reach + survey.along, reach * abs(np.sin(np.radians(survey.angle))) + survey.across)
+        left, top = (max(0, int(each - by)) for each, by in zip(last[:2], half, strict=True))
+        right, bottom = (int(each + by) + 1 for each, by in zip(last[:2], half, strict=True))
+        window = picture[top:bottom, left:right]
+    else:
+        window = picture
+    regions = [
+        each._replace(x=each.x + left, y=each.y + top)
+        for each in white_block.bright_rectangles(
+            window, survey.angle, survey.along / survey.across, int(_SPRING * survey.across)
+        )
+        if white_block.has_size(each, survey.along, survey.across)
+    ]
+    if last is not None:
+        lane = survey.across_belt(last)
+        regions = [
+            each for each in regions if abs(survey.across_belt(each) - lane) < survey.across / 2
+        ]
+        regions.sort(key=lambda each: np.hypot(each.x - last.x, each.y - last.y))
+    for region in regions:
+        place = white_block.place_block(picture, region, survey.angle, survey.along, survey.across)
+        if place is not None:
+            return place
+    return None
+
+
+def _slope(along: np.ndarray, across: np.ndarray, length: float) -> float:
+    """Degrees between the way of the block and the lines that the survey saw; 0 for a short way."""
+    if along.std() < length / 2:
+        return 0.0
+    return float(np.degrees(np.arctan(np.polyfit(along, across, 1)[0])))
+
+
+def _stretches(lost: np.ndarray, found: np.ndarray) -> np.ndarray:
+    """Begin and end (L, 2) of runs of lost frames with no frame in between that was found."""
+    if not lost.size:
+        return np.empty((0, 2))
+    place = np.searchsorted(found, lost)
+    parts = np.split(lost, np.flatnonzero(np.diff(place)) + 1)
+    return np.array([(part[0], part[-1]) for part in parts])
+
+
+def _check_scale(value: float) -> None:
+    if not _SCALES[0] <= checks.positive("metres_per_pixel", value) <= _SCALES[1]:
+        low, high = _SCALES
+        raise InputError(f"metres_per_pixel = {value:g}: must be from {low:g} to {high:g}")

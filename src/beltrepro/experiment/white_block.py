@@ -1,0 +1,237 @@
+"""The white block in one picture: found by its size and shape, then placed to parts of a pixel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+# A region counts as a block if its sides and area are those of a rectangle, to this share.
+_SIDES = 0.3
+_FILLED = 0.78
+_TILT = 12.0  # degrees
+_LEVELS = 3  # of brightness above the dark
+_SMALLEST = 4.0  # pixels of the shorter side
+# Error that remains where noise is none: pixels are squares and codecs round.
+_FLOOR = 0.02
+# Neighbouring rows that share their error, because codecs describe 4 x 4 pixels or more together.
+_ALIKE = 4
+_NORMAL = 1.4826  # standard deviation of normal deviates with a median of |deviation| of 1
+
+
+class Region(NamedTuple):
+    """A bright region of a picture, as a rectangle.
+
+    Attributes
+    ----------
+    x, y : float
+        Its middle, pixels.
+    along, across : float
+        Its sides along the belt and across it, pixels.
+    """
+
+    x: float
+    y: float
+    along: float
+    across: float
+
+
+class Place(NamedTuple):
+    """Where the white block is.
+
+    Attributes
+    ----------
+    x, y : float
+        Its middle, pixels.
+    error : float
+        One standard error of the place along the belt, pixels.
+    """
+
+    x: float
+    y: float
+    error: float
+
+
+def bright_rectangles(
+    picture: np.ndarray, angle: float, ratio: float, opening: int = 0
+) -> list[Region]:
+    """Bright regions with the shape of a block: rectangles across the belt.
+
+    Otsu's threshold parts bright from dark. Then it parts what is bright once more, and again: a
+    white block can lie on a bright spring.
+
+    Parameters
+    ----------
+    picture : array (H, W) of uint8
+        Brightness.
+    angle : float
+        That of the belt, degrees, clockwise.
+    ratio : float
+        Side of a block along the belt over that across it.
+    opening : int
+        Things narrower than this across the belt are wiped off first, pixels: springs.
+
+    Returns
+    -------
+    list of Region
+        The largest first.
+    """
+    if opening > 1:
+        picture = cv2.morphologyEx(picture, cv2.MORPH_OPEN, np.ones((opening, 1), np.uint8))
+    found: list[Region] = []
+    above = picture.ravel()
+    for _ in range(_LEVELS):
+        if above.size < 2 * _SMALLEST**2:
+            break
+        threshold, _ = cv2.threshold(above, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
+        for region in _rectangles(picture > threshold, angle, ratio):
+            if all(_apart(region, other) for other in found):
+                found.append(region)
+        above = above[above > threshold]
+    return sorted(found, key=lambda region: -region.along * region.across)
+
+
+def _rectangles(white: np.ndarray, angle: float, ratio: float) -> Iterator[Region]:
+    """Connected regions (H, W) of bool with the shape of a block."""
+    count, label, table, _ = cv2.connectedComponentsWithStats(
+        white.astype(np.uint8), connectivity=4
+    )
+    least = _SMALLEST**2 / min(ratio, 1 / ratio)
+    for number in range(1, count):
+        left, top, width, height, area = table[number]
+        if area < least or area < 0.4 * width * height:
+            continue
+        part = label[top : top + height, left : left + width] == number
+        region = _as_rectangle(part, int(area), angle)
+        if region and abs(np.log(region.along / region.across / ratio)) < np.log(1 + 1.5 * _SIDES):
+            yield region._replace(x=region.x + left, y=region.y + top)
+
+
+def _apart(one: Region, other: Region) -> bool:
+    """Whether two regions are different things."""
+    return abs(one.x - other.x) > other.along / 2 or abs(one.y - other.y) > other.across / 2
+
+
+def has_size(region: Region, along: float, across: float) -> bool:
+    """Whether a region is as large as a block.
+
+    Parameters
+    ----------
+    region : Region
+        The region.
+    along, across : float
+        Sides of a block, pixels.
+
+    Returns
+    -------
+    bool
+        Whether both sides are.
+    """
+    pairs = ((region.along, along), (region.across, across))
+    return all(abs(side - size) < _SIDES * size + 1.5 for side, size in pairs)
+
+
+def place_block(
+    picture: np.ndarray, region: Region, angle: float, along: float, across: float
+) -> Place | None:
+    """Place a block to parts of a pixel, by the light on either side of its middle.
+
+    The excess of the light over the dark beside the block, divided by that of the white, is the
+    distance of an edge from the middle. Each row of pixels tells both edges. The median over the
+    rows counts: a spring or a glare that touches the block on some rows does not move it.
+
+    Parameters
+    ----------
+    picture : array (H, W) of uint8
+        Brightness.
+    region : Region
+        About where the block is.
+    angle : float
+        That of the belt, degrees, clockwise.
+    along, across : float
+        Sides of a block, pixels.
+
+    Returns
+    -------
+    Place or None
+        None if what is there is not a block, for instance half hidden.
+    """
+    margin = max(4.0, 0.25 * along)
+    half = int(np.ceil(along / 2 + margin))
+    for _ in range(2):  # the second time about the place found
+        patch = _patch(picture, region, angle, half, max(2, int(0.35 * across)))
+        if patch is None:
+            return None
+        offset, length, error = _edges(patch, half, int(np.ceil(margin / 2)))
+        region = region._replace(
+            x=region.x + offset * np.cos(np.radians(angle)),
+            y=region.y + offset * np.sin(np.radians(angle)),
+        )
+        if abs(offset) < 0.5:
+            break
+    if not abs(length - along) < _SIDES * along + 1 or not error < 0.1 * along + 0.5:
+        return None
+    return Place(region.x, region.y, error)
+
+
+def _as_rectangle(part: np.ndarray, area: int, angle: float) -> Region | None:
+    """A region (H, W) of bool as a rectangle across the belt, None if it is none."""
+    outline, _ = cv2.findContours(part.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+    (_, _), (first, second), tilt = cv2.minAreaRect(outline[0])
+    # Pixels reach half a pixel beyond their middles.
+    sides = {tilt: first + 1, tilt + 90: second + 1}
+    off = {each: abs((each - angle + 90) % 180 - 90) for each in sides}
+    near = min(off, key=lambda each: off[each])
+    along, across = sides[near], sides[near - 90 if near > tilt else near + 90]
+    moments = cv2.moments(part.astype(np.uint8), binaryImage=True)
+    if off[near] > _TILT or area < _FILLED * along * across:
+        return None
+    x, y = moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
+    return Region(x, y, along, across)
+
+
+def _patch(
+    picture: np.ndarray, region: Region, angle: float, half: int, rows: int
+) -> np.ndarray | None:
+    """The surroundings of a block (2 rows + 1, 2 half + 1), straightened, if they are all seen."""
+    cosine, sine = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    reach_x = half * cosine + rows * abs(sine)
+    reach_y = rows * cosine + half * abs(sine)
+    height, width = picture.shape
+    if not (
+        reach_x <= region.x <= width - 1 - reach_x and reach_y <= region.y <= height - 1 - reach_y
+    ):
+        return None
+    turn = np.array([[cosine, -sine], [sine, cosine]])
+    corner = np.array([region.x, region.y]) - turn @ (half, rows)
+    # Only this window as numbers with parts: 8 bits would round what lies between pixels.
+    left, top = int(region.x - reach_x), int(region.y - reach_y)
+    window = picture[top : int(region.y + reach_y) + 2, left : int(region.x + reach_x) + 2]
+    return cv2.warpAffine(
+        window.astype(np.float32),
+        np.column_stack([turn, corner - (left, top)]),
+        (2 * half + 1, 2 * rows + 1),
+        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+        borderMode=cv2.BORDER_REPLICATE,
+    )
+
+
+def _edges(patch: np.ndarray, half: int, border: int) -> tuple[float, float, float]:
+    """Offset of the block's middle, its length, and the error of the offset, pixels."""
+    quarter = max(1, half // 3)
+    dark_left, dark_right = np.median(patch[:, :border]), np.median(patch[:, -border:])
+    white_left = np.median(patch[:, half - quarter : half])
+    white_right = np.median(patch[:, half + 1 : half + 1 + quarter])
+    if min(white_left - dark_left, white_right - dark_right) < 5:
+        return 0.0, 0.0, np.inf
+    light_left = (patch - dark_left) / (white_left - dark_left)
+    light_right = (patch - dark_right) / (white_right - dark_right)
+    left = light_left[:, :half].sum(axis=1) + light_left[:, half] / 2
+    right = light_right[:, half + 1 :].sum(axis=1) + light_right[:, half] / 2
+    offset, length = (right - left) / 2, np.median(left + right)
+    middle = float(np.median(offset))
+    spread = _NORMAL * np.median(np.abs(offset - middle))
+    error = np.hypot(_FLOOR, spread * np.sqrt(np.pi / 2 / (len(offset) / _ALIKE)))
+    return middle, float(length), float(error)
