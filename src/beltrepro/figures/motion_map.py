@@ -15,7 +15,7 @@ ENTRY = Entry(
         "Not in the paper. a: how runs from different starts move after a long time. Each cell is "
         "one N and one belt velocity, filled by the shares of the runs. Ring: in longer runs no "
         "irregular motion ended. Cross: in longer runs it ends, so it is a transient. b: the "
-        "largest exponent, a dot for each run. Lines are medians over the runs that are irregular. "
+        "largest exponent, a dot for each run. Lines are medians over the runs. "
         "c: the end of runs that are disturbed by small kicks, for kicks of several sizes. d: the "
         "end of runs by the method verlet, for several time steps. Where cells of c and d are "
         "light at the bottom and dark at the top, errors keep the motion irregular."
@@ -163,19 +163,18 @@ def _draw_legend(figure, axes):
 
 
 def _draw_exponents(axes, points):
-    """A dot for each run; a line for each N, through the medians over its irregular runs."""
+    """A dot for each run; a line for each N, through the medians over its runs."""
     axes.set_ylabel(r"largest exponent $\lambda_1$")
     if not points["belt_velocity"].size:
         panels.note(axes, "no points in this dataset")
         return
     axes.axhline(0, color="0.6", linewidth=0.8, zorder=0)
-    irregular = np.isin(_ways(points), (motion.CHAOTIC, motion.TRANSIENT))
     sizes = np.unique(points["n_blocks"])
     for size, colour in zip(sizes, style.shades(sizes.size), strict=True):
         chosen = points["n_blocks"] == size
         velocity, value = (points[name][chosen] for name in ("belt_velocity", "largest_exponent"))
         axes.plot(velocity, value, ".", color=colour, markersize=4, alpha=0.6, markeredgewidth=0)
-        places, medians = running_median(velocity[irregular[chosen]], value[irregular[chosen]], 0.0)
+        places, medians = running_median(velocity, value, 0.0)
         axes.plot(places, medians, color=colour, linewidth=1.4, label=f"{size}")
     axes.legend(
         title="$N$", reverse=True, loc="upper left", bbox_to_anchor=(1.0, 1.03), handlelength=1.0
