@@ -17,7 +17,7 @@ _CLEAR = 8.0
 _SHARE = 0.3  # of all that varies along the row; of equal marks on a plain tape it is 0.7
 # Rows that marks must cover, and as a share of their distance: the steps of a line that lies askew
 # on the pixels are as regular, but lower.
-_LEAST_ROWS, _HEIGHT = 3, 0.25
+_LEAST_ROWS, _HEIGHT = 2, 0.3
 _SEEN = 0.4  # contrast of a mark, as a share of that of most marks
 _DARKER = 0.6  # share of the brightness of the tape that what lies beyond it does not reach
 
