@@ -20,6 +20,7 @@ from beltrepro.simulation.run import Run
 
 # Seen beyond the support and beyond the farthest place of the last block, in metres.
 MARGIN = 0.03
+_NOISE_PICTURES = 8
 _DRIFT_PERIOD = 60.0  # seconds in which the light comes back to where it was
 
 
@@ -401,6 +402,10 @@ class _Shutter:
         self._camera = camera
         self._random = np.random.default_rng(camera.seed)
         size = (view.width, view.height)
+        # Each frame takes its noise from a random place of this store: to draw it anew would take
+        # longer than all the rest.
+        store = _NOISE_PICTURES * view.width * view.height
+        self._noise = self._random.standard_normal(store, dtype=np.float32)
         self._turn = turn_matrix(size, camera.angle) if camera.angle else None
         self._along = np.linspace(-1, 1, view.width, dtype=np.float32)
         self._across = np.linspace(-1, 1, view.height, dtype=np.float32)[:, np.newaxis]
@@ -419,7 +424,8 @@ class _Shutter:
             light = cv2.GaussianBlur(light, (0, 0), camera.blur)
         if camera.light_unevenness or camera.light_drift:
             light *= self._lamp(time)
-        noise = self._random.standard_normal(light.shape, dtype=np.float32)
+        begin = self._random.integers(self._noise.size - light.size)
+        noise = self._noise[begin : begin + light.size].reshape(light.shape)
         # rounds, and cuts at black and white
         return cv2.addWeighted(light, 1.0, noise, camera.sensor_noise, 0.0, dtype=cv2.CV_8U)
 

@@ -15,6 +15,9 @@ _DOUBT = 0.25
 # How far the marks must stand out of the other periods of a row for the row to be one of a tape.
 _CLEAR = 8.0
 _SHARE = 0.3  # of all that varies along the row; of equal marks on a plain tape it is 0.7
+# Rows that marks must cover, and as a share of their distance: the steps of a line that lies askew
+# on the pixels are as regular, but lower.
+_LEAST_ROWS, _HEIGHT = 2, 0.3
 _SEEN = 0.4  # contrast of a mark, as a share of that of most marks
 _DARKER = 0.6  # share of the brightness of the tape that what lies beyond it does not reach
 
@@ -123,6 +126,8 @@ def find_tape(picture: np.ndarray, angle: float, spacing: float) -> Tape | None:
     if clearness[row] < _CLEAR or strength[row].max() < _SHARE * np.abs(ripple[row]).sum():
         return None
     rows = _rows_alike(strength, clearness, row)
+    if rows.stop - rows.start < max(_LEAST_ROWS, _HEIGHT * spacing):
+        return None
     profile = ripple[rows].mean(axis=0)
     rough = frequencies[np.argmax(strength[row])]
     frequency = _refined(profile, rough)

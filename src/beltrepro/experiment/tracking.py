@@ -169,7 +169,7 @@ def track(
         if progress:
             progress(frame.time_s)
     if len(found) < _LEAST_FRAMES:
-        raise InputError(f"{video}: the white block is in {len(found)} of the frames only")
+        raise InputError(f"{video}: no white block found in more than {len(found)} of the frames")
     time, along, error = np.array(found).T
     return Track(
         time_s=time,
