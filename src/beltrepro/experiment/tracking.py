@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -242,8 +243,8 @@ def _candidates(picture: np.ndarray, angle: float, ratio: float) -> list[Region]
     found: list[Region] = []
     for opening in _OPENINGS:
         if opening < picture.shape[0] / 2 and not found:
-            found = white_block.bright_rectangles(picture, angle, ratio, opening)
-    return found
+            found = list(white_block.bright_rectangles(picture, angle, ratio, opening))
+    return sorted(found, key=lambda region: -region.along * region.across)
 
 
 def _scale(
@@ -310,12 +311,11 @@ def _follow(frames: Iterator[Frame], survey: _Survey) -> Iterator[tuple[Frame, P
     """Each frame with the place of the block, None where it is not found."""
     last, last_time = None, 0.0
     for frame in frames:
-        reach = _FASTEST * (frame.time_s - last_time) / survey.metres_per_pixel + survey.along / 2
+        farthest = _FASTEST * (frame.time_s - last_time) / survey.metres_per_pixel
         place = None
-        if last is not None:
-            place = _look(frame.picture, survey, last, reach)
-        if place is None:
-            place = _look(frame.picture, survey, last, None)
+        for reach in (min(survey.along, farthest), farthest, None):
+            if place is None and (last is not None or reach is None):
+                place = _look(frame.picture, survey, last, reach)
         if place is not None:
             last, last_time = place, frame.time_s
         yield frame, place
@@ -324,33 +324,44 @@ def _follow(frames: Iterator[Frame], survey: _Survey) -> Iterator[tuple[Frame, P
 def _look(
     picture: np.ndarray, survey: _Survey, last: Place | None, reach: float | None
 ) -> Place | None:
-    """The block in a picture, or only within reach of where it was; the nearest one counts."""
-    left = top = 0
+    """The block in a picture, or only within reach of where it was."""
+    window, left, top = picture, 0, 0
     if last is not None and reach is not None:
-        half = (reach + survey.along, reach * abs(np.sin(np.radians(survey.angle))) + survey.across)
+        askew = abs(np.sin(np.radians(survey.angle)))
+        half = (reach + 1.5 * survey.along, reach * askew + survey.across)
         left, top = (max(0, int(each - by)) for each, by in zip(last[:2], half, strict=True))
         right, bottom = (int(each + by) + 1 for each, by in zip(last[:2], half, strict=True))
         window = picture[top:bottom, left:right]
-    else:
-        window = picture
-    regions = [
-        each._replace(x=each.x + left, y=each.y + top)
-        for each in white_block.bright_rectangles(
-            window, survey.angle, survey.along / survey.across, int(_SPRING * survey.across)
-        )
-        if white_block.has_size(each, survey.along, survey.across)
-    ]
-    if last is not None:
-        lane = survey.across_belt(last)
-        regions = [
-            each for each in regions if abs(survey.across_belt(each) - lane) < survey.across / 2
-        ]
-        regions.sort(key=lambda each: np.hypot(each.x - last.x, each.y - last.y))
+    regions: Iterable[Region] = _blocks(window, survey, last, (left, top))
+    if last is None:
+        regions = sorted(regions, key=lambda each: -each.along * each.across)
+    elif reach is None:
+        regions = sorted(regions, key=lambda each: _distance(each, last))
+    else:  # others are cut by the edge of the window
+        regions = (each for each in regions if _distance(each, last) < reach + survey.along / 2)
     for region in regions:
         place = white_block.place_block(picture, region, survey.angle, survey.along, survey.across)
         if place is not None:
             return place
     return None
+
+
+def _blocks(
+    window: np.ndarray, survey: _Survey, last: Place | None, corner: tuple[int, int]
+) -> Iterator[Region]:
+    """Regions of the size of the block in a part of a picture, in the lane of the last place."""
+    lane = None if last is None else survey.across_belt(last)
+    shape, opening = survey.along / survey.across, int(_SPRING * survey.across)
+    for region in white_block.bright_rectangles(window, survey.angle, shape, opening):
+        found = region._replace(x=region.x + corner[0], y=region.y + corner[1])
+        if white_block.has_size(found, survey.along, survey.across) and (
+            lane is None or abs(survey.across_belt(found) - lane) < survey.across / 2
+        ):
+            yield found
+
+
+def _distance(one: Region, other: Place) -> float:
+    return math.hypot(one.x - other.x, one.y - other.y)
 
 
 def _slope(along: np.ndarray, across: np.ndarray, length: float) -> float:
