@@ -4,6 +4,7 @@ import argparse
 import json
 import sys
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
 from beltrepro import ChainParameters, __version__
@@ -334,6 +335,7 @@ def _watch(options: argparse.Namespace) -> int:
         watching.open_window(watching.begin(chain, clock, options.transient, options.seed), clock)
         return 0
     duration = _FILM if options.duration is None else options.duration
+    _check_output(options.output)
     watching.check_film(options.output, duration, clock)
     progress = Progress("film") if sys.stderr.isatty() else None
     player = watching.begin(chain, clock, options.transient, options.seed)
@@ -400,7 +402,7 @@ def _film(options: argparse.Namespace) -> int:
 
 
 def _track(options: argparse.Namespace) -> int:
-    _check_output(options.output)
+    _check_output(options.output, ".csv")
     from beltrepro.experiment import Scene, track
 
     sizes = ("block_length", "block_width", "mark_spacing")
@@ -474,9 +476,23 @@ def _told(found: Any) -> dict[str, Any]:
     }
 
 
-def _check_output(path: Path | None) -> None:
-    if path is not None and not path.absolute().parent.is_dir():
-        raise InputError(f"output = {path}: its folder does not exist")
+def _check_output(path: Path | None, *suffixes: str) -> None:
+    """Refuse a file that cannot be written before anything is computed."""
+    if path is None:
+        return
+    folder = path.absolute().parent
+    if path.is_dir() or not folder.is_dir():
+        problem = "is a folder" if path.is_dir() else "its folder does not exist"
+        raise InputError(f"output = {path}: {problem}")
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise InputError(f"output = {path}: must end in {', '.join(suffixes)}")
+    try:
+        if path.exists():
+            path.open("ab").close()
+        else:
+            TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise InputError(f"output = {path}: cannot be written: {error.strerror}") from None
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ SMALL, LARGE, WHOLE = "small", "large", "whole"
 FIT_TO_HZ = FIT_BAND[1] / TIME_S
 _SHORTEST_FIT = 3.0  # highest over lowest frequency
 _LEAST_SAMPLES = 32
+_LONGEST_M = 40.0  # mean length of a chain: of 200 blocks, or of five in centimetres
 # Median intervals without a frame from which on a recording has a gap; r leaves gaps out.
 _LONGEST_GAP = 3.0
 
@@ -129,8 +130,8 @@ def analyse(
     Raises
     ------
     NotEnoughDataError
-        Fewer than 32 samples after the transient, no time between them, or a mean length that is
-        not positive.
+        Fewer than 32 samples after the transient, no time between them, a position beyond the
+        support, or a mean length that is not one in metres.
     """
     time, position = np.asarray(time_s, dtype=float), np.asarray(x_m, dtype=float)
     require(time.shape == position.shape and time.ndim == 1, "as many instants as positions needed")
@@ -146,7 +147,12 @@ def analyse(
     interval = float(np.median(gaps))
     weight = _weights(gaps, interval)
     mean = float(np.average(position, weights=weight))
-    require(mean > 0, f"the mean of x_N is {mean:.3g} m: it must be measured from the support")
+    lowest = float(position.min())
+    require(lowest >= 0, f"x_N reaches {lowest:.3g} m: it must be measured from the support")
+    require(
+        0 < mean < _LONGEST_M,
+        f"the mean of x_N is {mean:.3g} m: centimetres and millimetres must become metres",
+    )
     spread = float(np.sqrt(np.average((position - mean) ** 2, weights=weight)))
     small = _is_small(time, position, interval, window_s, quiet)
     quiet_s = _stretches(time, small)

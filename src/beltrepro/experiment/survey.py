@@ -235,9 +235,11 @@ def _scale(
         if (measure := tape.find_tape(mean, angle, pixels * scene.mark_spacing))
     ]
     if not found:
+        size = guesses[0] * scene.block_length, guesses[0] * scene.block_width
         raise InputError(
-            f"{name}: no tape measure with a mark every {100 * scene.mark_spacing:g} cm found: "
-            f"give the scale; the white block looks like {1 / guesses[0]:.3g} m per pixel"
+            f"{name}: no tape measure with a mark every {100 * scene.mark_spacing:g} cm found: if "
+            f"the white block is a rectangle of {size[0]:.0f} x {size[1]:.0f} pixels, give the "
+            f"scale, {1 / guesses[0]:.3g} m per pixel; if not, film a white block and a tape"
         )
     best = max(found, key=lambda measure: measure.clearness)
     return best, scene.mark_spacing / best.spacing

@@ -136,8 +136,9 @@ def find_tape(picture: np.ndarray, angle: float, spacing: float) -> Tape | None:
     profile = ripple[rows].mean(axis=0)
     rough = frequencies[np.argmax(strength[row])]
     frequency = _refined(profile, rough)
-    shape = turned[rows].sum(axis=0) / np.maximum(weight[rows].sum(axis=0), 1)
-    first, begins = _first_mark(profile, shape, weight[rows].min(axis=0) > 0, frequency)
+    shown = weight[rows]
+    shape = (turned[rows] * shown).sum(axis=0) / np.maximum(shown.sum(axis=0), 1)
+    first, begins = _first_mark(profile, shape, shown.min(axis=0) > 0, frequency)
     return Tape(1 / frequency, first - (width - 1) / 2, float(clearness[row]), begins)
 
 

@@ -107,7 +107,7 @@ def read_video(path: str | Path) -> Iterator[Frame]:
     """Read the frames of a video one by one, as the camera meant them to be seen.
 
     Colours become brightness, 16 bits become 8, and a picture that a phone marks as turned is
-    turned. A video that breaks off ends there.
+    turned. A video that breaks off ends there. Of frames of the same instant the first counts.
 
     Parameters
     ----------
@@ -122,8 +122,8 @@ def read_video(path: str | Path) -> Iterator[Frame]:
     Raises
     ------
     InputError
-        The file is missing, is no video, holds no frame, or its frames are too large or differ in
-        size.
+        The file is missing, is no video, holds no frame, or its frames are too large, differ in
+        size or go back in time.
     """
     path = Path(path)
     try:
@@ -180,7 +180,7 @@ def _decode(container: Any, path: Path) -> Iterator[Frame]:
     stream = container.streams.video[0]
     stream.thread_type = "AUTO"
     rate = float(stream.average_rate or stream.guessed_rate or 0)
-    first = shape = None
+    first = last = shape = None
     for index, frame in enumerate(_whole_frames(container, stream)):
         if frame.width * frame.height > LARGEST:
             raise InputError(
@@ -189,7 +189,14 @@ def _decode(container: Any, path: Path) -> Iterator[Frame]:
             )
         time_s = frame.time if frame.time is not None else index / rate if rate else float(index)
         picture = np.rot90(_brightness(frame), round(frame.rotation / 90))
-        first = time_s if first is None else first
+        if last is not None and time_s < last:
+            raise InputError(
+                f"{path}: frame {index + 1} is earlier than the one before: write the film anew, "
+                f"for instance with ffmpeg"
+            )
+        if time_s == last:
+            continue  # the same picture, shown once more
+        first, last = time_s if first is None else first, time_s
         shape = picture.shape if shape is None else shape
         if picture.shape != shape:
             raise InputError(f"{path}: frame {index + 1} has another size than the first")
