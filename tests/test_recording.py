@@ -48,13 +48,13 @@ def test_dropped_frames_change_r_by_less_than_a_percent():
     assert part.small_share == pytest.approx(whole.small_share, abs=0.01)
 
 
-def test_quiet_stretches_are_found_and_only_long_ones_are_laminar():
+def test_quiet_stretches_are_found_and_only_long_ones_last():
     found = analyse(*bursts())
     # A window of 5 s that holds a second of the burst can still be quiet.
     np.testing.assert_allclose(found.small_s, [[40, 100], [150, 158]], atol=1.3)
     assert found.small_share == pytest.approx(68 / 200, abs=0.03)
-    assert found.laminar_share == pytest.approx(60 / 200, abs=0.015)
-    assert analyse(*bursts(), laminar_s=5.0).laminar_share == found.small_share
+    assert found.lasting_share == pytest.approx(60 / 200, abs=0.015)
+    assert analyse(*bursts(), lasting_s=5.0).lasting_share == found.small_share
     assert analyse(*bursts(), quiet=0.2).small_share == 1.0
     assert analyse(*bursts(), quiet=0.001).small_share == 0.0
 

@@ -69,8 +69,8 @@ class Recording:
         Share of the time with small amplitude.
     small_s : array (L, 2)
         Begin and end of the stretches of small amplitude.
-    laminar_share : float
-        Share of the time in those of them that last longer than `laminar_s`.
+    lasting_share : float
+        Share of the time in those of them that last longer than `lasting_s`.
     spectra : dict of Spectrum
         Of the "whole", and of the longest stretch of "small" and of "large" amplitude, where they
         are long enough.
@@ -86,7 +86,7 @@ class Recording:
     maximum_length: float
     small_share: float
     small_s: np.ndarray
-    laminar_share: float
+    lasting_share: float
     spectra: dict[str, Spectrum]
 
 
@@ -97,14 +97,15 @@ def analyse(
     transient_s: float = 0.0,
     window_s: float = WINDOW_S,
     quiet: float = QUIET,
-    laminar_s: float = 200 * TIME_S,
+    lasting_s: float = 200 * TIME_S,
 ) -> Recording:
     """Analyse a recording of the last block, with frames at any instants.
 
     Means are over time: a sample stands for the time half-way to its neighbours, and gaps count for
     nothing. For spectra the samples are interpolated at equal intervals, straight across gaps.
     The amplitude is small where the standard deviation of x_N within a window is below a share of
-    its mean. That criterion is ours: the paper gives none.
+    its mean. That criterion is ours: the paper gives none. A laminar phase of a simulation is
+    something else, a long slip of the last block (docs/experiment.md).
 
     Parameters
     ----------
@@ -118,9 +119,9 @@ def analyse(
         Length of the window for the amplitude, seconds.
     quiet : float
         Share of the mean length below which the amplitude is small.
-    laminar_s : float
-        Seconds that a stretch of small amplitude must exceed to be a laminar phase; 200 model units
-        if not given, as in simulations.
+    lasting_s : float
+        Seconds that a stretch of small amplitude must exceed to count as lasting; 200 model units
+        if not given, as for laminar phases of simulations.
 
     Returns
     -------
@@ -156,8 +157,8 @@ def analyse(
     spread = float(np.sqrt(np.average((position - mean) ** 2, weights=weight)))
     small = _is_small(time, position, interval, window_s, quiet)
     quiet_s = _stretches(time, small)
-    lasting = quiet_s[np.diff(quiet_s, axis=1)[:, 0] > laminar_s]
-    laminar = np.any((time >= lasting[:, :1]) & (time <= lasting[:, 1:]), axis=0)
+    lasting = quiet_s[np.diff(quiet_s, axis=1)[:, 0] > lasting_s]
+    in_lasting = np.any((time >= lasting[:, :1]) & (time <= lasting[:, 1:]), axis=0)
     return Recording(
         time_s=time,
         x_m=position,
@@ -169,7 +170,7 @@ def analyse(
         maximum_length=float(position.max()),
         small_share=float(weight[small].sum() / weight.sum()),
         small_s=quiet_s,
-        laminar_share=float(weight[laminar].sum() / weight.sum()),
+        lasting_share=float(weight[in_lasting].sum() / weight.sum()),
         spectra=_spectra(time, position, interval, quiet_s, _stretches(time, ~small)),
     )
 
