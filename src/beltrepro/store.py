@@ -6,13 +6,13 @@ The same content gives the same bytes: nothing written depends on time, path or 
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 import numpy.typing as npt
 
+from beltrepro.atomic import replacing
 from beltrepro.errors import InputError
 
 COMPRESS_FROM_BYTES = 1 << 16  # smaller arrays gain nothing
@@ -55,18 +55,11 @@ def write(
     about : dict, optional
         For each array what is said of it alone: unit, dimensions, symbol, description.
     """
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with h5py.File(unfinished, "w", track_order=False) as file:
-            for name in sorted(arrays):
-                _write_array(file, name, np.asarray(arrays[name]), (about or {}).get(name, {}))
-            for name in sorted(attributes):
-                file.attrs[name] = attributes[name]
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
+    with replacing(path) as unfinished, h5py.File(unfinished, "w", track_order=False) as file:
+        for name in sorted(arrays):
+            _write_array(file, name, np.asarray(arrays[name]), (about or {}).get(name, {}))
+        for name in sorted(attributes):
+            file.attrs[name] = attributes[name]
 
 
 def read(path: str | os.PathLike) -> Dataset:

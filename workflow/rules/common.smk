@@ -2,11 +2,14 @@
 
 import dataclasses
 import functools
+import os
 import re
 import sys
 from pathlib import Path
 
-from beltrepro import jobs, provenance
+from snakemake.logging import logger
+
+from beltrepro import jobs, lifecycle, provenance
 from beltrepro.datasets import files, plan
 from beltrepro.entries import check_uses
 from beltrepro.errors import InputError
@@ -177,7 +180,23 @@ def figure_code(wildcards):
     return code_hash(f"beltrepro.figures.{wildcards.figure}", "beltrepro.figures.style")
 
 
-# --- errors ---
+# --- beginning, stopping, failing ---
+
+RESULTS = Path(f"results/{PLAN.run}")
+WAS_LOCKED = lifecycle.is_locked(RESULTS)
+os.environ[lifecycle.PARENT] = str(os.getpid())
+shell.prefix(lifecycle.JOB_PREFIX)
+lifecycle.shorten(logger)
+
+
+def begin():
+    """Before the first job: take the folder of results, and end at once when told to."""
+    try:
+        lifecycle.begin(RESULTS, WAS_LOCKED)
+    except InputError as error:
+        sys.exit(f"error: {error}")
+    if workflow.local_exec:  # elsewhere Snakemake cancels the jobs
+        lifecycle.stop_at_once(RESULTS)
 
 
 def said_of_failures(logs):

@@ -10,6 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from beltrepro import provenance
+from beltrepro.atomic import replacing
 from beltrepro.datasets.quantities import QUANTITIES, UNITS
 
 DIGITS = "%.6g"
@@ -34,7 +35,6 @@ def write(
         What was told to the datasets that it is derived from, by name.
     """
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
     about = {
         "@context": "http://www.w3.org/ns/csvw",
         "url": path.name,
@@ -43,8 +43,10 @@ def write(
         "beltrepro:origin": provenance.origin(),
         "tableSchema": {"columns": [_column(name, table[name], columns) for name in table]},
     }
-    metadata_path(path).write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
-    table.to_csv(path, index=False, float_format=DIGITS)
+    with replacing(metadata_path(path)) as unfinished:
+        unfinished.write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
+    with replacing(path) as unfinished:
+        table.to_csv(unfinished, index=False, float_format=DIGITS)
 
 
 def metadata_path(path: Path) -> Path:
