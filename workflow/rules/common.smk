@@ -119,8 +119,26 @@ def expected_batches(wildcards):
 
 @functools.cache
 def expected(*names):
-    """What the files of these datasets must say of themselves, by name; tables say nothing."""
-    return {name: files.expected(PLAN.told(name)) for name in names if name in PLAN.datasets}
+    """What the files of these datasets and tables must say of themselves, by name."""
+    return {
+        name: files.expected(PLAN.told(name)) if name in PLAN.datasets else of(*TABLES[name].uses)
+        for name in names
+    }
+
+
+def of(*sources):
+    """What a table or figure must say of itself that is made from these."""
+    return {"preset": PLAN.preset, "run": PLAN.run, "sources": expected(*sources)}
+
+
+def expected_of_report():
+    """By name of the input of the report, and of the figure or dataset in it."""
+    return {
+        "datasets": expected(*PLAN.datasets),
+        "claims": {"claims": of(*PLAN.datasets)},
+        "figures": {name: of(*entry.uses) for name, entry in FIGURES.items()},
+        **{name: {name: each} for name, each in expected(*TABLES).items()},
+    }
 
 
 def expected_of_table(wildcards):
@@ -128,7 +146,7 @@ def expected_of_table(wildcards):
 
 
 def expected_of_figure(wildcards):
-    return expected(*FIGURES[wildcards.figure].uses)
+    return of(*FIGURES[wildcards.figure].uses)
 
 
 # --- hashes of the code behind a result: Snakemake does not see imported modules ---
@@ -156,8 +174,12 @@ def code_hash(*modules, without=()):
 
 
 # What a job is told says which quantities its points have; the words on them change no number, nor
-# does how a run is written to a file of its own.
-WORDS = ("beltrepro.datasets.quantities", "beltrepro.simulation.files")
+# does how a run is written to a file of its own, or kept unfinished.
+WORDS = (
+    "beltrepro.datasets.quantities",
+    "beltrepro.simulation.files",
+    "beltrepro.simulation.checkpoints",
+)
 
 
 def batch_code(wildcards):

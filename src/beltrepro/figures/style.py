@@ -99,10 +99,14 @@ def small_print(datasets, preset) -> str:
 
 
 @styled
-def save(figure, png, pdf) -> None:
-    """Write the figure as PNG and PDF. Equal figures give equal bytes: no time is recorded."""
+def save(figure, png, pdf, source="") -> None:
+    """Write the figure as PNG and PDF. Equal figures give equal bytes: no time is recorded.
+
+    source : what the PNG says that it is drawn from, see `beltrepro.inputs`.
+    """
+    about = {"Title": Path(png).stem, "Source": source}
     with replacing(png) as unfinished:
-        figure.savefig(unfinished, format="png")
+        figure.savefig(unfinished, format="png", metadata=about)
     # The layout stands now; both files have the same one.
     figure.set_layout_engine("none")
     with replacing(pdf) as unfinished:
