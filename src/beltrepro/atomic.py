@@ -31,6 +31,8 @@ def replacing(path: str | os.PathLike) -> Iterator[Path]:
     ------
     InputError
         There is no room for the file.
+    OSError
+        It cannot be written for another reason.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)

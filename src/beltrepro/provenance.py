@@ -84,9 +84,14 @@ def processor() -> str:
 
 @functools.cache
 def instructions() -> str:
-    """For which instructions kernels are compiled: LLVM's name of the processor, hash of its features.
+    """Instructions for which kernels are compiled: LLVM's name of a processor, hash of features.
 
     The variables NUMBA_CPU_NAME and NUMBA_CPU_FEATURES stand over what the processor has.
+
+    Returns
+    -------
+    str
+        Both, and the version of LLVM.
     """
     from llvmlite import binding  # a job without kernels waits for it once, to say so
 
