@@ -110,7 +110,7 @@ def same(first: Dataset, second: Dataset) -> bool:
 
 
 def outcome(path: Path, expected: dict, whole: Path) -> str:
-    """What becomes of a damaged file: "refused", "harmless" (a bit that means nothing), or worse."""
+    """What becomes of a damaged file: "refused", "harmless" (no part of its content), or worse."""
     try:
         inputs.check(path, expected)
     except InputError as error:
