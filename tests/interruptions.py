@@ -190,6 +190,8 @@ def main() -> int:
     parser.add_argument("--kills", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
+    # a shell makes what it starts in the background deaf to Ctrl-C, and that is inherited
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     with tempfile.TemporaryDirectory() as folder:
         tree = copy_of_project(Path(folder, "project"))
         first, seconds = undisturbed(tree, options.targets)

@@ -219,10 +219,11 @@ def _apart(found: list, listed: list | None, duration: float, n_points: int) -> 
     """Whether summaries differ by more than the machines explain."""
     if listed is None:
         return True
-    (_, mean, deviation), (_, other, other_deviation) = found, listed
+    (_, mean, _), (_, other, deviation) = found, listed
     if duration <= SHORT:
-        return abs(mean - other) > TOLERANCE * (abs(other) + other_deviation)
-    error = np.sqrt((deviation**2 + other_deviation**2) / n_points)
+        return abs(mean - other) > TOLERANCE * (abs(other) + deviation)
+    # the list is right, and its scatter that of the points
+    error = deviation * np.sqrt(2 / n_points)
     return abs(mean - other) > DEVIATIONS * error + TOLERANCE * abs(other)
 
 
