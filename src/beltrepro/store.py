@@ -91,6 +91,8 @@ def read(path: str | os.PathLike) -> Dataset:
         with h5py.File(path, "r") as file:
             arrays = {name: _read_array(file[name]) for name in _names(file)}
             attributes = {name: _plain(value) for name, value in file.attrs.items()}
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
     except (OSError, KeyError, RuntimeError, ValueError) as error:
         raise InputError(f"{path}: not a readable HDF5 file ({error})") from None
     return Dataset(arrays, attributes)

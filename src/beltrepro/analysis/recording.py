@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
+from beltrepro import checks, names
 from beltrepro.analysis.errors import NotEnoughDataError, require
 from beltrepro.analysis.spectra import FIT_BAND, PowerLawFit, fit_power_law, power_spectrum
 from beltrepro.model.units import TIME_S
@@ -90,6 +91,7 @@ class Recording:
     spectra: dict[str, Spectrum]
 
 
+@names.checked
 def analyse(
     time_s: npt.ArrayLike,
     x_m: npt.ArrayLike,
@@ -129,13 +131,25 @@ def analyse(
 
     Raises
     ------
+    InputError
+        A value is not a number, or not allowed.
     NotEnoughDataError
         Fewer than 32 samples after the transient, no time between them, a position beyond the
         support, or a mean length that is not one in metres.
     """
-    time, position = np.asarray(time_s, dtype=float), np.asarray(x_m, dtype=float)
-    require(time.shape == position.shape and time.ndim == 1, "as many instants as positions needed")
-    require(np.all(np.isfinite(time)) and np.all(np.isfinite(position)), "numbers must be finite")
+    time, position = checks.series("time_s", time_s), checks.series("x_m", x_m)
+    transient_s = checks.not_negative("transient_s", transient_s)
+    window_s, quiet = checks.positive("window_s", window_s), checks.positive("quiet", quiet)
+    laminar_s = checks.not_negative("laminar_s", laminar_s)
+    require(
+        time.size == position.size,
+        f"time_s has {time.size} numbers and x_m {position.size}: as many instants as positions "
+        "are needed",
+    )
+    require(
+        np.all(np.isfinite(time)) and np.all(np.isfinite(position)),
+        "numbers of time_s and x_m must be finite",
+    )
     kept = time >= transient_s + (time[0] if time.size else 0.0)
     time, position = time[kept], position[kept]
     require(
@@ -143,7 +157,7 @@ def analyse(
         f"{time.size} samples after the first {transient_s:g} s, {_LEAST_SAMPLES} are needed",
     )
     gaps = np.diff(time)
-    require(np.all(gaps > 0), "instants must rise")
+    require(np.all(gaps > 0), "instants time_s must rise")
     interval = float(np.median(gaps))
     weight = _weights(gaps, interval)
     mean = float(np.average(position, weights=weight))

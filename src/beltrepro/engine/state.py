@@ -6,8 +6,9 @@ import dataclasses
 from dataclasses import dataclass, fields
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from beltrepro import checks
+from beltrepro import checks, names
 from beltrepro.engine.memory import aligned, zeros
 from beltrepro.engine.noise import normal_deviates, stream_states
 from beltrepro.engine.simd import LANES
@@ -93,10 +94,11 @@ class ChainState:
     scheme: Scheme | None = None
 
     @classmethod
+    @names.checked
     def at_rest(
         cls,
         parameters: ChainParameters,
-        positions=None,
+        positions: ArrayLike | None = None,
         *,
         time: float = 0.0,
         seed: int = 1,
@@ -127,11 +129,12 @@ class ChainState:
         return cls.in_motion(parameters, positions, None, time=time, seed=seed, replicate=replicate)
 
     @classmethod
+    @names.checked
     def in_motion(
         cls,
         parameters: ChainParameters,
-        positions=None,
-        velocities=None,
+        positions: ArrayLike | None = None,
+        velocities: ArrayLike | None = None,
         *,
         time: float = 0.0,
         seed: int = 1,
@@ -159,8 +162,7 @@ class ChainState:
             The positions are not N increasing numbers, the velocities not N numbers, or another
             value is not allowed.
         """
-        if not isinstance(parameters, ChainParameters):
-            raise InputError(f"parameters = {parameters!r}: a ChainParameters is needed")
+        _check_chain(parameters)
         rest = parameters.rest_positions
         if positions is not None:
             positions = checks.positions("positions", positions, len(rest))
@@ -198,7 +200,10 @@ class ChainState:
         """External force F_ex (N,) on the blocks (Eq. 1), unit of force."""
         return external_force(self.positions, self.parameters)
 
-    def moved(self, positions=None, velocities=None) -> ChainState:
+    @names.checked
+    def moved(
+        self, positions: ArrayLike | None = None, velocities: ArrayLike | None = None
+    ) -> ChainState:
         """This state with other positions or velocities; the energy audit begins anew.
 
         Parameters
@@ -235,6 +240,7 @@ class ChainState:
         )
         return state._audited_anew()
 
+    @names.checked
     def under(self, parameters: ChainParameters) -> ChainState:
         """This state as one of a chain with other parameters, for instance another belt velocity.
 
@@ -255,8 +261,9 @@ class ChainState:
         Raises
         ------
         InputError
-            The number of blocks is another.
+            It is none, or the number of blocks is another.
         """
+        _check_chain(parameters)
         old = self.parameters
         if parameters == old:
             return self
@@ -284,6 +291,7 @@ class ChainState:
         )
         return state._audited_anew()
 
+    @names.checked
     def keyed(self, seed: int, replicate: int) -> ChainState:
         """This state with the random stream of another seed or replicate, from its beginning.
 
@@ -295,7 +303,13 @@ class ChainState:
         Returns
         -------
         ChainState
+
+        Raises
+        ------
+        InputError
+            A value is not allowed.
         """
+        seed, replicate = checks.key("seed", seed), checks.key("replicate", replicate)
         if (seed, replicate) == (self.seed, self.replicate):
             return self
         stream, _ = _drawn(self.parameters, seed, replicate)
@@ -367,6 +381,12 @@ def _same(one, other) -> bool:
     if one.dtype.names:
         return all(_same(one[name], other[name]) for name in one.dtype.names)
     return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+
+
+def _check_chain(value) -> None:
+    """That a value is a chain."""
+    if not isinstance(value, ChainParameters):
+        raise InputError(f"parameters = {checks.shown(value)}: a ChainParameters is needed")
 
 
 def _drawn(parameters: ChainParameters, seed: int, replicate: int):

@@ -4,12 +4,14 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from beltrepro.checks import finite_number, whole_number
+from beltrepro import names
+from beltrepro.checks import finite_number, shown, whole_number
 from beltrepro.errors import InputError
 
 MAXIMUM_BLOCKS = 64
 
 
+@names.checked
 @dataclass(frozen=True)
 class ChainParameters:
     """One chain on the belt, in model units (mass = spring constant = 1, length 1.4 mm).
@@ -38,7 +40,7 @@ class ChainParameters:
     Raises
     ------
     InputError
-        If a value is not a number or out of its range; names the key and what is allowed.
+        If a value is missing, not a number or out of its range; names the key and what is allowed.
     """
 
     n_blocks: int
@@ -55,7 +57,7 @@ class ChainParameters:
         object.__setattr__(self, "n_blocks", whole_number("n_blocks", self.n_blocks))
         if not 1 <= self.n_blocks <= MAXIMUM_BLOCKS:
             raise InputError(
-                f"n_blocks = {self.n_blocks}: allowed are 1 to {MAXIMUM_BLOCKS} blocks"
+                f"n_blocks = {shown(self.n_blocks)}: allowed are 1 to {MAXIMUM_BLOCKS} blocks"
             )
         for field in fields(self)[1:]:
             number = finite_number(field.name, getattr(self, field.name))

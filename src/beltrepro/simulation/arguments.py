@@ -4,11 +4,11 @@ A quantity that may differ from chain to chain is given as one value for all, or
 one value for each chain.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias, TypeVar
 
-from beltrepro import checks
-from beltrepro.checks import finite_number, positive
+from beltrepro import checks, names
+from beltrepro.checks import finite_number, is_sequence, positive, shown
 from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
@@ -25,13 +25,28 @@ def chains_of(parameters: Any) -> list[ChainParameters]:
     """The chains of a call, given alone or as a sequence of at least one."""
     if isinstance(parameters, ChainParameters):
         return [parameters]
-    chains = list(parameters) if isinstance(parameters, Iterable) else []
+    chains = list(parameters) if is_sequence(parameters) else []
     if not chains or not all(isinstance(chain, ChainParameters) for chain in chains):
         raise InputError(
-            f"parameters = {parameters!r}: "
+            f"parameters = {shown(parameters)}: "
             "a ChainParameters, or a sequence of at least one, is needed"
         )
     return chains
+
+
+def of_one_chain(parameters: Any, **quantities: Any) -> None:
+    """That a call about one chain is given one, and one value of each quantity."""
+    if not isinstance(parameters, ChainParameters):
+        raise InputError(f"parameters = {shown(parameters)}: a ChainParameters is needed")
+    for name, value in quantities.items():
+        if is_sequence(value):
+            raise InputError(f"{name} = {shown(value)}: one value is needed, for one chain")
+
+
+def progress(value: Any) -> None:
+    """That a report of progress can be called."""
+    if value is not None and not callable(value):
+        raise InputError(f"progress = {shown(value)}: a function of the fraction done is needed")
 
 
 def for_each(name: str, value: Any, n_chains: int, check: Callable[[str, Any], T]) -> list[T]:
@@ -39,7 +54,7 @@ def for_each(name: str, value: Any, n_chains: int, check: Callable[[str, Any], T
 
     check : takes the name and a value, returns the value as it is used, or raises InputError.
     """
-    if isinstance(value, str | bytes) or not isinstance(value, Iterable):
+    if not is_sequence(value):
         return [check(name, value)] * n_chains
     values = list(value)
     if len(values) != n_chains:
@@ -52,9 +67,7 @@ def for_each(name: str, value: Any, n_chains: int, check: Callable[[str, Any], T
 
 def method_name(name: str, value: Any) -> str:
     """A known method."""
-    if not isinstance(value, str) or value not in METHODS:
-        raise InputError(f"{name} = {value!r}: allowed are {', '.join(METHODS)}")
-    return value
+    return names.one_of(name, value, METHODS)
 
 
 def optional_key(name: str, value: Any) -> int | None:
@@ -65,7 +78,7 @@ def optional_key(name: str, value: Any) -> int | None:
 def optional_state(name: str, value: Any) -> ChainState | None:
     """A state to begin from, or None."""
     if value is not None and not isinstance(value, ChainState):
-        raise InputError(f"{name} = {value!r}: a ChainState is needed")
+        raise InputError(f"{name} = {shown(value)}: a ChainState is needed")
     return value
 
 

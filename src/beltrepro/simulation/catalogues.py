@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import checks
+from beltrepro import checks, names
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.state import ChainState
@@ -23,6 +23,7 @@ from beltrepro.simulation.points import Point, Progress, groups, integrator_of, 
 from beltrepro.simulation.sampling import sampling_of
 
 
+@names.checked
 def catalogue(
     parameters: ChainParameters | Sequence[ChainParameters],
     *,
@@ -125,7 +126,7 @@ def _section_dtype(n_blocks: int) -> np.dtype:
 def _section_block(value: Any, chains: Sequence[Point]) -> int:
     most = min(point.parameters.n_blocks for point in chains)
     if not 1 <= checks.whole_number("section_block", value) <= most:
-        raise InputError(f"section_block = {value}: allowed are 1 to {most}")
+        raise InputError(f"section_block = {checks.shown(value)}: allowed are 1 to {most}")
     return int(value)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import checks
+from beltrepro import checks, names
 from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
@@ -28,6 +28,7 @@ from beltrepro.simulation.sampling import sampling_of
 SETTLE_SHARE = 0.1  # of the duration, over which the final state is measured unless told otherwise
 
 
+@names.checked
 def escapes(
     parameters: ChainParameters | Sequence[ChainParameters],
     *,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import checks
+from beltrepro import checks, names
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
@@ -33,6 +33,7 @@ from beltrepro.simulation.sampling import sampling_of
 MAXIMUM_BLOCKS = 10  # columns of slip_count
 
 
+@names.checked
 def scan(
     parameters: ChainParameters | Sequence[ChainParameters],
     *,

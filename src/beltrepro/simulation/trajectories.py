@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from beltrepro import names
 from beltrepro.engine.records import (
     EVENT_BLOCK,
     EVENT_DISSIPATED,
@@ -29,6 +30,7 @@ from beltrepro.simulation.run import EVENT, Run
 from beltrepro.simulation.sampling import SampleLog, checked, no_samples, sampling_of
 
 
+@names.checked
 def simulate(
     parameters: ChainParameters | Sequence[ChainParameters],
     *,
