@@ -37,6 +37,10 @@ include: "workflow/rules/report.smk"
 include: "workflow/rules/timing.smk"
 
 
+onstart:
+    begin()
+
+
 # Snakemake ends a failure with its own traceback: say once more, last, what was wrong.
 onerror:
     print(said_of_failures(log), file=sys.stderr)

@@ -3,6 +3,7 @@
 import argparse
 import json
 import sys
+from collections import Counter
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any
@@ -83,6 +84,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_film(commands)
     _add_track(commands)
     _add_analyse(commands)
+    _add_verify(commands)
     return parser
 
 
@@ -456,6 +458,39 @@ def _analyse(options: argparse.Namespace) -> int:
         save(found, options.output)
     _print(_told(found), options.json)
     return 0
+
+
+def _add_verify(commands: Any) -> None:
+    verify = commands.add_parser(
+        "verify",
+        help="check results of the workflow, and compare them with the published list",
+        description="Check that every dataset and table of a run is whole, and compare it with a "
+        "list of checksums: bit by bit if the processor, its instructions and the libraries are "
+        "those of the list, otherwise within bounds (docs/integrity.md). Exit status 1 if "
+        "anything is wrong; each line of it has the command that repairs it.",
+    )
+    add = verify.add_argument
+    add("results", type=Path, help="folder of a run, as results/smoke")
+    add("--list", type=Path, metavar="FILE", help="the list (docs/results/NAME.json)")
+    add("--write", action="store_true", help="write the list from these results instead")
+    verify.set_defaults(action=_verify)
+
+
+def _verify(options: argparse.Namespace) -> int:
+    from beltrepro import verification
+
+    path = options.list or Path("docs", "results", f"{options.results.name}.json")
+    if options.write:
+        count = verification.write_list(path, options.results)
+        print(f"{path}: {count} datasets")
+        return 0
+    found = list(verification.compare(options.results, verification.read_list(path)))
+    wrong = [each for each in found if each.outcome == verification.WRONG]
+    for each in wrong:
+        print(f"error: {each.words}", file=sys.stderr)
+    counts = Counter(each.outcome for each in found)
+    print(", ".join(f"{count} {outcome}" for outcome, count in counts.items()))
+    return int(bool(wrong))
 
 
 def _told(found: Any) -> dict[str, Any]:

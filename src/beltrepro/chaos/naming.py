@@ -30,6 +30,7 @@ from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.returns import ReturnLog
 from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
+from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
 
 _SAMPLES = Sampling(1, 0.1)  # for r
@@ -241,7 +242,7 @@ def motions(
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
         for index, row in zip(
-            group, _judge(members, duration, transient, noise_clock, report), strict=True
+            group, once(_judge, members, duration, transient, noise_clock, report), strict=True
         ):
             rows[index] = row
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}

@@ -16,6 +16,7 @@ from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
+from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
 from beltrepro.simulation.sampling import sampling_of
 
@@ -115,7 +116,7 @@ def separation(
     passage = np.full((len(chains), len(apart), len(sizes)), np.nan)
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
-        passage[group] = _follow(members, duration, transient, apart, sizes, report)
+        passage[group] = once(_follow, members, duration, transient, apart, sizes, report)
     return {"levels": sizes, "distances": apart, "passage_time": passage}
 
 

@@ -21,7 +21,7 @@ from beltrepro.model import ChainParameters
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.order import SlipOrder
 from beltrepro.observe.returns import ReturnLog
-from beltrepro.simulation import arguments
+from beltrepro.simulation import arguments, checkpoints
 from beltrepro.simulation.arguments import PerChain
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
 from beltrepro.simulation.sampling import sampling_of
@@ -130,11 +130,17 @@ def settling(
     )
     runs = [_Run(point, point.state.time) for point in chains]
     _place_sections(runs)
-    for begin, end in _windows(duration):
-        left = [run for run in runs if not run.settled]
-        share = _part(progress, begin / duration, end / duration)
-        for group, report in groups([run.point for run in left], share) if left else ():
-            _pass_window([left[index] for index in group], end - begin, closed, report)
+    with checkpoints.step() as step:
+        passed, runs = step.kept or (0.0, runs)
+        for begin, end in _windows(duration):
+            if end <= passed:
+                continue
+            left = [run for run in runs if not run.settled]
+            share = _part(progress, begin / duration, end / duration)
+            for group, report in groups([run.point for run in left], share) if left else ():
+                _pass_window([left[index] for index in group], end - begin, closed, report)
+            if step.due:
+                step.keep((end, runs))
     width = 2 * max(point.parameters.n_blocks for point in chains)
     rows = [run.row(duration, width) for run in runs]
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}

@@ -19,6 +19,7 @@ from beltrepro.observe.sections import CrossingLog
 from beltrepro.observe.slips import AVALANCHE, SLIP, EventLog, slips_and_avalanches
 from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
+from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
 from beltrepro.simulation.sampling import sampling_of
 
@@ -102,7 +103,7 @@ def catalogue(
     tables: dict[str, list[np.ndarray]] = {"slips": [], "avalanches": [], "section": []}
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
-        found = _record(group, members, sections[group], block, duration, transient, report)
+        found = once(_record, group, members, sections[group], block, duration, transient, report)
         for name, parts in tables.items():
             parts += found[name]
     width = max(point.parameters.n_blocks for point in chains)

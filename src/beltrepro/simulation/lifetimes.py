@@ -14,6 +14,7 @@ from beltrepro.model import ChainParameters
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity
 from beltrepro.simulation.arguments import PerChain
+from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.points import (
     Point,
     Progress,
@@ -120,7 +121,7 @@ def escapes(
     }
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
-        measured = _measure(members, duration, settle_time, laminar_time, report)
+        measured = once(_measure, members, duration, settle_time, laminar_time, report)
         rates = measured.pop("final_stick_rate")
         table["final_stick_rate"][group, : rates.shape[1]] = rates
         for name, values in measured.items():

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from beltrepro import checks
-from beltrepro.engine.integrator import GROUP_SIZE, Integrator, Sampling, Section
+from beltrepro.engine.integrator import CUT_TIME, GROUP_SIZE, Integrator, Sampling, Section
 from beltrepro.engine.kicked_integrator import KickedIntegrator
 from beltrepro.engine.noise import stream_key
 from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
-from beltrepro.simulation import arguments
+from beltrepro.simulation import arguments, checkpoints
 from beltrepro.simulation.methods import METHODS
 
 Progress = Callable[[float], None]
@@ -260,12 +260,23 @@ def integrator_of(
 
 
 def observe(integrator: Integrator, duration: float, observers: Sequence, report: Progress) -> None:
-    """Advance a group by `duration`, and show every chunk of it to the observers."""
+    """Advance a group by `duration`, and show every chunk of it to the observers.
+
+    A checkpoint keeps how far it is, at instants where a cut changes no bit.
+    """
     start = integrator.time
-    for chunk in integrator.advance(start + duration):
-        for observer in observers:
-            observer.observe(chunk)
-        report((chunk.end - start) / duration)
+    with checkpoints.step() as step:
+        if step.kept is not None:
+            states, seen = step.kept
+            integrator.reinit(states)
+            checkpoints.restore(observers, seen)
+        for chunk in integrator.advance(start + duration):
+            for observer in observers:
+                observer.observe(chunk)
+            report((chunk.end - start) / duration)
+            if step.due and chunk.end % CUT_TIME == 0:
+                step.keep((integrator.state(), observers))
+        step.end(lambda: (integrator.state(), observers))
 
 
 def slipping_since(members: Sequence[Point]) -> np.ndarray:

@@ -19,6 +19,7 @@ from beltrepro.observe.sections import SectionValues
 from beltrepro.observe.slips import SlipActivity
 from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
+from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.points import (
     Point,
     Progress,
@@ -125,8 +126,8 @@ def scan(
     }
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
-        measured = _measure(
-            members, sections[group], duration, transient, **recording, report=report
+        measured = once(
+            _measure, members, sections[group], duration, transient, **recording, report=report
         )
         for name, values in measured.items():
             if name not in table:

@@ -24,6 +24,7 @@ from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import EventLog
 from beltrepro.simulation import arguments, memory
 from beltrepro.simulation.arguments import PerChain
+from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.methods import TOLERANCES
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
 from beltrepro.simulation.run import EVENT, Run
@@ -119,7 +120,7 @@ def simulate(
     runs: dict[int, Run] = {}
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
-        runs |= zip(group, _follow(members, lengths, samples, report), strict=True)
+        runs |= zip(group, once(_follow, members, lengths, samples, report), strict=True)
     if isinstance(parameters, ChainParameters):
         return runs[0]
     return [runs[index] for index in range(len(chains))]
