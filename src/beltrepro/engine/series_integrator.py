@@ -32,7 +32,7 @@ class SeriesIntegrator(Integrator):
         kernel : goes on where it has stopped, with the records as they are then.
         first, interval, count : of the samples, see `Samples`.
 
-        Returns what it said at last: DONE or STORM.
+        Returns what it said at last: DONE, STORM or CONTACT.
         """
         samples = Samples(
             values=self._sample_columns,
@@ -50,6 +50,10 @@ class SeriesIntegrator(Integrator):
                 self._crossings = _doubled(self._crossings)
             else:
                 return status
+
+    def _closest(self):
+        """The chain with the shortest spring: that of which a kernel says that blocks meet."""
+        return int(np.argmin(self._gaps().min(axis=1)))
 
     def _write(self, lane, state, variables):
         values = variables | {

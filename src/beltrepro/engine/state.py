@@ -344,12 +344,19 @@ class ChainState:
         # in the frame of the belt first: for blocks at rest there the sums round like a product
         speed, relative = self.parameters.belt_velocity, self.relative_velocities
         n_blocks, slip = len(relative), relative.sum()
-        kinetic = n_blocks * speed**2 / 2 + (speed * slip + (relative**2).sum() / 2)
+        with np.errstate(over="ignore"):
+            kinetic = n_blocks * speed**2 / 2 + (speed * slip + (relative**2).sum() / 2)
+            energy = float(potential_energy(self.positions, self.parameters) + kinetic)
+        if not np.isfinite(energy):
+            raise InputError(
+                f"positions = {self.positions.tolist()}, velocities = {self.velocities.tolist()}: "
+                "the energy of such a state is beyond all numbers"
+            )
         return dataclasses.replace(
             self,
             friction_losses=np.zeros(n_blocks),
             wall_impulse=0.0,
-            initial_energy=float(potential_energy(self.positions, self.parameters) + kinetic),
+            initial_energy=energy,
             initial_momentum=float(n_blocks * speed + slip),
         )
 

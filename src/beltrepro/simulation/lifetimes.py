@@ -24,7 +24,7 @@ from beltrepro.simulation.points import (
     points,
     slipping_since,
 )
-from beltrepro.simulation.sampling import sampling_of
+from beltrepro.simulation.sampling import check_enough, sampling_of
 
 SETTLE_SHARE = 0.1  # of the duration, over which the final state is measured unless told otherwise
 
@@ -138,13 +138,11 @@ def _measure(
 ) -> dict[str, np.ndarray]:
     """What is measured of a group of W points: arrays with first axis W."""
     chain, width = members[0].parameters, len(members)
-    integrator = integrator_of(
-        members,
-        sampling=sampling_of(None, members[0].method, members[0].time_step),
-        sampled_blocks=1,
-    )
+    sampling = sampling_of(None, members[0].method, members[0].time_step)
     start = members[0].state.time
     settled = start + (duration - settle_time)
+    check_enough(sampling, settled, start + duration)
+    integrator = integrator_of(members, sampling=sampling, sampled_blocks=1)
     moments = LengthMoments(width, settled)
     slips = SlipActivity(width, chain.n_blocks, settled, laminar_time, slipping_since(members))
     observe(integrator, duration, [moments, slips], report)

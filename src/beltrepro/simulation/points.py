@@ -124,6 +124,7 @@ def _point(
 ) -> Point:
     arguments.method_has_tolerance(method, tolerance)
     arguments.method_has_kicks(method, kick)
+    arguments.method_has_law(method, chain)
     if start["initial_state"] is None:
         state = _fresh_state(chain, **start)
     else:

@@ -29,7 +29,7 @@ from beltrepro.simulation.points import (
     points,
     slipping_since,
 )
-from beltrepro.simulation.sampling import sampling_of
+from beltrepro.simulation.sampling import check_enough, sampling_of
 
 MAXIMUM_BLOCKS = 10  # columns of slip_count
 
@@ -161,13 +161,12 @@ def _measure(
 ) -> dict[str, np.ndarray]:
     """What is measured of a group of W points: arrays with first axis W."""
     n_blocks, width = members[0].parameters.n_blocks, len(members)
+    sampling = sampling_of(None, members[0].method, members[0].time_step)
+    start, end = members[0].state.time + transient, members[0].state.time + duration
+    check_enough(sampling, start, end)
     integrator = integrator_of(
-        members,
-        sampling=sampling_of(None, members[0].method, members[0].time_step),
-        sampled_blocks=1,
-        section=Section(n_blocks, sections),
+        members, sampling=sampling, sampled_blocks=1, section=Section(n_blocks, sections)
     )
-    start = members[0].state.time + transient
     moments = LengthMoments(width, start)
     belt_velocities = np.array([point.parameters.belt_velocity for point in members])
     section = SectionValues(belt_velocities, section_values, start)
