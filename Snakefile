@@ -37,6 +37,9 @@ include: "workflow/rules/report.smk"
 include: "workflow/rules/timing.smk"
 
 
+refuse_unknown_targets()
+
+
 # Snakemake ends a failure with its own traceback: say once more, last, what was wrong.
 onerror:
     print(said_of_failures(log), file=sys.stderr)
