@@ -54,20 +54,20 @@ def finite_number(name: str, value: Any) -> float:
     return number
 
 
-def positive(name: str, value: Any) -> float:
-    """A number greater than 0."""
+def positive(name: str, value: Any, most: float = math.inf) -> float:
+    """A number greater than 0, and at most `most`."""
     number = finite_number(name, value)
     if number <= 0:
         raise InputError(f"{name} = {number:g}: must be greater than 0")
-    return number
+    return _at_most(name, number, most)
 
 
-def not_negative(name: str, value: Any) -> float:
-    """A number of 0 or greater."""
+def not_negative(name: str, value: Any, most: float = math.inf) -> float:
+    """A number of 0 or greater, and at most `most`."""
     number = finite_number(name, value)
     if number < 0:
         raise InputError(f"{name} = {number:g}: must be 0 or greater")
-    return number
+    return _at_most(name, number, most)
 
 
 def key(name: str, value: Any) -> int:
@@ -125,6 +125,12 @@ def path(name: str, value: Any) -> Path:
     if not isinstance(value, str | PathLike):
         raise InputError(f"{name} = {shown(value)}: the path of a file is needed")
     return Path(value)
+
+
+def _at_most(name: str, number: float, most: float) -> float:
+    if number > most:
+        raise InputError(f"{name} = {number:g}: must be at most {most:g}")
+    return number
 
 
 def _as_numbers(value: Any) -> np.ndarray | None:

@@ -4,12 +4,16 @@ import argparse
 import json
 import sys
 from collections import Counter
+from collections.abc import Iterable
+from itertools import takewhile
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Any
+from typing import Any, NoReturn
 
 from beltrepro import ChainParameters, __version__
+from beltrepro.checks import shown
 from beltrepro.errors import InputError, ModelStateError
+from beltrepro.names import hint
 from beltrepro.scripting import Progress
 
 _UNITS = """\
@@ -54,8 +58,51 @@ def main(arguments: list[str] | None = None) -> int:
         return 130
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser that says in one line what is wrong, and takes no shortened options."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(allow_abbrev=False, **settings)
+        self.register("type", float, _number)
+        self.register("type", int, _whole_number)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """As of `ArgumentParser`, but a misspelt option is an error here, before a missing one."""
+        args = sys.argv[1:] if args is None else list(args)
+        own: Iterable[str] = args
+        if self._subparsers is not None:  # the rest is for the parser of a command
+            own = takewhile(lambda word: word.startswith("-"), args)
+        for word in takewhile(lambda word: word != "--", own):
+            name = word.partition("=")[0]
+            if name.startswith("--") and name not in self._option_string_actions:
+                self.error(f"{name}: no such option{hint(name, self._option_string_actions)}")
+        options, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            self.error(f"{unknown[0]}: not understood, options are given as --NAME VALUE")
+        return options, unknown
+
+    def error(self, message: str) -> NoReturn:
+        """End with one line on stderr, and status 2."""
+        said = message.removeprefix("argument ")
+        self.exit(2, f"error: {said}; see {self.prog} --help\n")
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{shown(text)}: a number is needed") from None
+
+
+def _whole_number(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{shown(text)}: a whole number is needed") from None
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="beltrepro", description="Chaos on the conveyor belt: simulate chains of blocks."
     )
     parser.add_argument("--version", action="version", version=f"beltrepro {__version__}")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from snakemake.logging import logger
 
-from beltrepro import jobs, lifecycle, provenance
+from beltrepro import jobs, lifecycle, provenance, snakemake_call
 from beltrepro.datasets import files, plan
 from beltrepro.entries import check_uses
 from beltrepro.errors import InputError
@@ -219,6 +219,25 @@ def begin():
         sys.exit(f"error: {error}")
     if workflow.local_exec:  # elsewhere Snakemake cancels the jobs
         lifecycle.stop_at_once(RESULTS)
+
+
+def refuse_unknown_targets():
+    """End with one line if a target of the command line is none; when all rules are known."""
+    if not workflow.is_main_process:
+        return
+    targets = [rule.name for rule in workflow.rules if not rule.has_wildcards()]
+    others = [rule.name for rule in workflow.rules if rule.has_wildcards()]
+    try:
+        snakemake_call.check_targets(targets, others, is_made)
+    except InputError as error:
+        sys.exit(f"error: {error}")
+
+
+def is_made(path):
+    """Whether a rule makes this file; of batches, only those that there are."""
+    if path.startswith(f"results/{PLAN.run}/batches/"):
+        return path in [f"results/{PLAN.run}/{job.name}.h5" for job in jobs.simulation_jobs(PLAN)]
+    return any(rule.is_producer(path) for rule in workflow.rules)
 
 
 def said_of_failures(logs):

@@ -112,8 +112,9 @@ def settling(
     ModelStateError
         A state left the range of the model.
     """
-    duration = checks.positive("duration", duration)
-    if not 0 < checks.finite_number("closed", closed) < 1:
+    duration = arguments.length(duration)
+    closed = checks.finite_number("closed", closed)
+    if not 0 < closed < 1:
         raise InputError(f"closed = {closed:g}: must be greater than 0 and less than 1")
     arguments.progress(progress)
     chains = points(

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from beltrepro.datasets.points import Point
 from beltrepro.datasets.quantities import QUANTITIES, REQUIRED, UNITS
+from beltrepro.model.parameters import LONGEST
 
 POINT = "point"  # name of the axis along which batches are joined
 MAXIMUM_SCAN_BLOCKS = 10  # columns of slip_count
@@ -124,7 +125,7 @@ DURATION = Setting(
     "t",
     "time",
     "Length of a run, transient included (Sec. IV.A; 2e6 in the paper).",
-    _POSITIVE,
+    _POSITIVE | {"maximum": LONGEST},
 )
 TRANSIENT = Setting(
     "transient",

@@ -15,6 +15,7 @@ from beltrepro.engine.simd import LANES
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.friction import next_direction
+from beltrepro.model.parameters import LONGEST
 from beltrepro.model.spring import external_force, potential_energy
 
 
@@ -170,7 +171,7 @@ class ChainState:
         stream, thresholds = _drawn(parameters, seed, replicate)
         state = cls(
             parameters=parameters,
-            time=checks.not_negative("time", time),
+            time=checks.not_negative("time", time, LONGEST),
             displacements=np.zeros_like(rest) if positions is None else positions - rest,
             relative_velocities=np.zeros_like(rest),
             directions=np.zeros_like(rest),

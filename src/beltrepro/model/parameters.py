@@ -5,16 +5,20 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from beltrepro import names
-from beltrepro.checks import finite_number, shown, whole_number
+from beltrepro.checks import finite_number, not_negative, positive, shown, whole_number
 from beltrepro.errors import InputError
 
 MAXIMUM_BLOCKS = 64
+LARGEST = 1e9  # of every number: beyond it forces and positions have no digits left for the motion
+LONGEST = 1e12  # model time: instants beyond are not told apart to 1e-4
 
 
 @names.checked
 @dataclass(frozen=True)
 class ChainParameters:
     """One chain on the belt, in model units (mass = spring constant = 1, length 1.4 mm).
+
+    No number may be greater than 1e9.
 
     Attributes
     ----------
@@ -70,10 +74,8 @@ class ChainParameters:
             "compression_rate",
             "extension_rate",
         ):
-            if getattr(self, name) <= 0:
-                raise InputError(f"{name} = {getattr(self, name):g}: must be greater than 0")
-        if self.noise < 0:
-            raise InputError(f"noise = {self.noise:g}: must be 0 or greater")
+            positive(name, getattr(self, name), LARGEST)
+        not_negative("noise", self.noise, LARGEST)
         if not 0 <= self.friction_ratio < 1:
             raise InputError(
                 f"friction_ratio = {self.friction_ratio:g}: must be at least 0 and below 1"

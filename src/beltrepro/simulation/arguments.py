@@ -14,13 +14,14 @@ from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.friction import start_noise
+from beltrepro.model.parameters import LONGEST
 from beltrepro.simulation.methods import KICKED, METHODS, TOLERANCE_RANGE, TOLERANCES
 
 T = TypeVar("T")
 PerChain: TypeAlias = T | Sequence[T]
 
 _STEP_SHARE = 1e-6  # by which an instant may miss a whole number of steps
-LONGEST_STEP = 0.1  # model time; oscillations take 3
+SHORTEST_STEP, LONGEST_STEP = 1e-9, 0.1  # model time; oscillations take 3
 
 
 def chains_of(parameters: Any) -> list[ChainParameters]:
@@ -86,19 +87,22 @@ def optional_state(name: str, value: Any) -> ChainState | None:
 
 def step(name: str, value: Any) -> float:
     """A time step."""
-    if not 0 < finite_number(name, value) <= LONGEST_STEP:
-        raise InputError(f"{name} = {value:g}: must be greater than 0 and at most {LONGEST_STEP:g}")
-    return float(value)
+    return _within(name, value, SHORTEST_STEP, LONGEST_STEP)
 
 
 def tolerance(name: str, value: Any) -> float | None:
     """A tolerance, or None for the method's own."""
     if value is None:
         return None
-    low, high = TOLERANCE_RANGE
-    if not low <= finite_number(name, value) <= high:
-        raise InputError(f"{name} = {value:g}: must be at least {low:g} and at most {high:g}")
-    return float(value)
+    return _within(name, value, *TOLERANCE_RANGE)
+
+
+def _within(name: str, value: Any, low: float, high: float) -> float:
+    """A number from `low` to `high`."""
+    number = finite_number(name, value)
+    if not low <= number <= high:
+        raise InputError(f"{name} = {number:g}: must be at least {low:g} and at most {high:g}")
+    return number
 
 
 def method_has_tolerance(method: str, value: float | None) -> None:
@@ -139,9 +143,14 @@ def whole_steps(name: str, value: float, time_step: float) -> None:
 
 def lengths(duration: Any, transient: Any) -> tuple[float, float]:
     """Duration of a run, and the part of it that is left out of the results."""
-    duration = positive("duration", duration)
-    if not 0 <= finite_number("transient", transient) < duration:
+    duration, transient = length(duration), finite_number("transient", transient)
+    if not 0 <= transient < duration:
         raise InputError(
             f"transient = {transient:g}: must be at least 0 and less than duration = {duration:g}"
         )
-    return duration, float(transient)
+    return duration, transient
+
+
+def length(duration: Any) -> float:
+    """Duration of a run."""
+    return positive("duration", duration, LONGEST)

@@ -13,6 +13,7 @@ from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity
+from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
 from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.points import (
@@ -92,9 +93,10 @@ def escapes(
     ModelStateError
         A state left the range of the model.
     """
-    duration = checks.positive("duration", duration)
+    duration = arguments.length(duration)
     settle_time = SETTLE_SHARE * duration if settle_time is None else settle_time
-    if not 0 < checks.finite_number("settle_time", settle_time) <= duration:
+    settle_time = checks.finite_number("settle_time", settle_time)
+    if not 0 < settle_time <= duration:
         raise InputError(
             f"settle_time = {settle_time:g}: must be greater than 0 "
             f"and at most duration = {duration:g}"

@@ -10,6 +10,7 @@ from beltrepro import checks
 from beltrepro.engine.integrator import Chunk, Sampling
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
+from beltrepro.model.parameters import LONGEST
 from beltrepro.model.spring import external_force
 from beltrepro.simulation.points import Point
 
@@ -25,7 +26,7 @@ def checked(
     start = checks.not_negative("sample_start", sample_start)
     if sample_interval is None:
         return {"sample_interval": None, "sample_start": start}
-    interval = checks.positive("sample_interval", sample_interval)
+    interval = checks.positive("sample_interval", sample_interval, LONGEST)
     for method, time_step in {(point.method, point.time_step) for point in chains}:
         sampling_of(interval, method, time_step)
     if start > duration:

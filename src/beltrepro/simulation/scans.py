@@ -32,6 +32,7 @@ from beltrepro.simulation.points import (
 from beltrepro.simulation.sampling import check_enough, sampling_of
 
 MAXIMUM_BLOCKS = 10  # columns of slip_count
+MOST_VALUES = 100_000  # of each point at the section: they are kept in memory
 
 
 @names.checked
@@ -77,7 +78,7 @@ def scan(
         x_N of the section, model length (Fig. 12: 615). If not given, by the rule
         `beltrepro.model.section_position`.
     section_values : int
-        Crossings of the section kept for each point.
+        Crossings of the section kept for each point, at most 100 000.
     laminar_time : float
         Shortest slip of the last block that counts as a laminar phase, model time.
     progress : callable, optional
@@ -114,7 +115,7 @@ def scan(
     )
     sections = _section_positions(section_position, chains)
     recording: dict[str, Any] = {
-        "section_values": checks.key("section_values", section_values),
+        "section_values": _section_values(section_values),
         "laminar_time": checks.not_negative("laminar_time", laminar_time),
     }
     table: dict[str, np.ndarray] = {
@@ -134,6 +135,14 @@ def scan(
                 table[name] = np.empty((len(chains), *values.shape[1:]), dtype=values.dtype)
             table[name][group] = values
     return table
+
+
+def _section_values(given: Any) -> int:
+    """How many values at the section are kept."""
+    count = checks.key("section_values", given)
+    if count > MOST_VALUES:
+        raise InputError(f"section_values = {count}: must be at most {MOST_VALUES}")
+    return count
 
 
 def _section_positions(given: Any, chains: Sequence[Point]) -> np.ndarray:
