@@ -44,6 +44,6 @@ onstart:
     begin()
 
 
-# Snakemake ends a failure with its own traceback: say once more, last, what was wrong.
+# Jobs go on after a failure: say once more, last, what was wrong.
 onerror:
-    print(said_of_failures(log), file=sys.stderr)
+    say_at_exit(said_of_failures(log))

@@ -62,20 +62,23 @@ def test_a_killed_job_goes_on_with_the_same_bits(tmp_path, name):
 
         return report
 
+    kills = 0
     for stop in STOPS:
-        with pytest.raises(Killed), checkpoints.keeping(path, name, every=0):
-            run(name, until(stop))
-        assert path.exists()
+        try:
+            with checkpoints.keeping(path, name, every=0):
+                run(name, until(stop))
+        except Killed:
+            kills += 1
+            assert path.exists()
+    assert kills >= 2  # motion that settles ends early
     with checkpoints.keeping(path, name, every=0):
         found = run(name, again.append)
     assert not path.exists()
     assert set(found) == set(whole)
     for array, values in whole.items():
         assert found[array].tobytes() == values.tobytes(), array
-    # what was done is not done again: a kill costs the part of a group since the last write
-    assert len(again) < len(calls) * (1 + 0.25 * len(STOPS)) + 4 * len(STOPS)
-    if name in ("scan", "settling", "motion"):
-        assert len(again) == len(calls) + len(STOPS)
+    if name in ("scan", "scan verlet", "catalogue", "escapes", "series", "motion"):
+        assert len(again) == len(calls) + kills  # only the chunk is done again that was cut
 
 
 def first_steps(path, work="work"):

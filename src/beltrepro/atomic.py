@@ -53,6 +53,27 @@ def replacing(path: str | os.PathLike) -> Iterator[Path]:
         unfinished.unlink(missing_ok=True)
 
 
+def look_for_room(path: Path, size: int) -> None:
+    """Try whether a file has room, for libraries that end badly on a full disk.
+
+    Parameters
+    ----------
+    path : Path
+        A new file; it is empty afterwards.
+    size : int
+        Bytes that it may need.
+
+    Raises
+    ------
+    OSError
+        There is no room.
+    """
+    with path.open("wb") as file:
+        if size and hasattr(os, "posix_fallocate"):
+            os.posix_fallocate(file.fileno(), 0, size)
+        file.truncate(0)
+
+
 def clear(folder: Path) -> int:
     """Remove what killed processes have left half written.
 

@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-from beltrepro.atomic import replacing
+from beltrepro.atomic import look_for_room, replacing
 from beltrepro.errors import InputError
 
 COMPRESS_FROM_BYTES = 1 << 16  # smaller arrays gain nothing
@@ -59,12 +59,15 @@ def write(
     about : dict, optional
         For each array what is said of it alone: unit, dimensions, symbol, description.
     """
-    with replacing(path) as unfinished, h5py.File(unfinished, "w", track_order=False) as file:
-        for name in sorted(arrays):
-            _write_array(file, name, np.asarray(arrays[name]), (about or {}).get(name, {}))
-        for name in sorted(attributes):
-            file.attrs[name] = attributes[name]
-        file.attrs[CHECKSUM] = _checksum_of(file, _arrays(file))
+    with replacing(path) as unfinished:
+        # HDF5 crashes on a full disk
+        look_for_room(unfinished, sum(np.asarray(array).nbytes for array in arrays.values()))
+        with h5py.File(unfinished, "w", track_order=False) as file:
+            for name in sorted(arrays):
+                _write_array(file, name, np.asarray(arrays[name]), (about or {}).get(name, {}))
+            for name in sorted(attributes):
+                file.attrs[name] = attributes[name]
+            file.attrs[CHECKSUM] = _checksum_of(file, _arrays(file))
 
 
 def read(path: str | os.PathLike, *, strict: bool = False) -> Dataset:

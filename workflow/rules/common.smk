@@ -1,5 +1,6 @@
 # What the rules share: the plan made from the configuration, and the functions by which rules ask it.
 
+import atexit
 import dataclasses
 import functools
 import os
@@ -219,6 +220,10 @@ def begin():
         sys.exit(f"error: {error}")
     if workflow.local_exec:  # elsewhere Snakemake cancels the jobs
         lifecycle.stop_at_once(RESULTS)
+
+
+def say_at_exit(words):
+    atexit.register(print, words, file=sys.stderr)
 
 
 def refuse_unknown_targets():
