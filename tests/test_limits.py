@@ -143,9 +143,7 @@ def test_the_range_of_event_with_noise_ends_where_it_is_said():
     for ratio in (0.0, 0.45, 0.8, 0.95):
         chain = ChainParameters(1, 5.0, 1.0, friction_ratio=ratio)
         edge = START_NOISE / start_noise(chain)
-        below, above = (
-            dataclasses.replace(chain, noise=edge * share) for share in (0.999, 1.001)
-        )
+        below, above = (dataclasses.replace(chain, noise=edge * share) for share in (0.999, 1.001))
         simulate(below, duration=5, method="event")
         simulate(above, duration=5, method="verlet")
         with pytest.raises(InputError, match=rf"^noise = {above.noise:g}: .*'verlet'$"):
@@ -233,9 +231,9 @@ def test_too_few_samples_for_r_are_said():
         with pytest.warns(UserWarning, match="r and <x_N> are NaN: duration"):
             run = simulate(chain, **lengths)
         assert np.isnan(run.disorder_parameter) and np.isnan(run.mean_length)
-        with pytest.raises(InputError, match="duration: r is found over 0.5 of it"):
+        with pytest.raises(InputError, match=r"duration: r is found over 0\.5 of it"):
             scan(chain, **lengths)
-    with pytest.raises(InputError, match="duration: r is found over 0.5 of it"):
+    with pytest.raises(InputError, match=r"duration: r is found over 0\.5 of it"):
         escapes(chain, duration=20.0, settle_time=0.5)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

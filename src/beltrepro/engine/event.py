@@ -42,7 +42,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltrepro.accuracy import NOISY_ORDER, ORDER
+from beltrepro.accuracy import NOISE_CELL, NOISY_ORDER, ORDER
 from beltrepro.engine.candidates import (
     Candidates,
     find_candidates,
@@ -87,8 +87,7 @@ from beltrepro.engine.taylor import (
 )
 from beltrepro.engine.vector import inlined, kernel, separate_arrays
 
-# Longest cell of the noise, model time; in shorter ones it is where v_r might graze zero.
-_CELL = 0.5
+# Cells of the noise are shorter where v_r is nearer to zero than so many standard deviations.
 _GRAZING = 2.0
 
 _EVENTS_AT_ONCE = 2  # of a chain at one instant: the end of a slip and the start of the next
@@ -234,7 +233,7 @@ def _cell_length(lane, drawing, power, kinetic, chains, series):
     of the noise in the cell away from zero, a cell of a quarter is tried, and so on down to about
     the step of the paper. It looks at the state only, not at the noise to come.
     """
-    length = spread(_CELL)
+    length = spread(NOISE_CELL)
     for _ in range(4):
         grazing = power < 0.0
         margin = square_root(power * length) * _GRAZING

@@ -8,7 +8,7 @@ from beltrepro.accuracy import NOISE_SHARE, TOLERANCE
 from beltrepro.engine import event
 from beltrepro.engine.integrator import Chunk
 from beltrepro.engine.memory import aligned, zeros
-from beltrepro.engine.records import CONTACT, STORM
+from beltrepro.engine.records import STORM
 from beltrepro.engine.series_integrator import SeriesIntegrator
 
 # A chain that takes more steps than these in a chunk is stopped: at any moment, and in a unit of time.
@@ -122,10 +122,10 @@ class EventIntegrator(SeriesIntegrator):
             interval,
             rows,
         )
-        chains = self._chains
-        if status == CONTACT:
-            lane = self._closest()
-            self._stop_at_contact(lane, self.time + chains.time[lane])
         if status == STORM:
-            lane = int(np.argmax(chains.passes - _PASSES_PER_TIME * chains.time))
-            self._stop(lane, _STORM, self.time + chains.time[lane])
+            excess = self._chains.passes - _PASSES_PER_TIME * self._chains.time
+            lane = int(np.argmax(excess[: self._width]))
+            self._stop(lane, _STORM, self._reached(lane))
+
+    def _reached(self, lane):
+        return float(self.time + self._chains.time[lane])

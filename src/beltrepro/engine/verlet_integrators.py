@@ -7,7 +7,6 @@ import numpy as np
 from beltrepro.engine import leaps, verlet
 from beltrepro.engine.integrator import Chunk, Integrator
 from beltrepro.engine.memory import aligned, zeros
-from beltrepro.engine.records import CONTACT
 from beltrepro.engine.series_integrator import SeriesIntegrator
 from beltrepro.engine.state import ChainState
 from beltrepro.model.spring import external_force
@@ -101,16 +100,15 @@ class LeapingVerlet(SeriesIntegrator):
         span = leaps.Span(first_step, n_steps)
         stride = self._sampling.steps
         first_sample = (first_step // stride + 1) * stride - first_step
-        status = self._advance(
+        self._advance(
             lambda records: leaps.leap_steps(span, self._group, self._scratch, records),
             float(first_sample),
             float(stride),
             (n_steps - first_sample) // stride + 1,
         )
-        if status == CONTACT:
-            lane = self._closest()
-            done = first_step + self._chains.steps_done[lane]
-            self._stop_at_contact(lane, done * self.time_step)
+
+    def _reached(self, lane):
+        return float(self.time + self._chains.steps_done[lane] * self.time_step)
 
     def _relative_velocities(self):
         # the kernel keeps it times the step

@@ -20,6 +20,7 @@ from beltrepro.observe.slips import AVALANCHE, SLIP, EventLog, slips_and_avalanc
 from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
 from beltrepro.simulation.checkpoints import once
+from beltrepro.simulation.memory import EventWatch
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
 from beltrepro.simulation.sampling import sampling_of
 
@@ -162,7 +163,8 @@ def _record(
     start = members[0].state.time + transient
     events = EventLog(len(members), chain.rest_positions)
     crossings = CrossingLog(start)
-    observe(integrator, duration, [events, crossings], report)
+    watch = EventWatch(members, events)
+    observe(integrator, duration, [events, crossings, watch], report)
     rows = crossings.rows(chain.n_blocks)
     law = law_constants(chain)
     tables: dict[str, list[np.ndarray]] = {"slips": [], "avalanches": [], "section": []}

@@ -154,7 +154,7 @@ def _follow(members: list[Point], lengths: dict, samples: dict, report: Progress
     )
     moments = LengthMoments(len(members), start + lengths["transient"])
     events = EventLog(len(members), rest)
-    observers = [moments, events]
+    observers = [moments, events, memory.EventWatch(members, events)]
     if keeps_samples:
         begin, end = start + samples["sample_start"], start + lengths["duration"]
         log = SampleLog(members, sampling, every, begin, end)
