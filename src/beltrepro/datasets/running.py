@@ -60,7 +60,7 @@ def run(
 
 
 def _trial(chains, **told):
-    """Runs judged as recordings; imported here, as films take long to import and few jobs need it."""
+    """Runs judged as recordings; imported here, because films take long to import."""
     from beltrepro.experiment.trials import trials
 
     return trials(chains, **told)

@@ -7,6 +7,7 @@ is treated as `beltrepro.analysis.recording` treats a film, so that both are jud
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +28,7 @@ def trials(
     sample_interval: float,
     laminar_time: float = 200.0,
     progress: Callable[[float], None] | None = None,
-    **how: object,
+    **how: Any,
 ) -> dict[str, np.ndarray]:
     """What the recording of each of P runs would tell.
 
@@ -67,11 +68,12 @@ def trials(
     """
     chains = [parameters] if isinstance(parameters, ChainParameters) else list(parameters)
     laminar_s = units.to_si(checks.positive("laminar_time", laminar_time), "time")
-    span = {"duration": duration, "transient": transient, "sample_start": transient}
+    span: dict[str, Any] = {"duration": duration, "transient": transient, "sample_start": transient}
     rows = []
     for place in _slices(len(chains)):
         own = {name: _part(value, place) for name, value in how.items()}
-        runs = simulate(chains[place], **span, sample_interval=sample_interval, **own)  # type: ignore[arg-type]
+        found = simulate(chains[place], **span, sample_interval=sample_interval, **own)
+        runs = [found] if isinstance(found, Run) else found
         rows += [_trial(run, laminar_s) for run in runs]
         if progress is not None:
             progress(len(rows) / len(chains))
@@ -85,7 +87,7 @@ def _slices(count: int) -> Iterator[slice]:
         yield slice(first, min(first + _AT_ONCE, count))
 
 
-def _part(value: object, place: slice) -> object:
+def _part(value: Any, place: slice) -> Any:
     """The part of a column, or the one value of all."""
     return value[place] if isinstance(value, list | tuple | range | np.ndarray) else value
 
@@ -118,19 +120,16 @@ def _longest(stretches_s: np.ndarray) -> float:
 
 
 def _slip(run: Run, blocks: Sequence[int]) -> float:
-    """Longest time after the transient in which none of these blocks is stuck, model time.
-
-    A block that reverses goes on slipping.
-    """
-    begin = run.initial_state.time
+    """Longest time after the transient in which none of these blocks is stuck, model time."""
+    start, end = run.initial_state.time, run.initial_state.time + run.duration
+    first = start + run.transient
     events = run.events[np.isin(run.events["block"], blocks)]
-    stuck_before = sum(run.initial_state.directions[block - 1] == 0 for block in blocks)
-    stuck = stuck_before + np.cumsum(np.where(events["kind"] == "stick", 1, -1))
-    # one interval between each two events, and those before the first and after the last
-    edges = np.concatenate([[begin], events["time"], [begin + run.duration]])
-    stuck = np.concatenate([[stuck_before], stuck])
-    edges = np.maximum(edges, begin + run.transient)
+    stuck_first = sum(run.initial_state.directions[block - 1] == 0 for block in blocks)
+    change = np.where(events["kind"] == "stick", 1, -1)
+    stuck = np.cumsum(np.concatenate([[stuck_first], change]))
+    edges = np.maximum(np.concatenate([[start], events["time"], [end]]), first)
+    # a block that reverses is stuck for no time, so that it goes on slipping
     lasting = (np.diff(edges) > 0) & (stuck > 0)
-    begins, ends = edges[:-1][lasting], edges[1:][lasting]
-    free = np.concatenate([begins, edges[-1:]]) - np.concatenate([[begin + run.transient], ends])
-    return float(np.max(free, initial=0.0))
+    begins = np.concatenate([[first], edges[1:][lasting]])
+    ends = np.concatenate([edges[:-1][lasting], [end]])
+    return float(np.max(ends - begins))
