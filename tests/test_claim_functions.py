@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from beltrepro.analysis import avalanches, spectra
+from beltrepro.analysis import avalanches, spectra, trials
 from beltrepro.analysis.errors import NotEnoughDataError
 from beltrepro.model import ChainParameters, spring, units
 from made_up import LAW, REGISTRY, Stub, cut, data, measured, passed, transition
@@ -865,32 +865,54 @@ def test_the_share_of_a_reading_is_that_of_its_name():
         assert seen == [k >= order.index(reading) for k in range(3)]
 
 
+def experiments(best, *, runs=6):
+    """Trials at both speeds and on a grid; all agree with both recordings at noises `best`."""
+    noises = np.array([0.5, 0.7, 1.0, 1.4, 2.0, 2.8])
+    speeds = [each.belt_velocity for each in trials.EXPERIMENT]
+    points = np.array([(s, u) for s in noises for u in speeds for _ in range(runs)])
+    noise, velocity = points.T
+    printed = np.where(velocity == speeds[0], 0.072, 0.052)
+    agreeing = np.isin(noise, best)
+    arrays = {
+        "noise": noise,
+        "belt_velocity": velocity,
+        "friction_ratio": np.full(noise.size, 0.45),
+        "disorder_parameter": np.where(agreeing, printed, 0.135),
+        "laminar_longest": np.where(agreeing, 1000.0, 0.0),
+        "lively_longest": np.full(noise.size, 3000.0),
+    }
+    return {"trials": data(arrays), "trials_free": data(arrays)}
+
+
 @pytest.mark.parametrize(
-    ("change", "interval", "met"),
+    ("best", "interval", "posterior", "met"),
     [
-        ({}, (1, 3), 1),
-        ({1: 0}, (1.5, 3), 0),
-        ({2: 10}, (1, 3), 0),  # 10 is not less than a quarter of 39
-        ({2: 9}, (1, 3), 1),
-        ({0.5: 1, 3: 0}, (0.5, 2), 1),
+        ([1.0, 1.4], (1, 1.4), 1.0, [1, 1, 1, 1]),
+        ([1.0, 2.8], (1, 2.8), 0.5, [1, 1, 1, 0]),
+        ([0.7, 2.8, 1.4], (0.7, 2.8), 1 / 3, [1, 1, 0, 0]),
+        ([0.5], (0.5, 0.5), 0.0, [0, 0, 0, 0]),
     ],
 )
-def test_noise_levels_with_a_narrow_region(change, interval, met):
-    widths = {0: 0, 0.5: 0, 1: 1, 1.5: 2, 2: 3, 3: 9, 4: 20} | change
-    found = measured(
-        "sigma-experiment", "laminar share 5 % to 95 %", tables={"n5_map": region(widths)}
-    )
-    assert (found.value, passed(found), found.sample_size) == (interval, [met], 7)
-    none = measured(
-        "sigma-experiment", "laminar share 5 % to 95 %", tables={"n5_map": region({0: 0, 1: 0})}
-    )
-    assert math.isnan(none.value) and passed(none) == [0]
-    with pytest.raises(NotEnoughDataError, match="no noise level from 1 to 2"):
-        measured(
-            "sigma-experiment",
-            "laminar share 5 % to 95 %",
-            tables={"n5_map": region({0: 0, 0.9: 1, 2.1: 1})},
-        )
+def test_the_noise_of_the_experiment(best, interval, posterior, met):
+    reading = "r within 10%"
+    found = measured("sigma-experiment", reading, datasets=experiments(best, runs=30))
+    assert found.value["sigma, 90 %"] == interval and passed(found) == met
+    assert found.value["posterior of 1 to 2"] == pytest.approx(posterior)
+    share = len({1.0, 1.4, 2.0} & set(best)) / 3
+    assert f"{share:.2g} of the trials agree at 0.22 m/s" in found.note
+    assert "before the trials 1 to 2 had 0.5" in found.note
+    for other in ("r within 5%", "r within 20%"):
+        assert passed(measured("sigma-experiment", other, datasets=experiments(best, runs=30)))
+
+
+def test_the_noise_of_the_experiment_needs_trials_and_agreement():
+    with pytest.raises(NotEnoughDataError, match="78 trials, 80 are needed"):
+        measured("sigma-experiment", "r within 10%", datasets=experiments([1.0], runs=26))
+    few = experiments([1.0], runs=30) | {"trials_free": experiments([1.0], runs=19)["trials_free"]}
+    with pytest.raises(NotEnoughDataError, match="19 trials agree, 20 are needed"):
+        measured("sigma-experiment", "r within 10%", datasets=few)
+    with pytest.raises(NotEnoughDataError, match="0 and 0 of 180 trials agree"):
+        measured("sigma-experiment", "r within 10%", datasets=experiments([], runs=30))
 
 
 # --- system size ----------------------------------------------------------------------------------
