@@ -893,7 +893,8 @@ def experiments(best, *, runs=6):
         ([0.5], (0.5, 0.5), 0.0, [0, 0, 0, 0]),
     ],
 )
-def test_the_noise_of_the_experiment(best, interval, posterior, met):
+def test_the_noise_of_the_experiment(best, interval, posterior, met, monkeypatch):
+    monkeypatch.setattr("beltrepro.analysis.trials.BANDWIDTH", {})
     reading = "r within 10%"
     found = measured("sigma-experiment", reading, datasets=experiments(best, runs=30))
     assert found.value["sigma, 90 %"] == interval and passed(found) == met
@@ -905,7 +906,8 @@ def test_the_noise_of_the_experiment(best, interval, posterior, met):
         assert passed(measured("sigma-experiment", other, datasets=experiments(best, runs=30)))
 
 
-def test_the_noise_of_the_experiment_needs_trials_and_agreement():
+def test_the_noise_of_the_experiment_needs_trials_and_agreement(monkeypatch):
+    monkeypatch.setattr("beltrepro.analysis.trials.BANDWIDTH", {})
     with pytest.raises(NotEnoughDataError, match="78 trials, 80 are needed"):
         measured("sigma-experiment", "r within 10%", datasets=experiments([1.0], runs=26))
     few = experiments([1.0], runs=30) | {"trials_free": experiments([1.0], runs=19)["trials_free"]}

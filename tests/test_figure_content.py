@@ -743,7 +743,8 @@ def test_friction_ratio_is_a_curve_for_each_ratio_and_the_falls():
     np.testing.assert_allclose(right.bars, [[(0.2, 28), (0.2, 35)], [(0.8, 12), (0.8, 21)]])
 
 
-def test_trials_of_the_experiment_and_their_posteriors():
+def test_trials_of_the_experiment_and_their_posteriors(monkeypatch):
+    monkeypatch.setattr("beltrepro.analysis.trials.BANDWIDTH", {})
     made = studies()
     used = FIGURES["experiment_noise"].uses
     figure = shown("experiment_noise", **{name: made[name] for name in used})

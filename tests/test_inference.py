@@ -68,6 +68,23 @@ def test_trials_can_be_left_out():
     assert left.evidence == pytest.approx(own.evidence) and left.agreed == own.agreed
 
 
+def test_shares_are_averaged_over_neighbouring_levels():
+    generator = np.random.default_rng(8)
+    # agreement is equally probable at all levels, so that all else is scatter of few trials
+    shape = (1, 9, 3, 4)
+    summary = generator.choice([0.0, 5.0], size=shape)
+    levels, shown = {"mean": LEVELS, "idle": np.arange(3.0)}, np.ones(shape, dtype=bool)
+    recorded = Recorded([0.0], [True])
+    rough = posterior(Simulated(levels, summary, shown), recorded, 1.0)
+    smooth = posterior(Simulated(levels, summary, shown, {"mean": 1.5}), recorded, 1.0)
+    assert np.ptp(smooth.marginal("mean")) < 0.5 * np.ptp(rough.marginal("mean"))
+    # the other parameter is not averaged over
+    agreed = (summary == 0).sum(axis=-1)[0]
+    weights = np.exp(-0.5 * ((LEVELS - LEVELS[:, np.newaxis]) / 0.5 / 1.5) ** 2)
+    expected = weights @ agreed / weights.sum(axis=1, keepdims=True)
+    np.testing.assert_allclose(smooth.probability, expected / expected.sum(), atol=2e-4)
+
+
 def test_credible_sets_hold_the_most_probable_levels():
     probability = np.array([0.05, 0.3, 0.5, 0.1, 0.05])
     for credibility, levels in ((0.5, [2]), (0.51, [1, 2]), (0.8, [1, 2]), (0.9, [1, 2, 3])):

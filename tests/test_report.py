@@ -255,7 +255,8 @@ def test_sections_stand_in_their_order_and_in_the_contents(made):
     assert links == found
 
 
-def test_the_section_on_the_experiment_says_what_the_tables_do(tmp_path):
+def test_the_section_on_the_experiment_says_what_the_tables_do(tmp_path, monkeypatch):
+    monkeypatch.setattr("beltrepro.analysis.trials.BANDWIDTH", {})
     tables = studies()
     tables["experiment_posterior"] = posterior_table(tables)
     names = ("experiment_odds", "experiment_posterior", "alternation")

@@ -80,7 +80,8 @@ def test_how_many_trials_alternate_at_each_point():
     assert table["share_upper"].max() == 1 and set(TABLES["alternation"].columns) <= set(table)
 
 
-def test_posteriors_of_what_is_free():
+def test_posteriors_of_what_is_free(monkeypatch):
+    monkeypatch.setattr("beltrepro.analysis.trials.BANDWIDTH", {})
     table = posterior_table(studies())
     assert set(TABLES["experiment_posterior"].columns) == set(table)
     assert table["tolerance"].tolist() == 4 * [0.1, 0.05, 0.2]

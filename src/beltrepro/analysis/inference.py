@@ -4,16 +4,18 @@ All combinations of some levels are simulated with the same number of trials. Be
 is equally probable. A trial agrees with a recording if a number lies within a tolerance of the
 recorded one and it shows the same feature. The recordings are independent of each other. So the
 probability that all of them agree is the product of the shares of the trials that agree with each.
+A share of few trials scatters, and the most probable levels would be those of a lucky share. So
+shares are averaged over neighbouring levels, as far as they are known to vary little.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
+from scipy import ndimage, stats
 
 from beltrepro.analysis.errors import NotEnoughDataError, require
 from beltrepro.analysis.shares import Share, share
@@ -33,11 +35,15 @@ class Simulated:
         The number that is compared, of each of R trials.
     shown : array (S, *C, R) of bool
         Whether the trial shows the feature of the recording.
+    smoothing : dict of float
+        By parameter, over how many levels shares are averaged: standard deviation of Gaussian
+        weights. A parameter that is not named is not averaged over.
     """
 
     levels: dict[str, np.ndarray]
     summary: np.ndarray
     shown: np.ndarray
+    smoothing: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def runs(self) -> int:
@@ -69,10 +75,11 @@ class Simulated:
         chosen = np.isclose(self.levels[name], value, rtol=tolerance, atol=0)
         require(chosen.any(), f"no trial with {name} = {value:g}")
         axis = 1 + list(self.levels).index(name)
-        return Simulated(
-            self.levels | {name: self.levels[name][chosen]},
-            np.compress(chosen, self.summary, axis=axis),
-            np.compress(chosen, self.shown, axis=axis),
+        return replace(
+            self,
+            levels=self.levels | {name: self.levels[name][chosen]},
+            summary=np.compress(chosen, self.summary, axis=axis),
+            shown=np.compress(chosen, self.shown, axis=axis),
         )
 
     def part(self, runs: slice) -> Simulated:
@@ -88,7 +95,7 @@ class Simulated:
         Simulated
             The same grid with fewer trials.
         """
-        return Simulated(self.levels, self.summary[..., runs], self.shown[..., runs])
+        return replace(self, summary=self.summary[..., runs], shown=self.shown[..., runs])
 
 
 class Recorded(NamedTuple):
@@ -224,11 +231,9 @@ def posterior(
         No combination has trials that agree with all recordings.
     """
     agreed = agreement(simulated, recorded, tolerance)
-    runs: np.ndarray | int = simulated.runs
-    if without is not None:
-        agreed &= ~without
-        runs = simulated.runs - without.sum(axis=-1)
-    likelihood = np.prod(agreed.sum(axis=-1) / runs, axis=0)
+    asked = np.ones_like(agreed) if without is None else ~without
+    agreed &= asked
+    likelihood = np.prod(_shares(simulated, agreed, asked), axis=0)
     counts = tuple(int(each.sum()) for each in agreed)
     require(
         likelihood.any(),
@@ -237,6 +242,16 @@ def posterior(
     )
     evidence = float(likelihood.mean())
     return Posterior(simulated.levels, likelihood / likelihood.sum(), evidence, counts)
+
+
+def _shares(simulated: Simulated, agreed: np.ndarray, asked: np.ndarray) -> np.ndarray:
+    """Shares (S, *C) of the trials asked that agree, averaged over neighbouring levels."""
+    width = (0.0, *(simulated.smoothing.get(name, 0.0) for name in simulated.levels))
+    agreeing, all_asked = (
+        ndimage.gaussian_filter(each.sum(axis=-1, dtype=float), width, mode="constant")
+        for each in (agreed, asked)
+    )
+    return agreeing / all_asked
 
 
 # --- checks of it ---------------------------------------------------------------------------------
@@ -269,12 +284,15 @@ def held_out(simulated: Simulated, recorded: Recorded, tolerance: float) -> floa
     """
     require(simulated.runs >= 2, "two trials in a cell are needed, to ask other ones")
     halves = simulated.part(slice(0, None, 2)), simulated.part(slice(1, None, 2))
-    likelihoods = [
-        np.prod(agreement(half, recorded, tolerance).mean(axis=-1), axis=0) for half in halves
-    ]
-    both = float((likelihoods[0] * likelihoods[1]).sum())
-    totals = [float(each.sum()) for each in likelihoods]
-    return float(np.mean([both / total if total else 0.0 for total in totals]))
+    found = []
+    for made_of, asked in (halves, halves[::-1]):
+        try:
+            own = posterior(made_of, recorded, tolerance).probability
+        except NotEnoughDataError:
+            own = np.zeros(())
+        fresh = np.prod(agreement(asked, recorded, tolerance).mean(axis=-1), axis=0)
+        found.append(float((own * fresh).sum()))
+    return float(np.mean(found))
 
 
 def predicted(found: Posterior, values: np.ndarray, quantiles: Sequence[float]) -> np.ndarray:
