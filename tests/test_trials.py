@@ -71,6 +71,10 @@ def test_a_trial_is_what_the_analysis_of_a_recording_says_of_the_frames(found):
             lengths.max(initial=0.0) <= 200
         )
         assert found["laminar_count"][row] == np.sum(lengths > 200)
+        edges = units.from_si(film.small_s, "time")
+        phases = edges[np.diff(edges, axis=1)[:, 0] > 200]
+        between = np.diff([run.time[0], *phases.ravel(), run.time[-1]])[::2]
+        assert found["lively_longest"][row] == pytest.approx(between.max(), abs=2 * FRAME)
         every = range(1, chain.n_blocks + 1)
         assert found["slip_longest"][row] == pytest.approx(naive_slip(run, [chain.n_blocks]))
         assert found["all_slip_longest"][row] == pytest.approx(naive_slip(run, every))
