@@ -192,6 +192,10 @@ def batch_code(wildcards):
         others += BUILT_ON_EVENT
     if dataset.kind.name not in FOLLOWED:
         others += ["beltrepro.chaos", *BUILT_ON_EVENT]
+    # of the room of films only its trials are simulated
+    others += ["beltrepro.experiment"]
+    if dataset.kind.name != "trial":
+        others += ["beltrepro.experiment.trials"]
     return code_hash("beltrepro.datasets.running", INTEGRATORS[method], without=(*others, *WORDS))
 
 
