@@ -37,6 +37,9 @@ include: "workflow/rules/report.smk"
 include: "workflow/rules/timing.smk"
 
 
+refuse_unknown_targets()
+
+
 onstart:
     begin()
 

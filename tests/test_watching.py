@@ -1,5 +1,6 @@
 """Watching a chain: the model without a display, what is drawn, keys and sliders, films."""
 
+import json
 from dataclasses import replace
 
 import av
@@ -312,6 +313,42 @@ def test_a_gif_has_its_frames_and_duration(tmp_path, later):
             film.seek(number)
             lengths.append(film.info["duration"])
     assert sum(lengths) == 250 and set(lengths) == {40, 50}
+
+
+def test_every_frame_of_a_gif_has_the_colours_that_tell_something(tmp_path, later):
+    clock = Clock()
+    write_film(tmp_path / "a.gif", later, clock, 0.25)
+    with Image.open(tmp_path / "a.gif") as film:
+        for number in range(film.n_frames):
+            film.seek(number)
+            colours = np.unique(np.asarray(film.convert("RGB")).reshape(-1, 3), axis=0)
+            for name in (look.STUCK, look.SLIPPING):  # at least those of the legend
+                exact = np.round(255 * np.array(to_rgb(name)))
+                assert np.abs(colours - exact).max(axis=1).min() <= 1
+
+
+def test_a_film_of_the_window_is_tracked_and_analysed(tmp_path, capsys):
+    movie, table = tmp_path / "a.mp4", tmp_path / "a.csv"
+    chain = ("--n-blocks=2", "--belt-velocity=15", "--transient=250")
+    assert cli.main(["watch", *chain, "--duration=4", f"--output={movie}"]) == 0
+    assert cli.main(["track", str(movie), f"--output={table}"]) == 0
+    capsys.readouterr()
+    assert cli.main(["analyse", str(table), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    every = 1 / 24 / TIME_S
+    run = simulate(
+        ChainParameters(2, 15.0),
+        duration=250 + 95 * every,
+        transient=250.0,
+        method="event",
+        seed=1,
+        sample_interval=every,
+        sample_start=250.0,
+    )
+    last = run.positions[:, -1]
+    assert told["disorder_parameter"] == pytest.approx(last.std() / last.mean(), rel=0.02)
+    assert told["mean_length"] == pytest.approx(LENGTH_M * last.mean(), rel=2e-3)
+    assert told["samples"] == 96
 
 
 def test_the_command_writes_a_film(tmp_path, capsys):

@@ -4,11 +4,16 @@ import argparse
 import json
 import sys
 from collections import Counter
+from collections.abc import Iterable
+from itertools import takewhile
 from pathlib import Path
-from typing import Any
+from tempfile import TemporaryFile
+from typing import Any, NoReturn
 
 from beltrepro import ChainParameters, __version__
+from beltrepro.checks import shown
 from beltrepro.errors import InputError, ModelStateError
+from beltrepro.names import hint
 from beltrepro.scripting import Progress
 
 _UNITS = """\
@@ -53,8 +58,51 @@ def main(arguments: list[str] | None = None) -> int:
         return 130
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser that says in one line what is wrong, and takes no shortened options."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(allow_abbrev=False, **settings)
+        self.register("type", float, _number)
+        self.register("type", int, _whole_number)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """As of `ArgumentParser`, but a misspelt option is an error here, before a missing one."""
+        args = sys.argv[1:] if args is None else list(args)
+        own: Iterable[str] = args
+        if self._subparsers is not None:  # the rest is for the parser of a command
+            own = takewhile(lambda word: word.startswith("-"), args)
+        for word in takewhile(lambda word: word != "--", own):
+            name = word.partition("=")[0]
+            if name.startswith("--") and name not in self._option_string_actions:
+                self.error(f"{name}: no such option{hint(name, self._option_string_actions)}")
+        options, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            self.error(f"{unknown[0]}: not understood, options are given as --NAME VALUE")
+        return options, unknown
+
+    def error(self, message: str) -> NoReturn:
+        """End with one line on stderr, and status 2."""
+        said = message.removeprefix("argument ")
+        self.exit(2, f"error: {said}; see {self.prog} --help\n")
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{shown(text)}: a number is needed") from None
+
+
+def _whole_number(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{shown(text)}: a whole number is needed") from None
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="beltrepro", description="Chaos on the conveyor belt: simulate chains of blocks."
     )
     parser.add_argument("--version", action="version", version=f"beltrepro {__version__}")
@@ -234,8 +282,8 @@ def _add_track(commands: Any) -> None:
     add("video", type=Path, help="the video, in any format that FFmpeg reads")
     add("--output", type=Path, required=True, help="write time_s, x_m, error_m to this CSV file")
     add("--scale", type=float, metavar="METRES_PER_PIXEL", help="scale, if there is no tape")
-    add("--first-mark", type=float, default=0.0, help="what the tape reads at its first mark, m")
-    add("--support", default="left", help="side of the picture where the chain is held (left)")
+    add("--first-mark", type=float, help="what the tape reads at the first mark that is seen, m")
+    add("--support", default="auto", help="side where the chain is held: left, right or auto")
     add("--block-length", type=float, default=0.04, help="of a block, along the belt, m (0.04)")
     add("--block-width", type=float, default=0.08, help="of a block, across the belt, m (0.08)")
     add("--mark-spacing", type=float, default=0.01, help="of the marks of the tape, m (0.01)")
@@ -336,6 +384,7 @@ def _watch(options: argparse.Namespace) -> int:
         watching.open_window(watching.begin(chain, clock, options.transient, options.seed), clock)
         return 0
     duration = _FILM if options.duration is None else options.duration
+    _check_output(options.output)
     watching.check_film(options.output, duration, clock)
     progress = Progress("film") if sys.stderr.isatty() else None
     player = watching.begin(chain, clock, options.transient, options.seed)
@@ -402,7 +451,7 @@ def _film(options: argparse.Namespace) -> int:
 
 
 def _track(options: argparse.Namespace) -> int:
-    _check_output(options.output)
+    _check_output(options.output, ".csv")
     from beltrepro.experiment import Scene, track
 
     sizes = ("block_length", "block_width", "mark_spacing")
@@ -509,9 +558,23 @@ def _told(found: Any) -> dict[str, Any]:
     }
 
 
-def _check_output(path: Path | None) -> None:
-    if path is not None and not path.absolute().parent.is_dir():
-        raise InputError(f"output = {path}: its folder does not exist")
+def _check_output(path: Path | None, *suffixes: str) -> None:
+    """Refuse a file that cannot be written before anything is computed."""
+    if path is None:
+        return
+    folder = path.absolute().parent
+    if path.is_dir() or not folder.is_dir():
+        problem = "is a folder" if path.is_dir() else "its folder does not exist"
+        raise InputError(f"output = {path}: {problem}")
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise InputError(f"output = {path}: must end in {', '.join(suffixes)}")
+    try:
+        if path.exists():
+            path.open("ab").close()
+        else:
+            TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise InputError(f"output = {path}: cannot be written: {error.strerror}") from None
 
 
 if __name__ == "__main__":

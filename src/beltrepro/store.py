@@ -97,7 +97,7 @@ def read(path: str | os.PathLike, *, strict: bool = False) -> Dataset:
             found = attributes.pop(CHECKSUM, None)
             expected = _checksum_of(file, arrays) if found or strict else None
     except FileNotFoundError:
-        raise InputError(f"{path}: is missing") from None
+        raise InputError(f"{path}: no such file") from None
     except (OSError, KeyError, RuntimeError, ValueError, TypeError) as error:
         raise InputError(f"{path}: not a readable HDF5 file ({error})") from None
     if found != expected:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from snakemake.logging import logger
 
-from beltrepro import jobs, lifecycle, provenance
+from beltrepro import jobs, lifecycle, provenance, snakemake_call
 from beltrepro.datasets import files, plan
 from beltrepro.entries import check_uses
 from beltrepro.errors import InputError
@@ -192,6 +192,10 @@ def batch_code(wildcards):
         others += BUILT_ON_EVENT
     if dataset.kind.name not in FOLLOWED:
         others += ["beltrepro.chaos", *BUILT_ON_EVENT]
+    # of the room of films only its trials are simulated
+    others += ["beltrepro.experiment"]
+    if dataset.kind.name != "trial":
+        others += ["beltrepro.experiment.trials"]
     return code_hash("beltrepro.datasets.running", INTEGRATORS[method], without=(*others, *WORDS))
 
 
@@ -224,6 +228,25 @@ def begin():
 
 def say_at_exit(words):
     atexit.register(print, words, file=sys.stderr)
+
+
+def refuse_unknown_targets():
+    """End with one line if a target of the command line is none; when all rules are known."""
+    if not workflow.is_main_process:
+        return
+    targets = [rule.name for rule in workflow.rules if not rule.has_wildcards()]
+    others = [rule.name for rule in workflow.rules if rule.has_wildcards()]
+    try:
+        snakemake_call.check_targets(targets, others, is_made)
+    except InputError as error:
+        sys.exit(f"error: {error}")
+
+
+def is_made(path):
+    """Whether a rule makes this file; of batches, only those that there are."""
+    if path.startswith(f"results/{PLAN.run}/batches/"):
+        return path in [f"results/{PLAN.run}/{job.name}.h5" for job in jobs.simulation_jobs(PLAN)]
+    return any(rule.is_producer(path) for rule in workflow.rules)
 
 
 def said_of_failures(logs):

@@ -1,6 +1,5 @@
 """Reading and checking of config.yaml: one line for whatever is wrong."""
 
-import difflib
 import json
 import math
 import re
@@ -11,6 +10,7 @@ import jsonschema
 import yaml
 
 from beltrepro.errors import InputError
+from beltrepro.names import hint
 
 SOURCE = "config.yaml"
 TEXTS = ("run",)  # keys that stay text even if they look like numbers
@@ -62,9 +62,7 @@ def complain(text: str, found: str = "", known: Iterable[str] = ()) -> InputErro
     InputError
         To be raised.
     """
-    nearest = difflib.get_close_matches(found, list(known), n=1, cutoff=0.6)
-    hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
-    return InputError(f"{SOURCE}: {text}{hint}")
+    return InputError(f"{SOURCE}: {text}{hint(found, known)}")
 
 
 def normalised(config: dict) -> dict:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from beltrepro.datasets.points import Point
 from beltrepro.datasets.quantities import QUANTITIES, REQUIRED, UNITS
+from beltrepro.model.parameters import LONGEST
 
 POINT = "point"  # name of the axis along which batches are joined
 MAXIMUM_SCAN_BLOCKS = 10  # columns of slip_count
@@ -124,7 +125,7 @@ DURATION = Setting(
     "t",
     "time",
     "Length of a run, transient included (Sec. IV.A; 2e6 in the paper).",
-    _POSITIVE,
+    _POSITIVE | {"maximum": LONGEST},
 )
 TRANSIENT = Setting(
     "transient",
@@ -550,7 +551,27 @@ SEPARATION = Kind(
     kicks=True,
 )
 
-_ALL = (SCAN, SERIES, CATALOGUE, ESCAPES, MOTION, SETTLING, SEPARATION)
+TRIAL = Kind(
+    "trial",
+    "What a recording of the experiment's kind would tell of each run: r, stretches of small "
+    "amplitude (docs/experiment.md).",
+    (DURATION, TRANSIENT, SAMPLE_INTERVAL, LAMINAR_TIME),
+    (
+        *_LENGTH,
+        *_of_points(
+            ("small_share", "", "1", "Share of the time with small amplitude, as in a film."),
+            ("laminar_share", "", "1", "Share of the time in laminar phases, as in a film."),
+            ("laminar_count", "", "1", "Number of laminar phases."),
+            ("laminar_longest", "", "time", "Length of the longest laminar phase."),
+            ("lively_longest", "", "time", "Longest time between laminar phases."),
+            ("slip_longest", "", "time", "Longest time in which the last block does not stick."),
+            ("all_slip_longest", "", "time", "Longest time in which no block sticks."),
+        ),
+    ),
+    lambda settings, points: _lengths(settings),
+)
+
+_ALL = (SCAN, SERIES, CATALOGUE, ESCAPES, MOTION, SETTLING, SEPARATION, TRIAL)
 KINDS = {kind.name: kind for kind in _ALL}
 SETTINGS = {each.name: each for kind in KINDS.values() for each in kind.settings}
 """All settings of all kinds."""

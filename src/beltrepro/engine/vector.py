@@ -17,7 +17,7 @@ from numba.core import types
 from numba.core.caching import IndexDataCacheFile
 from numba.extending import intrinsic
 
-from beltrepro.engine.simd import as_bits, fma, from_bits
+from beltrepro.engine.simd import as_bits, fma, from_bits, select
 
 
 @functools.cache
@@ -152,12 +152,16 @@ _Q10 = 4.4549605981865186e-10
 
 @inlined
 def exp2(x, rate):
-    """2**(x rate), float64 or vector, |x rate| < 1000: within 2 units in the last place.
+    """2**(x rate), float64 or vector, x rate > -1000: within 2 units in the last place.
 
-    Without branches; the polynomial is summed by halves, which keeps the chain of operations short.
+    Infinite or NaN where it is beyond the numbers, and NaN of NaN. Without branches; the polynomial
+    is summed by halves, which keeps the chain of operations short.
     """
     shifted = fma(x, rate, _ROUNDING)
+    # both limits hold from 2^1024.5 on: exponent and mantissa are then those of NaN
+    shifted = select(shifted < _ROUNDING + 1024.0, shifted, _ROUNDING + 1024.0)
     r = fma(x, rate, _ROUNDING - shifted)
+    r = select(r < 0.5, r, 0.5)
     r2 = r * r
     r4 = r2 * r2
     q0 = fma(fma(_Q3, r, _Q2), r2, fma(_Q1, r, _Q0))

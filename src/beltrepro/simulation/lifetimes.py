@@ -7,12 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import checks
+from beltrepro import checks, names
 from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity
+from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
 from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.points import (
@@ -24,11 +25,12 @@ from beltrepro.simulation.points import (
     points,
     slipping_since,
 )
-from beltrepro.simulation.sampling import sampling_of
+from beltrepro.simulation.sampling import check_enough, sampling_of
 
 SETTLE_SHARE = 0.1  # of the duration, over which the final state is measured unless told otherwise
 
 
+@names.checked
 def escapes(
     parameters: ChainParameters | Sequence[ChainParameters],
     *,
@@ -91,9 +93,10 @@ def escapes(
     ModelStateError
         A state left the range of the model.
     """
-    duration = checks.positive("duration", duration)
+    duration = arguments.length(duration)
     settle_time = SETTLE_SHARE * duration if settle_time is None else settle_time
-    if not 0 < checks.finite_number("settle_time", settle_time) <= duration:
+    settle_time = checks.finite_number("settle_time", settle_time)
+    if not 0 < settle_time <= duration:
         raise InputError(
             f"settle_time = {settle_time:g}: must be greater than 0 "
             f"and at most duration = {duration:g}"
@@ -137,13 +140,11 @@ def _measure(
 ) -> dict[str, np.ndarray]:
     """What is measured of a group of W points: arrays with first axis W."""
     chain, width = members[0].parameters, len(members)
-    integrator = integrator_of(
-        members,
-        sampling=sampling_of(None, members[0].method, members[0].time_step),
-        sampled_blocks=1,
-    )
+    sampling = sampling_of(None, members[0].method, members[0].time_step)
     start = members[0].state.time
     settled = start + (duration - settle_time)
+    check_enough(sampling, settled, start + duration)
+    integrator = integrator_of(members, sampling=sampling, sampled_blocks=1)
     moments = LengthMoments(width, settled)
     slips = SlipActivity(width, chain.n_blocks, settled, laminar_time, slipping_since(members))
     observe(integrator, duration, [moments, slips], report)

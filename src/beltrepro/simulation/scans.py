@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import checks
+from beltrepro import checks, names
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
@@ -29,11 +29,13 @@ from beltrepro.simulation.points import (
     points,
     slipping_since,
 )
-from beltrepro.simulation.sampling import sampling_of
+from beltrepro.simulation.sampling import check_enough, sampling_of
 
 MAXIMUM_BLOCKS = 10  # columns of slip_count
+MOST_VALUES = 100_000  # of each point at the section: they are kept in memory
 
 
+@names.checked
 def scan(
     parameters: ChainParameters | Sequence[ChainParameters],
     *,
@@ -76,7 +78,7 @@ def scan(
         x_N of the section, model length (Fig. 12: 615). If not given, by the rule
         `beltrepro.model.section_position`.
     section_values : int
-        Crossings of the section kept for each point.
+        Crossings of the section kept for each point, at most 100 000.
     laminar_time : float
         Shortest slip of the last block that counts as a laminar phase, model time.
     progress : callable, optional
@@ -113,7 +115,7 @@ def scan(
     )
     sections = _section_positions(section_position, chains)
     recording: dict[str, Any] = {
-        "section_values": checks.key("section_values", section_values),
+        "section_values": _section_values(section_values),
         "laminar_time": checks.not_negative("laminar_time", laminar_time),
     }
     table: dict[str, np.ndarray] = {
@@ -133,6 +135,14 @@ def scan(
                 table[name] = np.empty((len(chains), *values.shape[1:]), dtype=values.dtype)
             table[name][group] = values
     return table
+
+
+def _section_values(given: Any) -> int:
+    """How many values at the section are kept."""
+    count = checks.key("section_values", given)
+    if count > MOST_VALUES:
+        raise InputError(f"section_values = {count}: must be at most {MOST_VALUES}")
+    return count
 
 
 def _section_positions(given: Any, chains: Sequence[Point]) -> np.ndarray:
@@ -160,13 +170,12 @@ def _measure(
 ) -> dict[str, np.ndarray]:
     """What is measured of a group of W points: arrays with first axis W."""
     n_blocks, width = members[0].parameters.n_blocks, len(members)
+    sampling = sampling_of(None, members[0].method, members[0].time_step)
+    start, end = members[0].state.time + transient, members[0].state.time + duration
+    check_enough(sampling, start, end)
     integrator = integrator_of(
-        members,
-        sampling=sampling_of(None, members[0].method, members[0].time_step),
-        sampled_blocks=1,
-        section=Section(n_blocks, sections),
+        members, sampling=sampling, sampled_blocks=1, section=Section(n_blocks, sections)
     )
-    start = members[0].state.time + transient
     moments = LengthMoments(width, start)
     belt_velocities = np.array([point.parameters.belt_velocity for point in members])
     section = SectionValues(belt_velocities, section_values, start)

@@ -1,16 +1,18 @@
-"""A film of a chain: an mp4 file by PyAV, or a gif by Pillow."""
+"""A film of a chain as it is watched: an mp4 file, or a gif by Pillow."""
 
 from __future__ import annotations
 
-import os
+import itertools
 from collections.abc import Callable, Iterator
-from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from matplotlib.colors import to_rgb
 
 from beltrepro import checks
 from beltrepro.errors import InputError
+from beltrepro.watching import look
 from beltrepro.watching.clock import Clock
 from beltrepro.watching.player import Player
 from beltrepro.watching.view import View
@@ -105,22 +107,21 @@ def write_film(
         As of `check_film`.
     """
     check_film(path, duration, clock)
+    from beltrepro.experiment.video import Frame, unfinished, write_video  # only films need it
+
     view = View(player, clock)
-    count = frames_of(duration, clock)
-    frames = _frames(view, player, clock, count, progress or (lambda fraction: None))
-    part = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
-    try:
-        if path.suffix.lower() == ".gif":
-            _write_gif(part, frames, count, clock.frames_per_second)
-        else:
-            _write_mp4(part, frames, view.canvas.get_width_height(), clock.frames_per_second)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    count, rate = frames_of(duration, clock), clock.frames_per_second
+    pictures = _pictures(view, player, clock, count, progress or (lambda fraction: None))
+    if path.suffix.lower() == ".gif":
+        with unfinished(path) as part:
+            _write_gif(part, pictures, count, rate)
+    else:
+        frames = (Frame(number / rate, picture) for number, picture in enumerate(pictures))
+        write_video(path, frames, frames_per_second=rate, preset="medium")
     return view
 
 
-def _frames(
+def _pictures(
     view: View, player: Player, clock: Clock, count: int, progress: Callable[[float], None]
 ) -> Iterator[np.ndarray]:
     for number in range(count):
@@ -130,32 +131,34 @@ def _frames(
         progress((number + 1) / count)
 
 
-def _write_mp4(
-    path: Path, frames: Iterator[np.ndarray], size: tuple[int, int], rate: float
-) -> None:
-    import av  # only films need it
-
-    with av.open(str(path), "w") as file:
-        exact = Fraction(rate).limit_denominator(1001)
-        stream = file.add_stream("libx264", rate=exact, options={"crf": "18"})
-        stream.width, stream.height = size
-        stream.pix_fmt = "yuv420p"
-        for frame in frames:
-            file.mux(stream.encode(av.VideoFrame.from_ndarray(frame, format="rgb24")))
-        file.mux(stream.encode())
-
-
-def _write_gif(path: Path, frames: Iterator[np.ndarray], count: int, rate: float) -> None:
+def _write_gif(path: Path, shown: Iterator[np.ndarray], count: int, rate: float) -> None:
     from PIL import Image
 
     # a gif counts in hundredths of a second; rounded instants, not durations, keep its length
     instants = np.round(100 * np.arange(count + 1) / rate)
-    pictures = (Image.fromarray(frame).quantize(128, dither=Image.Dither.NONE) for frame in frames)
-    first = next(pictures)
-    first.save(
+    first = next(shown)
+    palette = _palette(first)
+    pictures = (
+        Image.fromarray(picture).quantize(palette=palette, dither=Image.Dither.NONE)
+        for picture in itertools.chain([first], shown)
+    )
+    next(pictures).save(
         path,
         save_all=True,
         append_images=pictures,
         duration=[10 * int(length) for length in np.diff(instants)],
         loop=0,
     )
+
+
+def _palette(picture: np.ndarray) -> Any:
+    """The 256 colours of a gif: those that tell something exactly, and those of a frame."""
+    from PIL import Image
+
+    telling = [*map(to_rgb, (look.STUCK, look.SLIPPING)), *look.SPRINGS(np.linspace(0, 1, 62))]
+    exact = [round(255 * each) for colour in telling for each in colour[:3]]
+    others = 256 - len(telling)
+    found = Image.fromarray(picture).quantize(others).getpalette() or []
+    palette = Image.new("P", (1, 1))
+    palette.putpalette([*exact, *found[: 3 * others]])
+    return palette

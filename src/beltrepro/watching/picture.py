@@ -14,14 +14,15 @@ from beltrepro.model import ChainParameters
 from beltrepro.model.units import FORCE_N, LENGTH_M
 from beltrepro.watching import look
 from beltrepro.watching.player import Player
-from beltrepro.watching.room import BELT_HALF_WIDTH, Room
+from beltrepro.watching.room import BELT_HALF_WIDTH, SCENE, Room
 
-BLOCK_ALONG, BLOCK_ACROSS = 0.04, 0.08  # m; Sec. II
+BLOCK_ALONG, BLOCK_ACROSS = SCENE.block_length, SCENE.block_width
 
 _SIGN = 0.018  # m, of a sign; in points at least and at most:
 _SIGN_POINTS, _EDGE_POINTS = (5.0, 8.0), (1.0, 2.5)
 _BELT_MARKS = 0.1  # m between lines across the belt
-_COILS, _COIL_HEIGHT = 8, 0.012
+# twice as wide as in the scene: a line is harder to see than a spring
+_COILS, _COIL_HEIGHT = SCENE.coils, SCENE.spring_width
 _RIM = 0.005  # m of black around the white block: nothing bright touches it, so a tracker finds it
 _THIN = 1.3  # points; springs without force, and twice that at full colour
 _STATES = {"s": (0, look.STUCK), "<": (-1, look.SLIPPING), ">": (1, look.SLIPPING)}

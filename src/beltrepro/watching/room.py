@@ -8,21 +8,24 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
+from beltrepro.experiment.scene import Scene
 from beltrepro.model import ChainParameters
 from beltrepro.model.spring import spring_extension
 from beltrepro.model.units import LENGTH_M
 from beltrepro.watching import look
 
+SCENE = Scene()  # sizes of what lies on the belt
+_SPACING = SCENE.mark_spacing
 BELT_HALF_WIDTH = 0.07
-TAPE = (-0.105, -0.075)  # its edges across the belt, m
+_TAPE_TOP = -BELT_HALF_WIDTH - 0.005
+TAPE = (_TAPE_TOP - SCENE.tape_width - 0.01, _TAPE_TOP)  # its edges across the belt, m
 ACROSS = (TAPE[0] - 0.03, BELT_HALF_WIDTH + 0.01)
 WALL = 0.02
 
 _ROOM_BEYOND = 1.05  # of the length at which the springs balance static friction
-_CENTIMETRE = 0.01
 _FLATTEST = 60.0  # pixels that the picture has across the belt, also where that is not to scale
 _NARROWEST_MARKS, _NARROWEST_NUMBERS = 2.5, 36.0  # pixels from one to the next
-_NUMBERED = (10, 20, 50, 100, 200, 500)  # centimetres
+_NUMBERED = (10, 20, 50, 100, 200, 500)  # marks from one number to the next
 
 
 def visible_length(chain: ChainParameters) -> float:
@@ -83,22 +86,22 @@ class Room:
 
     def _draw_tape(self, axes: Axes) -> None:
         """A mark every centimetre from the wall, if there is room; longer ones every ten."""
-        pixels = _CENTIMETRE * self.pixels_per_metre
+        pixels = _SPACING * self.pixels_per_metre
         finest = next(each for each in (1, 10, 100) if each * pixels >= _NARROWEST_MARKS)
         numbered = next(each for each in _NUMBERED if each * pixels >= _NARROWEST_NUMBERS)
-        marks = np.arange(0, self.end / _CENTIMETRE, finest)
-        lengths = np.select([marks % 10 == 0, marks % 5 == 0], [0.02, 0.013], 0.008)
+        marks = np.arange(0, self.end / _SPACING, finest)
+        lengths = np.where(marks % 10 == 0, SCENE.long_mark_length, SCENE.mark_length)
         top = TAPE[1]
         lines = [
             [(place, top - length), (place, top)]
-            for place, length in zip(_CENTIMETRE * marks, lengths, strict=True)
+            for place, length in zip(_SPACING * marks, lengths, strict=True)
         ]
         thin = min(0.9, 0.3 * finest * pixels)
         # marks lie between pixels where they are
         tape = LineCollection(lines, colors=look.TEXT, linewidths=thin, snap=False)
         axes.add_collection(tape, autolim=False)
-        for mark in np.arange(0, self.end / _CENTIMETRE - 0.6 * numbered, numbered):
-            axes.text(mark * _CENTIMETRE, TAPE[0], f"{mark:g}", ha="center", va="top", fontsize=8)
+        for mark in np.arange(0, self.end / _SPACING - 0.6 * numbered, numbered):
+            axes.text(mark * _SPACING, TAPE[0], f"{mark:g}", ha="center", va="top", fontsize=8)
         axes.text(self.end, TAPE[0], "cm", ha="right", va="top", fontsize=8)
 
 
