@@ -385,7 +385,7 @@ def test_a_setting_of_another_kind_is_refused():
         ("run", "../f06", "must begin with a letter or digit"),
         ("run", "a b", "must begin with a letter or digit"),
         ("model.friction_ratio", 1.5, "must be less than 1"),
-        ("defaults.time_step", 0, "must be greater than 0"),
+        ("defaults.time_step", 0, "must be at least 1e-09"),
         ("datasets.n5_map.kind", "scam", "did you mean 'scan'"),
         ("datasets.n5_map.kind", None, "n5_map of preset smoke has no kind"),
         ("datasets.n5_map.n_blocks", None, "n5_map of preset smoke has no n_blocks"),
