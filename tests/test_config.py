@@ -394,6 +394,8 @@ def test_a_setting_of_another_kind_is_refused():
         ("datasets.n5_rows.like", "n5_rows_check", "a dataset cannot be like itself"),
         ("datasets.lifetimes.tolerance", "small", "must be a number or null"),
         ("datasets.lifetimes.kick", 0.1, "kick = 0.1: kind escapes has none"),
+        ("datasets.u1.tolerance", 1e-6, "u1.tolerance = 1e-06: method verlet has none, only event"),
+        ("datasets.u1.sample_interval", 0.0015, "0.0015: method verlet needs a multiple of time_"),
         ("presets.smoke.based_on", "standart", "did you mean 'standard'"),
         ("presets.smoke.based_on", "smoke", "smoke is based on smoke"),
         (f"{DATASET}.belt_velocity", -2, "must be greater than 0"),

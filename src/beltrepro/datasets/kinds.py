@@ -104,7 +104,7 @@ class Kind:
         tuple of str or None
             None if there is none.
         """
-        return _kicked(self, points) or self.complaint(settings, points)
+        return _first(_kicked(self, points), _tolerance(points), self.complaint(settings, points))
 
     @property
     def arrays(self) -> dict[str, Array]:
@@ -277,6 +277,23 @@ def _kicked(kind, points):
     return None
 
 
+def _tolerance(points):
+    for point in points:
+        if point.tolerance is not None and point.method != "event":
+            return "tolerance", f"= {point.tolerance:g}: method {point.method} has none, only event"
+    return None
+
+
+def _samples(settings, points):
+    interval = settings["sample_interval"]
+    for step in {point.time_step for point in points if point.method == "verlet"}:
+        count = round(interval / step)
+        if count < 1 or abs(count * step - interval) > 1e-9 * interval:  # as in simulation/sampling
+            text = f"= {interval:g}: method verlet needs a multiple of time_step = {step:g}"
+            return "sample_interval", text
+    return None
+
+
 def _tangent(points):
     methods = {point.method for point in points} - {"event"}
     if methods:
@@ -393,7 +410,7 @@ SERIES = Kind(
             },
         ),
     ),
-    lambda settings, points: _lengths(settings),
+    lambda settings, points: _first(_lengths(settings), _samples(settings, points)),
 )
 
 CATALOGUE = Kind(
