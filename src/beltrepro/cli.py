@@ -11,7 +11,7 @@ from tempfile import TemporaryFile
 from typing import Any, NoReturn
 
 from beltrepro import ChainParameters, __version__
-from beltrepro.checks import shown
+from beltrepro.checks import positive, shown
 from beltrepro.errors import InputError, ModelStateError
 from beltrepro.names import hint
 from beltrepro.scripting import Progress
@@ -322,6 +322,7 @@ def _numerics(options: argparse.Namespace) -> dict[str, Any]:
 def _simulate(options: argparse.Namespace) -> int:
     chain = _chain(options)
     _check_output(options.output)
+    positive("sample_interval", options.sample_interval)  # also where there are no samples
     from beltrepro.simulation import Run, simulate
 
     run = simulate(
