@@ -20,7 +20,8 @@ from beltrepro.model.spring import external_force
 
 _STEP = 5e-3  # of the motion computed anew, model time
 _WINDOW = 4 * NOISE_CELL  # over which momentum is summed, model time
-_LOST = 2 / 15  # of a cell: its noise that is missing at the two ends of a window, see docs/event.md
+# Share of a cell of the noise that is missing at the ends of a window, see docs/validity.md.
+_LOST = 2 / 15
 # of an interval: where momentum follows from positions between the samples, by Gauss and Legendre
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 _LONGEST_INTERVAL = 0.25  # model time: the interpolation between samples must be better than noise
