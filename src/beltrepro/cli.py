@@ -553,7 +553,7 @@ def _told(found: Any) -> dict[str, Any]:
         **{name: getattr(found, name) for name in names},
         "mean_length_model": float(from_si(found.mean_length, "length")),
         "small_amplitude_share": found.small_share,
-        "laminar_share": found.laminar_share,
+        "lasting_small_amplitude_share": found.lasting_share,
         **{f"exponent_{name}": law.exponent for name, law in laws.items()},
         **{f"exponent_error_{name}": law.exponent_error for name, law in laws.items()},
     }

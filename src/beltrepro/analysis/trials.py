@@ -8,7 +8,7 @@ import numpy as np
 
 from beltrepro.analysis.errors import require
 from beltrepro.analysis.inference import Posterior, Recorded, Simulated
-from beltrepro.analysis.recording import LAMINAR_S
+from beltrepro.analysis.recording import LASTING_S
 from beltrepro.model import units
 
 _ALIKE = 1e-3  # share by which two belt velocities of a grid count as one
@@ -44,7 +44,7 @@ class Observation:
 
 EXPERIMENT = (
     Observation(0.22, 0.072, laminar_s=60.0, lively_s=125.0),
-    Observation(0.28, 0.052, laminar_s=LAMINAR_S, lively_s=LAMINAR_S),
+    Observation(0.28, 0.052, laminar_s=LASTING_S, lively_s=LASTING_S),
 )
 """At 0.22 m/s avalanches for 125 s and continuous slip for more than a minute, at 0.28 m/s both."""
 
