@@ -17,7 +17,7 @@ SNAKEMAKE := $(IN_ENV) snakemake --cores $(CORES)
 LOCKED_SETUPTOOLS = awk '/^[^ ]/ { found = /^setuptools==/ } found' requirements.txt
 
 .DEFAULT_GOAL := figures
-.PHONY: figures smoke paper test lint schema env lock clean help
+.PHONY: figures smoke paper test lint verify checksums interruptions schema env lock clean help
 
 figures: env  ## every figure, number and the report, standard lengths (default)
 	$(SNAKEMAKE) $(ARGS)
@@ -29,7 +29,7 @@ paper: env  ## the same with the lengths of the paper: hours
 	$(SNAKEMAKE) $(ARGS) --config preset=paper
 
 test: env  ## the quick test suite; ARGS="-m slow" for the slow one
-	$(BIN)/python -m pytest $(ARGS)
+	$(BIN)/python -m pytest --numprocesses $(CORES) --dist worksteal $(ARGS)
 
 lint: env  ## style, imports, type hints, docstrings, and the Snakemake files
 	$(BIN)/ruff check .
@@ -39,6 +39,15 @@ lint: env  ## style, imports, type hints, docstrings, and the Snakemake files
 	$(BIN)/numpydoc lint $$(find src -name '*.py')
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(IN_ENV) snakemake --lint
+
+verify: env  ## compare the smoke results with the published list of checksums
+	$(BIN)/beltrepro verify results/smoke
+
+checksums: env  ## write the list anew from the smoke results, after a change of numbers
+	$(BIN)/beltrepro verify results/smoke --write
+
+interruptions: env  ## kill the smoke workflow 20 times and compare the bits: some 15 minutes
+	$(BIN)/python tests/interruptions.py $(ARGS)
 
 schema: env  ## the schema of config.yaml for editors, from the code
 	$(BIN)/python -m beltrepro.datasets.schema > workflow/schemas/config.schema.yaml
@@ -64,4 +73,4 @@ clean:  ## remove .venv, caches and the smoke results; keep every other result
 	find src tests workflow -name __pycache__ -prune -exec rm -rf {} +
 
 help:  ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)

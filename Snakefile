@@ -37,6 +37,13 @@ include: "workflow/rules/report.smk"
 include: "workflow/rules/timing.smk"
 
 
-# Snakemake ends a failure with its own traceback: say once more, last, what was wrong.
+refuse_unknown_targets()
+
+
+onstart:
+    begin()
+
+
+# Jobs go on after a failure: say once more, last, what was wrong.
 onerror:
-    print(said_of_failures(log), file=sys.stderr)
+    say_at_exit(said_of_failures(log))

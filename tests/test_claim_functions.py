@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from alternating import experiments
 from beltrepro.analysis import avalanches, spectra
 from beltrepro.analysis.errors import NotEnoughDataError
 from beltrepro.model import ChainParameters, spring, units
@@ -866,31 +867,36 @@ def test_the_share_of_a_reading_is_that_of_its_name():
 
 
 @pytest.mark.parametrize(
-    ("change", "interval", "met"),
+    ("best", "interval", "posterior", "met"),
     [
-        ({}, (1, 3), 1),
-        ({1: 0}, (1.5, 3), 0),
-        ({2: 10}, (1, 3), 0),  # 10 is not less than a quarter of 39
-        ({2: 9}, (1, 3), 1),
-        ({0.5: 1, 3: 0}, (0.5, 2), 1),
+        ([1.0, 1.4], (1, 1.4), 1.0, [1, 1, 1, 1]),
+        ([1.0, 4.0], (1, 4), 0.5, [1, 1, 1, 0]),
+        ([0.7, 4.0, 1.4], (0.7, 4), 1 / 3, [1, 1, 0, 0]),
+        ([0.5], (0.5, 0.5), 0.0, [0, 0, 0, 0]),
     ],
 )
-def test_noise_levels_with_a_narrow_region(change, interval, met):
-    widths = {0: 0, 0.5: 0, 1: 1, 1.5: 2, 2: 3, 3: 9, 4: 20} | change
-    found = measured(
-        "sigma-experiment", "laminar share 5 % to 95 %", tables={"n5_map": region(widths)}
-    )
-    assert (found.value, passed(found), found.sample_size) == (interval, [met], 7)
-    none = measured(
-        "sigma-experiment", "laminar share 5 % to 95 %", tables={"n5_map": region({0: 0, 1: 0})}
-    )
-    assert math.isnan(none.value) and passed(none) == [0]
-    with pytest.raises(NotEnoughDataError, match="no noise level from 1 to 2"):
-        measured(
-            "sigma-experiment",
-            "laminar share 5 % to 95 %",
-            tables={"n5_map": region({0: 0, 0.9: 1, 2.1: 1})},
-        )
+def test_the_noise_of_the_experiment(best, interval, posterior, met, monkeypatch):
+    monkeypatch.setattr("beltrepro.analysis.trials.BANDWIDTH", {})
+    reading = "r within 10%"
+    found = measured("sigma-experiment", reading, datasets=experiments(best, runs=30))
+    assert found.value["sigma, 90 %"] == interval and passed(found) == met
+    assert found.value["posterior of 1 to 2"] == pytest.approx(posterior)
+    share = len({1.0, 1.4, 2.0} & set(best)) / 3
+    assert f"{share:.2g} of the trials agree at 0.22 m/s" in found.note
+    assert "before the trials 1 to 2 had 0.43" in found.note
+    for other in ("r within 5%", "r within 20%"):
+        assert passed(measured("sigma-experiment", other, datasets=experiments(best, runs=30)))
+
+
+def test_the_noise_of_the_experiment_needs_trials_and_agreement(monkeypatch):
+    monkeypatch.setattr("beltrepro.analysis.trials.BANDWIDTH", {})
+    with pytest.raises(NotEnoughDataError, match="78 trials, 80 are needed"):
+        measured("sigma-experiment", "r within 10%", datasets=experiments([1.0], runs=26))
+    few = experiments([1.0], runs=30) | {"trials_free": experiments([1.0], runs=19)["trials_free"]}
+    with pytest.raises(NotEnoughDataError, match="19 trials agree with a recording, 20 are needed"):
+        measured("sigma-experiment", "r within 10%", datasets=few)
+    with pytest.raises(NotEnoughDataError, match="0 and 0 of 210 trials agree"):
+        measured("sigma-experiment", "r within 10%", datasets=experiments([], runs=30))
 
 
 # --- system size ----------------------------------------------------------------------------------

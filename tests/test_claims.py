@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
+from alternating import experiments
 from beltrepro.claims import COLUMNS, load_ledger, measure
 from beltrepro.claims.criteria import (
     FAILS,
@@ -299,6 +300,7 @@ def paper_like():
         "n10_u38": laminar_series(4, 1500.0, n_blocks=10, belt_velocity=38.0, duration=9000.0),
     }
     others = {"slips_u1": made_up_catalogue(), "lifetimes": made_up_escapes()}
+    others |= experiments([1.0, 1.4, 2.0], runs=30)
     return measure(made_up_scans() | made_up_motions() | series | others, SETTINGS)
 
 

@@ -16,6 +16,7 @@ import pytest
 from scipy import stats
 
 import naive
+from alternating import studies
 from beltrepro.analysis import (
     avalanches,
     divergence,
@@ -740,6 +741,40 @@ def test_friction_ratio_is_a_curve_for_each_ratio_and_the_falls():
     same(curve, [0.2, 0.8], [31, 17])
     np.testing.assert_allclose(curve.error, [0.5, 0.7])
     np.testing.assert_allclose(right.bars, [[(0.2, 28), (0.2, 35)], [(0.8, 12), (0.8, 21)]])
+
+
+def test_trials_of_the_experiment_and_their_posteriors(monkeypatch):
+    monkeypatch.setattr("beltrepro.analysis.trials.BANDWIDTH", {})
+    made = studies(runs=16)
+    used = FIGURES["experiment_noise"].uses
+    figure = shown("experiment_noise", **{name: made[name] for name in used})
+    alt_fits("experiment_noise", figure)
+    disorder, share, plane, noise = figure.panels
+    axes_are(disorder, r"$\sigma$", "$r$", scales=("log", "linear"))
+    medians, least = disorder.curves[::2], disorder.curves[1::2]
+    for place, (curve, shift) in enumerate(zip(medians, (0.96, 1.04), strict=True)):
+        x = shift * np.array([0.5, 1, 2, 4])
+        label = ("0.22 m/s", "0.28 m/s")[place]
+        same(curve, x, 4 * [0.1375], label=label, index=place, marker="o")
+        same(least[place], x, 4 * [0.13], index=place, marker="v")
+    assert [guide[1] for guide in sorted(disorder.guides)] == [0.052, 0.072]
+    assert disorder.legend == ("0.22 m/s", "0.28 m/s")
+    axes_are(share, "$u$", "share with both regimes")
+    for curve, s in zip(share.curves, (0.5, 1, 2, 4), strict=True):
+        velocities = 12.01756 * (14 / 11) ** np.arange(-1.0, 3)
+        same(curve, velocities, 4 * [0], label=rf"$\sigma = {s:g}$", rtol=1e-5)
+    axes_are(plane, "friction ratio $f_s$", "factor on the belt speed")
+    (image,) = plane.images
+    np.testing.assert_allclose(image.values, [[0, 0], [0, 1], [0, 0]])
+    np.testing.assert_allclose(image.x_edges, [0.375, 0.525, 0.675])
+    same(plane.curves[0], [0.45], [1.0], marker="x")
+    axes_are(noise, r"$\sigma$", "probability", scales=("log", "linear"))
+    before, *posteriors = noise.curves
+    same(before, [0.5, 1, 2, 4], 4 * [0.25])
+    likelihood = np.array([0, 4, 16, 1])  # squares of the trials of four that agree
+    for curve, label, index in zip(posteriors, ("$f_s$ free", "both free"), (0, 2), strict=True):
+        same(curve, before.x, likelihood / 21, label=label, index=index)
+    assert any("speed free" in " ".join(words.split()) for words in noise.texts)
 
 
 RATES = {(5, "event"): 1e-4, (5, "verlet"): 1e-3, (7, "event"): 0.005, (7, "verlet"): 0.02}

@@ -12,6 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
+from alternating import studies
 from beltrepro.errors import InputError
 from beltrepro.figures import fig07, fig12, fig18, panels, registry, style
 from beltrepro.model import ChainParameters
@@ -219,6 +220,7 @@ def usual(name):
         "friction_falls": lambda: falls([0.2, 0.45]),
     } | {f"n10_u{v}": lambda v=v: series(10, float(v), 0.0) for v in (28, 31, 34, 38)}
     made |= {dataset: lambda each=each: each for dataset, each in lasting().items()}
+    made |= {dataset: lambda each=each: each for dataset, each in studies().items()}
     return {dataset: made[dataset]() for dataset in needed(name)}
 
 
@@ -240,6 +242,8 @@ def poor(name):
         "friction_falls": lambda: falls([]),
     }
     made |= {dataset: lambda each=each: each for dataset, each in lasting(()).items()}
+    few = studies(noises=[0.5], ratios=[0.6], runs=1)
+    made |= {dataset: lambda each=each: each for dataset, each in few.items()}
     data = {}
     for dataset in needed(name):
         data[dataset] = made.get(dataset, lambda: series(10, 28.0, 0.0))()

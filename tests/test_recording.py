@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from beltrepro.analysis.errors import NotEnoughDataError
-from beltrepro.analysis.recording import FIT_TO_HZ, analyse
+from beltrepro.analysis.recording import FIT_TO_HZ, analyse, regimes
 from beltrepro.figures.recording import draw_recording
 
 RATE = 24.0
@@ -46,6 +46,18 @@ def test_dropped_frames_change_r_by_less_than_a_percent():
     whole, part = analyse(time, position), analyse(time[kept], position[kept])
     assert part.disorder_parameter == pytest.approx(whole.disorder_parameter, rel=0.01)
     assert part.small_share == pytest.approx(whole.small_share, abs=0.01)
+
+
+def test_regimes_are_those_of_the_analysis():
+    whole, part = analyse(*bursts()), regimes(*bursts())
+    for name in ("disorder_parameter", "mean_length", "observed_s", "small_share", "lasting_share"):
+        assert getattr(part, name) == getattr(whole, name)
+    np.testing.assert_array_equal(part.small_s, whole.small_s)
+    # the quiet stretch of 8 s is too short to last and belongs to what lies around it
+    np.testing.assert_allclose(part.lasting_s, [[40, 100]], atol=1.3)
+    np.testing.assert_allclose(part.lively_s, [[0, 40], [100, 200]], atol=1.3)
+    with pytest.raises(NotEnoughDataError, match="10 samples, 32 are needed"):
+        regimes(np.arange(10.0), np.ones(10))
 
 
 def test_quiet_stretches_are_found_and_only_long_ones_last():

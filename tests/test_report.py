@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from alternating import posterior_table, studies
 from beltrepro import report, store
 from beltrepro.claims import load_ledger
 from beltrepro.claims.criteria import VERDICTS
@@ -226,6 +227,7 @@ def test_every_section_has_what_a_section_needs():
     assert [section.ANCHOR for section in SECTIONS] == [
         "claims",
         "chaos",
+        "inference",
         "motion",
         "figures",
         "agreement",
@@ -242,13 +244,47 @@ def test_every_section_has_what_a_section_needs():
 def test_sections_stand_in_their_order_and_in_the_contents(made):
     text, _ = made
     shown = [
-        section for section in SECTIONS if section.ANCHOR not in ("chaos", "motion", "agreement")
+        section
+        for section in SECTIONS
+        if section.ANCHOR not in ("chaos", "inference", "motion", "agreement")
     ]
     found = re.findall(r'<section id="(.*?)">\s*<h2>(.*?)</h2>', text)
     assert found == [(section.ANCHOR, section.TITLE) for section in shown]
     (contents,) = re.findall(r'<nav aria-label="Contents">(.*?)</nav>', text, re.S)
     links = re.findall(r'<a href="#(.*?)">(.*?)</a>', contents)
     assert links == found
+
+
+def test_the_section_on_the_experiment_says_what_the_tables_do(tmp_path, monkeypatch):
+    monkeypatch.setattr("beltrepro.analysis.trials.BANDWIDTH", {})
+    tables = studies(runs=16)
+    tables["experiment_posterior"] = posterior_table(tables)
+    names = ("experiment_odds", "experiment_posterior", "alternation")
+    for name in names:
+        tables[name].to_csv(tmp_path / f"{name}.csv", index=False)
+    files = {name: [tmp_path / f"{name}.csv"] for name in names}
+    output = tmp_path / "report.html"
+    report.render(output, material(tmp_path, **files))
+    section = part(output.read_text(encoding="utf-8"), "inference")
+    said, table = words(section), cells(section)
+    assert "No trial agrees with its recording in r (within 10%) and in its regimes" in said
+    assert "all blocks slip at once for longer than 0.61 s" in said
+    assert "slip for a minute in 0 of 512 trials, and for 0.61 s at most" in said
+    # 64 trials at each speed: none of 64 has r as low, so that at most 0.056 do
+    assert table[1][:5] == ["0.22", "1000", "64", "0.072", "0.138 (0.130 to 0.145)"]
+    assert table[1][5:] == ["0.130", *3 * ["0 (0 to 0.056)"], "0"]
+    assert [row[:3] for row in table[2:5]] == [
+        ["0.28", "1000", "64"],
+        ["0.22", "300", "64"],
+        ["0.28", "300", "64"],
+    ]
+    assert table[6] == ["0.5", "16", "nowhere", "", "0"]
+    rows = {row[0]: row for row in table[11:]}
+    assert rows["noise"][1:5] == ["64", "0 and 0", "0", ""]
+    found = rows["noise, friction ratio"]
+    assert found[1:4] == ["128", "28 and 28", "0.16"]
+    assert found[5:] == ["1, 2", "0.95 (0.5)", "0.6", ""]
+    assert rows["noise, friction ratio, belt speed"][8] == "1"
 
 
 # --- the first screen ---

@@ -5,6 +5,7 @@ import importlib
 import numpy as np
 import pytest
 
+from alternating import posterior_table, studies
 from beltrepro.entries import check_uses
 from beltrepro.errors import InputError
 from beltrepro.store import Dataset
@@ -25,7 +26,8 @@ def falling(ratios, velocities, place):
 def test_every_table_is_a_module_with_a_function():
     of_integrators = {"agreement", "families", "partings", "convergence"}
     of_chaos = {"motions", "noisy_motions", "mean_lifetimes", "attractors"}
-    assert of_integrators | of_chaos | {"friction_falls"} == set(TABLES)
+    of_experiment = {"experiment_odds", "experiment_posterior", "alternation"}
+    assert of_integrators | of_chaos | of_experiment | {"friction_falls"} == set(TABLES)
     for name, entry in TABLES.items():
         module = importlib.import_module(f"beltrepro.tables.{name}")
         assert entry == module.ENTRY and callable(module.derive)
@@ -45,6 +47,67 @@ def test_falls_are_found_for_each_friction_ratio():
 def test_too_few_points_leave_the_row_empty():
     table = friction_falls.derive(falling([0.2], [1.0, 2.0], 50.0))
     assert table["points"].tolist() == [4] and table["critical"].isna().all()
+
+
+def test_odds_of_what_the_experiment_saw():
+    made = studies(noises=[1.0, 2.0], ratios=[0.6])
+    table = made["experiment_odds"]
+    assert set(TABLES["experiment_odds"].columns) == set(table)
+    assert table["dataset"].tolist() == 6 * ["trials"] + 6 * ["trials_short"]
+    assert table["speed_m_s"].tolist() == 2 * (3 * [0.22] + 3 * [0.28])
+    np.testing.assert_allclose(table["recorded_s"].iloc[[0, -1]], [1000, 300], rtol=1e-3)
+    one, two, both = (table.iloc[row] for row in range(3))
+    assert (one["noise"], two["noise"]) == (1, 2) and np.isnan(both["noise"])
+    assert (one["runs"], both["runs"]) == (4, 8)
+    # at noise 1 two of four trials agree with the recording, at noise 2 all
+    for name in ("below", "alternates", "shows", "agrees", "both"):
+        assert (one[name], two[name], both[name]) == (0.5, 1.0, 0.75)
+        assert one[f"{name}_lower"] == pytest.approx(0.0676, abs=1e-4)
+        assert one[f"{name}_upper"] == pytest.approx(0.9324, abs=1e-4)
+    assert (two["r"], two["r_least"], one["laminar_share"]) == (0.072, 0.072, 0.125)
+    assert one["all_slip_longest_s"] == pytest.approx(8 * 0.0765, rel=1e-3)
+    assert one["laminar_longest_s"] == pytest.approx(900 * 0.0765, rel=1e-3)
+
+
+def test_how_many_trials_alternate_at_each_point():
+    table = studies(noises=[1.0, 2.0])["alternation"]
+    assert len(table) == 2 * 2 * 4 and table["runs"].eq(4).all()
+    chosen = table[(table["friction_ratio"] == 0.6) & (table["alternating"] > 0)]
+    np.testing.assert_allclose(chosen["belt_velocity"], [12.0176, 15.2951] * 2, rtol=1e-4)
+    assert chosen["alternating"].tolist() == [2, 2, 4, 4]
+    assert chosen["share"].tolist() == [0.5, 0.5, 1, 1]
+    assert chosen["share_lower"].iloc[2] == pytest.approx(0.025 ** (1 / 4))
+    assert table["share_upper"].max() == 1 and set(TABLES["alternation"].columns) <= set(table)
+
+
+def test_posteriors_of_what_is_free(monkeypatch):
+    monkeypatch.setattr("beltrepro.analysis.trials.BANDWIDTH", {})
+    table = posterior_table(studies(runs=16))
+    assert set(TABLES["experiment_posterior"].columns) == set(table)
+    assert table["tolerance"].tolist() == 4 * [0.1, 0.05, 0.2]
+    by_free = table[table["tolerance"] == 0.1].set_index("free")
+    # no trial agrees with the printed friction ratio
+    for free in ("noise", "noise, speed_factor"):
+        row = by_free.loc[free]
+        assert (row["evidence"], row["agreed_022"]) == (0, 0) and np.isnan(row["best_noise"])
+    # 0, 8, 16 and 4 of 16 trials agree with each recording at the four noises
+    likelihood = np.array([0, 2, 4, 1]) ** 2 / 16
+    row = by_free.loc["noise, friction_ratio"]
+    assert row["evidence"] == pytest.approx(likelihood.sum() / 8)
+    assert row["sigma_1_to_2"] == pytest.approx(20 / 21) and row["sigma_1_to_2_before"] == 0.5
+    assert (row["best_noise"], row["noise_levels"]) == (2, "1; 2")
+    assert (row["best_friction_ratio"], row["friction_ratio_levels"]) == (0.6, "0.6")
+    assert row[["combinations", "runs", "agreed_022"]].tolist() == [8, 16, 28]
+    assert (row["r_022"], row["r_028"]) == pytest.approx((0.072, 0.052))
+    # too few trials agree to tell a set of noises
+    few = posterior_table(studies()).set_index(["free", "tolerance"])
+    assert few.loc[("noise, friction_ratio", 0.1), "agreed_022"] == 7
+    assert np.isnan(few.loc[("noise, friction_ratio", 0.1), "best_noise"])
+    # fresh trials agree with both in a quarter of the pairs at noise 1, always at noise 2
+    assert 0.5 < row["held_out"] < 1
+    row = by_free.loc["noise, friction_ratio, speed_factor"]
+    assert row["combinations"] == 4 * 2 * 3 and row["best_speed_factor"] == pytest.approx(1)
+    assert row["made_up"] + row["unanswered"] == 400
 
 
 def test_a_table_that_uses_what_is_not_there_is_one_line():

@@ -15,7 +15,8 @@ import h5py
 import numpy as np
 import pytest
 
-from beltrepro import provenance, scripting, store
+import damages
+from beltrepro import lifecycle, provenance, scripting, store
 from beltrepro.datasets import checking
 from beltrepro.datasets.plan import Plan, make_plan
 from beltrepro.datasets.points import columns
@@ -247,9 +248,10 @@ def test_touched_claims_simulate_and_draw_nothing(finished):
 
 
 def test_touched_housekeeping_simulates_nothing(finished):
-    rooms = ("cli.py", "store.py", "scripting.py", "provenance.py")
+    rooms = ("cli.py", "store.py", "scripting.py", "provenance.py", "lifecycle.py", "atomic.py")
     words = ("plan", "kinds", "schema", "quantities", "grids", "checking", "files")
-    names = [*rooms, *(f"datasets/{name}.py" for name in words), "simulation/files.py"]
+    names = [*rooms, "verification.py", *(f"datasets/{name}.py" for name in words)]
+    names += ["simulation/files.py", "simulation/checkpoints.py"]
     assert {"simulate", "join"}.isdisjoint(jobs(after_touching(finished, *names)))
 
 
@@ -281,6 +283,26 @@ def test_integrator_of_one_dataset_does_not_depend_on_the_other():
         assert rest <= simulation
 
 
+# --- two at once ---
+
+
+def test_a_second_run_is_refused_in_one_line(tree):
+    target = "results/held/datasets/u20.h5"
+    settings = ["preset=smoke", "run=held"]
+    lifecycle.begin(tree / "results" / "held")
+    done = snakemake(tree, "--cores", "1", target, settings=settings)
+    assert done.returncode == 1
+    errors = [line for line in done.stderr.splitlines() if "rror" in line]
+    assert errors == [
+        "error: results/held: another run is at work there; wait for its end or give this one a "
+        "name: --config run=NAME"
+    ]
+    assert not (tree / target).exists()
+    # looking is allowed, and Snakemake's lock is not taken
+    assert jobs(snakemake(tree, "--dry-run", target, settings=settings)) != {}
+    assert list((tree / ".snakemake" / "locks").glob("*")) == []
+
+
 # --- errors ---
 
 
@@ -302,6 +324,24 @@ def test_bad_configuration_is_one_line(tree, setting, words):
     assert done.returncode == 1
     assert len(lines) == 1, done.stderr
     assert lines[0].startswith("error: config.yaml: ") and words in lines[0]
+    assert "Traceback" not in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "settings", "words"),
+    [
+        (["fig2"], ["preset=smoke"], "did you mean 'fig22'?"),
+        (["results/smoke/batches/u1/9999.h5"], ["preset=smoke"], "u1/9999.h5': allowed are files"),
+        (["--forcerun", "simulat"], ["preset=smoke"], "did you mean 'simulate'?"),
+        ([], ["preset=smoke", "fig12"], "targets stand before --config"),
+        ([], ["model.friction_ratio=0.6"], """--config 'model={"friction_ratio": 0.6}'"""),
+    ],
+)
+def test_wrong_command_line_is_one_line(tree, arguments, settings, words):
+    done = snakemake(tree, "--dry-run", *arguments, settings=settings)
+    lines = [line for line in done.stderr.splitlines() if "profile" not in line]
+    assert done.returncode == 1
+    assert len(lines) == 1 and lines[0].startswith("error: ") and words in lines[0], done.stderr
     assert "Traceback" not in done.stdout + done.stderr
 
 
@@ -478,6 +518,14 @@ def test_a_file_copied_over_another_is_refused_with_the_remedy(tree, smoke):
     assert "holds dataset n5_map (scan) of preset smoke, run smoke" in line
     assert line.endswith("rm results/smoke/datasets/n5_rows.h5 && "
                          "snakemake --cores 2 --config preset=smoke")  # fmt: skip
+
+
+@pytest.mark.slow
+def test_no_damaged_file_of_smoke_is_taken_for_whole(smoke, monkeypatch):
+    monkeypatch.chdir(smoke.parents[1])
+    counts, wrong = damages.run(smoke, smoke_plan())
+    assert wrong == []
+    assert {kind for kind, *_ in counts} == {".h5", ".csv", ".png"}
 
 
 @pytest.mark.slow

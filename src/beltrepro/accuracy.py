@@ -8,3 +8,7 @@ FORCE_ORDER = ORDER - 2  # of the forces: the positions are their second integra
 TOLERANCE = 1e-10
 # The same with noise, as a share of sqrt(q): its impulse in a time h has deviation sqrt(q h).
 NOISE_SHARE = 1e-2
+# Longest cell of the noise, model time.
+NOISE_CELL = 0.5
+# Largest noise of the force with which a slip begins, over its mean: see docs/validity.md.
+START_NOISE = 0.3

@@ -3,12 +3,17 @@
 import argparse
 import json
 import sys
+from collections import Counter
+from collections.abc import Iterable
+from itertools import takewhile
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Any
+from typing import Any, NoReturn
 
 from beltrepro import ChainParameters, __version__
+from beltrepro.checks import positive, shown
 from beltrepro.errors import InputError, ModelStateError
+from beltrepro.names import hint
 from beltrepro.scripting import Progress
 
 _UNITS = """\
@@ -53,8 +58,51 @@ def main(arguments: list[str] | None = None) -> int:
         return 130
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser that says in one line what is wrong, and takes no shortened options."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(allow_abbrev=False, **settings)
+        self.register("type", float, _number)
+        self.register("type", int, _whole_number)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """As of `ArgumentParser`, but a misspelt option is an error here, before a missing one."""
+        args = sys.argv[1:] if args is None else list(args)
+        own: Iterable[str] = args
+        if self._subparsers is not None:  # the rest is for the parser of a command
+            own = takewhile(lambda word: word.startswith("-"), args)
+        for word in takewhile(lambda word: word != "--", own):
+            name = word.partition("=")[0]
+            if name.startswith("--") and name not in self._option_string_actions:
+                self.error(f"{name}: no such option{hint(name, self._option_string_actions)}")
+        options, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            self.error(f"{unknown[0]}: not understood, options are given as --NAME VALUE")
+        return options, unknown
+
+    def error(self, message: str) -> NoReturn:
+        """End with one line on stderr, and status 2."""
+        said = message.removeprefix("argument ")
+        self.exit(2, f"error: {said}; see {self.prog} --help\n")
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{shown(text)}: a number is needed") from None
+
+
+def _whole_number(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{shown(text)}: a whole number is needed") from None
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="beltrepro", description="Chaos on the conveyor belt: simulate chains of blocks."
     )
     parser.add_argument("--version", action="version", version=f"beltrepro {__version__}")
@@ -83,6 +131,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_film(commands)
     _add_track(commands)
     _add_analyse(commands)
+    _add_verify(commands)
     return parser
 
 
@@ -273,6 +322,7 @@ def _numerics(options: argparse.Namespace) -> dict[str, Any]:
 def _simulate(options: argparse.Namespace) -> int:
     chain = _chain(options)
     _check_output(options.output)
+    positive("sample_interval", options.sample_interval)  # also where there are no samples
     from beltrepro.simulation import Run, simulate
 
     run = simulate(
@@ -456,6 +506,39 @@ def _analyse(options: argparse.Namespace) -> int:
         save(found, options.output)
     _print(_told(found), options.json)
     return 0
+
+
+def _add_verify(commands: Any) -> None:
+    verify = commands.add_parser(
+        "verify",
+        help="check results of the workflow, and compare them with the published list",
+        description="Check that every dataset and table of a run is whole, and compare it with a "
+        "list of checksums: bit by bit if the processor, its instructions and the libraries are "
+        "those of the list, otherwise within bounds (docs/integrity.md). Exit status 1 if "
+        "anything is wrong; each line of it has the command that repairs it.",
+    )
+    add = verify.add_argument
+    add("results", type=Path, help="folder of a run, as results/smoke")
+    add("--list", type=Path, metavar="FILE", help="the list (docs/results/NAME.json)")
+    add("--write", action="store_true", help="write the list from these results instead")
+    verify.set_defaults(action=_verify)
+
+
+def _verify(options: argparse.Namespace) -> int:
+    from beltrepro import verification
+
+    path = options.list or Path("docs", "results", f"{options.results.name}.json")
+    if options.write:
+        count = verification.write_list(path, options.results)
+        print(f"{path}: {count} datasets")
+        return 0
+    found = list(verification.compare(options.results, verification.read_list(path)))
+    wrong = [each for each in found if each.outcome == verification.WRONG]
+    for each in wrong:
+        print(f"error: {each.words}", file=sys.stderr)
+    counts = Counter(each.outcome for each in found)
+    print(", ".join(f"{count} {outcome}" for outcome, count in counts.items()))
+    return int(bool(wrong))
 
 
 def _told(found: Any) -> dict[str, Any]:

@@ -6,13 +6,13 @@ workflow asks for them in every job and must not wait for pandas and matplotlib.
 """
 
 import ast
-import difflib
 from collections.abc import Iterable
 from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
 from beltrepro.errors import InputError
+from beltrepro.names import hint
 
 E = TypeVar("E")
 
@@ -64,9 +64,8 @@ def check_uses(folder: str, entries: dict, known: Iterable[str], where: str) -> 
     for name, entry in entries.items():
         for used in entry.uses:
             if used not in known:
-                nearest = difflib.get_close_matches(used, known, n=1, cutoff=0.6)
-                hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
-                raise InputError(f"{folder}/{name}.py uses {used!r}, which {where} lacks{hint}")
+                meant = hint(used, known)
+                raise InputError(f"{folder}/{name}.py uses {used!r}, which {where} lacks{meant}")
 
 
 def _read(path: Path, kind: type[E]) -> E | None:

@@ -9,6 +9,7 @@ import ast
 import functools
 import hashlib
 import json
+import os
 import platform
 import subprocess
 from collections.abc import Iterable
@@ -17,17 +18,21 @@ from pathlib import Path
 
 PACKAGE = "beltrepro"
 ROOT = Path(__file__).parent
-LIBRARIES = ("numpy", "scipy", "numba", "h5py")
+LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "h5py")
 DERIVED = (".pyc", ".nbi", ".nbc")  # caches of Python and Numba
 
 
 def origin() -> dict[str, str]:
     """Attributes of every result on what made it: code, libraries, machine, and units."""
+    return {"code_version": code_version(), **machine(), "units": "model units"}
+
+
+def machine() -> dict[str, str]:
+    """What makes the same code give the same bits: libraries, processor, its instructions."""
     return {
-        "code_version": code_version(),
         "library_versions": json.dumps(library_versions()),
         "processor": processor(),
-        "units": "model units",
+        "instructions": instructions(),
     }
 
 
@@ -75,6 +80,27 @@ def processor() -> str:
         lines = []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return names[0] if names else platform.processor() or platform.machine()
+
+
+@functools.cache
+def instructions() -> str:
+    """Instructions for which kernels are compiled: LLVM's name of a processor, hash of features.
+
+    The variables NUMBA_CPU_NAME and NUMBA_CPU_FEATURES stand over what the processor has.
+
+    Returns
+    -------
+    str
+        Both, and the version of LLVM.
+    """
+    from llvmlite import binding  # a job without kernels waits for it once, to say so
+
+    name = os.environ.get("NUMBA_CPU_NAME") or binding.get_host_cpu_name()
+    features = os.environ.get("NUMBA_CPU_FEATURES")
+    if features is None:
+        features = "" if name == "generic" else binding.get_host_cpu_features().flatten()
+    digest = hashlib.sha256(features.encode()).hexdigest()[:8]
+    return f"{name} {digest}, LLVM {'.'.join(map(str, binding.llvm_version_info))}"
 
 
 def code_hash(*modules: str, without: tuple[str, ...] = (), root: Path = ROOT) -> str:

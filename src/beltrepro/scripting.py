@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from beltrepro import lifecycle
 from beltrepro.errors import InputError, ModelStateError
 
 logger = logging.getLogger("beltrepro")
@@ -31,6 +32,7 @@ def run(main: Callable[[Any], None], snakemake: Any) -> None:
     """
     global _in_job
     _in_job = True
+    lifecycle.end_with_parent()
     log = Path(snakemake.log[0])
     log.parent.mkdir(parents=True, exist_ok=True)
     logging.basicConfig(

@@ -1,12 +1,16 @@
 # What the rules share: the plan made from the configuration, and the functions by which rules ask it.
 
+import atexit
 import dataclasses
 import functools
+import os
 import re
 import sys
 from pathlib import Path
 
-from beltrepro import jobs, provenance
+from snakemake.logging import logger
+
+from beltrepro import jobs, lifecycle, provenance, snakemake_call
 from beltrepro.datasets import files, plan
 from beltrepro.entries import check_uses
 from beltrepro.errors import InputError
@@ -116,8 +120,26 @@ def expected_batches(wildcards):
 
 @functools.cache
 def expected(*names):
-    """What the files of these datasets must say of themselves, by name; tables say nothing."""
-    return {name: files.expected(PLAN.told(name)) for name in names if name in PLAN.datasets}
+    """What the files of these datasets and tables must say of themselves, by name."""
+    return {
+        name: files.expected(PLAN.told(name)) if name in PLAN.datasets else of(*TABLES[name].uses)
+        for name in names
+    }
+
+
+def of(*sources):
+    """What a table or figure must say of itself that is made from these."""
+    return {"preset": PLAN.preset, "run": PLAN.run, "sources": expected(*sources)}
+
+
+def expected_of_report():
+    """By name of the input of the report, and of the figure or dataset in it."""
+    return {
+        "datasets": expected(*PLAN.datasets),
+        "claims": {"claims": of(*PLAN.datasets)},
+        "figures": {name: of(*entry.uses) for name, entry in FIGURES.items()},
+        **{name: {name: each} for name, each in expected(*TABLES).items()},
+    }
 
 
 def expected_of_table(wildcards):
@@ -125,7 +147,7 @@ def expected_of_table(wildcards):
 
 
 def expected_of_figure(wildcards):
-    return expected(*FIGURES[wildcards.figure].uses)
+    return of(*FIGURES[wildcards.figure].uses)
 
 
 # --- hashes of the code behind a result: Snakemake does not see imported modules ---
@@ -153,8 +175,12 @@ def code_hash(*modules, without=()):
 
 
 # What a job is told says which quantities its points have; the words on them change no number, nor
-# does how a run is written to a file of its own.
-WORDS = ("beltrepro.datasets.quantities", "beltrepro.simulation.files")
+# does how a run is written to a file of its own, or kept unfinished.
+WORDS = (
+    "beltrepro.datasets.quantities",
+    "beltrepro.simulation.files",
+    "beltrepro.simulation.checkpoints",
+)
 
 
 def batch_code(wildcards):
@@ -166,6 +192,10 @@ def batch_code(wildcards):
         others += BUILT_ON_EVENT
     if dataset.kind.name not in FOLLOWED:
         others += ["beltrepro.chaos", *BUILT_ON_EVENT]
+    # of the room of films only its trials are simulated
+    others += ["beltrepro.experiment"]
+    if dataset.kind.name != "trial":
+        others += ["beltrepro.experiment.trials"]
     return code_hash("beltrepro.datasets.running", INTEGRATORS[method], without=(*others, *WORDS))
 
 
@@ -177,7 +207,46 @@ def figure_code(wildcards):
     return code_hash(f"beltrepro.figures.{wildcards.figure}", "beltrepro.figures.style")
 
 
-# --- errors ---
+# --- beginning, stopping, failing ---
+
+RESULTS = Path(f"results/{PLAN.run}")
+WAS_LOCKED = lifecycle.is_locked(RESULTS)
+os.environ[lifecycle.PARENT] = str(os.getpid())
+shell.prefix(lifecycle.JOB_PREFIX)
+lifecycle.shorten(logger)
+
+
+def begin():
+    """Before the first job: take the folder of results, and end at once when told to."""
+    try:
+        lifecycle.begin(RESULTS, WAS_LOCKED)
+    except InputError as error:
+        sys.exit(f"error: {error}")
+    if workflow.local_exec:  # elsewhere Snakemake cancels the jobs
+        lifecycle.stop_at_once(RESULTS)
+
+
+def say_at_exit(words):
+    atexit.register(print, words, file=sys.stderr)
+
+
+def refuse_unknown_targets():
+    """End with one line if a target of the command line is none; when all rules are known."""
+    if not workflow.is_main_process:
+        return
+    targets = [rule.name for rule in workflow.rules if not rule.has_wildcards()]
+    others = [rule.name for rule in workflow.rules if rule.has_wildcards()]
+    try:
+        snakemake_call.check_targets(targets, others, is_made)
+    except InputError as error:
+        sys.exit(f"error: {error}")
+
+
+def is_made(path):
+    """Whether a rule makes this file; of batches, only those that there are."""
+    if path.startswith(f"results/{PLAN.run}/batches/"):
+        return path in [f"results/{PLAN.run}/{job.name}.h5" for job in jobs.simulation_jobs(PLAN)]
+    return any(rule.is_producer(path) for rule in workflow.rules)
 
 
 def said_of_failures(logs):

@@ -28,7 +28,6 @@ rule draw:
         mem_mb=2000,
         runtime=10,
     params:
-        preset=PLAN.preset,
         expected=expected_of_figure,
         title=of_figure("title"),
         words=of_figure("words"),

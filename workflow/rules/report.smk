@@ -51,6 +51,7 @@ rule report:
         preset=PLAN.preset,
         settings=PLAN.settings(),
         benchmarks=f"results/{PLAN.run}/benchmarks",
+        expected=expected_of_report(),
         code=code_hash("beltrepro.report"),
     message:
         "Writing the report"

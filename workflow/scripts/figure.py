@@ -12,16 +12,16 @@ if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
 
-def draw(name: str, files: dict, expected: dict, preset: str, png, pdf) -> None:
+def draw(name: str, files: dict, expected: dict, png, pdf) -> None:
     """Draw figure `name` ("fig12") from files by dataset name; write it as PNG and PDF.
 
-    expected : what the files of datasets must say of themselves, by name.
+    expected : preset, run and in `sources` what the files must say of themselves, by name.
     """
-    data = inputs.load(files, expected)
+    data = inputs.load(files, expected["sources"])
     module = importlib.import_module(f"beltrepro.figures.{name}")
     datasets = [each for each in data.values() if isinstance(each, Dataset)]
-    figure = module.draw(data, style.small_print(datasets, preset))
-    style.save(figure, png, pdf)
+    figure = module.draw(data, style.small_print(datasets, expected["preset"]))
+    style.save(figure, png, pdf, inputs.source(expected))
 
 
 def main(job):
@@ -29,7 +29,6 @@ def main(job):
         Path(job.output.png).stem,
         dict(job.input.items()),
         job.params.expected,
-        job.params.preset,
         job.output.png,
         job.output.pdf,
     )

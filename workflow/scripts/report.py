@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from beltrepro import report, scripting
+from beltrepro import inputs, report, scripting
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
@@ -15,6 +15,9 @@ def main(job):
         name: [Path(path) for path in ([each] if isinstance(each, str) else each)]
         for name, each in job.input.items()
     }
+    for name, paths in files.items():
+        for path in paths:
+            inputs.check(path, job.params.expected[name][path.stem])
     material = report.Material(
         preset=job.params.preset,
         settings=job.params.settings,

@@ -1,29 +1,35 @@
 """Simulate one batch of points of a dataset and write what its kind records."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from beltrepro import scripting
+from beltrepro import provenance, scripting
 from beltrepro.datasets import files, running
 from beltrepro.datasets.points import points_of
+from beltrepro.simulation import checkpoints
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
 
-def simulate(told: dict, output, progress=None) -> None:
-    """Simulate what `Plan.told_batch` says.
+def simulate(told: dict, output, code: str = "", progress=None) -> None:
+    """Simulate what `Plan.told_batch` says; what is done of it outlives a kill, beside the output.
 
-    progress : called with the fraction done; a bar or log lines if not given.
+    code : hash of the code that simulates. progress : called with the fraction done; a bar or log
+    lines if not given.
     """
     points = points_of(told["points"])
     progress = progress or scripting.Progress(f"{told['dataset']}: {len(points)} points")
-    arrays = running.run(told["kind"], points, told["settings"], progress)
-    files.write(output, told, arrays)
+    output = Path(output)
+    work = files.digest({"told": told, "code": code, "by": provenance.machine()})
+    with checkpoints.keeping(output.with_name(f".{output.name}.checkpoint"), work):
+        arrays = running.run(told["kind"], points, told["settings"], progress)
+        files.write(output, told, arrays)
 
 
 def main(job):
     scripting.use_threads(job.threads)
-    simulate(job.params.told, job.output[0])
+    simulate(job.params.told, job.output[0], job.params.code)
 
 
 if __name__ == "__main__":

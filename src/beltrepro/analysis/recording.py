@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
+from beltrepro import checks, names
 from beltrepro.analysis.errors import NotEnoughDataError, require
 from beltrepro.analysis.spectra import FIT_BAND, PowerLawFit, fit_power_law, power_spectrum
 from beltrepro.model.units import TIME_S
@@ -16,6 +17,7 @@ from beltrepro.model.units import TIME_S
 # The paper tells stretches of small amplitude from those of large amplitude by eye.
 WINDOW_S = 5.0
 QUIET = 0.05
+LASTING_S = 200 * TIME_S  # as laminar phases in simulations
 SMALL, LARGE, WHOLE = "small", "large", "whole"
 # A power law is fitted above the peak of a spectrum, up to where that of Fig. 8 is fitted to.
 FIT_TO_HZ = FIT_BAND[1] / TIME_S
@@ -90,6 +92,104 @@ class Recording:
     spectra: dict[str, Spectrum]
 
 
+@dataclass(frozen=True, eq=False)
+class Regimes:
+    """Where x_N(t) has a small amplitude, and its moments; fields as of `Recording`.
+
+    Attributes
+    ----------
+    observed_s, disorder_parameter, mean_length, small_share, lasting_share : float
+        As of `Recording`.
+    small : array (T,) of bool
+        Which samples have a small amplitude.
+    small_s : array (L, 2)
+        Begin and end of the stretches of small amplitude.
+    lasting_s : array (K, 2)
+        Those of them that last.
+    lively_s : array (M, 2)
+        Begin and end of the stretches between those that last.
+    """
+
+    observed_s: float
+    disorder_parameter: float
+    mean_length: float
+    small_share: float
+    lasting_share: float
+    small: np.ndarray
+    small_s: np.ndarray
+    lasting_s: np.ndarray
+    lively_s: np.ndarray
+
+
+@names.checked
+def regimes(
+    time_s: npt.ArrayLike,
+    x_m: npt.ArrayLike,
+    *,
+    window_s: float = WINDOW_S,
+    quiet: float = QUIET,
+    lasting_s: float = LASTING_S,
+) -> Regimes:
+    """r of a recording, and its stretches of small and of large amplitude.
+
+    What `analyse` tells but for the spectra, so that a film and a simulation that is sampled like
+    one are judged alike.
+
+    Parameters
+    ----------
+    time_s : array (T,)
+        Instants, seconds, rising.
+    x_m : array (T,)
+        Position of the last block from the support, metres.
+    window_s : float
+        As of `analyse`.
+    quiet : float
+        As of `analyse`.
+    lasting_s : float
+        As of `analyse`.
+
+    Returns
+    -------
+    Regimes
+        What they tell.
+
+    Raises
+    ------
+    NotEnoughDataError
+        As `analyse`.
+    """
+    time, position = np.asarray(time_s, dtype=float), np.asarray(x_m, dtype=float)
+    require(time.size >= _LEAST_SAMPLES, f"{time.size} samples, {_LEAST_SAMPLES} are needed")
+    gaps = np.diff(time)
+    require(np.all(gaps > 0), "instants time_s must rise")
+    interval = float(np.median(gaps))
+    weight = _weights(gaps, interval)
+    mean = float(np.average(position, weights=weight))
+    lowest = float(position.min())
+    require(lowest >= 0, f"x_N reaches {lowest:.3g} m: it must be measured from the support")
+    require(
+        0 < mean < _LONGEST_M,
+        f"the mean of x_N is {mean:.3g} m: centimetres and millimetres must become metres",
+    )
+    spread = float(np.sqrt(np.average((position - mean) ** 2, weights=weight)))
+    small = _is_small(time, position, interval, window_s, quiet)
+    quiet_s = _stretches(time, small)
+    lasting = quiet_s[np.diff(quiet_s, axis=1)[:, 0] > lasting_s]
+    in_lasting = np.any((time >= lasting[:, :1]) & (time <= lasting[:, 1:]), axis=0)
+    return Regimes(
+        observed_s=float(weight.sum()),
+        disorder_parameter=spread / mean,
+        mean_length=mean,
+        small_share=float(weight[small].sum() / weight.sum()),
+        lasting_share=float(weight[in_lasting].sum() / weight.sum()),
+        small=small,
+        small_s=quiet_s,
+        lasting_s=lasting,
+        lively_s=_stretches(time, ~in_lasting),
+    )
+
+
+@names.checked
 def analyse(
     time_s: npt.ArrayLike,
     x_m: npt.ArrayLike,
@@ -97,7 +197,7 @@ def analyse(
     transient_s: float = 0.0,
     window_s: float = WINDOW_S,
     quiet: float = QUIET,
-    lasting_s: float = 200 * TIME_S,
+    lasting_s: float = LASTING_S,
 ) -> Recording:
     """Analyse a recording of the last block, with frames at any instants.
 
@@ -130,48 +230,48 @@ def analyse(
 
     Raises
     ------
+    InputError
+        A value is not a number, or not allowed.
     NotEnoughDataError
         Fewer than 32 samples after the transient, no time between them, a position beyond the
         support, or a mean length that is not one in metres.
     """
-    time, position = np.asarray(time_s, dtype=float), np.asarray(x_m, dtype=float)
-    require(time.shape == position.shape and time.ndim == 1, "as many instants as positions needed")
-    require(np.all(np.isfinite(time)) and np.all(np.isfinite(position)), "numbers must be finite")
+    time, position = checks.series("time_s", time_s), checks.series("x_m", x_m)
+    transient_s = checks.not_negative("transient_s", transient_s)
+    window_s, quiet = checks.positive("window_s", window_s), checks.positive("quiet", quiet)
+    lasting_s = checks.not_negative("lasting_s", lasting_s)
+    require(
+        time.size == position.size,
+        f"time_s has {time.size} numbers and x_m {position.size}: as many instants as positions "
+        "are needed",
+    )
+    require(
+        np.all(np.isfinite(time)) and np.all(np.isfinite(position)),
+        "numbers of time_s and x_m must be finite",
+    )
     kept = time >= transient_s + (time[0] if time.size else 0.0)
     time, position = time[kept], position[kept]
     require(
         time.size >= _LEAST_SAMPLES,
         f"{time.size} samples after the first {transient_s:g} s, {_LEAST_SAMPLES} are needed",
     )
-    gaps = np.diff(time)
-    require(np.all(gaps > 0), "instants must rise")
-    interval = float(np.median(gaps))
-    weight = _weights(gaps, interval)
-    mean = float(np.average(position, weights=weight))
-    lowest = float(position.min())
-    require(lowest >= 0, f"x_N reaches {lowest:.3g} m: it must be measured from the support")
-    require(
-        0 < mean < _LONGEST_M,
-        f"the mean of x_N is {mean:.3g} m: centimetres and millimetres must become metres",
-    )
-    spread = float(np.sqrt(np.average((position - mean) ** 2, weights=weight)))
-    small = _is_small(time, position, interval, window_s, quiet)
-    quiet_s = _stretches(time, small)
-    lasting = quiet_s[np.diff(quiet_s, axis=1)[:, 0] > lasting_s]
-    in_lasting = np.any((time >= lasting[:, :1]) & (time <= lasting[:, 1:]), axis=0)
+    require(np.all(np.diff(time) > 0), "instants time_s must rise")
+    interval = float(np.median(np.diff(time)))
+    found = regimes(time, position, window_s=window_s, quiet=quiet, lasting_s=lasting_s)
+    lively_s = _stretches(time, ~found.small)
     return Recording(
         time_s=time,
         x_m=position,
         interval_s=interval,
-        observed_s=float(weight.sum()),
-        disorder_parameter=spread / mean,
-        mean_length=mean,
+        observed_s=found.observed_s,
+        disorder_parameter=found.disorder_parameter,
+        mean_length=found.mean_length,
         minimum_length=float(position.min()),
         maximum_length=float(position.max()),
-        small_share=float(weight[small].sum() / weight.sum()),
-        small_s=quiet_s,
-        lasting_share=float(weight[in_lasting].sum() / weight.sum()),
-        spectra=_spectra(time, position, interval, quiet_s, _stretches(time, ~small)),
+        small_share=found.small_share,
+        small_s=found.small_s,
+        lasting_share=found.lasting_share,
+        spectra=_spectra(time, position, interval, found.small_s, lively_s),
     )
 
 
@@ -198,7 +298,7 @@ def _is_small(
     amplitude = np.sqrt(np.maximum(square - mean**2, 0))
     calm = amplitude < quiet * (mean + even.mean())
     # A window with a burst is not quiet, but samples beside the burst are: give them back.
-    calm = ndimage.binary_dilation(calm, np.ones(2 * (size // 2) + 1)) if calm.any() else calm
+    calm = ndimage.maximum_filter1d(calm, 2 * (size // 2) + 1, mode="constant")
     return calm[np.clip(np.rint((time - time[0]) / interval).astype(int), 0, instants.size - 1)]
 
 

@@ -5,11 +5,11 @@ ends its rest later, its noise is later too: `TangentIntegrator` carries that de
 stays where it is in time, and only its begin is later (docs/chaos.md).
 """
 
+from beltrepro import names
 from beltrepro.engine import tangent
 from beltrepro.engine.simd import load, select, store
 from beltrepro.engine.tangent_integrator import TangentIntegrator
 from beltrepro.engine.vector import inlined
-from beltrepro.errors import InputError
 
 
 @inlined
@@ -56,7 +56,4 @@ def integrator_by(noise_clock: str) -> type[TangentIntegrator]:
     InputError
         It is another word.
     """
-    if noise_clock not in _INTEGRATORS:
-        allowed = ", ".join(_INTEGRATORS)
-        raise InputError(f"noise_clock = {noise_clock!r}: allowed are {allowed}")
-    return _INTEGRATORS[noise_clock]
+    return _INTEGRATORS[names.one_of("noise_clock", noise_clock, _INTEGRATORS)]

@@ -22,6 +22,7 @@ from beltrepro.simulation.points import Point, observe
 TIME_STEP = 0.001  # of no effect without noise
 _STEPS = 8  # of Newton's method, which needs two or three from a state that has come back to 1e-8
 _AT_ONCE = 1e-9  # share of the period
+_NEAR = 0.5  # share of the period by which it may change: every state comes back after no time
 
 
 class Closed(NamedTuple):
@@ -80,7 +81,7 @@ def closed(start: ChainState, period_time: float, tolerance: float | None) -> Cl
     """The orbit that closes near a state after about a period."""
     # The state z and the period T change by dz and dT, so that the end P of the period comes to
     # P + M dz + f dT = z + dz, with the tangent map M and the flow f. The change dz is across f.
-    best, size = None, float(np.abs(_coordinates(start)).max())
+    best, size, about = None, float(np.abs(_coordinates(start)).max()), period_time
     for _ in range(_STEPS):
         end, matrix = _once_around(start, period_time, tolerance)
         if not np.array_equal(end.directions, start.directions):
@@ -93,10 +94,12 @@ def closed(start: ChainState, period_time: float, tolerance: float | None) -> Cl
         rows = np.block([[matrix - np.eye(len(flow)), flow[:, None]], [flow[None], np.zeros(1)]])
         change = np.linalg.lstsq(rows, -np.append(apart, 0.0))[0]
         start, period_time = _shifted(start, change[:-1]), period_time + float(change[-1])
+        if abs(period_time - about) > _NEAR * about:
+            break
     if best is None or best.residual > CLOSED:
         raise InputError(
             f"{start.parameters.describe()}: no orbit closes near the state after about the time "
-            f"{period_time:g}"
+            f"{about:g}"
         )
     return best
 

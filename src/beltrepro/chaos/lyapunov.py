@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import checks
+from beltrepro import checks, names
 from beltrepro.chaos.clocks import REST, integrator_by
 from beltrepro.chaos.vectors import (
     METHOD,
@@ -93,6 +93,7 @@ class LyapunovSpectrum:
         margin = np.nanmax([_ERRORS * self.standard_error[first], 5.0 / time])
         return first if abs(self.exponents[first]) <= margin else None
 
+    @names.checked
     def finite_time(self, length: float) -> np.ndarray:
         """Exponents over stretches of the runs: the distribution of finite-time exponents.
 
@@ -130,6 +131,7 @@ class LyapunovSpectrum:
         return f"LyapunovSpectrum({self.parameters.describe()}: {first}{more})"
 
 
+@names.checked
 def lyapunov_spectrum(
     parameters: ChainParameters,
     *,
@@ -194,8 +196,14 @@ def lyapunov_spectrum(
     ModelStateError
         A state left the range of the model.
     """
-    if not isinstance(parameters, ChainParameters):
-        raise InputError(f"parameters = {parameters!r}: a ChainParameters is needed")
+    arguments.of_one_chain(
+        parameters,
+        method=method,
+        time_step=time_step,
+        tolerance=tolerance,
+        seed=checks.key("seed", seed),
+        initial_spread=initial_spread,
+    )
     replicates = _replicates(replicate)
     if len(replicates) > 1 and parameters.noise == 0 and initial_spread == 0:
         raise InputError(
@@ -231,9 +239,12 @@ def lyapunov_spectrum(
 
 def _replicates(given: int | Sequence[int]) -> list[int]:
     """At least one, and none twice."""
-    replicates = list(given) if isinstance(given, Sequence) else [given]
+    each = list(given) if checks.is_sequence(given) else [given]
+    replicates = [checks.key("replicate", value) for value in each]
     if not replicates or len(set(replicates)) < len(replicates):
-        raise InputError(f"replicate = {given!r}: at least one is needed, and none twice")
+        raise InputError(
+            f"replicate = {checks.shown(given)}: at least one is needed, and none twice"
+        )
     return replicates
 
 
@@ -249,6 +260,7 @@ def _mean_of_runs(growth: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, n
     return np.where(erased, -np.inf, finite.mean(axis=0)), np.where(erased, 0.0, error)
 
 
+@names.checked
 def exponents(
     parameters: ChainParameters | Sequence[ChainParameters],
     *,
@@ -352,7 +364,7 @@ def _count(n_exponents: int | None, chains: Sequence[Point]) -> int:
     widest = 2 * max(point.parameters.n_blocks for point in chains)
     count = widest if n_exponents is None else checks.whole_number("n_exponents", n_exponents)
     if not 1 <= count <= widest:
-        raise InputError(f"n_exponents = {count}: allowed are 1 to 2N = {widest}")
+        raise InputError(f"n_exponents = {checks.shown(count)}: allowed are 1 to 2N = {widest}")
     return count
 
 

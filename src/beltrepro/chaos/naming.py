@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from beltrepro import checks, names
 from beltrepro.analysis.errors import NotEnoughDataError
 from beltrepro.analysis.motion import name_motion
 from beltrepro.analysis.recurrence import find_recurrence
@@ -23,13 +24,13 @@ from beltrepro.chaos.vectors import (
 from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent_integrator import TangentIntegrator
-from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.section import section_position
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.returns import ReturnLog
 from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
+from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
 
 _SAMPLES = Sampling(1, 0.1)  # for r
@@ -69,6 +70,7 @@ class Motion:
     mean_length: float
 
 
+@names.checked
 def classify(
     parameters: ChainParameters,
     *,
@@ -125,8 +127,15 @@ def classify(
     ModelStateError
         A state left the range of the model.
     """
-    if not isinstance(parameters, ChainParameters):
-        raise InputError(f"parameters = {parameters!r}: a ChainParameters is needed")
+    arguments.of_one_chain(
+        parameters,
+        method=method,
+        time_step=time_step,
+        tolerance=tolerance,
+        seed=checks.key("seed", seed),
+        replicate=checks.key("replicate", replicate),
+        initial_spread=initial_spread,
+    )
     found = motions(
         parameters,
         duration=duration,
@@ -154,6 +163,7 @@ _MEASURED = (
 )
 
 
+@names.checked
 def motions(
     parameters: ChainParameters | Sequence[ChainParameters],
     *,
@@ -232,7 +242,7 @@ def motions(
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
         for index, row in zip(
-            group, _judge(members, duration, transient, noise_clock, report), strict=True
+            group, once(_judge, members, duration, transient, noise_clock, report), strict=True
         ):
             rows[index] = row
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}

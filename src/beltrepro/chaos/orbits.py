@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from beltrepro import checks
+from beltrepro import checks, names
 from beltrepro.analysis.errors import NotEnoughDataError
 from beltrepro.analysis.recurrence import find_recurrence
 from beltrepro.chaos.closing import TIME_STEP, closed, follow, most_stuck, multipliers
@@ -89,6 +89,7 @@ class PeriodicOrbit:
         size = abs(self.largest_multiplier)
         return float(np.log(size) / self.period_time) if size > 0 else -np.inf
 
+    @names.checked
     def run(self, sample_interval: float | None = 0.1) -> Run:
         """Follow the orbit for one period, from its state at time 0.
 
@@ -111,6 +112,7 @@ class PeriodicOrbit:
         )
 
 
+@names.checked
 def periodic_orbit(
     parameters: ChainParameters,
     *,
@@ -160,8 +162,15 @@ def periodic_orbit(
     ModelStateError
         A state left the range of the model.
     """
-    if not isinstance(parameters, ChainParameters):
-        raise InputError(f"parameters = {parameters!r}: a ChainParameters is needed")
+    arguments.of_one_chain(
+        parameters,
+        tolerance=tolerance,
+        seed=checks.key("seed", seed),
+        replicate=checks.key("replicate", replicate),
+        initial_spread=initial_spread,
+        initial_state=initial_state,
+    )
+    arguments.progress(progress)
     _check_noise(parameters)
     duration, transient = arguments.lengths(duration, transient)
     report = progress or (lambda done: None)
@@ -186,6 +195,7 @@ def periodic_orbit(
     return close_orbit(state, period_time, tolerance=tolerance)
 
 
+@names.checked
 def close_orbit(
     state: ChainState, period_time: float, *, tolerance: float | None = None
 ) -> PeriodicOrbit:
@@ -217,7 +227,7 @@ def close_orbit(
         A state left the range of the model.
     """
     if not isinstance(state, ChainState):
-        raise InputError(f"state = {state!r}: a ChainState is needed")
+        raise InputError(f"state = {checks.shown(state)}: a ChainState is needed")
     _check_noise(state.parameters)
     period_time = checks.positive("period_time", period_time)
     tolerance = arguments.tolerance("tolerance", tolerance)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import checks
+from beltrepro import checks, names
 from beltrepro.engine.integrator import Chunk
 from beltrepro.engine.noise import stream_key
 from beltrepro.engine.state import ChainState
@@ -16,6 +16,7 @@ from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
+from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
 from beltrepro.simulation.sampling import sampling_of
 
@@ -26,6 +27,7 @@ _PER_DECADE = 2  # levels
 _DIRECTION = 2  # purpose of a random stream: in which direction a twin is moved
 
 
+@names.checked
 def separation(
     parameters: ChainParameters | Sequence[ChainParameters],
     *,
@@ -97,7 +99,7 @@ def separation(
         A state left the range of the model.
     """
     duration, transient = arguments.lengths(duration, transient)
-    apart = np.array([checks.positive("distances", each) for each in distances])
+    apart = checks.several("distances", distances, checks.positive)
     sizes = _levels(levels, apart)
     chains = points(
         parameters,
@@ -114,20 +116,19 @@ def separation(
     passage = np.full((len(chains), len(apart), len(sizes)), np.nan)
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
-        passage[group] = _follow(members, duration, transient, apart, sizes, report)
+        passage[group] = once(_follow, members, duration, transient, apart, sizes, report)
     return {"levels": sizes, "distances": apart, "passage_time": passage}
 
 
 def _levels(given: ArrayLike | None, distances: np.ndarray) -> np.ndarray:
     """Levels at which the time is noted."""
-    if distances.size == 0:
-        raise InputError("distances is empty: at least one is needed")
     if given is None:
         count = round(_PER_DECADE * np.log10(_LARGEST / distances.min())) + 1
         return np.geomspace(distances.min(), _LARGEST, max(count, 2))
-    levels = np.asarray(given, dtype=float)
-    if levels.ndim != 1 or levels.size < 2 or levels[0] <= 0 or not np.all(np.diff(levels) > 0):
-        raise InputError(f"levels = {given!r}: at least two increasing ones above 0 are needed")
+    levels = checks.several("levels", given, checks.positive)
+    if levels.size < 2 or not np.all(np.diff(levels) > 0):
+        shown = checks.shown(given)
+        raise InputError(f"levels = {shown}: at least two increasing ones above 0 are needed")
     return levels
 
 

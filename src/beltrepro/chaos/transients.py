@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import checks
+from beltrepro import checks, names
 from beltrepro.analysis.motion import EQUILIBRIUM, PERIODIC
 from beltrepro.analysis.recurrence import CLOSED, Recurrence, find_recurrence
 from beltrepro.chaos.disturbance import scatters
@@ -21,6 +21,7 @@ from beltrepro.model import ChainParameters
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.order import SlipOrder
 from beltrepro.observe.returns import ReturnLog
+from beltrepro.simulation import arguments, checkpoints
 from beltrepro.simulation.arguments import PerChain
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
 from beltrepro.simulation.sampling import sampling_of
@@ -39,6 +40,7 @@ _SHORTEST = 1000.0  # below this no exponent is given
 _FEWEST = 3  # returns in a window; with fewer the section is moved
 
 
+@names.checked
 def settling(
     parameters: ChainParameters | Sequence[ChainParameters],
     *,
@@ -110,9 +112,11 @@ def settling(
     ModelStateError
         A state left the range of the model.
     """
-    duration = checks.positive("duration", duration)
-    if not 0 < checks.finite_number("closed", closed) < 1:
+    duration = arguments.length(duration)
+    closed = checks.finite_number("closed", closed)
+    if not 0 < closed < 1:
         raise InputError(f"closed = {closed:g}: must be greater than 0 and less than 1")
+    arguments.progress(progress)
     chains = points(
         parameters,
         method=method,
@@ -127,11 +131,17 @@ def settling(
     )
     runs = [_Run(point, point.state.time) for point in chains]
     _place_sections(runs)
-    for begin, end in _windows(duration):
-        left = [run for run in runs if not run.settled]
-        share = _part(progress, begin / duration, end / duration)
-        for group, report in groups([run.point for run in left], share) if left else ():
-            _pass_window([left[index] for index in group], end - begin, closed, report)
+    with checkpoints.step() as step:
+        passed, runs = step.kept or (0.0, runs)
+        for begin, end in _windows(duration):
+            if end <= passed:
+                continue
+            left = [run for run in runs if not run.settled]
+            share = _part(progress, begin / duration, end / duration)
+            for group, report in groups([run.point for run in left], share) if left else ():
+                _pass_window([left[index] for index in group], end - begin, closed, report)
+            if step.due:
+                step.keep((end, runs))
     width = 2 * max(point.parameters.n_blocks for point in chains)
     rows = [run.row(duration, width) for run in runs]
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}

@@ -8,6 +8,7 @@ from beltrepro.chaos.clocks import REST, integrator_by
 from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.tangent_integrator import TangentIntegrator
 from beltrepro.errors import InputError
+from beltrepro.simulation import checkpoints
 from beltrepro.simulation.points import Point
 
 METHOD = "event"  # the only one with a tangent dynamics, that of the exact motion
@@ -71,13 +72,22 @@ def grow(
     report : called with the fraction done. Returns the rates of growth (W, T, K) of the vectors.
     """
     begin, count = chains.time, count_intervals(length)
-    growth = []
-    for number in range(1, count + 1):
-        for chunk in chains.advance(begin + number * length / count):
-            for observer in observers:
-                observer.observe(chunk)
-        growth.append(_orthonormalise(chains))
-        report(number / count)
+    growth: list[np.ndarray] = []
+    with checkpoints.step() as step:
+        if step.kept is not None:
+            states, deviations, growth, seen = step.kept
+            chains.reinit(states)
+            chains.restore(deviations)
+            checkpoints.restore(observers, seen)
+        for number in range(len(growth) + 1, count + 1):
+            for chunk in chains.advance(begin + number * length / count):
+                for observer in observers:
+                    observer.observe(chunk)
+            growth.append(_orthonormalise(chains))
+            report(number / count)
+            if step.due:
+                step.keep((chains.state(), chains.kept(), growth, observers))
+        step.end(lambda: (chains.state(), chains.kept(), growth, observers))
     return np.stack(growth, axis=1) * (count / length)
 
 

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 from scipy import stats
 
-from beltrepro.analysis import intermittency, sections, transitions
+from beltrepro.analysis import inference, intermittency, sections, shares, transitions, trials
 from beltrepro.analysis.errors import NotEnoughDataError, require
 from beltrepro.analysis.fits import rank_correlation
 from beltrepro.analysis.motion import ERRORS
@@ -17,6 +17,7 @@ N_BLOCKS = 5
 WINDOW_RANGE = (3.0, 15.0)
 MINIMUM_SERIES = 5000.0
 MINIMUM_RUNS = 8
+MINIMUM_TRIALS = 80  # of none that agree, 5 % are excluded from 72 on
 STRONGEST = 2.2  # noise up to which the motion at u = 7 is called noise-induced chaos
 SHARES = {
     "laminar share 5 % to 95 %": (0.05, 0.95),
@@ -253,9 +254,12 @@ def intermittency_region(evidence):
 
 @claim("sigma-experiment")
 def sigma_experiment(evidence):
-    """Noise levels with an intermittent region that is still narrow."""
-    table = evidence.table("n5_map")
-    return {name: partial(_narrow_levels, table, *limits) for name, limits in SHARES.items()}
+    """Noise at which trials of the experiment's length agree with both of its recordings."""
+    tolerances = (trials.TOLERANCE, trials.TOLERANCE / 2, 2 * trials.TOLERANCE)
+    return {
+        f"r within {tolerance:.0%}": partial(_noise_of_experiment, evidence, tolerance)
+        for tolerance in tolerances
+    }
 
 
 # --- shared ---------------------------------------------------------------------------------------
@@ -375,16 +379,39 @@ def _widths(table, low, high):
     return levels, np.nan_to_num(u_high - u_low + spacing)
 
 
-def _narrow_levels(table, low, high):
-    levels, widths = _widths(table, low, high)
-    narrow = (widths > 0) & (widths < 0.25 * np.ptp(table.belt_velocity))
-    asked = (levels >= 1) & (levels <= 2)
-    require(asked.any(), "the map has no noise level from 1 to 2")
-    chosen = levels[narrow]
+def _noise_of_experiment(evidence, tolerance):
+    printed = evidence.dataset("trials").arrays
+    assigned = trials.assigned(printed["noise"])
+    agreeing = {}
+    for each in trials.EXPERIMENT:
+        own = assigned & trials.at_speed(each, printed)
+        runs = int(own.sum())
+        require(runs >= MINIMUM_TRIALS, f"{runs} trials, {MINIMUM_TRIALS} are needed")
+        agreed = own & trials.agrees(each, printed, tolerance)
+        agreeing[f"{each.speed_m_s:g} m/s"] = shares.share(int(agreed.sum()), runs)
+    simulated = trials.on_grid(evidence.dataset("trials_free").arrays)
+    found = inference.posterior(simulated, trials.RECORDED, tolerance)
+    trials.require_agreed(found)
+    levels, chosen = found.levels["noise"], found.credible("noise")
+    inside = trials.assigned(levels)
+    posterior = float(found.marginal("noise")[inside].sum())
     return Measurement(
-        (float(chosen.min()), float(chosen.max())) if chosen.size else float("nan"),
-        sample_size=levels.size,
-        checks={"contains 1 to 2": bool(narrow[asked].all())},
+        {
+            "sigma, 90 %": (float(levels[chosen].min()), float(levels[chosen].max())),
+            "posterior of 1 to 2": posterior,
+        },
+        sample_size=simulated.shown.size,
+        checks={f"agrees at {speed}": each.upper >= 0.05 for speed, each in agreeing.items()}
+        | {
+            "half of the posterior in 1 to 2": posterior >= 0.5,
+            "both ends of the range excluded": not (chosen[0] or chosen[-1]),
+        },
+        note="printed constants, noise 1 to 2: "
+        + ", ".join(
+            f"{each.value:.2g} of the trials agree at {speed}, {each.lower:.2g} to {each.upper:.2g}"
+            for speed, each in agreeing.items()
+        )
+        + f"; before the trials 1 to 2 had {inside.mean():.2g}",
     )
 
 

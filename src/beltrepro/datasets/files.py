@@ -115,19 +115,37 @@ def read(path: str | Path, expected: dict) -> store.Dataset:
     InputError
         If the file cannot be read or holds something else; the line has the command that repairs.
     """
-    repair = f"rm {path} && snakemake --cores 2 --config preset={expected['preset']}"
-    if expected["run"] != expected["preset"]:
-        repair += f" run={expected['run']}"
     try:
-        found = store.read(path)
+        found = store.read(path, strict=True)
     except InputError as error:
-        raise InputError(f"{error}; to make it again: {repair}") from None
+        raise InputError(f"{error}; {repair(path, expected)}") from None
     if found.attributes.get("digest") != expected["digest"]:
         asked = _identity(expected)
         held = _identity(found.attributes)
         held = f"{held} with other settings" if held == asked else held
-        raise InputError(f"{path}: holds {held}, expected {asked}; to make it again: {repair}")
+        raise InputError(f"{path}: holds {held}, expected {asked}; {repair(path, expected)}")
     return found
+
+
+def repair(path: str | Path, expected: dict) -> str:
+    """Words on how to make a file of results again.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    expected : dict
+        With the preset and the run.
+
+    Returns
+    -------
+    str
+        With the command.
+    """
+    command = f"rm {path} && snakemake --cores 2 --config preset={expected['preset']}"
+    if expected["run"] != expected["preset"]:
+        command += f" run={expected['run']}"
+    return f"to make it again: {command}"
 
 
 def join(parts: Sequence[store.Dataset], kind: str) -> dict[str, np.ndarray]:

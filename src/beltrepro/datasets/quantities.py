@@ -6,7 +6,7 @@ The order of QUANTITIES is that of the points: the last one varies fastest.
 from dataclasses import dataclass, field
 
 from beltrepro.model import ChainParameters, units
-from beltrepro.model.parameters import MAXIMUM_BLOCKS
+from beltrepro.model.parameters import LARGEST, MAXIMUM_BLOCKS
 
 METHODS = ("verlet", "event")
 
@@ -59,7 +59,7 @@ UNITS = {
 }
 """Text of each unit as files carry it."""
 
-_POSITIVE = {"type": "number", "exclusiveMinimum": 0}
+_POSITIVE = {"type": "number", "exclusiveMinimum": 0, "maximum": LARGEST}
 _PAPER = ChainParameters(n_blocks=1, belt_velocity=1.0)
 
 LAW = (
@@ -163,7 +163,7 @@ QUANTITIES = {
             "time",
             "Step of the integration (Sec. III and Appendix); for event it only sets the strength "
             "of the noise.",
-            {"type": "number", "exclusiveMinimum": 0, "maximum": 0.1},
+            {"type": "number", "minimum": 1e-9, "maximum": 0.1},
             0.001,
         ),
         Quantity(

@@ -48,6 +48,7 @@ def run(
         "motion": motions,
         "settling": settling,
         "separation": separation,
+        "trial": _trial,
     }
     # a plan with kicked points of a kind that takes no kicks has been refused
     told = (*_HOW, "kick") if any(point.kick > 0 for point in points) else _HOW
@@ -56,6 +57,13 @@ def run(
         [chain(point) for point in points], **how, **settings, progress=progress
     )
     return columns(points) | recorded
+
+
+def _trial(chains, **told):
+    """Runs judged as recordings; imported here, because films take long to import."""
+    from beltrepro.experiment.trials import trials
+
+    return trials(chains, **told)
 
 
 def _series(chains, *, samples, transient, **told):

@@ -1,9 +1,9 @@
 """Where events may be on a Taylor series: its reach, bounds that clear most event functions, roots.
 
 An event function is positive until its event: d v_r of a slipping block, F_st - F_ex and
-F_st + F_ex of a stuck one, the distance of a deformation from the end of its branch. Those that a
-bound does not clear become candidates, at most one of each chain in a column of vectors, and the
-first root of all ends the step.
+F_st + F_ex of a stuck one, the distance of a deformation from the end of its branch, the length of
+a spring. Those that a bound does not clear become candidates, at most one of each chain in a column
+of vectors, and the first root of all ends the step.
 """
 
 from typing import NamedTuple
@@ -29,14 +29,15 @@ from beltrepro.engine.simd import (
 from beltrepro.engine.taylor import LEVELS, at, bounds, deformation, force_order
 from beltrepro.engine.vector import exp2, inlined
 
-_CANDIDATES_PER_BLOCK = 4
+_CANDIDATES_PER_BLOCK = 5
 
 
 class Candidates(NamedTuple):
-    """Event functions of eight chains that may have a root in the step, at most 4 N columns."""
+    """Event functions of eight chains that may have a root in the step, at most 5 N columns."""
 
     polynomials: np.ndarray  # coefficients, in columns as those of `beltrepro.engine.taylor.Series`
-    # (8 for each column) -1: none; b < N: block b sticks or slips; N + s: spring s changes branch
+    # (8 for each column) -1: none; b < N: block b sticks or slips; N + s: spring s changes branch;
+    # 2 N + s: spring s has no length
     sources: np.ndarray
     tails: np.ndarray  # (8 N,) bounds of the positions over t from the third order on
 
@@ -226,10 +227,12 @@ def find_candidates(order, passed, lane, step, moving, law, chains, series, cand
             order, passed, lane, block, step, moving, used, column, chains, series, candidates
         )
     tail_before = spread(0.0)
+    lowest = spread(0.0)
     for spring in range(n_blocks):
         tail = load(candidates.tails, (spring * LANES,))
         limits = _spring_bounds(spring, tail + tail_before, step, series)
         tail_before = tail
+        lowest = minimum(lowest, limits[0])
         used, column = _spring_candidates(
             order,
             passed,
@@ -244,7 +247,23 @@ def find_candidates(order, passed, lane, step, moving, law, chains, series, cand
             series,
             candidates,
         )
+    near = moving & ~(lowest > -law.rest_length)
+    if mask_bits(near) != 0:
+        column = _add_contacts(order, near, used, column, law, series, candidates)
     return column + 1
+
+
+@inlined
+def _add_contacts(order, near, used, column, law, series, candidates):
+    """Candidates for the lengths of all springs of some lanes; returns the last column."""
+    n_blocks = series.rate.shape[0] // LANES
+    for spring in range(n_blocks):
+        source = 2 * n_blocks + spring
+        used, column = _reserve(near, source, used, column, candidates)
+        length = law.rest_length
+        none = near & ~near
+        _put_branch_end(order, column, near, spring, 1.0, length, none, series, candidates)
+    return column
 
 
 @inlined

@@ -6,7 +6,8 @@ the others, and moves every chain to its first event or to the end of its step:
 
 - a slipping block ends its slip where d v_r = 0 (d: direction of the slip);
 - a stuck block starts to slip where F_st - F_ex or F_st + F_ex = 0;
-- a spring changes its branch where |dl| = dl_max.
+- a spring changes its branch where |dl| = dl_max;
+- blocks meet where a spring has no length, which ends the run.
 
 A function that is zero at the start because its own event has just happened is divided by t. What
 is exact and what is approximate, see docs/event.md.
@@ -41,7 +42,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltrepro.accuracy import NOISY_ORDER, ORDER
+from beltrepro.accuracy import NOISE_CELL, NOISY_ORDER, ORDER
 from beltrepro.engine.candidates import (
     Candidates,
     find_candidates,
@@ -54,10 +55,9 @@ from beltrepro.engine.friction import kinetic_friction, slip_direction
 from beltrepro.engine.law import Law, branch_at, extension, stored_energy
 from beltrepro.engine.memory import zeros
 from beltrepro.engine.noise import normal_pair, normal_pairs_where
-from beltrepro.engine.records import DONE, STORM, full_buffer, record_event
+from beltrepro.engine.records import CONTACT, DONE, STORM, full_buffer, record_event
 from beltrepro.engine.simd import (
     LANES,
-    copysign,
     extract,
     fma,
     lane_numbers,
@@ -87,8 +87,7 @@ from beltrepro.engine.taylor import (
 )
 from beltrepro.engine.vector import inlined, kernel, separate_arrays
 
-# Longest cell of the noise, model time; in shorter ones it is where v_r might graze zero.
-_CELL = 0.5
+# Cells of the noise are shorter where v_r is nearer to zero than so many standard deviations.
 _GRAZING = 2.0
 
 _EVENTS_AT_ONCE = 2  # of a chain at one instant: the end of a slip and the start of the next
@@ -108,6 +107,7 @@ class Chains(NamedTuple):
     """State of W chains, W a multiple of 8; positions are displacements from the rest positions."""
 
     time: np.ndarray  # (W,) since the start of the span
+    passes: np.ndarray  # (W,) steps taken since then
     displacement: np.ndarray  # (N, W)
     velocity: np.ndarray  # (N, W) relative to the belt
     direction: np.ndarray  # (N, W) of the slip, 0: stuck
@@ -155,7 +155,9 @@ class Span(NamedTuple):
 
     start: float  # time since the start of the run
     end: float  # time since `start`
-    max_passes: int  # steps after which a chain that has not arrived is stopped
+    # a chain that has taken more steps than these since `start` is stopped
+    passes_at_once: float
+    passes_per_time: float
 
 
 # --- the series ---
@@ -231,7 +233,7 @@ def _cell_length(lane, drawing, power, kinetic, chains, series):
     of the noise in the cell away from zero, a cell of a quarter is tried, and so on down to about
     the step of the paper. It looks at the state only, not at the noise to come.
     """
-    length = spread(_CELL)
+    length = spread(NOISE_CELL)
     for _ in range(4):
         grazing = power < 0.0
         margin = square_root(power * length) * _GRAZING
@@ -424,7 +426,7 @@ def _value_and_slope(order, time, column, i, series):
 
 
 @inlined
-def record_samples(order, lane, active, later, end, group, series, samples):
+def record_samples(order, noisy, lane, active, later, end, group, series, samples):
     """Samples of active chains until the instants `later`."""
     row = load(samples.following, (lane,))
     instant = minimum(fma(to_float(row), samples.interval, samples.first), end)
@@ -432,11 +434,11 @@ def record_samples(order, lane, active, later, end, group, series, samples):
     while sampled:
         i = lowest_lane(sampled)
         sampled &= sampled - 1
-        _record_samples(order, lane, i, extract(later, i), end, group, series, samples)
+        _record_samples(order, noisy, lane, i, extract(later, i), end, group, series, samples)
 
 
 @inlined
-def _record_samples(order, lane, i, until, end, group, series, samples):
+def _record_samples(order, noisy, lane, i, until, end, group, series, samples):
     """Samples of one chain until `until`, eight at a time: they lie side by side."""
     chains = group.chains
     chain = lane + i
@@ -453,6 +455,9 @@ def _record_samples(order, lane, i, until, end, group, series, samples):
             position, relative = evaluate_one(order, series, block, i, since)
             shown = block - samples.first_block
             friction = spread(chains.direction[block, chain] * -kinetic)
+            if noisy and chains.direction[block, chain] != 0.0:
+                level = chains.noise_force[0, block, chain]
+                friction = friction + fma(chains.noise_force[1, block, chain], since, level)
             shifted = fma(belt_velocity, since, position)
             store_where(samples.values, (0, shown, chain, row), shifted, due)
             store_where(samples.values, (1, shown, chain, row), relative, due)
@@ -554,7 +559,7 @@ def _start_from_rest(lane, i, block, start, group, scratch, events):
     external = -chains.threshold[0, chain]
     if scratch.found.step[i] == 0.0:
         external = scratch.series.force[at(0, block) + i]
-    chains.direction[block, chain] = copysign(1.0, external)
+    chains.direction[block, chain] = slip_direction(external, -1.0)
     _record(chain, block, 1.0, external, start, chains, events)
 
 
@@ -585,7 +590,7 @@ def _turn(order, noisy, lane, i, block, start, group, scratch, events):
     external = force[at(force_order(order), block) + i]
     for k in range(force_order(order) - 1, -1, -1):
         external = fma(external, since, force[at(k, block) + i])
-    kind, way = SLIP, copysign(1.0, external)
+    kind, way = SLIP, slip_direction(external, -1.0)
     if chains.direction[block, chain] != 0.0:
         if noisy:
             first, _ = normal_pair(chains.streams, chain)
@@ -652,8 +657,8 @@ def _advance_kernel(order, resolution, noisy, hooks):
         """Advance the chains of a group from their times to `span.end`.
 
         Chains of the other kind, with or without noise, stay where they are.
-        Returns DONE; or EVENTS_FULL or CROSSINGS_FULL, to be called again with a larger buffer; or
-        STORM when some chain has not arrived after `span.max_passes` steps.
+        Returns DONE; EVENTS_FULL or CROSSINGS_FULL, to be called again with a larger buffer; STORM
+        when some chain has taken more steps than `span` allows; or CONTACT when blocks meet.
 
         span : Span; group : Group; scratch : Scratch; records : Records; companion : whatever the
         hooks need, () without any.
@@ -662,17 +667,18 @@ def _advance_kernel(order, resolution, noisy, hooks):
         conditions, chains, series = group.conditions, group.chains, scratch.series
         for lane in range(0, chains.time.size, LANES):
             store(series.position, (at(1, WALL),), -load(conditions.belt_velocity, (lane,)))
-            own = load(conditions.noise_power, (lane,)) > 0.0
+            own = load(conditions.noise, (lane,)) > 0.0
             if not noisy:
                 own = ~own
-            passes = 0
             while True:
-                remaining = span.end - load(chains.time, (lane,))
+                now = load(chains.time, (lane,))
+                remaining = span.end - now
                 active = own & (remaining > 0.0)
                 if mask_bits(active) == 0:
                     break
-                passes += 1
-                if passes > span.max_passes:
+                passes = load(chains.passes, (lane,)) + select(active, 1.0, 0.0)
+                store(chains.passes, (lane,), passes)
+                if mask_bits(passes > fma(now, span.passes_per_time, span.passes_at_once)) != 0:
                     return STORM
                 status = full_buffer(lane, _EVENTS_AT_ONCE, records)
                 if status != DONE:
@@ -686,18 +692,23 @@ def _advance_kernel(order, resolution, noisy, hooks):
                 resting = mask_bits(active & ~sliding)
                 wait_on_belt(lane, resting, span.end, group, scratch)
                 step = load(scratch.found.step, (0,))
-                later = select(step >= remaining, span.end, load(chains.time, (lane,)) + step)
+                later = select(step >= remaining, span.end, now + step)
 
                 if records.crossings.block >= 0:
                     record_crossings(
                         order, lane, moving, step, span.start, group, scratch, records.crossings
                     )
-                record_samples(order, lane, active, later, span.end, group, series, records.samples)
+                record_samples(
+                    order, noisy, lane, active, later, span.end, group, series, records.samples
+                )
                 move(order, noisy, lane, moving, step, group, series)
                 move_clocks(noisy, lane, sliding, step, later, chains)
                 moved(order, lane, active, sliding, step, group, scratch, companion)
 
-                changing = mask_bits(load(scratch.found.source, (0,)) >= 0) | resting
+                source = load(scratch.found.source, (0,))
+                if mask_bits(source >= 2 * chains.direction.shape[0]) != 0:
+                    return CONTACT
+                changing = mask_bits(source >= 0) | resting
                 while changing:
                     i = lowest_lane(changing)
                     changing &= changing - 1

@@ -11,7 +11,11 @@ from beltrepro.engine.memory import aligned, zeros
 from beltrepro.engine.records import STORM
 from beltrepro.engine.series_integrator import SeriesIntegrator
 
-_PASSES_PER_TIME = 5000  # a chain that takes more steps than this in a unit of time is stopped
+# A chain that takes more steps than these in a chunk is stopped: at any moment, and in a unit of
+# time.
+_PASSES_AT_ONCE = 10_000
+_PASSES_PER_TIME = 5000
+_STORM = f"more than {_PASSES_PER_TIME} steps a unit of time are needed"
 
 
 class EventIntegrator(SeriesIntegrator):
@@ -55,14 +59,15 @@ class EventIntegrator(SeriesIntegrator):
         self._scratch = event.new_scratch(self.n_blocks)
         # chains with noise and without have kernels of their own, which leave the others alone
         quiet, noisy = event.advance_kernels(self._hooks)
-        kernels = ((quiet, power == 0), (noisy, power > 0))
-        self._kernels = [(kernel, own) for kernel, own in kernels if own.any()]
+        kernels = ((quiet, self._noise == 0), (noisy, self._noise > 0))
+        self._kernels = [kernel for kernel, own in kernels if own.any()]
         self.reinit(states)
 
     def _empty_chains(self):
         n_blocks, lanes = shape = self.n_blocks, len(self._noise)
         return event.Chains(
             time=zeros(lanes),
+            passes=zeros(lanes),
             displacement=zeros(shape),
             velocity=zeros(shape),
             direction=zeros(shape),
@@ -102,18 +107,16 @@ class EventIntegrator(SeriesIntegrator):
             rows = self._rows(end) + 1 - first_row
             self._empty_buffers()
             self._chains.time[:] = 0.0
-            for kernel, own in self._kernels:
-                self._run(kernel, own, end - start, first_row * interval - start, interval, rows)
+            self._chains.passes[:] = 0.0
+            for kernel in self._kernels:
+                self._run(kernel, end - start, first_row * interval - start, interval, rows)
             self.time = end
             self._check_state()
             yield self._chunk(start, first_row, rows)
 
-    def _run(self, kernel, own, length, first_sample, interval, rows):
-        """Advance the chains of a kernel by `length`.
-
-        own : (W,) which chains are those of the kernel.
-        """
-        span = event.Span(self.time, length, 1000 + int(_PASSES_PER_TIME * length))
+    def _run(self, kernel, length, first_sample, interval, rows):
+        """Advance the chains of a kernel by `length`."""
+        span = event.Span(self.time, length, _PASSES_AT_ONCE, _PASSES_PER_TIME)
         status = self._advance(
             lambda records: kernel(span, self._group, self._scratch, records, self._companion),
             first_sample,
@@ -121,7 +124,9 @@ class EventIntegrator(SeriesIntegrator):
             rows,
         )
         if status == STORM:
-            late = np.where(own, self._chains.time, np.inf)[: self._width]
-            lane = int(np.argmin(late))
-            self.time += float(late[lane])
-            self._stop(lane, "slips and sticks follow each other without end")
+            excess = self._chains.passes - _PASSES_PER_TIME * self._chains.time
+            lane = int(np.argmax(excess[: self._width]))
+            self._stop(lane, _STORM, self._reached(lane))
+
+    def _reached(self, lane):
+        return float(self.time + self._chains.time[lane])

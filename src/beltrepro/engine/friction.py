@@ -1,10 +1,10 @@
 """The stick and slip rules of `beltrepro.model.friction` for kernels: one chain or a vector."""
 
-from beltrepro.engine.simd import copysign, select
+from beltrepro.engine.simd import select
 from beltrepro.engine.vector import inlined
 from beltrepro.model.friction import next_direction_rule, slip_direction_rule
 
-slip_direction = inlined(slip_direction_rule(select, copysign))
+slip_direction = inlined(slip_direction_rule(select))
 next_direction = inlined(next_direction_rule(select, slip_direction))
 
 

@@ -25,6 +25,7 @@ GROUP_SIZE = 32  # chains advanced together, at most
 CUT_TIME = 250.0  # chunks end at its multiples: a run that is cut there has the bits of the uncut
 _CHUNK_SAMPLES = 4000  # about, at most
 _ROUNDING = 1e-9  # share of a chunk or an interval by which an instant may miss a multiple
+_CONTACT = "blocks pass through each other"
 _EVENTS = 4096
 _CROSSINGS = 1024
 
@@ -297,19 +298,25 @@ class Integrator:
         )
 
     def _check_state(self):
-        positions = self.positions()
-        gaps = np.diff(positions, axis=1, prepend=0.0)
+        """At the end of a chunk; kernels look for contacts on the way."""
+        gaps = self._gaps()
         # a NaN compares false, so it fails this test as well
-        good = np.all(gaps > 0, axis=1) & np.all(np.isfinite(positions), axis=1)
+        good = np.all((gaps > 0) & np.isfinite(gaps), axis=1)
         if not good.all():
             lane = int(np.argmin(good))
-            reason = "blocks pass through each other"
-            if not np.isfinite(positions[lane]).all():
-                reason = "the state is not finite"
-            self._stop(lane, reason)
+            if np.isfinite(gaps[lane]).all():
+                self._stop_at_contact(lane, self.time)
+            self._stop(lane, "the state is not finite", self.time)
 
-    def _stop(self, lane: int, reason: str):
+    def _gaps(self):
+        """Lengths (W, N) of the springs now."""
+        return np.diff(self.positions(), axis=1, prepend=0.0)
+
+    def _stop_at_contact(self, lane: int, time: float):
+        self._stop(lane, _CONTACT, time)
+
+    def _stop(self, lane: int, reason: str, time: float):
         raise ModelStateError(
-            f"{self.parameters[lane].describe()}: {reason} at t = {self.time:g} "
+            f"{self.parameters[lane].describe()}: {reason} at t = {time:g} "
             f"(time_step = {self.time_step:g})"
         )

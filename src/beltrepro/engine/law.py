@@ -24,6 +24,7 @@ class Law(NamedTuple):
     extension_rate_2: float
     compression_softness: float  # 1 / b
     extension_softness: float
+    rest_length: float  # a spring of this compression has no length: blocks meet
 
 
 def law_constants(parameters: ChainParameters) -> Law:
@@ -38,6 +39,7 @@ def law_constants(parameters: ChainParameters) -> Law:
         extension_rate_2=parameters.extension_rate * LOG2_E,
         compression_softness=1.0 / parameters.compression_rate,
         extension_softness=1.0 / parameters.extension_rate,
+        rest_length=parameters.rest_length,
     )
 
 

@@ -7,7 +7,8 @@ like those of the equation of motion: y = x + dt^2/12 a(x) obeys y'' = a(x) up t
 pass of the loop makes the series, finds for how many whole steps no turn can happen and no spring
 changes its branch, and goes there at once. Where a turn may be due the next step is taken
 literally, with the stick and slip rules (`beltrepro.model.friction.next_direction`) applied at its
-start. What is exact and what is approximate, see docs/verlet.md.
+start. So is every step while a spring is too stiff. What is exact and what is approximate, see
+docs/verlet.md.
 """
 
 import math
@@ -27,7 +28,7 @@ from beltrepro.engine.candidates import (
 from beltrepro.engine.friction import kinetic_friction, next_direction
 from beltrepro.engine.law import Law, expand_spring, tension
 from beltrepro.engine.memory import zeros
-from beltrepro.engine.records import DONE, full_buffer, record_event
+from beltrepro.engine.records import CONTACT, DONE, full_buffer, record_event
 from beltrepro.engine.scheme import scheme_velocity
 from beltrepro.engine.simd import (
     LANES,
@@ -88,6 +89,7 @@ class Group(NamedTuple):
     law: Law
     belt_velocity: np.ndarray  # (W,)
     time_step: float  # dt
+    stiffest: float  # slope of a tension from which on no leaps are taken
     chains: Chains
 
 
@@ -314,8 +316,19 @@ def _turn_due(lane, law, chains, series):
 
 
 @inlined
+def _too_stiff(group, scratch):
+    """Lanes where a spring is so stiff that leaps would differ from steps."""
+    slope = load(scratch.slopes, (0,))
+    for spring in range(1, group.chains.direction.shape[0]):
+        slope = maximum(slope, load(scratch.slopes, (spring * LANES,)))
+    return slope > group.stiffest
+
+
+@inlined
 def _choose_leap(lane, leaping, remaining, group, scratch):
-    """Whole steps (float64x8) that the series serve, and the chains with a turn at their end."""
+    """Whole steps (float64x8) that the series serve, the chains with a turn at their end, and those
+    with a contact.
+    """
     inverse_step = 1.0 / group.time_step
     n_blocks = group.chains.direction.shape[0]
     reach = taylor_step(ORDER, math.log2(_TOLERANCE), scratch.series) * inverse_step
@@ -336,7 +349,7 @@ def _choose_leap(lane, leaping, remaining, group, scratch):
     leap = select(instant < longest, before, reach)
     leap = select(ending, maximum(after, 1.0), leap)
     leap = select(turning, maximum(-_round_down(_DOUBT - count), 0.0), leap)
-    return minimum(leap, reach), turning
+    return minimum(leap, reach), turning, leaping & (source >= 2 * n_blocks)
 
 
 # --- there at once ---
@@ -414,9 +427,12 @@ def _with_derivatives(coefficients, column, time):
 
 @inlined
 def _literal_step(lane, taken, first_step, group, scratch, events):
-    """One step of the Appendix for some of the chains, the rules first."""
+    """One step of the Appendix for some of the chains, the rules first.
+
+    Returns those of them whose blocks have met.
+    """
     chains = group.chains
-    _find_pulls(lane, group, scratch)
+    lowest = _find_pulls(lane, group, scratch)
     impulse = load(chains.wall_impulse, (lane,))
     added = load(scratch.pulls, (0,)) * group.time_step
     store(chains.wall_impulse, (lane,), select(taken, impulse + added, impulse))
@@ -424,16 +440,20 @@ def _literal_step(lane, taken, first_step, group, scratch, events):
         _step_block(lane, block, taken, first_step, group, scratch, events)
     done = load(chains.steps_done, (lane,))
     store(chains.steps_done, (lane,), select(taken, done + 1.0, done))
+    return taken & ~(lowest > -group.law.rest_length)
 
 
 @inlined
 def _find_pulls(lane, group, scratch):
-    """Tensions of all springs, from the law."""
+    """Tensions of all springs, from the law; returns the least deformation."""
     left = spread(0.0)
+    lowest = spread(0.0)
     for spring in range(group.chains.direction.shape[0]):
         place = load(group.chains.displacement, (spring, lane))
         store(scratch.pulls, (spring * LANES,), tension(place - left, group.law))
+        lowest = minimum(lowest, place - left)
         left = place
+    return lowest
 
 
 @inlined
@@ -712,7 +732,8 @@ def _sample_state(chain, group, samples):
 def leap_steps(span, group, scratch, records):
     """Advance the chains of a group by `span.n_steps` steps of the Appendix.
 
-    Returns DONE; or EVENTS_FULL or CROSSINGS_FULL, to be called again with a larger buffer.
+    Returns DONE; EVENTS_FULL or CROSSINGS_FULL, to be called again with a larger buffer; or CONTACT
+    when blocks meet.
 
     span : Span; group : Group; scratch : Scratch; records : Records, with samples at instants
     counted in steps.
@@ -734,20 +755,23 @@ def leap_steps(span, group, scratch, records):
                 return status
 
             _make_series(lane, group, scratch)
-            due = active & _turn_due(lane, group.law, chains, series)
+            due = _turn_due(lane, group.law, chains, series) | _too_stiff(group, scratch)
+            due = active & due
             leaping = active & ~due
-            leap, turning = _choose_leap(lane, leaping, remaining, group, scratch)
+            leap, turning, meeting = _choose_leap(lane, leaping, remaining, group, scratch)
             if sectioned:
                 _record_crossings(
                     lane, leaping, leap, first_step, group, scratch, records.crossings
                 )
             _record_samples(lane, leaping, leap, group, series, records.samples)
             _leap(lane, leaping, leap, group, scratch)
-
             taken = (due | turning) & (load(chains.steps_done, (lane,)) < n_steps)
             if mask_bits(taken) != 0:
-                _literal_step(lane, taken, first_step, group, scratch, records.events)
+                met = _literal_step(lane, taken, first_step, group, scratch, records.events)
+                meeting = meeting | met
                 if sectioned:
                     _record_literal_crossings(lane, taken, first_step, group, records.crossings)
                 _record_literal_samples(lane, taken, group, records.samples)
+            if mask_bits(meeting) != 0:
+                return CONTACT
     return DONE

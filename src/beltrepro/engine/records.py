@@ -14,8 +14,9 @@ EVENT_TIME, EVENT_BLOCK, EVENT_SLIP, EVENT_FORCE, EVENT_POSITION, EVENT_DISSIPAT
 EVENT_FIELDS = 6
 _CROSSINGS_AT_ONCE = 8  # of one chain in one step of the kernels; more wait for the next chunk
 
-# What a kernel says when it returns: all is done; a buffer is full; a chain hardly advances.
-DONE, EVENTS_FULL, CROSSINGS_FULL, STORM = range(4)
+# What a kernel says when it returns: all is done; a buffer is full; a chain hardly advances; two
+# blocks, or a block and the wall, meet.
+DONE, EVENTS_FULL, CROSSINGS_FULL, STORM, CONTACT = range(5)
 
 
 class Events(NamedTuple):

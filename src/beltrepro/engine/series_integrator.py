@@ -6,7 +6,9 @@ import numpy as np
 
 from beltrepro.engine.integrator import Integrator
 from beltrepro.engine.memory import zeros
-from beltrepro.engine.records import CROSSINGS_FULL, EVENTS_FULL, Records, Samples
+from beltrepro.engine.records import CONTACT, CROSSINGS_FULL, EVENTS_FULL, Records, Samples
+
+_LARGEST_BUFFER = 2**30  # bytes; chunks of the longest chains need a tenth of that
 
 
 class SeriesIntegrator(Integrator):
@@ -32,7 +34,7 @@ class SeriesIntegrator(Integrator):
         kernel : goes on where it has stopped, with the records as they are then.
         first, interval, count : of the samples, see `Samples`.
 
-        Returns what it said at last: DONE or STORM.
+        Returns what it said at last: DONE or STORM. CONTACT stops the run.
         """
         samples = Samples(
             values=self._sample_columns,
@@ -45,11 +47,25 @@ class SeriesIntegrator(Integrator):
         while True:
             status = kernel(Records(samples, self._events, self._crossings))
             if status == EVENTS_FULL:
-                self._events = _doubled(self._events)
+                self._events = self._doubled(self._events)
             elif status == CROSSINGS_FULL:
-                self._crossings = _doubled(self._crossings)
+                self._crossings = self._doubled(self._crossings)
+            elif status == CONTACT:
+                lane = int(np.argmin(self._gaps().min(axis=1)))
+                self._stop_at_contact(lane, self._reached(lane))
             else:
                 return status
+
+    def _doubled(self, buffer):
+        if buffer.rows.nbytes > _LARGEST_BUFFER // 2:
+            lane = int(np.argmax(buffer.count[: self._width]))
+            reason = f"{buffer.count[lane]} events since t = {self.time:g} are too many to record"
+            self._stop(lane, reason, self._reached(lane))
+        return buffer._replace(rows=np.concatenate([buffer.rows] * 2, axis=1))
+
+    def _reached(self, lane: int) -> float:
+        """Instant that a chain has reached in the chunk under way."""
+        raise NotImplementedError
 
     def _write(self, lane, state, variables):
         values = variables | {
@@ -83,7 +99,3 @@ class SeriesIntegrator(Integrator):
 
     def _wall_impulses(self):
         return self._chains.wall_impulse
-
-
-def _doubled(buffer):
-    return buffer._replace(rows=np.concatenate([buffer.rows] * 2, axis=1))

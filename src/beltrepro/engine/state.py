@@ -6,14 +6,16 @@ import dataclasses
 from dataclasses import dataclass, fields
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from beltrepro import checks
+from beltrepro import checks, names
 from beltrepro.engine.memory import aligned, zeros
 from beltrepro.engine.noise import normal_deviates, stream_states
 from beltrepro.engine.simd import LANES
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.friction import next_direction
+from beltrepro.model.parameters import LONGEST
 from beltrepro.model.spring import external_force, potential_energy
 
 
@@ -93,10 +95,11 @@ class ChainState:
     scheme: Scheme | None = None
 
     @classmethod
+    @names.checked
     def at_rest(
         cls,
         parameters: ChainParameters,
-        positions=None,
+        positions: ArrayLike | None = None,
         *,
         time: float = 0.0,
         seed: int = 1,
@@ -127,11 +130,12 @@ class ChainState:
         return cls.in_motion(parameters, positions, None, time=time, seed=seed, replicate=replicate)
 
     @classmethod
+    @names.checked
     def in_motion(
         cls,
         parameters: ChainParameters,
-        positions=None,
-        velocities=None,
+        positions: ArrayLike | None = None,
+        velocities: ArrayLike | None = None,
         *,
         time: float = 0.0,
         seed: int = 1,
@@ -159,8 +163,7 @@ class ChainState:
             The positions are not N increasing numbers, the velocities not N numbers, or another
             value is not allowed.
         """
-        if not isinstance(parameters, ChainParameters):
-            raise InputError(f"parameters = {parameters!r}: a ChainParameters is needed")
+        _check_chain(parameters)
         rest = parameters.rest_positions
         if positions is not None:
             positions = checks.positions("positions", positions, len(rest))
@@ -168,7 +171,7 @@ class ChainState:
         stream, thresholds = _drawn(parameters, seed, replicate)
         state = cls(
             parameters=parameters,
-            time=checks.not_negative("time", time),
+            time=checks.not_negative("time", time, LONGEST),
             displacements=np.zeros_like(rest) if positions is None else positions - rest,
             relative_velocities=np.zeros_like(rest),
             directions=np.zeros_like(rest),
@@ -198,7 +201,10 @@ class ChainState:
         """External force F_ex (N,) on the blocks (Eq. 1), unit of force."""
         return external_force(self.positions, self.parameters)
 
-    def moved(self, positions=None, velocities=None) -> ChainState:
+    @names.checked
+    def moved(
+        self, positions: ArrayLike | None = None, velocities: ArrayLike | None = None
+    ) -> ChainState:
         """This state with other positions or velocities; the energy audit begins anew.
 
         Parameters
@@ -235,6 +241,7 @@ class ChainState:
         )
         return state._audited_anew()
 
+    @names.checked
     def under(self, parameters: ChainParameters) -> ChainState:
         """This state as one of a chain with other parameters, for instance another belt velocity.
 
@@ -255,8 +262,9 @@ class ChainState:
         Raises
         ------
         InputError
-            The number of blocks is another.
+            It is none, or the number of blocks is another.
         """
+        _check_chain(parameters)
         old = self.parameters
         if parameters == old:
             return self
@@ -284,6 +292,7 @@ class ChainState:
         )
         return state._audited_anew()
 
+    @names.checked
     def keyed(self, seed: int, replicate: int) -> ChainState:
         """This state with the random stream of another seed or replicate, from its beginning.
 
@@ -295,7 +304,13 @@ class ChainState:
         Returns
         -------
         ChainState
+
+        Raises
+        ------
+        InputError
+            A value is not allowed.
         """
+        seed, replicate = checks.key("seed", seed), checks.key("replicate", replicate)
         if (seed, replicate) == (self.seed, self.replicate):
             return self
         stream, _ = _drawn(self.parameters, seed, replicate)
@@ -330,12 +345,19 @@ class ChainState:
         # in the frame of the belt first: for blocks at rest there the sums round like a product
         speed, relative = self.parameters.belt_velocity, self.relative_velocities
         n_blocks, slip = len(relative), relative.sum()
-        kinetic = n_blocks * speed**2 / 2 + (speed * slip + (relative**2).sum() / 2)
+        with np.errstate(over="ignore"):
+            kinetic = n_blocks * speed**2 / 2 + (speed * slip + (relative**2).sum() / 2)
+            energy = float(potential_energy(self.positions, self.parameters) + kinetic)
+        if not np.isfinite(energy):
+            raise InputError(
+                f"positions = {self.positions.tolist()}, velocities = {self.velocities.tolist()}: "
+                "the energy of such a state is beyond all numbers"
+            )
         return dataclasses.replace(
             self,
             friction_losses=np.zeros(n_blocks),
             wall_impulse=0.0,
-            initial_energy=float(potential_energy(self.positions, self.parameters) + kinetic),
+            initial_energy=energy,
             initial_momentum=float(n_blocks * speed + slip),
         )
 
@@ -367,6 +389,12 @@ def _same(one, other) -> bool:
     if one.dtype.names:
         return all(_same(one[name], other[name]) for name in one.dtype.names)
     return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+
+
+def _check_chain(value) -> None:
+    """That a value is a chain."""
+    if not isinstance(value, ChainParameters):
+        raise InputError(f"parameters = {checks.shown(value)}: a ChainParameters is needed")
 
 
 def _drawn(parameters: ChainParameters, seed: int, replicate: int):

@@ -83,6 +83,7 @@ class Chains(NamedTuple):
     state: np.ndarray  # (W/16, rows of all blocks), see `empty_state`
     wall_pull: np.ndarray  # (W,) sum of the first spring's pull over the steps
     streams: np.ndarray  # (4, W) random streams
+    contact: np.ndarray  # (W,) index of the step before which blocks met; infinite: not yet
 
 
 class Sixteen(NamedTuple):
@@ -297,6 +298,8 @@ def _bound_spring(chains, spring, span, change, law):
     serves = (span < abs(abs(deformation) - law.linear_limit)) & (
         span * abs(second) <= 0.5 * _SERIES_REACH * slope
     )
+    # where blocks might meet, the law, which looks for that
+    serves = serves & (deformation - span > -law.rest_length)
     return own, holds, serves
 
 
@@ -377,7 +380,11 @@ def _tension(chains, spring, growth):
 
 @inlined
 def _apply_law(chains, bent, law):
-    """Find the tensions of the springs in `bent` by the law, in the lanes without a series."""
+    """Find the tensions of the springs in `bent` by the law, in the lanes without a series.
+
+    Returns bits of the chains of which a spring has no length.
+    """
+    meeting = 0
     for spring in range(1, chains.n_blocks + 1):
         if (bent >> (spring - 1)) & 1:
             deformation = _get(chains, spring, _DEFORMATION) + (
@@ -387,6 +394,17 @@ def _apply_law(chains, bent, law):
             pull = _get(chains, spring, _SERIES)
             pull = select(without, tension(deformation, law), pull)
             _put(chains, spring, _SERIES, pull)
+            meeting |= mask_bits(without & ~(deformation > -law.rest_length))
+    return meeting
+
+
+@inlined
+def _note_contacts(chains, meeting, step, contact):
+    """Note the step of the first contact of some of sixteen chains."""
+    for lane in range(LANES):
+        if (meeting >> lane) & 1:
+            chain = chains.vector * LANES + lane
+            contact[chain] = min(contact[chain], float(step))
 
 
 @inlined
@@ -677,7 +695,9 @@ def _advance(chains, start, stop, group, records):
             belt_travel = belt * float(step - base)
             _put(chains, 0, _SLIP, -belt_travel)
             if bent:
-                _apply_law(chains, bent, group.law)
+                meeting = _apply_law(chains, bent, group.law)
+                if meeting:
+                    _note_contacts(chains, meeting, step, group.chains.contact)
             if watched:
                 time = step * time_step
                 _check_turns(chains, watched, belt_travel, time, noise, group, records.events)

@@ -11,8 +11,12 @@ from beltrepro.engine.series_integrator import SeriesIntegrator
 from beltrepro.engine.state import ChainState
 from beltrepro.model.spring import external_force
 
-# Largest (dt omega)^2 at which leaps reproduce the steps to below the rounding of a plain loop.
+# Largest (dt omega)^2 at which leaps reproduce the steps to below the rounding of a plain loop; and
+# that up to which leaps are taken in a run, where impacts compress springs further for a short
+# time.
 _LEAP_LIMIT = 1e-4
+_IMPACT_LIMIT = 2.5e-4
+_FREQUENCY = 4.0  # omega^2 of a long chain, over the slope of the tension of its springs
 
 
 def verlet_integrator(states: Sequence[ChainState], *, time_step: float, **settings) -> Integrator:
@@ -24,8 +28,8 @@ def verlet_integrator(states: Sequence[ChainState], *, time_step: float, **setti
     # the stiffest spring that friction can hold: on the compressed branch, or the stretched one
     first = states[0].parameters
     rate = max(first.compression_rate, first.extension_rate)
-    frequency_squared = 4 * (1 + rate * first.static_friction)
-    short = time_step**2 * frequency_squared <= _LEAP_LIMIT
+    slope = 1 + rate * first.static_friction
+    short = time_step**2 * _FREQUENCY * slope <= _LEAP_LIMIT
     quiet = all(state.parameters.noise == 0 for state in states)
     chosen = LeapingVerlet if quiet and short else SteppingVerlet
     return chosen(states, time_step=time_step, **settings)
@@ -56,7 +60,10 @@ class LeapingVerlet(SeriesIntegrator):
             dissipated=zeros(shape),
             wall_impulse=zeros(lanes),
         )
-        self._group = leaps.Group(self._law, self._belt_velocity, self.time_step, self._chains)
+        stiffest = _IMPACT_LIMIT / (_FREQUENCY * self.time_step**2)
+        self._group = leaps.Group(
+            self._law, self._belt_velocity, self.time_step, stiffest, self._chains
+        )
         self._scratch = leaps.new_scratch(self.n_blocks)
         self.reinit(states)
 
@@ -101,6 +108,9 @@ class LeapingVerlet(SeriesIntegrator):
             (n_steps - first_sample) // stride + 1,
         )
 
+    def _reached(self, lane):
+        return float(self.time + self._chains.steps_done[lane] * self.time_step)
+
     def _relative_velocities(self):
         # the kernel keeps it times the step
         return self._chains.velocity / self.time_step
@@ -120,6 +130,7 @@ class SteppingVerlet(Integrator):
             state=verlet.empty_state(self.n_blocks, belt_step),
             wall_pull=zeros(lanes),
             streams=self._streams,
+            contact=np.full(lanes, np.inf),
         )
         self._group = verlet.Group(
             law=self._law,
@@ -182,10 +193,17 @@ class SteppingVerlet(Integrator):
             n_steps = min(chunk_steps, last - start)
             self._steps_done += verlet.verlet_steps(start, n_steps, self._group, records)
             self.time = self._steps_done * self.time_step
+            self._check_contacts()
             self._check_state()
             first_row = start // stride + 1
             rows = self._steps_done // stride + 1 - first_row
             yield self._chunk(start * self.time_step, first_row, rows)
+
+    def _check_contacts(self):
+        contact = self._chains.contact[: self._width]
+        lane = int(np.argmin(contact))
+        if np.isfinite(contact[lane]):
+            self._stop_at_contact(lane, contact[lane] * self.time_step)
 
     def _blocks(self, field):
         return verlet.of_blocks(self._chains.state, field, self.n_blocks)

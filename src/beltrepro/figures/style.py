@@ -10,6 +10,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from beltrepro import provenance
+from beltrepro.atomic import replacing
 from beltrepro.datasets.quantities import LAW
 
 # Okabe and Ito's palette: distinct for colour-blind readers. Its yellow is too pale for lines.
@@ -98,14 +99,18 @@ def small_print(datasets, preset) -> str:
 
 
 @styled
-def save(figure, png, pdf) -> None:
-    """Write the figure as PNG and PDF. Equal figures give equal bytes: no time is recorded."""
-    for path in (png, pdf):
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(png, format="png")
+def save(figure, png, pdf, source="") -> None:
+    """Write the figure as PNG and PDF. Equal figures give equal bytes: no time is recorded.
+
+    source : what the PNG says that it is drawn from, see `beltrepro.inputs`.
+    """
+    about = {"Title": Path(png).stem, "Source": source}
+    with replacing(png) as unfinished:
+        figure.savefig(unfinished, format="png", metadata=about)
     # The layout stands now; both files have the same one.
     figure.set_layout_engine("none")
-    figure.savefig(pdf, format="pdf", metadata={"CreationDate": None})
+    with replacing(pdf) as unfinished:
+        figure.savefig(unfinished, format="pdf", metadata={"CreationDate": None})
 
 
 _HOW = ("kind", "method", "duration", "transient")

@@ -1,12 +1,15 @@
 """Friction law of Sec. III: Coulomb friction whose threshold is drawn anew at every new place."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
 
+from beltrepro.model.parameters import ChainParameters
 
-def slip_direction_rule(select: Callable, copysign: Callable) -> Callable:
+
+def slip_direction_rule(select: Callable) -> Callable:
     """The rule for a block that may slip: towards F_ex if |F_ex| > F_st, else not.
 
     The rules are written once, for NumPy arrays here and for the vectors of the kernels.
@@ -15,8 +18,6 @@ def slip_direction_rule(select: Callable, copysign: Callable) -> Callable:
     ----------
     select : callable
         Does what `numpy.where` does.
-    copysign : callable
-        Does what `numpy.copysign` does.
 
     Returns
     -------
@@ -25,7 +26,8 @@ def slip_direction_rule(select: Callable, copysign: Callable) -> Callable:
     """
 
     def _slip_direction(external_force, threshold):
-        towards = copysign(1.0, external_force)
+        # not copysign: a sum of forces that is zero has the one sign or the other by chance
+        towards = select(external_force < 0.0, -1.0, 1.0)
         return select(abs(external_force) > threshold, towards, 0.0)
 
     return _slip_direction
@@ -54,7 +56,7 @@ def next_direction_rule(select: Callable, slip_direction: Callable) -> Callable:
     return _next_direction
 
 
-_next_direction = next_direction_rule(np.where, slip_direction_rule(np.where, np.copysign))
+_next_direction = next_direction_rule(np.where, slip_direction_rule(np.where))
 
 
 def next_direction(
@@ -68,7 +70,7 @@ def next_direction(
     A stuck block (direction 0) starts to slip when |F_ex| > F_st, towards F_ex. A slipping block
     whose relative velocity has changed sign sticks if |F_ex| <= F_st and otherwise slips on
     towards F_ex. Any other slipping block keeps its direction. A negative threshold holds nothing:
-    where F_ex is zero then, the sign of this zero decides. Arrays of one shape, model units.
+    where F_ex is zero then, the block slips with the belt (+1). Arrays of one shape, model units.
 
     The integrators apply the same rules (`beltrepro.engine.friction`).
 
@@ -91,6 +93,27 @@ def next_direction(
     return _next_direction(
         np.asarray(direction), np.asarray(relative_velocity), np.asarray(external_force), threshold
     )
+
+
+def start_noise(parameters: ChainParameters) -> float:
+    """Noise of the force with which a slip begins, as a share of its mean.
+
+    A slip begins where |F_ex| = F_st, and friction falls to f_s F_st with another F_st. The
+    resultant has the mean (1 - f_s) F_st0 and the standard deviation sigma sqrt(1 + f_s^2).
+
+    Parameters
+    ----------
+    parameters : ChainParameters
+        The chain.
+
+    Returns
+    -------
+    float
+        Where it is 0.3, one slip in 2000 is pushed back in its first step of the paper's scheme.
+    """
+    ratio = parameters.friction_ratio
+    mean = (1 - ratio) * parameters.static_friction
+    return parameters.noise * math.hypot(1.0, ratio) / mean
 
 
 def friction_force(

@@ -4,15 +4,21 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from beltrepro.checks import finite_number, whole_number
+from beltrepro import names
+from beltrepro.checks import finite_number, not_negative, positive, shown, whole_number
 from beltrepro.errors import InputError
 
 MAXIMUM_BLOCKS = 64
+LARGEST = 1e9  # of every number: beyond it forces and positions have no digits left for the motion
+LONGEST = 1e12  # model time: instants beyond are not told apart to 1e-4
 
 
+@names.checked
 @dataclass(frozen=True)
 class ChainParameters:
     """One chain on the belt, in model units (mass = spring constant = 1, length 1.4 mm).
+
+    No number may be greater than 1e9.
 
     Attributes
     ----------
@@ -38,7 +44,7 @@ class ChainParameters:
     Raises
     ------
     InputError
-        If a value is not a number or out of its range; names the key and what is allowed.
+        If a value is missing, not a number or out of its range; names the key and what is allowed.
     """
 
     n_blocks: int
@@ -55,7 +61,7 @@ class ChainParameters:
         object.__setattr__(self, "n_blocks", whole_number("n_blocks", self.n_blocks))
         if not 1 <= self.n_blocks <= MAXIMUM_BLOCKS:
             raise InputError(
-                f"n_blocks = {self.n_blocks}: allowed are 1 to {MAXIMUM_BLOCKS} blocks"
+                f"n_blocks = {shown(self.n_blocks)}: allowed are 1 to {MAXIMUM_BLOCKS} blocks"
             )
         for field in fields(self)[1:]:
             number = finite_number(field.name, getattr(self, field.name))
@@ -68,10 +74,8 @@ class ChainParameters:
             "compression_rate",
             "extension_rate",
         ):
-            if getattr(self, name) <= 0:
-                raise InputError(f"{name} = {getattr(self, name):g}: must be greater than 0")
-        if self.noise < 0:
-            raise InputError(f"noise = {self.noise:g}: must be 0 or greater")
+            positive(name, getattr(self, name), LARGEST)
+        not_negative("noise", self.noise, LARGEST)
         if not 0 <= self.friction_ratio < 1:
             raise InputError(
                 f"friction_ratio = {self.friction_ratio:g}: must be at least 0 and below 1"

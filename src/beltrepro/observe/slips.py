@@ -215,6 +215,17 @@ class EventLog:
         self._close_piece(lane)
         return sum(map(len, self._pieces[lane]))
 
+    @property
+    def counts(self) -> np.ndarray:
+        """Number of events (W,) of all chains so far."""
+        closed = [sum(map(len, pieces)) for pieces in self._pieces]
+        return np.array(closed, dtype=np.int64) + self._open
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the events of all chains."""
+        return int(self.counts.sum()) * EVENT_FIELDS * np.dtype(float).itemsize
+
     def give_up(self, lane: int) -> Iterator[np.ndarray]:
         """Events of one chain in pieces, which the log then no longer keeps.
 

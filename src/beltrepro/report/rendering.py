@@ -6,6 +6,7 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
+from beltrepro.atomic import replacing
 from beltrepro.claims.criteria import VERDICTS
 from beltrepro.report.material import Material
 from beltrepro.report.sections import SECTIONS, SUMMARY
@@ -41,7 +42,8 @@ def render(output: Path, material: Material) -> None:
             for section in shown
         ],
     )
-    Path(output).write_text(html, encoding="utf-8")
+    with replacing(output) as unfinished:
+        unfinished.write_text(html, encoding="utf-8")
 
 
 def _body(environment, section, material) -> Markup:

@@ -4,34 +4,52 @@ A quantity that may differ from chain to chain is given as one value for all, or
 one value for each chain.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias, TypeVar
 
-from beltrepro import checks
-from beltrepro.checks import finite_number, positive
+from beltrepro import checks, names
+from beltrepro.accuracy import START_NOISE
+from beltrepro.checks import finite_number, is_sequence, positive, shown
 from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
+from beltrepro.model.friction import start_noise
+from beltrepro.model.parameters import LONGEST
 from beltrepro.simulation.methods import KICKED, METHODS, TOLERANCE_RANGE, TOLERANCES
 
 T = TypeVar("T")
 PerChain: TypeAlias = T | Sequence[T]
 
 _STEP_SHARE = 1e-6  # by which an instant may miss a whole number of steps
-LONGEST_STEP = 0.1  # model time; oscillations take 3
+SHORTEST_STEP, LONGEST_STEP = 1e-9, 0.1  # model time; oscillations take 3
 
 
 def chains_of(parameters: Any) -> list[ChainParameters]:
     """The chains of a call, given alone or as a sequence of at least one."""
     if isinstance(parameters, ChainParameters):
         return [parameters]
-    chains = list(parameters) if isinstance(parameters, Iterable) else []
+    chains = list(parameters) if is_sequence(parameters) else []
     if not chains or not all(isinstance(chain, ChainParameters) for chain in chains):
         raise InputError(
-            f"parameters = {parameters!r}: "
+            f"parameters = {shown(parameters)}: "
             "a ChainParameters, or a sequence of at least one, is needed"
         )
     return chains
+
+
+def of_one_chain(parameters: Any, **quantities: Any) -> None:
+    """That a call about one chain is given one, and one value of each quantity."""
+    if not isinstance(parameters, ChainParameters):
+        raise InputError(f"parameters = {shown(parameters)}: a ChainParameters is needed")
+    for name, value in quantities.items():
+        if is_sequence(value):
+            raise InputError(f"{name} = {shown(value)}: one value is needed, for one chain")
+
+
+def progress(value: Any) -> None:
+    """That a report of progress can be called."""
+    if value is not None and not callable(value):
+        raise InputError(f"progress = {shown(value)}: a function of the fraction done is needed")
 
 
 def for_each(name: str, value: Any, n_chains: int, check: Callable[[str, Any], T]) -> list[T]:
@@ -39,7 +57,7 @@ def for_each(name: str, value: Any, n_chains: int, check: Callable[[str, Any], T
 
     check : takes the name and a value, returns the value as it is used, or raises InputError.
     """
-    if isinstance(value, str | bytes) or not isinstance(value, Iterable):
+    if not is_sequence(value):
         return [check(name, value)] * n_chains
     values = list(value)
     if len(values) != n_chains:
@@ -52,9 +70,7 @@ def for_each(name: str, value: Any, n_chains: int, check: Callable[[str, Any], T
 
 def method_name(name: str, value: Any) -> str:
     """A known method."""
-    if not isinstance(value, str) or value not in METHODS:
-        raise InputError(f"{name} = {value!r}: allowed are {', '.join(METHODS)}")
-    return value
+    return names.one_of(name, value, METHODS)
 
 
 def optional_key(name: str, value: Any) -> int | None:
@@ -65,25 +81,28 @@ def optional_key(name: str, value: Any) -> int | None:
 def optional_state(name: str, value: Any) -> ChainState | None:
     """A state to begin from, or None."""
     if value is not None and not isinstance(value, ChainState):
-        raise InputError(f"{name} = {value!r}: a ChainState is needed")
+        raise InputError(f"{name} = {shown(value)}: a ChainState is needed")
     return value
 
 
 def step(name: str, value: Any) -> float:
     """A time step."""
-    if not 0 < finite_number(name, value) <= LONGEST_STEP:
-        raise InputError(f"{name} = {value:g}: must be greater than 0 and at most {LONGEST_STEP:g}")
-    return float(value)
+    return _within(name, value, SHORTEST_STEP, LONGEST_STEP)
 
 
 def tolerance(name: str, value: Any) -> float | None:
     """A tolerance, or None for the method's own."""
     if value is None:
         return None
-    low, high = TOLERANCE_RANGE
-    if not low <= finite_number(name, value) <= high:
-        raise InputError(f"{name} = {value:g}: must be at least {low:g} and at most {high:g}")
-    return float(value)
+    return _within(name, value, *TOLERANCE_RANGE)
+
+
+def _within(name: str, value: Any, low: float, high: float) -> float:
+    """A number from `low` to `high`."""
+    number = finite_number(name, value)
+    if not low <= number <= high:
+        raise InputError(f"{name} = {number:g}: must be at least {low:g} and at most {high:g}")
+    return number
 
 
 def method_has_tolerance(method: str, value: float | None) -> None:
@@ -100,6 +119,19 @@ def method_has_kicks(method: str, kick: float) -> None:
         raise InputError(f"kick = {kick:g}: method {method!r} has none, only {KICKED!r}")
 
 
+def method_has_law(method: str, chain: ChainParameters) -> None:
+    """That the noise of "event" has the law of the paper's scheme where slips begin gently."""
+    share = start_noise(chain)
+    if method != "event" or share <= START_NOISE:
+        return
+    most = chain.noise * START_NOISE / share
+    raise InputError(
+        f"noise = {chain.noise:g}: with friction_ratio = {chain.friction_ratio:g} and "
+        f"static_friction = {chain.static_friction:g}, method 'event' is checked up to {most:.3g}; "
+        "beyond that take 'verlet'"
+    )
+
+
 def whole_steps(name: str, value: float, time_step: float) -> None:
     """That an instant of a scheme in steps is a multiple of the step."""
     steps = value / time_step
@@ -111,9 +143,14 @@ def whole_steps(name: str, value: float, time_step: float) -> None:
 
 def lengths(duration: Any, transient: Any) -> tuple[float, float]:
     """Duration of a run, and the part of it that is left out of the results."""
-    duration = positive("duration", duration)
-    if not 0 <= finite_number("transient", transient) < duration:
+    duration, transient = length(duration), finite_number("transient", transient)
+    if not 0 <= transient < duration:
         raise InputError(
             f"transient = {transient:g}: must be at least 0 and less than duration = {duration:g}"
         )
-    return duration, float(transient)
+    return duration, transient
+
+
+def length(duration: Any) -> float:
+    """Duration of a run."""
+    return positive("duration", duration, LONGEST)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import checks
+from beltrepro import checks, names
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.state import ChainState
@@ -19,10 +19,13 @@ from beltrepro.observe.sections import CrossingLog
 from beltrepro.observe.slips import AVALANCHE, SLIP, EventLog, slips_and_avalanches
 from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
+from beltrepro.simulation.checkpoints import once
+from beltrepro.simulation.memory import EventWatch
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
 from beltrepro.simulation.sampling import sampling_of
 
 
+@names.checked
 def catalogue(
     parameters: ChainParameters | Sequence[ChainParameters],
     *,
@@ -101,7 +104,7 @@ def catalogue(
     tables: dict[str, list[np.ndarray]] = {"slips": [], "avalanches": [], "section": []}
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
-        found = _record(group, members, sections[group], block, duration, transient, report)
+        found = once(_record, group, members, sections[group], block, duration, transient, report)
         for name, parts in tables.items():
             parts += found[name]
     width = max(point.parameters.n_blocks for point in chains)
@@ -125,7 +128,7 @@ def _section_dtype(n_blocks: int) -> np.dtype:
 def _section_block(value: Any, chains: Sequence[Point]) -> int:
     most = min(point.parameters.n_blocks for point in chains)
     if not 1 <= checks.whole_number("section_block", value) <= most:
-        raise InputError(f"section_block = {value}: allowed are 1 to {most}")
+        raise InputError(f"section_block = {checks.shown(value)}: allowed are 1 to {most}")
     return int(value)
 
 
@@ -160,7 +163,8 @@ def _record(
     start = members[0].state.time + transient
     events = EventLog(len(members), chain.rest_positions)
     crossings = CrossingLog(start)
-    observe(integrator, duration, [events, crossings], report)
+    watch = EventWatch(members, events)
+    observe(integrator, duration, [events, crossings, watch], report)
     rows = crossings.rows(chain.n_blocks)
     law = law_constants(chain)
     tables: dict[str, list[np.ndarray]] = {"slips": [], "avalanches": [], "section": []}

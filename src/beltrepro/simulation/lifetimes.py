@@ -7,13 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import checks
+from beltrepro import checks, names
 from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity
+from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
+from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.points import (
     Point,
     Progress,
@@ -23,11 +25,12 @@ from beltrepro.simulation.points import (
     points,
     slipping_since,
 )
-from beltrepro.simulation.sampling import sampling_of
+from beltrepro.simulation.sampling import moments_of, sampling_of
 
 SETTLE_SHARE = 0.1  # of the duration, over which the final state is measured unless told otherwise
 
 
+@names.checked
 def escapes(
     parameters: ChainParameters | Sequence[ChainParameters],
     *,
@@ -58,7 +61,8 @@ def escapes(
         As in `simulate`.
     settle_time : float, optional
         The end of each run over which its final state is measured, model time; a tenth of the
-        duration if not given.
+        duration if not given. Where fewer than 10 samples, one about every 0.1, fall into it, r and
+        <x_N> are NaN, with a warning.
     method : str or sequence of str
         As in `simulate`.
     time_step, tolerance : float or sequence of float
@@ -90,9 +94,10 @@ def escapes(
     ModelStateError
         A state left the range of the model.
     """
-    duration = checks.positive("duration", duration)
+    duration = arguments.length(duration)
     settle_time = SETTLE_SHARE * duration if settle_time is None else settle_time
-    if not 0 < checks.finite_number("settle_time", settle_time) <= duration:
+    settle_time = checks.finite_number("settle_time", settle_time)
+    if not 0 < settle_time <= duration:
         raise InputError(
             f"settle_time = {settle_time:g}: must be greater than 0 "
             f"and at most duration = {duration:g}"
@@ -119,7 +124,7 @@ def escapes(
     }
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
-        measured = _measure(members, duration, settle_time, laminar_time, report)
+        measured = once(_measure, members, duration, settle_time, laminar_time, report)
         rates = measured.pop("final_stick_rate")
         table["final_stick_rate"][group, : rates.shape[1]] = rates
         for name, values in measured.items():
@@ -136,17 +141,15 @@ def _measure(
 ) -> dict[str, np.ndarray]:
     """What is measured of a group of W points: arrays with first axis W."""
     chain, width = members[0].parameters, len(members)
-    integrator = integrator_of(
-        members,
-        sampling=sampling_of(None, members[0].method, members[0].time_step),
-        sampled_blocks=1,
-    )
+    sampling = sampling_of(None, members[0].method, members[0].time_step)
     start = members[0].state.time
     settled = start + (duration - settle_time)
+    integrator = integrator_of(members, sampling=sampling, sampled_blocks=1)
     moments = LengthMoments(width, settled)
     slips = SlipActivity(width, chain.n_blocks, settled, laminar_time, slipping_since(members))
     observe(integrator, duration, [moments, slips], report)
-    final = moments.result(chain.rest_positions[-1])
+    rest_length = chain.rest_positions[-1]
+    final = moments_of(moments, rest_length, sampling, settled, integrator.time)
     # NaN (stuck at the end) compares false; without a stick on the way the lifetime is 0
     escaped = integrator.time - slips.slipping_since > laminar_time
     last_stick = np.nan_to_num(slips.last_stick_time, nan=start)

@@ -4,10 +4,15 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from beltrepro.errors import InputError
+import numpy as np
+
+from beltrepro.engine.integrator import Chunk
+from beltrepro.errors import InputError, ModelStateError
+from beltrepro.observe.slips import EventLog
 from beltrepro.simulation.points import Point
 from beltrepro.simulation.sampling import bytes_per_row
 
+_UNWATCHED = 2**27  # bytes
 _LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
 
 
@@ -27,6 +32,28 @@ def check_samples(
             f"memory, {free / 1e9:.3g} GB are available; from {1.1 * row * span / free:.2g} on "
             "they fit; or give a later sample_start, or None for no samples"
         )
+
+
+class EventWatch:
+    """Stops a group of runs whose events would soon not fit in the memory."""
+
+    def __init__(self, members: Sequence[Point], log: EventLog):
+        self._members, self._log = members, log
+        self._next = _UNWATCHED
+
+    def observe(self, chunk: Chunk) -> None:
+        """Look at the free memory each time that the events have doubled."""
+        size = self._log.nbytes
+        if size < self._next:
+            return
+        self._next = 2 * size
+        free = available()
+        if free is not None and size > free:
+            most = int(np.argmax(self._log.counts))
+            raise ModelStateError(
+                f"{self._members[most].parameters.describe()}: the events of the runs need "
+                f"{size / 1e9:.3g} GB at t = {chunk.end:g}, and as much again is not available"
+            )
 
 
 def available() -> int | None:

@@ -1,20 +1,20 @@
 """The chains of a call as values, and which of them advance together."""
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from beltrepro import checks
-from beltrepro.engine.integrator import GROUP_SIZE, Integrator, Sampling, Section
+from beltrepro.engine.integrator import CUT_TIME, GROUP_SIZE, Integrator, Sampling, Section
 from beltrepro.engine.kicked_integrator import KickedIntegrator
 from beltrepro.engine.noise import stream_key
 from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
-from beltrepro.simulation import arguments
+from beltrepro.simulation import arguments, checkpoints
 from beltrepro.simulation.methods import METHODS
 
 Progress = Callable[[float], None]
@@ -124,6 +124,7 @@ def _point(
 ) -> Point:
     arguments.method_has_tolerance(method, tolerance)
     arguments.method_has_kicks(method, kick)
+    arguments.method_has_law(method, chain)
     if start["initial_state"] is None:
         state = _fresh_state(chain, **start)
     else:
@@ -186,7 +187,7 @@ def _positions(given: Any, chains: Sequence[ChainParameters]) -> list[np.ndarray
     """Positions (N,) of the blocks of each chain, or None."""
     if given is None:
         return [None] * len(chains)
-    starts = list(given) if isinstance(given, Iterable) else [given]
+    starts = list(given) if checks.is_sequence(given) else [given]
     if len(starts) != len(chains):
         raise InputError(
             f"initial_positions of length {len(starts)}: "
@@ -206,7 +207,7 @@ def _warn_of_repeats(found: Sequence[Point]) -> None:
         warnings.warn(
             f"{repeated} of {len(found)} chains repeat another bit by bit; for runs that differ "
             f"give them other replicates: replicate=range({len(found)}){advice}",
-            stacklevel=4,
+            stacklevel=5,  # past the check of names around the public function
         )
 
 
@@ -217,6 +218,7 @@ def groups(
 
     progress : called with the fraction done of all groups, or None.
     """
+    arguments.progress(progress)
     alike: dict = {}
     for index, point in enumerate(points):
         alike.setdefault(point.kind, []).append(index)
@@ -259,12 +261,23 @@ def integrator_of(
 
 
 def observe(integrator: Integrator, duration: float, observers: Sequence, report: Progress) -> None:
-    """Advance a group by `duration`, and show every chunk of it to the observers."""
+    """Advance a group by `duration`, and show every chunk of it to the observers.
+
+    A checkpoint keeps how far it is, at instants where a cut changes no bit.
+    """
     start = integrator.time
-    for chunk in integrator.advance(start + duration):
-        for observer in observers:
-            observer.observe(chunk)
-        report((chunk.end - start) / duration)
+    with checkpoints.step() as step:
+        if step.kept is not None:
+            states, seen = step.kept
+            integrator.reinit(states)
+            checkpoints.restore(observers, seen)
+        for chunk in integrator.advance(start + duration):
+            for observer in observers:
+                observer.observe(chunk)
+            report((chunk.end - start) / duration)
+            if step.due and chunk.end % CUT_TIME == 0:
+                step.keep((integrator.state(), observers))
+        step.end(lambda: (integrator.state(), observers))
 
 
 def slipping_since(members: Sequence[Point]) -> np.ndarray:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from beltrepro import checks, names
 from beltrepro.engine.state import ChainState, equal_fields
 from beltrepro.model import ChainParameters
 
@@ -100,6 +101,7 @@ class Run:
             return NotImplemented
         return equal_fields(self, other)
 
+    @names.checked
     def save(self, path: str | Path) -> None:
         """Write the run to an HDF5 file, from which `load` makes an equal one.
 
@@ -107,12 +109,18 @@ class Run:
         ----------
         path : str or Path
             The file; it appears under its name when it is complete.
+
+        Raises
+        ------
+        InputError
+            It is no path.
         """
         from beltrepro.simulation.files import save_run
 
-        save_run(path, self)
+        save_run(checks.path("path", path), self)
 
     @classmethod
+    @names.checked
     def load(cls, path: str | Path) -> Run:
         """Read a run that `save` wrote.
 
@@ -133,4 +141,4 @@ class Run:
         """
         from beltrepro.simulation.files import load_run
 
-        return load_run(path)
+        return load_run(checks.path("path", path))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import checks
+from beltrepro import checks, names
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
@@ -19,6 +19,7 @@ from beltrepro.observe.sections import SectionValues
 from beltrepro.observe.slips import SlipActivity
 from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
+from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.points import (
     Point,
     Progress,
@@ -28,11 +29,13 @@ from beltrepro.simulation.points import (
     points,
     slipping_since,
 )
-from beltrepro.simulation.sampling import sampling_of
+from beltrepro.simulation.sampling import moments_of, sampling_of
 
 MAXIMUM_BLOCKS = 10  # columns of slip_count
+MOST_VALUES = 100_000  # of each point at the section: they are kept in memory
 
 
+@names.checked
 def scan(
     parameters: ChainParameters | Sequence[ChainParameters],
     *,
@@ -58,7 +61,7 @@ def scan(
     parameters : ChainParameters or sequence of them
         P chains of at most 10 blocks, of any mixture of sizes.
     duration, transient : float
-        As in `simulate`.
+        As in `simulate`, also where too few samples are left for r.
     method : str or sequence of str
         As in `simulate`.
     time_step, tolerance : float or sequence of float
@@ -75,7 +78,7 @@ def scan(
         x_N of the section, model length (Fig. 12: 615). If not given, by the rule
         `beltrepro.model.section_position`.
     section_values : int
-        Crossings of the section kept for each point.
+        Crossings of the section kept for each point, at most 100 000.
     laminar_time : float
         Shortest slip of the last block that counts as a laminar phase, model time.
     progress : callable, optional
@@ -112,7 +115,7 @@ def scan(
     )
     sections = _section_positions(section_position, chains)
     recording: dict[str, Any] = {
-        "section_values": checks.key("section_values", section_values),
+        "section_values": _section_values(section_values),
         "laminar_time": checks.not_negative("laminar_time", laminar_time),
     }
     table: dict[str, np.ndarray] = {
@@ -124,14 +127,22 @@ def scan(
     }
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
-        measured = _measure(
-            members, sections[group], duration, transient, **recording, report=report
+        measured = once(
+            _measure, members, sections[group], duration, transient, **recording, report=report
         )
         for name, values in measured.items():
             if name not in table:
                 table[name] = np.empty((len(chains), *values.shape[1:]), dtype=values.dtype)
             table[name][group] = values
     return table
+
+
+def _section_values(given: Any) -> int:
+    """How many values at the section are kept."""
+    count = checks.key("section_values", given)
+    if count > MOST_VALUES:
+        raise InputError(f"section_values = {count}: must be at most {MOST_VALUES}")
+    return count
 
 
 def _section_positions(given: Any, chains: Sequence[Point]) -> np.ndarray:
@@ -159,13 +170,11 @@ def _measure(
 ) -> dict[str, np.ndarray]:
     """What is measured of a group of W points: arrays with first axis W."""
     n_blocks, width = members[0].parameters.n_blocks, len(members)
-    integrator = integrator_of(
-        members,
-        sampling=sampling_of(None, members[0].method, members[0].time_step),
-        sampled_blocks=1,
-        section=Section(n_blocks, sections),
-    )
+    sampling = sampling_of(None, members[0].method, members[0].time_step)
     start = members[0].state.time + transient
+    integrator = integrator_of(
+        members, sampling=sampling, sampled_blocks=1, section=Section(n_blocks, sections)
+    )
     moments = LengthMoments(width, start)
     belt_velocities = np.array([point.parameters.belt_velocity for point in members])
     section = SectionValues(belt_velocities, section_values, start)
@@ -174,7 +183,9 @@ def _measure(
     counts = np.zeros((width, MAXIMUM_BLOCKS), dtype=np.int64)
     counts[:, :n_blocks] = slips.slip_count
     return {
-        **moments.result(members[0].parameters.rest_positions[-1]),
+        **moments_of(
+            moments, members[0].parameters.rest_positions[-1], sampling, start, integrator.time
+        ),
         "energy_residual": integrator.energy_residual(),
         "section_count": section.count,
         "section_velocity": section.values,

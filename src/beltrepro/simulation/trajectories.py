@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from beltrepro import names
 from beltrepro.engine.records import (
     EVENT_BLOCK,
     EVENT_DISSIPATED,
@@ -23,12 +24,21 @@ from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import EventLog
 from beltrepro.simulation import arguments, memory
 from beltrepro.simulation.arguments import PerChain
+from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.methods import TOLERANCES
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
 from beltrepro.simulation.run import EVENT, Run
-from beltrepro.simulation.sampling import SampleLog, checked, no_samples, sampling_of
+from beltrepro.simulation.sampling import (
+    SampleLog,
+    checked,
+    moments_of,
+    no_samples,
+    sampling_of,
+    with_moments,
+)
 
 
+@names.checked
 def simulate(
     parameters: ChainParameters | Sequence[ChainParameters],
     *,
@@ -57,7 +67,8 @@ def simulate(
     duration : float
         Model time simulated, the transient included.
     transient : float
-        The first part of it, left out of r and <x_N>.
+        The first part of it, left out of r and <x_N>. They are found of samples at most about 0.1
+        apart, however few are kept; NaN, with a warning, where fewer than 10 are left.
     method : str
         "verlet", the scheme of the Appendix, or "event", the exact dynamics (docs/event.md).
     time_step : float
@@ -117,7 +128,7 @@ def simulate(
     runs: dict[int, Run] = {}
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
-        runs |= zip(group, _follow(members, lengths, samples, report), strict=True)
+        runs |= zip(group, once(_follow, members, lengths, samples, report), strict=True)
     if isinstance(parameters, ChainParameters):
         return runs[0]
     return [runs[index] for index in range(len(chains))]
@@ -128,19 +139,21 @@ def _follow(members: list[Point], lengths: dict, samples: dict, report: Progress
     first = members[0]
     rest, start = first.parameters.rest_positions, first.state.time
     keeps_samples = samples["sample_interval"] is not None
-    sampling = sampling_of(samples["sample_interval"], first.method, first.time_step)
+    kept = sampling_of(samples["sample_interval"], first.method, first.time_step)
+    sampling, every = with_moments(kept, first.method)
     integrator = integrator_of(
         members, sampling=sampling, sampled_blocks=len(rest) if keeps_samples else 1
     )
     moments = LengthMoments(len(members), start + lengths["transient"])
     events = EventLog(len(members), rest)
-    observers = [moments, events]
+    observers = [moments, events, memory.EventWatch(members, events)]
     if keeps_samples:
         begin, end = start + samples["sample_start"], start + lengths["duration"]
-        kept = SampleLog(members, sampling, begin, end)
-        observers.append(kept)
+        log = SampleLog(members, sampling, every, begin, end)
+        observers.append(log)
     observe(integrator, lengths["duration"], observers, report)
-    length, residual = moments.result(rest[-1]), integrator.energy_residual()
+    measured = sampling, start + lengths["transient"], integrator.time
+    length, residual = moments_of(moments, rest[-1], *measured), integrator.energy_residual()
     states = integrator.state()
     return [
         _run(
@@ -150,7 +163,7 @@ def _follow(members: list[Point], lengths: dict, samples: dict, report: Progress
             final_state=states[lane],
             **{name: float(length[name][lane]) for name in ("disorder_parameter", "mean_length")},
             energy_residual=float(residual[lane]),
-            **(kept.of(lane) if keeps_samples else no_samples(len(rest))),
+            **(log.of(lane) if keeps_samples else no_samples(len(rest))),
             events=_event_records(events, lane),
         )
         for lane, point in enumerate(members)

@@ -13,6 +13,7 @@ from beltrepro.report.sections import (
     deviations,
     environment,
     figures,
+    inference,
     integrators,
     open_points,
     player,
@@ -25,6 +26,7 @@ SUMMARY = summary
 SECTIONS: tuple[ModuleType, ...] = (
     claims,
     chaos,
+    inference,
     player,
     figures,
     integrators,

@@ -1,0 +1,246 @@
+"""Results compared with a published list: bits on a like machine, bounds on another one.
+
+A list has for each dataset what it was told, and for each array a checksum, and number, mean and
+standard deviation of its values; for each table a checksum. Kernels compiled for other
+instructions round differently. Then paths that are too short for chaos to show it agree to
+`TOLERANCE`, and means over the points of long runs to `DEVIATIONS` standard errors. What a dataset
+was told agrees always.
+"""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from beltrepro import provenance, store
+from beltrepro.atomic import replacing
+from beltrepro.datasets import files
+from beltrepro.datasets.quantities import QUANTITIES
+from beltrepro.errors import InputError
+from beltrepro.tables.files import checksum, metadata_path
+
+SHORT = 500.0  # model time; a distance grows e-fold in 60 and more
+TOLERANCE = 1e-6  # of means in short runs, as a share of mean plus standard deviation
+DEVIATIONS = 6.0  # standard errors between means of long runs
+SAME, NEAR, WRONG = "the same bits", "within the bounds of another machine", "wrong"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What was found of one file.
+
+    Attributes
+    ----------
+    name : str
+        Of the dataset or table.
+    outcome : str
+        SAME, NEAR or WRONG.
+    words : str
+        What is wrong and how to repair it; empty otherwise.
+    """
+
+    name: str
+    outcome: str
+    words: str = ""
+
+
+def make_list(results: Path) -> dict:
+    """The list of the results of a run.
+
+    Parameters
+    ----------
+    results : Path
+        Their folder.
+
+    Returns
+    -------
+    dict
+        Plain values.
+
+    Raises
+    ------
+    InputError
+        There are no datasets, or one is damaged.
+    """
+    paths = sorted((results / "datasets").glob("*.h5"))
+    if not paths:
+        raise InputError(f"{results}: no datasets there")
+    found = {path.stem: store.read(path, strict=True) for path in paths}
+    first = next(iter(found.values())).attributes
+    return {
+        **{name: first[name] for name in ("preset", "run", "code_version")},
+        "machine": {name: first[name] for name in provenance.machine()},
+        "datasets": {name: _described(each) for name, each in found.items()},
+        "tables": {path.stem: checksum(path.read_bytes()) for path in _tables(results)},
+    }
+
+
+def write_list(path: Path, results: Path) -> int:
+    """Write the list of the results of a run as JSON.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    results : Path
+        Folder of the run.
+
+    Returns
+    -------
+    int
+        Number of datasets.
+    """
+    made = make_list(results)
+    with replacing(path) as unfinished:
+        unfinished.write_text(json.dumps(made, indent=1) + "\n", encoding="utf-8")
+    return len(made["datasets"])
+
+
+def read_list(path: Path) -> dict:
+    """Read a list.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    dict
+        As of `make_list`.
+
+    Raises
+    ------
+    InputError
+        It cannot be read.
+    """
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: not a readable list ({error})") from None
+
+
+def compare(results: Path, known: dict) -> Iterator[Finding]:
+    """Compare results with a list.
+
+    Parameters
+    ----------
+    results : Path
+        Folder of a run.
+    known : dict
+        The list.
+
+    Yields
+    ------
+    Finding
+        For each dataset and table of the list.
+    """
+    told = {"preset": known["preset"], "run": known["run"]}
+    alike = True
+    for name, entry in known["datasets"].items():
+        path = results / "datasets" / f"{name}.h5"
+        try:
+            found = files.read(path, entry["told"])
+        except InputError as error:
+            yield Finding(name, WRONG, str(error))
+            continue
+        machine = {each: found.attributes.get(each) for each in known["machine"]}
+        same_machine = machine == known["machine"]
+        alike &= same_machine
+        differing = list(_differing(found, entry, same_machine))
+        if differing:
+            words = f"{path}: {'; '.join(differing)}; {files.repair(path, told)}"
+            yield Finding(name, WRONG, words)
+        else:
+            same = _checksums(found) == _listed(entry)
+            yield Finding(name, SAME if same else NEAR)
+    for path in _tables(results):
+        if path.stem in known["tables"]:
+            yield _compare_table(path, known["tables"][path.stem], told, alike)
+
+
+def _compare_table(path: Path, listed: str, told: dict, same_machine: bool) -> Finding:
+    own = checksum(path.read_bytes())
+    try:
+        said = json.loads(metadata_path(path).read_text(encoding="utf-8"))["beltrepro:checksum"]
+    except (OSError, ValueError, KeyError):
+        said = None
+    if own == listed:
+        return Finding(path.stem, SAME)
+    if own == said and not same_machine:
+        return Finding(path.stem, NEAR)
+    reason = "differs from the list" if own == said else "does not have its checksum"
+    return Finding(path.stem, WRONG, f"{path}: {reason}; {files.repair(path, told)}")
+
+
+def _described(dataset: store.Dataset) -> dict:
+    about = dataset.attributes
+    return {
+        "told": {name: about[name] for name in (*files.IDENTITY, "digest")},
+        "duration": about["duration"],
+        "arrays": {
+            name: {"checksum": store.checksum(array), "values": _summaries(array)}
+            for name, array in dataset.arrays.items()
+        },
+    }
+
+
+def _checksums(dataset: store.Dataset) -> dict[str, str]:
+    return {name: store.checksum(array) for name, array in dataset.arrays.items()}
+
+
+def _listed(entry: dict) -> dict[str, str]:
+    return {name: each["checksum"] for name, each in entry["arrays"].items()}
+
+
+def _differing(dataset: store.Dataset, entry: dict, same_machine: bool) -> Iterator[str]:
+    """What is not as the list says."""
+    if set(dataset.arrays) != set(entry["arrays"]):
+        yield "has other arrays than the list"
+        return
+    n_points = len(dataset.arrays["n_blocks"])
+    for name, array in dataset.arrays.items():
+        listed = entry["arrays"][name]
+        if store.checksum(array) == listed["checksum"]:
+            continue
+        if same_machine or name in QUANTITIES:
+            yield f"{name} has other bits"
+        elif any(
+            _apart(found, listed["values"].get(part), entry["duration"], n_points)
+            for part, found in _summaries(array).items()
+        ):
+            yield f"{name} is beyond the bounds"
+
+
+def _apart(found: list, listed: list | None, duration: float, n_points: int) -> bool:
+    """Whether summaries differ by more than the machines explain."""
+    if listed is None:
+        return True
+    (_, mean, _), (_, other, deviation) = found, listed
+    if duration <= SHORT:
+        return abs(mean - other) > TOLERANCE * (abs(other) + deviation)
+    # the list is right, and its scatter that of the points
+    error = deviation * np.sqrt(2 / n_points)
+    return abs(mean - other) > DEVIATIONS * error + TOLERANCE * abs(other)
+
+
+def _summaries(array: np.ndarray) -> dict[str, list[Any]]:
+    """Number of finite values, their mean and standard deviation; of records for each field."""
+    parts = {name: array[name] for name in array.dtype.names} if array.dtype.names else {"": array}
+    return {name: _summary(values) for name, values in parts.items() if values.dtype.kind in "fiub"}
+
+
+def _summary(values: np.ndarray) -> list[Any]:
+    finite = values[np.isfinite(values)].astype(float)
+    if not finite.size:
+        return [0, 0.0, 0.0]
+    return [int(finite.size), *(float(f"{each:.9g}") for each in (finite.mean(), finite.std()))]
+
+
+def _tables(results: Path) -> list[Path]:
+    """Tables with the same content for the same numbers: not that of times."""
+    found = [*results.glob("*.csv"), *(results / "tables").glob("*.csv")]
+    return sorted(path for path in found if path.stem != "timing")

@@ -1,0 +1,171 @@
+"""Runs that begin side by side, are stopped or are killed, and the jobs that they leave."""
+
+import logging
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from beltrepro import lifecycle
+from beltrepro.errors import InputError
+
+HOLD = """
+import sys, time
+from pathlib import Path
+from beltrepro import lifecycle
+lifecycle.begin(Path(sys.argv[1]))
+print("begun", flush=True)
+time.sleep(60)
+"""
+# a run with a job, which is a shell with a process of its own
+RUN = """
+import os, subprocess, sys, time
+from pathlib import Path
+from beltrepro import lifecycle
+results = Path(sys.argv[1])
+lifecycle.begin(results)
+lifecycle.stop_at_once(results)
+os.environ[lifecycle.PARENT] = str(os.getpid())
+job = "from beltrepro import lifecycle; import time; lifecycle.end_with_parent(); "
+job += "print('job', flush=True); time.sleep(60)"
+command = lifecycle.JOB_PREFIX + sys.executable + ' -c "' + job + '"; true'
+subprocess.run(["bash", "-c", command])
+"""
+
+
+def started(code: str, results: Path) -> subprocess.Popen:
+    """A process of its own group that has begun its work on results."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, str(results)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert process.stdout.readline()
+    return process
+
+
+def ended(process: subprocess.Popen) -> str:
+    """What it said last; waits until all that have its output are gone, its jobs too."""
+    return process.communicate(timeout=30)[1]
+
+
+def test_a_second_run_in_a_folder_is_refused_and_a_kill_frees_it(tmp_path):
+    first = started(HOLD, tmp_path / "a")
+    assert lifecycle.is_locked(tmp_path / "a")
+    with pytest.raises(InputError, match="another run is at work there; wait for its end or give"):
+        lifecycle.begin(tmp_path / "a")
+    other = started(HOLD, tmp_path / "b")  # side by side
+    for process in (first, other):
+        process.kill()
+        ended(process)
+    assert not lifecycle.is_locked(tmp_path / "a")
+    other = started(HOLD, tmp_path / "a")
+    other.kill()
+    ended(other)
+
+
+def test_a_folder_that_was_locked_at_first_is_refused(tmp_path):
+    # its files may have changed since they were looked at
+    with pytest.raises(InputError, match="another run"):
+        lifecycle.begin(tmp_path / "a", was_locked=True)
+
+
+def test_looking_locks_nothing(tmp_path):
+    assert not lifecycle.is_locked(tmp_path / "a")
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / lifecycle.LOCK).touch()
+    assert not lifecycle.is_locked(tmp_path / "a")
+    process = started(HOLD, tmp_path / "a")
+    process.kill()
+    ended(process)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_stop_ends_jobs_and_says_how_to_go_on(tmp_path, number):
+    run = started(RUN, tmp_path / "a")
+    (tmp_path / "a" / ".unfinished-1-x.h5").touch()
+    if number == signal.SIGINT:
+        os.killpg(run.pid, number)  # as a terminal does
+    else:
+        run.send_signal(number)
+    said = ended(run).strip()
+    assert run.returncode == 128 + number
+    assert said == (
+        f"stopped; what is finished is kept in {tmp_path / 'a'}: the same command goes on from here"
+    )
+    assert [path.name for path in (tmp_path / "a").iterdir()] == [lifecycle.LOCK]
+
+
+def test_jobs_do_not_outlive_a_killed_run(tmp_path):
+    run = started(RUN, tmp_path / "a")
+    run.kill()
+    begun = time.monotonic()
+    ended(run)  # its output is open as long as the job lives
+    assert time.monotonic() - begun < 20
+
+
+def test_what_begins_clears_what_a_kill_has_left(tmp_path):
+    left = tmp_path / "a" / "datasets" / ".unfinished-1-x.h5"
+    left.parent.mkdir(parents=True)
+    left.touch()
+    process = started(HOLD, tmp_path / "a")
+    process.kill()
+    ended(process)
+    assert not left.exists()
+
+
+# --- what is shown of a failure ---
+
+
+def shown(**record) -> list[str]:
+    """What Snakemake's logger shows after `shorten`."""
+    lines = []
+    handler = logging.StreamHandler()
+    handler.emit = lambda one: lines.append(str(one.msg))
+    logger = logging.Logger("like Snakemake's")
+    logger.addHandler(handler)
+    lifecycle.shorten(logger)
+    logger.error(record.pop("msg", ""), extra=record)
+    return lines
+
+
+class Event:
+    """As Snakemake's `LogEvent`."""
+
+    def __init__(self, name):
+        self.name = name
+
+
+def of_job(log: Path) -> dict:
+    return {
+        "event": Event("JOB_ERROR"),
+        "rule_name": "simulate",
+        "output": ["results/smoke/batches/u1/0000.h5"],
+        "log": [str(log)],
+    }
+
+
+def test_a_job_that_has_said_why_is_not_explained_again(tmp_path):
+    (tmp_path / "log").write_text("10:00:00 ERROR N=5: went wrong\n")
+    assert shown(**of_job(tmp_path / "log")) == []
+    called = "RuleException:\nCalledProcessError in file x, line 3: returned status 1"
+    assert shown(msg=called, exception="RuleException") == []
+    assert shown(msg="Exiting because a job execution failed. Look above") == []
+
+
+def test_a_killed_job_is_one_line(tmp_path):
+    (tmp_path / "log").write_text("10:00:00 INFO u1: started\n")
+    (line,) = shown(**of_job(tmp_path / "log"))
+    assert line.startswith("error in rule simulate: the job of results/smoke/batches/u1/0000.h5")
+    assert "\n" not in line
+
+
+def test_other_words_of_snakemake_stay(tmp_path):
+    words = "MissingInputException in rule draw"
+    assert shown(msg=words, exception="RuleException") == [words]
