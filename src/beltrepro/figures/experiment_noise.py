@@ -29,7 +29,7 @@ ENTRY = Entry(
 )
 
 _FONT = 10.5  # points: legible where the page is as narrow as a phone
-_LINES = 5  # most noises shown as lines
+_LINES = 4  # most noises shown as lines
 _SHADE = LinearSegmentedColormap.from_list("posterior", ["#ffffff", style.SKY, style.BLUE])
 _COLOURS = (style.BLUE, style.VERMILION)
 _FREE = {
@@ -140,7 +140,7 @@ def _draw_noise(axes, simulated):
             missing.append(words)
             continue
         axes.plot(levels, found.marginal("noise"), label=words, **style.line_style(index))
-    axes.set_ylim(bottom=0)
+    axes.set_ylim(0, 1.3 * axes.dataLim.y1)  # room for the legend
     panels.plain_log(axes.xaxis)
     if axes.get_legend_handles_labels()[1]:
         axes.legend(loc="upper right", fontsize=_FONT - 2)
