@@ -25,7 +25,6 @@ from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import EventLog
 from beltrepro.simulation import arguments, memory
 from beltrepro.simulation.arguments import PerChain
-from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.methods import TOLERANCES
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
 from beltrepro.simulation.run import EVENT, Run
@@ -130,7 +129,7 @@ def simulate(
     runs: dict[int, Run] = {}
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
-        runs |= zip(group, once(_follow, members, lengths, samples, report), strict=True)
+        runs |= zip(group, _follow(members, lengths, samples, report), strict=True)
     if np.isnan(runs[0].disorder_parameter):
         warnings.warn(
             f"r and <x_N> are NaN: duration = {duration:g} less transient = {transient:g} holds "
@@ -159,7 +158,8 @@ def _follow(members: list[Point], lengths: dict, samples: dict, report: Progress
         begin, end = start + samples["sample_start"], start + lengths["duration"]
         log = SampleLog(members, sampling, every, begin, end)
         observers.append(log)
-    observe(integrator, lengths["duration"], observers, report)
+    # samples and events would fill a checkpoint
+    observe(integrator, lengths["duration"], observers, report, kept=False)
     length, residual = moments.result(rest[-1]), integrator.energy_residual()
     if few(sampling, start + lengths["transient"], integrator.time):
         length = {name: np.full(len(members), np.nan) for name in length}
