@@ -215,7 +215,7 @@ def test_missing_and_damaged_results_are_named(results):
     table = folder / "tables" / "t.csv"
     table.write_text("n\n2\n")
     found = compare()
-    assert "is missing" in found["rows"].words
+    assert "no such file" in found["rows"].words
     assert "does not have its checksum" in found["t"].words
     for each in found.values():
         assert each.outcome == WRONG and "snakemake --cores 2 --config preset=own" in each.words

@@ -102,14 +102,16 @@ def stop_at_once(results: Path) -> None:
     Parameters
     ----------
     results : Path
-        Folder of the run, held by this process.
+        Folder of the run.
     """
 
     def stop(number: int, frame: Any) -> NoReturn:
+        """End this process and its jobs; a handler of signals."""
         # other threads see their jobs fail: nothing of that is to be read
         logging.disable(logging.CRITICAL)
         _end_jobs()
-        atomic.clear(results)
+        if results in _held:
+            atomic.clear(results)
         said = f"stopped; what is finished is kept in {results}: the same command goes on from here"
         os.write(sys.stderr.fileno(), f"\n{said}\n".encode())
         os._exit(128 + number)
@@ -117,6 +119,12 @@ def stop_at_once(results: Path) -> None:
     for each in STOPPING:
         if signal.getsignal(each) is not signal.SIG_IGN:  # as under nohup
             signal.signal(each, stop)
+
+
+def stop_as_usual() -> None:
+    """Leave it to Snakemake again what it does at Ctrl-C; at SIGTERM it ends after its jobs."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def _end_jobs() -> None:

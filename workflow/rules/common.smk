@@ -214,6 +214,8 @@ WAS_LOCKED = lifecycle.is_locked(RESULTS)
 os.environ[lifecycle.PARENT] = str(os.getpid())
 shell.prefix(lifecycle.JOB_PREFIX)
 lifecycle.shorten(logger)
+if workflow.is_main_process:
+    lifecycle.stop_at_once(RESULTS)
 
 
 def begin():
@@ -222,8 +224,10 @@ def begin():
         lifecycle.begin(RESULTS, WAS_LOCKED)
     except InputError as error:
         sys.exit(f"error: {error}")
-    if workflow.local_exec:  # elsewhere Snakemake cancels the jobs
-        lifecycle.stop_at_once(RESULTS)
+    if workflow.local_exec:
+        lifecycle.stop_at_once(RESULTS)  # again: Snakemake has taken SIGTERM
+    else:
+        lifecycle.stop_as_usual()  # it cancels the jobs elsewhere
 
 
 def say_at_exit(words):

@@ -16,6 +16,7 @@ from beltrepro.analysis import recording
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters, units
 from beltrepro.simulation import Run, simulate
+from beltrepro.simulation.checkpoints import once
 
 _AT_ONCE = 32  # runs whose samples are kept at one time
 
@@ -72,12 +73,16 @@ def trials(
     rows = []
     for place in _slices(len(chains)):
         own = {name: _part(value, place) for name, value in how.items()}
-        found = simulate(chains[place], **span, sample_interval=sample_interval, **own)
-        runs = [found] if isinstance(found, Run) else found
-        rows += [_trial(run, laminar_s) for run in runs]
+        own |= span | {"sample_interval": sample_interval}
+        rows += once(_trials, chains[place], laminar_s, own)
         if progress is not None:
             progress(len(rows) / len(chains))
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def _trials(chains: Sequence[ChainParameters], laminar_s: float, told: dict) -> list[dict]:
+    """What recordings of runs would tell, a row for each."""
+    return [_trial(run, laminar_s) for run in simulate(chains, **told)]
 
 
 def _slices(count: int) -> Iterator[slice]:

@@ -199,8 +199,13 @@ def keeping(path: str | Path, work: str, every: float = EVERY) -> Iterator[None]
 
 
 @contextmanager
-def step() -> Iterator[Step]:
+def step(kept: bool = True) -> Iterator[Step]:
     """The next step of the work that is done.
+
+    Parameters
+    ----------
+    kept : bool
+        False for one that is always done again.
 
     Yields
     ------
@@ -208,7 +213,7 @@ def step() -> Iterator[Step]:
         One that keeps nothing outside of `keeping`.
     """
     checkpoint = _current.get()
-    if checkpoint is None:
+    if checkpoint is None or not kept:
         yield Step(None)
         return
     with checkpoint.step() as begun:

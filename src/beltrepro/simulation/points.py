@@ -260,13 +260,20 @@ def integrator_of(
     return METHODS[first.method](states, **settings)
 
 
-def observe(integrator: Integrator, duration: float, observers: Sequence, report: Progress) -> None:
+def observe(
+    integrator: Integrator,
+    duration: float,
+    observers: Sequence,
+    report: Progress,
+    *,
+    kept: bool = True,
+) -> None:
     """Advance a group by `duration`, and show every chunk of it to the observers.
 
-    A checkpoint keeps how far it is, at instants where a cut changes no bit.
+    kept : whether a checkpoint keeps how far it is, at instants where a cut changes no bit.
     """
     start = integrator.time
-    with checkpoints.step() as step:
+    with checkpoints.step(kept) as step:
         if step.kept is not None:
             states, seen = step.kept
             integrator.reinit(states)

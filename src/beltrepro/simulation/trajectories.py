@@ -24,7 +24,6 @@ from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import EventLog
 from beltrepro.simulation import arguments, memory
 from beltrepro.simulation.arguments import PerChain
-from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.methods import TOLERANCES
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
 from beltrepro.simulation.run import EVENT, Run
@@ -128,7 +127,7 @@ def simulate(
     runs: dict[int, Run] = {}
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
-        runs |= zip(group, once(_follow, members, lengths, samples, report), strict=True)
+        runs |= zip(group, _follow(members, lengths, samples, report), strict=True)
     if isinstance(parameters, ChainParameters):
         return runs[0]
     return [runs[index] for index in range(len(chains))]
@@ -151,7 +150,8 @@ def _follow(members: list[Point], lengths: dict, samples: dict, report: Progress
         begin, end = start + samples["sample_start"], start + lengths["duration"]
         log = SampleLog(members, sampling, every, begin, end)
         observers.append(log)
-    observe(integrator, lengths["duration"], observers, report)
+    # samples and events would fill a checkpoint
+    observe(integrator, lengths["duration"], observers, report, kept=False)
     measured = sampling, start + lengths["transient"], integrator.time
     length, residual = moments_of(moments, rest[-1], *measured), integrator.energy_residual()
     states = integrator.state()
