@@ -20,21 +20,21 @@ SPEEDS = np.array([each.belt_velocity for each in EXPERIMENT])
 NOISES = (0.5, 1.0, 2.0, 4.0)
 RATIOS = (0.45, 0.6)
 FITTING = 0.6  # friction ratio at which trials agree with both recordings, at their speeds
-AGREEING = dict(zip(NOISES, (0, 2, 4, 1), strict=True))  # trials in a cell, of RUNS
+AGREEING = dict(zip(NOISES, (0, 0.5, 1, 0.25), strict=True))  # share of the trials in a cell
 RUNS = 4
 
 
 def made_up(noises=NOISES, ratios=RATIOS, velocities=None, runs=RUNS, duration=15691.0):
     """Trials at every noise, friction ratio and belt velocity, in shuffled order.
 
-    The first AGREEING[noise] of the trials at FITTING have r of the recording, and both regimes.
+    A share AGREEING[noise] of the trials at FITTING have r of the recording, and both regimes.
     """
     if velocities is None:
         velocities = SPEEDS[0] * (14 / 11) ** np.arange(-1.0, 3.0)
     rows = [(s, f, u, k) for s in noises for f in ratios for u in velocities for k in range(runs)]
     rows = np.random.default_rng(5).permutation(np.array(rows, dtype=float).reshape(-1, 4))
     noise, ratio, velocity, number = rows.T
-    agreeing = (ratio == FITTING) & (number < np.array([AGREEING.get(s, 0) for s in noise]))
+    agreeing = (ratio == FITTING) & (number < runs * np.array([AGREEING.get(s, 0) for s in noise]))
     first, second = (np.isclose(velocity, speed, rtol=1e-3) for speed in SPEEDS)
     agreeing &= first | second
     printed = np.where(first, EXPERIMENT[0].disorder_parameter, EXPERIMENT[1].disorder_parameter)

@@ -893,7 +893,7 @@ def test_the_noise_of_the_experiment_needs_trials_and_agreement(monkeypatch):
     with pytest.raises(NotEnoughDataError, match="78 trials, 80 are needed"):
         measured("sigma-experiment", "r within 10%", datasets=experiments([1.0], runs=26))
     few = experiments([1.0], runs=30) | {"trials_free": experiments([1.0], runs=19)["trials_free"]}
-    with pytest.raises(NotEnoughDataError, match="19 trials agree, 20 are needed"):
+    with pytest.raises(NotEnoughDataError, match="19 trials agree with a recording, 20 are needed"):
         measured("sigma-experiment", "r within 10%", datasets=few)
     with pytest.raises(NotEnoughDataError, match="0 and 0 of 210 trials agree"):
         measured("sigma-experiment", "r within 10%", datasets=experiments([], runs=30))

@@ -129,7 +129,7 @@ def points_of(changes):
              "initial_positions": None, "initial_spread": 0.1, "initial_state": None}  # fmt: skip
     told: dict = {name: [value] * 2 for name, value in usual.items()}
     told["initial_positions"] = None
-    chain, other = [ChainParameters(2, 20.0, noise=1.0)] * 2
+    chain, other = [ChainParameters(2, 20.0, noise=0.01)] * 2
     for name, value in changes.items():
         if name == "initial_positions":
             told[name] = [chain.rest_positions, value]

@@ -168,6 +168,12 @@ def without_tape(frames):
     return frames
 
 
+def without_springs():
+    """Springs as bright as the belt."""
+    hidden = Scene(spring=Scene().belt)
+    return [each.picture for each in pictures(MOVEMENT, scene=hidden, camera=CAMERA)]
+
+
 def second_white(frames):
     """With another white block, ahead of the last one."""
     frames = frames.copy()
@@ -269,6 +275,7 @@ WRONG = {
         lambda path: written(path, always_covered(WHOLE)),
         "film a white block",
     ),
+    "no spring": (lambda path: written(path, without_springs()), "--support left or right"),
     "no tape": (lambda path: written(path, without_tape(WHOLE)), "no tape measure"),
     "tape without its end": (lambda path: written(path, WHOLE[:, :, 60:]), "--first-mark"),
     "on its side": (lambda path: written(path, np.rot90(WHOLE, axes=(1, 2))), "left to right"),

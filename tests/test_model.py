@@ -75,7 +75,7 @@ def test_friction_rule(direction, relative_velocity, force, expected):
 
 
 def test_a_negative_threshold_holds_nothing():
-    assert next_direction(0, 0.0, [0.0, -0.0, 2.0, -2.0], -1.0).tolist() == [1, -1, 1, -1]
+    assert next_direction(0, 0.0, [0.0, -0.0, 2.0, -2.0], -1.0).tolist() == [1, 1, 1, -1]
 
 
 def test_friction_force():

@@ -50,23 +50,23 @@ def test_dropped_frames_change_r_by_less_than_a_percent():
 
 def test_regimes_are_those_of_the_analysis():
     whole, part = analyse(*bursts()), regimes(*bursts())
-    for name in ("disorder_parameter", "mean_length", "observed_s", "small_share", "laminar_share"):
+    for name in ("disorder_parameter", "mean_length", "observed_s", "small_share", "lasting_share"):
         assert getattr(part, name) == getattr(whole, name)
     np.testing.assert_array_equal(part.small_s, whole.small_s)
-    # the quiet stretch of 8 s is too short for a laminar phase and belongs to what lies around it
-    np.testing.assert_allclose(part.laminar_s, [[40, 100]], atol=1.3)
+    # the quiet stretch of 8 s is too short to last and belongs to what lies around it
+    np.testing.assert_allclose(part.lasting_s, [[40, 100]], atol=1.3)
     np.testing.assert_allclose(part.lively_s, [[0, 40], [100, 200]], atol=1.3)
     with pytest.raises(NotEnoughDataError, match="10 samples, 32 are needed"):
         regimes(np.arange(10.0), np.ones(10))
 
 
-def test_quiet_stretches_are_found_and_only_long_ones_are_laminar():
+def test_quiet_stretches_are_found_and_only_long_ones_last():
     found = analyse(*bursts())
     # A window of 5 s that holds a second of the burst can still be quiet.
     np.testing.assert_allclose(found.small_s, [[40, 100], [150, 158]], atol=1.3)
     assert found.small_share == pytest.approx(68 / 200, abs=0.03)
-    assert found.laminar_share == pytest.approx(60 / 200, abs=0.015)
-    assert analyse(*bursts(), laminar_s=5.0).laminar_share == found.small_share
+    assert found.lasting_share == pytest.approx(60 / 200, abs=0.015)
+    assert analyse(*bursts(), lasting_s=5.0).lasting_share == found.small_share
     assert analyse(*bursts(), quiet=0.2).small_share == 1.0
     assert analyse(*bursts(), quiet=0.001).small_share == 0.0
 

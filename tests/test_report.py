@@ -257,7 +257,7 @@ def test_sections_stand_in_their_order_and_in_the_contents(made):
 
 def test_the_section_on_the_experiment_says_what_the_tables_do(tmp_path, monkeypatch):
     monkeypatch.setattr("beltrepro.analysis.trials.BANDWIDTH", {})
-    tables = studies()
+    tables = studies(runs=16)
     tables["experiment_posterior"] = posterior_table(tables)
     names = ("experiment_odds", "experiment_posterior", "alternation")
     for name in names:
@@ -269,19 +269,20 @@ def test_the_section_on_the_experiment_says_what_the_tables_do(tmp_path, monkeyp
     said, table = words(section), cells(section)
     assert "No trial agrees with its recording in r (within 10%) and in its regimes" in said
     assert "all blocks slip at once for longer than 0.61 s" in said
-    # 16 trials at each speed: none of 16 has r as low, at most 0.21
-    assert table[1][:5] == ["0.22", "1000", "16", "0.072", "0.132 (0.130 to 0.133)"]
-    assert table[1][5:] == ["0.130", *3 * ["0 (0 to 0.21)"], "0"]
+    assert "slip for a minute in 0 of 512 trials, and for 0.61 s at most" in said
+    # 64 trials at each speed: none of 64 has r as low, so that at most 0.056 do
+    assert table[1][:5] == ["0.22", "1000", "64", "0.072", "0.138 (0.130 to 0.145)"]
+    assert table[1][5:] == ["0.130", *3 * ["0 (0 to 0.056)"], "0"]
     assert [row[:3] for row in table[2:5]] == [
-        ["0.28", "1000", "16"],
-        ["0.22", "300", "16"],
-        ["0.28", "300", "16"],
+        ["0.28", "1000", "64"],
+        ["0.22", "300", "64"],
+        ["0.28", "300", "64"],
     ]
-    assert table[6] == ["0.5", "4", "nowhere", "", "0"]
+    assert table[6] == ["0.5", "16", "nowhere", "", "0"]
     rows = {row[0]: row for row in table[11:]}
-    assert rows["noise"][1:5] == ["16", "0 and 0", "0", ""]
+    assert rows["noise"][1:5] == ["64", "0 and 0", "0", ""]
     found = rows["noise, friction ratio"]
-    assert found[1:4] == ["32", "7 and 7", "0.16"]
+    assert found[1:4] == ["128", "28 and 28", "0.16"]
     assert found[5:] == ["1, 2", "0.95 (0.5)", "0.6", ""]
     assert rows["noise, friction ratio, belt speed"][8] == "1"
 

@@ -27,7 +27,7 @@ def test_every_table_is_a_module_with_a_function():
     of_integrators = {"agreement", "families", "partings", "convergence"}
     of_chaos = {"motions", "noisy_motions", "mean_lifetimes", "attractors"}
     of_experiment = {"experiment_odds", "experiment_posterior", "alternation"}
-    assert of_integrators | of_chaos | of_experiment | {"friction_falls"} == set(TABLES)
+    assert of_integrators | of_chaos | of_experiment | {"friction_falls", "audit"} == set(TABLES)
     for name, entry in TABLES.items():
         module = importlib.import_module(f"beltrepro.tables.{name}")
         assert entry == module.ENTRY and callable(module.derive)
@@ -82,7 +82,7 @@ def test_how_many_trials_alternate_at_each_point():
 
 def test_posteriors_of_what_is_free(monkeypatch):
     monkeypatch.setattr("beltrepro.analysis.trials.BANDWIDTH", {})
-    table = posterior_table(studies())
+    table = posterior_table(studies(runs=16))
     assert set(TABLES["experiment_posterior"].columns) == set(table)
     assert table["tolerance"].tolist() == 4 * [0.1, 0.05, 0.2]
     by_free = table[table["tolerance"] == 0.1].set_index("free")
@@ -90,15 +90,19 @@ def test_posteriors_of_what_is_free(monkeypatch):
     for free in ("noise", "noise, speed_factor"):
         row = by_free.loc[free]
         assert (row["evidence"], row["agreed_022"]) == (0, 0) and np.isnan(row["best_noise"])
-    # 0, 2, 4 and 1 of four trials agree with each recording at the four noises
+    # 0, 8, 16 and 4 of 16 trials agree with each recording at the four noises
     likelihood = np.array([0, 2, 4, 1]) ** 2 / 16
     row = by_free.loc["noise, friction_ratio"]
     assert row["evidence"] == pytest.approx(likelihood.sum() / 8)
     assert row["sigma_1_to_2"] == pytest.approx(20 / 21) and row["sigma_1_to_2_before"] == 0.5
     assert (row["best_noise"], row["noise_levels"]) == (2, "1; 2")
     assert (row["best_friction_ratio"], row["friction_ratio_levels"]) == (0.6, "0.6")
-    assert row[["combinations", "runs", "agreed_022"]].tolist() == [8, 4, 7]
+    assert row[["combinations", "runs", "agreed_022"]].tolist() == [8, 16, 28]
     assert (row["r_022"], row["r_028"]) == pytest.approx((0.072, 0.052))
+    # too few trials agree to tell a set of noises
+    few = posterior_table(studies()).set_index(["free", "tolerance"])
+    assert few.loc[("noise, friction_ratio", 0.1), "agreed_022"] == 7
+    assert np.isnan(few.loc[("noise, friction_ratio", 0.1), "best_noise"])
     # fresh trials agree with both in a quarter of the pairs at noise 1, always at noise 2
     assert 0.5 < row["held_out"] < 1
     row = by_free.loc["noise, friction_ratio, speed_factor"]

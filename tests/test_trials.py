@@ -65,7 +65,7 @@ def test_a_trial_is_what_the_analysis_of_a_recording_says_of_the_frames(found):
         )
         assert found["disorder_parameter"][row] == film.disorder_parameter
         assert found["small_share"][row] == film.small_share
-        assert found["laminar_share"][row] == film.laminar_share
+        assert found["laminar_share"][row] == film.lasting_share
         lengths = units.from_si(np.diff(film.small_s, axis=1)[:, 0], "time")
         assert found["laminar_longest"][row] == pytest.approx(lengths.max(initial=0.0)) or (
             lengths.max(initial=0.0) <= 200

@@ -1,6 +1,7 @@
 """Watching a chain: the model without a display, what is drawn, keys and sliders, films."""
 
 import json
+import time
 from dataclasses import replace
 
 import av
@@ -16,7 +17,7 @@ from beltrepro import ChainParameters, ChainState, cli, simulate
 from beltrepro.errors import InputError, ModelStateError
 from beltrepro.model.spring import chain_deformations, spring_force
 from beltrepro.model.units import FORCE_N, LENGTH_M, TIME_S
-from beltrepro.watching import Clock, Player, View, Window, look, write_film
+from beltrepro.watching import Clock, Player, View, Window, begin, look, write_film
 from beltrepro.watching.picture import BLOCK_ALONG
 
 CHAIN = ChainParameters(3, 15.0, 1.0)
@@ -325,6 +326,21 @@ def test_every_frame_of_a_gif_has_the_colours_that_tell_something(tmp_path, late
             for name in (look.STUCK, look.SLIPPING):  # at least those of the legend
                 exact = np.round(255 * np.array(to_rgb(name)))
                 assert np.abs(colours - exact).max(axis=1).min() <= 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n_blocks", [5, 10])
+def test_a_core_draws_24_frames_in_a_second(n_blocks):
+    clock = Clock()
+    player = begin(ChainParameters(n_blocks, 15.3, 1.0), clock, 250.0, 1)
+    figure = Figure(figsize=(12.8, 7.2))
+    FigureCanvasAgg(figure)
+    window = Window(player, clock, figure)
+    window.tick(1 / 24)  # draws all, the next ones what moves
+    start = time.process_time()
+    for _ in range(48):
+        window.tick(1 / 24)
+    assert time.process_time() - start < 2.0
 
 
 def test_a_film_of_the_window_is_tracked_and_analysed(tmp_path, capsys):

@@ -327,6 +327,24 @@ def test_bad_configuration_is_one_line(tree, setting, words):
     assert "Traceback" not in done.stdout + done.stderr
 
 
+@pytest.mark.parametrize(
+    ("arguments", "settings", "words"),
+    [
+        (["fig2"], ["preset=smoke"], "did you mean 'fig22'?"),
+        (["results/smoke/batches/u1/9999.h5"], ["preset=smoke"], "u1/9999.h5': allowed are files"),
+        (["--forcerun", "simulat"], ["preset=smoke"], "did you mean 'simulate'?"),
+        ([], ["preset=smoke", "fig12"], "targets stand before --config"),
+        ([], ["model.friction_ratio=0.6"], """--config 'model={"friction_ratio": 0.6}'"""),
+    ],
+)
+def test_wrong_command_line_is_one_line(tree, arguments, settings, words):
+    done = snakemake(tree, "--dry-run", *arguments, settings=settings)
+    lines = [line for line in done.stderr.splitlines() if "profile" not in line]
+    assert done.returncode == 1
+    assert len(lines) == 1 and lines[0].startswith("error: ") and words in lines[0], done.stderr
+    assert "Traceback" not in done.stdout + done.stderr
+
+
 def test_figure_of_an_unknown_dataset_is_one_line(tree):
     module = tree / "src/beltrepro/figures/fig13.py"
     before = module.read_text()

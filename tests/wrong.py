@@ -49,10 +49,10 @@ NOT_NONE = {"none": None}
 # and every number of the package is 0 or greater, but for velocities.
 KINDS = {
     "ChainParameters": {"number": 5, "none in it": [None], "class": ChainParameters},
-    "ChainState": {"number": 5, "none in it": [None]},
+    "ChainState": {"number": 5, "number in it": [5]},
     "Progress": {"number": 5, "true": True},
     "ArrayLike": ARRAY,
-    "Path": {"number": 5, "missing": "no/such/folder/file.h5"},
+    "Path": {"number": 5},
     "str": {"empty": "", "number": 1, "nan": math.nan, "true": True},
     "int": NUMBER | {"fraction": 1.5},
     "float": NUMBER,
@@ -61,11 +61,21 @@ KINDS = {
 ALLOWED = {"Path": ("word", "number as text", "bytes"), "Progress": ("class",)}
 
 
+def annotation(parameter: inspect.Parameter) -> str:
+    """The annotation as text."""
+    given = parameter.annotation
+    return given if isinstance(given, str) else given.__name__
+
+
+def kind_of(parameter: inspect.Parameter) -> str:
+    """The kind of an argument, one of `KINDS`."""
+    words = annotation(parameter)
+    return next(kind for kind in KINDS if re.search(rf"\b{kind}\b", words))
+
+
 def wrong_values(parameter: inspect.Parameter) -> dict[str, object]:
     """Values that the argument of a function about one chain cannot have, by what they are."""
-    words = parameter.annotation
-    words = words if isinstance(words, str) else words.__name__
-    kind = next(kind for kind in KINDS if re.search(rf"\b{kind}\b", words))
+    words, kind = annotation(parameter), kind_of(parameter)
     found = ANYWHERE | KINDS[kind]
     if kind == "ArrayLike" and not parameter.name.endswith("velocities"):
         found |= RISING

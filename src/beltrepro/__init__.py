@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from beltrepro.model.parameters import ChainParameters
 
 if TYPE_CHECKING:
+    from beltrepro.analysis.audit import Audit, audit
     from beltrepro.chaos import (
         LyapunovSpectrum,
         Motion,
@@ -26,12 +27,14 @@ if TYPE_CHECKING:
     from beltrepro.simulation import ChainState, Run, catalogue, escapes, scan, simulate
 
 __all__ = [
+    "Audit",
     "ChainParameters",
     "ChainState",
     "LyapunovSpectrum",
     "Motion",
     "PeriodicOrbit",
     "Run",
+    "audit",
     "catalogue",
     "classify",
     "close_orbit",
@@ -65,5 +68,6 @@ _CHAOS = (
 def __getattr__(name: str) -> Any:
     if name in __all__:
         room = "chaos" if name in _CHAOS else "simulation"
+        room = "analysis.audit" if name in ("Audit", "audit") else room
         return getattr(import_module(f"beltrepro.{room}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -11,7 +11,7 @@ from tempfile import TemporaryFile
 from typing import Any, NoReturn
 
 from beltrepro import ChainParameters, __version__
-from beltrepro.checks import shown
+from beltrepro.checks import positive, shown
 from beltrepro.errors import InputError, ModelStateError
 from beltrepro.names import hint
 from beltrepro.scripting import Progress
@@ -322,6 +322,7 @@ def _numerics(options: argparse.Namespace) -> dict[str, Any]:
 def _simulate(options: argparse.Namespace) -> int:
     chain = _chain(options)
     _check_output(options.output)
+    positive("sample_interval", options.sample_interval)  # also where there are no samples
     from beltrepro.simulation import Run, simulate
 
     run = simulate(
@@ -552,7 +553,7 @@ def _told(found: Any) -> dict[str, Any]:
         **{name: getattr(found, name) for name in names},
         "mean_length_model": float(from_si(found.mean_length, "length")),
         "small_amplitude_share": found.small_share,
-        "laminar_share": found.laminar_share,
+        "lasting_small_amplitude_share": found.lasting_share,
         **{f"exponent_{name}": law.exponent for name, law in laws.items()},
         **{f"exponent_error_{name}": law.exponent_error for name, law in laws.items()},
     }

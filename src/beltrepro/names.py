@@ -100,7 +100,7 @@ def checked(called: F) -> F:
     signature = inspect.signature(called)
 
     @functools.wraps(called)
-    def call(*args: Any, **kwargs: Any) -> Any:
+    def _call(*args: Any, **kwargs: Any) -> Any:
         try:
             return called(*args, **kwargs)
         except TypeError:
@@ -108,7 +108,7 @@ def checked(called: F) -> F:
                 raise wrong from None
             raise
 
-    return cast(F, call)
+    return cast(F, _call)
 
 
 def _wrong(

@@ -20,9 +20,11 @@ from beltrepro.model.spring import external_force
 
 _STEP = 5e-3  # of the motion computed anew, model time
 _WINDOW = 4 * NOISE_CELL  # over which momentum is summed, model time
-_LOST = 2 / 15  # of a cell: its noise that is missing at the two ends of a window, see docs/event.md
+# Share of a cell of the noise that is missing at the ends of a window, see docs/validity.md.
+_LOST = 2 / 15
 # of an interval: where momentum follows from positions between the samples, by Gauss and Legendre
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+_SAMPLES = 10**6  # at most, from the start of a run: memory and time
 _LONGEST_INTERVAL = 0.25  # model time: the interpolation between samples must be better than noise
 
 
@@ -73,14 +75,15 @@ def audit(run: Any, windows: int = 20, length: float = 2.0) -> Audit:
     -------
     Audit
     """
-    chain, sampled = run.parameters, (run.time, run.positions, run.velocities)
+    chain, first = run.parameters, slice(0, _SAMPLES)
+    sampled = run.time[first], run.positions[first], run.velocities[first]
     quiet = chain.noise == 0 and len(run.time) > 1
     pieces = replayed(*sampled, chain, windows=windows, length=length) if quiet else np.empty(0)
     ratio, error = noise_ratio(*sampled, chain, run.method, run.time_step)
     return Audit(
         energy_residual=run.energy_residual,
-        wrong_way=wrong_way(run.velocities, run.friction, chain),
-        overload=overload(run.positions, run.velocities, chain),
+        wrong_way=wrong_way(sampled[2], run.friction[first], chain),
+        overload=overload(*sampled[1:], chain),
         windows=len(pieces),
         deviation=float(pieces.max()) if len(pieces) else np.nan,
         noise_ratio=ratio,

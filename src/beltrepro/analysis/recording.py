@@ -17,7 +17,7 @@ from beltrepro.model.units import TIME_S
 # The paper tells stretches of small amplitude from those of large amplitude by eye.
 WINDOW_S = 5.0
 QUIET = 0.05
-LAMINAR_S = 200 * TIME_S  # as in simulations
+LASTING_S = 200 * TIME_S  # as laminar phases in simulations
 SMALL, LARGE, WHOLE = "small", "large", "whole"
 # A power law is fitted above the peak of a spectrum, up to where that of Fig. 8 is fitted to.
 FIT_TO_HZ = FIT_BAND[1] / TIME_S
@@ -71,8 +71,8 @@ class Recording:
         Share of the time with small amplitude.
     small_s : array (L, 2)
         Begin and end of the stretches of small amplitude.
-    laminar_share : float
-        Share of the time in those of them that last longer than `laminar_s`.
+    lasting_share : float
+        Share of the time in those of them that last longer than `lasting_s`.
     spectra : dict of Spectrum
         Of the "whole", and of the longest stretch of "small" and of "large" amplitude, where they
         are long enough.
@@ -88,7 +88,7 @@ class Recording:
     maximum_length: float
     small_share: float
     small_s: np.ndarray
-    laminar_share: float
+    lasting_share: float
     spectra: dict[str, Spectrum]
 
 
@@ -98,26 +98,26 @@ class Regimes:
 
     Attributes
     ----------
-    observed_s, disorder_parameter, mean_length, small_share, laminar_share : float
+    observed_s, disorder_parameter, mean_length, small_share, lasting_share : float
         As of `Recording`.
     small : array (T,) of bool
         Which samples have a small amplitude.
     small_s : array (L, 2)
         Begin and end of the stretches of small amplitude.
-    laminar_s : array (K, 2)
-        Those of them that are laminar phases.
+    lasting_s : array (K, 2)
+        Those of them that last.
     lively_s : array (M, 2)
-        Begin and end of the stretches between laminar phases.
+        Begin and end of the stretches between those that last.
     """
 
     observed_s: float
     disorder_parameter: float
     mean_length: float
     small_share: float
-    laminar_share: float
+    lasting_share: float
     small: np.ndarray
     small_s: np.ndarray
-    laminar_s: np.ndarray
+    lasting_s: np.ndarray
     lively_s: np.ndarray
 
 
@@ -128,7 +128,7 @@ def regimes(
     *,
     window_s: float = WINDOW_S,
     quiet: float = QUIET,
-    laminar_s: float = LAMINAR_S,
+    lasting_s: float = LASTING_S,
 ) -> Regimes:
     """r of a recording, and its stretches of small and of large amplitude.
 
@@ -145,7 +145,7 @@ def regimes(
         As of `analyse`.
     quiet : float
         As of `analyse`.
-    laminar_s : float
+    lasting_s : float
         As of `analyse`.
 
     Returns
@@ -174,18 +174,18 @@ def regimes(
     spread = float(np.sqrt(np.average((position - mean) ** 2, weights=weight)))
     small = _is_small(time, position, interval, window_s, quiet)
     quiet_s = _stretches(time, small)
-    lasting = quiet_s[np.diff(quiet_s, axis=1)[:, 0] > laminar_s]
-    laminar = np.any((time >= lasting[:, :1]) & (time <= lasting[:, 1:]), axis=0)
+    lasting = quiet_s[np.diff(quiet_s, axis=1)[:, 0] > lasting_s]
+    in_lasting = np.any((time >= lasting[:, :1]) & (time <= lasting[:, 1:]), axis=0)
     return Regimes(
         observed_s=float(weight.sum()),
         disorder_parameter=spread / mean,
         mean_length=mean,
         small_share=float(weight[small].sum() / weight.sum()),
-        laminar_share=float(weight[laminar].sum() / weight.sum()),
+        lasting_share=float(weight[in_lasting].sum() / weight.sum()),
         small=small,
         small_s=quiet_s,
-        laminar_s=lasting,
-        lively_s=_stretches(time, ~laminar),
+        lasting_s=lasting,
+        lively_s=_stretches(time, ~in_lasting),
     )
 
 
@@ -197,14 +197,15 @@ def analyse(
     transient_s: float = 0.0,
     window_s: float = WINDOW_S,
     quiet: float = QUIET,
-    laminar_s: float = LAMINAR_S,
+    lasting_s: float = LASTING_S,
 ) -> Recording:
     """Analyse a recording of the last block, with frames at any instants.
 
     Means are over time: a sample stands for the time half-way to its neighbours, and gaps count for
     nothing. For spectra the samples are interpolated at equal intervals, straight across gaps.
     The amplitude is small where the standard deviation of x_N within a window is below a share of
-    its mean. That criterion is ours: the paper gives none.
+    its mean. That criterion is ours: the paper gives none. A laminar phase of a simulation is
+    something else, a long slip of the last block (docs/experiment.md).
 
     Parameters
     ----------
@@ -218,9 +219,9 @@ def analyse(
         Length of the window for the amplitude, seconds.
     quiet : float
         Share of the mean length below which the amplitude is small.
-    laminar_s : float
-        Seconds that a stretch of small amplitude must exceed to be a laminar phase; 200 model units
-        if not given, as in simulations.
+    lasting_s : float
+        Seconds that a stretch of small amplitude must exceed to count as lasting; 200 model units
+        if not given, as for laminar phases of simulations.
 
     Returns
     -------
@@ -238,7 +239,7 @@ def analyse(
     time, position = checks.series("time_s", time_s), checks.series("x_m", x_m)
     transient_s = checks.not_negative("transient_s", transient_s)
     window_s, quiet = checks.positive("window_s", window_s), checks.positive("quiet", quiet)
-    laminar_s = checks.not_negative("laminar_s", laminar_s)
+    lasting_s = checks.not_negative("lasting_s", lasting_s)
     require(
         time.size == position.size,
         f"time_s has {time.size} numbers and x_m {position.size}: as many instants as positions "
@@ -256,7 +257,7 @@ def analyse(
     )
     require(np.all(np.diff(time) > 0), "instants time_s must rise")
     interval = float(np.median(np.diff(time)))
-    found = regimes(time, position, window_s=window_s, quiet=quiet, laminar_s=laminar_s)
+    found = regimes(time, position, window_s=window_s, quiet=quiet, lasting_s=lasting_s)
     lively_s = _stretches(time, ~found.small)
     return Recording(
         time_s=time,
@@ -269,7 +270,7 @@ def analyse(
         maximum_length=float(position.max()),
         small_share=found.small_share,
         small_s=found.small_s,
-        laminar_share=found.laminar_share,
+        lasting_share=found.lasting_share,
         spectra=_spectra(time, position, interval, found.small_s, lively_s),
     )
 

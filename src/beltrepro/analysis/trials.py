@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from beltrepro.analysis.errors import require
-from beltrepro.analysis.inference import Recorded, Simulated
-from beltrepro.analysis.recording import LAMINAR_S
+from beltrepro.analysis.inference import Posterior, Recorded, Simulated
+from beltrepro.analysis.recording import LASTING_S
 from beltrepro.model import units
 
 _ALIKE = 1e-3  # share by which two belt velocities of a grid count as one
 FRICTION_RATIO = 0.45  # printed, and measured (Sec. II)
 TOLERANCE = 0.1  # of ln r: within 10 % of what is printed
+MINIMUM_AGREED = 20  # trials that agree with a recording; fewer make no posterior
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Observation:
 
 EXPERIMENT = (
     Observation(0.22, 0.072, laminar_s=60.0, lively_s=125.0),
-    Observation(0.28, 0.052, laminar_s=LAMINAR_S, lively_s=LAMINAR_S),
+    Observation(0.28, 0.052, laminar_s=LASTING_S, lively_s=LASTING_S),
 )
 """At 0.22 m/s avalanches for 125 s and continuous slip for more than a minute, at 0.28 m/s both."""
 
@@ -153,6 +154,26 @@ def assigned(noise: np.ndarray) -> np.ndarray:
         True from 1 to 2, both included.
     """
     return (noise >= ASSIGNED[0] - 1e-9) & (noise <= ASSIGNED[1] + 1e-9)
+
+
+def require_agreed(found: Posterior) -> None:
+    """Refuse a posterior that rests on too few trials.
+
+    Parameters
+    ----------
+    found : Posterior
+        Of the parameters, given both recordings.
+
+    Raises
+    ------
+    NotEnoughDataError
+        Fewer than MINIMUM_AGREED trials agree with a recording.
+    """
+    fewest = min(found.agreed)
+    require(
+        fewest >= MINIMUM_AGREED,
+        f"{fewest} trials agree with a recording, {MINIMUM_AGREED} are needed",
+    )
 
 
 def on_grid(arrays: Mapping[str, np.ndarray]) -> Simulated:

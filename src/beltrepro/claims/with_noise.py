@@ -18,7 +18,6 @@ WINDOW_RANGE = (3.0, 15.0)
 MINIMUM_SERIES = 5000.0
 MINIMUM_RUNS = 8
 MINIMUM_TRIALS = 80  # of none that agree, 5 % are excluded from 72 on
-MINIMUM_AGREED = 20
 STRONGEST = 2.2  # noise up to which the motion at u = 7 is called noise-induced chaos
 SHARES = {
     "laminar share 5 % to 95 %": (0.05, 0.95),
@@ -392,8 +391,7 @@ def _noise_of_experiment(evidence, tolerance):
         agreeing[f"{each.speed_m_s:g} m/s"] = shares.share(int(agreed.sum()), runs)
     simulated = trials.on_grid(evidence.dataset("trials_free").arrays)
     found = inference.posterior(simulated, trials.RECORDED, tolerance)
-    fewest = min(found.agreed)
-    require(fewest >= MINIMUM_AGREED, f"{fewest} trials agree, {MINIMUM_AGREED} are needed")
+    trials.require_agreed(found)
     levels, chosen = found.levels["noise"], found.credible("noise")
     inside = trials.assigned(levels)
     posterior = float(found.marginal("noise")[inside].sum())

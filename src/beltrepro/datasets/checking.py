@@ -1,14 +1,17 @@
 """Reading and checking of config.yaml: one line for whatever is wrong."""
 
+import datetime
 import json
-import math
 import re
+import sys
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import jsonschema
 import yaml
 
+from beltrepro.checks import shown
 from beltrepro.errors import InputError
 from beltrepro.names import hint
 
@@ -83,10 +86,11 @@ def normalised(config: dict) -> dict:
     Raises
     ------
     InputError
-        If a number is not finite.
+        If a number is not finite, or a value of no kind that a key can have.
     """
-    texts = {key: str(config[key]) for key in TEXTS if key in config}
-    return _normalised(config) | texts
+    texts = {key: config[key] for key in TEXTS if _is_name(config.get(key))}
+    others = {key: value for key, value in config.items() if key not in texts}
+    return _normalised(others, ()) | {key: str(value) for key, value in texts.items()}
 
 
 def fault(config: dict, schema: dict) -> InputError | None:
@@ -110,18 +114,36 @@ def fault(config: dict, schema: dict) -> InputError | None:
     return None if first is None else _explained(first)
 
 
-def _normalised(node):
+def _is_name(value: object) -> bool:
+    """Whether a value is a text, or something that YAML reads of one."""
+    return isinstance(value, str | int | float | datetime.date) and not isinstance(value, bool)
+
+
+def _normalised(node: Any, path: tuple) -> Any:
+    """A value of the config without what YAML and Snakemake made of it."""
     if isinstance(node, dict):
-        return {str(key): _normalised(value) for key, value in node.items()}
+        return {str(key): _normalised(value, (*path, key)) for key, value in node.items()}
     if isinstance(node, list | tuple):
-        return [_normalised(value) for value in node]
-    if isinstance(node, str) and re.fullmatch(r"[+-]?\d+", node):
-        return int(node)
-    if isinstance(node, str) and re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", node):
-        return float(node)
-    if isinstance(node, float) and not math.isfinite(node):
-        raise complain(f"{node} is not allowed as a value: a finite number is needed")
+        return [_normalised(value, (*path, place)) for place, value in enumerate(node)]
+    if isinstance(node, str) and re.fullmatch(_NUMBER, node):
+        _check_size(float(node), node, path)
+        return int(node) if re.fullmatch(_WHOLE, node) else float(node)
+    if isinstance(node, int | float) and not isinstance(node, bool):
+        _check_size(node, node, path)
+    if not isinstance(node, str | int | float | None):
+        text = "must be a number, text, true or false, null, a list or a mapping"
+        raise complain(f"{_dotted(path)} = {shown(node)}: {text}")
     return node
+
+
+_NUMBER = r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"
+_WHOLE = r"[+-]?\d+"
+
+
+def _check_size(number: float, value: object, path: tuple) -> None:
+    """That a number is finite, and small enough to be one in other programs."""
+    if not abs(number) <= sys.float_info.max:
+        raise complain(f"{_dotted(path)} = {shown(value)}: a finite number is needed")
 
 
 def _explained(error: jsonschema.ValidationError) -> InputError:
@@ -139,22 +161,24 @@ def _explained(error: jsonschema.ValidationError) -> InputError:
             missing = next(key for key in allowed if key not in value)
             return complain(f"{'.'.join(filter(None, [where, missing]))} is missing")
         case "enum":
-            text = f"{where} = {value!r}: allowed are {', '.join(allowed)}"
+            text = f"{where} = {shown(value)}: allowed are {', '.join(allowed)}"
             return complain(text, str(value), allowed)
         case "pattern":
             text = "must begin with a letter or digit and hold only these, '.', '-' and '_'"
-            return complain(f"{where} = {value!r}: {text}")
+            return complain(f"{where} = {shown(value)}: {text}")
         case "type":
             names = [allowed] if isinstance(allowed, str) else allowed
             text = " or ".join(_TYPES[name] for name in names)
-            return complain(f"{where} = {_shown(value)}: must be {text}")
+            return complain(f"{where} = {_json(value)}: must be {text}")
         case "minimum" | "maximum" | "exclusiveMinimum" | "exclusiveMaximum":
-            return complain(f"{where} = {value!r}: must be {_LIMITS[error.validator]} {allowed:g}")
+            return complain(
+                f"{where} = {shown(value)}: must be {_LIMITS[error.validator]} {allowed:g}"
+            )
         case "minItems" | "minProperties" | "minLength":
             return complain(f"{where} is empty: at least one entry is needed")
         case "uniqueItems":
-            return complain(f"{where} = {_shown(value)}: the same value occurs twice")
-    return complain(f"{where}: {error.message}")
+            return complain(f"{where} = {_json(value)}: the same value occurs twice")
+    return complain(f"{where} = {_json(value)}: not allowed by {error.validator} = {allowed!r}")
 
 
 _TYPES = {
@@ -184,6 +208,6 @@ def _dotted(path: Iterable) -> str:
     return "".join(parts).removeprefix(".")
 
 
-def _shown(value: object) -> str:
+def _json(value: object) -> str:
     text = json.dumps(value)
     return text if len(text) <= 40 else f"{text[:37]}..."

@@ -9,6 +9,7 @@ from beltrepro.datasets.quantities import QUANTITIES, cast
 
 GRID_DIGITS = 10  # values of a grid are rounded so that 35 steps of 0.2 and 14 of 0.5 are both 7.0
 LONGEST_GRID = 100_000
+MOST_POINTS = 1_000_000  # of a dataset; each is a run
 
 Complain = Callable[[str], Exception]
 """Makes the error for a text about the configuration."""
@@ -43,6 +44,7 @@ def points(axes: dict[str, tuple[object, str]], seed: int, complain: Complain) -
             else _values_at(name, n_blocks, *axes[name], seed, complain)
             for name in QUANTITIES
         ]
+        _check_count(axes, len(table), grids, complain)
         table += [_with_method(Point(*point)) for point in itertools.product(*grids)]
     return tuple(table)
 
@@ -71,11 +73,12 @@ def values(grid: object, where: str, complain: Complain) -> tuple:
     start, stop, step = (grid[key] for key in ("start", "stop", "step"))
     if stop < start:
         raise complain(f"{where}.stop = {stop:g}: must not be less than start = {start:g}")
-    count = math.floor((stop - start) / step + 1e-9) + 1
-    if count > LONGEST_GRID:
+    steps = (stop - start) / step + 1e-9
+    if steps >= LONGEST_GRID:
         raise complain(
-            f"{where}.step = {step:g}: gives {count} values, at most {LONGEST_GRID} allowed"
+            f"{where}.step = {step:g}: gives {steps:.3g} values, at most {LONGEST_GRID} allowed"
         )
+    count = math.floor(steps) + 1
     return tuple(round(float(start + index * step), GRID_DIGITS) for index in range(count))
 
 
@@ -118,6 +121,18 @@ def _with_method(point: Point) -> Point:
         return point
     methods = dict(point.method)
     return point._replace(method=methods["with_noise" if point.noise > 0 else "without_noise"])
+
+
+def _check_count(axes, before, grids, complain):
+    """A dataset has not more points than a plan can hold."""
+    count = before + math.prod(map(len, grids))
+    if count > MOST_POINTS:
+        lengths = dict(zip(QUANTITIES, map(len, grids), strict=True))
+        where = axes[max(lengths, key=lengths.__getitem__)][1]
+        raise complain(
+            f"{where}: with the other axes it makes {count:.3g} points, "
+            f"at most {MOST_POINTS} allowed"
+        )
 
 
 def _check_tables(axes, sizes, complain):

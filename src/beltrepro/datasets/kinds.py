@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from beltrepro.datasets.points import Point
 from beltrepro.datasets.quantities import QUANTITIES, REQUIRED, UNITS
-from beltrepro.model.parameters import LONGEST
+from beltrepro.model.parameters import LARGEST, LONGEST
 
 POINT = "point"  # name of the axis along which batches are joined
 MAXIMUM_SCAN_BLOCKS = 10  # columns of slip_count
@@ -104,7 +104,7 @@ class Kind:
         tuple of str or None
             None if there is none.
         """
-        return _kicked(self, points) or self.complaint(settings, points)
+        return _first(_kicked(self, points), _tolerance(points), self.complaint(settings, points))
 
     @property
     def arrays(self) -> dict[str, Array]:
@@ -118,21 +118,21 @@ class Kind:
 
 # --- settings -------------------------------------------------------------------------------------
 
-_POSITIVE = {"type": "number", "exclusiveMinimum": 0}
+_TIME = {"type": "number", "exclusiveMinimum": 0, "maximum": LONGEST}
 
 DURATION = Setting(
     "duration",
     "t",
     "time",
     "Length of a run, transient included (Sec. IV.A; 2e6 in the paper).",
-    _POSITIVE | {"maximum": LONGEST},
+    _TIME,
 )
 TRANSIENT = Setting(
     "transient",
     "t_trans",
     "time",
     "The part of the duration that is not measured (Sec. IV.A; 1e6 in the paper).",
-    {"type": "number", "minimum": 0},
+    {"type": "number", "minimum": 0, "maximum": LONGEST},
 )
 LAMINAR_TIME = Setting(
     "laminar_time",
@@ -140,7 +140,7 @@ LAMINAR_TIME = Setting(
     "time",
     "The last block must slip for longer than this without sticking to be in a laminar phase "
     "(Sec. IV.B, intermittency; the paper states no criterion).",
-    _POSITIVE,
+    _TIME,
     200.0,
 )
 SECTION_VALUES = Setting(
@@ -158,7 +158,7 @@ SECTION_POSITION = Setting(
     "Position of the Poincare section, crossed with dx/dt < 0: of the last block in a scan, of "
     "section_block in a catalogue (Fig. 10, x_2 = 304.3). Null, only for the last block: 615 with "
     "five blocks (Fig. 12), the same share of the length at balance for other chains.",
-    {"type": ["number", "null"], "exclusiveMinimum": 0},
+    {"type": ["number", "null"], "exclusiveMinimum": 0, "maximum": LARGEST},
     None,
 )
 SECTION_BLOCK = Setting(
@@ -175,7 +175,7 @@ SAMPLE_INTERVAL = Setting(
     "",
     "time",
     "Time between samples (Figs. 7, 8, 11, 16, 20).",
-    _POSITIVE,
+    _TIME,
     0.1,
 )
 SAMPLES = Setting(
@@ -196,7 +196,7 @@ SETTLE_TIME = Setting(
     "",
     "time",
     "Length of the end of a run by which the attractor reached is described.",
-    _POSITIVE,
+    _TIME,
 )
 
 NOISE_CLOCK = Setting(
@@ -274,6 +274,23 @@ def _kicked(kind, points):
             return "kick", f"= {point.kick:g}: kind {kind.name} has none"
         if point.kick > 0 and point.method != "event":
             return "kick", f"= {point.kick:g}: method {point.method} has none, only event"
+    return None
+
+
+def _tolerance(points):
+    for point in points:
+        if point.tolerance is not None and point.method != "event":
+            return "tolerance", f"= {point.tolerance:g}: method {point.method} has none, only event"
+    return None
+
+
+def _samples(settings, points):
+    interval = settings["sample_interval"]
+    for step in {point.time_step for point in points if point.method == "verlet"}:
+        count = round(interval / step)
+        if count < 1 or abs(count * step - interval) > 1e-9 * interval:  # as in simulation/sampling
+            text = f"= {interval:g}: method verlet needs a multiple of time_step = {step:g}"
+            return "sample_interval", text
     return None
 
 
@@ -393,7 +410,7 @@ SERIES = Kind(
             },
         ),
     ),
-    lambda settings, points: _lengths(settings),
+    lambda settings, points: _first(_lengths(settings), _samples(settings, points)),
 )
 
 CATALOGUE = Kind(

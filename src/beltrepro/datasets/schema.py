@@ -6,6 +6,7 @@ workflow/schemas/.
 
 import yaml
 
+from beltrepro.datasets.grids import LONGEST_GRID
 from beltrepro.datasets.kinds import KINDS, SETTINGS, Setting
 from beltrepro.datasets.quantities import LAW, METHODS, QUANTITIES, Quantity
 
@@ -162,6 +163,7 @@ def _axis(quantity: Quantity) -> dict:
 
 _STEP = {"type": "number", "exclusiveMinimum": 0}
 _INTEGER = {"type": "integer", "minimum": 0}
+_COUNT = {"type": "integer", "minimum": 1, "maximum": LONGEST_GRID}
 
 
 def _ref(name: str) -> dict:
@@ -201,7 +203,7 @@ _SPECIAL = {
         "{offset}: so much above the seed of the top level",
     ),
     "replicate": (
-        _object({"count": {"description": "Number of replicates."} | _INTEGER | {"minimum": 1}}),
+        _object({"count": {"description": "Number of replicates."} | _COUNT}),
         "{count}: the first so many",
     ),
 }

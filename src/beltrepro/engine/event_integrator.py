@@ -11,7 +11,8 @@ from beltrepro.engine.memory import aligned, zeros
 from beltrepro.engine.records import STORM
 from beltrepro.engine.series_integrator import SeriesIntegrator
 
-# A chain that takes more steps than these in a chunk is stopped: at any moment, and in a unit of time.
+# A chain that takes more steps than these in a chunk is stopped: at any moment, and in a unit of
+# time.
 _PASSES_AT_ONCE = 10_000
 _PASSES_PER_TIME = 5000
 _STORM = f"more than {_PASSES_PER_TIME} steps a unit of time are needed"

@@ -7,7 +7,8 @@ like those of the equation of motion: y = x + dt^2/12 a(x) obeys y'' = a(x) up t
 pass of the loop makes the series, finds for how many whole steps no turn can happen and no spring
 changes its branch, and goes there at once. Where a turn may be due the next step is taken
 literally, with the stick and slip rules (`beltrepro.model.friction.next_direction`) applied at its
-start. So is every step while a spring is too stiff. What is exact and what is approximate, see docs/verlet.md.
+start. So is every step while a spring is too stiff. What is exact and what is approximate, see
+docs/verlet.md.
 """
 
 import math

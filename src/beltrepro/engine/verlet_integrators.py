@@ -11,8 +11,9 @@ from beltrepro.engine.series_integrator import SeriesIntegrator
 from beltrepro.engine.state import ChainState
 from beltrepro.model.spring import external_force
 
-# Largest (dt omega)^2 at which leaps reproduce the steps to below the rounding of a plain loop; that
-# up to which leaps are taken in a run, where impacts compress springs further for a short time.
+# Largest (dt omega)^2 at which leaps reproduce the steps to below the rounding of a plain loop; and
+# that up to which leaps are taken in a run, where impacts compress springs further for a short
+# time.
 _LEAP_LIMIT = 1e-4
 _IMPACT_LIMIT = 2.5e-4
 _FREQUENCY = 4.0  # omega^2 of a long chain, over the slope of the tension of its springs

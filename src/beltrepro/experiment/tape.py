@@ -209,7 +209,9 @@ def _first_mark(
     end = _beginning(shape, shown, spacing, inside)
     # The end of a tape can be its zero: a mark there may lie a little before it.
     possible = seen & (marks >= end.place - spacing / 4)
-    return float(marks[np.argmax(possible)] if possible.any() else end.place), end.seen
+    first = float(marks[np.argmax(possible)] if possible.any() else end.place)
+    # A tape hardly brighter than what lies beyond it ends where there is room for marks, but none.
+    return first, end.seen or first > np.argmax(shown) + 1.5 * spacing
 
 
 def _seen(

@@ -102,16 +102,16 @@ def _trial(run: Run, laminar_s: float) -> dict[str, float]:
     time_s = units.to_si(run.time, "time")
     x_m = units.to_si(run.positions[:, -1], "length")
     try:
-        seen = recording.regimes(time_s, x_m, laminar_s=laminar_s)
+        seen = recording.regimes(time_s, x_m, lasting_s=laminar_s)
     except recording.NotEnoughDataError as reason:
         raise InputError(f"sample_interval = {run.sample_interval:g}: {reason}") from None
     return {
         "mean_length": units.from_si(seen.mean_length, "length"),
         "disorder_parameter": seen.disorder_parameter,
         "small_share": seen.small_share,
-        "laminar_share": seen.laminar_share,
-        "laminar_count": len(seen.laminar_s),
-        "laminar_longest": _longest(seen.laminar_s),
+        "laminar_share": seen.lasting_share,
+        "laminar_count": len(seen.lasting_s),
+        "laminar_longest": _longest(seen.lasting_s),
         "lively_longest": _longest(seen.lively_s),
         "slip_longest": _slip(run, [run.parameters.n_blocks]),
         "all_slip_longest": _slip(run, range(1, run.parameters.n_blocks + 1)),

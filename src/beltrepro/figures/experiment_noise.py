@@ -29,7 +29,7 @@ ENTRY = Entry(
 )
 
 _FONT = 10.5  # points: legible where the page is as narrow as a phone
-_LINES = 5  # most noises shown as lines
+_LINES = 4  # most noises shown as lines
 _SHADE = LinearSegmentedColormap.from_list("posterior", ["#ffffff", style.SKY, style.BLUE])
 _COLOURS = (style.BLUE, style.VERMILION)
 _FREE = {
@@ -116,7 +116,7 @@ def _draw_plane(axes, simulated):
     """Posterior of friction ratio and factor on the speed, whatever the noise."""
     axes.set(xlabel="friction ratio $f_s$", ylabel="factor on the belt speed")
     axes.plot(*_PRINTED.values(), "x", color=style.VERMILION, markersize=8, markeredgewidth=2)
-    found = inference.posterior(simulated, trials.RECORDED, trials.TOLERANCE)
+    found = _posterior(simulated)
     ratio, factor = (found.levels[name] for name in _PRINTED)
     probability = found.marginal(*_PRINTED)
     axes.pcolormesh(_edges(ratio), _edges(factor), probability.T, cmap=_SHADE, vmin=0)
@@ -135,17 +135,24 @@ def _draw_noise(axes, simulated):
         for name in set(_PRINTED) - set(free):
             own = own.fixed(name, _PRINTED[name])
         try:
-            found = inference.posterior(own, trials.RECORDED, trials.TOLERANCE)
+            found = _posterior(own)
         except inference.NotEnoughDataError:
             missing.append(words)
             continue
         axes.plot(levels, found.marginal("noise"), label=words, **style.line_style(index))
-    axes.set_ylim(bottom=0)
+    axes.set_ylim(0, 1.3 * axes.dataLim.y1)  # room for the legend
     panels.plain_log(axes.xaxis)
     if axes.get_legend_handles_labels()[1]:
         axes.legend(loc="upper right", fontsize=_FONT - 2)
     if missing:
-        panels.note(axes, f"no trial agrees with both: {', '.join(missing)}", place=(0.5, 0.12))
+        panels.note(axes, f"too few trials agree: {', '.join(missing)}", place=(0.5, 0.12))
+
+
+def _posterior(simulated):
+    """The posterior, if enough trials agree with each recording."""
+    found = inference.posterior(simulated, trials.RECORDED, trials.TOLERANCE)
+    trials.require_agreed(found)
+    return found
 
 
 def _edges(levels):

@@ -120,7 +120,7 @@ def method_has_kicks(method: str, kick: float) -> None:
 
 
 def method_has_law(method: str, chain: ChainParameters) -> None:
-    """That the noise of "event" has the law of the paper's scheme, also where slips begin gently."""
+    """That the noise of "event" has the law of the paper's scheme where slips begin gently."""
     share = start_noise(chain)
     if method != "event" or share <= START_NOISE:
         return

@@ -1,6 +1,7 @@
 """When samples are taken, and the samples of runs."""
 
 import math
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,6 +13,7 @@ from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.parameters import LONGEST
 from beltrepro.model.spring import external_force
+from beltrepro.observe.length import LengthMoments
 from beltrepro.simulation.points import Point
 
 MOMENTS_INTERVAL = 0.1  # model time between samples of x_N for r, about; oscillations take 3
@@ -65,20 +67,25 @@ def with_moments(sampling: Sampling, method: str) -> tuple[Sampling, int]:
     return Sampling(sampling.steps // every, sampling.step), every
 
 
-def few(sampling: Sampling, start: float, end: float) -> bool:
-    """Whether fewer samples than r needs are taken from one instant to another."""
+def moments_of(
+    moments: LengthMoments, rest_length: float, sampling: Sampling, start: float, end: float
+) -> dict[str, np.ndarray]:
+    """Moments of the chain length (W,); mean and r are NaN, with a warning, of too few samples.
+
+    start, end : of the time over which they were taken.
+    """
+    found = moments.result(rest_length)
     last = math.floor(end / sampling.interval + _ROUNDING)
-    before = math.ceil(start / sampling.interval - _ROUNDING) - 1
-    return last - max(before, 0) < FEWEST
-
-
-def check_enough(sampling: Sampling, start: float, end: float) -> None:
-    """Refuse in one line a time over which r cannot be found."""
-    if few(sampling, start, end):
-        raise InputError(
-            f"duration: r is found over {end - start:g} of it, which must hold {FEWEST} samples or "
-            f"more, one every {sampling.interval:g}"
+    before = max(math.ceil(start / sampling.interval - _ROUNDING) - 1, 0)
+    if last - before < FEWEST:
+        warnings.warn(
+            f"r and <x_N> are NaN: the {end - start:g} of model time over which they are to be "
+            f"found hold fewer than {FEWEST} samples, one every {sampling.interval:g}",
+            stacklevel=4,
         )
+        for name in ("mean_length", "disorder_parameter"):
+            found[name] = np.full_like(found[name], np.nan)
+    return found
 
 
 def bytes_per_row(chain: ChainParameters) -> int:

@@ -29,7 +29,7 @@ from beltrepro.simulation.points import (
     points,
     slipping_since,
 )
-from beltrepro.simulation.sampling import check_enough, sampling_of
+from beltrepro.simulation.sampling import moments_of, sampling_of
 
 MAXIMUM_BLOCKS = 10  # columns of slip_count
 MOST_VALUES = 100_000  # of each point at the section: they are kept in memory
@@ -61,7 +61,7 @@ def scan(
     parameters : ChainParameters or sequence of them
         P chains of at most 10 blocks, of any mixture of sizes.
     duration, transient : float
-        As in `simulate`.
+        As in `simulate`, also where too few samples are left for r.
     method : str or sequence of str
         As in `simulate`.
     time_step, tolerance : float or sequence of float
@@ -171,8 +171,7 @@ def _measure(
     """What is measured of a group of W points: arrays with first axis W."""
     n_blocks, width = members[0].parameters.n_blocks, len(members)
     sampling = sampling_of(None, members[0].method, members[0].time_step)
-    start, end = members[0].state.time + transient, members[0].state.time + duration
-    check_enough(sampling, start, end)
+    start = members[0].state.time + transient
     integrator = integrator_of(
         members, sampling=sampling, sampled_blocks=1, section=Section(n_blocks, sections)
     )
@@ -184,7 +183,9 @@ def _measure(
     counts = np.zeros((width, MAXIMUM_BLOCKS), dtype=np.int64)
     counts[:, :n_blocks] = slips.slip_count
     return {
-        **moments.result(members[0].parameters.rest_positions[-1]),
+        **moments_of(
+            moments, members[0].parameters.rest_positions[-1], sampling, start, integrator.time
+        ),
         "energy_residual": integrator.energy_residual(),
         "section_count": section.count,
         "section_velocity": section.values,

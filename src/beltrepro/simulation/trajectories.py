@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from importlib.metadata import version
 from typing import Any
@@ -29,10 +28,9 @@ from beltrepro.simulation.methods import TOLERANCES
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
 from beltrepro.simulation.run import EVENT, Run
 from beltrepro.simulation.sampling import (
-    FEWEST,
     SampleLog,
     checked,
-    few,
+    moments_of,
     no_samples,
     sampling_of,
     with_moments,
@@ -130,12 +128,6 @@ def simulate(
     for group, report in groups(chains, progress):
         members = [chains[index] for index in group]
         runs |= zip(group, _follow(members, lengths, samples, report), strict=True)
-    if np.isnan(runs[0].disorder_parameter):
-        warnings.warn(
-            f"r and <x_N> are NaN: duration = {duration:g} less transient = {transient:g} holds "
-            f"fewer than {FEWEST} samples",
-            stacklevel=2,
-        )
     if isinstance(parameters, ChainParameters):
         return runs[0]
     return [runs[index] for index in range(len(chains))]
@@ -160,9 +152,8 @@ def _follow(members: list[Point], lengths: dict, samples: dict, report: Progress
         observers.append(log)
     # samples and events would fill a checkpoint
     observe(integrator, lengths["duration"], observers, report, kept=False)
-    length, residual = moments.result(rest[-1]), integrator.energy_residual()
-    if few(sampling, start + lengths["transient"], integrator.time):
-        length = {name: np.full(len(members), np.nan) for name in length}
+    measured = sampling, start + lengths["transient"], integrator.time
+    length, residual = moments_of(moments, rest[-1], *measured), integrator.energy_residual()
     states = integrator.state()
     return [
         _run(

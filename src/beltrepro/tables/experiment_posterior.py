@@ -23,7 +23,7 @@ ENTRY = Entry(
         "held_out": "the same under the posterior, by trials that did not make it",
         "sigma_1_to_2": "posterior of a noise from 1 to 2",
         "sigma_1_to_2_before": "the same before the trials",
-        "best_noise": "most probable noise, whatever the other parameters",
+        "best_noise": "most probable noise, whatever the others; empty if under 20 trials agree",
         "noise_levels": "credible set of the noise, 90 %",
         "noise_coverage": "share of made-up experiments whose true noise lies in the set",
         "noise_uniform_p": "p-value of the test that posteriors of them are uniform",
@@ -85,6 +85,8 @@ def _row(simulated, free, tolerance) -> dict:
         return row
     row |= {"evidence": found.evidence}
     row |= {"held_out": inference.held_out(simulated, trials.RECORDED, tolerance)}
+    if min(found.agreed) < trials.MINIMUM_AGREED:
+        return row  # sets of so few trials would promise too much
     row |= _noise(found)
     for name in free:
         row |= _levels(found, name)

@@ -180,7 +180,7 @@ def _compile(player: Player) -> None:
 
 def _slider(figure: Figure, left: float, name: str, ends: tuple[float, float], now: float) -> Any:
     axes = figure.add_axes((left, 0.065, 0.3, 0.03))
-    return Slider(
+    slider = Slider(
         axes,
         name,
         *ends,
@@ -191,3 +191,5 @@ def _slider(figure: Figure, left: float, name: str, ends: tuple[float, float], n
         track_color=look.BELT,
         handle_style={"facecolor": look.TEXT, "edgecolor": look.ROOM},
     )
+    slider.label.set_x(-0.04)  # beside the handle, also where that stands at 0
+    return slider

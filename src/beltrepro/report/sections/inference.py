@@ -31,7 +31,7 @@ def gather(material) -> dict:
         "noises": _span(odds["noise"].dropna()),
         "tolerance": f"{trials.TOLERANCE:.0%}",
         "none_agree": bool((together["agrees"] == 0).all()),
-        "all_slip": f"{together['all_slip_longest_s'].max():.2g}",
+        "all_slip": _all_slip(together, alternation),
         "alternating": _alternating(alternation),
         "posteriors": [_posterior(row) for row in counted.to_dict("records")],
         "checked": _checked(counted),
@@ -57,6 +57,17 @@ def _share(row: dict, name: str) -> str:
     """A share with its interval: 0.02 (0.01 to 0.05)."""
     ends = (f"{row[f'{name}_{end}']:.2g}" for end in ("lower", "upper"))
     return f"{row[name]:.2g} ({' to '.join(ends)})"
+
+
+def _all_slip(printed: pd.DataFrame, free: pd.DataFrame) -> dict:
+    """How long all blocks slip at once, with the printed constants and with others."""
+    return {
+        "printed": f"{printed['all_slip_longest_s'].max():.2g}",
+        "free": f"{free['all_slip_longest_s'].max():.2g}",
+        "minutes": int(free["all_slip"].sum()),
+        "trials": int(free["runs"].sum()),
+        "ratios": _span(free.loc[free["all_slip"] > 0, "friction_ratio"]),
+    }
 
 
 def _alternating(table: pd.DataFrame) -> list[dict]:
