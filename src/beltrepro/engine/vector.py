@@ -13,9 +13,9 @@ import pathlib
 import numba
 from llvmlite import ir
 from numba.core import types
-from numba.core.caching import IndexDataCacheFile
 from numba.extending import intrinsic
 
+from beltrepro.engine.kernel_cache import KernelCacheFile
 from beltrepro.engine.simd import as_bits, fma, from_bits
 
 
@@ -47,10 +47,10 @@ def allocating_kernel(function):
     dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
     cache = dispatcher._cache
     enclosed = [_identity(cell.cell_contents) for cell in function.__closure__ or ()]
-    cache._cache_file = IndexDataCacheFile(
-        cache_path=cache._cache_path,
-        filename_base=f"{cache._impl.filename_base}-{_hash(repr(enclosed))[:12]}",
-        source_stamp=(*cache._impl.locator.get_source_stamp(), _engine_version()),
+    cache._cache_file = KernelCacheFile(
+        cache._cache_path,
+        f"{cache._impl.filename_base}-{_hash(repr(enclosed))[:12]}",
+        (*cache._impl.locator.get_source_stamp(), _engine_version()),
     )
     cache._index_key = lambda signature, codegen: (
         signature,
