@@ -150,7 +150,7 @@ class Cluster:
                 os.kill(process, signal.SIGKILL)
 
     def job_processes(self):
-        """Processes of jobs: those whose environment names this cluster and a job, and their steps."""
+        """Processes of jobs: those in whose environment stand this cluster and a job, and steps."""
         found = []
         for entry in Path("/proc").glob("[0-9]*"):
             with contextlib.suppress(OSError):
@@ -185,15 +185,25 @@ class Cluster:
         end = time.monotonic() + SECONDS_TO_START
         while time.monotonic() < end:
             with contextlib.suppress(subprocess.SubprocessError):
-                if self.ask("sinfo", "--noheader", "--format=%t").strip() in ("idle", "mix", "alloc"):
+                if self.ask("sinfo", "--noheader", "--format=%t").strip() in (
+                    "idle",
+                    "mix",
+                    "alloc",
+                ):
                     return
             time.sleep(0.5)
-        sys.exit(f"error: the node did not come up in {SECONDS_TO_START} s; see {self.folder}/*.log")
+        sys.exit(
+            f"error: the node did not come up in {SECONDS_TO_START} s; see {self.folder}/*.log"
+        )
 
     def _munge_options(self):
         place = self.folder / "munge"
         files = {"key-file": "key", "socket": "socket", "pid-file": "pid", "seed-file": "seed"}
-        return ["--foreground", "--force", *(f"--{option}={place / name}" for option, name in files.items())]
+        return [
+            "--foreground",
+            "--force",
+            *(f"--{option}={place / name}" for option, name in files.items()),
+        ]
 
     def _start(self, name, *options):
         with (self.folder / f"{name}.out").open("ab") as out:

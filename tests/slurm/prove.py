@@ -26,7 +26,12 @@ from cluster import Cluster, missing
 
 ROOT = Path(__file__).parents[2]
 QUICK = ["--slurm-status-command", "squeue", "--slurm-init-seconds-before-status-checks", "5"]
-QUICK += ["--latency-wait", "15"]  # one machine has no slow file system to wait for
+QUICK += [
+    "--latency-wait",
+    "15",
+    "--seconds-between-status-checks",
+    "2",
+]  # one machine has no slow file system to wait for
 
 
 def copy_project(place):
@@ -46,7 +51,9 @@ def snakemake(place, run, options, arguments, environment):
     if arguments.points_per_job:
         defaults = f'{{"points_per_job": {arguments.points_per_job}}}'
         command.append(f'presets={{"{arguments.preset}": {{"defaults": {defaults}}}}}')
-    environment = environment | {"PYTHONPATH": f"{place / 'src'}:{os.environ.get('PYTHONPATH', '')}"}
+    environment = environment | {
+        "PYTHONPATH": f"{place / 'src'}:{os.environ.get('PYTHONPATH', '')}"
+    }
     with (place / f"{run}.out").open("w") as out:
         return subprocess.run(
             ["nice", "-n", str(arguments.niceness), *command],
@@ -76,7 +83,9 @@ class Trouble(threading.Thread):
             with contextlib.suppress(subprocess.SubprocessError):
                 if self._cluster.running() and (what := harm()):
                     self.done.append((harm.__name__.replace("_", " "), what))
-                    print(f"  {time.strftime('%H:%M:%S')} {harm.__name__.replace('_', ' ')}: {what}")
+                    print(
+                        f"  {time.strftime('%H:%M:%S')} {harm.__name__.replace('_', ' ')}: {what}"
+                    )
 
     def stop(self):
         self._over.set()
@@ -136,7 +145,9 @@ def prove(folder, arguments):
     place = folder / "project"
     if not place.exists():
         copy_project(place)
-    status = snakemake(place, "alone", ["--cores", str(arguments.cores)], arguments, dict(os.environ))
+    status = snakemake(
+        place, "alone", ["--cores", str(arguments.cores)], arguments, dict(os.environ)
+    )
     if status:
         sys.exit(f"error: Snakemake failed without Slurm: {tail(place / 'alone.out')}")
     print("the run without Slurm is done", flush=True)
@@ -177,7 +188,9 @@ def main():
     parser.add_argument("--harms", type=int, default=8, help="how often something is killed")
     parser.add_argument("--pause", type=float, default=20, help="mean seconds between them")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--folder", type=Path, help="keep everything there; default: nothing is kept")
+    parser.add_argument(
+        "--folder", type=Path, help="keep everything there; default: nothing is kept"
+    )
     arguments = parser.parse_args()
     if reason := missing():
         sys.exit(f"error: {reason}")
