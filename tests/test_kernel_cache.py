@@ -33,7 +33,6 @@ def test_what_was_saved_is_loaded_by_key(tmp_path):
 
 
 def test_two_that_save_at_once_keep_their_own(tmp_path):
-    """Numba's numbered files fail here: both would be the first."""
     one, other = cache(tmp_path), cache(tmp_path)
     assert one.load(KEY) is None and other.load(OTHER) is None
     one.save(KEY, "for one")

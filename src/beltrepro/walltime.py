@@ -28,9 +28,10 @@ from beltrepro.jobs import Job, simulation_jobs
 if TYPE_CHECKING:
     import pandas as pd
 
+Seconds = Sequence[float] | np.ndarray
 CORES = (1, 10, 100, 1000)
-OVERHEAD = 15.0  # seconds of a Slurm job for two starts of Snakemake, measured
-RATE = 5.0  # jobs that Snakemake sends in a second, measured
+OVERHEAD = 10.0  # seconds: two starts of Snakemake (7 s of processor time measured), and Slurm
+RATE = 5.0  # jobs sent in a second; 8 were measured with a Slurm that had nothing else to do
 
 
 def job_seconds(jobs: Sequence[Job], timing: pd.DataFrame) -> np.ndarray:
@@ -67,7 +68,7 @@ def job_seconds(jobs: Sequence[Job], timing: pd.DataFrame) -> np.ndarray:
 
 
 def wall_seconds(
-    seconds: Sequence[float], cores: int, *, overhead: float = OVERHEAD, rate: float = RATE
+    seconds: Seconds, cores: int, *, overhead: float = OVERHEAD, rate: float = RATE
 ) -> float:
     """Time until the last of some jobs ends, on this many cores.
 
@@ -97,7 +98,7 @@ def wall_seconds(
 
 
 def table(
-    seconds: Sequence[float],
+    seconds: Seconds,
     cores: Sequence[int] = CORES,
     *,
     overhead: float = OVERHEAD,

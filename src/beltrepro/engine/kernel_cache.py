@@ -10,7 +10,6 @@ compile the same a hundred times.
 """
 
 import hashlib
-import os
 import pickle
 import time
 import uuid
@@ -95,18 +94,18 @@ class KernelCacheFile:
             return True
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
-            handle = os.open(self._path(key).with_suffix(".lock"), os.O_RDWR | os.O_CREAT, 0o666)
+            handle = self._path(key).with_suffix(".lock").open("ab")
         except OSError:
             return False
         if not _locked(handle):
-            os.close(handle)
+            handle.close()
             return False
         self._locks[key] = handle
         return True
 
     def _unlock(self, key):
         if key in self._locks:
-            os.close(self._locks.pop(key))
+            self._locks.pop(key).close()
 
 
 def _locked(handle):
