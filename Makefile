@@ -17,7 +17,7 @@ SNAKEMAKE := $(IN_ENV) snakemake --cores $(CORES)
 LOCKED_SETUPTOOLS = awk '/^[^ ]/ { found = /^setuptools==/ } found' requirements.txt
 
 .DEFAULT_GOAL := figures
-.PHONY: figures smoke paper test lint verify checksums interruptions schema env lock clean help
+.PHONY: figures smoke paper test lint verify checksums interruptions schema env slurm slurmtest lock clean help
 
 figures: env  ## every figure, number and the report, standard lengths (default)
 	$(SNAKEMAKE) $(ARGS)
@@ -63,10 +63,19 @@ $(STAMP): requirements.txt pyproject.toml
 	$(PIP) --no-index --no-deps -e .
 	@touch $@
 
-lock:  ## pin anew into requirements.txt (needs uv on the PATH)
-	uv --no-config pip compile --quiet --universal --python-version 3.11 --generate-hashes \
-	  --no-emit-index-url --custom-compile-command "make lock" --upgrade \
-	  --all-extras pyproject.toml requirements.in -o requirements.txt
+slurm: env  ## what Snakemake needs besides to send jobs to Slurm (docs/cluster.md)
+	$(PIP) --require-hashes --no-deps -r requirements-slurm.txt
+	$(BIN)/python -m pip check --disable-pip-version-check
+
+slurmtest: slurm  ## the workflow through a Slurm on this machine, with jobs killed (needs root)
+	$(IN_ENV) python tests/slurm/prove.py $(ARGS)
+
+LOCK := uv --no-config pip compile --quiet --universal --python-version 3.11 --generate-hashes \
+        --no-emit-index-url --custom-compile-command "make lock" --upgrade
+
+lock:  ## pin anew into requirements.txt and requirements-slurm.txt (needs uv on the PATH)
+	$(LOCK) --all-extras pyproject.toml requirements.in -o requirements.txt
+	$(LOCK) --no-deps requirements-slurm.in -o requirements-slurm.txt
 
 clean:  ## remove .venv, caches and the smoke results; keep every other result
 	rm -rf .venv .pytest_cache .ruff_cache .mypy_cache .import_linter_cache .hypothesis build dist results/smoke

@@ -147,8 +147,8 @@ AXES = {
 def test_any_quantity_can_be_an_axis():
     assert set(AXES) == set(QUANTITIES)
     for name, grid in AXES.items():
-        kicked = {"kind": "settling", "method": "event"} if name == "kick" else {}
-        found = points(**{name: grid}, **kicked)
+        exact = {"kind": "settling", "method": "event"} if name in ("kick", "tolerance") else {}
+        found = points(**{name: grid}, **exact)
         expected = [0.1, 0.5, 0.9] if name == "friction_ratio" else grid
         assert [getattr(point, name) for point in found] == expected, name
 

@@ -13,7 +13,7 @@ from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.law import law_constants, tension
 from beltrepro.engine.noise import normal_deviates, normal_pairs_wide, stream_states
 from beltrepro.engine.simd import load_wide, store
-from beltrepro.engine.vector import _CacheFile, exp2, kernel
+from beltrepro.engine.vector import exp2, kernel
 from beltrepro.engine.verlet_integrators import SteppingVerlet
 from beltrepro.errors import InputError, ModelStateError
 from beltrepro.model.spring import (
@@ -542,21 +542,3 @@ def test_wide_vectors_round_like_one_chain():
     expected = np.empty((10, 16))
     normal_deviates(stream_states([SINGLE] * 16, 7, range(16)), expected)
     np.testing.assert_array_equal(normals, expected)
-
-
-def test_a_cached_kernel_is_never_that_of_another_source_nor_damaged(tmp_path):
-    first, second = (_CacheFile(str(tmp_path), "kernel", stamp) for stamp in ("first", "second"))
-    first.save("key", "code of the first")
-    assert first.load("key") == "code of the first"
-    # a kill between the two files that numba writes: a new index beside old code
-    second._save_index({"key": first._load_index()["key"]})
-    assert second.load("key") is None
-    second.save("key", "code of the second")
-    assert second.load("key") == "code of the second"
-    (data,) = tmp_path.glob("*.nbc")
-    data.write_bytes(data.read_bytes()[:-5])
-    assert second.load("key") is None
-    (index,) = tmp_path.glob("*.nbi")
-    for damage in (b"", index.read_bytes()[:-5], b"\x80\x05" + bytes(30)):
-        index.write_bytes(damage)
-        assert second.load("key") is None

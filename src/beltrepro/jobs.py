@@ -139,7 +139,7 @@ def estimate(jobs: list[Job], seconds: dict[str, float]) -> pd.DataFrame:
     DataFrame
         Columns kind, method, noise ("with" or "without"), jobs, jobs_run, hours_run, hours and
         standard_error (core-hours; NaN where fewer than two jobs of several ran, and left out of
-        the sum's).
+        the sum's), and seconds_per_work (of a unit of `Job.work`; NaN for the sum).
     """
     import pandas as pd  # half a second that Snakemake need not pay in every job
 
@@ -150,8 +150,10 @@ def estimate(jobs: list[Job], seconds: dict[str, float]) -> pd.DataFrame:
         time = np.array([seconds[job.name] for job in members if job.name in seconds])
         hours, error = _ratio_estimate(time / 3600, work, [job.work for job in members])
         words = kind, method, "with" if noise else "without"
-        rows.append((*words, len(members), time.size, time.sum() / 3600, hours, error))
+        cost = time.sum() / work.sum() if work.size else np.nan
+        rows.append((*words, len(members), time.size, time.sum() / 3600, hours, error, cost))
     names = ["kind", "method", "noise", "jobs", "jobs_run", "hours_run", "hours", "standard_error"]
+    names.append("seconds_per_work")
     table = pd.DataFrame(rows, columns=names)
     # a class of which no job ran leaves the sum unknown
     total = table.sum(numeric_only=True, skipna=False).to_dict()
@@ -160,6 +162,7 @@ def estimate(jobs: list[Job], seconds: dict[str, float]) -> pd.DataFrame:
         "method": "",
         "noise": "",
         "standard_error": _norm(table["standard_error"]),
+        "seconds_per_work": np.nan,
     }
     table.loc[len(table)] = total
     return table.astype({"jobs": int, "jobs_run": int})

@@ -74,6 +74,7 @@ def audit(run: Any, windows: int = 20, length: float = 2.0) -> Audit:
     Returns
     -------
     Audit
+        With NaN for what does not apply to the run.
     """
     chain, first = run.parameters, slice(0, _SAMPLES)
     sampled = run.time[first], run.positions[first], run.velocities[first]
@@ -201,15 +202,15 @@ def motion(
     time = 0.0
     while time < duration:
         step = min(_STEP, duration - time)
-        after = _moved(positions, velocities, direction, step, parameters)
-        overdue = np.flatnonzero(_margins(*after, direction, parameters) < 0)
+        place, speed = _moved(positions, velocities, direction, step, parameters)
+        overdue = np.flatnonzero(_margins(place, speed, direction, parameters) < 0)
         if len(overdue):
             state = positions, velocities, direction
             instants = [_instant(block, step, state, parameters) for block in overdue]
             step, block = min(instants), overdue[np.argmin(instants)]
-            after = _moved(positions, velocities, direction, step, parameters)
-            direction = _turned(block, *after, direction, parameters)
-        positions, velocities = after
+            place, speed = _moved(positions, velocities, direction, step, parameters)
+            direction = _turned(block, place, speed, direction, parameters)
+        positions, velocities = place, speed
         time += step
     return positions, velocities
 
@@ -308,8 +309,8 @@ def _instant(block, step, state, parameters):
     positions, velocities, direction = state
 
     def margin(since):
-        after = _moved(positions, velocities, direction, since, parameters)
-        return _margins(*after, direction, parameters)[block]
+        place, speed = _moved(positions, velocities, direction, since, parameters)
+        return _margins(place, speed, direction, parameters)[block]
 
     # a slip that has just begun has no margin at the start
     return brentq(margin, 0.0, step, xtol=1e-15) if margin(0.0) > 0 else 0.0

@@ -6,7 +6,7 @@ workflow/schemas/.
 
 import yaml
 
-from beltrepro.datasets.grids import LONGEST_GRID
+from beltrepro.datasets.grids import LONGEST_GRID, MOST_POINTS
 from beltrepro.datasets.kinds import KINDS, SETTINGS, Setting
 from beltrepro.datasets.quantities import LAW, METHODS, QUANTITIES, Quantity
 
@@ -16,6 +16,7 @@ POINTS_PER_JOB = {
     "description": "Points that one job advances together; multiples of 32 are quick.",
     "type": "integer",
     "minimum": 1,
+    "maximum": MOST_POINTS,
 }
 
 _HEADER = """\

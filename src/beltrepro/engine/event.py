@@ -706,9 +706,9 @@ def _advance_kernel(order, resolution, noisy, hooks):
                 moved(order, lane, active, sliding, step, group, scratch, companion)
 
                 source = load(scratch.found.source, (0,))
-                if mask_bits(source >= 2 * chains.direction.shape[0]) != 0:
-                    return CONTACT
                 changing = mask_bits(source >= 0) | resting
+                if changing and mask_bits(source >= 2 * chains.direction.shape[0]) != 0:
+                    return CONTACT
                 while changing:
                     i = lowest_lane(changing)
                     changing &= changing - 1

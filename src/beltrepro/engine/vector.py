@@ -9,14 +9,13 @@ import functools
 import hashlib
 import inspect
 import pathlib
-import pickle
 
 import numba
 from llvmlite import ir
 from numba.core import types
-from numba.core.caching import IndexDataCacheFile
 from numba.extending import intrinsic
 
+from beltrepro.engine.kernel_cache import KernelCacheFile
 from beltrepro.engine.simd import as_bits, fma, from_bits, select
 
 
@@ -48,10 +47,10 @@ def allocating_kernel(function):
     dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
     cache = dispatcher._cache
     enclosed = [_identity(cell.cell_contents) for cell in function.__closure__ or ()]
-    cache._cache_file = _CacheFile(
-        cache_path=cache._cache_path,
-        filename_base=f"{cache._impl.filename_base}-{_hash(repr(enclosed))[:12]}",
-        source_stamp=(*cache._impl.locator.get_source_stamp(), _engine_version()),
+    cache._cache_file = KernelCacheFile(
+        cache._cache_path,
+        f"{cache._impl.filename_base}-{_hash(repr(enclosed))[:12]}",
+        (*cache._impl.locator.get_source_stamp(), _engine_version()),
     )
     cache._index_key = lambda signature, codegen: (
         signature,
@@ -59,38 +58,6 @@ def allocating_kernel(function):
         hashlib.sha256(function.__code__.co_code).hexdigest(),
     )
     return dispatcher
-
-
-class _CacheFile(IndexDataCacheFile):
-    """Compiled kernels on the disk that are never damaged ones, nor those of another source.
-
-    Numba writes the index, then the code. A kill or a full disk between the two would leave an
-    index of this source beside the code of an earlier one.
-    """
-
-    def _load_index(self):
-        try:
-            return super()._load_index()
-        except Exception:  # whatever comes of a damaged pickle
-            return {}
-
-    def _save_data(self, name, data):
-        content = self._dump(data)
-        with self._open_for_write(self._data_path(name)) as file:
-            file.write(self._checksum(content) + content)
-
-    def _load_data(self, name):
-        found = pathlib.Path(self._data_path(name)).read_bytes()
-        checksum, content = found[:_CHECKSUM], found[_CHECKSUM:]
-        if checksum != self._checksum(content):
-            raise OSError(f"{name}: damaged, or of another source")  # as if it were not there
-        return pickle.loads(content)
-
-    def _checksum(self, content):
-        return hashlib.sha256(repr(self._source_stamp).encode() + content).digest()
-
-
-_CHECKSUM = hashlib.sha256().digest_size
 
 
 def _identity(enclosed):

@@ -211,7 +211,7 @@ def _first_mark(
     possible = seen & (marks >= end.place - spacing / 4)
     first = float(marks[np.argmax(possible)] if possible.any() else end.place)
     # A tape hardly brighter than what lies beyond it ends where there is room for marks, but none.
-    return first, end.seen or first > np.argmax(shown) + 1.5 * spacing
+    return first, bool(end.seen or first > np.argmax(shown) + 1.5 * spacing)
 
 
 def _seen(

@@ -7,7 +7,7 @@ is treated as `beltrepro.analysis.recording` treats a film, so that both are jud
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -82,7 +82,7 @@ def trials(
 
 def _trials(chains: Sequence[ChainParameters], laminar_s: float, told: dict) -> list[dict]:
     """What recordings of runs would tell, a row for each."""
-    return [_trial(run, laminar_s) for run in simulate(chains, **told)]
+    return [_trial(run, laminar_s) for run in cast(list[Run], simulate(chains, **told))]
 
 
 def _slices(count: int) -> Iterator[slice]:

@@ -1,0 +1,127 @@
+"""Machine code of a kernel on disk, for any number of processes and kinds of processors at once.
+
+Numba numbers the files of its cache and lists them in an index. Two processes that save at the same
+time can take the same number, and then one of them runs the machine code of the other: that of
+other arguments, or of another processor. Here a file is named by what it holds: kernel, types of
+arguments, processor. So a folder that all nodes of a cluster share is safe.
+
+The first process that misses a kernel locks it and compiles. Others wait for its file, and do not
+compile the same a hundred times.
+"""
+
+import hashlib
+import pickle
+import time
+import uuid
+from pathlib import Path
+
+import numba
+from numba.core.serialize import dumps
+
+try:
+    import fcntl
+except ImportError:  # Windows: every process compiles for itself
+    fcntl = None
+
+PATIENCE = 900.0  # seconds to wait for another process; most kernels compile in less than 20
+PAUSE = 0.2  # seconds between two looks
+SEAL = 32  # bytes of a SHA-256
+
+
+class KernelCacheFile:
+    """Where Numba's cache of one kernel keeps its machine code: in place of its IndexDataCacheFile.
+
+    Parameters
+    ----------
+    folder : str
+        Of the cache; made when something is saved.
+    name : str
+        Of the kernel, the first part of the file names.
+    stamp : tuple
+        Version of the source; a file with another one counts as missing, and so does a damaged one.
+    """
+
+    def __init__(self, folder, name, stamp):
+        self._folder = Path(folder)
+        self._name = name
+        self._stamp = stamp
+        self._locks = {}
+
+    def load(self, key):
+        """What was saved under this key, or None: then the caller compiles, and saves."""
+        data = self._read(key)
+        if data is None and self._wait_for_lock(key):
+            data = self._read(key)  # another process may have saved it meanwhile
+            if data is not None:
+                self._unlock(key)
+        return data
+
+    def save(self, key, data):
+        """Write a whole file or none, and let those go on who wait for it."""
+        path = self._path(key)
+        draft = path.with_name(f"{path.name}.tmp.{uuid.uuid4().hex[:16]}")
+        content = dumps(data)
+        try:
+            draft.write_bytes(self._seal(key, content) + content)
+            draft.replace(path)
+        finally:
+            draft.unlink(missing_ok=True)
+            self._unlock(key)
+
+    def flush(self):
+        """Forget all that was saved of this kernel."""
+        for path in self._folder.glob(f"{self._name}.*.nbc"):
+            path.unlink(missing_ok=True)
+
+    def _path(self, key):
+        return self._folder / f"{self._name}.{_digest(repr(key)).hex()[:16]}.nbc"
+
+    def _seal(self, key, content):
+        """First bytes of a file: what it should be, and that it is whole."""
+        return _digest(repr((numba.__version__, self._stamp, key)), content)
+
+    def _read(self, key):
+        try:
+            saved = self._path(key).read_bytes()
+        except OSError:
+            return None
+        seal, content = saved[:SEAL], saved[SEAL:]
+        return pickle.loads(content) if seal == self._seal(key, content) else None
+
+    def _wait_for_lock(self, key):
+        """Whether the lock is ours after at most PATIENCE; False where files cannot be locked."""
+        if key in self._locks:  # compiling failed before
+            return True
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            handle = self._path(key).with_suffix(".lock").open("ab")
+        except OSError:
+            return False
+        if not _locked(handle):
+            handle.close()
+            return False
+        self._locks[key] = handle
+        return True
+
+    def _unlock(self, key):
+        if key in self._locks:
+            self._locks.pop(key).close()
+
+
+def _locked(handle):
+    """Lock an open file; the system frees it when the process ends, however it ends."""
+    end = time.monotonic() + PATIENCE
+    while True:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return True
+        except BlockingIOError:
+            if time.monotonic() > end:
+                return False
+            time.sleep(PAUSE)
+        except (AttributeError, OSError):
+            return False
+
+
+def _digest(text, content=b""):
+    return hashlib.sha256(text.encode() + content).digest()

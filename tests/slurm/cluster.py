@@ -1,0 +1,233 @@
+"""A Slurm cluster of one node on this machine, for as long as a `with` block lasts.
+
+It needs the programs of Slurm and MUNGE (Debian: `apt-get install slurmctld slurmd slurm-client
+munge`) and root, because the node runs jobs as the user who sent them. Everything it writes is in
+one folder of its own: keys, configuration, sockets, states, logs. It touches no configuration of
+the machine and no Slurm that runs there.
+"""
+
+import contextlib
+import os
+import secrets
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+PROGRAMS = ("slurmctld", "slurmd", "slurmstepd", "sbatch", "srun", "squeue", "scontrol", "munged")
+SECONDS_TO_START = 60
+
+MARK = "BELTREPRO_PROOF"  # in the environment of all that belongs to a cluster
+
+# Jobs of Snakemake drop all variables of Slurm before they call srun, also the place of its
+# configuration: so srun is this.
+SRUN = """\
+#!/bin/sh
+SLURM_CONF={folder}/slurm.conf exec {srun} "$@"
+"""
+
+SLURM_CONF = """\
+ClusterName=proof
+SlurmctldHost={host}(127.0.0.1)
+SlurmctldPort={control_port}
+SlurmdPort={node_port}
+SlurmUser=root
+AuthType=auth/munge
+AuthInfo=socket={folder}/munge/socket
+CredType=cred/munge
+StateSaveLocation={folder}/control
+SlurmdSpoolDir={folder}/node
+SlurmctldPidFile={folder}/slurmctld.pid
+SlurmdPidFile={folder}/slurmd.pid
+SlurmctldLogFile={folder}/slurmctld.log
+SlurmdLogFile={folder}/slurmd.log
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+MpiDefault=none
+SelectType=select/cons_tres
+SelectTypeParameters=CR_Core_Memory
+AccountingStorageType=accounting_storage/none
+JobAcctGatherType=jobacct_gather/none
+JobCompType=jobcomp/none
+MailProg={true}
+ReturnToService=2
+SlurmdTimeout=15
+MinJobAge=86400
+SchedulerParameters=sched_interval=2
+SlurmdParameters=config_overrides
+NodeName={host} NodeAddr=127.0.0.1 CPUs={slots} RealMemory={memory} State=UNKNOWN
+PartitionName=proof Nodes={host} Default=YES MaxTime=INFINITE State=UP
+"""
+
+
+def missing():
+    """What keeps a cluster from running here, in a line; empty if nothing does."""
+    if os.geteuid() != 0:
+        return "needs root: the node runs jobs as the user who sent them"
+    absent = [name for name in PROGRAMS if shutil.which(name) is None]
+    if absent:
+        return f"needs {', '.join(absent)} (Debian: slurmctld slurmd slurm-client munge)"
+    return ""
+
+
+class Cluster:
+    """Slurm with one node of this many job slots; the memory of a job is not enforced.
+
+    `environment` is what a process needs to send jobs. The daemons run at `niceness`, and so do
+    their jobs.
+    """
+
+    def __init__(self, folder, slots=4, niceness=0):
+        self.folder = Path(folder)
+        self.slots = slots
+        self.niceness = niceness
+        self.environment = os.environ | {
+            "SLURM_CONF": str(self.folder / "slurm.conf"),
+            "PATH": f"{self.folder / 'bin'}:{os.environ['PATH']}",
+            MARK: str(self.folder),
+        }
+        self._daemons = {}
+
+    def __enter__(self):
+        for name in ("munge", "control", "node", "bin"):
+            (self.folder / name).mkdir(parents=True)
+        self.folder.chmod(0o755)  # munged refuses a socket that others may replace
+        key = self.folder / "munge" / "key"
+        key.touch(mode=0o600)
+        key.write_bytes(secrets.token_bytes(128))
+        (self.folder / "slurm.conf").write_text(
+            SLURM_CONF.format(
+                folder=self.folder,
+                host=socket.gethostname().partition(".")[0],
+                control_port=_free_port(),
+                node_port=_free_port(),
+                slots=self.slots,
+                memory=16000 * self.slots,
+                true=shutil.which("true"),
+            )
+        )
+        srun = self.folder / "bin" / "srun"
+        srun.write_text(SRUN.format(folder=self.folder, srun=shutil.which("srun")))
+        srun.chmod(0o755)
+        (self.folder / "cgroup.conf").write_text("CgroupPlugin=cgroup/v1\nCgroupAutomount=no\n")
+        try:
+            self._start("munged", *self._munge_options())
+            self._start("slurmctld", "-D")
+            self.start_node()
+            self.wait_until_idle()
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_):
+        with contextlib.suppress(subprocess.SubprocessError, OSError):
+            self.ask("scancel", "--user=root", timeout=10)
+        for name in ("slurmd", "slurmctld", "munged"):
+            self._end(name, signal.SIGTERM)
+        self.kill_jobs()
+
+    def start_node(self):
+        self._start("slurmd", "-D")
+
+    def kill_node(self):
+        """The node falls over: its daemon and all its jobs are gone at once."""
+        self._end("slurmd", signal.SIGKILL)
+        self.kill_jobs()
+
+    def restart_daemon(self):
+        """The daemon of the node dies and comes back; its jobs go on."""
+        self._end("slurmd", signal.SIGKILL)
+        self.start_node()
+
+    def kill_jobs(self):
+        """Kill all that runs on the node."""
+        for process in self.job_processes():
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(process, signal.SIGKILL)
+
+    def job_processes(self):
+        """Processes of jobs: those in whose environment stand this cluster and a job, and steps."""
+        found = []
+        for entry in Path("/proc").glob("[0-9]*"):
+            with contextlib.suppress(OSError):
+                variables = (entry / "environ").read_bytes().split(b"\0")
+                ours = f"{MARK}={self.folder}".encode() in variables
+                step = (entry / "comm").read_text().startswith("slurmstepd")
+                if ours and (step or any(v.startswith(b"SLURM_JOB_ID=") for v in variables)):
+                    found.append(int(entry.name))
+        return found
+
+    def ask(self, *command, timeout=60):
+        """What a command of Slurm prints."""
+        done = subprocess.run(
+            command,
+            env=self.environment,
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=timeout,
+        )
+        return done.stdout
+
+    def running(self):
+        """Numbers of the jobs that run."""
+        return self.ask("squeue", "--noheader", "--states=RUNNING", "--format=%i").split()
+
+    def jobs_so_far(self):
+        """How many jobs were sent; MinJobAge keeps them in the list."""
+        return len(self.ask("squeue", "--noheader", "--states=all", "--format=%i").split())
+
+    def wait_until_idle(self):
+        end = time.monotonic() + SECONDS_TO_START
+        while time.monotonic() < end:
+            with contextlib.suppress(subprocess.SubprocessError):
+                if self.ask("sinfo", "--noheader", "--format=%t").strip() in (
+                    "idle",
+                    "mix",
+                    "alloc",
+                ):
+                    return
+            time.sleep(0.5)
+        sys.exit(
+            f"error: the node did not come up in {SECONDS_TO_START} s; see {self.folder}/*.log"
+        )
+
+    def _munge_options(self):
+        place = self.folder / "munge"
+        files = {"key-file": "key", "socket": "socket", "pid-file": "pid", "seed-file": "seed"}
+        return [
+            "--foreground",
+            "--force",
+            *(f"--{option}={place / name}" for option, name in files.items()),
+        ]
+
+    def _start(self, name, *options):
+        with (self.folder / f"{name}.out").open("ab") as out:
+            self._daemons[name] = subprocess.Popen(
+                ["nice", "-n", str(self.niceness), name, *options],
+                env=self.environment,
+                stdout=out,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+
+    def _end(self, name, how):
+        daemon = self._daemons.pop(name, None)
+        if daemon is None:
+            return
+        daemon.send_signal(how)
+        try:
+            daemon.wait(timeout=10)
+        except subprocess.TimeoutExpired:
+            daemon.kill()
+            daemon.wait()
+
+
+def _free_port():
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return one.getsockname()[1]
