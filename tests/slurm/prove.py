@@ -25,13 +25,11 @@ import h5py
 from cluster import Cluster, missing
 
 ROOT = Path(__file__).parents[2]
-QUICK = ["--slurm-status-command", "squeue", "--slurm-init-seconds-before-status-checks", "5"]
-QUICK += [
-    "--latency-wait",
-    "15",
-    "--seconds-between-status-checks",
-    "2",
-]  # one machine has no slow file system to wait for
+# Without a database of jobs sacct cannot answer; and one machine has no slow file system.
+QUICK = (
+    "--slurm-status-command squeue --slurm-init-seconds-before-status-checks 5 "
+    "--seconds-between-status-checks 2 --latency-wait 15"
+).split()
 
 
 def copy_project(place):
@@ -143,8 +141,8 @@ def compare(one, other):
 
 def prove(folder, arguments):
     place = folder / "project"
-    if not place.exists():
-        copy_project(place)
+    copy_project(place)
+    shutil.rmtree(place / "results" / "slurm", ignore_errors=True)
     status = snakemake(
         place, "alone", ["--cores", str(arguments.cores)], arguments, dict(os.environ)
     )
