@@ -11,6 +11,7 @@ and pictures are the same, and leaves nothing behind.
 
 import argparse
 import contextlib
+import itertools
 import os
 import random
 import shutil
@@ -26,10 +27,12 @@ from cluster import Cluster, missing
 
 ROOT = Path(__file__).parents[2]
 # Without a database of jobs sacct cannot answer; and one machine has no slow file system.
-QUICK = (
-    "--slurm-status-command squeue --slurm-init-seconds-before-status-checks 5 "
-    "--seconds-between-status-checks 2 --latency-wait 15"
-).split()
+QUICK = {
+    "--slurm-status-command": "squeue",
+    "--slurm-init-seconds-before-status-checks": "5",
+    "--seconds-between-status-checks": "2",
+    "--latency-wait": "15",
+}
 
 
 def copy_project(place):
@@ -153,7 +156,7 @@ def prove(folder, arguments):
     with Cluster(folder / "cluster", arguments.slots, arguments.niceness) as cluster:
         trouble = Trouble(cluster, arguments.harms, arguments.seed, arguments.pause)
         trouble.start()
-        options = ["--profile", "profiles/slurm", *QUICK]
+        options = ["--profile", "profiles/slurm", *itertools.chain.from_iterable(QUICK.items())]
         status = snakemake(place, "slurm", options, arguments, cluster.environment)
         trouble.stop()
         jobs = cluster.jobs_so_far()
