@@ -14,6 +14,7 @@ import subprocess
 from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 PACKAGE = "beltrepro"
 ROOT = Path(__file__).parent
@@ -29,6 +30,53 @@ def origin() -> dict[str, str]:
         "processor": processor(),
         "units": "model units",
     }
+
+
+def write_about(
+    path: Path, *, title: str, sources: dict[str, dict], units: str = "", **more: Any
+) -> None:
+    """Write what a file is and what made it beside it, for files that cannot say so themselves.
+
+    The keys follow CSV on the Web (W3C, https://www.w3.org/TR/tabular-metadata/).
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    title : str
+        One sentence.
+    sources : dict
+        What was told to the datasets that it is made from, by name.
+    units : str
+        Those of its numbers, if they are not model units.
+    **more
+        Further keys.
+    """
+    about = {
+        "@context": "http://www.w3.org/ns/csvw",
+        "url": path.name,
+        "dc:title": title,
+        "dc:source": sources,
+        "beltrepro:origin": origin() | ({"units": units} if units else {}),
+        **more,
+    }
+    about_path(path).write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
+
+
+def about_path(path: Path) -> Path:
+    """Where it is said what a file is: beside it.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    Path
+        The JSON file.
+    """
+    return path.with_name(f"{path.name}-metadata.json")
 
 
 def of_all(parts: Iterable[dict]) -> dict[str, str]:

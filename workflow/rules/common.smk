@@ -8,6 +8,7 @@ from pathlib import Path
 
 from beltrepro import jobs, provenance
 from beltrepro.datasets import files, plan
+from beltrepro.datasets.films import FILM, TRACK
 from beltrepro.entries import check_uses
 from beltrepro.errors import InputError
 from beltrepro.figures import registry as figures_registry
@@ -15,11 +16,12 @@ from beltrepro.tables import registry as tables_registry
 
 try:
     PLAN = plan.make_plan(config)
+    MEASURED = [f"{name}{end}" for name in PLAN.films for end in (FILM, TRACK)]
     TABLES = tables_registry.entries()
     FIGURES = figures_registry.entries()
     tables_registry.check_names(PLAN.datasets)
     for folder, entries in (("tables", TABLES), ("figures", FIGURES)):
-        check_uses(folder, entries, [*PLAN.datasets, *TABLES], f"preset {PLAN.preset}")
+        check_uses(folder, entries, [*PLAN.datasets, *MEASURED, *TABLES], f"preset {PLAN.preset}")
 except InputError as error:
     sys.exit(f"error: {error}")
 
@@ -33,6 +35,7 @@ pathvars:
 wildcard_constraints:
     dataset="|".join(PLAN.datasets),
     batch="[0-9]{4}",
+    film="|".join(PLAN.films),
     table="|".join(entry.file(name) for name, entry in TABLES.items()),
     figure="|".join(FIGURES),
 
@@ -41,14 +44,27 @@ wildcard_constraints:
 
 
 def file_of(name):
-    """The file of a dataset or table."""
+    """The file of a dataset or table, or of a film or track."""
     if name in TABLES:
         return f"<results>/{TABLES[name].file(name)}.csv"
+    if name in MEASURED:
+        film, _, end = name.rpartition("_")
+        return f"<results>/experiment/{film}{'.mp4' if f'_{end}' == FILM else '.csv'}"
     return f"<results>/datasets/{name}.h5"
 
 
 def dataset_files():
     return [file_of(name) for name in PLAN.datasets]
+
+
+def track_files():
+    return {name: file_of(name) for name in MEASURED if name.endswith(TRACK)}
+
+
+def filmed(wildcards):
+    """The dataset that is filmed, under its name."""
+    name = PLAN.films[wildcards.film].dataset
+    return {name: file_of(name)}
 
 
 def batches(wildcards):
@@ -109,6 +125,10 @@ def told_dataset(wildcards):
     return PLAN.told(wildcards.dataset)
 
 
+def told_film(wildcards):
+    return PLAN.films[wildcards.film].told()
+
+
 def expected_batches(wildcards):
     count = len(PLAN.datasets[wildcards.dataset].batches)
     return [files.expected(PLAN.told_batch(wildcards.dataset, number)) for number in range(count)]
@@ -122,6 +142,10 @@ def expected(*names):
 
 def expected_of_table(wildcards):
     return expected(*table_of(wildcards)[1].uses)
+
+
+def expected_of_film(wildcards):
+    return expected(PLAN.films[wildcards.film].dataset)
 
 
 def expected_of_figure(wildcards):
@@ -167,6 +191,12 @@ def batch_code(wildcards):
     if dataset.kind.name not in FOLLOWED:
         others += ["beltrepro.chaos", *BUILT_ON_EVENT]
     return code_hash("beltrepro.datasets.running", INTEGRATORS[method], without=(*others, *WORDS))
+
+
+# A camera films positions and a tracker knows only videos: what made the positions is told by them.
+def experiment_code(*modules):
+    own = [f"beltrepro.experiment.{name}" for name in modules]
+    return code_hash(*own, without=("beltrepro.experiment", "beltrepro.simulation.run"))
 
 
 def table_code(wildcards):

@@ -4,7 +4,8 @@
 rule claims:
     "A measured value and a verdict for every claim of the paper: claims.csv."
     input:
-        datasets=dataset_files(),
+        **{name: file_of(name) for name in PLAN.datasets},
+        **track_files(),
     output:
         table=report("<results>/claims.csv", caption="../report/claims.rst", category="Claims"),
         about="<results>/claims.csv-metadata.json",

@@ -152,6 +152,8 @@ def _explained(error: jsonschema.ValidationError) -> InputError:
             return complain(f"{where} = {_shown(value)}: must be {text}")
         case "minimum" | "maximum" | "exclusiveMinimum" | "exclusiveMaximum":
             return complain(f"{where} = {value!r}: must be {_LIMITS[error.validator]} {allowed:g}")
+        case "multipleOf":
+            return complain(f"{where} = {value!r}: must be a multiple of {allowed:g}")
         case "minItems" | "minProperties" | "minLength":
             return complain(f"{where} is empty: at least one entry is needed")
         case "uniqueItems":

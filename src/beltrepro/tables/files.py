@@ -4,7 +4,6 @@ The metadata follow CSV on the Web (W3C, https://www.w3.org/TR/tabular-metadata/
 plain, NAME.csv-metadata.json describes it.
 """
 
-import json
 from pathlib import Path
 
 import pandas as pd
@@ -35,21 +34,9 @@ def write(
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    about = {
-        "@context": "http://www.w3.org/ns/csvw",
-        "url": path.name,
-        "dc:title": title,
-        "dc:source": sources,
-        "beltrepro:origin": provenance.origin(),
-        "tableSchema": {"columns": [_column(name, table[name], columns) for name in table]},
-    }
-    metadata_path(path).write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
+    described = {"columns": [_column(name, table[name], columns) for name in table]}
+    provenance.write_about(path, title=title, sources=sources, tableSchema=described)
     table.to_csv(path, index=False, float_format=DIGITS)
-
-
-def metadata_path(path: Path) -> Path:
-    """Where the metadata of a CSV file lie."""
-    return path.with_name(f"{path.name}-metadata.json")
 
 
 def _column(name: str, values: pd.Series, columns: dict[str, str]) -> dict:
