@@ -125,6 +125,41 @@ def laminar_phases(
     return phases[phases[:, 1] - phases[:, 0] > laminar_time]
 
 
+def slips_of_all(
+    time: npt.ArrayLike,
+    sticks: npt.ArrayLike,
+    stuck: int,
+    *,
+    start: float,
+    stop: float,
+) -> np.ndarray:
+    """Intervals between `start` and `stop` in which all blocks slip and none sticks (Fig. 5).
+
+    Parameters
+    ----------
+    time : array (E,)
+        Instants of the slips and sticks of all blocks, in order.
+    sticks : array (E,) of bool
+        Which of them are sticks.
+    stuck : int
+        How many blocks are stuck at the start.
+    start : float
+        Begin of the run.
+    stop : float
+        Its end.
+
+    Returns
+    -------
+    array (L, 2)
+        Begin and end of each interval. A reversal is a stick and a slip at once, and parts two.
+    """
+    edges = np.concatenate([[start], np.asarray(time, dtype=float), [stop]])
+    change = np.where(np.asarray(sticks, dtype=bool), 1, -1)
+    count = stuck + np.concatenate([[0], np.cumsum(change)])
+    spans = np.column_stack([edges[:-1], edges[1:]])[count == 0]
+    return spans[spans[:, 1] > spans[:, 0]]
+
+
 def sampled_laminar_phases(
     time: npt.ArrayLike,
     relative_velocity: np.ndarray,
