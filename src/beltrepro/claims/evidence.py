@@ -1,4 +1,4 @@
-"""Access of claim functions to datasets and tracks: what lacks or is too short is said in one line."""
+"""Access of claim functions to datasets and tracks: what is missing is said in one line."""
 
 from dataclasses import dataclass, field
 from functools import cached_property

@@ -13,7 +13,7 @@ from beltrepro.claims.criteria import Measurement
 from beltrepro.claims.registry import claim
 from beltrepro.model.units import LENGTH_M, TIME_S, to_si
 
-FILMS = ("belt_022", "belt_028", "belt_032")
+FILMS = ("belt_022", "belt_028", "belt_035")
 AT_022, AT_028, INTERMITTENT = FILMS
 SHORTEST_S = 900.0  # of a recording: the paper's are some hundred seconds long
 HALF_BLOCK_M = 0.02
@@ -84,7 +84,7 @@ def experiment_028(evidence):
     """Spectra of the stretches of small and of large amplitude."""
     return {
         "0.28 m/s, sigma = 1": partial(_alternation, evidence, AT_028),
-        "0.32 m/s, sigma = 2.2": partial(_alternation, evidence, INTERMITTENT),
+        "0.35 m/s, sigma = 2.2": partial(_alternation, evidence, INTERMITTENT),
     }
 
 
@@ -138,8 +138,8 @@ def experiment_022(evidence):
     return {
         "0.22 m/s, sigma = 1": partial(_long_slip, evidence, AT_022),
         "0.22 m/s, sigma = 1, as the film shows it": partial(_long_calm, evidence, AT_022),
-        "0.32 m/s, sigma = 2.2": partial(_long_slip, evidence, INTERMITTENT),
-        "0.32 m/s, sigma = 2.2, as the film shows it": partial(_long_calm, evidence, INTERMITTENT),
+        "0.35 m/s, sigma = 2.2": partial(_long_slip, evidence, INTERMITTENT),
+        "0.35 m/s, sigma = 2.2, as the film shows it": partial(_long_calm, evidence, INTERMITTENT),
     }
 
 
