@@ -90,7 +90,7 @@ def test_the_film_of_another_renderer_is_tracked_as_well(tmp_path, angle):
     [
         Scene(tape=30, mark=240, belt=30),  # bright marks on a dark tape
         Scene(belt=160, block=30, white_block=250, tape=230),  # a bright belt
-        Scene(belt=90, block=60, white_block=170, tape=150, mark=80),  # little contrast
+        Scene(belt=90, block=60, white_block=170, tape=150, mark=80, spring=110),  # little contrast
         Scene(white_block=255, tape=255, spring=250),  # springs as bright as the block
     ],
 )

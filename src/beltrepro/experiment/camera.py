@@ -20,7 +20,7 @@ from beltrepro.simulation.run import Run
 
 # Seen beyond the support and beyond the farthest place of the last block, in metres.
 MARGIN = 0.03
-_NOISE_PICTURES = 8
+_NOISE_PICTURES = 4
 _DRIFT_PERIOD = 60.0  # seconds in which the light comes back to where it was
 
 
@@ -216,7 +216,7 @@ def pictures(
     movement = Movement.of(motion) if isinstance(motion, Run) else motion
     _check_instants(movement.time_s, camera.frames_per_second)
     view = View.of(movement, scene, camera)
-    drawing, shutter = _Drawing(scene, view), _Shutter(camera, view)
+    drawing, shutter = _Drawing(scene, view, camera.blur), _Shutter(camera, view)
     count = len(movement.time_s)
     for index, time in enumerate(movement.time_s - movement.time_s[0]):
         # The first one is kept: a video's time begins with it.
@@ -316,56 +316,69 @@ class View:
 
 
 class _Drawing:
-    """The light that reaches the picture, with exact coverage of each pixel.
+    """The light that reaches the picture, with exact coverage of each pixel, and the lens's blur.
 
     All edges lie along the belt or across it. So the picture is a sum of products of a column
-    (which rows a band of the scene covers) and a row (the brightness along that band).
+    (which rows a band of the scene covers) and a row (the brightness along that band). The blur is
+    that of the columns and the rows, each for itself, and it is the same in all directions: it may
+    come before the picture is turned.
     """
 
-    def __init__(self, scene: Scene, view: View) -> None:
-        self._scene, self._view = scene, view
+    def __init__(self, scene: Scene, view: View, blur: float) -> None:
+        self._scene, self._view, self._blur = scene, view, blur
         middle = scene.block_width / 2
         bands = [
             (0.0, scene.block_width),
             (middle - scene.spring_width / 2, middle + scene.spring_width / 2),
         ]
         rows = [band(view.across(a), view.across(b), view.height) for a, b in bands]
-        self._rows = np.stack(rows, axis=1).astype(np.float32)
-        self._still = _still_picture(scene, view).astype(np.float32)
+        self._rows = self._blurred(np.stack(rows, axis=1), (0, 1))
+        self._still = self._blurred(_still_picture(scene, view), (1, 1))
 
     def __call__(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
         """Brightness (H, W), with blocks that go from `begin` to `end`, in metres."""
         left, right = (self._edges((begin, end), side) for side in (-0.5, 0.5))
         # Where the model's blocks, which are points, come too near, the outer one hides the inner.
         right[:, :-1] = np.minimum(right[:, :-1], left[:, 1:])
-        level = np.full(len(begin), float(self._scene.block))
-        level[-1] = self._scene.white_block
-        blocks = self._profile(left, right, level)
-        springs = self._springs(left, right)
-        return self._still + self._rows @ np.stack([blocks, springs]).astype(np.float32)
+        bright = np.full(len(begin), self._scene.block - self._scene.belt)
+        bright[-1] = self._scene.white_block - self._scene.belt
+        changes = step_changes(*_steps(left, right, bright), self._view.width)
+        changes = np.stack([changes, self._spring_changes(left, right)])
+        light = self._rows @ self._blurred(changes.cumsum(axis=1), (1, 0))
+        light += self._still
+        return light
 
     def _edges(self, places: tuple[np.ndarray, np.ndarray], side: float) -> np.ndarray:
         """Pixels (2, N) of one edge of all blocks, at the beginning and the end of the exposure."""
         return self._view.along(np.stack(places) + side * self._scene.block_length)
 
-    def _springs(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-        """Brightness along the springs, between the support and the blocks, above the belt's."""
+    def _spring_changes(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+        """Changes (W,) of the brightness along the springs, from the support to the last block."""
         begin = np.hstack([np.full((2, 1), self._view.left), right[:, :-1]])
         turn = (left - begin) / self._scene.coils
         number = np.arange(self._scene.coils)
-        left, right = (
+        first, last = (
             (begin[..., np.newaxis] + (number + part) * turn[..., np.newaxis]).reshape(2, -1)
             for part in (0.3, 0.7)
         )
-        return self._profile(left, right, np.full(left.shape[1], self._scene.spring))
+        bright = np.full(turn.shape[1] * len(number), self._scene.spring - self._scene.belt)
+        return step_changes(*_steps(first, last, bright), self._view.width)
 
-    def _profile(self, left: np.ndarray, right: np.ndarray, level: np.ndarray) -> np.ndarray:
-        """Brightness (W,), above the belt's, of things from `left` to `right` along it."""
-        edges = np.hstack([left, right])
-        rise = level - self._scene.belt
-        return np.cumsum(
-            step_changes(edges[0], edges[1], np.concatenate([rise, -rise]), self._view.width)
-        )
+    def _blurred(self, light: np.ndarray, ways: tuple[int, int]) -> np.ndarray:
+        """An array, blurred along its rows (1, 0), its columns (0, 1) or both."""
+        light = light.astype(np.float32)
+        if not self._blur:
+            return light
+        size = [2 * int(np.ceil(4 * self._blur)) + 1 if way else 1 for way in ways]
+        return cv2.GaussianBlur(light, size, self._blur, borderType=cv2.BORDER_REPLICATE)
+
+
+def _steps(
+    left: np.ndarray, right: np.ndarray, bright: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Begin, end and heights of the edges of things from `left` to `right`, (2, M) each."""
+    edges = np.hstack([left, right])
+    return edges[0], edges[1], np.concatenate([bright, -bright])
 
 
 def _still_picture(scene: Scene, view: View) -> np.ndarray:
@@ -397,7 +410,7 @@ def _still_picture(scene: Scene, view: View) -> np.ndarray:
 
 
 class _Shutter:
-    """What lens, light, sensor and recorder make of the light."""
+    """What direction, lamp, sensor and recorder make of the light."""
 
     def __init__(self, camera: Camera, view: View) -> None:
         self._camera = camera
@@ -421,8 +434,6 @@ class _Shutter:
         if self._turn is not None:
             size = light.shape[::-1]
             light = cv2.warpAffine(light, self._turn, size, borderMode=cv2.BORDER_REPLICATE)
-        if camera.blur:
-            light = cv2.GaussianBlur(light, (0, 0), camera.blur)
         if camera.light_unevenness or camera.light_drift:
             light *= self._lamp(time)
         begin = self._random.integers(self._noise.size - light.size)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -19,6 +20,7 @@ _SHARE = 0.3  # of all that varies along the row; of equal marks on a plain tape
 # on the pixels are as regular, but lower.
 _LEAST_ROWS, _HEIGHT = 2, 0.3
 _SEEN = 0.4  # contrast of a mark, as a share of that of most marks
+_DARKEST = 0.25  # share of the light of the tape below which nothing is seen
 _DARKER = 0.6  # share of the brightness of the tape that what lies beyond it does not reach
 
 
@@ -34,11 +36,14 @@ class Tape:
         Place along the belt of the first mark in the picture, pixels from its middle.
     clearness : float
         Strength of the period of the marks, in units of the other periods near it.
+    begins : bool
+        Whether the end of the tape before that mark is in the picture.
     """
 
     spacing: float
     first: float
     clearness: float
+    begins: bool
 
 
 def direction(picture: np.ndarray) -> float:
@@ -132,8 +137,8 @@ def find_tape(picture: np.ndarray, angle: float, spacing: float) -> Tape | None:
     rough = frequencies[np.argmax(strength[row])]
     frequency = _refined(profile, rough)
     shape = turned[rows].sum(axis=0) / np.maximum(weight[rows].sum(axis=0), 1)
-    first = _first_mark(profile, shape, weight[rows].min(axis=0) > 0, frequency)
-    return Tape(1 / frequency, first - (width - 1) / 2, float(clearness[row]))
+    first, begins = _first_mark(profile, shape, weight[rows].min(axis=0) > 0, frequency)
+    return Tape(1 / frequency, first - (width - 1) / 2, float(clearness[row]), begins)
 
 
 def _row_contrast(picture: np.ndarray, angle: float) -> float:
@@ -186,8 +191,8 @@ def _refined(profile: np.ndarray, frequency: float) -> float:
 
 def _first_mark(
     profile: np.ndarray, shape: np.ndarray, shown: np.ndarray, frequency: float
-) -> float:
-    """Place of the first mark, pixels."""
+) -> tuple[float, bool]:
+    """Place of the first mark, pixels, and whether the end of the tape before it is seen."""
     spacing = 1 / frequency
     once, twice = _transform(profile.astype(float), np.array([frequency, 2 * frequency]))
     # Marks are narrower than what lies between them. So the second harmonic tells dark marks from
@@ -195,32 +200,49 @@ def _first_mark(
     bright = (twice * np.conj(once) ** 2).real > 0.05 * abs(once) ** 3
     sign = 1 if bright else -1
     phase = -np.angle(sign * once) / (2 * np.pi) * spacing
-    begin = _beginning(shape, shown, spacing, middle=_centre(profile))
+    marks = np.arange(phase % spacing, shape.size - spacing, spacing)
+    seen = _seen(marks, shape, spacing, sign, middle=_centre(profile))
+    # Three marks in a row are a tape; what lies dark between two such parts of it, covers it.
+    rows = np.flatnonzero(seen[:-2] & seen[1:-1] & seen[2:])
+    inside = marks[rows[0] + 1] if rows.size else _centre(profile)
+    end = _beginning(shape, shown, spacing, inside)
     # The end of a tape can be its zero: a mark there may lie a little before it.
-    start = phase + np.ceil((begin - phase) / spacing - 0.25) * spacing
-    return _first_seen(np.arange(start, shape.size - spacing, spacing), shape, spacing, sign)
+    possible = seen & (marks >= end.place - spacing / 4)
+    return float(marks[np.argmax(possible)] if possible.any() else end.place), end.seen
 
 
-def _first_seen(marks: np.ndarray, shape: np.ndarray, spacing: float, sign: int) -> float:
-    """The first of some places that differs from what follows it as marks do."""
+def _seen(
+    marks: np.ndarray, shape: np.ndarray, spacing: float, sign: int, middle: float
+) -> np.ndarray:
+    """Which places (M,) differ from what follows them as marks of the tape do."""
     pixels = np.arange(shape.size)
     on, between = (np.interp(marks + shift, pixels, shape) for shift in (0, spacing / 2))
-    contrast = sign * (on - between) / np.maximum(on + between, 1)  # whatever the light there
-    return float(marks[np.argmax(contrast > _SEEN * np.median(contrast))])
+    near = np.argsort(np.abs(marks - middle))[: max(3, marks.size // 2)]
+    light = np.maximum(on + between, _DARKEST * np.median((on + between)[near]))
+    contrast = sign * (on - between) / light  # whatever the light there
+    return contrast > _SEEN * np.median(contrast[near])
 
 
-def _beginning(shape: np.ndarray, shown: np.ndarray, spacing: float, middle: float) -> float:
-    """Where the tape begins, pixels; where the picture does, if the tape goes on beyond it."""
+class _End(NamedTuple):
+    """Where a tape begins, pixels, and whether that is seen: it may go on beyond the picture."""
+
+    place: float
+    seen: bool
+
+
+def _beginning(shape: np.ndarray, shown: np.ndarray, spacing: float, middle: float) -> _End:
+    """Where the tape begins; where the picture does, if the tape goes on beyond it."""
     size = int(np.ceil(spacing)) + 1
     body = ndimage.grey_closing(shape, size=size)  # the marks filled up, or what is between them
     ahead = ndimage.maximum_filter1d(body, 4 * size, origin=-2 * size + 1)
     half = _DARKER * ahead
     before = np.flatnonzero(shown & (body < half) & (np.arange(body.size) < middle))
     if not before.size:
-        return float(np.argmax(shown)) + 0.25 * spacing
+        return _End(float(np.argmax(shown)) + 0.25 * spacing, seen=False)
     last = before[-1]
     rise = body[last + 1] - body[last]
-    return float(last + np.clip((half[last] - body[last]) / max(rise, 1e-9), 0, 1))
+    part = np.clip((half[last] - body[last]) / max(rise, 1e-9), 0, 1)
+    return _End(float(last + part), seen=True)
 
 
 def _centre(profile: np.ndarray) -> float:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections import Counter
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,19 +13,17 @@ import numpy as np
 
 from beltrepro import checks
 from beltrepro.errors import InputError
-from beltrepro.experiment import tape, white_block
+from beltrepro.experiment import white_block
 from beltrepro.experiment.scene import Scene
+from beltrepro.experiment.survey import SUPPORTS, Survey
 from beltrepro.experiment.video import Frame, read_video
 from beltrepro.experiment.white_block import Place, Region
 
 COLUMNS = ("time_s", "x_m", "error_m")
-SUPPORTS = ("left", "right")
 # Frames at the beginning in which the belt, the tape and the block are looked for, and of how many
 # each is one that is looked at.
 _SURVEY, _EVERY = 240, 10
-# Things narrower than so many pixels across the belt are wiped off to free the block of them.
-_OPENINGS = (0, 6, 12, 24, 48)
-_SPRING = 0.3  # the same, as a share of the block, once its size is known
+_SPRING = 0.3  # share of the block: what is narrower across the belt is wiped off
 _FASTEST = 3.0  # m/s that the block never reaches
 _LEAST_FRAMES = 2
 _SCALES = (1e-6, 0.1)  # metres per pixel that a camera above a treadmill can have
@@ -112,8 +110,8 @@ def track(
     video: str | Path,
     *,
     metres_per_pixel: float | None = None,
-    first_mark: float = 0.0,
-    support: str = "left",
+    first_mark: float | None = None,
+    support: str = "auto",
     scene: Scene | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Track:
@@ -130,11 +128,13 @@ def track(
         The file.
     metres_per_pixel : float, optional
         Scale, if there is no tape measure or another value shall count.
-    first_mark : float
-        What the tape reads at its first mark in the picture, metres. x is measured from its zero;
-        without a tape, from the edge of the picture on the side of the support.
+    first_mark : float, optional
+        What the tape reads at its first mark in the picture, metres; 0 where the end of the tape is
+        seen, and needed where it is not. x is measured from the zero of the tape; without a tape,
+        from the edge of the picture on the side of the support.
     support : str
-        "left" or "right": on which side of the picture the chain is held.
+        "left" or "right": on which side of the picture the chain is held; "auto" for the side of
+        the white block on which a spring is seen.
     scene : Scene, optional
         Sizes of the blocks and distance of the marks.
     progress : callable, optional
@@ -148,17 +148,26 @@ def track(
     Raises
     ------
     InputError
-        The file is no video, or no white block, more than one, or no tape measure is found.
+        The file is no video; no white block, more than one, or no tape measure is found; or it
+        cannot be told where the support or the zero of the tape is.
     """
     scene = scene or Scene()
     if metres_per_pixel is not None:
         _check_scale(metres_per_pixel)
-    checks.finite_number("first_mark", first_mark)
+    if first_mark is not None:
+        checks.finite_number("first_mark", first_mark)
     if support not in SUPPORTS:
         raise InputError(f"support = {support!r}: allowed are {', '.join(SUPPORTS)}")
     beginning = itertools.islice(read_video(video), 0, _SURVEY, _EVERY)
     pictures = [frame.picture for frame in beginning]
-    survey = _Survey.of(pictures, scene, metres_per_pixel, support, str(video))
+    survey = Survey.of(
+        pictures,
+        scene,
+        metres_per_pixel=metres_per_pixel,
+        first_mark=first_mark,
+        support=support,
+        name=str(video),
+    )
     found, lost, across = [], [], []
     for frame, place in _follow(read_video(video), survey):
         if place is None:
@@ -173,7 +182,7 @@ def track(
     time, along, error = np.array(found).T
     return Track(
         time_s=time,
-        x_m=first_mark + along * survey.metres_per_pixel,
+        x_m=(first_mark or 0.0) + along * survey.metres_per_pixel,
         error_m=error * survey.metres_per_pixel,
         metres_per_pixel=survey.metres_per_pixel,
         angle=survey.angle + survey.towards * _slope(along, np.array(across), survey.along),
@@ -181,176 +190,61 @@ def track(
     )
 
 
-@dataclass(frozen=True)
-class _Survey:
-    """What the beginning of a video tells of all of it."""
-
-    metres_per_pixel: float
-    angle: float
-    zero: float  # pixels from the middle of the picture, along the belt
-    towards: int  # 1 if the chain extends to the right
-    along: float  # sides of the block, pixels
-    across: float
-    middle: tuple[float, float]
-
-    @classmethod
-    def of(
-        cls,
-        pictures: list[np.ndarray],
-        scene: Scene,
-        scale: float | None,
-        support: str,
-        name: str,
-    ) -> _Survey:
-        """The survey of some frames."""
-        mean = np.stack(pictures).mean(axis=0, dtype=np.float32)
-        angle = tape.direction(mean)
-        ratio = scene.block_length / scene.block_width
-        regions = [_candidates(each, angle, ratio) for each in pictures]
-        towards = 1 if support == "left" else -1
-        mirrored = mean if towards == 1 else mean[::-1, ::-1]
-        measure, scale = _scale(mirrored, angle, regions, scene, scale, name)
-        along, across = scene.block_length / scale, scene.block_width / scale
-        _check_one(regions, along, across, name, scale)
-        height, width = mean.shape
-        return cls(
-            metres_per_pixel=scale,
-            angle=angle,
-            zero=measure.first if measure else -(width - 1) / 2,
-            towards=towards,
-            along=along,
-            across=across,
-            middle=((width - 1) / 2, (height - 1) / 2),
-        )
-
-    def along_belt(self, place: Place) -> float:
-        """Pixels from the first mark, along the belt, away from the support."""
-        return self.towards * self._projected(place, 0.0) - self.zero
-
-    def across_belt(self, place: Place | Region) -> float:
-        """Pixels from the middle of the picture, across the belt."""
-        return self._projected(place, 90.0)
-
-    def _projected(self, place: Place | Region, turn: float) -> float:
-        direction = np.radians(self.angle + turn)
-        x, y = place.x - self.middle[0], place.y - self.middle[1]
-        return float(np.cos(direction) * x + np.sin(direction) * y)
-
-
-def _candidates(picture: np.ndarray, angle: float, ratio: float) -> list[Region]:
-    """What may be the white block in a picture, of any size."""
-    found: list[Region] = []
-    for opening in _OPENINGS:
-        if opening < picture.shape[0] / 2 and not found:
-            found = white_block.bright_rectangles(picture, angle, ratio, opening)
-    return found
-
-
-def _scale(
-    mean: np.ndarray,
-    angle: float,
-    regions: list[list[Region]],
-    scene: Scene,
-    scale: float | None,
-    name: str,
-) -> tuple[tape.Tape | None, float]:
-    """The tape, if there is one, and metres per pixel."""
-    if scale is not None:
-        return tape.find_tape(mean, angle, scene.mark_spacing / scale), scale
-    area = scene.block_length * scene.block_width
-    sizes = [np.sqrt(each.along * each.across / area) for one in regions for each in one]
-    if not sizes:
-        raise InputError(
-            f"{name}: no white block found: a bright rectangle across the belt, which must run "
-            f"from left to right"
-        )
-    # Each size leads to expect a distance of the marks; that with the clearest marks counts. Sizes
-    # within a tenth are one, and the rare ones are not tried.
-    often = Counter(np.round(np.log(sizes) * 10).astype(int).tolist()).most_common(6)
-    guesses = [
-        float(np.median(np.array(sizes)[np.round(np.log(sizes) * 10) == each])) for each, _ in often
-    ]
-    found = [
-        measure
-        for pixels in guesses
-        if (measure := tape.find_tape(mean, angle, pixels * scene.mark_spacing))
-    ]
-    if not found:
-        raise InputError(
-            f"{name}: no tape measure with a mark every {100 * scene.mark_spacing:g} cm found: "
-            f"give the scale; the white block looks like {1 / guesses[0]:.3g} m per pixel"
-        )
-    best = max(found, key=lambda measure: measure.clearness)
-    return best, scene.mark_spacing / best.spacing
-
-
-def _check_one(
-    regions: list[list[Region]], along: float, across: float, name: str, scale: float
-) -> None:
-    """Refuse a film without a block of the right size, or with several."""
-    blocks = [
-        [each for each in one if white_block.has_size(each, along, across)] for one in regions
-    ]
-    seen = [one for one in blocks if one]
-    if not seen:
-        raise InputError(
-            f"{name}: no white block found: at {scale:.4g} m per pixel it would be a bright "
-            f"rectangle of {along:.0f} x {across:.0f} pixels"
-        )
-    several = [one for one in seen if len(one) > 1]
-    if 2 * len(several) > len(seen):
-        places = " and ".join(f"({each.x:.0f}, {each.y:.0f})" for each in several[0][:2])
-        raise InputError(
-            f"{name}: {len(several[0])} white blocks found, at the pixels {places}; "
-            f"one is needed: cover the other"
-        )
-
-
-def _follow(frames: Iterator[Frame], survey: _Survey) -> Iterator[tuple[Frame, Place | None]]:
+def _follow(frames: Iterator[Frame], survey: Survey) -> Iterator[tuple[Frame, Place | None]]:
     """Each frame with the place of the block, None where it is not found."""
     last, last_time = None, 0.0
     for frame in frames:
-        reach = _FASTEST * (frame.time_s - last_time) / survey.metres_per_pixel + survey.along / 2
+        farthest = _FASTEST * (frame.time_s - last_time) / survey.metres_per_pixel
         place = None
-        if last is not None:
-            place = _look(frame.picture, survey, last, reach)
-        if place is None:
-            place = _look(frame.picture, survey, last, None)
+        for reach in (min(survey.along, farthest), farthest, None):
+            if place is None and (last is not None or reach is None):
+                place = _look(frame.picture, survey, last, reach)
         if place is not None:
             last, last_time = place, frame.time_s
         yield frame, place
 
 
 def _look(
-    picture: np.ndarray, survey: _Survey, last: Place | None, reach: float | None
+    picture: np.ndarray, survey: Survey, last: Place | None, reach: float | None
 ) -> Place | None:
-    """The block in a picture, or only within reach of where it was; the nearest one counts."""
-    left = top = 0
+    """The block in a picture, or only within reach of where it was."""
+    window, left, top = picture, 0, 0
     if last is not None and reach is not None:
-        half = (reach + survey.along, reach * abs(np.sin(np.radians(survey.angle))) + survey.across)
+        askew = abs(np.sin(np.radians(survey.angle)))
+        half = (reach + 1.5 * survey.along, reach * askew + survey.across)
         left, top = (max(0, int(each - by)) for each, by in zip(last[:2], half, strict=True))
         right, bottom = (int(each + by) + 1 for each, by in zip(last[:2], half, strict=True))
         window = picture[top:bottom, left:right]
-    else:
-        window = picture
-    regions = [
-        each._replace(x=each.x + left, y=each.y + top)
-        for each in white_block.bright_rectangles(
-            window, survey.angle, survey.along / survey.across, int(_SPRING * survey.across)
-        )
-        if white_block.has_size(each, survey.along, survey.across)
-    ]
-    if last is not None:
-        lane = survey.across_belt(last)
-        regions = [
-            each for each in regions if abs(survey.across_belt(each) - lane) < survey.across / 2
-        ]
-        regions.sort(key=lambda each: np.hypot(each.x - last.x, each.y - last.y))
+    regions: Iterable[Region] = _blocks(window, survey, last, (left, top))
+    if last is None:
+        regions = sorted(regions, key=lambda each: -each.along * each.across)
+    elif reach is None:
+        regions = sorted(regions, key=lambda each: _distance(each, last))
+    else:  # others are cut by the edge of the window
+        regions = (each for each in regions if _distance(each, last) < reach + survey.along / 2)
     for region in regions:
         place = white_block.place_block(picture, region, survey.angle, survey.along, survey.across)
         if place is not None:
             return place
     return None
+
+
+def _blocks(
+    window: np.ndarray, survey: Survey, last: Place | None, corner: tuple[int, int]
+) -> Iterator[Region]:
+    """Regions of the size of the block in a part of a picture, in the lane of the last place."""
+    lane = None if last is None else survey.across_belt(last)
+    shape, opening = survey.along / survey.across, int(_SPRING * survey.across)
+    for region in white_block.bright_rectangles(window, survey.angle, shape, opening):
+        found = region._replace(x=region.x + corner[0], y=region.y + corner[1])
+        if white_block.has_size(found, survey.along, survey.across) and (
+            lane is None or abs(survey.across_belt(found) - lane) < survey.across / 2
+        ):
+            yield found
+
+
+def _distance(one: Region, other: Place) -> float:
+    return math.hypot(one.x - other.x, one.y - other.y)
 
 
 def _slope(along: np.ndarray, across: np.ndarray, length: float) -> float:
