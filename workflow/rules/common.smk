@@ -193,7 +193,8 @@ def batch_code(wildcards):
     return code_hash("beltrepro.datasets.running", INTEGRATORS[method], without=(*others, *WORDS))
 
 
-# A camera films positions and a tracker knows only videos: what made the positions is told by them.
+# The camera is given positions and the tracker a video: the code of simulations does not matter to
+# them. Nor does each to the other: the room itself only lists what it has.
 def experiment_code(*modules):
     own = [f"beltrepro.experiment.{name}" for name in modules]
     return code_hash(*own, without=("beltrepro.experiment", "beltrepro.simulation.run"))
@@ -204,7 +205,8 @@ def table_code(wildcards):
 
 
 def figure_code(wildcards):
-    return code_hash(f"beltrepro.figures.{wildcards.figure}", "beltrepro.figures.style")
+    own = f"beltrepro.figures.{wildcards.figure}"
+    return code_hash(own, "beltrepro.figures.style", without=("beltrepro.experiment",))
 
 
 # --- errors ---
