@@ -22,6 +22,7 @@ from beltrepro.claims.measuring import SECTIONS
 from beltrepro.claims.registry import REGISTRY
 from beltrepro.model import ChainParameters, spring
 from beltrepro.store import Dataset
+from recorded import recordings
 
 CONFIG = Path(__file__).parent.parent / "config.yaml"
 SETTINGS = {
@@ -299,6 +300,7 @@ def paper_like():
         "n10_u38": laminar_series(4, 1500.0, n_blocks=10, belt_velocity=38.0, duration=9000.0),
     }
     others = {"slips_u1": made_up_catalogue(), "lifetimes": made_up_escapes()}
+    others |= recordings()
     return measure(made_up_scans() | made_up_motions() | series | others, SETTINGS)
 
 
@@ -326,7 +328,8 @@ def test_every_testable_claim_has_a_function_in_the_module_of_its_section():
 
 
 def test_the_datasets_that_claims_need_are_in_the_configuration():
-    known = set(yaml.safe_load(CONFIG.read_text())["datasets"])
+    config = yaml.safe_load(CONFIG.read_text())
+    known = set(config["datasets"]) | {f"{film}_track" for film in config["films"]}
     needed = {name for claim in load_ledger().values() for name in claim.needs}
     assert needed <= known
 

@@ -21,7 +21,6 @@ LEAST_PEAKS = 4
 _SURROUNDINGS_HZ = 0.8
 _APART = 3  # frequencies between peaks, at least: a line is so wide
 _RANDOM_SETS = 1000
-_STEPS = 400
 _SEED = 1
 
 
@@ -113,9 +112,9 @@ def lines(
 def spacing(peaks_hz: npt.ArrayLike, *, band_hz: tuple[float, float] = BAND_HZ) -> Spacing:
     """Test whether peaks are multiples of one frequency.
 
-    The step is the one with the highest concentration, from half the smallest distance of the peaks
-    up to the lowest of them. Random peaks are uniform in the band and as far apart as `lines` finds
-    them; each set has its own best step.
+    The step is the one with the highest concentration, from about half the smallest distance of the
+    peaks up to the lowest of them. Random peaks are uniform in the band and as far apart as `lines`
+    finds them; each set has its own best step.
 
     Parameters
     ----------
@@ -178,8 +177,11 @@ def _refined(frequency: np.ndarray, power: np.ndarray, peaks: np.ndarray) -> np.
 def _best_step(peaks: np.ndarray) -> tuple[float, float]:
     """The step with the highest concentration, and that concentration."""
     shortest = np.diff(peaks).min() / 2
-    # equal steps in the number of turns: a peak at f goes through f / step of them
-    steps = 1 / np.linspace(1 / peaks[0], 1 / shortest, _STEPS)
+    # The lowest peak is some multiple of the step. Which ones the others are follows, and then the
+    # step by least squares.
+    multiple = np.arange(1, max(1, round(peaks[0] / shortest)) + 1)[:, np.newaxis]
+    numbers = np.rint(multiple * peaks / peaks[0])
+    steps = (numbers @ peaks) / (numbers**2).sum(axis=1)
     concentration = np.cos(2 * np.pi * peaks / steps[:, np.newaxis]).mean(axis=1)
     best = int(concentration.argmax())
     return float(steps[best]), float(concentration[best])

@@ -33,7 +33,11 @@ def draw(data, caption):
     axes = figure.subplots()
     height, width = picture.brightness.shape
     axes.imshow(picture.brightness, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
-    _name_parts(axes, picture, to_si(run.arrays["positions"][0], "length"))
+    places = to_si(run.arrays["positions"], "length")
+    if len(places):
+        _name_parts(axes, picture, places[0])
+    else:
+        panels.note(axes, "no samples")
     axes.set(xlim=(-0.5, width - 0.5), ylim=(height + 32, -34), xticks=[], yticks=[])
     axes.set_title(f"{filmed.speed(run)},  {width} x {height} pixels", size=8)
     axes.spines[:].set_visible(False)

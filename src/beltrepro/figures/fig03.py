@@ -31,15 +31,19 @@ def draw(data, caption):
     """Left: frames about the fastest slip of the first seconds; right: x_5(t)."""
     panels.require(data, ENTRY)
     track = data["belt_028_track"]
+    figure = style.page(caption, 4.6)
+    filmed.mark(figure)
+    left, right = figure.subplots(1, 2, width_ratios=(2, 1))
+    if track.time_s.size < STRIPS:
+        for axes in (left, right):
+            panels.note(axes, f"the block is found in {track.time_s.size} frames only")
+        return figure
     begin = _about_fastest_slip(track)
     chosen = slice(begin, begin + STRIPS)
     until = track.time_s[chosen][-1]
     pictures = filmed.first_pictures(data["belt_028_film"], _frames_until(track, until))
     pictures = [each for each in pictures if each.time_s >= track.time_s[begin] - 1e-6][:STRIPS]
 
-    figure = style.page(caption, 4.6)
-    filmed.mark(figure)
-    left, right = figure.subplots(1, 2, width_ratios=(2, 1))
     panels.letter(left, "a")
     panels.letter(right, "b")
     time, position = track.time_s[chosen], 100 * track.x_m[chosen]
@@ -70,7 +74,7 @@ def _frames_until(track, time_s):
 
 def _draw_strips(axes, pictures, middle_m):
     """Thresholded pictures, cut to the lane of the chain at this place, one below the other."""
-    half = 0.6 * Scene().block_width
+    half = 0.53 * Scene().block_width
     strips = []
     for picture in pictures:
         top, bottom = (round(picture.place(middle_m, side)[1]) for side in (-half, half))

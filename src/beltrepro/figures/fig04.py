@@ -11,8 +11,9 @@ ENTRY = Entry(
         "noise that it assigns to the experiment. The real chain changes between small and large "
         "amplitudes there. d to f: the critical speed at more noise, where the model changes "
         "between them. Shaded: small amplitude, that is, a standard deviation below 5 % of the "
-        "mean within 5 s. The spectra are those of the longest stretch of each kind. Dotted: the "
-        "multiples of one frequency that lie nearest to the peaks."
+        "mean within 5 s. The spectra are those of the longest stretch of each kind. Peaks "
+        "of the small amplitude exceed ten times their surroundings; dotted, where there are four "
+        "or more: the multiples of one frequency that lie nearest to them."
     ),
     alt=(
         "Two traces of the position against time, each above spectra of its small and of its large "
@@ -26,7 +27,7 @@ ENTRY = Entry(
 def draw(data, caption):
     """a to c: x_5(t) at 0.28 m/s and its spectra; d to f: the same at 0.35 m/s."""
     panels.require(data, ENTRY)
-    figure = style.page(caption, 7.6)
+    figure = style.page(caption, 7.1)
     filmed.mark(figure)
     places = figure.subplot_mosaic([["a", "a"], ["b", "c"], ["d", "d"], ["e", "f"]])
     for name, axes in places.items():

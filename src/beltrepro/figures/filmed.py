@@ -1,14 +1,14 @@
 """Parts that the figures of the virtual experiment share (Figs. 2 to 5)."""
 
 import itertools
-from contextlib import suppress
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from beltrepro.analysis.errors import NotEnoughDataError
-from beltrepro.analysis.lines import BAND_HZ, lines, spacing
+from beltrepro.analysis.intermittency import slips_of_all
+from beltrepro.analysis.lines import BAND_HZ, LEAST_PEAKS, lines, spacing
 from beltrepro.analysis.recording import LARGE, SMALL, WHOLE, analyse
 from beltrepro.experiment import white_block
 from beltrepro.experiment.scene import Scene
@@ -113,10 +113,17 @@ def draw_recording(trace, spectra, data, film):
         for the whole.
     """
     track = data[f"{film}_track"]
-    recording = analyse(track.time_s, track.x_m)
+    try:
+        recording = analyse(track.time_s, track.x_m)
+    except NotEnoughDataError as reason:
+        for axes in (trace, *spectra):
+            panels.note(axes, str(reason))
+        return
     drawing.draw_trace(trace, recording)
     trace.set(xlabel=SECONDS, ylabel=LENGTH)
-    trace.set_title(f"{speed(data[film])};  {trace.get_title()}", size=8)
+    words = f"{speed(data[film])};  {trace.get_title()}"
+    trace.set_title("")
+    trace.set_title(words, loc="right", size=7.5)
     names = (SMALL, LARGE) if len(spectra) == 2 else (WHOLE,)
     for axes, name in zip(spectra, names, strict=True):
         spectrum = recording.spectra.get(name)
@@ -129,6 +136,15 @@ def draw_recording(trace, spectra, data, film):
             drawing.draw_spectrum(axes, spectrum, name)
             if name == SMALL:
                 _draw_multiples(axes, recording, spectrum)
+
+
+def say_longest_slip(axes, run):
+    """How long all blocks of a run slip at once, at most."""
+    time, velocities, events = (run.arrays[name] for name in ("time", "velocities", "events"))
+    spans = slips_of_all(time, velocities - run.attributes["belt_velocity"], events)
+    longest = TIME_S * np.diff(spans, axis=1).max(initial=0.0)
+    words = f"all blocks slip at once for {longest:.2g} s at most; in the experiment for over 60 s"
+    panels.note(axes, words, place=(0.5, 0.93), size=7, width=90)
 
 
 def _lasts(spectrum):
@@ -148,9 +164,12 @@ def _say_none(axes, longest_s, observed_s):
 def _draw_multiples(axes, recording, spectrum):
     """The frequency whose multiples lie nearest to the peaks of a spectrum, if it has peaks."""
     values = recording.evenly(spectrum.begin_s, spectrum.end_s)
-    with suppress(NotEnoughDataError):
-        found = spacing(lines(values, recording.interval_s).peaks_hz)
-        for number in range(1, int(BAND_HZ[1] / found.step_hz) + 1):
-            axes.axvline(number * found.step_hz, color=style.GREY, linewidth=0.7, linestyle=":")
-        words = f"peaks: multiples of {found.step_hz:.3g} Hz, p = {found.p:.2g}"
-        axes.text(0.03, 0.05, words, transform=axes.transAxes, size=7)
+    with panels.shortage_on(axes, place=(0.3, 0.85), size=6.5):
+        peaks = lines(values, recording.interval_s).peaks_hz
+        words = "peaks (Hz): " + (", ".join(f"{each:.2f}" for each in peaks) or "none")
+        if peaks.size >= LEAST_PEAKS:
+            found = spacing(peaks)
+            for number in range(1, int(BAND_HZ[1] / found.step_hz) + 1):
+                axes.axvline(number * found.step_hz, color=style.GREY, linewidth=0.7, linestyle=":")
+            words += f"\nmultiples of {found.step_hz:.3g} Hz: p = {found.p:.2g}"
+        axes.text(0.03, 0.92, words, transform=axes.transAxes, size=6.5, va="top")
