@@ -16,8 +16,8 @@ ENTRY = Entry(
         "or more: the multiples of one frequency that lie nearest to them."
     ),
     alt=(
-        "Two traces of the position against time, each above spectra of its small and of its large "
-        "amplitudes; where a recording has no lasting small amplitude, words say so."
+        "Six panels, three for each of two recordings: the position against time above the spectra "
+        "of its small and of its large amplitudes. Where no small amplitude lasts, words say so."
     ),
     number="4",
 )
