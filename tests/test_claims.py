@@ -462,7 +462,7 @@ def test_without_datasets_all_but_the_model_is_not_measured():
     model = {"units", "friction-constants", "spring-law", "setup"}
     assert {name for name, verdict in found.items() if verdict == HOLDS} == model
     rest = {verdict for name, verdict in found.items() if name not in model}
-    assert rest == {NOT_MEASURED, NOT_TESTABLE}
+    assert rest == {NOT_MEASURED}
     assert (table.loc[table["verdict"] == NOT_MEASURED, "note"] != "").all()
 
 
@@ -470,7 +470,7 @@ def test_short_runs_are_not_judged():
     short = made_up_scans(transient=500.0, duration=2000.0) | made_up_motions(duration=2000.0)
     table = measure(short, SETTINGS)
     assert_no_fault(table)
-    assert set(verdicts(table).values()) == {HOLDS, NOT_MEASURED, NOT_TESTABLE}
+    assert set(verdicts(table).values()) == {HOLDS, NOT_MEASURED}
     assert "discards a transient of 500" in table.set_index("id").loc["u-critical", "note"]
 
 
