@@ -31,6 +31,7 @@ rule all:
 
 
 include: "workflow/rules/datasets.smk"
+include: "workflow/rules/experiment.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"

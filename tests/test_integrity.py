@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 import damages
 from beltrepro import cli, inputs, store, verification
-from beltrepro.datasets import files
+from beltrepro.datasets import described, files
 from beltrepro.datasets.plan import make_plan
 from beltrepro.datasets.points import columns
 from beltrepro.errors import InputError
@@ -72,7 +72,7 @@ def damaged(folder, name, damage, place):
     path = place / name
     shutil.copy(whole, path)
     if path.suffix == ".csv":
-        shutil.copy(tables.metadata_path(whole), tables.metadata_path(path))
+        shutil.copy(described.metadata_path(whole), described.metadata_path(path))
     inputs.check(path, expected[name])
     damage(path, other)
     return damages.outcome(path, expected[name], whole)

@@ -18,9 +18,9 @@ import numpy as np
 from beltrepro import provenance, store
 from beltrepro.atomic import replacing
 from beltrepro.datasets import files
+from beltrepro.datasets.described import checksum, metadata_path
 from beltrepro.datasets.quantities import QUANTITIES
 from beltrepro.errors import InputError
-from beltrepro.tables.files import checksum, metadata_path
 
 SHORT = 500.0  # model time; a distance grows e-fold in 60 and more
 TOLERANCE = 1e-6  # of means in short runs, as a share of mean plus standard deviation

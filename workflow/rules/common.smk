@@ -12,6 +12,7 @@ from snakemake.logging import logger
 
 from beltrepro import jobs, lifecycle, provenance, snakemake_call
 from beltrepro.datasets import files, plan
+from beltrepro.datasets.films import FILM, TRACK
 from beltrepro.entries import check_uses
 from beltrepro.errors import InputError
 from beltrepro.figures import registry as figures_registry
@@ -19,11 +20,12 @@ from beltrepro.tables import registry as tables_registry
 
 try:
     PLAN = plan.make_plan(config)
+    FILMED = {f"{name}{end}": film for name, film in PLAN.films.items() for end in (FILM, TRACK)}
     TABLES = tables_registry.entries()
     FIGURES = figures_registry.entries()
     tables_registry.check_names(PLAN.datasets)
     for folder, entries in (("tables", TABLES), ("figures", FIGURES)):
-        check_uses(folder, entries, [*PLAN.datasets, *TABLES], f"preset {PLAN.preset}")
+        check_uses(folder, entries, [*PLAN.datasets, *FILMED, *TABLES], f"preset {PLAN.preset}")
 except InputError as error:
     sys.exit(f"error: {error}")
 
@@ -37,6 +39,7 @@ pathvars:
 wildcard_constraints:
     dataset="|".join(PLAN.datasets),
     batch="[0-9]{4}",
+    film="|".join(PLAN.films),
     table="|".join(entry.file(name) for name, entry in TABLES.items()),
     figure="|".join(FIGURES),
 
@@ -45,14 +48,28 @@ wildcard_constraints:
 
 
 def file_of(name):
-    """The file of a dataset or table."""
+    """The file of a dataset or table, or of a film or track."""
     if name in TABLES:
         return f"<results>/{TABLES[name].file(name)}.csv"
+    if name in FILMED:
+        ending = ".mp4" if name.endswith(FILM) else ".csv"
+        return f"<results>/experiment/{FILMED[name].name}{ending}"
     return f"<results>/datasets/{name}.h5"
 
 
 def dataset_files():
     return [file_of(name) for name in PLAN.datasets]
+
+
+def judged():
+    """What claims are measured from: datasets and tracks, by name."""
+    return [*PLAN.datasets, *(name for name in FILMED if name.endswith(TRACK))]
+
+
+def filmed(wildcards):
+    """The dataset that is filmed, under its name."""
+    name = PLAN.films[wildcards.film].dataset
+    return {name: file_of(name)}
 
 
 def batches(wildcards):
@@ -113,6 +130,10 @@ def told_dataset(wildcards):
     return PLAN.told(wildcards.dataset)
 
 
+def told_film(wildcards):
+    return PLAN.films[wildcards.film].told()
+
+
 def expected_batches(wildcards):
     count = len(PLAN.datasets[wildcards.dataset].batches)
     return [files.expected(PLAN.told_batch(wildcards.dataset, number)) for number in range(count)]
@@ -120,23 +141,33 @@ def expected_batches(wildcards):
 
 @functools.cache
 def expected(*names):
-    """What the files of these datasets and tables must say of themselves, by name."""
-    return {
-        name: files.expected(PLAN.told(name)) if name in PLAN.datasets else of(*TABLES[name].uses)
-        for name in names
-    }
+    """What these files must say of themselves, by the names of what they hold."""
+    return {name: expected_of(name) for name in names}
+
+
+def expected_of(name):
+    if name in PLAN.datasets:
+        return files.expected(PLAN.told(name))
+    if name in FILMED:
+        film = FILMED[name]
+        return made_from({**expected(film.dataset), f"{film.name}{FILM}": film.told()})
+    return of(*TABLES[name].uses)
 
 
 def of(*sources):
     """What a table or figure must say of itself that is made from these."""
-    return {"preset": PLAN.preset, "run": PLAN.run, "sources": expected(*sources)}
+    return made_from(expected(*sources))
+
+
+def made_from(sources):
+    return {"preset": PLAN.preset, "run": PLAN.run, "sources": sources}
 
 
 def expected_of_report():
     """By name of the input of the report, and of the figure or dataset in it."""
     return {
         "datasets": expected(*PLAN.datasets),
-        "claims": {"claims": of(*PLAN.datasets)},
+        "claims": {"claims": of(*judged())},
         "figures": {name: of(*entry.uses) for name, entry in FIGURES.items()},
         **{name: {name: each} for name, each in expected(*TABLES).items()},
     }
@@ -144,6 +175,10 @@ def expected_of_report():
 
 def expected_of_table(wildcards):
     return expected(*table_of(wildcards)[1].uses)
+
+
+def expected_of_film(wildcards):
+    return expected(PLAN.films[wildcards.film].dataset)
 
 
 def expected_of_figure(wildcards):
@@ -199,12 +234,20 @@ def batch_code(wildcards):
     return code_hash("beltrepro.datasets.running", INTEGRATORS[method], without=(*others, *WORDS))
 
 
+# The camera is given positions and the tracker a video: the code of simulations does not matter to
+# them. Nor does each to the other: the room itself only lists what it has.
+def experiment_code(*modules):
+    own = [f"beltrepro.experiment.{name}" for name in modules]
+    return code_hash(*own, without=("beltrepro.experiment", "beltrepro.simulation.run"))
+
+
 def table_code(wildcards):
     return code_hash(f"beltrepro.tables.{table_of(wildcards)[0]}")
 
 
 def figure_code(wildcards):
-    return code_hash(f"beltrepro.figures.{wildcards.figure}", "beltrepro.figures.style")
+    own = f"beltrepro.figures.{wildcards.figure}"
+    return code_hash(own, "beltrepro.figures.style", without=("beltrepro.experiment",))
 
 
 # --- beginning, stopping, failing ---
