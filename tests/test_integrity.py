@@ -114,7 +114,7 @@ def test_a_file_of_another_preset_or_version_is_refused(folder, tmp_path, other)
     with pytest.raises(InputError, match=r"holds dataset rows \(scan\).*to make it again: rm "):
         inputs.check(path, expected["rows.h5"])
     about = expected["some.csv"] | {"sources": sources}
-    with pytest.raises(InputError, match=r"was derived from other datasets; to make it again"):
+    with pytest.raises(InputError, match=r"was made from other datasets; to make it again"):
         inputs.check(made / "some.csv", about)
     with pytest.raises(InputError, match="another figure, fig12 of own, own, "):
         inputs.check(made / "fig12.png", about)

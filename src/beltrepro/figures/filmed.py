@@ -9,7 +9,7 @@ import numpy as np
 from beltrepro.analysis.errors import NotEnoughDataError
 from beltrepro.analysis.intermittency import slips_of_all
 from beltrepro.analysis.lines import BAND_HZ, LEAST_PEAKS, lines, spacing
-from beltrepro.analysis.recording import LARGE, SMALL, WHOLE, analyse
+from beltrepro.analysis.recording import LARGE, LASTING_S, SMALL, WHOLE, analyse
 from beltrepro.experiment import white_block
 from beltrepro.experiment.scene import Scene
 from beltrepro.experiment.survey import Survey
@@ -21,7 +21,7 @@ from beltrepro.model.units import TIME_S, to_si
 
 SECONDS = r"$t$ (s)"
 LENGTH = "$x_5$ (cm)"
-LAMINAR_S = 200 * TIME_S  # a longer stretch of small amplitude is a laminar phase
+
 _SURVEYED = 24  # frames from which it is told where things are
 _WORDS = "virtual experiment: a simulated chain, filmed by a simulated camera"
 
@@ -148,13 +148,13 @@ def say_longest_slip(axes, run):
 
 
 def _lasts(spectrum):
-    """Whether a stretch of small amplitude is a laminar phase."""
-    return spectrum is not None and spectrum.end_s - spectrum.begin_s > LAMINAR_S
+    """Whether a stretch of small amplitude lasts."""
+    return spectrum is not None and spectrum.end_s - spectrum.begin_s > LASTING_S
 
 
 def _say_none(axes, longest_s, observed_s):
     words = (
-        f"The model does not alternate here: no stretch of small amplitude of {LAMINAR_S:.0f} s or "
+        f"The model does not alternate here: no stretch of small amplitude of {LASTING_S:.0f} s or "
         f"more in {observed_s:.0f} s. The longest has {longest_s:.0f} s."
     )
     panels.note(axes, words, width=34)
