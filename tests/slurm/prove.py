@@ -1,6 +1,6 @@
 """Prove that the workflow gives the same bits through Slurm as on this machine alone.
 
-    python tests/slurm/prove.py                     the smoke preset, in some 15 minutes
+    python tests/slurm/prove.py                     the smoke preset
     python tests/slurm/prove.py --targets fig08     less of it
 
 It copies the project, runs it here, and then through a Slurm cluster of one node that it starts
