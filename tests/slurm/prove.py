@@ -189,7 +189,7 @@ def main():
     parser.add_argument("--harms", type=int, default=8, help="how often something is killed")
     parser.add_argument("--pause", type=float, default=20, help="mean seconds between them")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--folder", type=Path, help="keep it there; default: nothing is kept")
+    parser.add_argument("--folder", type=Path, help="to work in and keep; else nothing is kept")
     arguments = parser.parse_args()
     if reason := missing():
         sys.exit(f"error: {reason}")
