@@ -456,7 +456,8 @@ def _record_samples(order, noisy, lane, i, until, end, group, series, samples):
             shown = block - samples.first_block
             heading = chains.direction[block, chain]
             friction = spread(heading * -kinetic)
-            if noisy:
+            # nobody looks at the friction where not all blocks are sampled, and it takes time
+            if noisy and samples.first_block == 0:
                 slips = heading * heading
                 level = slips * chains.noise_force[0, block, chain]
                 slope = slips * chains.noise_force[1, block, chain]
