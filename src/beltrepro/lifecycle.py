@@ -69,10 +69,13 @@ def begin(results: Path, was_locked: bool = False) -> None:
     Raises
     ------
     InputError
-        Another run is at work there.
+        Another run is at work there, or nothing can be written.
     """
-    results.mkdir(parents=True, exist_ok=True)
-    descriptor = os.open(results / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
+    try:
+        results.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(results / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
+    except OSError as error:
+        raise InputError(f"{results}: cannot be written ({error.strerror})") from None
     if was_locked or not _lock(descriptor):
         os.close(descriptor)
         raise InputError(
