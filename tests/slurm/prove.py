@@ -11,6 +11,7 @@ and pictures are the same, and leaves nothing behind.
 
 import argparse
 import contextlib
+import itertools
 import os
 import random
 import shutil
@@ -25,13 +26,13 @@ import h5py
 from cluster import Cluster, missing
 
 ROOT = Path(__file__).parents[2]
-QUICK = ["--slurm-status-command", "squeue", "--slurm-init-seconds-before-status-checks", "5"]
-QUICK += [
-    "--latency-wait",
-    "15",
-    "--seconds-between-status-checks",
-    "2",
-]  # one machine has no slow file system to wait for
+# Without a database of jobs sacct cannot answer; and one machine has no slow file system.
+QUICK = {
+    "--slurm-status-command": "squeue",
+    "--slurm-init-seconds-before-status-checks": "5",
+    "--seconds-between-status-checks": "2",
+    "--latency-wait": "15",
+}
 
 
 def copy_project(place):
@@ -143,8 +144,8 @@ def compare(one, other):
 
 def prove(folder, arguments):
     place = folder / "project"
-    if not place.exists():
-        copy_project(place)
+    copy_project(place)
+    shutil.rmtree(place / "results" / "slurm", ignore_errors=True)
     status = snakemake(
         place, "alone", ["--cores", str(arguments.cores)], arguments, dict(os.environ)
     )
@@ -155,7 +156,7 @@ def prove(folder, arguments):
     with Cluster(folder / "cluster", arguments.slots, arguments.niceness) as cluster:
         trouble = Trouble(cluster, arguments.harms, arguments.seed, arguments.pause)
         trouble.start()
-        options = ["--profile", "profiles/slurm", *QUICK]
+        options = ["--profile", "profiles/slurm", *itertools.chain.from_iterable(QUICK.items())]
         status = snakemake(place, "slurm", options, arguments, cluster.environment)
         trouble.stop()
         jobs = cluster.jobs_so_far()

@@ -1,8 +1,10 @@
-"""The two container recipes: what they copy exists and suffices, and both do the same."""
+"""Container recipes copy what exists and suffices; the profile for Slurm fits the workflow."""
 
 import re
 import tomllib
 from pathlib import Path
+
+import yaml
 
 ROOT = Path(__file__).parents[1]
 DOCKERFILE = (ROOT / "container" / "Dockerfile").read_text()
@@ -47,3 +49,14 @@ def test_pins_of_slurm_have_hashes():
     names = [n for n in (ROOT / "requirements-slurm.in").read_text().split("\n") if n[:1].isalpha()]
     for name in names:
         assert re.search(rf"^{name}==\S+ \\\n +--hash=sha256:[0-9a-f]{{64}}", pins, re.M)
+
+
+def test_profile_of_slurm_groups_rules_that_exist():
+    profile = yaml.safe_load((ROOT / "profiles" / "slurm" / "profile.yaml").read_text())
+    text = "".join(path.read_text() for path in (ROOT / "workflow" / "rules").glob("*.smk"))
+    rules = set(re.findall(r"^rule (\w+):$", text, re.M))
+    groups = dict(entry.split("=") for entry in profile["groups"])
+    assert profile["executor"] == "slurm"
+    assert groups.keys() <= rules - {"simulate"}, "batches take minutes: each is a job of its own"
+    sizes = dict(entry.split("=") for entry in profile["group-components"])
+    assert set(groups.values()) == sizes.keys()
