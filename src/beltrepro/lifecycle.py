@@ -108,7 +108,7 @@ def stop_at_once(results: Path) -> None:
         Folder of the run.
     """
 
-    def stop(number: int, frame: Any) -> NoReturn:
+    def _stop(number: int, frame: Any) -> NoReturn:
         """End this process and its jobs; a handler of signals."""
         # other threads see their jobs fail: nothing of that is to be read
         logging.disable(logging.CRITICAL)
@@ -121,7 +121,7 @@ def stop_at_once(results: Path) -> None:
 
     for each in STOPPING:
         if signal.getsignal(each) is not signal.SIG_IGN:  # as under nohup
-            signal.signal(each, stop)
+            signal.signal(each, _stop)
 
 
 def stop_as_usual() -> None:
