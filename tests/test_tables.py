@@ -26,7 +26,7 @@ def falling(ratios, velocities, place):
 def test_every_table_is_a_module_with_a_function():
     of_integrators = {"agreement", "families", "partings", "convergence"}
     of_chaos = {"motions", "noisy_motions", "mean_lifetimes", "attractors"}
-    of_experiment = {"experiment_odds", "experiment_posterior", "alternation"}
+    of_experiment = {"experiment_odds", "experiment_posterior", "alternation", "recordings"}
     assert of_integrators | of_chaos | of_experiment | {"friction_falls", "audit"} == set(TABLES)
     for name, entry in TABLES.items():
         module = importlib.import_module(f"beltrepro.tables.{name}")

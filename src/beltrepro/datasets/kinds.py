@@ -577,7 +577,12 @@ TRIAL = Kind(
         *_LENGTH,
         *_of_points(
             ("small_share", "", "1", "Share of the time with small amplitude, as in a film."),
-            ("lasting_share", "", "1", "Share of the time in small amplitudes that last, as in a film."),
+            (
+                "lasting_share",
+                "",
+                "1",
+                "Share of the time in those that last.",
+            ),
             ("lasting_count", "", "1", "Number of stretches of small amplitude that last."),
             ("lasting_longest", "", "time", "Length of the longest of them."),
             ("lively_longest", "", "time", "Longest time between them."),
