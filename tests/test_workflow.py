@@ -228,8 +228,9 @@ def test_touched_kernel_reruns_all_that_uses_it(finished):
     dry_run = after_touching(finished, "engine/verlet.py")
     assert set(jobs(dry_run)) == {"simulate", "join"} | RESULTS
     # the series of fig16 has noise and is integrated by `event`, and so are those that are filmed
-    # and two more studies
-    exact = {"fig02", "fig03", "fig04", "fig05", "fig16", "friction_ratio", "survival"}
+    # and three more studies
+    exact = {"fig02", "fig03", "fig04", "fig05", "fig16"}
+    exact |= {"friction_ratio", "survival", "experiment_noise"}
     assert drawn(dry_run) == set(FIGURES) - {"fig01", "fig06"} - exact
     assert simulated(dry_run) == batches_by("verlet")
     dry_run = after_touching(finished, "engine/event.py")
