@@ -29,8 +29,8 @@ PATIENCE = 900.0  # seconds to wait for another process; most kernels compile in
 PAUSE = 0.2  # seconds between two looks
 SEAL = 32  # bytes of a SHA-256
 COMPILING = (
-    "compiling the integrator for this processor, once: some 15 s for each kind of run; "
-    "`beltrepro cache` does it for all kinds beforehand"
+    "compiling for this processor, once: up to 20 s for each kind of run "
+    "(`beltrepro cache` compiles all kinds beforehand)"
 )
 
 logger = logging.getLogger("beltrepro")

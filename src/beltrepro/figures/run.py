@@ -111,7 +111,7 @@ def _draw_length(axes, run):
 
 
 def _draw_disorder(axes, run):
-    """r of the samples from the transient up to each instant: level where the run is long enough."""
+    """r of the samples from the transient up to each instant; level if the run is long enough."""
     begin, _ = _span(run)
     later = run.time >= begin + run.transient
     time, length = run.time[later], run.positions[later, -1]
@@ -142,7 +142,7 @@ def _draw_slips(axes, run):
 
 
 def slips_of(run, block):
-    """When a block slips: pairs (begin, end); one that goes on where the run begins or ends is cut."""
+    """When a block slips, pairs (begin, end); cut where the run begins or ends."""
     own = run.events[run.events["block"] == block]
     begins, ends = (own["time"][own["kind"] == kind] for kind in ("slip", "stick"))
     begin, end = _span(run)
