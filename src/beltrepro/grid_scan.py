@@ -180,7 +180,7 @@ def scan_grid(
         for values in itertools.product(*axes.values())
         for _ in range(copies)
     ]
-    settings = {
+    settings: dict[str, Any] = {
         "duration": duration,
         "transient": transient,
         "method": _single("method", method),

@@ -52,8 +52,8 @@ def _kinds() -> dict[str, Any]:
     from beltrepro.simulation import METHODS
 
     quiet, noisy = ChainParameters(2, 10.0), ChainParameters(2, 10.0, 1.0)
-    short = {"duration": 30.0, "transient": 10.0}
-    kicked = short | {"method": "event"}
+    short: dict[str, Any] = {"duration": 30.0, "transient": 10.0}
+    kicked = partial(chaos.separation, method="event")
 
     def runs(chain: ChainParameters, method: str) -> None:
         for function in (simulation.simulate, simulation.scan, simulation.catalogue):
@@ -64,5 +64,5 @@ def _kinds() -> dict[str, Any]:
         for method in METHODS:
             found[f"{method}, {words}"] = partial(runs, chain, method)
         found[f"exponents, {words}"] = partial(chaos.exponents, chain, **short)
-        found[f"kicks, {words}"] = partial(chaos.separation, chain, kick=0.1, **kicked)
+        found[f"kicks, {words}"] = partial(kicked, chain, kick=0.1, **short)
     return found

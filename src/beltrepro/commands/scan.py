@@ -68,9 +68,7 @@ def run(options: argparse.Namespace) -> int:
     if options.output:
         found.save(options.output)
     if options.json:
-        print(
-            json.dumps(json.loads(table.to_json(orient="records", double_precision=15)), indent=2)
-        )
+        print(table.to_json(orient="records", indent=2, double_precision=15))
     elif options.output:
         print(f"{options.output}: {len(table)} points")
     else:
