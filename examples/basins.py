@@ -7,7 +7,8 @@ from beltrepro import ChainParameters, Progress, scan
 
 chain = ChainParameters(n_blocks=3, belt_velocity=30.0)
 shifts = np.linspace(-15.0, 15.0, 41)
-starts = [chain.rest_positions + [first, 0.0, last] for last in shifts for first in shifts]
+moves = np.array([[first, 0.0, last] for last in shifts for first in shifts])
+starts = chain.rest_positions + moves
 found = scan(
     [chain] * len(starts),
     initial_positions=starts,  # all blocks at rest on the belt
