@@ -53,9 +53,9 @@ def test_python_of_the_readme_runs(tmp_path):
 
 
 def test_the_figure_of_the_readme_takes_ten_lines():
-    block = PYTHON.findall(README)[1]
-    assert len([line for line in block.splitlines() if line]) == 10
-    assert block.splitlines()[-1].startswith("plt.savefig")
+    lines = PYTHON.findall(README)[1].rstrip().splitlines()
+    assert len([line for line in lines if line]) <= 10
+    assert lines[0].startswith("import") and "savefig" in lines[-1]
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
