@@ -17,7 +17,7 @@ SNAKEMAKE := $(IN_ENV) snakemake --cores $(CORES)
 LOCKED_SETUPTOOLS = awk '/^[^ ]/ { found = /^setuptools==/ } found' requirements.txt
 
 .DEFAULT_GOAL := figures
-.PHONY: figures smoke paper test lint verify checksums interruptions schema env slurm slurmtest lock clean help
+.PHONY: figures smoke paper test lint verify checksums interruptions schema cache env slurm slurmtest lock clean help
 
 figures: env  ## every figure, number and the report, standard lengths (default)
 	$(SNAKEMAKE) $(ARGS)
@@ -51,6 +51,9 @@ interruptions: env  ## kill the smoke workflow 20 times and compare the bits: so
 
 schema: env  ## the schema of config.yaml for editors, from the code
 	$(BIN)/python -m beltrepro.datasets.schema > workflow/schemas/config.schema.yaml
+
+cache: env  ## compile the integrators now, not in the first runs
+	$(BIN)/beltrepro cache
 
 env: $(STAMP)  ## .venv, from requirements.txt
 

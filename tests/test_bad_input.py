@@ -19,6 +19,7 @@ import beltrepro
 from beltrepro import (
     ChainParameters,
     ChainState,
+    GridScan,
     LyapunovSpectrum,
     PeriodicOrbit,
     Run,
@@ -30,6 +31,7 @@ from beltrepro import (
 )
 from beltrepro.analysis import recording
 from beltrepro.analysis.errors import NotEnoughDataError
+from beltrepro.commands.options import grid, whole_grid
 from beltrepro.datasets import schema
 from beltrepro.datasets.kinds import KINDS
 from beltrepro.datasets.plan import make_plan
@@ -55,6 +57,7 @@ CHAIN = ChainParameters(2, 5.0)
 STATE = ChainState.at_rest(CHAIN)
 GROWTH = np.zeros((2, 3, 4))
 SPECTRUM = LyapunovSpectrum(CHAIN, *[np.zeros(4)] * 2, GROWTH[:, 0], GROWTH, 20.0, np.zeros(2))
+GRID = GridScan({}, {})
 ORBIT = PeriodicOrbit(CHAIN, STATE, 20.0, *[None] * 7)
 RUN = Run(CHAIN, *[None] * 20)
 SHORT = {"parameters": CHAIN, "duration": 20.0}
@@ -69,11 +72,14 @@ CALLS = {
     "ChainState.keyed": (STATE.keyed, {"seed": 1, "replicate": 0}),
     "ChainState.moved": (STATE.moved, {}),
     "ChainState.under": (STATE.under, {"parameters": CHAIN}),
+    "GridScan.save": (GRID.save, {"path": "scan.csv"}),
     "LyapunovSpectrum.finite_time": (SPECTRUM.finite_time, {"length": 20.0}),
     "PeriodicOrbit.run": (ORBIT.run, {}),
+    "Run.plot": (RUN.plot, {"path": "run.png"}),
     "Run.load": (Run.load, {"path": "run.h5"}),
     "Run.save": (RUN.save, {"path": "run.h5"}),
     "analyse": (recording.analyse, {"time_s": TIME, "x_m": 1 + 0.1 * np.sin(TIME)}),
+    "audit": (beltrepro.audit, {"run": RUN}),
     "catalogue": (beltrepro.catalogue, SHORT),
     "classify": (beltrepro.classify, LONG),
     "close_orbit": (beltrepro.close_orbit, {"state": STATE, "period_time": 20.0}),
@@ -83,6 +89,7 @@ CALLS = {
     "motions": (beltrepro.motions, LONG),
     "periodic_orbit": (beltrepro.periodic_orbit, LONG),
     "scan": (beltrepro.scan, SHORT),
+    "scan_grid": (beltrepro.scan_grid, {"n_blocks": 2, "belt_velocity": 5.0, "duration": 20.0}),
     "separation": (beltrepro.separation, LONG),
     "settling": (beltrepro.settling, SHORT),
     "simulate": (beltrepro.simulate, SHORT),
@@ -219,13 +226,17 @@ GIVEN = {
     "classify": RUNS,
     "watch": {"n_blocks": 2, "belt_velocity": 5, "output": "film.gif", "duration": 1},
     "bench": {},
+    "scan": RUNS,
     "film": RUNS | {"output": "film.mp4"},
     "track": {"output": "track.csv"},
     "analyse": {},
+    "plot": {},
+    "verify": {},
+    "cache": {},
 }
-FILES = {"track": ["film.mp4"], "analyse": ["track.csv"]}
+FILES = {"track": ["film.mp4"], "analyse": ["track.csv"], "plot": ["run.h5"], "verify": ["results"]}
 # Commands whose numbers are checked before a file is read, and are all 0 or greater.
-NUMERIC = ("simulate", "classify", "watch", "bench")
+NUMERIC = ("simulate", "scan", "classify", "watch", "bench")
 
 
 def options(command: str) -> dict[str, argparse.Action]:
@@ -249,8 +260,10 @@ def said(capsys, command: str, given: dict, *more: str) -> str:
 def test_wrong_value_of_each_option_is_refused(capsys, monkeypatch, tmp_path, command):
     monkeypatch.chdir(tmp_path)
     for name, action in options(command).items():
-        values = ["much", ""] if action.type in (int, float) else []
-        values += ["1.5"] if action.type is int else []
+        numbers = (int, float, whole_grid, grid)
+        values = ["much", ""] if action.type in numbers else []
+        values += ["1:2", "1:2:0", "2:1:1", "1,,2"] if action.type in (whole_grid, grid) else []
+        values += ["1.5"] if action.type in (int, whole_grid) else []
         values += ["nan", "inf", "-1", "1e999"] if values and command in NUMERIC else []
         values += ["no/such/folder/file"] if name == "output" else []
         values += ["much"] if name in ("method", "only") else []

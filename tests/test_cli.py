@@ -114,3 +114,40 @@ def test_help_explains_the_units():
     done = command("--help")
     assert done.returncode == 0
     assert "0.0765 s" in done.stdout
+
+
+def test_constants_of_the_law_are_options():
+    constants = {
+        "static_friction": 80.0,
+        "friction_ratio": 0.3,
+        "rest_length": 40.0,
+        "linear_limit": 15.0,
+        "compression_rate": 0.1,
+        "extension_rate": 0.02,
+    }
+    done = command("--json", method="event", **constants)
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    run = simulate(
+        ChainParameters(3, 20.0, 1.0, **constants), duration=30.0, transient=10.0, method="event"
+    )
+    assert result["disorder_parameter"] == run.disorder_parameter
+    assert {name: result[name] for name in constants} == constants
+
+
+def test_a_range_belongs_to_scan():
+    done = command(belt_velocity="1:5:1")
+    assert done.returncode == 2
+    assert "a number is needed; `beltrepro scan` takes lists and ranges" in done.stderr
+
+
+def test_a_file_that_is_there_stays_unless_forced(tmp_path):
+    path = tmp_path / "run.h5"
+    path.write_text("mine")
+    done = command(output=path)
+    assert done.returncode == 2 and path.read_text() == "mine"
+    assert done.stderr == f"error: output = {path}: is there already; --force overwrites it\n"
+    done = command("--force", output=path)
+    assert done.returncode == 0 and store.read(path).attributes["kind"] == "run"
+    done = command(output=tmp_path / "run.csv")
+    assert done.returncode == 2 and "must end in .h5" in done.stderr

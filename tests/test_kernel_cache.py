@@ -1,5 +1,6 @@
 """The cache of kernels: what one process saves, others load; one compiles while the others wait."""
 
+import itertools
 import json
 import os
 import subprocess
@@ -128,3 +129,57 @@ def test_of_several_processes_one_compiles(tmp_path):
     ]
     misses = [json.loads(each.communicate()[0]) for each in running]
     assert sorted(misses) == [0, 0, 0, 1]
+
+
+def test_a_process_that_compiles_says_so_once(tmp_path):
+    (tmp_path / "small.py").write_text(
+        "from beltrepro.engine.vector import kernel\n\n\n"
+        "@kernel\n"
+        "def twice(x):\n"
+        "    return 2.0 * x\n\n\n"
+        "assert twice(3.0) == 6.0 and twice(3) == 6.0\n"
+    )
+    path = os.pathsep.join([str(ROOT / "src"), os.environ.get("PYTHONPATH", "")])
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": path}
+    command = [sys.executable, str(tmp_path / "small.py")]
+    said = [
+        subprocess.run(command, env=environment, stderr=subprocess.PIPE, text=True, check=True)
+        for _ in range(2)
+    ]
+    assert [each.stderr for each in said] == [kernel_cache.COMPILING + "\n", ""]
+
+
+def test_a_job_says_it_in_its_log(tmp_path):
+    words = (
+        "import sys, types\n"
+        "from beltrepro import scripting\n"
+        "from beltrepro.engine.kernel_cache import KernelCacheFile\n"
+        "job = types.SimpleNamespace(log=[sys.argv[1] + '/job.log'], rule='simulate')\n"
+        "cache = KernelCacheFile(sys.argv[1], 'kernel', ('source', 1))\n"
+        "scripting.run(lambda job: cache.load(eval(sys.argv[2])), job)\n"
+    )
+    command = [sys.executable, "-c", words, str(tmp_path), repr(KEY)]
+    done = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=True)
+    assert done.stderr == ""
+    assert kernel_cache.COMPILING in (tmp_path / "job.log").read_text()
+
+
+@pytest.mark.slow
+def test_after_the_command_cache_nothing_is_compiled(tmp_path):
+    path = os.pathsep.join([str(ROOT / "src"), os.environ.get("PYTHONPATH", "")])
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": path}
+
+    def run(*words):
+        command = [sys.executable, "-m", "beltrepro", *words]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        assert kernel_cache.COMPILING not in done.stderr, words
+        return done
+
+    assert len(run("cache").stdout.splitlines()) == 8
+    saved = sorted(path.name for path in (tmp_path / "cache").rglob("*.nbc"))
+    chain = ["--n-blocks=3", "--duration=50", "--belt-velocity=5"]
+    for noise, method in itertools.product(("0", "1"), ("verlet", "event")):
+        for command in ("simulate", "scan"):
+            run(command, *chain, f"--noise={noise}", f"--method={method}")
+        run("classify", *chain, f"--noise={noise}", "--transient=10")
+    assert sorted(path.name for path in (tmp_path / "cache").rglob("*.nbc")) == saved

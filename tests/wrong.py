@@ -50,6 +50,7 @@ NOT_NONE = {"none": None}
 KINDS = {
     "ChainParameters": {"number": 5, "none in it": [None], "class": ChainParameters},
     "ChainState": {"number": 5, "number in it": [5]},
+    "Run": {"number": 5, "class": ChainParameters},
     "Progress": {"number": 5, "true": True},
     "ArrayLike": ARRAY,
     "Path": {"number": 5},
@@ -79,7 +80,7 @@ def wrong_values(parameter: inspect.Parameter) -> dict[str, object]:
     found = ANYWHERE | KINDS[kind]
     if kind == "ArrayLike" and not parameter.name.endswith("velocities"):
         found |= RISING
-    if kind in ("int", "float", "str") and not re.search("PerChain|Sequence", words):
+    if kind in ("int", "float", "str") and not re.search("PerChain|Sequence|Axis", words):
         found |= {"list": ["event" if kind == "str" else 1.0]}
     if "PerChain" in words or parameter.name.endswith(("positions", "velocities")):
         found |= TOO_MANY

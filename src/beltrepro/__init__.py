@@ -24,15 +24,19 @@ if TYPE_CHECKING:
         separation,
         settling,
     )
+    from beltrepro.grid_scan import GridScan, scan_grid
+    from beltrepro.scripting import Progress
     from beltrepro.simulation import ChainState, Run, catalogue, escapes, scan, simulate
 
 __all__ = [
     "Audit",
     "ChainParameters",
     "ChainState",
+    "GridScan",
     "LyapunovSpectrum",
     "Motion",
     "PeriodicOrbit",
+    "Progress",
     "Run",
     "audit",
     "catalogue",
@@ -44,6 +48,7 @@ __all__ = [
     "motions",
     "periodic_orbit",
     "scan",
+    "scan_grid",
     "separation",
     "settling",
     "simulate",
@@ -63,11 +68,16 @@ _CHAOS = (
     "separation",
     "settling",
 )
+_ROOMS = (
+    dict.fromkeys(_CHAOS, "chaos")
+    | dict.fromkeys(("Audit", "audit"), "analysis.audit")
+    | dict.fromkeys(("GridScan", "scan_grid"), "grid_scan")
+    | {"Progress": "scripting"}
+)
 
 
 def __getattr__(name: str) -> Any:
     if name in __all__:
-        room = "chaos" if name in _CHAOS else "simulation"
-        room = "analysis.audit" if name in ("Audit", "audit") else room
+        room = _ROOMS.get(name, "simulation")
         return getattr(import_module(f"beltrepro.{room}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -4,17 +4,25 @@ import argparse
 import json
 import sys
 from collections import Counter
-from collections.abc import Iterable
-from itertools import takewhile
 from pathlib import Path
-from tempfile import TemporaryFile
-from typing import Any, NoReturn
+from typing import Any
 
-from beltrepro import ChainParameters, __version__
-from beltrepro.checks import positive, shown
+from beltrepro import __version__
+from beltrepro.checks import positive
+from beltrepro.commands import cache, plot, scan
+from beltrepro.commands.options import (
+    Parser,
+    add_chain,
+    add_output,
+    add_run,
+    chain_of,
+    check_output,
+    numerics,
+    own_constants,
+    print_result,
+    progress_of,
+)
 from beltrepro.errors import InputError, ModelStateError
-from beltrepro.names import hint
-from beltrepro.scripting import Progress
 
 _UNITS = """\
 All numbers are in model units: mass 0.1158 kg, spring constant 19.8 N/m, length 1.4 mm; so one unit
@@ -58,51 +66,8 @@ def main(arguments: list[str] | None = None) -> int:
         return 130
 
 
-class _Parser(argparse.ArgumentParser):
-    """A parser that says in one line what is wrong, and takes no shortened options."""
-
-    def __init__(self, **settings: Any) -> None:
-        super().__init__(allow_abbrev=False, **settings)
-        self.register("type", float, _number)
-        self.register("type", int, _whole_number)
-
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """As of `ArgumentParser`, but a misspelt option is an error here, before a missing one."""
-        args = sys.argv[1:] if args is None else list(args)
-        own: Iterable[str] = args
-        if self._subparsers is not None:  # the rest is for the parser of a command
-            own = takewhile(lambda word: word.startswith("-"), args)
-        for word in takewhile(lambda word: word != "--", own):
-            name = word.partition("=")[0]
-            if name.startswith("--") and name not in self._option_string_actions:
-                self.error(f"{name}: no such option{hint(name, self._option_string_actions)}")
-        options, unknown = super().parse_known_args(args, namespace)
-        if unknown:
-            self.error(f"{unknown[0]}: not understood, options are given as --NAME VALUE")
-        return options, unknown
-
-    def error(self, message: str) -> NoReturn:
-        """End with one line on stderr, and status 2."""
-        said = message.removeprefix("argument ")
-        self.exit(2, f"error: {said}; see {self.prog} --help\n")
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{shown(text)}: a number is needed") from None
-
-
-def _whole_number(text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{shown(text)}: a whole number is needed") from None
-
-
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
+    parser = Parser(
         prog="beltrepro", description="Chaos on the conveyor belt: simulate chains of blocks."
     )
     parser.add_argument("--version", action="version", version=f"beltrepro {__version__}")
@@ -114,7 +79,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog=_UNITS,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    _add_run(simulate, method="verlet", seed=None, replicate=None)
+    add_run(simulate, method="verlet", seed=None, replicate=None)
     add = simulate.add_argument
     add("--sample-interval", type=float, default=0.1, help="time between samples in --output")
     add(
@@ -123,8 +88,10 @@ def _parser() -> argparse.ArgumentParser:
         metavar="FILE",
         help="go on where the run in this file, written by --output, has ended",
     )
-    add("--output", type=Path, help="write the run to this HDF5 file, see below")
+    add_output(simulate, "write the run to this .h5 file, see below")
     simulate.set_defaults(action=_simulate)
+    scan.add(commands)
+    plot.add(commands)
     _add_classify(commands)
     _add_watch(commands)
     _add_bench(commands)
@@ -132,40 +99,8 @@ def _parser() -> argparse.ArgumentParser:
     _add_track(commands)
     _add_analyse(commands)
     _add_verify(commands)
+    cache.add(commands)
     return parser
-
-
-def _add_run(
-    command: argparse.ArgumentParser, *, method: str, seed: int | None, replicate: int | None
-) -> None:
-    """Options of a command that follows one chain, with their defaults."""
-    _add_chain(command)
-    add = command.add_argument
-    add("--duration", type=float, required=True, help="time simulated, transient included")
-    add("--transient", type=float, default=0.0, help="time left out of what is measured")
-    add("--method", default=method, help=f"verlet, the paper's scheme, or event, exact ({method})")
-    add("--time-step", type=float, default=0.001, help="dt (paper: 0.001)")
-    add(
-        "--tolerance",
-        type=float,
-        help="truncation allowed in a step of event (its own: 1e-10, more with noise)",
-    )
-    add("--seed", type=int, default=seed, help="fixes the random numbers; 1 if not given")
-    add(
-        "--replicate",
-        type=int,
-        default=replicate,
-        help=f"another one has other random numbers; {replicate or 0} if not given",
-    )
-    add("--json", action="store_true", help="print the result as JSON")
-
-
-def _add_chain(command: argparse.ArgumentParser) -> None:
-    """Options that say which chain."""
-    add = command.add_argument
-    add("--n-blocks", type=int, required=True, help="number of blocks N")
-    add("--belt-velocity", type=float, required=True, help="belt velocity u, units of 0.0183 m/s")
-    add("--noise", type=float, default=0.0, help="noise strength sigma, units of 0.0277 N")
 
 
 def _add_classify(commands: Any) -> None:
@@ -179,7 +114,7 @@ def _add_classify(commands: Any) -> None:
         epilog=_UNITS.partition("\n\n")[0],
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    _add_run(classify, method="event", seed=1, replicate=1)
+    add_run(classify, method="event", seed=1, replicate=1)
     classify.add_argument(
         "--initial-spread",
         type=float,
@@ -202,12 +137,12 @@ def _add_watch(commands: Any) -> None:
         "0.0765 s.",
     )
     add = watch.add_argument
-    _add_chain(watch)
+    add_chain(watch)
     add("--transient", type=float, default=0.0, help="model time that passes unseen first")
     add("--seed", type=int, default=1, help="fixes the random numbers (1)")
     add("--speed", type=float, default=1.0, help="seconds of the chain in a second shown (1)")
     add("--fps", type=float, default=24.0, help="frames in a second (24)")
-    add("--output", type=Path, metavar="FILE", help="write a film, .mp4 or .gif")
+    add_output(watch, "write a film, .mp4 or .gif")
     add("--duration", type=float, help="seconds of the film (20)")
     watch.set_defaults(action=_watch)
 
@@ -230,7 +165,7 @@ def _add_bench(commands: Any) -> None:
     add("--quick", action="store_true", help="few cases, short timings: to see that it works")
     add("--only", metavar="NAME,NAME", help="some competitors; the loop in numba is always there")
     add("--json", action="store_true", help="print every timing as JSON instead of tables")
-    add("--output", type=Path, help="write the tables to this Markdown file")
+    add_output(bench, "write the tables to this Markdown file, .md")
     bench.set_defaults(action=_bench)
 
 
@@ -243,8 +178,8 @@ def _add_film(commands: Any) -> None:
         epilog=_UNITS.partition("\n\n")[0],
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    _add_run(film, method="event", seed=1, replicate=0)
-    film.add_argument("--output", type=Path, required=True, help="the video, .mp4, .mov or .mkv")
+    add_run(film, method="event", seed=1, replicate=0)
+    add_output(film, "the video, .mp4, .mov or .mkv", required=True)
     camera = film.add_argument_group("camera").add_argument
     for name, (default, words) in _CAMERA.items():
         kind = type(default) if default is not None else float
@@ -280,7 +215,7 @@ def _add_track(commands: Any) -> None:
     )
     add = track.add_argument
     add("video", type=Path, help="the video, in any format that FFmpeg reads")
-    add("--output", type=Path, required=True, help="write time_s, x_m, error_m to this CSV file")
+    add_output(track, "write time_s, x_m, error_m to this CSV file", required=True)
     add("--scale", type=float, metavar="METRES_PER_PIXEL", help="scale, if there is no tape")
     add("--first-mark", type=float, help="what the tape reads at the first mark that is seen, m")
     add("--support", default="auto", help="side where the chain is held: left, right or auto")
@@ -300,7 +235,7 @@ def _add_analyse(commands: Any) -> None:
     )
     add = analyse.add_argument
     add("recording", type=Path, help="the CSV file, for instance of `beltrepro track`")
-    add("--output", type=Path, help="draw it like Figs. 4 and 5 of the paper: .png, .pdf or .svg")
+    add_output(analyse, "draw it like Figs. 4 and 5 of the paper: .png, .pdf or .svg")
     add("--transient", type=float, default=0.0, help="seconds left out first (paper: 200)")
     add("--window", type=float, default=5.0, help="seconds over which an amplitude is taken (5)")
     add("--quiet", type=float, default=0.05, help="amplitude over length that is small (0.05)")
@@ -308,33 +243,22 @@ def _add_analyse(commands: Any) -> None:
     analyse.set_defaults(action=_analyse)
 
 
-def _chain(options: argparse.Namespace) -> ChainParameters:
-    return ChainParameters(options.n_blocks, options.belt_velocity, options.noise)
-
-
-def _numerics(options: argparse.Namespace) -> dict[str, Any]:
-    """How a chain is followed."""
-    names = ("duration", "transient", "method", "time_step", "tolerance", "seed", "replicate")
-    progress = Progress(_chain(options).describe()) if sys.stderr.isatty() else None
-    return {name: getattr(options, name) for name in names} | {"progress": progress}
-
-
 def _simulate(options: argparse.Namespace) -> int:
-    chain = _chain(options)
-    _check_output(options.output)
+    chain = chain_of(options)
+    check_output(options, ".h5")
     positive("sample_interval", options.sample_interval)  # also where there are no samples
     from beltrepro.simulation import Run, simulate
 
     run = simulate(
         chain,
-        **_numerics(options),
+        **numerics(options),
         initial_state=Run.load(options.from_state).final_state if options.from_state else None,
         sample_interval=options.sample_interval if options.output else None,
     )
     assert isinstance(run, Run)  # as it was one chain
     if options.output:
         run.save(options.output)
-    _print(_summary(run), options.json)
+    print_result(_summary(run), options.json)
     return 0
 
 
@@ -345,6 +269,7 @@ def _summary(run: Any) -> dict[str, Any]:
         "n_blocks": chain.n_blocks,
         "belt_velocity": chain.belt_velocity,
         "noise": chain.noise,
+        **own_constants(chain),
         "duration": run.duration,
         "transient": run.transient,
         "method": run.method,
@@ -360,19 +285,20 @@ def _summary(run: Any) -> dict[str, Any]:
 
 
 def _classify(options: argparse.Namespace) -> int:
-    chain = _chain(options)
+    chain = chain_of(options)
     from beltrepro.chaos import classify
 
-    settings = _numerics(options) | {"initial_spread": options.initial_spread}
+    settings = numerics(options) | {"initial_spread": options.initial_spread}
     found = dict(vars(classify(chain, **settings)))
     del settings["progress"], found["parameters"]
     quantities = ("n_blocks", "belt_velocity", "noise")
-    _print({name: getattr(chain, name) for name in quantities} | settings | found, options.json)
+    told = {name: getattr(chain, name) for name in quantities} | own_constants(chain)
+    print_result(told | settings | found, options.json)
     return 0
 
 
 def _watch(options: argparse.Namespace) -> int:
-    chain = _chain(options)
+    chain = chain_of(options)
     from beltrepro import watching
 
     clock = watching.Clock(options.speed, options.fps)
@@ -385,35 +311,24 @@ def _watch(options: argparse.Namespace) -> int:
         watching.open_window(watching.begin(chain, clock, options.transient, options.seed), clock)
         return 0
     duration = _FILM if options.duration is None else options.duration
-    _check_output(options.output)
+    check_output(options, ".mp4", ".gif")
     watching.check_film(options.output, duration, clock)
-    progress = Progress("film") if sys.stderr.isatty() else None
+    progress = progress_of("film")
     player = watching.begin(chain, clock, options.transient, options.seed)
     view = watching.write_film(options.output, player, clock, duration, progress)
     print(f"{options.output}: {1000 * view.metres_per_pixel:.4g} mm of the belt in a pixel")
     return 0
 
 
-def _print(result: dict, as_json: bool) -> None:
-    if as_json:
-        known = {name: None if value != value else value for name, value in result.items()}
-        print(json.dumps(known, indent=2))  # JSON has no NaN
-        return
-    width = max(map(len, result))
-    for name, value in result.items():
-        shown = f"{value:.6g}" if isinstance(value, float) else value
-        print(f"{name:<{width}}  {shown}")
-
-
 def _bench(options: argparse.Namespace) -> int:
-    _check_output(options.output)
+    check_output(options, ".md")
     from beltrepro.bench import measuring, table
 
     result = measuring.measure(
         options.rounds,
         quick=options.quick,
         only=[name.strip() for name in options.only.split(",")] if options.only else None,
-        progress=Progress("bench") if sys.stderr.isatty() else None,
+        progress=progress_of("bench"),
     )
     if options.output:
         options.output.write_text(table.as_markdown(result), encoding="utf-8")
@@ -422,8 +337,8 @@ def _bench(options: argparse.Namespace) -> int:
 
 
 def _film(options: argparse.Namespace) -> int:
-    chain = _chain(options)
-    _check_output(options.output)
+    chain = chain_of(options)
+    check_output(options, ".mp4", ".mov", ".mkv")
     from beltrepro.experiment import Camera, film
     from beltrepro.experiment.video import check_suffix
     from beltrepro.model.units import TIME_S
@@ -433,12 +348,12 @@ def _film(options: argparse.Namespace) -> int:
     camera = Camera(**{name: getattr(options, name) for name in _CAMERA}, seed=options.seed)
     run = simulate(
         chain,
-        **_numerics(options),
+        **numerics(options),
         sample_interval=1 / camera.frames_per_second / TIME_S,
         sample_start=options.transient,
     )
     assert isinstance(run, Run)  # as it was one chain
-    progress = Progress("film") if sys.stderr.isatty() else None
+    progress = progress_of("film")
     frames = film(run, options.output, camera=camera, progress=progress)
     last = run.positions[:, -1]
     result = {
@@ -447,12 +362,12 @@ def _film(options: argparse.Namespace) -> int:
         "seconds": len(run.time) / camera.frames_per_second,
         "disorder_parameter": float(last.std() / last.mean()),
     }
-    _print(result, options.json)
+    print_result(result, options.json)
     return 0
 
 
 def _track(options: argparse.Namespace) -> int:
-    _check_output(options.output, ".csv")
+    check_output(options, ".csv")
     from beltrepro.experiment import Scene, track
 
     sizes = ("block_length", "block_width", "mark_spacing")
@@ -476,12 +391,12 @@ def _track(options: argparse.Namespace) -> int:
     if not options.json:
         stretches = ", ".join(f"{begin:.2f} to {end:.2f}" for begin, end in result["lost_s"])
         result["lost_s"] = stretches or "none"
-    _print(result, options.json)
+    print_result(result, options.json)
     return 0
 
 
 def _analyse(options: argparse.Namespace) -> int:
-    _check_output(options.output)
+    check_output(options, ".png", ".pdf", ".svg")
     from beltrepro.analysis.errors import NotEnoughDataError
     from beltrepro.analysis.recording import analyse
     from beltrepro.checks import not_negative, positive
@@ -504,7 +419,7 @@ def _analyse(options: argparse.Namespace) -> int:
         from beltrepro.figures.recording import save
 
         save(found, options.output)
-    _print(_told(found), options.json)
+    print_result(_told(found), options.json)
     return 0
 
 
@@ -557,25 +472,6 @@ def _told(found: Any) -> dict[str, Any]:
         **{f"exponent_{name}": law.exponent for name, law in laws.items()},
         **{f"exponent_error_{name}": law.exponent_error for name, law in laws.items()},
     }
-
-
-def _check_output(path: Path | None, *suffixes: str) -> None:
-    """Refuse a file that cannot be written before anything is computed."""
-    if path is None:
-        return
-    folder = path.absolute().parent
-    if path.is_dir() or not folder.is_dir():
-        problem = "is a folder" if path.is_dir() else "its folder does not exist"
-        raise InputError(f"output = {path}: {problem}")
-    if suffixes and path.suffix.lower() not in suffixes:
-        raise InputError(f"output = {path}: must end in {', '.join(suffixes)}")
-    try:
-        if path.exists():
-            path.open("ab").close()
-        else:
-            TemporaryFile(dir=folder).close()
-    except OSError as error:
-        raise InputError(f"output = {path}: cannot be written: {error.strerror}") from None
 
 
 if __name__ == "__main__":

@@ -7,16 +7,23 @@ block, and static friction must hold every stuck one; and noise must change mome
 it should. Model units, laboratory frame.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
 
+from beltrepro import checks, names
 from beltrepro.accuracy import NOISE_CELL
+from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.friction import next_direction
 from beltrepro.model.spring import external_force
+
+if TYPE_CHECKING:
+    from beltrepro.simulation import Run
 
 _STEP = 5e-3  # of the motion computed anew, model time
 _WINDOW = 4 * NOISE_CELL  # over which momentum is summed, model time
@@ -59,7 +66,8 @@ class Audit:
     noise_error: float
 
 
-def audit(run: Any, windows: int = 20, length: float = 2.0) -> Audit:
+@names.checked
+def audit(run: Run, windows: int = 20, length: float = 2.0) -> Audit:
     """Audit a run that has samples.
 
     Parameters
@@ -75,7 +83,15 @@ def audit(run: Any, windows: int = 20, length: float = 2.0) -> Audit:
     -------
     Audit
         With NaN for what does not apply to the run.
+
+    Raises
+    ------
+    InputError
+        A value is not allowed.
     """
+    if isinstance(run, type) or not hasattr(run, "energy_residual"):
+        raise InputError(f"run = {checks.shown(run)}: a Run is needed")
+    windows, length = checks.key("windows", windows), checks.positive("length", length)
     chain, first = run.parameters, slice(0, _SAMPLES)
     sampled = run.time[first], run.positions[first], run.velocities[first]
     quiet = chain.noise == 0 and len(run.time) > 1

@@ -9,7 +9,9 @@ The first process that misses a kernel locks it and compiles. Others wait for it
 compile the same a hundred times.
 """
 
+import functools
 import hashlib
+import logging
 import pickle
 import time
 import uuid
@@ -26,6 +28,12 @@ except ImportError:  # Windows: every process compiles for itself
 PATIENCE = 900.0  # seconds to wait for another process; most kernels compile in less than 20
 PAUSE = 0.2  # seconds between two looks
 SEAL = 32  # bytes of a SHA-256
+COMPILING = (
+    "compiling for this processor, once: up to 20 s for each kind of run "
+    "(`beltrepro cache` compiles all kinds beforehand)"
+)
+
+logger = logging.getLogger("beltrepro")
 
 
 class KernelCacheFile:
@@ -50,6 +58,8 @@ class KernelCacheFile:
     def load(self, key):
         """What was saved under this key, or None: then the caller compiles, and saves."""
         data = self._read(key)
+        if data is None:
+            _announce()
         if data is None and self._wait_for_lock(key):
             data = self._read(key)  # another process may have saved it meanwhile
             if data is not None:
@@ -106,6 +116,15 @@ class KernelCacheFile:
     def _unlock(self, key):
         if key in self._locks:
             self._locks.pop(key).close()
+
+
+@functools.cache
+def _announce():
+    """Say once in a process why it takes so long: in the log of a job, otherwise on stderr.
+
+    A warning without a handler goes to stderr, and what is less than a warning goes nowhere.
+    """
+    logger.warning(COMPILING)
 
 
 def _locked(handle):

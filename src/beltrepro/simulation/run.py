@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from beltrepro import checks, names
 from beltrepro.engine.state import ChainState, equal_fields
 from beltrepro.model import ChainParameters
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 EVENT = np.dtype(
     [
@@ -100,6 +105,30 @@ class Run:
         if not isinstance(other, Run):
             return NotImplemented
         return equal_fields(self, other)
+
+    @names.checked
+    def plot(self, path: str | Path | None = None) -> Figure:
+        """Draw x_N(t), r as it settles, and the slips of each block at the end of the run.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            The file to write, .png, .pdf or .svg. Without it the figure is shown: in a window until
+            that is closed, or in a notebook.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            The figure, to be changed.
+
+        Raises
+        ------
+        InputError
+            The path has another ending, or there is none and no display either.
+        """
+        # by name: simulations know no figure, and a changed figure reruns none
+        figure = import_module("beltrepro.figures.run")
+        return figure.plot(self, None if path is None else checks.path("path", path))
 
     @names.checked
     def save(self, path: str | Path) -> None:

@@ -1,0 +1,8 @@
+"""`python -m beltrepro` is the command `beltrepro`."""
+
+import sys
+
+from beltrepro.cli import main
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""Commands of `beltrepro` with a module each, and what all commands share (`options`)."""

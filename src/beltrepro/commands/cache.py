@@ -1,0 +1,68 @@
+"""`beltrepro cache`: compile all integrators before they are needed."""
+
+import argparse
+import logging
+import time
+from functools import partial
+from typing import Any
+
+
+def add(commands: Any) -> None:
+    """Add the command.
+
+    Parameters
+    ----------
+    commands : object
+        What `add_subparsers` returns.
+    """
+    cache = commands.add_parser(
+        "cache",
+        help="compile all integrators now, not when they are first needed",
+        description="Compile the machine code of all kinds of run for this processor: a minute or "
+        "two, once. Otherwise the first run of a kind does it, in up to 20 s.",
+    )
+    cache.set_defaults(action=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Simulate something of each kind for a moment.
+
+    Parameters
+    ----------
+    options : argparse.Namespace
+        Those of the command.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
+    logging.getLogger("beltrepro").addHandler(logging.NullHandler())  # it is told here
+    for words, call in _kinds().items():
+        began = time.monotonic()
+        print(f"{words} ... ", end="", flush=True)
+        call()
+        print(f"{time.monotonic() - began:.1f} s")
+    return 0
+
+
+def _kinds() -> dict[str, Any]:
+    """Calls that together need every kernel, by what they are."""
+    from beltrepro import ChainParameters, chaos, simulation
+    from beltrepro.simulation import METHODS
+
+    quiet, noisy = ChainParameters(2, 10.0), ChainParameters(2, 10.0, 1.0)
+    short: dict[str, Any] = {"duration": 30.0, "transient": 10.0}
+    kicked = partial(chaos.separation, method="event")
+
+    def runs(chain: ChainParameters, method: str) -> None:
+        for function in (simulation.simulate, simulation.scan, simulation.catalogue):
+            function(chain, method=method, **short)
+
+    found: dict[str, Any] = {}
+    for words, chain in (("without noise", quiet), ("with noise", noisy)):
+        for method in METHODS:
+            found[f"{method}, {words}"] = partial(runs, chain, method)
+        found[f"exponents, {words}"] = partial(chaos.exponents, chain, **short)
+        found[f"kicks, {words}"] = partial(kicked, chain, kick=0.1, **short)
+    return found
