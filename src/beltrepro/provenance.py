@@ -11,6 +11,7 @@ import hashlib
 import json
 import os
 import platform
+import re
 import subprocess
 from collections.abc import Iterable
 from importlib.metadata import version
@@ -19,6 +20,7 @@ from pathlib import Path
 PACKAGE = "beltrepro"
 ROOT = Path(__file__).parent
 LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "h5py")
+COMMIT_FILE = ".git_archival.txt"  # says the commit where git does not: `git archive` fills it in
 DERIVED = (".pyc", ".nbi", ".nbc")  # caches of Python and Numba
 
 
@@ -56,13 +58,25 @@ def of_all(parts: Iterable[dict]) -> dict[str, str]:
 
 @functools.cache
 def code_version() -> str:
-    """Version of the package, with the commit and "dirty" where the source is a git checkout."""
+    """Version of the package, with its commit where that is known, and "dirty" after changes."""
     number = version(PACKAGE)
-    commit = _git("rev-parse", "--short=12", "HEAD")
-    if not commit:
+    found = commit()
+    if not found:
         return number
     changed = _git("status", "--porcelain", "--untracked-files=no")
-    return f"{number}+g{commit}{'.dirty' if changed else ''}"
+    return f"{number}+g{found[:12]}{'.dirty' if changed else ''}"
+
+
+def commit() -> str:
+    """The commit of the source tree, 40 digits: from git, or from the file of an archive."""
+    if found := _git("rev-parse", "HEAD"):
+        return found
+    try:
+        text = (ROOT.parent.parent / COMMIT_FILE).read_text(encoding="utf-8")
+    except OSError:
+        return ""
+    node = re.search(r"^node: ([0-9a-f]{40})$", text, re.M)
+    return node[1] if node else ""
 
 
 @functools.cache

@@ -20,7 +20,13 @@ DIGITS = "%.6g"
 
 
 def write(
-    path, table: pd.DataFrame, *, title: str, columns: dict[str, str], sources: dict[str, dict]
+    path,
+    table: pd.DataFrame,
+    *,
+    title: str,
+    columns: dict[str, str],
+    sources: dict[str, dict],
+    lineage: dict[str, dict] | None = None,
 ) -> None:
     """Write a table and its metadata.
 
@@ -36,6 +42,8 @@ def write(
         What single columns are; quantities of a point explain themselves.
     sources : dict
         What was told to the datasets that it is derived from, by name.
+    lineage : dict, optional
+        What made those datasets, see `beltrepro.inputs`.
     """
     path = Path(path)
     content = table.to_csv(index=False, float_format=DIGITS).encode()
@@ -45,6 +53,7 @@ def write(
         "dc:title": title,
         "dc:source": sources,
         "beltrepro:origin": provenance.origin(),
+        "beltrepro:lineage": lineage or {},
         "beltrepro:checksum": checksum(content),
         "tableSchema": {"columns": [_column(name, table[name], columns) for name in table]},
     }
@@ -76,6 +85,11 @@ def check(path: Path, expected: dict) -> None:
         else:
             return
     raise InputError(f"{path}: {reason}; {repair(path, expected)}")
+
+
+def lineage(path: Path) -> dict[str, dict]:
+    """What made the datasets behind a table, as it was written beside it."""
+    return json.loads(metadata_path(path).read_text(encoding="utf-8"))["beltrepro:lineage"]
 
 
 def checksum(content: bytes) -> str:
