@@ -195,27 +195,25 @@ def with_metadata(table):
 
 def told_crate(wildcards):
     """What deposit.crate.Run is made of, as plain values."""
-    rules = {name: workflow.get_rule(name) for name in dict.fromkeys(each[0] for each in records())}
+    known = [
+        (*names, below_project(inputs), below_project(outputs))
+        for *names, inputs, outputs in records()
+    ]
+    steps = {name: workflow.get_rule(name) for name in dict.fromkeys(each[0] for each in known)}
     return {
         "name": PLAN.run,
         "preset": PLAN.preset,
         "seed": PLAN.seed,
         "rules": {
-            name: (rule.docstring, f"workflow/scripts/{Path(rule.script).name}")
-            for name, rule in rules.items()
+            name: (each.docstring, f"workflow/scripts/{Path(each.script).name}")
+            for name, each in steps.items()
         },
-        "records": [
-            (
-                rule,
-                name,
-                *(
-                    [path.replace("<results>", f"results/{PLAN.run}") for path in paths]
-                    for paths in ends
-                ),
-            )
-            for rule, name, *ends in records()
-        ],
+        "records": known,
     }
+
+
+def below_project(paths):
+    return [path.replace("<results>", f"results/{PLAN.run}") for path in paths]
 
 
 # --- hashes of the code behind a result: Snakemake does not see imported modules ---
