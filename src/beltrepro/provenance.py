@@ -60,19 +60,30 @@ def of_all(parts: Iterable[dict]) -> dict[str, str]:
 def code_version() -> str:
     """Version of the package, with its commit where that is known, and "dirty" after changes."""
     number = version(PACKAGE)
-    found = commit()
+    found = commit(_tree())
     if not found:
         return number
-    changed = _git("status", "--porcelain", "--untracked-files=no")
+    changed = _git(_tree(), "status", "--porcelain", "--untracked-files=no")
     return f"{number}+g{found[:12]}{'.dirty' if changed else ''}"
 
 
-def commit() -> str:
-    """The commit of the source tree, 40 digits: from git, or from the file of an archive."""
-    if found := _git("rev-parse", "HEAD"):
+def commit(tree: Path) -> str:
+    """The commit of a source tree, from git or from the file of an archive.
+
+    Parameters
+    ----------
+    tree : Path
+        Its folder.
+
+    Returns
+    -------
+    str
+        40 digits; empty if unknown.
+    """
+    if found := _git(tree, "rev-parse", "HEAD"):
         return found
     try:
-        text = (ROOT.parent.parent / COMMIT_FILE).read_text(encoding="utf-8")
+        text = (tree / COMMIT_FILE).read_text(encoding="utf-8")
     except OSError:
         return ""
     node = re.search(r"^node: ([0-9a-f]{40})$", text, re.M)
@@ -178,9 +189,13 @@ def module_closure(
     return frozenset(found)
 
 
-def _git(*arguments: str) -> str:
-    """Output of a git command on the source tree; empty if this is not the tree's own checkout."""
-    tree = ROOT.parent.parent
+def _tree() -> Path:
+    """The folder of the project that this package lies in, as `src/beltrepro`."""
+    return ROOT.parent.parent
+
+
+def _git(tree: Path, *arguments: str) -> str:
+    """Output of a git command on a source tree; empty if it is not a checkout of its own."""
     if not (tree / ".git").exists():
         return ""
     command = ["git", "--no-optional-locks", "-C", str(tree), *arguments]

@@ -66,7 +66,7 @@ def write(path: Path, top: Path, run: Run) -> int:
     """
     refuse_changes(top)
     texts = {
-        provenance.COMMIT_FILE: f"node: {provenance.commit()}\n",
+        provenance.COMMIT_FILE: f"node: {provenance.commit(top)}\n",
         manifest.CRATE: describe(top, run, Layout({})),
     }
     names = [*source_files(top), *_results(top, run)]

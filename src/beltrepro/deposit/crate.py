@@ -190,17 +190,16 @@ class _Made:
             return found
         return self.crate.add_jsonld({"@id": identifier, "@type": kind} | properties)
 
-    def file(self, path: str) -> Any:
+    def file(self, path: str, properties: Mapping[str, Any] | None = None) -> Any:
         """A file of the project; a batch, which no archive holds, by its name only."""
         if path not in self.files:
             if path.startswith(f"{self.run.folder}/batches/"):
                 name = path.removeprefix(f"{self.run.folder}/")
                 self.files[path] = self.add(f"#{name}", "CreativeWork", name=name)
             else:
+                known = self._of_file(path) | dict(properties or {})
                 place = self.layout.place(path)
-                self.files[path] = self.crate.add_file(
-                    dest_path=place, properties=self._of_file(path)
-                )
+                self.files[path] = self.crate.add_file(dest_path=place, properties=known)
         return self.files[path]
 
     def _of_file(self, path: str) -> dict[str, Any]:
@@ -239,18 +238,21 @@ class _Made:
 
     def add_workflow(self) -> None:
         """The Snakefile with its inputs and outputs, and a step and a tool for each rule."""
+        code = ["File", "SoftwareSourceCode"]
         workflow = self.crate.add_workflow(
-            dest_path=self.layout.place("Snakefile"), main=True, lang="snakemake"
+            dest_path=self.layout.place("Snakefile"),
+            main=True,
+            lang="snakemake",
+            properties=self._of_file("Snakefile")
+            | {
+                "@type": [*code, "ComputationalWorkflow", "HowTo"],
+                "conformsTo": {"@id": _WORKFLOW_PROFILE},
+                "version": provenance.code_version(),
+            },
         )
-        workflow["@type"] = ["File", "SoftwareSourceCode", "ComputationalWorkflow", "HowTo"]
-        workflow["name"] = "Workflow"
-        workflow["conformsTo"] = {"@id": _WORKFLOW_PROFILE}
-        workflow["version"] = provenance.code_version()
         self.workflow = workflow
         for position, (rule, (sentence, script)) in enumerate(self.run.rules.items(), 1):
-            tool = self.file(script)
-            tool["@type"] = ["File", "SoftwareSourceCode"]
-            tool["version"] = provenance.code_version()
+            tool = self.file(script, {"@type": code, "version": provenance.code_version()})
             self.tools[rule] = tool
             self.steps[rule] = self.add(
                 f"#step-{rule}",
