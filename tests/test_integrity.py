@@ -225,13 +225,43 @@ def test_the_command_says_what_it_found(results, tmp_path, capsys):
     folder, _ = results
     told = ["verify", str(folder), "--list", str(tmp_path / "own.json")]
     assert cli.main(told) == 0
-    assert capsys.readouterr().out == "2 the same bits\n"
+    assert capsys.readouterr().out == "2 the same bits\nequal: every bit of the list\n"
     write(folder / "datasets" / "rows.h5", plan(), noise=0.1)
     assert cli.main(told) == 1
     shown = capsys.readouterr()
-    assert shown.out == "1 wrong, 1 the same bits\n"
+    assert shown.out == "1 wrong, 1 the same bits\ndifferent: see the lines above\n"
     assert shown.err.startswith(f"error: {folder / 'datasets' / 'rows.h5'}: disorder_parameter has")
     assert cli.main([*told, "--write"]) == 0 and cli.main(told) == 0
+
+
+def claims(folder, **verdicts):
+    """A table of claims with a further reading of each."""
+    rows = [(name, reading, each) for name, each in verdicts.items() for reading in ("", "other")]
+    frame = pd.DataFrame(rows, columns=["id", "variant", "verdict"])
+    tables.write(folder / "claims.csv", frame, title="T.", columns={}, sources={})
+
+
+def test_a_difference_matters_if_a_verdict_differs(results):
+    folder, _ = results
+    claims(folder, a="holds", b="partly")
+    known = verification.make_list(folder)
+    known["machine"] |= OTHER
+    write(folder / "datasets" / "rows.h5", plan(), noise=0.01)
+    found = list(verification.compare(folder, known))
+    assert {each.outcome for each in found} == {SAME, NEAR}
+    assert verification.conclusion(found).startswith("equal within the bounds")
+    claims(folder, a="holds", b="fails")
+    wrong = [each for each in verification.compare(folder, known) if each.outcome == WRONG]
+    assert [each.words for each in wrong] == [
+        "claim b: fails here, partly in the list; this matters"
+    ]
+    assert verification.conclusion(wrong).startswith("different")
+
+
+def test_a_missing_table_is_named(results):
+    folder, compare = results
+    (folder / "tables" / "t.csv").unlink()
+    assert compare()["t"].words.endswith("table t is missing")
 
 
 @pytest.mark.parametrize("content", [None, "", "{"])

@@ -1,14 +1,17 @@
 """What figures, tables, claims and the report are made from: files that are read and checked."""
 
+import json
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
+from beltrepro import provenance
 from beltrepro.datasets import described, files
 from beltrepro.datasets.films import FILM, TRACK
 from beltrepro.errors import InputError
+from beltrepro.store import Dataset
 
 
 def load(paths: dict[str, str | Path], expected: dict[str, dict]) -> dict:
@@ -36,6 +39,31 @@ def load(paths: dict[str, str | Path], expected: dict[str, dict]) -> dict:
         If a file cannot be read or holds something else.
     """
     return {name: _read(name, Path(path), expected) for name, path in paths.items()}
+
+
+def lineage(paths: dict[str, str | Path], data: dict) -> dict[str, dict]:
+    """What made the datasets behind a figure or table, to be written into it.
+
+    Parameters
+    ----------
+    paths : dict
+        As for `load`.
+    data : dict
+        As `load` returns it.
+
+    Returns
+    -------
+    dict
+        For each dataset, those behind tables too: digest, and `config`, what it was told, with
+        seeds, methods and every value; code version, libraries and processor.
+    """
+    found: dict[str, dict] = {}
+    for name, each in data.items():
+        if isinstance(each, Dataset):
+            found[name] = _origin(each.attributes)
+        else:
+            found |= described.lineage(Path(paths[name]))
+    return dict(sorted(found.items()))
 
 
 def check(path: str | Path, expected: dict) -> None:
@@ -76,6 +104,14 @@ def source(expected: dict) -> str:
         Differs for other presets, runs and settings of datasets.
     """
     return f"{expected['preset']}, {expected['run']}, {files.digest(expected)}"
+
+
+def _origin(attributes: dict) -> dict:
+    texts = ("config", "library_versions")  # JSON
+    return {
+        name: json.loads(attributes[name]) if name in texts else attributes[name]
+        for name in ("digest", "config", *provenance.origin())
+    }
 
 
 def _read(name: str, path: Path, expected: dict[str, dict]) -> Any:

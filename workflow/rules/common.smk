@@ -13,6 +13,7 @@ from snakemake.logging import logger
 from beltrepro import jobs, lifecycle, provenance, snakemake_call
 from beltrepro.datasets import files, plan
 from beltrepro.datasets.films import FILM, TRACK
+from beltrepro.deposit import manifest
 from beltrepro.entries import check_uses
 from beltrepro.errors import InputError
 from beltrepro.figures import registry as figures_registry
@@ -26,6 +27,7 @@ try:
     tables_registry.check_names(PLAN.datasets)
     for folder, entries in (("tables", TABLES), ("figures", FIGURES)):
         check_uses(folder, entries, [*PLAN.datasets, *FILMED, *TABLES], f"preset {PLAN.preset}")
+    DEPOSITED = manifest.datasets(Path(), PLAN.run)
 except InputError as error:
     sys.exit(f"error: {error}")
 
@@ -72,6 +74,11 @@ def filmed(wildcards):
     return {name: file_of(name)}
 
 
+def joined():
+    """Pattern of the datasets that are made here; one that came with an archive is no output."""
+    return "|".join(name for name in PLAN.datasets if name not in DEPOSITED) or "(?!)"
+
+
 def batches(wildcards):
     count = len(PLAN.datasets[wildcards.dataset].batches)
     return [f"<results>/batches/{wildcards.dataset}/{number:04d}.h5" for number in range(count)]
@@ -81,6 +88,16 @@ def table_of(wildcards):
     """Name and entry of the table of a file, which may lie at the top of the results."""
     name = Path(wildcards.table).name
     return name, TABLES[name]
+
+
+def everything():
+    """What the target `all` makes."""
+    return [
+        *drawn("png", "pdf"),
+        *map(file_of, TABLES),
+        "<results>/claims.csv",
+        "<results>/report.html",
+    ]
 
 
 def table_data(wildcards):
@@ -183,6 +200,55 @@ def expected_of_film(wildcards):
 
 def expected_of_figure(wildcards):
     return of(*FIGURES[wildcards.figure].uses)
+
+
+# --- what each job reads and writes, for the crate ---
+
+
+def records():
+    """Rule, name, inputs and outputs of each job of the run, as deposit.crate.Record has them."""
+    for name, dataset in PLAN.datasets.items():
+        parts = [f"batches/{name}/{number:04d}" for number in range(len(dataset.batches))]
+        paths = [f"<results>/{part}.h5" for part in parts]
+        for part, path in zip(parts, paths):
+            yield "simulate", part, ["config.yaml"], [path]
+        yield "join", f"datasets/{name}", paths, [file_of(name)]
+    for name, entry in TABLES.items():
+        yield "derive", entry.file(name), list(map(file_of, entry.uses)), with_metadata(name)
+    for name, entry in FIGURES.items():
+        outputs = [f"<results>/figures/{name}.{kind}" for kind in ("png", "pdf")]
+        yield "draw", f"figures/{name}", list(map(file_of, entry.uses)), outputs
+    claims = ["<results>/claims.csv", "<results>/claims.csv-metadata.json"]
+    yield "claims", "claims", dataset_files(), claims
+    shown = [*dataset_files(), *map(file_of, TABLES), claims[0], *drawn("png")]
+    yield "report", "report", shown, ["<results>/report.html"]
+
+
+def with_metadata(table):
+    return [file_of(table), f"{file_of(table)}-metadata.json"]
+
+
+def told_crate(wildcards):
+    """What deposit.crate.Run is made of, as plain values."""
+    known = [
+        (*names, below_project(inputs), below_project(outputs))
+        for *names, inputs, outputs in records()
+    ]
+    steps = {name: workflow.get_rule(name) for name in dict.fromkeys(each[0] for each in known)}
+    return {
+        "name": PLAN.run,
+        "preset": PLAN.preset,
+        "seed": PLAN.seed,
+        "rules": {
+            name: (each.docstring, f"workflow/scripts/{Path(each.script).name}")
+            for name, each in steps.items()
+        },
+        "records": known,
+    }
+
+
+def below_project(paths):
+    return [path.replace("<results>", f"results/{PLAN.run}") for path in paths]
 
 
 # --- hashes of the code behind a result: Snakemake does not see imported modules ---
@@ -293,7 +359,10 @@ def is_made(path):
     """Whether a rule makes this file; of batches, only those that there are."""
     if path.startswith(f"results/{PLAN.run}/batches/"):
         return path in [f"results/{PLAN.run}/{job.name}.h5" for job in jobs.simulation_jobs(PLAN)]
-    return any(rule.is_producer(path) for rule in workflow.rules)
+    came_along = (
+        Path(path).stem in DEPOSITED and path == f"results/{PLAN.run}/datasets/{Path(path).name}"
+    )
+    return came_along or any(rule.is_producer(path) for rule in workflow.rules)
 
 
 def said_of_failures(logs):

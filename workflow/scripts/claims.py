@@ -14,8 +14,10 @@ TITLE = "Every claim of the paper: what it prints, what was measured, and the ve
 
 def claims(paths: dict, expected: dict, settings: dict, output) -> None:
     """Measure the claims from files by name of the dataset or track."""
-    table = measure(inputs.load(paths, expected), settings)
-    files.write(output, table, title=TITLE, columns={}, sources=expected)
+    data = inputs.load(paths, expected)
+    table = measure(data, settings)
+    lineage = inputs.lineage(paths, data)
+    files.write(output, table, title=TITLE, columns={}, sources=expected, lineage=lineage)
 
 
 def main(job):

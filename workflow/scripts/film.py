@@ -17,7 +17,8 @@ TITLE = "Film of a simulated chain, by a virtual camera."
 
 def take(paths: dict, expected: dict, told: dict, output: Path) -> None:
     """Film the one dataset in `paths`; told : what `PlannedFilm.told` says."""
-    (series,) = inputs.load(paths, expected).values()
+    data = inputs.load(paths, expected)
+    (series,) = data.values()
     samples = {name: series.arrays[name][: told["frames"]] for name in ("time", *NEEDED)}
     movement = Movement(
         to_si(samples["time"], "time"),
@@ -26,7 +27,8 @@ def take(paths: dict, expected: dict, told: dict, output: Path) -> None:
     )
     progress = scripting.Progress(f"{told['film']}: {len(movement.time_s)} frames")
     film(movement, output, camera=Camera(**told["camera"]), progress=progress)
-    describe(output, title=TITLE, sources=expected | {f"{told['film']}{FILM}": told}, units="SI")
+    sources = expected | {f"{told['film']}{FILM}": told}
+    describe(output, title=TITLE, sources=sources, lineage=inputs.lineage(paths, data), units="SI")
 
 
 def main(job):

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from beltrepro import scripting
 from beltrepro.atomic import replacing
-from beltrepro.datasets.described import describe, sources_of
+from beltrepro.datasets.described import describe, origin_of
 from beltrepro.experiment import track
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ COLUMNS = {
 
 def place(video: Path, output: Path) -> None:
     """Track a film, and write the places and what they are; where they come from the film says."""
-    sources = sources_of(video)
+    origin = origin_of(video)
     with replacing(output) as unfinished:
         track(video).save(unfinished)
     columns = [
@@ -31,7 +31,7 @@ def place(video: Path, output: Path) -> None:
     describe(
         output,
         title=TITLE,
-        sources=sources,
+        **origin,
         units="SI",
         dialect={"commentPrefix": "#"},
         tableSchema={"columns": columns},

@@ -16,7 +16,13 @@ from beltrepro.errors import InputError
 
 
 def describe(
-    path: Path, *, title: str, sources: dict[str, Any], units: str = "", **more: Any
+    path: Path,
+    *,
+    title: str,
+    sources: dict[str, Any],
+    lineage: dict[str, dict] | None = None,
+    units: str = "",
+    **more: Any,
 ) -> None:
     """Write beside a file what it is and what made it.
 
@@ -28,6 +34,8 @@ def describe(
         One sentence.
     sources : dict
         What was told to the datasets that it is made from, by name.
+    lineage : dict, optional
+        What made those datasets, see `beltrepro.inputs.lineage`.
     units : str
         Those of its numbers, if they are not model units.
     **more
@@ -39,6 +47,7 @@ def describe(
         "dc:title": title,
         "dc:source": sources,
         "beltrepro:origin": provenance.origin() | ({"units": units} if units else {}),
+        "beltrepro:lineage": lineage or {},
         "beltrepro:checksum": checksum(path.read_bytes()),
         **more,
     }
@@ -46,8 +55,32 @@ def describe(
         unfinished.write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
 
 
-def sources_of(path: Path) -> dict[str, Any]:
-    """What a file says that it is made from.
+def origin_of(path: Path) -> dict[str, Any]:
+    """What a file says that it is made from, for a file that is made from it alone.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    dict
+        `sources` and `lineage` as given to `describe`.
+
+    Raises
+    ------
+    InputError
+        It does not say so, or is damaged.
+    """
+    about, reason = _about(path)
+    if reason:
+        raise InputError(f"{path}: {reason}")
+    return {"sources": about["dc:source"], "lineage": about["beltrepro:lineage"]}
+
+
+def lineage(path: Path) -> dict[str, dict]:
+    """What made the datasets behind a file.
 
     Parameters
     ----------
@@ -64,10 +97,7 @@ def sources_of(path: Path) -> dict[str, Any]:
     InputError
         It does not say so, or is damaged.
     """
-    about, reason = _about(path)
-    if reason:
-        raise InputError(f"{path}: {reason}")
-    return about["dc:source"]
+    return origin_of(path)["lineage"]
 
 
 def check(path: Path, expected: dict) -> None:
@@ -129,9 +159,10 @@ def _about(path: Path) -> tuple[dict[str, Any], str]:
     try:
         content = path.read_bytes()
         about = json.loads(metadata_path(path).read_text(encoding="utf-8"))
-        known = about["url"], about["beltrepro:checksum"], about["dc:source"]
+        known = about["url"], about["beltrepro:checksum"]
+        about["dc:source"], about["beltrepro:lineage"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         return {}, f"cannot be read with its metadata ({type(error).__name__})"
-    if known[:2] != (path.name, checksum(content)):
+    if known != (path.name, checksum(content)):
         return {}, "damaged, or another file: it does not have its checksum"
     return about, ""

@@ -24,7 +24,7 @@ def save(recording, path):
     """
     if Path(path).suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: the name of a figure must end in {', '.join(SUFFIXES)}")
-    draw_recording(recording).savefig(path)
+    style.write(draw_recording(recording), path, Path(path).stem, "recording")
 
 
 @style.styled

@@ -12,7 +12,13 @@ DIGITS = "%.6g"
 
 
 def write(
-    path, table: pd.DataFrame, *, title: str, columns: dict[str, str], sources: dict[str, dict]
+    path,
+    table: pd.DataFrame,
+    *,
+    title: str,
+    columns: dict[str, str],
+    sources: dict[str, dict],
+    lineage: dict[str, dict] | None = None,
 ) -> None:
     """Write a table and its metadata.
 
@@ -28,12 +34,14 @@ def write(
         What single columns are; quantities of a point explain themselves.
     sources : dict
         What was told to the datasets that it is derived from, by name.
+    lineage : dict, optional
+        What made those datasets, see `beltrepro.inputs`.
     """
     path = Path(path)
     with replacing(path) as unfinished:
         table.to_csv(unfinished, index=False, float_format=DIGITS)
     described = {"columns": [_column(name, table[name], columns) for name in table]}
-    describe(path, title=title, sources=sources, tableSchema=described)
+    describe(path, title=title, sources=sources, lineage=lineage, tableSchema=described)
 
 
 def _column(name: str, values: pd.Series, columns: dict[str, str]) -> dict:
