@@ -18,7 +18,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from beltrepro import inputs, provenance, store
-from beltrepro.datasets import described, files
+from beltrepro.datasets import files
+from beltrepro.datasets.described import metadata_path
 from beltrepro.datasets.plan import make_plan
 from beltrepro.datasets.points import columns
 from beltrepro.deposit import archive, crate, manifest, sources
@@ -67,7 +68,7 @@ def made(plan, tmp_path_factory):
 def said_by(path: Path) -> dict:
     """What a file says of the data behind it and of the code that wrote it, as JSON."""
     if path.suffix == ".csv":
-        about = json.loads(described.metadata_path(path).read_text())
+        about = json.loads(metadata_path(path).read_text())
         return about["beltrepro:origin"] | {"lineage": about["beltrepro:lineage"]}
     if path.suffix == ".png":
         with Image.open(path) as image:
