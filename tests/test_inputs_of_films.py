@@ -70,7 +70,8 @@ def encoded(path, frames, codec, pixels, *, container=None, **options):
 
 def tracked(capsys, path, folder, *options):
     """The table of a film that is tracked: x in metres, and what the command told."""
-    status, out, err = run(capsys, "track", path, "--output", folder / "a.csv", "--json", *options)
+    output = ["--output", folder / "a.csv", "--force"]
+    status, out, err = run(capsys, "track", path, *output, "--json", *options)
     assert status == 0, err
     (time_s, x_m, _), _ = read_track(folder / "a.csv")
     return time_s, x_m, json.loads(out)
@@ -360,9 +361,13 @@ def test_a_film_without_permission_is_refused(tmp_path, capsys):
     refused(run(capsys, "track", path, "--output", tmp_path / "a.csv"), path, "Permission")
 
 
-def test_a_table_that_exists_is_replaced(tmp_path, capsys):
+def test_a_table_that_exists_is_replaced_only_by_force(tmp_path, capsys):
     (tmp_path / "a.csv").write_text("old\n")
-    _, x_m, _ = tracked(capsys, written(tmp_path / "film.mp4", WHOLE[:12]), tmp_path)
+    path = written(tmp_path / "film.mp4", WHOLE[:12])
+    found = run(capsys, "track", path, "--output", tmp_path / "a.csv")
+    refused(found, tmp_path / "a.csv", "--force overwrites it")
+    assert (tmp_path / "a.csv").read_text() == "old\n"
+    _, x_m, _ = tracked(capsys, path, tmp_path)
     assert len(x_m) == 12
 
 

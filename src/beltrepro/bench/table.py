@@ -77,7 +77,8 @@ def as_markdown(result: dict) -> str:
 def _command(conditions):
     flags = f"--rounds {conditions['rounds']}{' --quick' if conditions['quick'] else ''}"
     only = conditions["only"]
-    return f"beltrepro bench {flags}{f' --only {only}' if only else ''} --output docs/benchmark.md"
+    flags += f" --only {only}" if only else ""
+    return f"beltrepro bench {flags} --output docs/benchmark.md --force"
 
 
 def _line(cells):
