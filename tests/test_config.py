@@ -238,15 +238,15 @@ def test_a_dataset_stands_over_defaults_and_a_preset_over_the_top_level():
 
 
 def test_a_variant_gives_only_what_it_changes():
-    variant = {"based_on": "standard", "defaults": {"friction_ratio": 0.6}}
-    changes = ("presets.f06", variant, "presets.f07.based_on", "f06", "presets.f07.defaults", {})
+    variant = {"based_on": "standard", "defaults": {"friction_ratio": 0.4}}
+    changes = ("presets.f04", variant, "presets.f05.based_on", "f04", "presets.f05.defaults", {})
     standard = make_plan(changed()).datasets
-    for preset in ("f06", "f07"):
+    for preset in ("f04", "f05"):
         found = make_plan(changed("preset", preset, *changes))
-        assert (found.run, found.model["friction_ratio"]) == (preset, 0.6)
+        assert (found.run, found.model["friction_ratio"]) == (preset, 0.4)
         assert list(found.datasets) == list(standard)
         ours, theirs = found.datasets["size_rows"], standard["size_rows"]
-        assert ours.points == tuple(point._replace(friction_ratio=0.6) for point in theirs.points)
+        assert ours.points == tuple(point._replace(friction_ratio=0.4) for point in theirs.points)
         axis = found.datasets["friction_ratio"].values()["friction_ratio"]
         assert axis == standard["friction_ratio"].values()["friction_ratio"]
 
@@ -399,6 +399,7 @@ def test_a_setting_of_another_kind_is_refused():
         ("datasets.lifetimes.tolerance", "small", "must be a number or null"),
         ("datasets.lifetimes.kick", 0.1, "kick = 0.1: kind escapes has none"),
         ("datasets.u1.tolerance", 1e-6, "u1.tolerance = 1e-06: method verlet has none, only event"),
+        ("datasets.u17.friction_ratio", 0.9, "u17.noise = 2.2: with friction_ratio = 0.9 and"),
         ("datasets.u1.sample_interval", 0.0015, "0.0015: method verlet needs a multiple of time_"),
         ("presets.smoke.based_on", "standart", "did you mean 'standard'"),
         ("presets.smoke.based_on", "smoke", "smoke is based on smoke"),

@@ -7,8 +7,10 @@ joined, and what every array in a file says of itself. `running` has the functio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from beltrepro.datasets.points import Point
+from beltrepro.accuracy import START_NOISE
+from beltrepro.datasets.points import Point, chain
 from beltrepro.datasets.quantities import QUANTITIES, REQUIRED, UNITS
+from beltrepro.model.friction import start_noise
 from beltrepro.model.parameters import LARGEST, LONGEST
 
 POINT = "point"  # name of the axis along which batches are joined
@@ -104,7 +106,8 @@ class Kind:
         tuple of str or None
             None if there is none.
         """
-        return _first(_kicked(self, points), _tolerance(points), self.complaint(settings, points))
+        complaints = _kicked(self, points), _tolerance(points), _law(points)
+        return _first(*complaints, self.complaint(settings, points))
 
     @property
     def arrays(self) -> dict[str, Array]:
@@ -281,6 +284,19 @@ def _tolerance(points):
     for point in points:
         if point.tolerance is not None and point.method != "event":
             return "tolerance", f"= {point.tolerance:g}: method {point.method} has none, only event"
+    return None
+
+
+def _law(points):
+    chains = {point[:8]: point for point in points if point.method == "event"}  # all but u
+    for point in chains.values():
+        share = start_noise(chain(point))
+        if share > START_NOISE:
+            constants = f"friction_ratio = {point.friction_ratio:g}"
+            constants += f" and static_friction = {point.static_friction:g}"
+            most = point.noise * START_NOISE / share
+            text = f"method event is checked up to {most:.3g}; beyond that take verlet"
+            return "noise", f"= {point.noise:g}: with {constants}, {text}"
     return None
 
 
