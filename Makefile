@@ -17,7 +17,7 @@ SNAKEMAKE := $(IN_ENV) snakemake --cores $(CORES)
 LOCKED_SETUPTOOLS = awk '/^[^ ]/ { found = /^setuptools==/ } found' requirements.txt
 
 .DEFAULT_GOAL := figures
-.PHONY: figures smoke paper test lint verify checksums interruptions schema env slurm slurmtest lock clean help
+.PHONY: figures smoke paper test lint docs verify checksums interruptions schema env slurm slurmtest lock clean help
 
 figures: env  ## every figure, number and the report, standard lengths (default)
 	$(SNAKEMAKE) $(ARGS)
@@ -39,6 +39,10 @@ lint: env  ## style, imports, type hints, docstrings, and the Snakemake files
 	$(BIN)/numpydoc lint $$(find src -name '*.py')
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(IN_ENV) snakemake --lint
+
+docs: env  ## the site of the documentation, in build/site; a warning is an error
+	$(IN_ENV) sphinx-build --quiet --fail-on-warning --keep-going docs build/site
+	@echo "build/site/index.html"
 
 verify: env  ## compare the smoke results with the published list of checksums
 	$(BIN)/beltrepro verify results/smoke
