@@ -82,7 +82,8 @@ lock:  ## pin anew into requirements.txt and requirements-slurm.txt (needs uv on
 	$(LOCK) --no-deps requirements-slurm.in -o requirements-slurm.txt
 
 clean:  ## remove .venv, caches and the smoke results; keep every other result
-	rm -rf .venv .pytest_cache .ruff_cache .mypy_cache .import_linter_cache .hypothesis build dist results/smoke
+	rm -rf .venv .pytest_cache .ruff_cache .mypy_cache .import_linter_cache .hypothesis build dist results/smoke \
+	  docs/made docs/reference/api
 	find src tests workflow -name __pycache__ -prune -exec rm -rf {} +
 
 help:  ## this list

@@ -42,7 +42,9 @@ def write_pages(app: Sphinx) -> None:
     """A page of reStructuredText for each part, in reference/api; unchanged pages are left."""
     folder = Path(app.srcdir) / "reference" / "api"
     folder.mkdir(parents=True, exist_ok=True)
-    pages = {f"{part or 'files_and_runs'}.rst": _page(part, names) for part, names in modules().items()}
+    pages = {
+        f"{part or 'files_and_runs'}.rst": _page(part, names) for part, names in modules().items()
+    }
     for path in folder.iterdir():
         if path.name not in pages:
             path.unlink()
@@ -59,7 +61,8 @@ def _page(part: str, names: list[str]) -> str:
         lines += [f".. automodule:: beltrepro.{part}", "   :no-index:", ""]
     for name in names:
         short = name.removeprefix("beltrepro.").removeprefix(f"{part}.")
-        lines += [short, "-" * len(short), "", f".. automodule:: {name}", "   :members:", ""]
+        options = ["   :members:", "   :ignore-module-all:", ""]  # each where it is defined
+        lines += [short, "-" * len(short), "", f".. automodule:: {name}", *options]
     return "\n".join(lines)
 
 

@@ -26,9 +26,15 @@ def table_list() -> str:
     """Every table: what it is, what it is derived from, and its columns."""
     parts = []
     for name, entry in tables.entries().items():
-        parts += [f"### {entry.file(name)}.csv", markdown.plain(entry.title), _made_from(entry.uses)]
+        parts += [
+            f"### {entry.file(name)}.csv",
+            markdown.plain(entry.title),
+            _made_from(entry.uses),
+        ]
         if entry.columns:
-            rows = [(markdown.code(key), markdown.plain(text)) for key, text in entry.columns.items()]
+            rows = [
+                (markdown.code(key), markdown.plain(text)) for key, text in entry.columns.items()
+            ]
             parts.append(markdown.table(["column", "what it is"], rows))
     return "\n\n".join(parts)
 

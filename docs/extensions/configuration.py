@@ -1,6 +1,7 @@
 """The reference of config.yaml, from its schema; and what each kind of dataset records."""
 
 import json
+from collections.abc import Iterable
 
 from beltrepro.datasets import kinds, quantities, schema
 from beltrepro.datasets.quantities import REQUIRED
@@ -29,7 +30,7 @@ def keys() -> str:
             "## A dataset",
             markdown.plain(parts["dataset"]["description"]),
             _keys(_own(parts["dataset"]["properties"]), parts),
-            "Besides, it takes every quantity and the settings of its kind. `defaults` takes them too.",
+            "It also takes every quantity and the settings of its kind. So does `defaults`.",
             "## A preset",
             markdown.plain(parts["preset"]["description"]),
             _keys(presets, parts),
@@ -48,13 +49,13 @@ def recorded() -> str:
     return "\n\n".join(_kind(kind) for kind in kinds.KINDS.values())
 
 
-def _keys(properties: dict, parts: dict, required: list | None = None) -> str:
+def _keys(properties: dict, parts: dict, required: Iterable[str] = ()) -> str:
     rows = []
     for name, told in properties.items():
-        reference = told.get("$ref", "").rpartition("/")[2]
-        told = parts[reference] if reference else told
-        needed = [", required" if name in (required or ()) else ""]
-        rows.append([markdown.code(name), markdown.plain(told.get("description", "")), _allowed(told) + needed[0]])
+        told = parts.get(told.get("$ref", "").rpartition("/")[2], told)
+        allowed = _allowed(told) + (", required" if name in required else "")
+        words = markdown.plain(told.get("description", ""))
+        rows.append([markdown.code(name), words, allowed])
     return markdown.table(["key", "what it is", "allowed"], rows)
 
 
@@ -68,9 +69,13 @@ def _values(known: dict, parts: dict) -> str:
     rows = []
     for name, each in known.items():
         axis = parts.get(f"{name}_axis", parts[name])["description"]
-        default = "required" if each.default is REQUIRED else markdown.code(json.dumps(each.default))
+        default = (
+            "required" if each.default is REQUIRED else markdown.code(json.dumps(each.default))
+        )
         unit = markdown.plain(quantities.UNITS.get(each.unit, each.unit))
-        rows.append([markdown.code(name), markdown.plain(axis), unit, _allowed(parts[name]), default])
+        rows.append(
+            [markdown.code(name), markdown.plain(axis), unit, _allowed(parts[name]), default]
+        )
     return markdown.table(["key", "what it is", "unit", "allowed", "default"], rows)
 
 
@@ -103,7 +108,12 @@ def _kind(kind: kinds.Kind) -> str:
     settings = ", ".join(markdown.code(each.name) for each in kind.settings)
     heads = ["array", "symbol", "unit", "dimensions", "what it is"]
     return "\n\n".join(
-        [f"### {kind.name}", markdown.plain(kind.description), f"Settings: {settings}.", markdown.table(heads, rows)]
+        [
+            f"### {kind.name}",
+            markdown.plain(kind.description),
+            f"Settings: {settings}.",
+            markdown.table(heads, rows),
+        ]
     )
 
 

@@ -1,10 +1,13 @@
 """Directives whose content is Markdown that a function writes."""
 
+import re
 from collections.abc import Callable, Iterable
 
 from docutils import nodes
 from docutils.statemachine import StringList
 from sphinx.util.docutils import SphinxDirective
+
+_MARKS = re.compile(r"[*_<>\[\]#]")
 
 
 def directive(write: Callable[[], str], *sources: object) -> type[SphinxDirective]:
@@ -39,8 +42,10 @@ def cell(value: object) -> str:
 
 
 def plain(text: str) -> str:
-    """Words as they are: what Markdown would take for marks stays a letter."""
-    return "".join(f"\\{letter}" if letter in "*_<>[]#`" else letter for letter in text)
+    """Words as they are: what Markdown would take for marks stays a letter, but for code."""
+    outside = text.split("`")
+    outside[::2] = [_MARKS.sub(r"\\\g<0>", words) for words in outside[::2]]
+    return "`".join(outside)
 
 
 def code(value: object) -> str:

@@ -12,6 +12,7 @@ from sphinx.util.docutils import SphinxDirective
 
 ROOT = Path(__file__).parents[2]
 _WIDTH, _HEIGHT, _ACROSS, _DOWN = 84, 28, 100, 62  # of a box; from box to box
+_EDGE = 4  # around all
 
 
 def rules() -> tuple[list[str], list[tuple[int, int]]]:
@@ -28,7 +29,7 @@ def rules() -> tuple[list[str], list[tuple[int, int]]]:
 
 
 def drawing(names: list[str], edges: list[tuple[int, int]]) -> str:
-    """An SVG of the graph from the first rule at the top to the last one, in the ink of the page."""
+    """An SVG of the graph, from the first rule at the top to the last one."""
     graph = igraph.Graph(len(names), edges, directed=True)
     layout = graph.layout_sugiyama(hgap=_ACROSS, vgap=_DOWN, maxiter=1000)
     places, ways = list(layout), layout.edge_routing
@@ -40,10 +41,11 @@ def drawing(names: list[str], edges: list[tuple[int, int]]) -> str:
         for (begin, end), way in zip(edges, ways, strict=True)
     ]
     boxes = [_box(*place, name) for place, name in zip(places, names, strict=True)]
-    box = f"{left - _WIDTH / 2 - 4:g} {-_HEIGHT / 2 - 4:g} {right - left + _WIDTH + 8:g} {bottom + _HEIGHT + 8:g}"
-    words = ", ".join(f"{names[a]} to {names[b]}" for a, b in edges)
+    corner = f"{left - _WIDTH / 2 - _EDGE:g} {-_HEIGHT / 2 - _EDGE:g}"
+    size = f"{right - left + _WIDTH + 2 * _EDGE:g} {bottom + _HEIGHT + 2 * _EDGE:g}"
+    words = escape("Rules: " + ", ".join(f"{names[a]} to {names[b]}" for a, b in edges))
     return (
-        f'<svg class="rules" viewBox="{box}" role="img" aria-label="Rules: {escape(words)}">'
+        f'<svg class="rules" viewBox="{corner} {size}" role="img" aria-label="{words}">'
         '<defs><marker id="head" viewBox="0 0 8 8" refX="8" refY="4" markerWidth="7" '
         'markerHeight="7" orient="auto"><path d="M0 0L8 4L0 8z"/></marker></defs>'
         f"{''.join(lines)}{''.join(boxes)}</svg>"
