@@ -59,6 +59,8 @@ def _page(part: str, names: list[str]) -> str:
     lines = [title, "=" * len(title), ""]
     if part:
         lines += [f".. automodule:: beltrepro.{part}", "   :no-index:", ""]
+    else:
+        lines += [line for name in elsewhere() for line in (*_of_class(name), "")]
     for name in names:
         short = name.removeprefix("beltrepro.").removeprefix(f"{part}.")
         options = ["   :members:", "   :ignore-module-all:", ""]  # each where it is defined
@@ -66,13 +68,23 @@ def _page(part: str, names: list[str]) -> str:
     return "\n".join(lines)
 
 
+def elsewhere() -> list[str]:
+    """Classes that `beltrepro` offers and that no module of the reference defines."""
+    known = {name for names in modules().values() for name in names}
+    return [name for name in beltrepro.__all__ if getattr(beltrepro, name).__module__ not in known]
+
+
+def _of_class(name: str) -> list[str]:
+    return [f".. autoclass:: beltrepro.{name}", "   :members:"]
+
+
 def public_names() -> str:
     """What `from beltrepro import ...` gives, with the first sentence of each."""
-    rows = []
+    rows, strangers = [], elsewhere()
     for name in beltrepro.__all__:
         item = getattr(beltrepro, name)
         first = (item.__doc__ or "").strip().splitlines()[0]
-        home = f"{item.__module__}.{item.__qualname__}"
+        home = f"beltrepro.{name}" if name in strangers else f"{item.__module__}.{name}"
         rows.append([f"{{py:obj}}`{name} <{home}>`", markdown.plain(first)])
     return markdown.table(["name", "what it is or does"], rows)
 
