@@ -18,7 +18,7 @@ SNAKEMAKE := $(IN_ENV) snakemake --cores $(CORES)
 LOCKED_SETUPTOOLS = awk '/^[^ ]/ { found = /^setuptools==/ } found' requirements.txt
 
 .DEFAULT_GOAL := figures
-.PHONY: figures smoke paper test test-pythons lint verify checksums archive deposit interruptions schema cache env \
+.PHONY: figures smoke paper test test-pythons lint docs verify checksums archive deposit interruptions schema cache env \
         slurm slurmtest lock clean help
 
 figures: env  ## every figure, number and the report, standard lengths (default)
@@ -41,6 +41,10 @@ lint: env  ## style, imports, type hints, docstrings, and the Snakemake files
 	$(BIN)/numpydoc lint $$(find src -name '*.py')
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(IN_ENV) snakemake --lint
+
+docs: env  ## the site of the documentation, in build/site; a warning is an error
+	$(IN_ENV) sphinx-build --quiet --fail-on-warning --keep-going docs build/site
+	@echo "build/site/index.html"
 
 verify: env  ## compare results with the published list; RUN=standard for another run than smoke
 	$(BIN)/beltrepro verify results/$(RUN)
@@ -99,7 +103,8 @@ lock:  ## pin anew into requirements*.txt (needs uv on the PATH)
 	$(LOCK) requirements-deposit.in -o requirements-deposit.txt
 
 clean:  ## remove .venv, caches and the smoke results; keep every other result
-	rm -rf .venv .venv-deposit .pytest_cache .ruff_cache .mypy_cache .import_linter_cache .hypothesis build dist results/smoke
+	rm -rf .venv .venv-deposit .pytest_cache .ruff_cache .mypy_cache .import_linter_cache .hypothesis build dist results/smoke \
+	  docs/made docs/reference/api
 	find src tests workflow -name __pycache__ -prune -exec rm -rf {} +
 
 help:  ## this list

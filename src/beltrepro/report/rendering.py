@@ -46,6 +46,24 @@ def render(output: Path, material: Material) -> None:
         unfinished.write_text(html, encoding="utf-8")
 
 
+def part(section, material: Material) -> str:
+    """One section of the report as HTML, without the style of the page: for another page.
+
+    Parameters
+    ----------
+    section : module
+        One of `sections`.
+    material : Material
+        Files of the run; those that the section needs.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
+    return str(_body(_environment(), section, material))
+
+
 def _body(environment, section, material) -> Markup:
     """The section as HTML: its own template with what it gathers."""
     name = section.__name__.rpartition(".")[2]

@@ -1,0 +1,84 @@
+"""The reference of results: figures and tables by their entries, claims by the ledger."""
+
+from pathlib import Path
+
+import beltrepro.claims
+from beltrepro.claims import load_ledger
+from beltrepro.figures import registry as figures
+from beltrepro.tables import registry as tables
+from extensions import markdown
+
+
+def figure_list() -> str:
+    """Every figure by category: its target, what it shows, and what it is drawn from."""
+    parts = []
+    for category in figures.CATEGORIES:
+        parts.append(f"### {category}")
+        parts += [
+            _figure(name, entry)
+            for name, entry in figures.entries().items()
+            if entry.category == category
+        ]
+    return "\n\n".join(parts)
+
+
+def table_list() -> str:
+    """Every table: what it is, what it is derived from, and its columns."""
+    parts = []
+    for name, entry in tables.entries().items():
+        parts += [
+            f"### {entry.file(name)}.csv",
+            markdown.plain(entry.title),
+            _made_from(entry.uses),
+        ]
+        if entry.columns:
+            rows = [
+                (markdown.code(key), markdown.plain(text)) for key, text in entry.columns.items()
+            ]
+            parts.append(markdown.table(["column", "what it is"], rows))
+    return "\n\n".join(parts)
+
+
+def claim_list() -> str:
+    """Every claim: what the paper says, and the criterion that decides."""
+    parts = []
+    for claim in load_ledger().values():
+        where = f" Figure {claim.figure}." if claim.figure else ""
+        parts += [
+            f"### {claim.id}",
+            markdown.plain(claim.statement) + where,
+            f"*Criterion ({claim.criterion['type']}):* "
+            + markdown.plain(claim.criterion.get("text") or claim.reason),
+        ]
+        if claim.reading:
+            parts.append(f"*Reading:* {markdown.plain(claim.reading)}")
+        if claim.needs:
+            parts.append(_made_from(claim.needs, "Needs"))
+    return "\n\n".join(parts)
+
+
+def _figure(name: str, entry: figures.Entry) -> str:
+    number = f"Fig. {entry.number}: " if entry.number else ""
+    return "\n\n".join(
+        [
+            f"#### {name}",
+            f"**{number}{markdown.plain(entry.title)}** {markdown.plain(entry.words)}",
+            _made_from(entry.uses),
+        ]
+    )
+
+
+def _made_from(names, word: str = "Made from") -> str:
+    listed = ", ".join(map(markdown.code, names)) if names else "the model alone"
+    return f"{word}: {listed}."
+
+
+def setup(app) -> dict:
+    """Called by Sphinx."""
+    ledger = Path(beltrepro.claims.__file__).with_name("ledger.yaml")
+    of_figures = sorted(figures.FOLDER.glob("*.py"))
+    of_tables = sorted(tables.FOLDER.glob("*.py"))
+    app.add_directive("figure-list", markdown.directive(figure_list, *of_figures))
+    app.add_directive("table-list", markdown.directive(table_list, *of_tables))
+    app.add_directive("claim-list", markdown.directive(claim_list, ledger))
+    return {"parallel_read_safe": True}

@@ -1,0 +1,125 @@
+"""The reference of config.yaml, from its schema; and what each kind of dataset records."""
+
+import json
+from collections.abc import Iterable
+
+from beltrepro.datasets import kinds, quantities, schema
+from beltrepro.datasets.quantities import REQUIRED
+from extensions import markdown
+
+_LIMITS = {
+    "minimum": "{} or more",
+    "exclusiveMinimum": "more than {}",
+    "maximum": "at most {}",
+    "exclusiveMaximum": "less than {}",
+    "minItems": "at least {} of them",
+    "pattern": "matches {}",
+}
+
+
+def keys() -> str:
+    """Every key of config.yaml: where it stands, what it is, what is allowed."""
+    whole = schema.config_schema()
+    parts = whole["$defs"]
+    presets = parts["preset"]["properties"]
+    return "\n\n".join(
+        [
+            markdown.plain(whole["description"]),
+            "## Top level",
+            _keys(whole["properties"], parts, whole["required"]),
+            "## A dataset",
+            markdown.plain(parts["dataset"]["description"]),
+            _keys(_own(parts["dataset"]["properties"]), parts),
+            "It also takes every quantity and the settings of its kind. So does `defaults`.",
+            "## A preset",
+            markdown.plain(parts["preset"]["description"]),
+            _keys(presets, parts),
+            "## Quantities",
+            "Any of them can be an axis of a dataset.",
+            _values(quantities.QUANTITIES, parts),
+            "## Settings",
+            "They belong to a whole dataset.",
+            _values(kinds.SETTINGS, parts),
+        ]
+    )
+
+
+def recorded() -> str:
+    """What each kind of dataset records: its settings and arrays."""
+    return "\n\n".join(_kind(kind) for kind in kinds.KINDS.values())
+
+
+def _keys(properties: dict, parts: dict, required: Iterable[str] = ()) -> str:
+    rows = []
+    for name, told in properties.items():
+        told = parts.get(told.get("$ref", "").rpartition("/")[2], told)
+        allowed = _allowed(told) + (", required" if name in required else "")
+        words = markdown.plain(told.get("description", ""))
+        rows.append([markdown.code(name), words, allowed])
+    return markdown.table(["key", "what it is", "allowed"], rows)
+
+
+def _own(properties: dict) -> dict:
+    """The keys of a dataset that are neither quantities nor settings."""
+    values = quantities.QUANTITIES | kinds.SETTINGS
+    return {name: told for name, told in properties.items() if name not in values}
+
+
+def _values(known: dict, parts: dict) -> str:
+    rows = []
+    for name, each in known.items():
+        axis = parts.get(f"{name}_axis", parts[name])["description"]
+        default = (
+            "required" if each.default is REQUIRED else markdown.code(json.dumps(each.default))
+        )
+        unit = markdown.plain(quantities.UNITS.get(each.unit, each.unit))
+        rows.append(
+            [markdown.code(name), markdown.plain(axis), unit, _allowed(parts[name]), default]
+        )
+    return markdown.table(["key", "what it is", "unit", "allowed", "default"], rows)
+
+
+def _allowed(told: dict) -> str:
+    """What a value may be, in words."""
+    if "enum" in told:
+        return ", ".join(map(markdown.code, told["enum"]))
+    types = told.get("type", "")
+    types = " or ".join(types) if isinstance(types, list) else types
+    words = [types.replace("object", "keys with values").replace("array", "list")]
+    words += [
+        text.format(markdown.code(told[limit])) for limit, text in _LIMITS.items() if limit in told
+    ]
+    if "items" in told and "enum" in told["items"]:
+        words.append("of " + ", ".join(map(markdown.code, told["items"]["enum"])))
+    return ", ".join(filter(None, words))
+
+
+def _kind(kind: kinds.Kind) -> str:
+    rows = [
+        [
+            markdown.code(each.name),
+            markdown.plain(each.symbol),
+            markdown.plain(quantities.UNITS.get(each.unit, each.unit)),
+            markdown.plain(f"({', '.join(each.dimensions)})"),
+            markdown.plain(each.description),
+        ]
+        for each in kind.recorded
+    ]
+    settings = ", ".join(markdown.code(each.name) for each in kind.settings)
+    heads = ["array", "symbol", "unit", "dimensions", "what it is"]
+    return "\n\n".join(
+        [
+            f"### {kind.name}",
+            markdown.plain(kind.description),
+            f"Settings: {settings}.",
+            markdown.table(heads, rows),
+        ]
+    )
+
+
+def setup(app) -> dict:
+    """Called by Sphinx."""
+    sources = (schema, kinds, quantities)
+    app.add_directive("config-keys", markdown.directive(keys, *sources))
+    app.add_directive("dataset-kinds", markdown.directive(recorded, *sources))
+    return {"parallel_read_safe": True}
