@@ -55,7 +55,7 @@ checksums: env  ## write that list anew from the results, after a change of numb
 archive: env  ## one ZIP file of a finished run for a data repository; RUN=standard
 	$(SNAKEMAKE) archive --config preset=$(RUN) $(ARGS)
 
-deposit: env  ## check the crate of a run, CITATION.cff and .zenodo.json (needs the network); RUN=standard
+deposit: env  ## make and check the crate of a run, check CITATION.cff (needs the network); RUN=standard
 	$(SNAKEMAKE) crate --config preset=$(RUN) $(ARGS)
 	$(PYTHON) -m venv .venv-deposit
 	$(LOCKED_SETUPTOOLS) | .venv-deposit/bin/python -m pip install --quiet --require-hashes -r /dev/stdin

@@ -1,5 +1,6 @@
 """The workflow: targets, reruns after a change of code, errors, and (slow) the smoke preset."""
 
+import base64
 import html
 import json
 import logging
@@ -16,10 +17,12 @@ import numpy as np
 import pytest
 
 import damages
+import unpacking
 from beltrepro import lifecycle, provenance, scripting, store
 from beltrepro.datasets import checking
 from beltrepro.datasets.plan import Plan, make_plan
 from beltrepro.datasets.points import columns
+from beltrepro.deposit import manifest
 from beltrepro.errors import InputError, ModelStateError
 from beltrepro.figures import registry
 from beltrepro.jobs import simulation_jobs
@@ -103,13 +106,23 @@ def test_list_shows_each_figure_with_its_title(tree):
     listed = snakemake(tree, "--list").stdout.splitlines()
     for name, entry in FIGURES.items():
         assert f"{name} ({entry.title})" in listed
-    for target in ("all", "figures", "agreement", "report", "claims", "timing"):
+    for target in ("all", "figures", "agreement", "report", "claims", "timing", "crate", "archive"):
         assert any(line.startswith(f"{target} (") for line in listed)
     assert [line for line in listed if "(" not in line] == []
 
 
 def test_every_target_dry_runs(tree):
-    targets = [*FIGURES, "figures", "agreement", "claims", "report", "timing", "all"]
+    targets = [
+        *FIGURES,
+        "figures",
+        "agreement",
+        "claims",
+        "report",
+        "timing",
+        "crate",
+        "archive",
+        "all",
+    ]
     count = jobs(snakemake(tree, "--dry-run", *targets))
     assert all(count[target] == 1 for target in targets)
     assert count["draw"] == len(FIGURES)
@@ -305,6 +318,37 @@ def test_integrator_of_one_dataset_does_not_depend_on_the_other():
         assert rest <= simulation
 
 
+# --- datasets that came with an archive ---
+
+
+def test_datasets_of_an_archive_are_never_simulated(tree):
+    """They need no batches, no age and no memory of Snakemake; a missing one is made as usual."""
+    settings = ["preset=smoke", "run=came"]
+    folder = tree / "results" / "came" / "datasets"
+    folder.mkdir(parents=True)
+    names = smoke_plan().datasets
+    for name in names:
+        (folder / f"{name}.h5").touch()
+    listed = [f"{'0' * 64}  results/came/datasets/{name}.h5\n" for name in names]
+    (tree / manifest.NAME).write_text("".join(listed))
+    try:
+        count = jobs(snakemake(tree, "--dry-run", settings=settings))
+        assert count == {
+            "derive": len(TABLES),
+            "draw": len(FIGURES),
+            "claims": 1,
+            "report": 1,
+            "all": 1,
+        }
+        assert jobs(snakemake(tree, "--dry-run"))["join"] == len(names)
+        (folder / "u20.h5").unlink()
+        count = jobs(snakemake(tree, "--dry-run", settings=settings))
+        assert (count["simulate"], count["join"]) == (len(names["u20"].batches), 1)
+    finally:
+        (tree / manifest.NAME).unlink()
+        shutil.rmtree(folder)
+
+
 # --- two at once ---
 
 
@@ -491,6 +535,38 @@ def test_smoke_datasets_say_where_they_come_from(smoke):
         said = store.read(path).attributes
         assert (said["dataset"], said["preset"], said["run"]) == (name, "smoke", "smoke")
         assert said["units"] == "model units" and said["code_version"]
+
+
+@pytest.mark.slow
+def test_snakemake_report_holds_the_figures_of_smoke_themselves(tree, smoke):
+    done = snakemake(tree, "--report", "made.html")
+    assert done.returncode == 0, done.stderr
+    page = (tree / "made.html").read_text()
+    shown = json.loads(re.search(r"var results = (\{.*\});\n", page)[1])
+    for name in FIGURES:
+        picture = shown[f"results/smoke/figures/{name}.png"]["data_uri"]
+        content = base64.b64decode(picture.partition("base64,")[2])
+        assert content == (smoke / "figures" / f"{name}.png").read_bytes()
+
+
+@pytest.mark.slow
+def test_an_archive_of_smoke_is_drawn_again_without_a_simulation(tree, smoke, tmp_path):
+    project = tmp_path / "project"
+    shutil.copytree(tree, project)
+    for name in ("CITATION.cff", "README.md", "pyproject.toml"):
+        shutil.copy(ROOT / name, project)
+    own = ["git", "-c", "user.name=someone", "-c", "user.email=someone@example.org"]
+    for arguments in (
+        ["init", "-q"],
+        ["add", "src", "workflow", "profiles", "Snakefile", "config.yaml", "CITATION.cff"],
+        ["commit", "-qm", "First"],
+    ):
+        subprocess.run([*own, *arguments], cwd=project, check=True)
+    done = snakemake(project, "--cores", "2", "archive", "all", "--forcerun", "draw")
+    assert done.returncode == 0, done.stdout + done.stderr
+    found = unpacking.main(project / "results" / "smoke" / "beltrepro-smoke.zip")
+    assert found.jobs == {"simulate": 0, "join": 0, "draw": len(FIGURES)}
+    assert (found.other, len(found.same_bits)) == ([], 2 * len(FIGURES))
 
 
 @pytest.mark.slow

@@ -73,8 +73,10 @@ def made_again(top: Path, run: str, place: Path) -> Outcome:
         )
     ]
     return Outcome(
-        jobs={rule: said.count(f"\nrule {rule}:") for rule in ("simulate", "join")}
-        | {"draw": len(re.findall(r": Drawing ", said))},
+        jobs={
+            rule: said.count(f": {word} ")
+            for rule, word in (("simulate", "Simulating"), ("join", "Joining"), ("draw", "Drawing"))
+        },
         same_bits=bits,
         same_pixels=pixels,
         other=sorted(set(before) - {*bits, *pixels}),
