@@ -4,6 +4,7 @@
 PYTHON ?= python3
 CORES  ?= 2
 ARGS   ?=
+RUN    ?= smoke
 
 BIN    := .venv/bin
 STAMP  := .venv/.stamp
@@ -17,7 +18,8 @@ SNAKEMAKE := $(IN_ENV) snakemake --cores $(CORES)
 LOCKED_SETUPTOOLS = awk '/^[^ ]/ { found = /^setuptools==/ } found' requirements.txt
 
 .DEFAULT_GOAL := figures
-.PHONY: figures smoke paper test lint verify checksums interruptions schema cache env slurm slurmtest lock clean help
+.PHONY: figures smoke paper test test-pythons lint verify checksums archive deposit interruptions schema cache env \
+        slurm slurmtest lock clean help
 
 figures: env  ## every figure, number and the report, standard lengths (default)
 	$(SNAKEMAKE) $(ARGS)
@@ -40,11 +42,26 @@ lint: env  ## style, imports, type hints, docstrings, and the Snakemake files
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(IN_ENV) snakemake --lint
 
-verify: env  ## compare the smoke results with the published list of checksums
-	$(BIN)/beltrepro verify results/smoke
+verify: env  ## compare results with the published list; RUN=standard for another run than smoke
+	$(BIN)/beltrepro verify results/$(RUN)
 
-checksums: env  ## write the list anew from the smoke results, after a change of numbers
-	$(BIN)/beltrepro verify results/smoke --write
+checksums: env  ## write that list anew from the results, after a change of numbers; RUN=standard
+	$(BIN)/beltrepro verify results/$(RUN) --write
+
+archive: env  ## one ZIP file of a finished run for a data repository; RUN=standard
+	$(SNAKEMAKE) archive --config preset=$(RUN) $(ARGS)
+
+deposit: env  ## check the crate of a run, CITATION.cff and .zenodo.json (needs the network); RUN=standard
+	$(SNAKEMAKE) crate --config preset=$(RUN) $(ARGS)
+	$(PYTHON) -m venv .venv-deposit
+	$(LOCKED_SETUPTOOLS) | .venv-deposit/bin/python -m pip install --quiet --require-hashes -r /dev/stdin
+	.venv-deposit/bin/python -m pip install --quiet --require-hashes --no-build-isolation \
+	  -r requirements-deposit.txt
+	.venv-deposit/bin/cffconvert --validate
+	.venv-deposit/bin/rocrate-validator validate -p provenance-run-crate results/$(RUN)
+
+test-pythons: env  ## a quick subset of the tests with each Python from 3.11 on that is there
+	$(BIN)/python tests/pythons.py $(ARGS)
 
 interruptions: env  ## kill the smoke workflow 20 times and compare the bits: some 15 minutes
 	$(BIN)/python tests/interruptions.py $(ARGS)
@@ -76,13 +93,14 @@ slurmtest: slurm  ## the workflow through a Slurm on this machine, with jobs kil
 LOCK := uv --no-config pip compile --quiet --universal --python-version 3.11 --generate-hashes \
         --no-emit-index-url --custom-compile-command "make lock" --upgrade
 
-lock:  ## pin anew into requirements.txt and requirements-slurm.txt (needs uv on the PATH)
+lock:  ## pin anew into requirements*.txt (needs uv on the PATH)
 	$(LOCK) --all-extras pyproject.toml requirements.in -o requirements.txt
 	$(LOCK) --no-deps requirements-slurm.in -o requirements-slurm.txt
+	$(LOCK) requirements-deposit.in -o requirements-deposit.txt
 
 clean:  ## remove .venv, caches and the smoke results; keep every other result
-	rm -rf .venv .pytest_cache .ruff_cache .mypy_cache .import_linter_cache .hypothesis build dist results/smoke
+	rm -rf .venv .venv-deposit .pytest_cache .ruff_cache .mypy_cache .import_linter_cache .hypothesis build dist results/smoke
 	find src tests workflow -name __pycache__ -prune -exec rm -rf {} +
 
 help:  ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "%-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)

@@ -24,17 +24,16 @@ rule all:
     "Everything: figures, claims, the comparison of integrators and the report; the default."
     default_target: True
     input:
-        drawn("png", "pdf"),
-        [file_of(name) for name in TABLES],
-        "<results>/claims.csv",
-        "<results>/report.html",
+        everything(),
 
 
 include: "workflow/rules/datasets.smk"
+include: "workflow/rules/experiment.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/timing.smk"
+include: "workflow/rules/deposit.smk"
 
 
 refuse_unknown_targets()

@@ -47,8 +47,8 @@ def made_up(noises=NOISES, ratios=RATIOS, velocities=None, runs=RUNS, duration=1
         "time_step": np.full(noise.size, 0.001),
         "seed": np.ones(noise.size, dtype=int),
         "disorder_parameter": np.where(agreeing, printed, 0.13 + 1e-3 * number),
-        "laminar_share": np.where(agreeing, 0.25, 0.0),
-        "laminar_longest": np.where(agreeing, 900.0, 0.0),
+        "lasting_share": np.where(agreeing, 0.25, 0.0),
+        "lasting_longest": np.where(agreeing, 900.0, 0.0),
         "lively_longest": np.full(noise.size, 3000.0),
         "all_slip_longest": np.full(noise.size, 8.0),
     }
@@ -86,7 +86,7 @@ def experiments(best, *, runs):
         "belt_velocity": velocity,
         "friction_ratio": np.full(noise.size, 0.45),
         "disorder_parameter": np.where(agreeing, printed, 0.135),
-        "laminar_longest": np.where(agreeing, 1000.0, 0.0),
+        "lasting_longest": np.where(agreeing, 1000.0, 0.0),
         "lively_longest": np.full(noise.size, 3000.0),
     }
     return {name: Dataset(arrays, HOW) for name in ("trials", "trials_free")}

@@ -18,12 +18,12 @@ import numpy as np
 
 from beltrepro import inputs, store
 from beltrepro.datasets import checking, files
+from beltrepro.datasets.described import metadata_path
 from beltrepro.datasets.plan import Plan, make_plan
 from beltrepro.errors import InputError
 from beltrepro.figures import registry as figures
 from beltrepro.store import Dataset
 from beltrepro.tables import registry as tables
-from beltrepro.tables.files import metadata_path
 
 ROOT = Path(__file__).parents[1]
 FLIPS = 8  # places in each file

@@ -704,7 +704,7 @@ def test_r_at_the_speeds_of_the_experiment(r, met):
     given = {"rows": rows, "datasets": {"n5_rows": data({"noise": np.array([0.0, 1, 2])})}}
     found = measured("r-experiment", "sigma = 2", **given)
     assert list(REGISTRY["r-experiment"](Stub("r-experiment", **given))) == [
-        "sigma = 1", "sigma = 0", "sigma = 2"
+        "sigma = 1", "sigma = 0", "sigma = 2", "films, sigma = 1"
     ]  # fmt: skip
     assert found.value == {"r_022": 0.11, "r_028": r}
     assert found.uncertainty["r_022"] == pytest.approx(np.std([0.1, 0.13, 0.11]) / math.sqrt(3))

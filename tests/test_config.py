@@ -1,6 +1,7 @@
 """The plan made from config.yaml: points, batches, and one clear line for whatever is wrong."""
 
 import copy
+import dataclasses
 import json
 from pathlib import Path
 
@@ -8,11 +9,14 @@ import numpy as np
 import pytest
 
 from beltrepro.datasets import checking, grids, schema
+from beltrepro.datasets.films import CAMERA
 from beltrepro.datasets.kinds import KINDS, MAXIMUM_SCAN_BLOCKS, SETTINGS
 from beltrepro.datasets.plan import make_plan
 from beltrepro.datasets.points import Point, columns, plain, points_of
 from beltrepro.datasets.quantities import QUANTITIES
 from beltrepro.errors import InputError
+from beltrepro.experiment import Camera
+from beltrepro.model.units import TIME_S, VELOCITY_M_S
 
 ROOT = Path(__file__).parents[1]
 CONFIG = checking.load(ROOT / "config.yaml")
@@ -409,6 +413,26 @@ def test_a_setting_of_another_kind_is_refused():
         (f"{DATASET}.noise", float("nan"), "a finite number is needed"),
         (f"{DATASET}.noise.step", 0, "must be greater than 0"),
         (f"{DATASET}.noise.step", 1e-9, "at most 100000"),
+        ("camera.width", 641, "camera.width = 641: must be a multiple of 2"),
+        ("camera.blur", -1, "camera.blur = -1: must be at least 0"),
+        ("camera.compression", 52, "camera.compression = 52: must be at most 51"),
+        ("camera.exposure", 0.05, "films.belt_022: exposure = 0.05: must be at most 0.04167"),
+        ("camera.colour", "red", "unknown key 'colour' in camera"),
+        ("films.belt_028.of", "belt_29", "films.belt_028.of = 'belt_29': preset smoke has no such"),
+        (
+            "films.belt_028.of",
+            "n5_u7",
+            "films.belt_028.of = 'n5_u7': must be a series of one point",
+        ),
+        (
+            "films.belt_028.of",
+            "u17",
+            "its sample_interval is 0.1, 24 frames a second need 0.5448376",
+        ),
+        ("films.belt_028.seconds", 0, "films.belt_028.seconds = 0: must be greater than 0"),
+        ("films.belt_028.of", None, "films.belt_028.of is missing"),
+        ("datasets.belt_022.samples", ["positions"], "its samples lack velocities"),
+        ("datasets.a_track", {"like": "u1"}, "only films have names that end in _film or _track"),
         (f"{DATASET}.noise.start", 11, "must not be less than start = 11"),
         (f"{DATASET}.noise.stop", None, "noise.stop is missing"),
         (f"{DATASET}.transient", 1e9, "n5_map.transient = 1e+09: must be less"),
@@ -441,3 +465,42 @@ def test_files_that_cannot_be_read_are_one_line(tmp_path):
     broken.write_text("just text")
     with pytest.raises(InputError, match="must be a mapping"):
         checking.load(broken)
+
+
+# --- films ---
+
+
+def test_camera_of_the_configuration_is_that_of_the_package():
+    fields = {each.name: each.default for each in dataclasses.fields(Camera)}
+    assert {name: each.default for name, each in CAMERA.items()} | {"seed": 1} == fields
+    for name, each in CAMERA.items():
+        for key, beyond in (("minimum", -1), ("maximum", 1)):
+            if key in each.schema and name != "exposure":
+                whole = each.schema.get("multipleOf", 1)
+                Camera(**{name: each.schema[key]})
+                with pytest.raises(InputError, match=name):
+                    Camera(**{name: each.schema[key] + beyond * whole})
+
+
+def test_recordings_have_the_speeds_and_the_frames_of_the_paper(plan):
+    speeds = {"belt_022": (0.22, 1.0), "belt_028": (0.28, 1.0), "belt_035": (0.35, 2.2)}
+    for name, (speed, noise) in speeds.items():
+        dataset = plan.datasets[plan.films[name].dataset]
+        (point,) = dataset.points
+        assert point.belt_velocity * VELOCITY_M_S == pytest.approx(speed, rel=1e-8)
+        assert (point.n_blocks, point.noise, point.initial_spread) == (5, noise, 0)
+        frames = dataset.settings["sample_interval"] * TIME_S * 24
+        assert frames == pytest.approx(1, rel=1e-9)
+        assert dataset.settings["transient"] * TIME_S >= 200
+        kept = (dataset.settings["duration"] - dataset.settings["transient"]) * TIME_S
+        assert kept >= (60 if plan.preset == "smoke" else 1000)
+
+
+def test_a_film_has_the_camera_of_all_but_for_what_it_gives(plan):
+    whole, stage = plan.films["belt_028"], plan.films["stage_lens"]
+    assert whole.camera["blur"] == stage.camera["blur"] == CONFIG["camera"]["blur"]
+    assert whole.camera["compression"] == CONFIG["camera"]["compression"] > 0
+    assert stage.camera["compression"] == stage.camera["sensor_noise"] == 0
+    assert (whole.frames, stage.frames) == (None, 720)
+    assert stage.told() == {"film": "stage_lens", "frames": 720, "camera": stage.camera}
+    assert stage.camera["seed"] == plan.seed

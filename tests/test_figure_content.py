@@ -16,11 +16,13 @@ import pytest
 from scipy import stats
 
 import naive
+import recorded
 from alternating import studies
 from beltrepro.analysis import (
     avalanches,
     divergence,
     intermittency,
+    recording,
     samples,
     spectra,
     transitions,
@@ -29,6 +31,7 @@ from beltrepro.analysis.steps import FORCE_ORDER
 from beltrepro.figures import motions, panels, registry, style
 from beltrepro.figures.content import content
 from beltrepro.model import ChainParameters
+from beltrepro.model.units import LENGTH_M
 from beltrepro.store import Dataset
 from irregular import motion
 
@@ -187,19 +190,26 @@ def lifetimes():
     return Dataset(arrays, HOW | {"kind": "escapes", "n_blocks": 5, "noise": 0.0})
 
 
-DATASETS = {name: scan(name) for name in SCANS} | {
-    "friction_event": friction_event(),
-    "u1": series(5, 1.0, 0.0),
-    "u20": series(5, 20.0, 0.0, transient=0.0),
-    "u17": series(5, 17.5, 2.2, length=8000),
-    "n10_u28": series(10, 28.0, 0.0, length=7000),
-    "n10_u31": series(10, 31.0, 0.0, length=7000),
-    "n10_u34": series(10, 34.0, 0.0, length=7000),
-    "n10_u38": series(10, 38.0, 0.0, length=7000),
-    "slips_u1": slips_u1(),
-    "lifetimes": lifetimes(),
-    "motion_map": motion(n_blocks=[2, 3, 4, 5, 6, 7, 10], belt_velocity=[5.0, 20.0, 40.0], runs=3),
-}
+RECORDED = recorded.recordings(seconds=300, calm=(90, 210))
+DATASETS = (
+    RECORDED
+    | {name: scan(name) for name in SCANS}
+    | {
+        "friction_event": friction_event(),
+        "u1": series(5, 1.0, 0.0),
+        "u20": series(5, 20.0, 0.0, transient=0.0),
+        "u17": series(5, 17.5, 2.2, length=8000),
+        "n10_u28": series(10, 28.0, 0.0, length=7000),
+        "n10_u31": series(10, 31.0, 0.0, length=7000),
+        "n10_u34": series(10, 34.0, 0.0, length=7000),
+        "n10_u38": series(10, 38.0, 0.0, length=7000),
+        "slips_u1": slips_u1(),
+        "lifetimes": lifetimes(),
+        "motion_map": motion(
+            n_blocks=[2, 3, 4, 5, 6, 7, 10], belt_velocity=[5.0, 20.0, 40.0], runs=3
+        ),
+    }
+)
 
 
 def shown(name, *, also=(), **changed):
@@ -1088,3 +1098,97 @@ def is_convergence(panel, xlabel, numbers, steps, sizes, order):
     slope = np.diff(np.log(guide.y)) / np.diff(np.log(guide.x))
     np.testing.assert_allclose(slope, order)
     assert np.all(guide.y[-1] < [curve.y[-1] for curve in curves])
+
+
+# --- Figs. 2 to 5: the virtual experiment ---------------------------------------------------------
+
+
+def marked(figure):
+    """Says at its top that the experiment is no real one."""
+    return "virtual experiment" in figure.top
+
+
+def test_fig02_is_the_first_frame_with_a_line_to_each_part():
+    figure = shown("fig02")
+    (panel,) = figure.panels
+    assert marked(figure)
+    run, first = RECORDED["belt_028"], next(RECORDED["belt_028_film"]())
+    (image,) = panel.images
+    np.testing.assert_array_equal(image.values, first.picture)
+    assert panel.titles[1].startswith(r"$u$ = 0.28 m/s = 15.30,  $\sigma$ = 1")
+    # lines end at the blocks: what is white under the last one, and black under the others
+    ends = dict(panel.pointers)
+    places = [ends[words] for words in ("1", "2", "3", "4", "block 5, white top")]
+    beneath = [int(image.values[round(y) + 8, round(x)]) for x, y in places]
+    assert beneath[-1] > 150 > 25 > max(beneath[:-1])
+    metres = run.arrays["positions"][0] * LENGTH_M
+    gaps = np.diff([x for x, _ in places]) * recorded.PIXEL
+    assert gaps == pytest.approx(np.diff(metres), abs=0.002)
+    assert {"tape measure", "spring", "fixed point, zero of the tape"} <= set(ends)
+
+
+def test_fig03_is_a_second_of_frames_with_the_track_on_the_white():
+    figure = shown("fig03")
+    strips, trace = figure.panels
+    assert marked(figure)
+    axes_are(strips, "$x_5$ (cm)", "$t$ (s)")
+    axes_are(trace, "$t$ (s)", "$x_5$ (cm)")
+    track = RECORDED["belt_028_track"]
+    (span,) = trace.spans
+    chosen = (track.time_s >= span[1] - 1e-9) & (track.time_s <= span[2] + 1e-9)
+    assert chosen.sum() == 24
+    (dots,) = [curve for curve in strips.curves if curve.marker]
+    same(dots, 100 * track.x_m[chosen], np.arange(24) + 0.5)
+    (image,) = strips.images
+    assert set(np.unique(image.values)) == {0, 1}
+    rows = np.array_split(image.values, 24)
+    centres = (image.x_edges[:-1] + image.x_edges[1:]) / 2
+    seen = [np.average(centres, weights=strip.sum(axis=0)) for strip in rows]
+    # now and then the threshold also lets the support through, which is no block by its shape
+    near = np.abs(seen - 100 * track.x_m[chosen]) < 0.2
+    assert near.sum() >= 22
+    early = track.time_s <= 10
+    same(trace.curves[0], track.time_s[early], 100 * track.x_m[early])
+    speed = np.diff(track.x_m[early])
+    assert np.flatnonzero(early)[0] <= speed.argmin() and chosen[speed.argmin()]
+
+
+def test_fig04_is_two_recordings_with_spectra_of_small_and_large_amplitudes():
+    figure = shown("fig04")
+    assert marked(figure)
+    assert len(figure.panels) == 6
+    for name, (trace, small, large) in (
+        ("belt_028", figure.panels[:3]),
+        ("belt_035", figure.panels[3:]),
+    ):
+        found = recording.analyse(RECORDED[f"{name}_track"].time_s, RECORDED[f"{name}_track"].x_m)
+        same(trace.curves[0], found.time_s, 100 * found.x_m)
+        assert f"$r$ = {found.disorder_parameter:.4f}" in trace.titles[2]
+        for panel, part in ((small, "small"), (large, "large")):
+            spectrum = found.spectra[part]
+            kept = spectrum.frequency_hz <= 8
+            same(panel.curves[0], spectrum.frequency_hz[kept], spectrum.power[kept])
+            assert panel.titles[1].startswith(f"{part} amplitude, {spectrum.begin_s:.0f} s to")
+        steps = [place for axis, place in small.guides if axis == "x"]
+        assert steps == pytest.approx(recorded.FUNDAMENTAL * np.arange(1, 7), abs=0.01)
+        assert "multiples of 0.6 Hz: p = 0.001" in " ".join(small.texts)
+        assert not large.guides
+
+
+def test_fig04_says_where_the_model_does_not_alternate():
+    restless = recorded.track(recorded.run(0.28, 1.0, seed=2))
+    _, small, *_ = shown("fig04", belt_028_track=restless).panels
+    (words,) = small.texts
+    assert "does not alternate here" in " ".join(words.split()) and not small.curves
+
+
+def test_fig05_is_the_recording_with_the_spectrum_of_all_of_it():
+    figure = shown("fig05")
+    assert marked(figure)
+    trace, below = figure.panels
+    found = recording.analyse(RECORDED["belt_022_track"].time_s, RECORDED["belt_022_track"].x_m)
+    same(trace.curves[0], found.time_s, 100 * found.x_m)
+    spectrum = found.spectra["whole"]
+    kept = spectrum.frequency_hz <= 8
+    same(below.curves[0], spectrum.frequency_hz[kept], spectrum.power[kept])
+    assert "slip at once for 1.2e+02 s at most" in " ".join(trace.texts)

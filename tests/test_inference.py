@@ -159,7 +159,7 @@ def grid(velocities, noises=(1.0, 2.0), ratios=(0.4, 0.45, 0.5), runs=3):
         "friction_ratio": ratio,
         "belt_velocity": velocity,
         "disorder_parameter": np.exp(noise + 10 * ratio + 0.01 * velocity + 1e-4 * number),
-        "laminar_longest": 100 * velocity,
+        "lasting_longest": 100 * velocity,
         "lively_longest": np.full(noise.size, 2000.0),
     }
 
@@ -194,7 +194,7 @@ def test_a_trial_agrees_in_r_and_in_both_regimes():
     first, second = trials.EXPERIMENT
     arrays = {
         "disorder_parameter": np.array([0.072, 0.079, 0.080, 0.072, 0.072, 0.052]),
-        "laminar_longest": np.array([800.0, 800, 800, 700, 800, 300]),
+        "lasting_longest": np.array([800.0, 800, 800, 700, 800, 300]),
         "lively_longest": np.array([2000.0, 2000, 2000, 2000, 1500, 300]),
     }
     assert trials.agrees(first, arrays).tolist() == [1, 1, 0, 0, 0, 0]

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 import damages
 from beltrepro import cli, inputs, store, verification
-from beltrepro.datasets import files
+from beltrepro.datasets import described, files
 from beltrepro.datasets.plan import make_plan
 from beltrepro.datasets.points import columns
 from beltrepro.errors import InputError
@@ -72,7 +72,7 @@ def damaged(folder, name, damage, place):
     path = place / name
     shutil.copy(whole, path)
     if path.suffix == ".csv":
-        shutil.copy(tables.metadata_path(whole), tables.metadata_path(path))
+        shutil.copy(described.metadata_path(whole), described.metadata_path(path))
     inputs.check(path, expected[name])
     damage(path, other)
     return damages.outcome(path, expected[name], whole)
@@ -114,7 +114,7 @@ def test_a_file_of_another_preset_or_version_is_refused(folder, tmp_path, other)
     with pytest.raises(InputError, match=r"holds dataset rows \(scan\).*to make it again: rm "):
         inputs.check(path, expected["rows.h5"])
     about = expected["some.csv"] | {"sources": sources}
-    with pytest.raises(InputError, match=r"was derived from other datasets; to make it again"):
+    with pytest.raises(InputError, match=r"was made from other datasets; to make it again"):
         inputs.check(made / "some.csv", about)
     with pytest.raises(InputError, match="another figure, fig12 of own, own, "):
         inputs.check(made / "fig12.png", about)
@@ -225,13 +225,43 @@ def test_the_command_says_what_it_found(results, tmp_path, capsys):
     folder, _ = results
     told = ["verify", str(folder), "--list", str(tmp_path / "own.json")]
     assert cli.main(told) == 0
-    assert capsys.readouterr().out == "2 the same bits\n"
+    assert capsys.readouterr().out == "2 the same bits\nequal: every bit of the list\n"
     write(folder / "datasets" / "rows.h5", plan(), noise=0.1)
     assert cli.main(told) == 1
     shown = capsys.readouterr()
-    assert shown.out == "1 wrong, 1 the same bits\n"
+    assert shown.out == "1 wrong, 1 the same bits\ndifferent: see the lines above\n"
     assert shown.err.startswith(f"error: {folder / 'datasets' / 'rows.h5'}: disorder_parameter has")
     assert cli.main([*told, "--write"]) == 0 and cli.main(told) == 0
+
+
+def claims(folder, **verdicts):
+    """A table of claims with a further reading of each."""
+    rows = [(name, reading, each) for name, each in verdicts.items() for reading in ("", "other")]
+    frame = pd.DataFrame(rows, columns=["id", "variant", "verdict"])
+    tables.write(folder / "claims.csv", frame, title="T.", columns={}, sources={})
+
+
+def test_a_difference_matters_if_a_verdict_differs(results):
+    folder, _ = results
+    claims(folder, a="holds", b="partly")
+    known = verification.make_list(folder)
+    known["machine"] |= OTHER
+    write(folder / "datasets" / "rows.h5", plan(), noise=0.01)
+    found = list(verification.compare(folder, known))
+    assert {each.outcome for each in found} == {SAME, NEAR}
+    assert verification.conclusion(found).startswith("equal within the bounds")
+    claims(folder, a="holds", b="fails")
+    wrong = [each for each in verification.compare(folder, known) if each.outcome == WRONG]
+    assert [each.words for each in wrong] == [
+        "claim b: fails here, partly in the list; this matters"
+    ]
+    assert verification.conclusion(wrong).startswith("different")
+
+
+def test_a_missing_table_is_named(results):
+    folder, compare = results
+    (folder / "tables" / "t.csv").unlink()
+    assert compare()["t"].words.endswith("table t is missing")
 
 
 @pytest.mark.parametrize("content", [None, "", "{"])

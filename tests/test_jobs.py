@@ -135,3 +135,18 @@ def test_errors_of_classes_add_as_squares_and_one_of_several_jobs_has_none():
     by_hand = sum((t - 3.25 * w) ** 2 for w, t in ((1, 1), (3, 9), (4, 16))) / 2
     assert one == pytest.approx(4 * np.sqrt((1 / 3 - 1 / 4) * by_hand))
     assert table["hours"].iloc[2] == pytest.approx(10 / 2)
+
+
+def test_estimate_of_memory_and_disk():
+    """Size is proportional to work here, so its estimate is exact; memory is the largest seen."""
+    jobs = made_up(40) + made_up(1, ("series", "verlet", False))
+    ran = [*jobs[3:40:10], jobs[-1]]
+    seconds = {job.name: 1.0 for job in ran}
+    memory = {job.name: 100 + job.work for job in ran}
+    table = estimate(jobs, seconds, memory, {job.name: 2e6 * job.work for job in ran})
+    total = table.iloc[-1]
+    assert total["megabytes"] == pytest.approx(2 * sum(job.work for job in jobs))
+    assert total["megabytes_error"] == pytest.approx(0, abs=1e-6)
+    assert list(table["memory_mb"]) == [134.0, 101.0, 134.0]
+    unknown = estimate(jobs, seconds).iloc[-1]
+    assert np.isnan(unknown["megabytes"]) and np.isnan(unknown["memory_mb"])

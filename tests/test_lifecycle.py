@@ -76,6 +76,12 @@ def test_a_folder_that_was_locked_at_first_is_refused(tmp_path):
         lifecycle.begin(tmp_path / "a", was_locked=True)
 
 
+def test_a_folder_that_cannot_be_written_is_one_line(tmp_path):
+    (tmp_path / "a").touch()
+    with pytest.raises(InputError, match=r"a: cannot be written \(File exists\)"):
+        lifecycle.begin(tmp_path / "a")
+
+
 def test_looking_locks_nothing(tmp_path):
     assert not lifecycle.is_locked(tmp_path / "a")
     (tmp_path / "a").mkdir()

@@ -111,7 +111,7 @@ def test_a_start_without_a_finite_energy_is_refused():
 # --- chains that hardly advance ---
 
 
-def test_a_storm_names_its_own_chain_and_time_and_takes_little_memory():
+def test_a_storm_names_its_own_chain_and_time():
     sound = ChainParameters(1, 5.0)
     chains = [sound] * 3 + [ChainParameters(1, 6.0)] + [sound] * 17
     positions = [chain.rest_positions for chain in chains]

@@ -229,6 +229,7 @@ def test_every_section_has_what_a_section_needs():
         "chaos",
         "inference",
         "motion",
+        "experiment",
         "figures",
         "agreement",
         "ambiguities",
@@ -246,7 +247,7 @@ def test_sections_stand_in_their_order_and_in_the_contents(made):
     shown = [
         section
         for section in SECTIONS
-        if section.ANCHOR not in ("chaos", "inference", "motion", "agreement")
+        if section.ANCHOR not in ("chaos", "inference", "motion", "experiment", "agreement")
     ]
     found = re.findall(r'<section id="(.*?)">\s*<h2>(.*?)</h2>', text)
     assert found == [(section.ANCHOR, section.TITLE) for section in shown]
@@ -377,7 +378,7 @@ def test_figures_have_their_own_picture_and_words_in_the_order_of_the_paper(made
     shown = [name for name, entry in FIGURES.items() if entry.category != "Integrators compared"]
     assert re.findall(r'<article class="figure" id="(.*?)">', text) == shown
     numbers = [int(FIGURES[name].number) for name in shown if FIGURES[name].number]
-    assert numbers == [1, *range(6, 23)]
+    assert numbers == [*range(1, 23)]
     images = list(reversed(FIGURES))
     for name in shown:
         entry, markup = FIGURES[name], _article(text, name)
@@ -499,3 +500,46 @@ def test_benchmarks_are_summed_by_rule(tmp_path):
     (tmp_path / "a" / "1.tsv").write_text("s\tmax_rss\n1.5\t10\n2.5\t-\n")
     (rows,) = times.read_benchmarks(tmp_path)
     assert rows == {"rule": "a", "jobs": 2, "seconds": 4.0, "longest": 2.5, "memory_mb": 10.0}
+
+
+# --- the virtual experiment ---
+
+
+def test_the_virtual_experiment_is_told_by_its_table(tmp_path):
+    names = ["belt_022", "belt_028", "stage_tracker", "stage_lens", "stage_sensor"]
+    columns = ("scatter", "offset", "largest", "told")
+    rows = [
+        {"film": name, "dataset": name if name < "c" else "belt_028", "belt_speed": 0.2 + 0.02 * k}
+        | {"noise": 1, "seconds": 1000.0, "frames_per_second": 24.0}
+        | {"r_run": 0.13, "r_sampled": 0.14 + 0.01 * k, "r_tracked": (0.14 + 0.01 * k) * 1.001}
+        | {"mean_sampled": 0.85, "mean_tracked": 0.86, "small_sampled": 0, "small_tracked": 0.1}
+        | {column: 0.01 * (k + 1) + 0.1 * place for place, column in enumerate(columns)}
+        | {"scale": -2e-5 * (k + 1)}
+        for k, name in enumerate(names)
+    ]
+    table = tmp_path / "recordings.csv"
+    pd.DataFrame(rows).to_csv(table, index=False)
+    output = tmp_path / "report.html"
+    report.render(output, material(tmp_path, recordings=[table]))
+    found = cells(part(output.read_text(encoding="utf-8"), "experiment"))
+    assert found[1] == (
+        ["0.20", "1", "1000", "0.13000", "0.14000", "0.14014", "85.000", "86.000", "0.0", "10.0"]
+    )
+    assert [row[0] for row in found[1:3]] == ["0.20", "0.22"]
+    stages = found[4:]
+    assert [row[0].split(":")[0] for row in stages] == [
+        "tracker alone",
+        "and the lens",
+        "and the sensor",
+        "and the codec",
+    ]
+    assert stages[0][1:] == [
+        "0.030",
+        "0.130",
+        "0.230",
+        "0.330",
+        f"{MINUS}6e{MINUS}05",
+        f"1e{MINUS}03",
+    ]
+    # the film of the stages' run comes last
+    assert stages[3][1] == "0.020"

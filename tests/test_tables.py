@@ -26,7 +26,7 @@ def falling(ratios, velocities, place):
 def test_every_table_is_a_module_with_a_function():
     of_integrators = {"agreement", "families", "partings", "convergence"}
     of_chaos = {"motions", "noisy_motions", "mean_lifetimes", "attractors"}
-    of_experiment = {"experiment_odds", "experiment_posterior", "alternation"}
+    of_experiment = {"experiment_odds", "experiment_posterior", "alternation", "recordings"}
     assert of_integrators | of_chaos | of_experiment | {"friction_falls", "audit"} == set(TABLES)
     for name, entry in TABLES.items():
         module = importlib.import_module(f"beltrepro.tables.{name}")
@@ -64,9 +64,9 @@ def test_odds_of_what_the_experiment_saw():
         assert (one[name], two[name], both[name]) == (0.5, 1.0, 0.75)
         assert one[f"{name}_lower"] == pytest.approx(0.0676, abs=1e-4)
         assert one[f"{name}_upper"] == pytest.approx(0.9324, abs=1e-4)
-    assert (two["r"], two["r_least"], one["laminar_share"]) == (0.072, 0.072, 0.125)
+    assert (two["r"], two["r_least"], one["lasting_share"]) == (0.072, 0.072, 0.125)
     assert one["all_slip_longest_s"] == pytest.approx(8 * 0.0765, rel=1e-3)
-    assert one["laminar_longest_s"] == pytest.approx(900 * 0.0765, rel=1e-3)
+    assert one["lasting_longest_s"] == pytest.approx(900 * 0.0765, rel=1e-3)
 
 
 def test_how_many_trials_alternate_at_each_point():

@@ -65,12 +65,12 @@ def test_a_trial_is_what_the_analysis_of_a_recording_says_of_the_frames(found):
         )
         assert found["disorder_parameter"][row] == film.disorder_parameter
         assert found["small_share"][row] == film.small_share
-        assert found["laminar_share"][row] == film.lasting_share
+        assert found["lasting_share"][row] == film.lasting_share
         lengths = units.from_si(np.diff(film.small_s, axis=1)[:, 0], "time")
-        assert found["laminar_longest"][row] == pytest.approx(lengths.max(initial=0.0)) or (
+        assert found["lasting_longest"][row] == pytest.approx(lengths.max(initial=0.0)) or (
             lengths.max(initial=0.0) <= 200
         )
-        assert found["laminar_count"][row] == np.sum(lengths > 200)
+        assert found["lasting_count"][row] == np.sum(lengths > 200)
         edges = units.from_si(film.small_s, "time")
         phases = edges[np.diff(edges, axis=1)[:, 0] > 200]
         between = np.diff([run.time[0], *phases.ravel(), run.time[-1]])[::2]
@@ -78,7 +78,7 @@ def test_a_trial_is_what_the_analysis_of_a_recording_says_of_the_frames(found):
         every = range(1, chain.n_blocks + 1)
         assert found["slip_longest"][row] == pytest.approx(naive_slip(run, [chain.n_blocks]))
         assert found["all_slip_longest"][row] == pytest.approx(naive_slip(run, every))
-    assert (found["laminar_count"] > 0).any() and (found["laminar_count"] == 0).any()
+    assert (found["lasting_count"] > 0).any() and (found["lasting_count"] == 0).any()
 
 
 def test_r_of_the_frames_is_that_of_the_run(found):
@@ -96,8 +96,8 @@ def test_trials_do_not_depend_on_how_many_are_made_at_once(found, monkeypatch):
 
 def test_a_laminar_phase_lasts_longer_than_the_limit(found):
     short = trials(CHAINS, **SPAN, sample_interval=FRAME, laminar_time=20.0, **HOW)
-    assert np.all(short["laminar_share"] >= found["laminar_share"])
-    assert np.any(short["laminar_count"] > found["laminar_count"])
+    assert np.all(short["lasting_share"] >= found["lasting_share"])
+    assert np.any(short["lasting_count"] > found["lasting_count"])
 
 
 @pytest.mark.parametrize(

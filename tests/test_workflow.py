@@ -141,6 +141,12 @@ def test_a_study_of_its_own_needs_its_dataset_and_table(tree):
     assert count == {"friction_ratio": 1, "draw": 1, "derive": 1, "join": 1, "simulate": 1}
 
 
+def test_a_recording_is_simulated_filmed_and_tracked(tree):
+    count = jobs(snakemake(tree, "--dry-run", "fig05"))
+    once = ("fig05", "draw", "track", "film", "join", "simulate")
+    assert count == dict.fromkeys(once, 1)
+
+
 def test_a_run_has_a_folder_of_its_own(tree):
     dry_run = snakemake(tree, "--dry-run", settings=["preset=smoke", "run=f06"])
     assert jobs(dry_run)["draw"] == len(FIGURES)
@@ -172,7 +178,7 @@ def test_every_rule_that_runs_declares_what_it_needs():
             for directive in needed:
                 assert f"\n    {directive}:" in rule, (path.name, rule.splitlines()[0], directive)
             assert "mem_mb=" in rule and "runtime=" in rule
-    assert count == 7
+    assert count == 9
 
 
 def test_every_script_is_used():
@@ -221,12 +227,15 @@ def after_touching(tree: Path, *names: str) -> subprocess.CompletedProcess:
 def test_touched_kernel_reruns_all_that_uses_it(finished):
     dry_run = after_touching(finished, "engine/verlet.py")
     assert set(jobs(dry_run)) == {"simulate", "join"} | RESULTS
-    # the series of fig16 has noise and is integrated by `event`, and so are two more studies
-    exact = {"fig16", "friction_ratio", "survival"}
+    # the series of fig16 has noise and is integrated by `event`, and so are those that are filmed
+    # and three more studies
+    exact = {"fig02", "fig03", "fig04", "fig05", "fig16"}
+    exact |= {"friction_ratio", "survival", "experiment_noise"}
     assert drawn(dry_run) == set(FIGURES) - {"fig01", "fig06"} - exact
     assert simulated(dry_run) == batches_by("verlet")
     dry_run = after_touching(finished, "engine/event.py")
-    assert {"fig12", "fig13", "fig16"} <= drawn(dry_run)
+    assert {"fig02", "fig05", "fig12", "fig13", "fig16"} <= drawn(dry_run)
+    assert jobs(dry_run)["film"] == jobs(dry_run)["track"] == len(smoke_plan().films)
     assert {"fig09", "fig10", "fig11"}.isdisjoint(drawn(dry_run))
     assert simulated(dry_run) == batches_by("event")
 
@@ -264,6 +273,19 @@ def test_touched_analysis_reruns_the_tables_that_use_it(finished):
     dry_run = after_touching(finished, "tables/friction_falls.py")
     assert jobs(dry_run) == {"derive": 1, "draw": 1, "report": 1, "all": 1}
     assert drawn(dry_run) == {"friction_ratio"}
+
+
+def test_touched_camera_films_again_and_touched_tracker_tracks_again(finished):
+    films = len(smoke_plan().films)
+    dry_run = after_touching(finished, "experiment/camera.py")
+    count = jobs(dry_run)
+    assert (count["film"], count["track"]) == (films, films)
+    assert {"simulate", "join"}.isdisjoint(count)
+    assert drawn(dry_run) == {"fig02", "fig03", "fig04", "fig05"}
+    dry_run = after_touching(finished, "experiment/tracking.py")
+    count = jobs(dry_run)
+    assert (count.get("film"), count["track"]) == (None, films)
+    assert drawn(dry_run) >= {"fig03", "fig04", "fig05"}
 
 
 def test_touched_file_without_a_change_reruns_nothing(finished):
@@ -316,6 +338,8 @@ def test_a_second_run_is_refused_in_one_line(tree):
         ('presets={"smoke": {"defaults": {"duration": 100}}}', "must be less than duration = 100"),
         ("run=standard", "is the name of another preset"),
         ("run=../x", "must begin with a letter or digit"),
+        ('camera={"exposure": 0.05}', "exposure = 0.05: must be at most 0.04167"),
+        ('films={"u1": {"of": "u11"}}', "did you mean"),
     ],
 )
 def test_bad_configuration_is_one_line(tree, setting, words):

@@ -453,6 +453,7 @@ def _verify(options: argparse.Namespace) -> int:
         print(f"error: {each.words}", file=sys.stderr)
     counts = Counter(each.outcome for each in found)
     print(", ".join(f"{count} {outcome}" for outcome, count in counts.items()))
+    print(verification.conclusion(found))
     return int(bool(wrong))
 
 

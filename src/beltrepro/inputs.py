@@ -1,54 +1,80 @@
 """What figures, tables, claims and the report are made from: files that are read and checked."""
 
+import json
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
-from beltrepro.datasets import files
+from beltrepro import provenance
+from beltrepro.datasets import described, files
+from beltrepro.datasets.films import FILM, TRACK
 from beltrepro.errors import InputError
 from beltrepro.store import Dataset
-from beltrepro.tables import files as tables
 
 
 def load(paths: dict[str, str | Path], expected: dict[str, dict]) -> dict:
-    """Read datasets (.h5) and tables (.csv).
+    """Read datasets (.h5), tables (.csv) and what the virtual experiment made.
 
     Parameters
     ----------
     paths : dict
-        Files by name of the dataset or table.
+        Files by name of the dataset or table; those of film F are "F_film" and "F_track".
     expected : dict
-        For each dataset what its file must say of itself, see `datasets.files.expected`. For a
-        table preset, run and what its `sources` were told; one without is not checked.
+        For each dataset what its file must say of itself, see `datasets.files.expected`. For each
+        other file preset, run and what its `sources` were told; one without is not checked.
 
     Returns
     -------
     dict
         `store.Dataset` or DataFrame by name. A series of a single point is given as that run: its
-        arrays without the axis of points (`datasets.files.single_run`).
+        arrays without the axis of points (`datasets.files.single_run`). A track is an
+        `experiment.Track`. A film is a function without arguments that yields its frames
+        (`experiment.video.read_video`).
 
     Raises
     ------
     InputError
         If a file cannot be read or holds something else.
     """
-    return {
-        name: _table(path, expected.get(name))
-        if Path(path).suffix == ".csv"
-        else _dataset(path, expected[name])
-        for name, path in paths.items()
-    }
+    return {name: _read(name, Path(path), expected) for name, path in paths.items()}
+
+
+def lineage(paths: dict[str, str | Path], data: dict) -> dict[str, dict]:
+    """What made the datasets behind a figure or table, to be written into it.
+
+    Parameters
+    ----------
+    paths : dict
+        As for `load`.
+    data : dict
+        As `load` returns it.
+
+    Returns
+    -------
+    dict
+        For each dataset, those behind tables too: digest, and `config`, what it was told, with
+        seeds, methods and every value; code version, libraries and processor.
+    """
+    found: dict[str, dict] = {}
+    for name, each in data.items():
+        if isinstance(each, Dataset):
+            found[name] = _origin(each.attributes)
+        else:
+            found |= described.lineage(Path(paths[name]))
+    return dict(sorted(found.items()))
 
 
 def check(path: str | Path, expected: dict) -> None:
-    """Check that a dataset, a table or a PNG of a figure is whole and is what it should be.
+    """Check that a file of results is whole and is what it should be.
 
     Parameters
     ----------
     path : path-like
         The file; its ending says what it is.
     expected : dict
-        Of a dataset as for `load`; of a table or figure preset, run and `sources`.
+        As for `load`; of the PNG of a figure preset, run and `sources`.
 
     Raises
     ------
@@ -58,10 +84,10 @@ def check(path: str | Path, expected: dict) -> None:
     path = Path(path)
     if path.suffix == ".h5":
         files.read(path, expected)
-    elif path.suffix == ".csv":
-        tables.check(path, expected)
-    else:
+    elif path.suffix == ".png":
         _check_figure(path, expected)
+    else:
+        described.check(path, expected)
 
 
 def source(expected: dict) -> str:
@@ -80,15 +106,29 @@ def source(expected: dict) -> str:
     return f"{expected['preset']}, {expected['run']}, {files.digest(expected)}"
 
 
-def _table(path: str | Path, expected: dict | None) -> pd.DataFrame:
-    if expected is not None:
-        tables.check(Path(path), expected)
+def _origin(attributes: dict) -> dict:
+    texts = ("config", "library_versions")  # JSON
+    return {
+        name: json.loads(attributes[name]) if name in texts else attributes[name]
+        for name in ("digest", "config", *provenance.origin())
+    }
+
+
+def _read(name: str, path: Path, expected: dict[str, dict]) -> Any:
+    if path.suffix == ".h5":
+        found = files.read(path, expected[name])
+        return files.single_run(found) if files.is_single_run(found) else found
+    if name in expected:
+        described.check(path, expected[name])
+    if name.endswith(FILM):
+        from beltrepro.experiment.video import read_video  # a second that others need not wait
+
+        return partial(read_video, path)
+    if name.endswith(TRACK):
+        from beltrepro.experiment import Track
+
+        return Track.load(path)
     return pd.read_csv(path)
-
-
-def _dataset(path: str | Path, expected: dict) -> Dataset:
-    found = files.read(path, expected)
-    return files.single_run(found) if files.is_single_run(found) else found
 
 
 def _check_figure(path: Path, expected: dict) -> None:

@@ -1,9 +1,9 @@
-"""The simulation jobs of a plan, and how long all of them take, judged from a sample.
+"""The simulation jobs of a plan, and what all of them take, judged from a sample.
 
 Jobs of one class (kind of dataset, method, with noise or without) differ in their work: blocks of
 all chains times model time, with a weight for short time steps. Within a class, time is taken to be
-proportional to work (ratio estimator: W. G. Cochran, Sampling Techniques, 3rd ed., Wiley 1977,
-ch. 6).
+proportional to work, and so is the size of the results (ratio estimator: W. G. Cochran, Sampling
+Techniques, 3rd ed., Wiley 1977, ch. 6).
 """
 
 from __future__ import annotations
@@ -21,6 +21,20 @@ if TYPE_CHECKING:
     import pandas as pd
 
 ONE_IN = 10  # jobs of each class, for one in the sample
+COLUMNS = {
+    "kind": "kind of the datasets",
+    "method": "integrator",
+    "noise": "with or without",
+    "jobs": "number of simulation jobs",
+    "jobs_run": "number of those that ran",
+    "hours_run": "core-hours that these took",
+    "hours": "core-hours of all jobs, estimated",
+    "standard_error": "of hours",
+    "seconds_per_work": "seconds for a block and a unit of model time",
+    "memory_mb": "largest memory of a job that ran, MB",
+    "megabytes": "size of the results of all jobs, MB, estimated; datasets are as large again",
+    "megabytes_error": "standard error of megabytes",
+}
 
 
 @dataclass(frozen=True)
@@ -124,8 +138,13 @@ def _chosen(work: np.ndarray, count: int, stream: np.random.Generator) -> np.nda
     return np.flatnonzero(always)
 
 
-def estimate(jobs: list[Job], seconds: dict[str, float]) -> pd.DataFrame:
-    """Time of all jobs from that of some of them, a row for each class and one for the sum.
+def estimate(
+    jobs: list[Job],
+    seconds: dict[str, float],
+    memory: dict[str, float] | None = None,
+    size: dict[str, float] | None = None,
+) -> pd.DataFrame:
+    """Time, memory and disk of all jobs from those of some, a row for each class and for the sum.
 
     Parameters
     ----------
@@ -133,13 +152,16 @@ def estimate(jobs: list[Job], seconds: dict[str, float]) -> pd.DataFrame:
         All jobs, sorted by class.
     seconds : dict
         Time of the jobs that ran, by name.
+    memory : dict, optional
+        Their largest memory (MB), by name.
+    size : dict, optional
+        Bytes of their results, by name.
 
     Returns
     -------
     DataFrame
-        Columns kind, method, noise ("with" or "without"), jobs, jobs_run, hours_run, hours and
-        standard_error (core-hours; NaN where fewer than two jobs of several ran, and left out of
-        the sum's), and seconds_per_work (of a unit of `Job.work`; NaN for the sum).
+        With the columns of `COLUMNS`. An error is NaN where fewer than two jobs of several ran, and
+        left out of the sum's; seconds_per_work is NaN for the sum.
     """
     import pandas as pd  # half a second that Snakemake need not pay in every job
 
@@ -151,10 +173,9 @@ def estimate(jobs: list[Job], seconds: dict[str, float]) -> pd.DataFrame:
         hours, error = _ratio_estimate(time / 3600, work, [job.work for job in members])
         words = kind, method, "with" if noise else "without"
         cost = time.sum() / work.sum() if work.size else np.nan
-        rows.append((*words, len(members), time.size, time.sum() / 3600, hours, error, cost))
-    names = ["kind", "method", "noise", "jobs", "jobs_run", "hours_run", "hours", "standard_error"]
-    names.append("seconds_per_work")
-    table = pd.DataFrame(rows, columns=names)
+        ran = len(members), time.size, time.sum() / 3600
+        rows.append((*words, *ran, hours, error, cost, *_room(members, memory or {}, size or {})))
+    table = pd.DataFrame(rows, columns=COLUMNS)
     # a class of which no job ran leaves the sum unknown
     total = table.sum(numeric_only=True, skipna=False).to_dict()
     total |= {
@@ -163,9 +184,19 @@ def estimate(jobs: list[Job], seconds: dict[str, float]) -> pd.DataFrame:
         "noise": "",
         "standard_error": _norm(table["standard_error"]),
         "seconds_per_work": np.nan,
+        "memory_mb": table["memory_mb"].max(),
+        "megabytes_error": _norm(table["megabytes_error"]),
     }
     table.loc[len(table)] = total
     return table.astype({"jobs": int, "jobs_run": int})
+
+
+def _room(members, memory, size):
+    """Memory and disk of the jobs of a class: largest MB, and MB of all with their error."""
+    largest = max((memory[job.name] for job in members if job.name in memory), default=np.nan)
+    work = np.array([job.work for job in members if job.name in size])
+    megabytes = np.array([size[job.name] for job in members if job.name in size]) / 1e6
+    return largest, *_ratio_estimate(megabytes, work, [job.work for job in members])
 
 
 def _ratio_estimate(value, size, all_sizes):

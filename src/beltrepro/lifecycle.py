@@ -69,10 +69,13 @@ def begin(results: Path, was_locked: bool = False) -> None:
     Raises
     ------
     InputError
-        Another run is at work there.
+        Another run is at work there, or nothing can be written.
     """
-    results.mkdir(parents=True, exist_ok=True)
-    descriptor = os.open(results / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
+    try:
+        results.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(results / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
+    except OSError as error:
+        raise InputError(f"{results}: cannot be written ({error.strerror})") from None
     if was_locked or not _lock(descriptor):
         os.close(descriptor)
         raise InputError(
@@ -105,7 +108,7 @@ def stop_at_once(results: Path) -> None:
         Folder of the run.
     """
 
-    def stop(number: int, frame: Any) -> NoReturn:
+    def _stop(number: int, frame: Any) -> NoReturn:
         """End this process and its jobs; a handler of signals."""
         # other threads see their jobs fail: nothing of that is to be read
         logging.disable(logging.CRITICAL)
@@ -118,7 +121,7 @@ def stop_at_once(results: Path) -> None:
 
     for each in STOPPING:
         if signal.getsignal(each) is not signal.SIG_IGN:  # as under nohup
-            signal.signal(each, stop)
+            signal.signal(each, _stop)
 
 
 def stop_as_usual() -> None:

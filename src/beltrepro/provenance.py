@@ -11,6 +11,7 @@ import hashlib
 import json
 import os
 import platform
+import re
 import subprocess
 from collections.abc import Iterable
 from importlib.metadata import version
@@ -19,6 +20,7 @@ from pathlib import Path
 PACKAGE = "beltrepro"
 ROOT = Path(__file__).parent
 LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "h5py")
+COMMIT_FILE = ".git_archival.txt"  # says the commit where git does not: `git archive` fills it in
 DERIVED = (".pyc", ".nbi", ".nbc")  # caches of Python and Numba
 
 
@@ -56,13 +58,36 @@ def of_all(parts: Iterable[dict]) -> dict[str, str]:
 
 @functools.cache
 def code_version() -> str:
-    """Version of the package, with the commit and "dirty" where the source is a git checkout."""
+    """Version of the package, with its commit where that is known, and "dirty" after changes."""
     number = version(PACKAGE)
-    commit = _git("rev-parse", "--short=12", "HEAD")
-    if not commit:
+    found = commit(_tree())
+    if not found:
         return number
-    changed = _git("status", "--porcelain", "--untracked-files=no")
-    return f"{number}+g{commit}{'.dirty' if changed else ''}"
+    changed = _git(_tree(), "status", "--porcelain", "--untracked-files=no")
+    return f"{number}+g{found[:12]}{'.dirty' if changed else ''}"
+
+
+def commit(tree: Path) -> str:
+    """The commit of a source tree, from git or from the file of an archive.
+
+    Parameters
+    ----------
+    tree : Path
+        Its folder.
+
+    Returns
+    -------
+    str
+        40 digits; empty if unknown.
+    """
+    if found := _git(tree, "rev-parse", "HEAD"):
+        return found
+    try:
+        text = (tree / COMMIT_FILE).read_text(encoding="utf-8")
+    except OSError:
+        return ""
+    node = re.search(r"^node: ([0-9a-f]{40})$", text, re.M)
+    return node[1] if node else ""
 
 
 @functools.cache
@@ -164,9 +189,13 @@ def module_closure(
     return frozenset(found)
 
 
-def _git(*arguments: str) -> str:
-    """Output of a git command on the source tree; empty if this is not the tree's own checkout."""
-    tree = ROOT.parent.parent
+def _tree() -> Path:
+    """The folder of the project that this package lies in, as `src/beltrepro`."""
+    return ROOT.parent.parent
+
+
+def _git(tree: Path, *arguments: str) -> str:
+    """Output of a git command on a source tree; empty if it is not a checkout of its own."""
     if not (tree / ".git").exists():
         return ""
     command = ["git", "--no-optional-locks", "-C", str(tree), *arguments]

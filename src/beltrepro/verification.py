@@ -1,10 +1,10 @@
 """Results compared with a published list: bits on a like machine, bounds on another one.
 
 A list has for each dataset what it was told, and for each array a checksum, and number, mean and
-standard deviation of its values; for each table a checksum. Kernels compiled for other
-instructions round differently. Then paths that are too short for chaos to show it agree to
-`TOLERANCE`, and means over the points of long runs to `DEVIATIONS` standard errors. What a dataset
-was told agrees always.
+standard deviation of its values; for each table a checksum; and the verdict on each claim. Kernels
+compiled for other instructions round differently. Then paths that are too short for chaos to show
+it agree to `TOLERANCE`, and means over the points of long runs to `DEVIATIONS` standard errors.
+What a dataset was told agrees always. A difference matters if a claim gets another verdict.
 """
 
 import json
@@ -14,13 +14,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from beltrepro import provenance, store
 from beltrepro.atomic import replacing
 from beltrepro.datasets import files
+from beltrepro.datasets.described import checksum, metadata_path
 from beltrepro.datasets.quantities import QUANTITIES
 from beltrepro.errors import InputError
-from beltrepro.tables.files import checksum, metadata_path
 
 SHORT = 500.0  # model time; a distance grows e-fold in 60 and more
 TOLERANCE = 1e-6  # of means in short runs, as a share of mean plus standard deviation
@@ -75,6 +76,7 @@ def make_list(results: Path) -> dict:
         "machine": {name: first[name] for name in provenance.machine()},
         "datasets": {name: _described(each) for name, each in found.items()},
         "tables": {path.stem: checksum(path.read_bytes()) for path in _tables(results)},
+        "verdicts": _verdicts(results),
     }
 
 
@@ -136,7 +138,7 @@ def compare(results: Path, known: dict) -> Iterator[Finding]:
     Yields
     ------
     Finding
-        For each dataset and table of the list.
+        For each dataset and table of the list, and for each claim that has another verdict.
     """
     told = {"preset": known["preset"], "run": known["run"]}
     alike = True
@@ -157,9 +159,42 @@ def compare(results: Path, known: dict) -> Iterator[Finding]:
         else:
             same = _checksums(found) == _listed(entry)
             yield Finding(name, SAME if same else NEAR)
-    for path in _tables(results):
-        if path.stem in known["tables"]:
-            yield _compare_table(path, known["tables"][path.stem], told, alike)
+    tables = {path.stem: path for path in _tables(results)}
+    for name, listed in known["tables"].items():
+        if name in tables:
+            yield _compare_table(tables[name], listed, told, alike)
+        else:
+            yield Finding(name, WRONG, f"{results}: table {name} is missing")
+    verdicts = _verdicts(results)
+    for claim, verdict in known.get("verdicts", {}).items():
+        own = verdicts.get(claim, "missing")
+        if own != verdict:
+            words = f"claim {claim}: {own} here, {verdict} in the list; this matters"
+            yield Finding(claim, WRONG, words)
+
+
+def conclusion(findings: list[Finding]) -> str:
+    """What the findings mean together, in a sentence.
+
+    Parameters
+    ----------
+    findings : list of Finding
+        As of `compare`.
+
+    Returns
+    -------
+    str
+        It begins with "equal" or "different".
+    """
+    outcomes = {each.outcome for each in findings}
+    if WRONG in outcomes:
+        return "different: see the lines above"
+    if NEAR in outcomes:
+        return (
+            "equal within the bounds of another machine: this does not matter, "
+            "each claim has its verdict of the list"
+        )
+    return "equal: every bit of the list"
 
 
 def _compare_table(path: Path, listed: str, told: dict, same_machine: bool) -> Finding:
@@ -238,6 +273,16 @@ def _summary(values: np.ndarray) -> list[Any]:
     if not finite.size:
         return [0, 0.0, 0.0]
     return [int(finite.size), *(float(f"{each:.9g}") for each in (finite.mean(), finite.std()))]
+
+
+def _verdicts(results: Path) -> dict[str, str]:
+    """Verdict by claim; none where claims were not measured."""
+    path = results / "claims.csv"
+    if not path.is_file():
+        return {}
+    rows = pd.read_csv(path, dtype=str, keep_default_na=False)
+    whole = rows[rows["variant"] == ""]
+    return dict(zip(whole["id"], whole["verdict"], strict=True))
 
 
 def _tables(results: Path) -> list[Path]:

@@ -1,6 +1,6 @@
 """Prove that the workflow gives the same bits through Slurm as on this machine alone.
 
-    python tests/slurm/prove.py                     the smoke preset, in some 15 minutes
+    python tests/slurm/prove.py                     the smoke preset
     python tests/slurm/prove.py --targets fig08     less of it
 
 It copies the project, runs it here, and then through a Slurm cluster of one node that it starts
@@ -145,7 +145,7 @@ def compare(one, other):
 def prove(folder, arguments):
     place = folder / "project"
     copy_project(place)
-    shutil.rmtree(place / "results" / "slurm", ignore_errors=True)
+    shutil.rmtree(place / "results", ignore_errors=True)
     status = snakemake(
         place, "alone", ["--cores", str(arguments.cores)], arguments, dict(os.environ)
     )
@@ -189,9 +189,7 @@ def main():
     parser.add_argument("--harms", type=int, default=8, help="how often something is killed")
     parser.add_argument("--pause", type=float, default=20, help="mean seconds between them")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument(
-        "--folder", type=Path, help="keep everything there; default: nothing is kept"
-    )
+    parser.add_argument("--folder", type=Path, help="to work in and keep; else nothing is kept")
     arguments = parser.parse_args()
     if reason := missing():
         sys.exit(f"error: {reason}")

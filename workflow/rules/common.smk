@@ -12,6 +12,8 @@ from snakemake.logging import logger
 
 from beltrepro import jobs, lifecycle, provenance, snakemake_call
 from beltrepro.datasets import files, plan
+from beltrepro.datasets.films import FILM, TRACK
+from beltrepro.deposit import manifest
 from beltrepro.entries import check_uses
 from beltrepro.errors import InputError
 from beltrepro.figures import registry as figures_registry
@@ -19,11 +21,13 @@ from beltrepro.tables import registry as tables_registry
 
 try:
     PLAN = plan.make_plan(config)
+    FILMED = {f"{name}{end}": film for name, film in PLAN.films.items() for end in (FILM, TRACK)}
     TABLES = tables_registry.entries()
     FIGURES = figures_registry.entries()
     tables_registry.check_names(PLAN.datasets)
     for folder, entries in (("tables", TABLES), ("figures", FIGURES)):
-        check_uses(folder, entries, [*PLAN.datasets, *TABLES], f"preset {PLAN.preset}")
+        check_uses(folder, entries, [*PLAN.datasets, *FILMED, *TABLES], f"preset {PLAN.preset}")
+    DEPOSITED = manifest.datasets(Path(), PLAN.run)
 except InputError as error:
     sys.exit(f"error: {error}")
 
@@ -37,6 +41,7 @@ pathvars:
 wildcard_constraints:
     dataset="|".join(PLAN.datasets),
     batch="[0-9]{4}",
+    film="|".join(PLAN.films),
     table="|".join(entry.file(name) for name, entry in TABLES.items()),
     figure="|".join(FIGURES),
 
@@ -45,14 +50,33 @@ wildcard_constraints:
 
 
 def file_of(name):
-    """The file of a dataset or table."""
+    """The file of a dataset or table, or of a film or track."""
     if name in TABLES:
         return f"<results>/{TABLES[name].file(name)}.csv"
+    if name in FILMED:
+        ending = ".mp4" if name.endswith(FILM) else ".csv"
+        return f"<results>/experiment/{FILMED[name].name}{ending}"
     return f"<results>/datasets/{name}.h5"
 
 
 def dataset_files():
     return [file_of(name) for name in PLAN.datasets]
+
+
+def judged():
+    """What claims are measured from: datasets and tracks, by name."""
+    return [*PLAN.datasets, *(name for name in FILMED if name.endswith(TRACK))]
+
+
+def filmed(wildcards):
+    """The dataset that is filmed, under its name."""
+    name = PLAN.films[wildcards.film].dataset
+    return {name: file_of(name)}
+
+
+def joined():
+    """Pattern of the datasets that are made here; one that came with an archive is no output."""
+    return "|".join(name for name in PLAN.datasets if name not in DEPOSITED) or "(?!)"
 
 
 def batches(wildcards):
@@ -64,6 +88,16 @@ def table_of(wildcards):
     """Name and entry of the table of a file, which may lie at the top of the results."""
     name = Path(wildcards.table).name
     return name, TABLES[name]
+
+
+def everything():
+    """What the target `all` makes."""
+    return [
+        *drawn("png", "pdf"),
+        *map(file_of, TABLES),
+        "<results>/claims.csv",
+        "<results>/report.html",
+    ]
 
 
 def table_data(wildcards):
@@ -113,6 +147,10 @@ def told_dataset(wildcards):
     return PLAN.told(wildcards.dataset)
 
 
+def told_film(wildcards):
+    return PLAN.films[wildcards.film].told()
+
+
 def expected_batches(wildcards):
     count = len(PLAN.datasets[wildcards.dataset].batches)
     return [files.expected(PLAN.told_batch(wildcards.dataset, number)) for number in range(count)]
@@ -120,23 +158,33 @@ def expected_batches(wildcards):
 
 @functools.cache
 def expected(*names):
-    """What the files of these datasets and tables must say of themselves, by name."""
-    return {
-        name: files.expected(PLAN.told(name)) if name in PLAN.datasets else of(*TABLES[name].uses)
-        for name in names
-    }
+    """What these files must say of themselves, by the names of what they hold."""
+    return {name: expected_of(name) for name in names}
+
+
+def expected_of(name):
+    if name in PLAN.datasets:
+        return files.expected(PLAN.told(name))
+    if name in FILMED:
+        film = FILMED[name]
+        return made_from({**expected(film.dataset), f"{film.name}{FILM}": film.told()})
+    return of(*TABLES[name].uses)
 
 
 def of(*sources):
     """What a table or figure must say of itself that is made from these."""
-    return {"preset": PLAN.preset, "run": PLAN.run, "sources": expected(*sources)}
+    return made_from(expected(*sources))
+
+
+def made_from(sources):
+    return {"preset": PLAN.preset, "run": PLAN.run, "sources": sources}
 
 
 def expected_of_report():
     """By name of the input of the report, and of the figure or dataset in it."""
     return {
         "datasets": expected(*PLAN.datasets),
-        "claims": {"claims": of(*PLAN.datasets)},
+        "claims": {"claims": of(*judged())},
         "figures": {name: of(*entry.uses) for name, entry in FIGURES.items()},
         **{name: {name: each} for name, each in expected(*TABLES).items()},
     }
@@ -146,8 +194,61 @@ def expected_of_table(wildcards):
     return expected(*table_of(wildcards)[1].uses)
 
 
+def expected_of_film(wildcards):
+    return expected(PLAN.films[wildcards.film].dataset)
+
+
 def expected_of_figure(wildcards):
     return of(*FIGURES[wildcards.figure].uses)
+
+
+# --- what each job reads and writes, for the crate ---
+
+
+def records():
+    """Rule, name, inputs and outputs of each job of the run, as deposit.crate.Record has them."""
+    for name, dataset in PLAN.datasets.items():
+        parts = [f"batches/{name}/{number:04d}" for number in range(len(dataset.batches))]
+        paths = [f"<results>/{part}.h5" for part in parts]
+        for part, path in zip(parts, paths):
+            yield "simulate", part, ["config.yaml"], [path]
+        yield "join", f"datasets/{name}", paths, [file_of(name)]
+    for name, entry in TABLES.items():
+        yield "derive", entry.file(name), list(map(file_of, entry.uses)), with_metadata(name)
+    for name, entry in FIGURES.items():
+        outputs = [f"<results>/figures/{name}.{kind}" for kind in ("png", "pdf")]
+        yield "draw", f"figures/{name}", list(map(file_of, entry.uses)), outputs
+    claims = ["<results>/claims.csv", "<results>/claims.csv-metadata.json"]
+    yield "claims", "claims", dataset_files(), claims
+    shown = [*dataset_files(), *map(file_of, TABLES), claims[0], *drawn("png")]
+    yield "report", "report", shown, ["<results>/report.html"]
+
+
+def with_metadata(table):
+    return [file_of(table), f"{file_of(table)}-metadata.json"]
+
+
+def told_crate(wildcards):
+    """What deposit.crate.Run is made of, as plain values."""
+    known = [
+        (*names, below_project(inputs), below_project(outputs))
+        for *names, inputs, outputs in records()
+    ]
+    steps = {name: workflow.get_rule(name) for name in dict.fromkeys(each[0] for each in known)}
+    return {
+        "name": PLAN.run,
+        "preset": PLAN.preset,
+        "seed": PLAN.seed,
+        "rules": {
+            name: (each.docstring, f"workflow/scripts/{Path(each.script).name}")
+            for name, each in steps.items()
+        },
+        "records": known,
+    }
+
+
+def below_project(paths):
+    return [path.replace("<results>", f"results/{PLAN.run}") for path in paths]
 
 
 # --- hashes of the code behind a result: Snakemake does not see imported modules ---
@@ -199,12 +300,20 @@ def batch_code(wildcards):
     return code_hash("beltrepro.datasets.running", INTEGRATORS[method], without=(*others, *WORDS))
 
 
+# The camera is given positions and the tracker a video: the code of simulations does not matter to
+# them. Nor does each to the other: the room itself only lists what it has.
+def experiment_code(*modules):
+    own = [f"beltrepro.experiment.{name}" for name in modules]
+    return code_hash(*own, without=("beltrepro.experiment", "beltrepro.simulation.run"))
+
+
 def table_code(wildcards):
     return code_hash(f"beltrepro.tables.{table_of(wildcards)[0]}")
 
 
 def figure_code(wildcards):
-    return code_hash(f"beltrepro.figures.{wildcards.figure}", "beltrepro.figures.style")
+    own = f"beltrepro.figures.{wildcards.figure}"
+    return code_hash(own, "beltrepro.figures.style", without=("beltrepro.experiment",))
 
 
 # --- beginning, stopping, failing ---
@@ -250,7 +359,10 @@ def is_made(path):
     """Whether a rule makes this file; of batches, only those that there are."""
     if path.startswith(f"results/{PLAN.run}/batches/"):
         return path in [f"results/{PLAN.run}/{job.name}.h5" for job in jobs.simulation_jobs(PLAN)]
-    return any(rule.is_producer(path) for rule in workflow.rules)
+    came_along = (
+        Path(path).stem in DEPOSITED and path == f"results/{PLAN.run}/datasets/{Path(path).name}"
+    )
+    return came_along or any(rule.is_producer(path) for rule in workflow.rules)
 
 
 def said_of_failures(logs):

@@ -34,6 +34,8 @@ rule join:
         "<logs>/datasets/{dataset}.log",
     benchmark:
         "<benchmarks>/datasets/{dataset}.tsv"
+    wildcard_constraints:
+        dataset=joined(),
     conda:
         "../envs/beltrepro.yaml"
     threads: 1

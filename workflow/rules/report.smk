@@ -4,7 +4,7 @@
 rule claims:
     "A measured value and a verdict for every claim of the paper: claims.csv."
     input:
-        datasets=dataset_files(),
+        **{name: file_of(name) for name in judged()},
     output:
         table=report("<results>/claims.csv", caption="../report/claims.rst", category="Claims"),
         about="<results>/claims.csv-metadata.json",
@@ -20,7 +20,7 @@ rule claims:
         runtime=30,
     params:
         settings=PLAN.settings(),
-        expected=expected(*PLAN.datasets),
+        expected=expected(*judged()),
         code=code_hash("beltrepro.claims"),
     message:
         "Measuring the claims"

@@ -1,8 +1,8 @@
-# How long a preset takes, from a sample of its simulation jobs.
+# What a preset takes: time, memory and disk, from a sample of its simulation jobs.
 
 
 rule timing:
-    "How long the preset takes, from one in ten of its simulation jobs: timing.csv."
+    "What the preset takes, from one in ten of its simulation jobs: timing.csv."
     input:
         sampled_jobs,
     output:

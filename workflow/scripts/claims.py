@@ -1,6 +1,5 @@
 """Measure the claims of the paper and write them as CSV."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from beltrepro import inputs, scripting
@@ -14,14 +13,15 @@ TITLE = "Every claim of the paper: what it prints, what was measured, and the ve
 
 
 def claims(paths: dict, expected: dict, settings: dict, output) -> None:
-    """Measure the claims from files by name of the dataset."""
-    table = measure(inputs.load(paths, expected), settings)
-    files.write(output, table, title=TITLE, columns={}, sources=expected)
+    """Measure the claims from files by name of the dataset or track."""
+    data = inputs.load(paths, expected)
+    table = measure(data, settings)
+    lineage = inputs.lineage(paths, data)
+    files.write(output, table, title=TITLE, columns={}, sources=expected, lineage=lineage)
 
 
 def main(job):
-    paths = {Path(path).stem: path for path in job.input.datasets}
-    claims(paths, job.params.expected, job.params.settings, job.output.table)
+    claims(dict(job.input.items()), job.params.expected, job.params.settings, job.output.table)
 
 
 if __name__ == "__main__":

@@ -17,9 +17,16 @@ def derive(name: str, paths: dict, expected: dict, output) -> None:
     expected : what the files of datasets must say of themselves, by name.
     """
     module = importlib.import_module(f"beltrepro.tables.{name}")
-    table = module.derive(inputs.load(paths, expected))
-    entry = module.ENTRY
-    files.write(output, table, title=entry.title, columns=entry.columns, sources=expected)
+    data = inputs.load(paths, expected)
+    table, entry = module.derive(data), module.ENTRY
+    files.write(
+        output,
+        table,
+        title=entry.title,
+        columns=entry.columns,
+        sources=expected,
+        lineage=inputs.lineage(paths, data),
+    )
 
 
 def main(job):

@@ -21,7 +21,7 @@ def draw(name: str, files: dict, expected: dict, png, pdf) -> None:
     module = importlib.import_module(f"beltrepro.figures.{name}")
     datasets = [each for each in data.values() if isinstance(each, Dataset)]
     figure = module.draw(data, style.small_print(datasets, expected["preset"]))
-    style.save(figure, png, pdf, inputs.source(expected))
+    style.save(figure, png, pdf, inputs.source(expected), inputs.lineage(files, data))
 
 
 def main(job):

@@ -1,4 +1,4 @@
-"""Estimate the time of all simulation jobs from the benchmark files of those that ran."""
+"""Estimate time, memory and disk of all simulation jobs from those that ran."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -6,29 +6,40 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from beltrepro import scripting
-from beltrepro.jobs import Job, estimate
+from beltrepro.jobs import COLUMNS, Job, estimate
 from beltrepro.tables import files
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
-TITLE = "Core-hours of all simulation jobs, from the time of those that ran."
+TITLE = "Core-hours, memory and disk of all simulation jobs, from those that ran."
 
 
-def seconds_by_name(jobs: list[Job], benchmarks: Path) -> dict[str, float]:
-    """Time of each job that has a benchmark file."""
+def usage(jobs: list[Job], benchmarks: Path) -> tuple[dict[str, float], dict[str, float]]:
+    """Seconds, and megabytes of memory, of each job that has a benchmark file."""
     paths = {job.name: benchmarks / f"{job.name}.tsv" for job in jobs}
-    return {
-        name: float(pd.read_csv(path, sep="\t")["s"].iloc[-1])
+    rows = {
+        name: pd.read_csv(path, sep="\t", na_values="-").iloc[-1]
         for name, path in paths.items()
         if path.exists()
     }
+    seconds = {name: float(row["s"]) for name, row in rows.items()}
+    memory = {name: float(row["max_rss"]) for name, row in rows.items()}
+    return seconds, {name: each for name, each in memory.items() if each == each}
+
+
+def sizes(jobs: list[Job], results: Path) -> dict[str, float]:
+    """Bytes of each result that is there."""
+    paths = {job.name: results / f"{job.name}.h5" for job in jobs}
+    return {name: path.stat().st_size for name, path in paths.items() if path.exists()}
 
 
 def main(job):
     jobs = [Job(*fields) for fields in job.params.jobs]
-    table = estimate(jobs, seconds_by_name(jobs, Path(job.params.benchmarks)))
-    files.write(job.output.table, table, title=TITLE, columns={}, sources={})
+    benchmarks = Path(job.params.benchmarks)
+    size = sizes(jobs, benchmarks.parent)
+    table = estimate(jobs, *usage(jobs, benchmarks), size)
+    files.write(job.output.table, table, title=TITLE, columns=COLUMNS, sources={})
     print(table.to_string(index=False, float_format="%.3g"))
 
 

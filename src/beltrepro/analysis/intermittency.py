@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 LAMINAR_SHARE = (0.05, 0.95)
 MINIMUM_PHASES = 2
+_STUCK = 1e-9  # a smaller relative velocity is 0 but for rounding
 
 
 def intermittent_mask(
@@ -123,6 +124,36 @@ def laminar_phases(
         slip_stop = np.concatenate([slip_stop, [np.inf]])
     phases = np.column_stack([np.maximum(slip_start, start), np.minimum(slip_stop, stop)])
     return phases[phases[:, 1] - phases[:, 0] > laminar_time]
+
+
+def slips_of_all(
+    time: np.ndarray, relative_velocities: np.ndarray, events: np.ndarray
+) -> np.ndarray:
+    """Intervals of a sampled series in which all blocks slip and none sticks (Fig. 5).
+
+    Parameters
+    ----------
+    time : array (T,)
+        Instants of the samples.
+    relative_velocities : array (T, N)
+        Velocities of the blocks relative to the belt; the first row says which are stuck then.
+    events : array (E,) of records
+        Slips and sticks of all blocks, with `time` and `kind`, in order of time.
+
+    Returns
+    -------
+    array (L, 2)
+        Begin and end of each interval. A reversal is a stick and a slip at once, and parts two.
+    """
+    if not len(time):
+        return np.empty((0, 2))
+    later = events[(events["time"] > time[0]) & (events["time"] < time[-1])]
+    edges = np.concatenate([time[:1], later["time"], time[-1:]])
+    stuck = np.count_nonzero(np.abs(relative_velocities[0]) <= _STUCK)
+    change = np.where(later["kind"] == "stick", 1, -1)
+    count = stuck + np.concatenate([[0], np.cumsum(change)])
+    spans = np.column_stack([edges[:-1], edges[1:]])[count == 0]
+    return spans[spans[:, 1] > spans[:, 0]]
 
 
 def sampled_laminar_phases(

@@ -91,6 +91,24 @@ class Recording:
     lasting_share: float
     spectra: dict[str, Spectrum]
 
+    def evenly(self, begin_s: float, end_s: float) -> np.ndarray:
+        """Positions within a stretch at equal intervals, straight across gaps.
+
+        Parameters
+        ----------
+        begin_s : float
+            Begin of the stretch.
+        end_s : float
+            Its end.
+
+        Returns
+        -------
+        array (S,)
+            x_N every `interval_s`, metres.
+        """
+        inside = (self.time_s >= begin_s) & (self.time_s <= end_s)
+        return _even(self.time_s[inside], self.x_m[inside], self.interval_s)[1]
+
 
 @dataclass(frozen=True, eq=False)
 class Regimes:

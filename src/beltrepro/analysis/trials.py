@@ -27,13 +27,13 @@ class Observation:
         Speed of the belt.
     disorder_parameter : float
         r of the recording.
-    laminar_s, lively_s : float
-        It has a laminar phase, and a time between laminar phases, of this length or longer.
+    lasting_s, lively_s : float
+        It has a small amplitude, and a time without one that lasts, of this length or longer.
     """
 
     speed_m_s: float
     disorder_parameter: float
-    laminar_s: float
+    lasting_s: float
     lively_s: float
 
     @property
@@ -43,8 +43,8 @@ class Observation:
 
 
 EXPERIMENT = (
-    Observation(0.22, 0.072, laminar_s=60.0, lively_s=125.0),
-    Observation(0.28, 0.052, laminar_s=LASTING_S, lively_s=LASTING_S),
+    Observation(0.22, 0.072, lasting_s=60.0, lively_s=125.0),
+    Observation(0.28, 0.052, lasting_s=LASTING_S, lively_s=LASTING_S),
 )
 """At 0.22 m/s avalanches for 125 s and continuous slip for more than a minute, at 0.28 m/s both."""
 
@@ -63,17 +63,17 @@ def shows(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.ndar
     observation : Observation
         What is printed of the recording.
     arrays : dict of arrays (P,)
-        Trials, with laminar_longest and lively_longest, model time.
+        Trials, with lasting_longest and lively_longest, model time.
 
     Returns
     -------
     array (P,) of bool
         True where a trial does.
     """
-    laminar, lively = (
-        units.to_si(arrays[name], "time") for name in ("laminar_longest", "lively_longest")
+    lasting, lively = (
+        units.to_si(arrays[name], "time") for name in ("lasting_longest", "lively_longest")
     )
-    return (laminar >= observation.laminar_s) & (lively >= observation.lively_s)
+    return (lasting >= observation.lasting_s) & (lively >= observation.lively_s)
 
 
 def agrees(
@@ -118,7 +118,7 @@ def at_speed(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.n
 
 
 def alternates(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Which trials show both regimes, each for as long as a laminar phase lasts at least.
+    """Which trials show both regimes, each for as long as a small amplitude lasts at least.
 
     Parameters
     ----------

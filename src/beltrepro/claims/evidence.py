@@ -1,4 +1,4 @@
-"""Access of claim functions to the datasets: what is missing or too short is said in one line."""
+"""Access of claim functions to datasets and tracks: what is missing is said in one line."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -63,7 +63,7 @@ class Cut:
 
 
 class Evidence:
-    """The datasets of a preset, by name.
+    """The datasets of a preset, and the tracks of its films, by name.
 
     Missing data raise NotEnoughDataError with the reason. `used` lists what has been asked for
     since `start` was called.
@@ -86,6 +86,10 @@ class Evidence:
         if name not in self.used:
             self.used.append(name)
         return self._datasets[name]
+
+    def track(self, name: str):
+        """The track of the last block in a film, e.g. of "belt_028": an `experiment.Track`."""
+        return self.dataset(f"{name}_track")
 
     def has(self, name: str) -> bool:
         """Whether a dataset is there."""

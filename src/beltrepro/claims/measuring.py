@@ -7,7 +7,7 @@ from functools import partial
 import pandas as pd
 
 from beltrepro.analysis.errors import NotEnoughDataError
-from beltrepro.claims import model, motion, system_size, with_noise, without_noise
+from beltrepro.claims import experiment, model, motion, system_size, with_noise, without_noise
 from beltrepro.claims.criteria import (
     FAILS,
     HOLDS,
@@ -21,7 +21,7 @@ from beltrepro.claims.evidence import Evidence
 from beltrepro.claims.ledger import Claim, load_ledger
 from beltrepro.claims.registry import REGISTRY
 
-SECTIONS = (model, without_noise, motion, with_noise, system_size)
+SECTIONS = (model, experiment, without_noise, motion, with_noise, system_size)
 COLUMNS = (
     "id",
     "figure",
@@ -45,8 +45,9 @@ def measure(datasets: dict, settings: dict) -> pd.DataFrame:
 
     Parameters
     ----------
-    datasets : `store.Dataset` by name, a series of one point as that run; missing ones make the
-        claims that need them "not measured".
+    datasets : `store.Dataset` by name, a series of one point as that run, and the tracks of films,
+        `experiment.Track`, by the name of the film and "_track"; missing ones make the claims that
+        need them "not measured".
     settings : the resolved configuration of the preset as plain values.
 
     Returns

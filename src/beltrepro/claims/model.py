@@ -1,4 +1,4 @@
-"""Claims on the model and its units (Sec. III) and on the experiment (Sec. II)."""
+"""Claims on the model and its units (Sec. III)."""
 
 import numpy as np
 

@@ -5,7 +5,15 @@ from functools import partial
 import numpy as np
 from scipy import stats
 
-from beltrepro.analysis import inference, intermittency, sections, shares, transitions, trials
+from beltrepro.analysis import (
+    inference,
+    intermittency,
+    recording,
+    sections,
+    shares,
+    transitions,
+    trials,
+)
 from beltrepro.analysis.errors import NotEnoughDataError, require
 from beltrepro.analysis.fits import rank_correlation
 from beltrepro.analysis.motion import ERRORS
@@ -18,6 +26,7 @@ WINDOW_RANGE = (3.0, 15.0)
 MINIMUM_SERIES = 5000.0
 MINIMUM_RUNS = 8
 MINIMUM_TRIALS = 80  # of none that agree, 5 % are excluded from 72 on
+FILMED_S = 900.0  # of a film, at least
 STRONGEST = 2.2  # noise up to which the motion at u = 7 is called noise-induced chaos
 SHARES = {
     "laminar share 5 % to 95 %": (0.05, 0.95),
@@ -180,10 +189,11 @@ def uc_sigma22(evidence):
 
 @claim("r-experiment")
 def r_experiment(evidence):
-    """Model r at the belt speeds of the experiment, for every noise level."""
+    """Model r at the belt speeds of the experiment, for every noise level and in films."""
     levels = evidence.values("n5_rows", "noise")
     counted = [1.0, *(float(level) for level in levels if level != 1.0)]
-    return {f"sigma = {level:g}": partial(_r_at_speeds, evidence, level) for level in counted}
+    readings = {f"sigma = {level:g}": partial(_r_at_speeds, evidence, level) for level in counted}
+    return readings | {"films, sigma = 1": partial(_r_in_films, evidence)}
 
 
 @claim("natural-distribution")
@@ -335,7 +345,6 @@ def _spread_ratio(row):
 
 def _r_at_speeds(evidence, noise):
     row = evidence.row(N_BLOCKS, noise)
-    experiment = evidence.claim.experiment
     values, errors, size = {}, {}, 0
     for speed, name in zip((0.22, 0.28), ("r_022", "r_028"), strict=True):
         near = np.abs(row.belt_velocity - units.from_si(speed, "velocity")) <= 1.0
@@ -343,16 +352,29 @@ def _r_at_speeds(evidence, noise):
         values[name] = float(np.median(row.disorder[near]))
         errors[name] = float(np.std(row.disorder[near]) / np.sqrt(near.sum()))
         size += int(near.sum())
-    return Measurement(
-        values,
-        errors,
-        size,
-        checks={
-            "same order as the experiment": all(
-                0.1 < values[name] / measured < 10 for name, measured in experiment.items()
-            )
-        },
-    )
+    return Measurement(values, errors, size, checks=_of_same_order(evidence, values))
+
+
+def _r_in_films(evidence):
+    """r of x_5 as tracked in films; errors from the scatter over tenths of each film."""
+    values, errors, size = {}, {}, 0
+    for film, name in zip(("belt_022", "belt_028"), ("r_022", "r_028"), strict=True):
+        track = evidence.track(film)
+        seconds = track.time_s[-1] - track.time_s[0]
+        require(
+            seconds >= FILMED_S, f"the film {film} has {seconds:.0f} s, {FILMED_S:g} are needed"
+        )
+        values[name] = recording.analyse(track.time_s, track.x_m).disorder_parameter
+        tenths = [part.std() / part.mean() for part in np.array_split(track.x_m, 10)]
+        errors[name] = float(np.std(tenths, ddof=1) / np.sqrt(len(tenths)))
+        size += len(track.time_s)
+    return Measurement(values, errors, size, checks=_of_same_order(evidence, values))
+
+
+def _of_same_order(evidence, values):
+    measured = evidence.claim.experiment
+    same = all(0.1 < values[name] / of_paper < 10 for name, of_paper in measured.items())
+    return {"same order as the experiment": same}
 
 
 def _differences_from_rows(evidence, table):

@@ -174,6 +174,8 @@ def _explained(error: jsonschema.ValidationError) -> InputError:
             return complain(
                 f"{where} = {shown(value)}: must be {_LIMITS[error.validator]} {allowed:g}"
             )
+        case "multipleOf":
+            return complain(f"{where} = {shown(value)}: must be a multiple of {allowed:g}")
         case "minItems" | "minProperties" | "minLength":
             return complain(f"{where} is empty: at least one entry is needed")
         case "uniqueItems":

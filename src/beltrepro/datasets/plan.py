@@ -12,6 +12,7 @@ from typing import Any
 
 from beltrepro.datasets import checking, grids
 from beltrepro.datasets.checking import complain
+from beltrepro.datasets.films import PlannedFilm, planned_films
 from beltrepro.datasets.kinds import KINDS, SETTINGS, Kind, Setting
 from beltrepro.datasets.points import Point, plain
 from beltrepro.datasets.quantities import LAW, QUANTITIES, REQUIRED, Quantity, cast
@@ -107,6 +108,8 @@ class Plan:
         Constants of the law, and settings, of datasets that give no own.
     datasets : dict
         By name, in the order of the configuration.
+    films : dict
+        Films of datasets by name, in the order of the configuration.
     """
 
     preset: str
@@ -115,6 +118,7 @@ class Plan:
     model: dict[str, float] = field(hash=False)
     defaults: dict = field(hash=False)
     datasets: dict[str, PlannedDataset] = field(hash=False)
+    films: dict[str, PlannedFilm] = field(hash=False)
 
     def settings(self) -> dict:
         """The plan as plain values, by which claims and report are made."""
@@ -125,6 +129,9 @@ class Plan:
             "model": self.model,
             "defaults": self.defaults,
             "datasets": {name: each.described() for name, each in self.datasets.items()},
+            "films": {
+                name: {"of": each.dataset} | each.told() for name, each in self.films.items()
+            },
         }
 
     def told(self, name: str) -> dict:
@@ -183,7 +190,7 @@ def make_plan(config: dict) -> Plan:
     Returns
     -------
     Plan
-        Its datasets, points and batches.
+        Its datasets, points and batches, and its films.
 
     Raises
     ------
@@ -228,6 +235,9 @@ def _preset_plan(config: dict, preset: str, run: str) -> Plan:
             place = f"{where}datasets.{name}"
             entries[name] = entries.get(name, {}) | _given(entry, place)
     entries = {name: _with_model(name, entries, preset) for name in entries}
+    datasets = {
+        name: _dataset(name, entry, defaults, config, preset) for name, entry in entries.items()
+    }
     return Plan(
         preset=preset,
         run=run,
@@ -238,9 +248,8 @@ def _preset_plan(config: dict, preset: str, run: str) -> Plan:
             for name, each in (QUANTITIES | SETTINGS).items()
             if _value(defaults, each) is not REQUIRED
         },
-        datasets={
-            name: _dataset(name, entry, defaults, config, preset) for name, entry in entries.items()
-        },
+        datasets=datasets,
+        films=planned_films(config, datasets, preset),
     )
 
 

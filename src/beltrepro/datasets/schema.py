@@ -6,6 +6,7 @@ workflow/schemas/.
 
 import yaml
 
+from beltrepro.datasets.films import CAMERA
 from beltrepro.datasets.grids import LONGEST_GRID, MOST_POINTS
 from beltrepro.datasets.kinds import KINDS, SETTINGS, Setting
 from beltrepro.datasets.quantities import LAW, METHODS, QUANTITIES, Quantity
@@ -51,6 +52,8 @@ def config_schema() -> dict:
             ),
             "defaults": _ref("defaults"),
             "datasets": _named("dataset", "What each dataset is, in all presets."),
+            "camera": _ref("camera"),
+            "films": _named("film", "Films that the virtual camera takes of datasets."),
             "presets": _named("preset", "Lengths and grids, and what else a variant changes.")
             | {"minProperties": 1},
         },
@@ -120,7 +123,32 @@ def _definitions() -> dict:
         "defaults": _object(told, "Quantities and settings of every dataset that gives no own."),
         "dataset": dataset,
         "preset": preset,
+        "camera": _object(
+            {name: _described(each) | each.schema for name, each in CAMERA.items()},
+            "The virtual camera above the belt (docs/experiment.md).",
+        ),
+        "film": _film(),
     }
+
+
+def _film() -> dict:
+    return _object(
+        {
+            "of": {
+                "description": "Name of the dataset that is filmed: a series of one point, sampled "
+                "at the instants of the frames.",
+                "type": "string",
+            },
+            "seconds": {
+                "description": "How much of it is filmed, from its beginning; all if absent.",
+                "type": "number",
+                "exclusiveMinimum": 0,
+            },
+            "camera": _ref("camera"),
+        },
+        "A film. What it gives for the camera stands over `camera` of the top level.",
+        required=["of"],
+    )
 
 
 def _described(each: Quantity | Setting) -> dict:

@@ -454,10 +454,14 @@ def _record_samples(order, noisy, lane, i, until, end, group, series, samples):
         for block in range(samples.first_block, chains.direction.shape[0]):
             position, relative = evaluate_one(order, series, block, i, since)
             shown = block - samples.first_block
-            friction = spread(chains.direction[block, chain] * -kinetic)
-            if noisy and chains.direction[block, chain] != 0.0:
-                level = chains.noise_force[0, block, chain]
-                friction = friction + fma(chains.noise_force[1, block, chain], since, level)
+            heading = chains.direction[block, chain]
+            friction = spread(heading * -kinetic)
+            # nobody looks at the friction where not all blocks are sampled, and it takes time
+            if noisy and samples.first_block == 0:
+                slips = heading * heading
+                level = slips * chains.noise_force[0, block, chain]
+                slope = slips * chains.noise_force[1, block, chain]
+                friction = friction + fma(slope, since, level)
             shifted = fma(belt_velocity, since, position)
             store_where(samples.values, (0, shown, chain, row), shifted, due)
             store_where(samples.values, (1, shown, chain, row), relative, due)

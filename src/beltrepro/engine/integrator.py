@@ -37,6 +37,7 @@ class Chunk:
     start, end : model time.
     time (S,) : instants of the samples; displacement, relative_velocity, kinetic_friction
     (S, B, W) : of the last B blocks; displacement is from the rest position.
+    kinetic_friction is that of the mean F_st, and of its noise where all blocks are sampled.
     events (W, E, 6), event_count (W,) : see `beltrepro.engine.records`; blocks from 0.
     crossings (W, C, 1+2N), crossing_count (W,) : time, displacements, relative velocities.
     """

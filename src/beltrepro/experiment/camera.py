@@ -219,7 +219,8 @@ def pictures(
     drawing, shutter = _Drawing(scene, view, camera.blur), _Shutter(camera, view)
     count = len(movement.time_s)
     for index, time in enumerate(movement.time_s - movement.time_s[0]):
-        if not shutter.drops_frame():
+        # The first one is kept: a video's time begins with it.
+        if not (index and shutter.drops_frame()):
             half = movement.v_m_s[index] * camera.exposure / 2
             light = drawing(movement.x_m[index] - half, movement.x_m[index] + half)
             yield Frame(float(time), shutter(light, float(time)))

@@ -23,7 +23,7 @@ COLUMNS = ("time_s", "x_m", "error_m")
 # Frames at the beginning in which the belt, the tape and the block are looked for, and of how many
 # each is one that is looked at.
 _SURVEY, _EVERY = 240, 10
-_SPRING = 0.3  # share of the block: what is narrower across the belt is wiped off
+SPRING = 0.3  # share of the block: what is narrower across the belt is wiped off
 _FASTEST = 3.0  # m/s that the block never reaches
 _LEAST_FRAMES = 2
 _SCALES = (1e-6, 0.1)  # metres per pixel that a camera above a treadmill can have
@@ -234,7 +234,7 @@ def _blocks(
 ) -> Iterator[Region]:
     """Regions of the size of the block in a part of a picture, in the lane of the last place."""
     lane = None if last is None else survey.across_belt(last)
-    shape, opening = survey.along / survey.across, int(_SPRING * survey.across)
+    shape, opening = survey.along / survey.across, int(SPRING * survey.across)
     for region in white_block.bright_rectangles(window, survey.angle, shape, opening):
         found = region._replace(x=region.x + corner[0], y=region.y + corner[1])
         if white_block.has_size(found, survey.along, survey.across) and (

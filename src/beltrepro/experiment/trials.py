@@ -33,8 +33,7 @@ def trials(
 ) -> dict[str, np.ndarray]:
     """What the recording of each of P runs would tell.
 
-    Amplitudes are small and phases laminar by the definition of `analysis.recording`, with its
-    window and its limit.
+    Small amplitudes, and those that last, are as `analysis.recording` defines them.
 
     Parameters
     ----------
@@ -45,7 +44,7 @@ def trials(
     sample_interval : float
         Time between frames, model time.
     laminar_time : float
-        Length that a stretch of small amplitude exceeds to be a laminar phase, model time.
+        Length that a stretch of small amplitude exceeds if it lasts, model time.
     progress : callable, optional
         Called with the fraction done.
     **how
@@ -55,8 +54,8 @@ def trials(
     Returns
     -------
     dict of arrays (P,)
-        mean_length, disorder_parameter (of the frames); small_share, laminar_share (of the time);
-        laminar_count, laminar_longest; lively_longest, the longest time between laminar phases;
+        mean_length, disorder_parameter (of the frames); small_share, lasting_share (of the time);
+        lasting_count, lasting_longest; lively_longest, the longest time between those that last;
         slip_longest, the longest time in which the last block does not stick; all_slip_longest,
         that in which no block does. Model units.
 
@@ -68,21 +67,21 @@ def trials(
         A state left the range of the model.
     """
     chains = [parameters] if isinstance(parameters, ChainParameters) else list(parameters)
-    laminar_s = units.to_si(checks.positive("laminar_time", laminar_time), "time")
+    lasting_s = units.to_si(checks.positive("laminar_time", laminar_time), "time")
     span: dict[str, Any] = {"duration": duration, "transient": transient, "sample_start": transient}
     rows = []
     for place in _slices(len(chains)):
         own = {name: _part(value, place) for name, value in how.items()}
         own |= span | {"sample_interval": sample_interval}
-        rows += once(_trials, chains[place], laminar_s, own)
+        rows += once(_trials, chains[place], lasting_s, own)
         if progress is not None:
             progress(len(rows) / len(chains))
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
-def _trials(chains: Sequence[ChainParameters], laminar_s: float, told: dict) -> list[dict]:
+def _trials(chains: Sequence[ChainParameters], lasting_s: float, told: dict) -> list[dict]:
     """What recordings of runs would tell, a row for each."""
-    return [_trial(run, laminar_s) for run in cast(list[Run], simulate(chains, **told))]
+    return [_trial(run, lasting_s) for run in cast(list[Run], simulate(chains, **told))]
 
 
 def _slices(count: int) -> Iterator[slice]:
@@ -97,21 +96,21 @@ def _part(value: Any, place: slice) -> Any:
     return value[place] if isinstance(value, list | tuple | range | np.ndarray) else value
 
 
-def _trial(run: Run, laminar_s: float) -> dict[str, float]:
+def _trial(run: Run, lasting_s: float) -> dict[str, float]:
     """One run as a recording of its last block."""
     time_s = units.to_si(run.time, "time")
     x_m = units.to_si(run.positions[:, -1], "length")
     try:
-        seen = recording.regimes(time_s, x_m, lasting_s=laminar_s)
+        seen = recording.regimes(time_s, x_m, lasting_s=lasting_s)
     except recording.NotEnoughDataError as reason:
         raise InputError(f"sample_interval = {run.sample_interval:g}: {reason}") from None
     return {
         "mean_length": units.from_si(seen.mean_length, "length"),
         "disorder_parameter": seen.disorder_parameter,
         "small_share": seen.small_share,
-        "laminar_share": seen.lasting_share,
-        "laminar_count": len(seen.lasting_s),
-        "laminar_longest": _longest(seen.lasting_s),
+        "lasting_share": seen.lasting_share,
+        "lasting_count": len(seen.lasting_s),
+        "lasting_longest": _longest(seen.lasting_s),
         "lively_longest": _longest(seen.lively_s),
         "slip_longest": _slip(run, [run.parameters.n_blocks]),
         "all_slip_longest": _slip(run, range(1, run.parameters.n_blocks + 1)),

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,6 +11,7 @@ import av
 import numpy as np
 from av.video.reformatter import ColorRange
 
+from beltrepro.atomic import replacing
 from beltrepro.errors import InputError
 
 SUFFIXES = (".mp4", ".mov", ".mkv")
@@ -80,35 +79,13 @@ def write_video(
     """
     path = Path(path)
     check_suffix(path)
-    with unfinished(path) as part:
+    with replacing(path) as part:
         with av.open(str(part), "w") as container:
             options = {"crf": str(compression), "preset": preset}
             count = _encode(container, frames, frames_per_second, options)
         if not count:
             raise InputError(f"{path}: no frame to write")
     return count
-
-
-@contextmanager
-def unfinished(path: Path) -> Iterator[Path]:
-    """A file beside another one, which takes its name when it is complete.
-
-    Parameters
-    ----------
-    path : Path
-        The name that it gets.
-
-    Yields
-    ------
-    Path
-        Where to write; it is removed if that fails.
-    """
-    part = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
-    try:
-        yield part
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def check_suffix(path: Path) -> None:

@@ -16,6 +16,7 @@ from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch, Rectangle
+from matplotlib.text import Annotation
 from matplotlib.ticker import FixedLocator
 
 
@@ -91,6 +92,8 @@ class Panel:
         Ends of upright bars that are no error bars.
     images : tuple of Image
     texts : tuple of str
+    pointers : tuple of (str, (float, float))
+        Words with a line to a place, and the place.
     insets : tuple of Panel
     """
 
@@ -110,15 +113,17 @@ class Panel:
     bars: tuple
     images: tuple[Image, ...]
     texts: tuple[str, ...]
+    pointers: tuple[tuple[str, tuple[float, float]], ...]
     insets: tuple["Panel", ...]
 
 
 @dataclass(frozen=True, eq=False)
 class Content:
-    """Panels of a figure in order, the words of its common legend, and its small print."""
+    """Panels of a figure, words of its common legend and at its top, and its small print."""
 
     panels: tuple[Panel, ...]
     legend: tuple[str, ...]
+    top: str
     caption: str
 
 
@@ -134,7 +139,10 @@ def content(figure: Figure) -> Content:
     return Content(
         panels=tuple(_panel(axes) for axes in figure.axes if axes not in bars),
         legend=tuple(words for legend in figure.legends for words in _words(legend.get_texts())),
-        caption="\n".join(_words(figure.texts)),
+        top=figure.get_suptitle(),
+        caption="\n".join(
+            words for words in _words(figure.texts) if words != figure.get_suptitle()
+        ),
     )
 
 
@@ -155,8 +163,13 @@ def _panel(axes: Axes) -> Panel:
         spans=tuple(_spans(axes)),
         arrows=tuple(_arrows(axes)),
         bars=tuple(_bars(axes)),
-        images=tuple(_image(mesh) for mesh in _meshes(axes)),
+        images=(*map(_image, _meshes(axes)), *map(_picture, axes.images)),
         texts=_words(axes.texts),
+        pointers=tuple(
+            (*_words([each]), tuple(map(float, each.xy)))
+            for each in axes.texts
+            if isinstance(each, Annotation) and each.arrow_patch and each.get_text()
+        ),
         insets=tuple(_panel(inner) for inner in axes.child_axes),
     )
 
@@ -253,4 +266,18 @@ def _image(mesh: QuadMesh) -> Image:
         scale="log" if isinstance(mesh.norm, LogNorm) else "linear",
         limits=(float(mesh.norm.vmin), float(mesh.norm.vmax)),
         label=mesh.colorbar.ax.get_ylabel() if mesh.colorbar else "",
+    )
+
+
+def _picture(image) -> Image:
+    """A picture whose first row is at its top."""
+    values = np.asarray(image.get_array())
+    left, right, bottom, top = image.get_extent()
+    return Image(
+        x_edges=np.linspace(left, right, values.shape[1] + 1),
+        y_edges=np.linspace(top, bottom, values.shape[0] + 1),
+        values=values,
+        scale="linear",
+        limits=(float(image.norm.vmin), float(image.norm.vmax)),
+        label="",
     )

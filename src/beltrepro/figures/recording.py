@@ -24,7 +24,7 @@ def save(recording, path):
     """
     if Path(path).suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: the name of a figure must end in {', '.join(SUFFIXES)}")
-    draw_recording(recording).savefig(path)
+    style.write(draw_recording(recording), path, Path(path).stem, "recording")
 
 
 @style.styled
@@ -35,13 +35,14 @@ def draw_recording(recording):
     if len(names) == 2:  # one part is the whole
         names = [name for name in names if name != WHOLE]
     above, *below = figure.subplot_mosaic([["x"] * len(names), names]).values()
-    _draw_trace(above, recording)
+    draw_trace(above, recording)
     for axes, name in zip(below, names, strict=True):
-        _draw_spectrum(axes, recording.spectra[name], name)
+        draw_spectrum(axes, recording.spectra[name], name)
     return figure
 
 
-def _draw_trace(axes, recording):
+def draw_trace(axes, recording):
+    """x_N(t) in seconds and centimetres, with its mean; small amplitudes are shaded."""
     time, position = recording.time_s.copy(), 100 * recording.x_m
     # A line across a gap would show what was not seen.
     gaps = np.flatnonzero(np.diff(time) > 3 * recording.interval_s) + 1
@@ -53,12 +54,14 @@ def _draw_trace(axes, recording):
     axes.set_title(
         rf"$r$ = {recording.disorder_parameter:.4f},  "
         rf"$\langle x_N \rangle$ = {100 * recording.mean_length:.2f} cm,  "
-        f"small amplitude {100 * recording.small_share:.0f} % of the time",
+        f"small amplitude {100 * recording.small_share:.0f} % of the time, "
+        f"for {np.diff(recording.small_s, axis=1).max(initial=0.0):.0f} s at most",
         size=8,
     )
 
 
-def _draw_spectrum(axes, spectrum, name):
+def draw_spectrum(axes, spectrum, name):
+    """Power spectrum of a stretch of a recording, with its power law if it has one."""
     shown = spectrum.frequency_hz <= _HIGHEST_HZ
     frequency, power = spectrum.frequency_hz[shown], spectrum.power[shown]
     axes.loglog(frequency, power, color=_COLOURS[name], linewidth=0.6, rasterized=True)

@@ -1,6 +1,7 @@
 """Look of the figures: colours, page with small print, files that are the same bytes every time."""
 
 import functools
+import json
 import textwrap
 from pathlib import Path
 
@@ -99,18 +100,54 @@ def small_print(datasets, preset) -> str:
 
 
 @styled
-def save(figure, png, pdf, source="") -> None:
+def save(figure, png, pdf, source="", lineage=None) -> None:
     """Write the figure as PNG and PDF. Equal figures give equal bytes: no time is recorded.
 
-    source : what the PNG says that it is drawn from, see `beltrepro.inputs`.
+    source : what the files say that they are drawn from.  lineage : what made those datasets.
+    Both from `beltrepro.inputs`.
     """
-    about = {"Title": Path(png).stem, "Source": source}
-    with replacing(png) as unfinished:
-        figure.savefig(unfinished, format="png", metadata=about)
+    write(figure, png, Path(png).stem, source, lineage)
     # The layout stands now; both files have the same one.
     figure.set_layout_engine("none")
-    with replacing(pdf) as unfinished:
-        figure.savefig(unfinished, format="pdf", metadata={"CreationDate": None})
+    write(figure, pdf, Path(png).stem, source, lineage)
+
+
+def write(figure, path, title, source="", lineage=None) -> None:
+    """Write a figure as PNG, PDF or SVG, by the ending, with what made it.
+
+    The words lie where each format has a place for them (the text of a PNG, the information of a
+    PDF, the Dublin Core of an SVG). What made it is JSON: the code, libraries and processor that
+    drew it, and the lineage.
+    """
+    kind = Path(path).suffix.lower()[1:]
+    version = provenance.code_version()
+    drawn = {"code_version": version, **_drawn_by(), "lineage": lineage or {}}
+    made_by, words = f"beltrepro {version}", json.dumps(drawn)
+    about = {
+        "png": {"Title": title, "Source": source, "Author": made_by, "Description": words},
+        "pdf": {
+            "Title": title,
+            "Subject": source,
+            "Author": made_by,
+            "Keywords": words,
+            "CreationDate": None,
+        },
+        "svg": {
+            "Title": title,
+            "Source": source,
+            "Creator": made_by,
+            "Description": words,
+            "Date": None,
+        },
+    }
+    with replacing(path) as unfinished:
+        figure.savefig(unfinished, format=kind, metadata=about[kind])
+
+
+def _drawn_by():
+    """Libraries that draw, and the processor: its rounding can move a pixel."""
+    versions = provenance.library_versions() | {"matplotlib": matplotlib.__version__}
+    return {"library_versions": versions, "processor": provenance.processor()}
 
 
 _HOW = ("kind", "method", "duration", "transient")

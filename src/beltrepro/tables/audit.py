@@ -1,6 +1,7 @@
 """audit.csv: whether sampled runs obey the law, judged without the integrators."""
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -31,7 +32,7 @@ def derive(data) -> pd.DataFrame:
 
 
 def _row(dataset) -> dict:
-    run = SimpleNamespace(
+    run: Any = SimpleNamespace(  # what an audit asks of a run
         parameters=files.chain(dataset),
         method=str(dataset.attributes["method"]),
         time_step=float(dataset.attributes["time_step"]),

@@ -22,8 +22,8 @@ ENTRY = Entry(
         "r_lower": "r of the trials, 2.5 %",
         "r_upper": "r of the trials, 97.5 %",
         "r_least": "smallest r of a trial",
-        "laminar_share": "mean share of the time in laminar phases",
-        "laminar_longest_s": "longest laminar phase in any trial (s)",
+        "lasting_share": "mean share of the time in small amplitudes that last",
+        "lasting_longest_s": "longest small amplitude in any trial (s)",
         "all_slip_longest_s": "longest time in any trial in which no block sticks (s)",
         "below": "share of the trials with r at or below the recorded one",
         "below_lower": "lower end of its interval (Clopper and Pearson, 95 %)",
@@ -81,8 +81,8 @@ def _row(observation, own) -> dict:
         "r_lower": lower,
         "r_upper": upper,
         "r_least": disorder.min(),
-        "laminar_share": own["laminar_share"].mean(),
-        "laminar_longest_s": units.to_si(own["laminar_longest"].max(), "time"),
+        "lasting_share": own["lasting_share"].mean(),
+        "lasting_longest_s": units.to_si(own["lasting_longest"].max(), "time"),
         "all_slip_longest_s": units.to_si(own["all_slip_longest"].max(), "time"),
     }
     for name, having in found.items():

@@ -1,26 +1,24 @@
-"""CSV files, and beside each what made it, what its columns are, and its checksum.
+"""CSV files, and beside each what made it, what its columns are, and its checksum."""
 
-The metadata follow CSV on the Web (W3C, https://www.w3.org/TR/tabular-metadata/): NAME.csv stays
-plain, NAME.csv-metadata.json describes it.
-"""
-
-import hashlib
-import json
 from pathlib import Path
 
 import pandas as pd
 
-from beltrepro import provenance
 from beltrepro.atomic import replacing
-from beltrepro.datasets.files import repair
+from beltrepro.datasets.described import describe
 from beltrepro.datasets.quantities import QUANTITIES, UNITS
-from beltrepro.errors import InputError
 
 DIGITS = "%.6g"
 
 
 def write(
-    path, table: pd.DataFrame, *, title: str, columns: dict[str, str], sources: dict[str, dict]
+    path,
+    table: pd.DataFrame,
+    *,
+    title: str,
+    columns: dict[str, str],
+    sources: dict[str, dict],
+    lineage: dict[str, dict] | None = None,
 ) -> None:
     """Write a table and its metadata.
 
@@ -36,56 +34,14 @@ def write(
         What single columns are; quantities of a point explain themselves.
     sources : dict
         What was told to the datasets that it is derived from, by name.
+    lineage : dict, optional
+        What made those datasets, see `beltrepro.inputs`.
     """
     path = Path(path)
-    content = table.to_csv(index=False, float_format=DIGITS).encode()
-    about = {
-        "@context": "http://www.w3.org/ns/csvw",
-        "url": path.name,
-        "dc:title": title,
-        "dc:source": sources,
-        "beltrepro:origin": provenance.origin(),
-        "beltrepro:checksum": checksum(content),
-        "tableSchema": {"columns": [_column(name, table[name], columns) for name in table]},
-    }
-    with replacing(metadata_path(path)) as unfinished:
-        unfinished.write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
     with replacing(path) as unfinished:
-        unfinished.write_bytes(content)
-
-
-def check(path: Path, expected: dict) -> None:
-    """Check that a table is whole and is what it should be.
-
-    expected : preset and run, and in `sources` what was told to the datasets and tables that it is
-    derived from, by name.
-
-    Raises InputError, with the command that makes it again.
-    """
-    try:
-        content = path.read_bytes()
-        about = json.loads(metadata_path(path).read_text(encoding="utf-8"))
-        known = about["url"], about["beltrepro:checksum"]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        reason = f"cannot be read with its metadata ({type(error).__name__})"
-    else:
-        if known != (path.name, checksum(content)):
-            reason = "damaged, or another table: it does not have its checksum"
-        elif about.get("dc:source") != json.loads(json.dumps(expected["sources"])):
-            reason = "was derived from other datasets"
-        else:
-            return
-    raise InputError(f"{path}: {reason}; {repair(path, expected)}")
-
-
-def checksum(content: bytes) -> str:
-    """Sixteen hexadecimal digits of the bytes of a file."""
-    return hashlib.sha256(content).hexdigest()[:16]
-
-
-def metadata_path(path: Path) -> Path:
-    """Where the metadata of a CSV file lie."""
-    return path.with_name(f"{path.name}-metadata.json")
+        table.to_csv(unfinished, index=False, float_format=DIGITS)
+    described = {"columns": [_column(name, table[name], columns) for name in table]}
+    describe(path, title=title, sources=sources, lineage=lineage, tableSchema=described)
 
 
 def _column(name: str, values: pd.Series, columns: dict[str, str]) -> dict:

@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.colors import to_rgb
 
 from beltrepro import checks
+from beltrepro.atomic import replacing
 from beltrepro.errors import InputError
 from beltrepro.watching import look
 from beltrepro.watching.clock import Clock
@@ -107,13 +108,13 @@ def write_film(
         As of `check_film`.
     """
     check_film(path, duration, clock)
-    from beltrepro.experiment.video import Frame, unfinished, write_video  # only films need it
+    from beltrepro.experiment.video import Frame, write_video  # only films need it
 
     view = View(player, clock)
     count, rate = frames_of(duration, clock), clock.frames_per_second
     pictures = _pictures(view, player, clock, count, progress or (lambda fraction: None))
     if path.suffix.lower() == ".gif":
-        with unfinished(path) as part:
+        with replacing(path) as part:
             _write_gif(part, pictures, count, rate)
     else:
         frames = (Frame(number / rate, picture) for number, picture in enumerate(pictures))

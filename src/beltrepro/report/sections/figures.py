@@ -6,8 +6,9 @@ NEEDS = ("figures",)
 
 
 def gather(material) -> dict:
-    """Pictures with title, words and claims."""
+    """Pictures with title, words and claims, and whether a section is on the films."""
     return {
         "figures": material.pictures_of("Figures of the paper"),
         "studies": material.pictures_of("Further studies"),
+        "filmed": material.has(("recordings",)),
     }

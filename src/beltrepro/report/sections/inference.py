@@ -48,7 +48,7 @@ def _odds(row: dict) -> dict:
         "recorded": f"{row['r_recorded']:g}",
         "r": f"{row['r']:.3f} ({row['r_lower']:.3f} to {row['r_upper']:.3f})",
         "least": f"{row['r_least']:.3f}",
-        "longest": f"{row['laminar_longest_s']:.0f}",
+        "longest": f"{row['lasting_longest_s']:.0f}",
         **{name: _share(row, name) for name in ("below", "shows", "both")},
     }
 

@@ -13,6 +13,7 @@ NEEDS = ()
 RULES = {
     "batches": "simulate batches",
     "datasets": "join batches",
+    "experiment": "film and track",
     "tables": "derive tables",
     "agreement": "compare the integrators",
     "figures": "draw figures",

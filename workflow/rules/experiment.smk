@@ -1,0 +1,53 @@
+# The virtual experiment: datasets are filmed, and the last block is tracked in the films.
+
+
+rule film:
+    "Film a dataset with the virtual camera."
+    input:
+        unpack(filmed),
+    output:
+        video="<results>/experiment/{film}.mp4",
+        about="<results>/experiment/{film}.mp4-metadata.json",
+    log:
+        "<logs>/experiment/{film}.film.log",
+    benchmark:
+        "<benchmarks>/experiment/{film}.film.tsv"
+    conda:
+        "../envs/beltrepro.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=30,
+    params:
+        told=told_film,
+        expected=expected_of_film,
+        code=experiment_code("camera"),
+    message:
+        "Filming {wildcards.film}"
+    script:
+        "../scripts/film.py"
+
+
+rule track:
+    "Track the last block in a film."
+    input:
+        "<results>/experiment/{film}.mp4",
+    output:
+        table="<results>/experiment/{film}.csv",
+        about="<results>/experiment/{film}.csv-metadata.json",
+    log:
+        "<logs>/experiment/{film}.track.log",
+    benchmark:
+        "<benchmarks>/experiment/{film}.track.tsv"
+    conda:
+        "../envs/beltrepro.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=30,
+    params:
+        code=experiment_code("tracking"),
+    message:
+        "Tracking {wildcards.film}"
+    script:
+        "../scripts/track.py"

@@ -1,0 +1,18 @@
+"""Describe a finished run as an RO-Crate."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from beltrepro import scripting
+from beltrepro.deposit import archive, crate
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+
+def main(job):
+    archive.write_crate(Path(), crate.run_from(job.params.told))
+
+
+if __name__ == "__main__":
+    scripting.run(main, snakemake)

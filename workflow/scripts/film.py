@@ -1,0 +1,40 @@
+"""Film a dataset with the virtual camera."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from beltrepro import inputs, scripting
+from beltrepro.datasets.described import describe
+from beltrepro.datasets.films import FILM, NEEDED
+from beltrepro.experiment import Camera, Movement, film
+from beltrepro.model.units import to_si
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+TITLE = "Film of a simulated chain, by a virtual camera."
+
+
+def take(paths: dict, expected: dict, told: dict, output: Path) -> None:
+    """Film the one dataset in `paths`; told : what `PlannedFilm.told` says."""
+    data = inputs.load(paths, expected)
+    (series,) = data.values()
+    samples = {name: series.arrays[name][: told["frames"]] for name in ("time", *NEEDED)}
+    movement = Movement(
+        to_si(samples["time"], "time"),
+        to_si(samples["positions"], "length"),
+        to_si(samples["velocities"], "velocity"),
+    )
+    progress = scripting.Progress(f"{told['film']}: {len(movement.time_s)} frames")
+    film(movement, output, camera=Camera(**told["camera"]), progress=progress)
+    sources = expected | {f"{told['film']}{FILM}": told}
+    describe(output, title=TITLE, sources=sources, lineage=inputs.lineage(paths, data), units="SI")
+
+
+def main(job):
+    told, expected = job.params.told, job.params.expected
+    take(dict(job.input.items()), expected, told, Path(job.output.video))
+
+
+if __name__ == "__main__":
+    scripting.run(main, snakemake)
