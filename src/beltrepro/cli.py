@@ -311,7 +311,7 @@ def _watch(options: argparse.Namespace) -> int:
         watching.open_window(watching.begin(chain, clock, options.transient, options.seed), clock)
         return 0
     duration = _FILM if options.duration is None else options.duration
-    check_output(options, ".mp4", ".gif")
+    check_output(options)
     watching.check_film(options.output, duration, clock)
     progress = progress_of("film")
     player = watching.begin(chain, clock, options.transient, options.seed)
