@@ -88,8 +88,17 @@ def check(path: Path, expected: dict) -> None:
 
 
 def lineage(path: Path) -> dict[str, dict]:
-    """What made the datasets behind a table, as it was written beside it."""
-    return json.loads(metadata_path(path).read_text(encoding="utf-8"))["beltrepro:lineage"]
+    """What made the datasets behind a table, as it was written beside it.
+
+    Raises InputError for a table of an older version, which does not say it.
+    """
+    about = json.loads(metadata_path(path).read_text(encoding="utf-8"))
+    if "beltrepro:lineage" not in about:
+        raise InputError(
+            f"{path}: of an older version, without what made its datasets; remove it and run the "
+            "same command again"
+        )
+    return about["beltrepro:lineage"]
 
 
 def checksum(content: bytes) -> str:
