@@ -114,6 +114,15 @@ def test_tables_and_figures_say_all_that_made_their_data(made, plan, name):
     assert rows["library_versions"]["numba"] and rows["processor"]
 
 
+def test_a_table_of_an_older_version_is_one_line(made, tmp_path):
+    for path in (made / "first.csv", tables.metadata_path(made / "first.csv")):
+        shutil.copy(path, tmp_path)
+    metadata = tables.metadata_path(tmp_path / "first.csv")
+    metadata.write_text(metadata.read_text().replace("beltrepro:lineage", "other"))
+    with pytest.raises(InputError, match=r"first.csv: of an older version"):
+        inputs.lineage({"first": tmp_path / "first.csv"}, {"first": None})
+
+
 def test_a_dataset_says_all_that_made_it(made, plan):
     said = store.read(made / "rows.h5").attributes
     assert json.loads(said["config"]) == json.loads(json.dumps(plan.told("rows")))
