@@ -94,7 +94,7 @@ def test_a_threshold_scatters_them_as_a_kick_of_twice_its_size_for_one_spring():
     for first in range(1, 320, 32):
         many = range(first, first + 32)
         # in so short a step noise does nothing to a block that slips
-        noisy = chains_of(ChainParameters(1, 3.0, noise=size), many, 0.0, time_step=1e-12)
+        noisy = chains_of(ChainParameters(1, 3.0, noise=size), many, 0.0, time_step=1e-9)
         kicked = chains_of(ChainParameters(1, 3.0), many, 2 * size)
         places["noise"].append(first_slips(noisy, 40.0) - exact)
         places["kick"].append(first_slips(kicked, 40.0) - exact)

@@ -191,7 +191,7 @@ def test_every_rule_that_runs_declares_what_it_needs():
             for directive in needed:
                 assert f"\n    {directive}:" in rule, (path.name, rule.splitlines()[0], directive)
             assert "mem_mb=" in rule and "runtime=" in rule
-    assert count == 9
+    assert count == 11
 
 
 def test_every_script_is_used():
@@ -334,6 +334,8 @@ def test_datasets_of_an_archive_are_never_simulated(tree):
     try:
         count = jobs(snakemake(tree, "--dry-run", settings=settings))
         assert count == {
+            "film": len(smoke_plan().films),
+            "track": len(smoke_plan().films),
             "derive": len(TABLES),
             "draw": len(FIGURES),
             "claims": 1,

@@ -267,7 +267,7 @@ class _FirstStep:
 
     _CODE = (
         "from beltrepro import ChainParameters, simulate\n"
-        "simulate(ChainParameters(5, 20.0, 1.0), duration=0.001, method={!r},"
+        "simulate(ChainParameters(5, 20.0, 1.0), duration=1.0, method={!r},"
         " sample_interval=None)\n"
         "print('done', flush=True)\n"
     )
