@@ -657,8 +657,9 @@ def test_figures_draw_and_repeat(module, tmp_path):
     written = []
     for name in ("first", "second"):
         figure = module.draw(data, style.small_print(list(data.values()), "smoke"))
-        style.save(figure, tmp_path / f"{name}.png", tmp_path / f"{name}.pdf")
-        written.append((tmp_path / f"{name}.png").read_bytes())
+        (tmp_path / name).mkdir()
+        style.save(figure, tmp_path / name / "a.png", tmp_path / name / "a.pdf")
+        written.append((tmp_path / name / "a.png").read_bytes())
         assert all(axes.has_data() for axes in figure.axes)
     assert written[0] == written[1]
     first, second, *_ = module.ENTRY.uses

@@ -115,9 +115,9 @@ def test_tables_and_figures_say_all_that_made_their_data(made, plan, name):
 
 
 def test_a_table_of_an_older_version_is_one_line(made, tmp_path):
-    for path in (made / "first.csv", tables.metadata_path(made / "first.csv")):
+    for path in (made / "first.csv", metadata_path(made / "first.csv")):
         shutil.copy(path, tmp_path)
-    metadata = tables.metadata_path(tmp_path / "first.csv")
+    metadata = metadata_path(tmp_path / "first.csv")
     metadata.write_text(metadata.read_text().replace("beltrepro:lineage", "other"))
     with pytest.raises(InputError, match=r"first.csv: of an older version"):
         inputs.lineage({"first": tmp_path / "first.csv"}, {"first": None})
