@@ -37,6 +37,12 @@ subprocess.run(["bash", "-c", command])
 """
 
 
+def as_from_a_terminal():
+    """Heed signals that whoever runs the tests may ignore, as nohup and shells in scripts do."""
+    for each in lifecycle.STOPPING:
+        signal.signal(each, signal.SIG_DFL)
+
+
 def started(code: str, results: Path) -> subprocess.Popen:
     """A process of its own group that has begun its work on results."""
     process = subprocess.Popen(
@@ -45,6 +51,7 @@ def started(code: str, results: Path) -> subprocess.Popen:
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        preexec_fn=as_from_a_terminal,
     )
     assert process.stdout.readline()
     return process
