@@ -7,11 +7,10 @@ joined, and what every array in a file says of itself. `running` has the functio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from beltrepro.accuracy import START_NOISE
 from beltrepro.datasets.points import Point, chain
 from beltrepro.datasets.quantities import QUANTITIES, REQUIRED, UNITS
-from beltrepro.model.friction import start_noise
 from beltrepro.model.parameters import LARGEST, LONGEST
+from beltrepro.model.validity import noise_beyond_event
 
 POINT = "point"  # name of the axis along which batches are joined
 MAXIMUM_SCAN_BLOCKS = 10  # columns of slip_count
@@ -289,15 +288,8 @@ def _tolerance(points):
 
 def _law(points):
     chains = {point[:8]: point for point in points if point.method == "event"}  # all but u
-    for point in chains.values():
-        share = start_noise(chain(point))
-        if share > START_NOISE:
-            constants = f"friction_ratio = {point.friction_ratio:g}"
-            constants += f" and static_friction = {point.static_friction:g}"
-            most = point.noise * START_NOISE / share
-            text = f"method event is checked up to {most:.3g}; beyond that take verlet"
-            return "noise", f"= {point.noise:g}: with {constants}, {text}"
-    return None
+    wrong = (noise_beyond_event(chain(point)) for point in chains.values())
+    return next((("noise", text) for text in wrong if text), None)
 
 
 def _samples(settings, points):
@@ -593,12 +585,7 @@ TRIAL = Kind(
         *_LENGTH,
         *_of_points(
             ("small_share", "", "1", "Share of the time with small amplitude, as in a film."),
-            (
-                "lasting_share",
-                "",
-                "1",
-                "Share of the time in those that last.",
-            ),
+            ("lasting_share", "", "1", "Share of the time in small amplitudes that last."),
             ("lasting_count", "", "1", "Number of stretches of small amplitude that last."),
             ("lasting_longest", "", "time", "Length of the longest of them."),
             ("lively_longest", "", "time", "Longest time between them."),

@@ -8,13 +8,12 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias, TypeVar
 
 from beltrepro import checks, names
-from beltrepro.accuracy import START_NOISE
 from beltrepro.checks import finite_number, is_sequence, positive, shown
 from beltrepro.engine.state import ChainState
 from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
-from beltrepro.model.friction import start_noise
 from beltrepro.model.parameters import LONGEST
+from beltrepro.model.validity import noise_beyond_event
 from beltrepro.simulation.methods import KICKED, METHODS, TOLERANCE_RANGE, TOLERANCES
 
 T = TypeVar("T")
@@ -121,15 +120,8 @@ def method_has_kicks(method: str, kick: float) -> None:
 
 def method_has_law(method: str, chain: ChainParameters) -> None:
     """That the noise of "event" has the law of the paper's scheme where slips begin gently."""
-    share = start_noise(chain)
-    if method != "event" or share <= START_NOISE:
-        return
-    most = chain.noise * START_NOISE / share
-    raise InputError(
-        f"noise = {chain.noise:g}: with friction_ratio = {chain.friction_ratio:g} and "
-        f"static_friction = {chain.static_friction:g}, method 'event' is checked up to {most:.3g}; "
-        "beyond that take 'verlet'"
-    )
+    if method == "event" and (text := noise_beyond_event(chain)):
+        raise InputError(f"noise {text}")
 
 
 def whole_steps(name: str, value: float, time_step: float) -> None:
