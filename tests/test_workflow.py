@@ -342,7 +342,8 @@ def test_datasets_of_an_archive_are_never_simulated(tree):
             "report": 1,
             "all": 1,
         }
-        assert jobs(snakemake(tree, "--dry-run"))["join"] == len(names)
+        other = ["preset=smoke", "run=other"]
+        assert jobs(snakemake(tree, "--dry-run", settings=other))["join"] == len(names)
         (folder / "u20.h5").unlink()
         count = jobs(snakemake(tree, "--dry-run", settings=settings))
         assert (count["simulate"], count["join"]) == (len(names["u20"].batches), 1)
