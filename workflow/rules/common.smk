@@ -218,9 +218,10 @@ def records():
     for name, entry in FIGURES.items():
         outputs = [f"<results>/figures/{name}.{kind}" for kind in ("png", "pdf")]
         yield "draw", f"figures/{name}", list(map(file_of, entry.uses)), outputs
-    claims = ["<results>/claims.csv", "<results>/claims.csv-metadata.json"]
-    yield "claims", "claims", dataset_files(), claims
-    shown = [*dataset_files(), *map(file_of, TABLES), claims[0], *drawn("png")]
+    claims = [f"<results>/{name}.csv" for name in ("claims", "estimates")]
+    described = [*claims, *(f"{path}-metadata.json" for path in claims)]
+    yield "claims", "claims", dataset_files(), described
+    shown = [*dataset_files(), *map(file_of, TABLES), *claims, *drawn("png")]
     yield "report", "report", shown, ["<results>/report.html"]
 
 

@@ -2,12 +2,13 @@
 
 
 rule claims:
-    "A measured value and a verdict for every claim of the paper: claims.csv."
+    "A verdict for every claim of the paper, and the numbers it rests on."
     input:
         **{name: file_of(name) for name in judged()},
     output:
-        table=report("<results>/claims.csv", caption="../report/claims.rst", category="Claims"),
-        about="<results>/claims.csv-metadata.json",
+        claims=report("<results>/claims.csv", caption="../report/claims.rst", category="Claims"),
+        estimates="<results>/estimates.csv",
+        about=[f"<results>/{name}.csv-metadata.json" for name in ("claims", "estimates")],
     log:
         "<logs>/claims.log",
     benchmark:
@@ -34,6 +35,7 @@ rule report:
         **{name: file_of(name) for name in TABLES},
         datasets=dataset_files(),
         claims="<results>/claims.csv",
+        estimates="<results>/estimates.csv",
         figures=drawn("png"),
     output:
         report("<results>/report.html", caption="../report/report.rst", category="Report"),

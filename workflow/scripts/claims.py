@@ -9,19 +9,21 @@ from beltrepro.tables import files
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
-TITLE = "Every claim of the paper: what it prints, what was measured, and the verdict."
+CLAIMS = "Every claim of the paper: what it prints, what was measured, and the verdict."
+ESTIMATES = "The numbers that the verdicts rest on, with their intervals and the allowed ranges."
 
 
 def claims(paths: dict, expected: dict, settings: dict, output) -> None:
     """Measure the claims from files by name of the dataset or track."""
     data = inputs.load(paths, expected)
-    table = measure(data, settings)
-    lineage = inputs.lineage(paths, data)
-    files.write(output, table, title=TITLE, columns={}, sources=expected, lineage=lineage)
+    found = measure(data, settings)
+    about = {"columns": {}, "sources": expected, "lineage": inputs.lineage(paths, data)}
+    files.write(output.estimates, found.estimates, title=ESTIMATES, **about)
+    files.write(output.claims, found.claims, title=CLAIMS, **about)
 
 
 def main(job):
-    claims(dict(job.input.items()), job.params.expected, job.params.settings, job.output.table)
+    claims(dict(job.input.items()), job.params.expected, job.params.settings, job.output)
 
 
 if __name__ == "__main__":

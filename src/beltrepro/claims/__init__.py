@@ -4,7 +4,7 @@
 in the module of its section, registered under its id; `measure` calls them all.
 """
 
-from beltrepro.claims.ledger import Claim, load_ledger
+from beltrepro.claims.entries import Claim, load_ledger
 from beltrepro.claims.measuring import COLUMNS, measure
 
 __all__ = ["COLUMNS", "Claim", "load_ledger", "measure"]

@@ -5,13 +5,16 @@ from functools import cached_property
 
 import numpy as np
 
-from beltrepro.analysis import intermittency, sections, states, transitions
+from beltrepro.analysis import intermittency, sections, states
 from beltrepro.analysis.errors import NotEnoughDataError, require
+from beltrepro.claims import transitions_of_runs
+from beltrepro.claims.estimates import Estimate
 
 # Chaotic transients last up to 1e4 (inset of Fig. 12). A run that discards less than this shows
 # the transient instead of the state that follows, so it cannot test claims about that state.
 SETTLED_TRANSIENT = 5000.0
 SCANS_WITH_ROWS = ("n5_rows", "size_rows", "n5_map")
+SCANS_WITH_REPLICATES = ("n5_replicates", "size_replicates")
 
 
 @dataclass(frozen=True)
@@ -48,14 +51,14 @@ class Cut:
         return states.label_states(self.points, transient=self.transient, duration=self.duration)
 
     @cached_property
-    def transition(self) -> transitions.Transition:
-        """Transition region along u."""
-        return transitions.transition_region(self.belt_velocity, self.disorder)
+    def fall(self) -> dict[str, Estimate]:
+        """The fall of r along u (`transitions_of_runs.fall`)."""
+        return transitions_of_runs.fall(self.belt_velocity, self.disorder)
 
     @cached_property
-    def noise_transition(self) -> transitions.Transition:
-        """Noise-induced transition along sigma."""
-        return transitions.critical_noise(self.noise, self.disorder)
+    def rise(self) -> dict[str, Estimate]:
+        """The rise of r along sigma (`transitions_of_runs.rise`)."""
+        return transitions_of_runs.rise(self.noise, self.disorder)
 
     def between(self, low: float, high: float) -> np.ndarray:
         """Mask of the points with low <= u <= high."""
@@ -129,6 +132,23 @@ class Evidence:
                     return _settled(cut, name) if settled else cut
         place = scan if scan else "any scan of this preset"
         raise NotEnoughDataError(f"no row with N = {n_blocks}, sigma = {noise:g} in {place}")
+
+    def replicates(self, n_blocks: int, noise: float, *, scan: str | None = None) -> Cut:
+        """The row of a number of blocks and a noise with independent runs at each point.
+
+        scan : its name; if not given, the first of SCANS_WITH_REPLICATES that has the row, which
+        are by one method for all noise levels.
+        """
+        for name in (scan,) if scan else SCANS_WITH_REPLICATES:
+            if self.has(name):
+                cut = self._cut(name, n_blocks=n_blocks, noise=noise)
+                if len(cut.belt_velocity):
+                    self.dataset(name)
+                    return _settled(cut, name)
+        place = scan if scan else "this preset"
+        raise NotEnoughDataError(
+            f"no independent runs with N = {n_blocks}, sigma = {noise:g} in {place}"
+        )
 
     def column(self, scan: str, n_blocks: int, belt_velocity: float, *, settled=True) -> Cut:
         """The column of a number of blocks and a belt velocity in a scan."""

@@ -1,7 +1,8 @@
 """Measure every claim of the ledger."""
 
 import logging
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 
 import pandas as pd
@@ -9,39 +10,68 @@ import pandas as pd
 from beltrepro.analysis.errors import NotEnoughDataError
 from beltrepro.claims import experiment, model, motion, system_size, with_noise, without_noise
 from beltrepro.claims.criteria import (
-    FAILS,
-    HOLDS,
+    FEW_RUNS,
     NOT_MEASURED,
-    PARTLY,
+    Judgement,
     Measurement,
+    bounds,
     judge,
     show,
 )
+from beltrepro.claims.entries import Claim, load_ledger
 from beltrepro.claims.evidence import Evidence
-from beltrepro.claims.ledger import Claim, load_ledger
 from beltrepro.claims.registry import REGISTRY
 
 SECTIONS = (model, experiment, without_noise, motion, with_noise, system_size)
 COLUMNS = (
     "id",
     "figure",
+    "kind",
     "variant",
     "statement",
     "paper",
     "measured",
-    "uncertainty",
-    "sample_size",
+    "runs",
     "criterion",
     "verdict",
     "note",
     "dataset",
 )
+ESTIMATE_COLUMNS = (
+    "id",
+    "variant",
+    "name",
+    "value",
+    "low",
+    "high",
+    "runs",
+    "allowed_low",
+    "allowed_high",
+    "verdict",
+)
 
 logger = logging.getLogger(__name__)
 
 
-def measure(datasets: dict, settings: dict) -> pd.DataFrame:
-    """Measured value and verdict of every claim.
+@dataclass(frozen=True)
+class Measured:
+    """Claims with their verdicts, and the numbers that these rest on.
+
+    claims : one row per claim in the order of the ledger, and below it one row per further reading
+        of an open point, with the reading in `variant` (empty for the one that counts). All cells
+        are text. Columns COLUMNS.
+    estimates : one row per number of each of these, with its interval, the range that is allowed
+        for it (NaN if none is) and what that makes of it. Columns ESTIMATE_COLUMNS.
+    """
+
+    claims: pd.DataFrame
+    estimates: pd.DataFrame
+
+
+def measure(datasets: dict, settings: dict) -> Measured:
+    """Measured values and verdict of every claim.
+
+    Only the reading that counts gives the verdict of a claim; other readings have their own.
 
     Parameters
     ----------
@@ -52,91 +82,110 @@ def measure(datasets: dict, settings: dict) -> pd.DataFrame:
 
     Returns
     -------
-    One row per claim in the order of the ledger, and below it one row per further reading of an
-    open point, with the reading in `variant` (empty for the one that counts). A claim whose counted
-    reading fails while another one holds is "partly", and its note says which. All cells are text.
+    Measured
+        Two tables.
     """
     evidence = Evidence(datasets, settings)
-    rows = []
+    claims, estimates = [], []
     for claim in load_ledger().values():
-        rows += _claim_rows(claim, evidence)
-    return pd.DataFrame(rows, columns=list(COLUMNS))
-
-
-def _claim_rows(claim: Claim, evidence: Evidence) -> list[dict]:
-    evidence.start(claim)
-    readings = _readings(claim, evidence)
-    judged = {name: _judged(claim, reading) for name, reading in readings.items()}
-    counted, *variants = judged
-    holding = [name for name in variants if judged[name].verdict == HOLDS]
-    if judged[counted].verdict == FAILS and holding:
-        note = f"fails in the reading that counts, holds for: {'; '.join(holding)}"
-        judged[counted] = replace(
-            judged[counted], verdict=PARTLY, note=_joined(note, judged[counted].note)
-        )
-    rows = [_row(claim, "", judged[counted], evidence)]
-    return rows + [_row(claim, name, judged[name], evidence) for name in variants]
+        evidence.start(claim)
+        for variant, reading in _readings(claim, evidence).items():
+            found = _judged(claim, variant, reading)
+            claims.append(_row(found, evidence))
+            estimates += _estimate_rows(found)
+    return Measured(
+        pd.DataFrame(claims, columns=list(COLUMNS)),
+        pd.DataFrame(estimates, columns=list(ESTIMATE_COLUMNS)),
+    )
 
 
 @dataclass(frozen=True)
 class _Judged:
+    """A claim in one reading."""
+
+    claim: Claim
+    variant: str
     measurement: Measurement
-    verdict: str
+    judgement: Judgement
     note: str
 
 
-def _readings(claim, evidence) -> dict:
-    """Readings as functions; a claim function that finds no data is a reading that says so."""
+def _readings(claim: Claim, evidence: Evidence) -> dict[str, Callable[[], Measurement]]:
+    """Readings as functions, the one that counts first and without a name.
+
+    A claim function that finds no data is a reading that says so.
+    """
     function = REGISTRY.get(claim.id, lambda evidence: Measurement())
     try:
         found = function(evidence)
     except Exception as error:
         return {"": partial(_raise, error)}
-    return found if isinstance(found, dict) else {"": lambda: found}
+    if not isinstance(found, dict):
+        return {"": lambda: found}
+    first, *others = found
+    return {"": found[first]} | {name: found[name] for name in others}
 
 
-def _judged(claim, reading) -> _Judged:
+def _judged(claim: Claim, variant: str, reading: Callable[[], Measurement]) -> _Judged:
     try:
         measurement = reading()
+        judgement = judge(claim.criterion, measurement)
     except NotEnoughDataError as error:
-        return _Judged(Measurement(), NOT_MEASURED, str(error))
+        return _Judged(claim, variant, Measurement(), Judgement(NOT_MEASURED), str(error))
     except Exception as error:  # a fault in one claim must not cost the rest of a long run
         logger.exception("claim %s", claim.id)
         reason = f"fault in its code, see the log: {type(error).__name__}: {error}"
-        return _Judged(Measurement(), NOT_MEASURED, reason)
-    verdict, reason = judge(claim.criterion, claim.paper, measurement)
-    failed = [name for name, passed in measurement.checks.items() if not passed]
-    failed = f"not met: {'; '.join(failed)}" if failed else ""
+        return _Judged(claim, variant, Measurement(), Judgement(NOT_MEASURED), reason)
+    runs = measurement.runs
+    few = f"rests on {runs} run{'s' * (runs > 1)}" if runs and runs < FEW_RUNS else ""
     # Why there is nothing to test against comes first, then what was found all the same.
-    return _Judged(measurement, verdict, _joined(claim.reason, reason, measurement.note, failed))
+    note = _joined(claim.reason, judgement.reason, measurement.note, few)
+    return _Judged(claim, variant, measurement, judgement, note)
 
 
-def _raise(error):
+def _raise(error: Exception) -> Measurement:
     raise error
 
 
-def _row(claim: Claim, variant: str, judged: _Judged, evidence: Evidence) -> dict:
-    measurement = judged.measurement
-    kind = f"{claim.criterion['type']}: " if claim.testable else ""
-    size = measurement.sample_size
+def _row(found: _Judged, evidence: Evidence) -> dict[str, str]:
+    claim, runs = found.claim, found.measurement.runs
     return {
         "id": claim.id,
         "figure": "" if claim.figure is None else str(claim.figure),
-        "variant": variant,
+        "kind": claim.kind,
+        "variant": found.variant,
         "statement": claim.statement,
         "paper": show(claim.paper),
-        "measured": show(measurement.value) or _passed(measurement.checks),
-        "uncertainty": show(measurement.uncertainty, digits=2),
-        "sample_size": "" if size is None else str(int(size)),
-        "criterion": f"{kind}{claim.criterion['text']}",
-        "verdict": judged.verdict,
-        "note": judged.note,
+        "measured": found.measurement.words,
+        "runs": "" if runs is None else str(runs),
+        "criterion": claim.criterion["text"],
+        "verdict": found.judgement.verdict,
+        "note": found.note,
         "dataset": ", ".join(evidence.used or claim.needs),
     }
 
 
-def _passed(checks: dict[str, bool]) -> str:
-    return f"{sum(checks.values())} of {len(checks)} checks met" if checks else ""
+def _estimate_rows(found: _Judged) -> list[dict[str, object]]:
+    allowed = found.claim.criterion.get("allowed", {})
+    rows: list[dict[str, object]] = []
+    for name, each in (found.measurement.judged | found.measurement.also).items():
+        own = name in allowed and name in found.measurement.judged
+        low, high = bounds(allowed[name]) if own else (float("nan"), float("nan"))
+        rows.append(
+            {
+                "id": found.claim.id,
+                "variant": found.variant,
+                "name": name,
+                "value": each.value,
+                "low": each.low,
+                "high": each.high,
+                "runs": each.runs,
+                "allowed_low": low,
+                "allowed_high": high,
+                "verdict": found.judgement.components.get(name, "") if own else "",
+            }
+        )
+    return rows
 
 
 def _joined(*parts: str) -> str:

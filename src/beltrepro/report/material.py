@@ -11,6 +11,8 @@ import pandas as pd
 
 from beltrepro import store
 from beltrepro.claims import load_ledger
+from beltrepro.claims.criteria import range_in_words
+from beltrepro.claims.estimates import Estimate
 from beltrepro.figures import registry
 
 
@@ -25,7 +27,7 @@ class Material:
     settings : dict
         Its resolved configuration.
     files : dict of str to list of Path
-        "claims": the table of claims; "figures": PNG files; "datasets": HDF5 files; and any table
+        "claims" and "estimates": the tables of claims; "figures": PNG files; "datasets": HDF5 files; and any table
         that a section needs, by its name. A name may lack.
     benchmarks : Path
         Folder of Snakemake's benchmark files; may lack or be empty.
@@ -53,9 +55,10 @@ class Material:
     def claims(self) -> list[dict]:
         """Rows of claims.csv, one dict per claim, with its further readings under `variants`.
 
-        The fields of the ledger that the table lacks (open, reading, kind) are added.
+        The rows of estimates.csv of each are under `values`. The fields of the ledger that the
+        table lacks are added: open, reading, version, since and changed of its criterion.
         """
-        return _read_claims(self.file("claims"))
+        return _read_claims(self.file("claims"), self.file("estimates"))
 
     @functools.cached_property
     def datasets(self) -> list[dict]:
@@ -110,34 +113,42 @@ def _picture(name: str, entry: registry.Entry, path: Path, claims: list[dict]) -
 # --- claims ---------------------------------------------------------------------------------------
 
 
-def _read_claims(claims_csv: Path) -> list[dict]:
+def _read_claims(claims_csv: Path, estimates_csv: Path) -> list[dict]:
     ledger = load_ledger()
     table = pd.read_csv(claims_csv, dtype=str, keep_default_na=False)
-    claims = []
+    estimates = _read_estimates(estimates_csv)
+    claims: list[dict] = []
     for row in table.to_dict("records"):
-        row["values"] = _values(row)
+        row["values"] = estimates.get((row["id"], row["variant"]), [])
         if row["variant"]:
             claims[-1]["variants"].append(row)
             continue
         claim = ledger[row["id"]]
-        claims.append(
-            row | {"variants": [], "open": claim.open, "reading": claim.reading, "kind": claim.kind}
-        )
+        criterion = {key: claim.criterion.get(key, "") for key in ("version", "since", "changed")}
+        own = {"variants": [], "open": claim.open, "reading": claim.reading}
+        claims.append(row | own | criterion)
     return claims
 
 
-def _values(row) -> list[dict]:
-    """Named values of a cell "name: value; ..." with their uncertainties beside them."""
-    errors = dict(_parts(row["uncertainty"]))
-    return [
-        {"name": name, "value": value, "error": errors.get(name, "")}
-        for name, value in _parts(row["measured"])
-    ]
-
-
-def _parts(cell: str) -> list[tuple[str, str]]:
-    parts = [part.rpartition(": ") for part in cell.split("; ") if part]
-    return [(name, value) for name, _, value in parts]
+def _read_estimates(path: Path) -> dict[tuple[str, str], list[dict]]:
+    """Values of each claim and reading: name, value, interval and allowed range in words, verdict."""
+    table = pd.read_csv(path, keep_default_na=False, na_values=[""], dtype={"id": str, "name": str})
+    table = table.fillna({"variant": "", "name": "", "verdict": ""})
+    found: dict[tuple[str, str], list[dict]] = {}
+    for row in table.to_dict("records"):
+        runs = None if np.isnan(row["runs"]) else int(row["runs"])
+        estimate = Estimate(row["value"], row["low"], row["high"], runs)
+        allowed = [row["allowed_low"], row["allowed_high"]]
+        found.setdefault((row["id"], row["variant"]), []).append(
+            {
+                "name": row["name"],
+                "words": estimate.words,
+                "allowed": "" if np.isnan(allowed[0]) else range_in_words(allowed),
+                "verdict": row["verdict"],
+                "estimate": estimate,
+            }
+        )
+    return found
 
 
 # --- datasets -------------------------------------------------------------------------------------

@@ -1,0 +1,53 @@
+"""Reading of the ledger, the files in `ledger/`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from importlib import resources
+from typing import Any
+
+import yaml
+
+SECTIONS = ("model", "experiment", "without_noise", "motion", "with_noise", "system_size")
+KINDS = ("number", "shape", "construction")
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One entry of the ledger; the fields are explained in `ledger/README.md`."""
+
+    id: str
+    section: str
+    figure: int | None
+    kind: str
+    statement: str
+    criterion: dict[str, Any] = field(hash=False)
+    needs: tuple[str, ...] = ()
+    paper: Any = field(default=None, hash=False)
+    parameters: dict[str, Any] = field(default_factory=dict, hash=False)
+    open: str = ""
+    reading: str = ""
+    reason: str = ""
+    experiment: dict[str, float] = field(default_factory=dict, hash=False)
+
+    @property
+    def testable(self) -> bool:
+        """Whether there is anything that a simulation can be compared with."""
+        return bool(self.criterion.get("allowed"))
+
+    @property
+    def finding(self) -> bool:
+        """Whether it could come out otherwise: not true because the model is built so."""
+        return self.kind != "construction"
+
+
+def load_ledger() -> dict[str, Claim]:
+    """All claims by id, section by section."""
+    folder = resources.files("beltrepro.claims").joinpath("ledger")
+    claims = {}
+    for section in SECTIONS:
+        text = folder.joinpath(f"{section}.yaml").read_text(encoding="utf-8")
+        for entry in yaml.safe_load(text):
+            needs = tuple(entry.pop("needs"))
+            claims[entry["id"]] = Claim(**entry, section=section, needs=needs)
+    return claims
