@@ -8,7 +8,16 @@ from typing import Any
 
 import yaml
 
-SECTIONS = ("model", "experiment", "without_noise", "motion", "with_noise", "system_size")
+SECTIONS = (
+    "model",
+    "experiment",
+    "without_noise",
+    "motion",
+    "transition_with_noise",
+    "intermittency",
+    "noise_of_experiment",
+    "system_size",
+)
 KINDS = ("number", "shape", "construction")
 
 
