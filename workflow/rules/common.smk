@@ -100,6 +100,14 @@ def everything():
     ]
 
 
+def compared():
+    """Tables of claims of other runs: those here, or published in docs/results."""
+    found = {}
+    for folder in ("docs/results", "results"):
+        found |= {path.parent.name: str(path) for path in Path(folder).glob("*/claims.csv")}
+    return [path for name, path in sorted(found.items()) if name != PLAN.run]
+
+
 def table_data(wildcards):
     return {name: file_of(name) for name in table_of(wildcards)[1].uses}
 

@@ -37,6 +37,7 @@ rule report:
         claims="<results>/claims.csv",
         estimates="<results>/estimates.csv",
         figures=drawn("png"),
+        compared=compared(),
     output:
         report("<results>/report.html", caption="../report/report.rst", category="Report"),
     log:
