@@ -21,6 +21,7 @@ from beltrepro.claims.criteria import (
 from beltrepro.claims.estimates import Estimate, sure
 from beltrepro.claims.measuring import COLUMNS, ESTIMATE_COLUMNS
 
+WHY = "the measured reason in words has number"
 VERDICTS = (HOLDS, FAILS, PARTLY, UNDECIDED, HOLDS, NOT_MEASURED, HOLDS)
 
 
@@ -81,7 +82,7 @@ def _reading(claim, index, number, variant, wanted):
         "runs": "" if measurement.runs is None else str(measurement.runs),
         "criterion": claim.criterion["text"],
         "verdict": verdict,
-        "note": judged.reason or reasons.get(wanted, ""),
+        "note": f"{judged.reason}. {WHY} {index}" if judged.reason else reasons.get(wanted, ""),
         "dataset": ", ".join(claim.needs),
     }
     rows = []

@@ -2,30 +2,35 @@
 
 A place is a claim and the name of a number of it, in the reading that counts. `{r-jump}` is the
 only one that decides, `{why r-jump}` why the claim does not hold, `{verdict r-jump}` its verdict. A
-sentence with a number that was not measured is left out.
+sentence with a number that was not measured is left out. `{=preset}` is a fact of the run, by name.
 """
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from beltrepro.findings.results import Number, Reading, Results
 
 _PLACE = re.compile(r"\{([^{}]+)\}")
 MINUS = "\u2212"
+Facts = Mapping[str, str]
 
 
-def filled(template: str, results: Results) -> str | None:
-    """The sentence with its numbers, None if one of them was not measured."""
-    found = {place: _words(place, results) for place in places(template)}
+def filled(template: str, results: Results, facts: Facts | None = None) -> str | None:
+    """The sentence with its numbers and facts, None if one of them is not known."""
+    facts = {f"={name}": text for name, text in (facts or {}).items()}
+    found = {
+        place: facts.get(place, "") if place.startswith("=") else _words(place, results)
+        for place in places(template)
+    }
     if not all(found.values()):
         return None
     return _PLACE.sub(lambda match: str(found[match[1]]), template)
 
 
-def all_filled(templates: Iterable[str], results: Results) -> list[str]:
-    """Those of the sentences whose numbers were measured."""
-    return [text for each in templates if (text := filled(each, results))]
+def all_filled(templates: Iterable[str], results: Results, facts: Facts | None = None) -> list[str]:
+    """Those of the sentences whose numbers and facts are known."""
+    return [text for each in templates if (text := filled(each, results, facts))]
 
 
 def places(template: str) -> list[str]:

@@ -11,9 +11,9 @@ import numpy as np
 from beltrepro import findings, store
 from beltrepro.figures import registry
 from beltrepro.findings import Results
+from beltrepro.findings.pictures import seen
 from beltrepro.findings.presets import Comparison, compare
-from beltrepro.findings.seen import seen
-from beltrepro.findings.trust import length
+from beltrepro.findings.reliability import length
 
 
 @dataclass(frozen=True)

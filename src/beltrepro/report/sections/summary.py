@@ -2,7 +2,7 @@
 
 from beltrepro.claims.criteria import VERDICTS
 from beltrepro.findings import chosen, count
-from beltrepro.findings.trust import trust
+from beltrepro.findings.reliability import trust
 from beltrepro.report.sections.figures import on_page
 
 MOST, SENTENCES = 5, 4  # findings on the first screen, and sentences of each

@@ -1,4 +1,4 @@
-"""The findings that a reader is told first: templates in `findings.yaml`."""
+"""The findings that a reader is told first: templates in `topics.yaml`."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def chosen(results: Results) -> list[Finding]:
 @functools.cache
 def templates() -> tuple[dict[str, Any], ...]:
     """The templates as they stand in the file."""
-    text = resources.files("beltrepro.findings").joinpath("findings.yaml")
+    text = resources.files("beltrepro.findings").joinpath("topics.yaml")
     return tuple(yaml.safe_load(text.read_text(encoding="utf-8")))
 
 
