@@ -8,7 +8,18 @@ from typing import Any
 
 import yaml
 
-SECTIONS = ("model", "experiment", "without_noise", "motion", "with_noise", "system_size")
+SECTIONS = (
+    "model",
+    "experiment",
+    "without_noise",
+    "motion",
+    "transients",
+    "with_noise",
+    "motion_of_sizes",
+    "system_size",
+    "noise_and_size",
+    "integrators",
+)
 KINDS = ("number", "shape", "construction")
 
 

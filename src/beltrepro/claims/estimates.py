@@ -171,6 +171,24 @@ def slope(places: Sequence[float], found: Sequence[Estimate]) -> Estimate:
     return Estimate(gradient, gradient - reach, gradient + reach, fewest(*found))
 
 
+def trend(places: Sequence[float], found: Sequence[Estimate]) -> Estimate:
+    """Slope of the line of least squares through estimates, all with the same weight.
+
+    It says whether values rise or fall on the whole, not whether they lie on a line: scatter about
+    the line does not widen the interval. The sides of the intervals add as for `difference`.
+    """
+    require(len(found) >= 3, f"{len(found)} points, 3 are needed for a trend")
+    centred = np.asarray(places, dtype=float) - np.mean(places)
+    shares = centred / np.sum(centred**2)
+    value = float(sum(share * each.value for share, each in zip(shares, found, strict=True)))
+    sides = [
+        sorted((share * (each.low - each.value), share * (each.high - each.value)))
+        for share, each in zip(shares, found, strict=True)
+    ]
+    below, above = (math.hypot(*side) for side in zip(*sides, strict=True))
+    return Estimate(value, value - below, value + above, fewest(*found))
+
+
 def in_words(found: Mapping[str, Estimate]) -> str:
     """Estimates by name as short text."""
     return "; ".join(

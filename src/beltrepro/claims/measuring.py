@@ -8,7 +8,18 @@ from functools import partial
 import pandas as pd
 
 from beltrepro.analysis.errors import NotEnoughDataError
-from beltrepro.claims import experiment, model, motion, system_size, with_noise, without_noise
+from beltrepro.claims import (
+    experiment,
+    integrators,
+    model,
+    motion,
+    motion_of_sizes,
+    noise_and_size,
+    system_size,
+    transients,
+    with_noise,
+    without_noise,
+)
 from beltrepro.claims.criteria import (
     FEW_RUNS,
     NOT_MEASURED,
@@ -22,7 +33,18 @@ from beltrepro.claims.entries import Claim, load_ledger
 from beltrepro.claims.evidence import Evidence
 from beltrepro.claims.registry import REGISTRY
 
-SECTIONS = (model, experiment, without_noise, motion, with_noise, system_size)
+SECTIONS = (
+    model,
+    experiment,
+    without_noise,
+    motion,
+    transients,
+    with_noise,
+    motion_of_sizes,
+    system_size,
+    noise_and_size,
+    integrators,
+)
 COLUMNS = (
     "id",
     "figure",
