@@ -8,7 +8,15 @@ from typing import Any
 
 import yaml
 
-SECTIONS = ("model", "experiment", "without_noise", "motion", "with_noise", "system_size")
+SECTIONS = (
+    "model",
+    "experiment",
+    "without_noise",
+    "avalanches",
+    "motion",
+    "with_noise",
+    "system_size",
+)
 KINDS = ("number", "shape", "construction")
 
 
