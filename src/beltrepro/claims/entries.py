@@ -14,7 +14,9 @@ SECTIONS = (
     "without_noise",
     "avalanches",
     "motion",
-    "with_noise",
+    "transition_with_noise",
+    "intermittency",
+    "noise_of_experiment",
     "system_size",
 )
 KINDS = ("number", "shape", "construction")
