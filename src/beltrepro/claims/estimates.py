@@ -26,12 +26,14 @@ class Estimate:
 
     value : the number; low, high : its 95 % interval; NaN where nothing was found.
     runs : independent runs it rests on; None if it is no matter of chance.
+    still_open : of these, runs that must be longer to tell; the interval covers all they may be.
     """
 
     value: float
     low: float
     high: float
     runs: int | None = None
+    still_open: int = 0
 
     @property
     def words(self) -> str:
@@ -77,7 +79,7 @@ def share(count: int, runs: int, still_open: int = 0) -> Estimate:
     them have the property, its value is that none has.
     """
     least, most = share_of_runs(count, runs), share_of_runs(count + still_open, runs)
-    return Estimate(least.value, least.lower, most.upper, runs)
+    return Estimate(least.value, least.lower, most.upper, runs, still_open)
 
 
 def bootstrap(
@@ -99,11 +101,13 @@ def bootstrap(
     interval in quadrature.
 
     The value is NaN if the statistic of the data is, and so is the interval if more than 5 % of the
-    resamples are.
+    resamples are. Of a group of one run nothing is known of the error (`single`).
     """
     samples = [np.asarray(group) for group in samples]
     runs = min(len(group) for group in samples)
     value = float(statistic(*samples))
+    if runs < 2:
+        return single(value)
     rng = np.random.default_rng(0)
     found = np.array(
         [

@@ -27,6 +27,8 @@ from beltrepro.claims.runs_of_motion import (
 )
 
 PAPERS_SCHEME = "n5_replicates_check"
+POINTS_OF_GROUP = 700  # section points, of which a dimension needs 500; groups differ in size
+FEWEST_GROUPS = 3
 
 
 @claim("poincare")
@@ -52,9 +54,13 @@ def poincare(evidence):
 
 
 def _dimension(coordinates: np.ndarray, run: np.ndarray, n_groups: int) -> Estimate:
-    """Dimension with the scatter of groups of runs and the error of the fit in its interval."""
+    """Dimension with the scatter of groups of runs and the error of the fit in its interval.
+
+    n_groups : of runs, fewer where there are too few points.
+    """
     runs, place = np.unique(run, return_inverse=True)
-    require(runs.size >= n_groups, f"{runs.size} runs, {n_groups} are needed")
+    n_groups = min(n_groups, runs.size, run.size // POINTS_OF_GROUP)
+    require(n_groups >= FEWEST_GROUPS, f"{run.size} section points are too few")
     whole = dimension.correlation_dimension(coordinates)
     parts = [
         dimension.correlation_dimension(coordinates[place % n_groups == group]).dimension

@@ -5,9 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from beltrepro.analysis import intermittency
+from beltrepro.analysis import intermittency, transitions
 from beltrepro.analysis.errors import require
-from beltrepro.analysis.transitions import MINIMUM_CONTRAST, SMOOTHING
 from beltrepro.claims import estimates, transitions_of_runs
 from beltrepro.claims.criteria import Measurement
 from beltrepro.claims.evidence import last_block_events
@@ -15,13 +14,8 @@ from beltrepro.claims.registry import claim
 
 N10_SERIES = ("n10_u28", "n10_u31", "n10_u34", "n10_u38")
 MINIMUM_SERIES = 5000.0
+WEAK = {"minimum_contrast": 1.2}  # plateaus that count as different already
 LAST_PART = 0.1  # of the time after the transient, in which motion that lasts still sticks
-SMOOTHINGS = {  # readings of the edges, options of `transitions_of_runs.fall`
-    "": {"smoothing": SMOOTHING, "minimum_contrast": MINIMUM_CONTRAST},
-    ", smoothed over 1": {"smoothing": 1.0, "minimum_contrast": MINIMUM_CONTRAST},
-    ", smoothed over 5": {"smoothing": 5.0, "minimum_contrast": MINIMUM_CONTRAST},
-    ", contrast of 1.5": {"smoothing": SMOOTHING, "minimum_contrast": 1.5},
-}
 
 
 # --- width of the transition ----------------------------------------------------------------------
@@ -30,50 +24,92 @@ SMOOTHINGS = {  # readings of the edges, options of `transitions_of_runs.fall`
 @claim("transition-width")
 def transition_width(evidence):
     """Transition regions at sigma = 1 for N = 5, 7 and 10."""
-    noise = evidence.claim.parameters["noise"]
-    return {
-        f"sigma = {noise:g}{name}": partial(_edges, evidence, noise, options)
-        for name, options in SMOOTHINGS.items()
+    options = {
+        "smoothed over 3": {},
+        "smoothed over 1": {"smoothing": 1.0},
+        "smoothed over 5": {"smoothing": 5.0},
+        "weak falls too": WEAK,
+        "single runs from undeformed springs": None,
     }
+    return {name: partial(_edges, evidence, own) for name, own in options.items()}
 
 
-def _edges(evidence, noise, options):
-    falls = {n: _fall(evidence, int(n), noise, options) for n in evidence.claim.paper}
+def _edges(evidence, options):
+    falls = _falls(evidence, evidence.claim.paper, evidence.claim.parameters["noise"], options)
     edges = {
         f"{side}, N = {n}": fall[side] for n, fall in falls.items() for side in ("lower", "upper")
     }
-    sizes = list(falls)
     wider = {
         f"width, N = {more} minus N = {less}": estimates.difference(
             falls[more]["width"], falls[less]["width"]
         )
-        for less, more in pairwise(sizes)
+        for less, more in pairwise(falls)
     }
-    return Measurement(edges | wider, {f"width, N = {n}": falls[n]["width"] for n in sizes})
+    return Measurement(edges | wider, _widths(falls), _missing(falls))
 
 
 @claim("sharpest-at-n5")
 def sharpest_at_n5(evidence):
     """Widths of the transition of six, seven and ten blocks, less that of five."""
+    first, second = evidence.claim.parameters["noise"]
     return {
-        f"sigma = {noise:g}{name}": partial(_wider_than_five, evidence, noise, options)
-        for noise in evidence.claim.parameters["noise"]
-        for name, options in SMOOTHINGS.items()
+        f"sigma = {first:g}": partial(_wider_than_five, evidence, first, {}),
+        f"sigma = {second:g}": partial(_wider_than_five, evidence, second, {}),
+        f"sigma = {first:g}, weak falls too": partial(_wider_than_five, evidence, first, WEAK),
+        f"sigma = {first:g}, single runs": partial(_wider_than_five, evidence, first, None),
     }
 
 
 def _wider_than_five(evidence, noise, options):
     sizes = evidence.claim.parameters["n_blocks"]
-    widths = {n: _fall(evidence, n, noise, options)["width"] for n in (5, *sizes)}
+    falls = _falls(evidence, (5, *sizes), noise, options)
     return Measurement(
-        {f"width, N = {n} minus N = 5": estimates.difference(widths[n], widths[5]) for n in sizes},
-        {f"width, N = {n}": width for n, width in widths.items()},
+        {
+            f"width, N = {n} minus N = 5": estimates.difference(
+                falls[n]["width"], falls[5]["width"]
+            )
+            for n in sizes
+        },
+        _widths(falls),
+        _missing(falls),
     )
 
 
-def _fall(evidence, n_blocks, noise, options):
-    row = evidence.replicates(n_blocks, noise)
-    return transitions_of_runs.fall(row.belt_velocity, row.disorder, **options)
+def _falls(evidence, sizes, noise, options):
+    """The fall of r for each number of blocks, as `transitions_of_runs.fall`.
+
+    options : of that; None for rows of single runs, whose errors are not known.
+    """
+    if options is None:
+        return {n: _fall_of_single_runs(evidence.row(int(n), noise)) for n in sizes}
+    rows = {n: evidence.replicates(int(n), noise) for n in sizes}
+    if not options:
+        return {n: row.fall for n, row in rows.items()}
+    return {
+        n: transitions_of_runs.fall(row.belt_velocity, row.disorder, **options)
+        for n, row in rows.items()
+    }
+
+
+def _fall_of_single_runs(row):
+    found = transitions.transition_region(row.belt_velocity, row.disorder, bootstrap=0)
+    values = {name: float(getattr(found, name)) for name in transitions_of_runs.QUANTITIES}
+    return {
+        name: estimates.absent(1) if np.isnan(value) else estimates.single(value)
+        for name, value in values.items()
+    }
+
+
+def _widths(falls):
+    return {f"width, N = {n}": fall["width"] for n, fall in falls.items()}
+
+
+def _missing(falls):
+    return "; ".join(
+        f"N = {n}: no fall is found, its plateaus differ by a factor of {fall['contrast'].words}"
+        for n, fall in falls.items()
+        if np.isnan(fall["width"].value)
+    )
 
 
 # --- intermittency without noise ------------------------------------------------------------------
@@ -134,8 +170,6 @@ def _intermittency(velocities, groups, length, late):
     mask = intermittency.intermittent_mask({"laminar_fraction": share, "laminar_count": count})
     lasting = np.nan_to_num(last, nan=-np.inf) >= late
     found = estimates.bootstrap(partial(_slope_of_phases, velocities, length), groups)
-    if found.runs == 1:
-        found = estimates.single(found.value)
     return Measurement(
         {
             "intermittent": estimates.share(int(mask.sum()), mask.size),

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from beltrepro.analysis import lifetimes, survival
-from beltrepro.analysis.errors import require
+from beltrepro.analysis.errors import NotEnoughDataError, require
 from beltrepro.claims import estimates
 from beltrepro.claims.criteria import Measurement
 from beltrepro.claims.estimates import Estimate
@@ -71,7 +71,11 @@ def _against_velocity(evidence, arrays, ended, mean_of):
     def tau(low, high, **options):
         own = between(velocity, low, high)
         require(own.any(), f"no lifetimes for {low:g} <= u <= {high:g}")
-        return mean_of(arrays["lifetime"][own], arrays[ended][own].astype(bool), **options)
+        runs = arrays["lifetime"][own], arrays[ended][own].astype(bool)
+        try:
+            return mean_of(*runs, **options)
+        except NotEnoughDataError as error:
+            raise NotEnoughDataError(f"u = {low:g} to {high:g}: {error}") from None
 
     places = np.unique(velocity[between(velocity, *parameters["belt_velocity"])])
     require(
