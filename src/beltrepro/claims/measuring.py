@@ -8,7 +8,16 @@ from functools import partial
 import pandas as pd
 
 from beltrepro.analysis.errors import NotEnoughDataError
-from beltrepro.claims import experiment, model, motion, system_size, with_noise, without_noise
+from beltrepro.claims import (
+    experiment,
+    intermittency,
+    model,
+    motion,
+    noise_of_experiment,
+    system_size,
+    transition_with_noise,
+    without_noise,
+)
 from beltrepro.claims.criteria import (
     FEW_RUNS,
     NOT_MEASURED,
@@ -22,7 +31,16 @@ from beltrepro.claims.entries import Claim, load_ledger
 from beltrepro.claims.evidence import Evidence
 from beltrepro.claims.registry import REGISTRY
 
-SECTIONS = (model, experiment, without_noise, motion, with_noise, system_size)
+SECTIONS = (
+    model,
+    experiment,
+    without_noise,
+    motion,
+    transition_with_noise,
+    intermittency,
+    noise_of_experiment,
+    system_size,
+)
 COLUMNS = (
     "id",
     "figure",
