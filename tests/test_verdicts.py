@@ -14,88 +14,103 @@ from beltrepro.claims.criteria import (
     NOT_MEASURED,
     NOT_TESTABLE,
     PARTLY,
+    UNDECIDED,
     Measurement,
-    components,
     judge,
+    range_in_words,
     show,
 )
-from beltrepro.claims.ledger import Claim
-
-WITHIN = {"type": "absolute", "holds": 0.25, "partly": 0.5}
+from beltrepro.claims.entries import Claim
+from beltrepro.claims.estimates import Estimate, absent, single, sure
 
 # --- criteria -------------------------------------------------------------------------------------
 
 
+def verdict_of(allowed, *found):
+    names = [f"c{number}" for number in range(len(found))]
+    criterion = {"allowed": dict(zip(names, allowed, strict=True))}
+    return judge(criterion, Measurement(dict(zip(names, found, strict=True))))
+
+
 @pytest.mark.parametrize(
-    ("value", "error", "verdict"),
+    ("low", "high", "verdict"),
     [
-        (1.25, None, HOLDS),
-        (0.75, None, HOLDS),
-        (1.26, None, PARTLY),
-        (1.5, None, PARTLY),
-        (0.49, None, FAILS),
-        (1.75, 0.375, PARTLY),  # two standard errors
-        (1.76, 0.375, FAILS),
-        (1.0, 0.5, HOLDS),
-        (1.0, 0.51, NOT_MEASURED),
-        (1.0, math.inf, HOLDS),  # no error is known
-        (1.0, math.nan, HOLDS),
+        (1.0, 2.0, HOLDS),
+        (0.99, 2.0, UNDECIDED),
+        (1.0, 2.01, UNDECIDED),
+        (0.0, 9.0, UNDECIDED),
+        (0.5, 1.0, UNDECIDED),  # touches the range
+        (0.5, 0.99, FAILS),
+        (2.01, 9.0, FAILS),
+        (math.nan, math.nan, UNDECIDED),
+        (-math.inf, math.inf, UNDECIDED),
     ],
 )
-def test_an_absolute_criterion_at_its_edges(value, error, verdict):
-    assert judge(WITHIN, 1.0, Measurement(value, error))[0] == verdict
+def test_the_whole_interval_decides(low, high, verdict):
+    assert verdict_of([[1, 2]], Estimate(1.5, low, high, 9)).verdict == verdict
+    assert verdict_of([[1, math.inf]], Estimate(1.5, 1.0, 1e9, 9)).verdict == HOLDS
 
 
-def test_errors_are_set_against_the_wider_tolerance_and_say_so():
-    verdict, reason = judge(WITHIN, 1.0, Measurement(1.0, 0.75))
-    assert (verdict, reason) == (NOT_MEASURED, "standard error 0.75 exceeds the tolerance 0.5")
-    only = {"type": "absolute", "holds": 0.25}
-    assert judge(only, 1.0, Measurement(1.0, 0.26))[0] == NOT_MEASURED
-    assert [judge(only, 1.0, Measurement(v))[0] for v in (1.25, 1.26)] == [HOLDS, FAILS]
-    # nothing but equality holds, and no error is too large for it
-    exact = {"type": "absolute", "holds": 0.0, "partly": 0.05}
-    assert judge(exact, 0.0, Measurement(0.04, 0.01))[0] == PARTLY
-    assert judge({"type": "absolute", "holds": 0.0}, 0.0, Measurement(0.1, 0.05))[0] == PARTLY
+def test_a_larger_error_never_helps():
+    for value in (0.5, 1.2, 1.8, 2.5):
+        grades = [
+            verdict_of([[1, 2]], Estimate(value, value - reach, value + reach, 9)).verdict
+            for reach in (0.0, 0.1, 0.3, 1.0, 10.0)
+        ]
+        assert grades[-1] == UNDECIDED
+        assert grades == sorted(grades, key=(grades[0], UNDECIDED).index)
 
 
-def test_a_relative_criterion_scales_with_the_size_of_the_printed_value():
-    relative = {"type": "relative", "holds": 0.1, "partly": 0.2}
-    found = [judge(relative, -10.0, Measurement(v))[0] for v in (-11.0, -11.5, -12.1, 10.0)]
-    assert found == [HOLDS, PARTLY, FAILS, FAILS]
-    assert judge(relative, 10.0, Measurement(10.0, 2.1))[0] == NOT_MEASURED
-    assert judge(relative, 10.0, Measurement(10.0, 1.9))[0] == HOLDS
+def test_yes_and_no_and_what_is_not_found():
+    assert verdict_of([True], sure(True)).verdict == HOLDS
+    assert verdict_of([True], sure(False)).verdict == FAILS
+    assert verdict_of([False], sure(False)).verdict == HOLDS
+    assert verdict_of([[0, 1]], absent(8)).verdict == FAILS
 
 
-def test_components_of_every_kind_count_alike():
-    criterion = {"type": "absolute", "holds": {"a": 1.0, "b low": 1.0, "b high": 3.0}}
-    paper, error = {"a": 5.0, "b": [10.0, 20.0]}, {"b": (0.1, 2.9)}
-    assert judge(criterion, paper, Measurement({"a": 6, "b": (11, 17)}, error))[0] == HOLDS
-    assert judge(criterion, paper, Measurement({"a": 6, "b": (11, 13)}, error))[0] == PARTLY
-    assert judge(criterion, paper, Measurement({"a": 9, "b": (13, 30)}))[0] == FAILS
-    both = Measurement({"a": 6, "b": (11, 17)}, checks={"one": False})
-    assert judge(criterion, paper, both)[0] == PARTLY
-    none = Measurement({"a": 9, "b": (13, 30)}, checks={"one": False})
-    assert judge(criterion, paper, none)[0] == FAILS
-    assert components({"a": {"b": (1, 2)}, "c": 3}) == {"a b low": 1, "a b high": 2, "c": 3}
-    assert components([4, 5]) == {"low": 4, "high": 5} and components(None) == {}
+def test_components_make_the_claim():
+    holds, fails, open_ = (Estimate(v, v - 0.1, v + 0.1, 9) for v in (0.0, 2.0, 1.0))
+    expected = {
+        (holds, holds): HOLDS,
+        (fails, fails): FAILS,
+        (open_, open_): UNDECIDED,
+        (holds, fails): PARTLY,
+        (holds, open_): UNDECIDED,
+        (fails, open_): UNDECIDED,
+        (holds, fails, open_): PARTLY,
+    }
+    for found, verdict in expected.items():
+        assert verdict_of([[-1, 1]] * len(found), *found).verdict == verdict
+    judged = verdict_of([[-1, 1]] * 3, holds, fails, open_)
+    assert judged.components == {"c0": HOLDS, "c1": FAILS, "c2": UNDECIDED}
 
 
-def test_intervals_include_their_ends():
-    interval = {"type": "interval", "range": [0.5, 2.0], "partly": [0.5, 3.0]}
-    values = (0.5, 2.0, 2.1, 3.0, 3.1, 0.4)
-    found = [judge(interval, None, Measurement(v))[0] for v in values]
-    assert found == [HOLDS, HOLDS, PARTLY, PARTLY, FAILS, FAILS]
-    narrow = {"type": "interval", "range": [0, 1]}
-    assert judge(narrow, None, Measurement((0.5, 1.5)))[0] == PARTLY
-    assert judge(narrow, None, Measurement(0.5, checks={"a": True}))[0] == HOLDS
-    assert judge({"type": "none"}, 3.0, Measurement(3.0)) == (NOT_TESTABLE, "")
-    ordering = judge({"type": "ordering"}, None, Measurement(3.0))
-    assert ordering == (NOT_MEASURED, "nothing to judge")
+def test_the_reason_says_what_would_decide():
+    judged = verdict_of([[1, 2]], Estimate(1.2, 0.8, 1.6, 8))
+    assert judged.reason == (
+        "c0: 1.2 (0.8 to 1.6) covers the limit 1; "
+        "some 32 independent runs would decide, 8 were made"
+    )
+    at_limit = verdict_of([[1, 2]], Estimate(1.001, 0.8, 1.2, 8)).reason
+    assert at_limit == "c0: 1 (0.8 to 1.2) covers the limit 1, at which it lies"
+    alone = verdict_of([[1, 2]], single(1.2)).reason
+    assert alone == "c0: 1.2 in one run, whose error is not known"
+    assert verdict_of([[1, 2]], Estimate(3, 2.5, 3.5, 8)).reason == "c0: 3 (2.5 to 3.5), not 1 to 2"
+    assert verdict_of([True], sure(False)).reason == "c0: no"
+    assert verdict_of([[1, 2]], Estimate(1.5, 1.2, 1.8, 8)).reason == ""
+
+
+def test_nothing_to_test_against():
+    assert judge({"text": "t"}, Measurement()).verdict == NOT_TESTABLE
 
 
 def test_values_in_words():
-    assert show((1.23456, math.nan), digits=2) == "1.2 to not found"
-    assert show({"a": {"b": 12345.6}}) == "a: b: 1.235e+04" and show(0) == "0"
+    assert show({"a": 12345.6, "b": [1, 2.5]}) == "a: 1.235e+04; b: 1 to 2.5" and show(None) == ""
+    found = {"a": sure(True), "b": sure(2.5), "c": Estimate(1.2345, 1.1, 1.36, 4), "d": absent()}
+    words = "a: yes; b: 2.5; c: 1.23 (1.1 to 1.36); d: not found"
+    assert Measurement(found).words == words
+    ranges = ([1, 2], [1, math.inf], [-math.inf, 0.5], True, False)
+    assert [*map(range_in_words, ranges)] == ["1 to 2", "1 or more", "0.5 or less", "yes", "no"]
 
 
 # --- readings -------------------------------------------------------------------------------------
@@ -103,21 +118,25 @@ def test_values_in_words():
 
 def claim(**change):
     settings = {"id": "x", "section": "model", "figure": 7, "kind": "number", "statement": "words"}
-    settings |= {"criterion": WITHIN | {"text": "near"}, "needs": ("series/one",), "paper": 1.0}
-    return Claim(**settings | change)
+    settings["criterion"] = {"allowed": {"a": [0.5, 1.5]}, "text": "near"}
+    return Claim(**settings | {"needs": ("series/one",), "paper": 1.0} | change)
 
 
 def rows_of(monkeypatch, found, **change):
-    """Rows of the table for a claim whose function returns or raises this."""
+    """Rows of both tables for a claim whose function returns or raises this."""
 
     def function(evidence):
         if isinstance(found, Exception):
             raise found
         return found
 
+    own = claim(**{key: value for key, value in change.items() if key != "used"})
+    monkeypatch.setattr(measuring, "load_ledger", lambda: {"x": own})
     monkeypatch.setitem(measuring.REGISTRY, "x", function)
-    used = SimpleNamespace(used=change.pop("used", []), start=lambda claim: None)
-    return measuring._claim_rows(claim(**change), used)
+    used = SimpleNamespace(used=change.get("used", []), start=lambda claim: None)
+    monkeypatch.setattr(measuring, "Evidence", lambda datasets, settings: used)
+    measured = measuring.measure({}, {})
+    return measured.claims.to_dict("records"), measured.estimates.to_dict("records")
 
 
 def failing(error):
@@ -127,61 +146,58 @@ def failing(error):
     return reading
 
 
+def near(value, reach=0.1, runs=9):
+    return Measurement({"a": Estimate(value, value - reach, value + reach, runs)})
+
+
 def test_a_row_holds_what_was_measured(monkeypatch):
-    measurement = Measurement(1.2345678, 0.01234, 7, {"a": True, "b": False}, "noted")
-    (row,) = rows_of(monkeypatch, measurement, used=["scans/a", "scans/b"], reason="reasoned")
+    found = Measurement({"a": Estimate(1.25, 1.125, 1.375, 4)}, {"b": sure(3)}, "noted")
+    (row,), estimates = rows_of(monkeypatch, found, used=["one", "two"], reason="reasoned")
     assert row == {
         "id": "x",
         "figure": "7",
+        "kind": "number",
         "variant": "",
         "statement": "words",
         "paper": "1",
-        "measured": "1.235",
-        "uncertainty": "0.012",
-        "sample_size": "7",
-        "criterion": "absolute: near",
-        "verdict": PARTLY,
-        "note": "reasoned. noted. not met: b",
-        "dataset": "scans/a, scans/b",
+        "measured": "a: 1.25 (1.12 to 1.38); b: 3",
+        "runs": "4",
+        "criterion": "near",
+        "verdict": HOLDS,
+        "note": "reasoned. noted. rests on 4 runs",
+        "dataset": "one, two",
     }
-    checks = Measurement(checks={"a": True, "b": True, "c": False})
-    ordering = {"type": "ordering", "text": "t"}
-    (row,) = rows_of(monkeypatch, checks, figure=None, paper=None, criterion=ordering)
-    assert (row["figure"], row["measured"]) == ("", "2 of 3 checks met")
-    assert row["dataset"] == "series/one"
-    assert (row["sample_size"], row["uncertainty"], row["note"]) == ("", "", "not met: c")
-    (row,) = rows_of(monkeypatch, Measurement(), criterion={"type": "none", "text": "t"})
-    assert (row["criterion"], row["verdict"], row["measured"]) == ("t", NOT_TESTABLE, "")
+    first, second = estimates
+    assert (first["value"], first["low"], first["high"], first["runs"]) == (1.25, 1.125, 1.375, 4)
+    assert (first["allowed_low"], first["allowed_high"], first["verdict"]) == (0.5, 1.5, HOLDS)
+    assert second["name"] == "b" and math.isnan(second["allowed_low"]) and not second["verdict"]
+    (row,), _ = rows_of(monkeypatch, Measurement(), figure=None, criterion={"text": "t"})
+    assert (row["criterion"], row["verdict"], row["figure"]) == ("t", NOT_TESTABLE, "")
+    assert (row["measured"], row["runs"], row["dataset"]) == ("", "", "series/one")
 
 
 @pytest.mark.parametrize(
-    ("counted", "others", "verdict", "note"),
-    [
-        (9.0, [1.0, 9.0, 1.1], PARTLY, "fails in the reading that counts, holds for: v0; v2"),
-        (9.0, [1.4, 9.0], FAILS, ""),
-        (1.4, [1.0], PARTLY, ""),
-        (1.0, [9.0], HOLDS, ""),
-    ],
+    ("counted", "others"), [(9.0, [1.0, 9.0]), (1.0, [9.0]), (1.45, [1.0, 9.0])]
 )
-def test_a_variant_that_holds_makes_a_failing_claim_partly(
-    monkeypatch, counted, others, verdict, note
-):
-    readings = {"counts": lambda: Measurement(counted)}
-    readings |= {f"v{k}": (lambda v=v: Measurement(v)) for k, v in enumerate(others)}
-    first, *variants = rows_of(monkeypatch, readings)
-    assert (first["variant"], first["verdict"], first["note"]) == ("", verdict, note)
-    assert [row["variant"] for row in variants] == [f"v{k}" for k in range(len(others))]
-    expected = [judge(WITHIN, 1.0, Measurement(value))[0] for value in others]
-    assert [row["verdict"] for row in variants] == expected
+def test_other_readings_change_nothing(monkeypatch, counted, others):
+    readings = {"counts": lambda: near(counted)}
+    readings |= {f"v{k}": (lambda v=v: near(v)) for k, v in enumerate(others)}
+    rows, estimates = rows_of(monkeypatch, readings)
+    assert [row["variant"] for row in rows] == ["", *(f"v{k}" for k in range(len(others)))]
+    expected = [verdict_of([[0.5, 1.5]], near(v).judged["a"]).verdict for v in (counted, *others)]
+    assert [row["verdict"] for row in rows] == expected
+    assert [row["verdict"] for row in estimates] == expected
 
 
 def test_missing_data_and_faults_are_said_and_cost_one_reading(monkeypatch):
-    (row,) = rows_of(monkeypatch, NotEnoughDataError("too short"))
+    (row,), _ = rows_of(monkeypatch, NotEnoughDataError("too short"))
     assert (row["verdict"], row["note"]) == (NOT_MEASURED, "too short")
-    readings = {"a": failing(ZeroDivisionError("by zero")), "b": lambda: Measurement(1.0)}
-    first, second = rows_of(monkeypatch, readings)
+    readings = {"a": failing(ZeroDivisionError("by zero")), "b": lambda: near(1.0)}
+    (first, second), _ = rows_of(monkeypatch, readings)
     assert first["verdict"] == NOT_MEASURED and second["verdict"] == HOLDS
     assert first["note"] == "fault in its code, see the log: ZeroDivisionError: by zero"
+    (row,), _ = rows_of(monkeypatch, Measurement({"b": sure(1)}))
+    assert row["verdict"] == NOT_MEASURED and "KeyError: 'a'" in row["note"]
 
 
 # --- evidence -------------------------------------------------------------------------------------

@@ -47,8 +47,7 @@ def claim_list() -> str:
         parts += [
             f"### {claim.id}",
             markdown.plain(claim.statement) + where,
-            f"*Criterion ({claim.criterion['type']}):* "
-            + markdown.plain(claim.criterion.get("text") or claim.reason),
+            f"*Criterion:* {markdown.plain(claim.criterion.get('text') or claim.reason)}",
         ]
         if claim.reading:
             parts.append(f"*Reading:* {markdown.plain(claim.reading)}")
@@ -75,10 +74,10 @@ def _made_from(names, word: str = "Made from") -> str:
 
 def setup(app) -> dict:
     """Called by Sphinx."""
-    ledger = Path(beltrepro.claims.__file__).with_name("ledger.yaml")
+    ledger = sorted(Path(beltrepro.claims.__file__).with_name("ledger").glob("*.yaml"))
     of_figures = sorted(figures.FOLDER.glob("*.py"))
     of_tables = sorted(tables.FOLDER.glob("*.py"))
     app.add_directive("figure-list", markdown.directive(figure_list, *of_figures))
     app.add_directive("table-list", markdown.directive(table_list, *of_tables))
-    app.add_directive("claim-list", markdown.directive(claim_list, ledger))
+    app.add_directive("claim-list", markdown.directive(claim_list, *ledger))
     return {"parallel_read_safe": True}

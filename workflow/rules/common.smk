@@ -184,7 +184,7 @@ def expected_of_report():
     """By name of the input of the report, and of the figure or dataset in it."""
     return {
         "datasets": expected(*PLAN.datasets),
-        "claims": {"claims": of(*judged())},
+        **{name: {name: of(*judged())} for name in ("claims", "estimates")},
         "figures": {name: of(*entry.uses) for name, entry in FIGURES.items()},
         **{name: {name: each} for name, each in expected(*TABLES).items()},
     }

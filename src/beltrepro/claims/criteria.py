@@ -47,7 +47,8 @@ class Measurement:
 class Judgement:
     """A verdict, and the components that led to it by name.
 
-    reason : what fails and what is undecided, and how many runs would decide it; empty if all holds.
+    reason : what fails and what is undecided, and how many runs would decide it; empty if all
+    holds.
     """
 
     verdict: str

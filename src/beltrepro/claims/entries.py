@@ -12,6 +12,7 @@ SECTIONS = (
     "model",
     "experiment",
     "without_noise",
+    "avalanches",
     "motion",
     "transition_with_noise",
     "intermittency",

@@ -27,8 +27,8 @@ class Material:
     settings : dict
         Its resolved configuration.
     files : dict of str to list of Path
-        "claims" and "estimates": the tables of claims; "figures": PNG files; "datasets": HDF5 files; and any table
-        that a section needs, by its name. A name may lack.
+        "claims" and "estimates": the tables of claims; "figures": PNG files; "datasets": HDF5
+        files; and any table that a section needs, by its name. A name may lack.
     benchmarks : Path
         Folder of Snakemake's benchmark files; may lack or be empty.
     """
@@ -131,7 +131,7 @@ def _read_claims(claims_csv: Path, estimates_csv: Path) -> list[dict]:
 
 
 def _read_estimates(path: Path) -> dict[tuple[str, str], list[dict]]:
-    """Values of each claim and reading: name, value, interval and allowed range in words, verdict."""
+    """Numbers of each claim and reading: name, interval and allowed range in words, verdict."""
     table = pd.read_csv(path, keep_default_na=False, na_values=[""], dtype={"id": str, "name": str})
     table = table.fillna({"variant": "", "name": "", "verdict": ""})
     found: dict[tuple[str, str], list[dict]] = {}

@@ -12,7 +12,7 @@ from beltrepro.report.material import Material
 from beltrepro.report.sections import SECTIONS, SUMMARY
 
 STYLE = "report.css"
-SYMBOLS = dict(zip(VERDICTS, "✓◐✗–○", strict=True))
+SYMBOLS = dict(zip(VERDICTS, "✓◐✗?–○", strict=True))
 
 
 def render(output: Path, material: Material) -> None:

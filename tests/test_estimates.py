@@ -1,0 +1,93 @@
+"""Intervals of estimates: closed forms, and how often they cover what they estimate."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from beltrepro.analysis.errors import NotEnoughDataError
+from beltrepro.claims import estimates
+from beltrepro.claims.estimates import Estimate
+
+TRIALS = 400
+# of 400 trials at 95 %, 359 to 396 cover with a probability of 99.999 %
+FEWEST, MOST = stats.binom.ppf([5e-6, 1 - 5e-6], TRIALS, 0.95)
+
+
+def covered(truth, found):
+    return sum(each.low <= truth <= each.high for each in found)
+
+
+def test_a_mean_covers_its_expectation_in_95_percent():
+    rng = np.random.default_rng(1)
+    found = [estimates.mean(rng.normal(3.0, 2.0, 8)) for _ in range(TRIALS)]
+    assert FEWEST <= covered(3.0, found) <= MOST
+    assert found[0].runs == 8
+    with pytest.raises(NotEnoughDataError, match="1 runs"):
+        estimates.mean([1.0])
+
+
+def test_a_share_covers_at_least_that():
+    rng = np.random.default_rng(2)
+    found = [estimates.share(rng.binomial(12, 0.3), 12) for _ in range(TRIALS)]
+    assert covered(0.3, found) >= FEWEST
+    low, high = estimates.share(3, 8), estimates.share(5, 8)
+    open_ = estimates.share(3, 8, still_open=2)
+    assert (open_.low, open_.high, open_.value) == (low.low, high.high, 3 / 8)
+
+
+def test_bootstrap_of_groups():
+    """A ratio of two means; eight runs give a little less than 95 %."""
+    rng = np.random.default_rng(3)
+
+    def ratio(one, other):
+        return one.mean() / other.mean()
+
+    found = [
+        estimates.bootstrap(ratio, (rng.normal(4, 1, 16), rng.normal(2, 0.3, 24)), resamples=200)
+        for _ in range(TRIALS)
+    ]
+    assert 0.89 * TRIALS <= covered(2.0, found) <= MOST
+    assert found[0].runs == 16
+
+
+def test_groups_are_drawn_by_themselves():
+    """Groups that differ among themselves but not within have no error."""
+    constant = estimates.bootstrap(lambda *g: float(np.ptp(g)), [np.full(8, k) for k in range(5)])
+    assert (constant.value, constant.low, constant.high) == (4, 4, 4)
+    spaced = estimates.bootstrap(lambda *g: 1.0, [np.zeros(8)], grid_spacing=0.5)
+    assert (spaced.low, spaced.high) == (0.75, 1.25)
+
+
+def test_what_is_often_not_found_has_no_interval():
+    samples = np.r_[np.ones(94), np.full(6, math.nan)]
+    assert math.isnan(estimates.from_resamples(1.0, samples, 8).low)
+    samples[94] = 1.0
+    assert estimates.from_resamples(1.0, samples, 8).low == 1.0
+    assert math.isnan(estimates.from_resamples(math.nan, samples, 8).value)
+
+
+def test_differences_and_ratios():
+    one, other = Estimate(5.0, 4.0, 8.0, 9), Estimate(2.0, 1.0, 6.0, 8)
+    found = estimates.difference(one, other)
+    assert found == Estimate(3.0, 3 - math.hypot(1, 4), 3 + math.hypot(3, 1), 8)
+    assert estimates.ratio(one, one).value == 1.0
+    wide = estimates.ratio(Estimate(8.0, 4.0, 16.0, 9), Estimate(2.0, 2.0, 2.0))
+    assert (wide.value, wide.low, wide.high) == pytest.approx((4, 2, 8))
+
+
+def test_a_slope_covers_and_scatter_widens_it():
+    rng = np.random.default_rng(4)
+    places = np.arange(6.0)
+
+    def line(error, said):
+        values = 1 + 0.5 * places + rng.normal(0, error, 6)
+        points = [Estimate(v, v - 1.96 * said, v + 1.96 * said, 8) for v in values]
+        return estimates.slope(places, points)
+
+    found = [line(0.2, 0.2) for _ in range(TRIALS)]
+    assert covered(0.5, found) >= FEWEST
+    assert covered(0.5, [line(0.2, 0.05) for _ in range(TRIALS)]) >= 0.88 * TRIALS
+    with pytest.raises(NotEnoughDataError, match="2 points"):
+        estimates.slope([1, 2], [Estimate(1, 0, 2), Estimate(1, 0, 2)])
