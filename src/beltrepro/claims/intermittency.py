@@ -182,7 +182,8 @@ def _width(table, mask, group):
     """Number of intermittent points times their spacing in u, mean over the levels of a group.
 
     Each point is a run of its own, and is intermittent by chance. The levels of the group tell how
-    probable that is at each u, and so the variance of the sum.
+    probable that is at each u, and so the variance of the sum. To it comes that of the two edges at
+    each level, which lie anywhere between two points.
     """
     own = (table.noise > group[0] + 1e-9) & (table.noise <= group[1] + 1e-9)
     levels = np.unique(table.noise[own]).size
@@ -192,7 +193,8 @@ def _width(table, mask, group):
     )
     step = float(np.median(np.diff(velocities)))
     having = np.bincount(place, mask[own].astype(float)) / runs
-    error = step * np.sqrt(np.sum(having * (1 - having) / np.maximum(runs - 1, 1)))
+    by_chance = np.sum(having * (1 - having) / np.maximum(runs - 1, 1))
+    error = step * np.sqrt(by_chance + 2 / (12 * levels))
     value = step * float(having.sum())
     reach = float(stats.norm.ppf((1 + CONFIDENCE) / 2)) * float(error)
     return Estimate(value, value - reach, value + reach, levels)

@@ -21,8 +21,7 @@ QUIET = {
     "the paper's scheme at sigma = 0, wider starts": "n5_replicates_wide",
 }
 FINDERS = {
-    "median of r over 2 in u": {"smoothing": 2.0},
-    "median of r over 5 in u": {"smoothing": 5.0},
+    "median of r over 3 in u": {"smoothing": 3.0},
     "fall by 1.5 or more": {"minimum_contrast": 1.5},
 }
 SMALLEST_STEP = 1.3  # factor of a fall or rise that is looked for where it may be gradual
@@ -120,8 +119,14 @@ def _critical_velocities(evidence, quiet, **finder):
 
 
 def _critical(evidence, noise, scan, **finder):
-    row = evidence.replicates(N_BLOCKS, float(noise), scan=scan)
-    return transitions_of_runs.fall(row.belt_velocity, row.disorder, **finder)["critical"]
+    return _fall(evidence.replicates(N_BLOCKS, float(noise), scan=scan), **finder)["critical"]
+
+
+def _fall(row, **finder):
+    """The fall of r, which a row keeps for the usual finder."""
+    if not finder:
+        return row.fall
+    return transitions_of_runs.fall(row.belt_velocity, row.disorder, **finder)
 
 
 @claim("windows-vanish")
@@ -245,8 +250,7 @@ def uc_sigma22(evidence):
 
 
 def _critical_in_both_units(evidence, **finder):
-    row = evidence.replicates(N_BLOCKS, 2.2, scan=RUNS)
-    found = transitions_of_runs.fall(row.belt_velocity, row.disorder, **finder)
+    found = _fall(evidence.replicates(N_BLOCKS, 2.2, scan=RUNS), **finder)
     in_si = found["critical"].scaled(float(units.to_si(1.0, "velocity")))
     return Measurement(
         {"u_c": found["critical"]},
@@ -258,7 +262,9 @@ def _critical_in_both_units(evidence, **finder):
 def natural_distribution(evidence):
     """Windows, width of the transition, and spread of v_N at four noise levels."""
     rows = {noise: evidence.replicates(N_BLOCKS, noise, scan=RUNS) for noise in (1.0, 5.0)}
-    width = {noise: _gradual_fall(row)["width"] for noise, row in rows.items()}
+    width = {
+        noise: _fall(row, minimum_contrast=SMALLEST_STEP)["width"] for noise, row in rows.items()
+    }
     return Measurement(
         {
             "windows at 1": share_in_windows(rows[1.0], rows[1.0]),
@@ -268,10 +274,6 @@ def natural_distribution(evidence):
         },
         {f"width({noise:g})": each for noise, each in width.items()},
     )
-
-
-def _gradual_fall(row):
-    return transitions_of_runs.fall(row.belt_velocity, row.disorder, minimum_contrast=SMALLEST_STEP)
 
 
 @claim("r-map")
