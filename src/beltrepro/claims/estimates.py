@@ -46,6 +46,11 @@ class Estimate:
             return f"{self.value:.4g}"
         return f"{self.value:.3g} ({self.low:.3g} to {self.high:.3g})"
 
+    def scaled(self, factor: float) -> Estimate:
+        """The number times a factor."""
+        low, high = sorted((factor * self.low, factor * self.high))
+        return replace(self, value=factor * self.value, low=low, high=high)
+
 
 def sure(value: float | bool) -> Estimate:
     """What is no matter of chance: a closed form, a property of the model, a yes or no."""

@@ -11,13 +11,15 @@ from beltrepro.analysis.errors import NotEnoughDataError
 from beltrepro.claims import (
     experiment,
     integrators,
+    intermittency,
     model,
     motion,
     motion_of_sizes,
     noise_and_size,
+    noise_of_experiment,
     system_size,
     transients,
-    with_noise,
+    transition_with_noise,
     without_noise,
 )
 from beltrepro.claims.criteria import (
@@ -39,7 +41,9 @@ SECTIONS = (
     without_noise,
     motion,
     transients,
-    with_noise,
+    transition_with_noise,
+    intermittency,
+    noise_of_experiment,
     motion_of_sizes,
     system_size,
     noise_and_size,

@@ -25,9 +25,8 @@ LAST_PART = 0.1  # of the time after the transient, in which motion that lasts s
 def transition_width(evidence):
     """Transition regions at sigma = 1 for N = 5, 7 and 10."""
     options = {
-        "smoothed over 3": {},
-        "smoothed over 1": {"smoothing": 1.0},
-        "smoothed over 5": {"smoothing": 5.0},
+        "median of the runs at each u": {},
+        "median over 3 in u": {"smoothing": 3.0},
         "weak falls too": WEAK,
         "single runs from undeformed springs": None,
     }
