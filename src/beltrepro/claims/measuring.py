@@ -8,7 +8,15 @@ from functools import partial
 import pandas as pd
 
 from beltrepro.analysis.errors import NotEnoughDataError
-from beltrepro.claims import experiment, model, motion, system_size, with_noise, without_noise
+from beltrepro.claims import (
+    avalanches,
+    experiment,
+    model,
+    motion,
+    system_size,
+    with_noise,
+    without_noise,
+)
 from beltrepro.claims.criteria import (
     FEW_RUNS,
     NOT_MEASURED,
@@ -22,7 +30,7 @@ from beltrepro.claims.entries import Claim, load_ledger
 from beltrepro.claims.evidence import Evidence
 from beltrepro.claims.registry import REGISTRY
 
-SECTIONS = (model, experiment, without_noise, motion, with_noise, system_size)
+SECTIONS = (model, experiment, without_noise, avalanches, motion, with_noise, system_size)
 COLUMNS = (
     "id",
     "figure",
