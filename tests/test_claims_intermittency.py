@@ -166,6 +166,7 @@ def test_readings_of_one_long_run():
 def test_spectra_of_laminar_and_chaotic_stretches(change, expected):
     made = series([600.0] * 9, **change)
     assert components("laminar-spectra", u17=made) == expected
+    assert components("laminar-spectra", "u = 19.1, as filmed", belt_035=made) == expected
 
 
 def test_spectra_are_of_stretches_that_are_long_enough():

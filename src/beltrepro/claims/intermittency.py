@@ -105,9 +105,16 @@ def _lastingly_intermittent(row):
 
 @claim("laminar-spectra")
 def laminar_spectra(evidence):
-    """Spectra of laminar and of chaotic stretches at u = 17.5, sigma = 2.2."""
-    run = evidence.dataset(SERIES)
-    phases, _ = evidence.laminar_phases(SERIES)
+    """Spectra of laminar and of chaotic stretches at sigma = 2.2."""
+    return {
+        "u = 17.5": partial(_spectra_of_phases, evidence, SERIES),
+        "u = 19.1, as filmed": partial(_spectra_of_phases, evidence, "belt_035"),
+    }
+
+
+def _spectra_of_phases(evidence, name):
+    run = evidence.dataset(name)
+    phases, _ = evidence.laminar_phases(name)
     chaotic = np.column_stack([phases[:-1, 1], phases[1:, 0]])
     of_laminar, of_chaotic = (_spectra(run, each) for each in (phases, chaotic))
     regular = sum(_equally_spaced(each.peaks_hz) for each in of_laminar)
