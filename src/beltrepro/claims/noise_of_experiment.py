@@ -108,7 +108,7 @@ def intermittency_experiment(evidence):
 def _at_speeds(evidence, of_runs, of_trials):
     row = evidence.replicates(N_BLOCKS, of_runs, scan=RUNS)
     arrays = evidence.dataset("trials").arrays
-    alternating, low, high = trials.alternates(arrays), *of_trials
+    alternating, (low, high) = trials.alternates(arrays), of_trials
     level = (arrays["noise"] >= low - 1e-9) & (arrays["noise"] <= high + 1e-9)
     shares, longest, trialled = {}, {}, {}
     for each in trials.EXPERIMENT:
