@@ -14,10 +14,14 @@ SECTIONS = (
     "without_noise",
     "avalanches",
     "motion",
+    "transients",
     "transition_with_noise",
     "intermittency",
     "noise_of_experiment",
+    "motion_of_sizes",
     "system_size",
+    "noise_and_size",
+    "integrators",
 )
 KINDS = ("number", "shape", "construction")
 

@@ -10,11 +10,15 @@ import pandas as pd
 from beltrepro.analysis.errors import NotEnoughDataError
 from beltrepro.claims import (
     experiment,
+    integrators,
     intermittency,
     model,
     motion,
+    motion_of_sizes,
+    noise_and_size,
     noise_of_experiment,
     system_size,
+    transients,
     transition_with_noise,
     without_noise,
 )
@@ -36,10 +40,14 @@ SECTIONS = (
     experiment,
     without_noise,
     motion,
+    transients,
     transition_with_noise,
     intermittency,
     noise_of_experiment,
+    motion_of_sizes,
     system_size,
+    noise_and_size,
+    integrators,
 )
 COLUMNS = (
     "id",
