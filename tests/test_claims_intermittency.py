@@ -57,6 +57,14 @@ def test_an_escape_for_good_is_no_intermittency():
     assert components("intermittency", n5_replicates=made) == [HOLDS, HOLDS, HOLDS]
 
 
+def test_the_note_says_where_runs_are_intermittent():
+    made = runs(CRITICAL, laminar=lambda u, noise: float(u == 19) if noise == 2.2 else 1.0)
+    note = found("intermittency", n5_replicates=made).note
+    assert note == "most runs are intermittent at u = 19: 100% of them"
+    without = runs(CRITICAL)
+    assert "no run at sigma = 2.2" in found("intermittency", n5_replicates=without).note
+
+
 def test_only_velocities_near_the_transition_are_asked_without_noise():
     made = runs(CRITICAL, laminar=lambda u, s: float(s > 0 or not 15 <= u <= 20))
     assert components("intermittency", n5_replicates=made) == [HOLDS, HOLDS, HOLDS]

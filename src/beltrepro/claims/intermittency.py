@@ -56,8 +56,19 @@ def _in_runs(evidence, quiet):
             "laminar share": mean(row.points["laminar_fraction"][here]),
             "alternating": share(int(np.count_nonzero(count >= 2)), count.size),
             "intermittent without noise": _without_noise(evidence, quiet),
-        }
+        },
+        note=_where_most(row),
     )
+
+
+def _where_most(row):
+    """At which u of a row most runs are intermittent, in words."""
+    velocities, place = np.unique(row.belt_velocity, return_inverse=True)
+    having = np.bincount(place, _lastingly_intermittent(row)) / np.bincount(place)
+    most = int(having.argmax())
+    if not having[most]:
+        return f"no run at sigma = {PLACE[1]:g} is intermittent at any u"
+    return f"most runs are intermittent at u = {velocities[most]:g}: {having[most]:.0%} of them"
 
 
 def _in_series(evidence, laminar_time):
