@@ -46,6 +46,12 @@ def test_alternation_with_noise_and_without(laminar, expected):
     assert components("intermittency", n5_replicates=made) == expected
 
 
+def test_one_laminar_phase_is_no_alternation():
+    made = runs(CRITICAL, laminar=noisy_only)
+    made.arrays["laminar_count"][:] = 1
+    assert components("intermittency", n5_replicates=made) == [HOLDS, FAILS, HOLDS]
+
+
 def test_an_escape_for_good_is_no_intermittency():
     made = runs(CRITICAL, laminar=lambda u, noise: 1.0)
     quiet = made.arrays["noise"] == 0
@@ -107,6 +113,10 @@ def test_the_share_of_known_cycles():
     exact = share_of_time(phases)
     assert (exact.value, exact.low, exact.high) == pytest.approx((0.25, 0.25, 0.25))
     assert exact.runs == 11
+    inside = np.array([100.0, 500, 200, 300, 900, 400])
+    begin = np.cumsum(4 * inside) - 4 * inside  # three times as long between as inside
+    varied = share_of_time(np.column_stack([begin, begin + inside]))
+    assert (varied.value, varied.low, varied.high) == pytest.approx((0.25, 0.25, 0.25))
     with pytest.raises(NotEnoughDataError, match="4 whole cycles, 5 are needed"):
         share_of_time(phases[:5])
 
