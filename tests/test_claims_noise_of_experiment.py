@@ -104,6 +104,17 @@ def test_intermittency_at_the_speeds_of_the_experiment(made, expected):
     assert components("intermittency-experiment", **made) == expected
 
 
+def test_runs_with_laminar_phases_at_the_speeds():
+    made = alternating(0.25, [1.0])
+    arrays = made["n5_replicates"].arrays
+    arrays["laminar_count"] = np.where(arrays["laminar_fraction"] > 0, 3, 0)
+    arrays["laminar_longest"] = np.where(arrays["belt_velocity"] == 15.5, 800.0, 300.0)
+    also = found("intermittency-experiment", **made).also
+    for speed, longest in (("0.22 m/s", 300.0), ("0.28 m/s", 800.0)):
+        assert also[f"runs with laminar phases, {speed}"].value == 0.25
+        assert also[f"longest laminar phase, {speed}"].value == longest
+
+
 def test_trials_of_the_noise_of_the_reading_count():
     made = alternating(1, [2.8])
     assert components("intermittency-experiment", **made)[2:] == [FAILS, FAILS]

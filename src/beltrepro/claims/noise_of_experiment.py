@@ -110,21 +110,24 @@ def _at_speeds(evidence, of_runs, of_trials):
     arrays = evidence.dataset("trials").arrays
     alternating, (low, high) = trials.alternates(arrays), of_trials
     level = (arrays["noise"] >= low - 1e-9) & (arrays["noise"] <= high + 1e-9)
-    shares, longest, trialled = {}, {}, {}
+    shares, also, trialled = {}, {}, {}
     for each in trials.EXPERIMENT:
         near, speed = _near(row, each), _speed(each)
         shares[f"laminar share, {speed}"] = mean(row.points["laminar_fraction"][near])
         top = float(row.points["laminar_longest"][near].max())
-        longest[f"longest laminar phase, {speed}"] = Estimate(top, top, top, int(near.sum()))
+        also[f"runs with laminar phases, {speed}"] = _share_of(
+            row.points["laminar_count"] > 0, near
+        )
+        also[f"longest laminar phase, {speed}"] = Estimate(top, top, top, int(near.sum()))
         trialled[f"trials that alternate, {speed}"] = _share_of(
             alternating, level & trials.at_speed(each, arrays)
         )
-    return Measurement(shares | trialled, longest)
+    return Measurement(shares | trialled, also)
 
 
 def _share_of(having, among):
     runs = int(np.count_nonzero(among))
-    require(runs > 0, "no trials at this noise")
+    require(runs > 0, "no trials or runs at this noise")
     return share(int(np.count_nonzero(having & among)), runs)
 
 
