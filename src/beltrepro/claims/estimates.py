@@ -26,12 +26,14 @@ class Estimate:
 
     value : the number; low, high : its 95 % interval; NaN where nothing was found.
     runs : independent runs it rests on; None if it is no matter of chance.
+    still_open : of these, runs that must be longer to tell; the interval covers all they may be.
     """
 
     value: float
     low: float
     high: float
     runs: int | None = None
+    still_open: int = 0
 
     @property
     def words(self) -> str:
@@ -43,6 +45,11 @@ class Estimate:
         if self.low == self.high:
             return f"{self.value:.4g}"
         return f"{self.value:.3g} ({self.low:.3g} to {self.high:.3g})"
+
+    def scaled(self, factor: float) -> Estimate:
+        """The number times a factor."""
+        low, high = sorted((factor * self.low, factor * self.high))
+        return replace(self, value=factor * self.value, low=low, high=high)
 
 
 def sure(value: float | bool) -> Estimate:
@@ -70,6 +77,20 @@ def mean(samples: Sequence[float] | np.ndarray) -> Estimate:
     return Estimate(centre, centre - reach, centre + reach, samples.size)
 
 
+def smallest(samples: Sequence[float] | np.ndarray) -> Estimate:
+    """Smallest value that there is, from the smallest of independent runs.
+
+    It lies at or below the smallest sample, and above it less so many times the distance of the
+    next one that this fails in 5 % of all cases (D. S. Robson and J. H. Whitlock, Biometrika 51,
+    33, 1964).
+    """
+    samples = np.sort(np.asarray(samples, dtype=float))
+    require(samples.size >= 2, f"{samples.size} runs, 2 are needed for an interval")
+    reach = (samples[1] - samples[0]) * CONFIDENCE / (1 - CONFIDENCE)
+    value = float(samples[0])
+    return Estimate(value, value - float(reach), value, samples.size)
+
+
 def share(count: int, runs: int, still_open: int = 0) -> Estimate:
     """Share of independent runs, with the exact interval.
 
@@ -77,7 +98,7 @@ def share(count: int, runs: int, still_open: int = 0) -> Estimate:
     them have the property, its value is that none has.
     """
     least, most = share_of_runs(count, runs), share_of_runs(count + still_open, runs)
-    return Estimate(least.value, least.lower, most.upper, runs)
+    return Estimate(least.value, least.lower, most.upper, runs, still_open)
 
 
 def bootstrap(
@@ -99,11 +120,13 @@ def bootstrap(
     interval in quadrature.
 
     The value is NaN if the statistic of the data is, and so is the interval if more than 5 % of the
-    resamples are.
+    resamples are. Of a group of one run nothing is known of the error (`single`).
     """
     samples = [np.asarray(group) for group in samples]
     runs = min(len(group) for group in samples)
     value = float(statistic(*samples))
+    if runs < 2:
+        return single(value)
     rng = np.random.default_rng(0)
     found = np.array(
         [
@@ -143,7 +166,13 @@ def difference(first: Estimate, second: Estimate) -> Estimate:
 def ratio(first: Estimate, second: Estimate) -> Estimate:
     """First over second, both above zero: as `difference`, of their logarithms."""
     found = difference(_logarithm(first), _logarithm(second))
-    return _exponential(found)
+    return exponential(found)
+
+
+def exponential(found: Estimate) -> Estimate:
+    """Of an estimate of a logarithm."""
+    value, low, high = (float(np.exp(each)) for each in (found.value, found.low, found.high))
+    return replace(found, value=value, low=low, high=high)
 
 
 def fewest(*found: Estimate) -> int | None:
@@ -171,6 +200,24 @@ def slope(places: Sequence[float], found: Sequence[Estimate]) -> Estimate:
     return Estimate(gradient, gradient - reach, gradient + reach, fewest(*found))
 
 
+def trend(places: Sequence[float], found: Sequence[Estimate]) -> Estimate:
+    """Slope of the line of least squares through estimates, all with the same weight.
+
+    It says whether values rise or fall on the whole, not whether they lie on a line: scatter about
+    the line does not widen the interval. The sides of the intervals add as for `difference`.
+    """
+    require(len(found) >= 3, f"{len(found)} points, 3 are needed for a trend")
+    centred = np.asarray(places, dtype=float) - np.mean(places)
+    shares = centred / np.sum(centred**2)
+    value = float(sum(share * each.value for share, each in zip(shares, found, strict=True)))
+    sides = [
+        sorted((share * (each.low - each.value), share * (each.high - each.value)))
+        for share, each in zip(shares, found, strict=True)
+    ]
+    below, above = (math.hypot(*side) for side in zip(*sides, strict=True))
+    return Estimate(value, value - below, value + above, fewest(*found))
+
+
 def in_words(found: Mapping[str, Estimate]) -> str:
     """Estimates by name as short text."""
     return "; ".join(
@@ -181,9 +228,4 @@ def in_words(found: Mapping[str, Estimate]) -> str:
 def _logarithm(found: Estimate) -> Estimate:
     with np.errstate(divide="ignore", invalid="ignore"):
         value, low, high = (float(np.log(each)) for each in (found.value, found.low, found.high))
-    return replace(found, value=value, low=low, high=high)
-
-
-def _exponential(found: Estimate) -> Estimate:
-    value, low, high = (float(np.exp(each)) for each in (found.value, found.low, found.high))
     return replace(found, value=value, low=low, high=high)

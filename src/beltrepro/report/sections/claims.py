@@ -14,11 +14,15 @@ GROUPS = {
     "experiment": "The recordings",
     "without_noise": "Without noise",
     "avalanches": "Avalanches",
-    "motion": "Chaos, periods and transients",
+    "motion": "Chaos and periods",
+    "transients": "Transients",
     "transition_with_noise": "The transition with noise",
     "intermittency": "Intermittency",
     "noise_of_experiment": "The noise of the experiment",
-    "system_size": "Number of blocks",
+    "motion_of_sizes": "Chaos and number of blocks",
+    "system_size": "The transition and number of blocks",
+    "noise_and_size": "Noise and number of blocks",
+    "integrators": "The numerical method",
 }
 BUILT_SO = "True because the model is built so"
 
