@@ -177,8 +177,8 @@ def test_what_a_figure_shows_is_said_by_verdict(tmp_path):
     found = results(tmp_path, u_critical=FAILS, r_jump=HOLDS)
     said = pictures.seen([found["r-jump"], found["u-critical"]])
     words = sentences.typeset(found["u-critical"].counted.numbers["critical"].words)
-    assert said[1] == f"Not as the paper says: u-critical (critical {words})."
-    assert said[0].startswith("As the paper says: r-jump (r_chaotic ") and len(said) == 2
+    assert said[1] == f"Not as the paper says: u-critical, with critical {words}."
+    assert said[0].startswith("As the paper says: r-jump, with r_chaotic ") and len(said) == 2
 
 
 # --- readings and other runs ----------------------------------------------------------------------
@@ -204,13 +204,30 @@ def test_a_printed_number_lies_inside_or_outside_what_the_readings_give(tmp_path
     assert next(each for each in again if each.result.id == "u-critical").inside
 
 
+def test_whether_the_verdict_depends_on_the_reading(tmp_path):
+    found = results(tmp_path)
+    for result in found.values():
+        verdicts = {each.verdict for each in result.readings}
+        said = readings.together(result)
+        if len(result.readings) == 1:
+            assert said == ""
+        elif len(verdicts) == 1:
+            assert said == f"All {len(result.readings)} readings give this verdict."
+        else:
+            assert said.startswith("The verdict depends on the reading: ")
+            assert all(f" {verdict}" in said for verdict in verdicts)
+
+
 @pytest.mark.parametrize(
     ("name", "what"),
     [
         ("the paper's scheme", ["integrator"]),
         ("wider starts", ["initial state"]),
         ("time step 0.002", ["time step"]),
-        ("longer than 784", ["length"]),
+        ("one run at each u", ["number of runs"]),
+        ("one long run", ["length"]),
+        ("exact dynamics, run from the declared state", ["integrator"]),
+        ("phases longer than 784", []),
         ("after a transient of 1e5", ["transient"]),
         ("running median over 5", []),
     ],

@@ -28,7 +28,7 @@ def seen(results: Iterable[Result]) -> list[str]:
 
 def _of(result: Result) -> str:
     numbers = ", ".join(map(_number, result.counted.judged))
-    return f"{result.id} ({numbers})" if numbers else result.id
+    return f"{result.id}, with {numbers}" if numbers else result.id
 
 
 def _number(number: Number) -> str:

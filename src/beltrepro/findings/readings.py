@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -27,11 +28,12 @@ CARRYING = (
 )
 # What a reading changes that the paper leaves to the one who computes, by words in its name.
 CHANGES = {
-    "integrator": r"scheme|verlet|event|exact dynamics|integrator|method",
+    "integrator": r"scheme|exact dynamics|integrator|method",
     "time step": r"time step|\bdt\b",
-    "transient": r"transient|settl",
-    "length": r"length|half of the (run|time)|longer|shorter",
-    "initial state": r"start|spread|initial",
+    "initial state": r"start|declared",
+    "transient": r"transient|settles",
+    "length": r"length|long run|series",
+    "number of runs": r"one run|single run|independent runs|many runs",
 }
 
 
@@ -93,6 +95,17 @@ def printed(results: Iterable[Result]) -> list[Printed]:
         for name, value in _values(result)
         for each in _span(result, name, value)
     ]
+
+
+def together(result: Result) -> str:
+    """Whether the verdict depends on the reading, as a sentence; empty if there is but one."""
+    if not result.variants:
+        return ""
+    counts = Counter(each.verdict for each in result.readings)
+    if len(counts) == 1:
+        return f"All {len(result.readings)} readings give this verdict."
+    each = ", ".join(f"{number} {verdict}" for verdict, number in counts.most_common())
+    return f"The verdict depends on the reading: {each}."
 
 
 def shifts(results: Results) -> list[Shift]:

@@ -1,6 +1,6 @@
 """What the paper leaves open: in the model, with the reading taken, and in single claims."""
 
-from beltrepro.findings.readings import printed
+from beltrepro.findings.readings import printed, together
 
 TITLE = "Open points and the readings tried"
 ANCHOR = "ambiguities"
@@ -47,5 +47,5 @@ def gather(material) -> dict:
     return {
         "printed": printed(results),
         "model": [{"open": point, "reading": reading} for point, reading in MODEL],
-        "claims": [result for result in results if result.claim.open],
+        "claims": [(result, together(result)) for result in results if result.claim.open],
     }
