@@ -139,6 +139,11 @@ def test_a_fact_is_never_invented(tmp_path):
         for place in sentences.places(sentence)
     }
     assert asked <= set(known)
+    assert known["shorter"] == "123000"
+    whole = SETTINGS["datasets"]["n5_replicates"] | {"duration": 2e6}
+    assert "shorter" not in contents.facts(
+        found, SETTINGS | {"datasets": {"n5_replicates": whole}}, ORIGIN
+    )
     none = contents.facts(found, {"preset": "own", "defaults": {}}, {})
     assert not {"duration", "replicates", "seed", "code_version"} & set(none)
 

@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -236,7 +237,8 @@ def test_what_a_reading_changes(name, what):
     assert readings.changed(name) == what
 
 
-def test_shifts_of_the_claims_that_carry_the_paper(tmp_path):
+@pytest.mark.parametrize("place", [20.0, 10.0])
+def test_shifts_of_the_claims_that_carry_the_paper(tmp_path, place):
     assert set(readings.CARRYING) <= set(LEDGER)
     claims, estimates = made_up_results.write(tmp_path, dict.fromkeys(LEDGER, HOLDS))
     for path in (claims, estimates):
@@ -246,10 +248,20 @@ def test_shifts_of_the_claims_that_carry_the_paper(tmp_path):
     assert not any(each.matters or each.turns for each in found)
     table = pd.read_csv(estimates)
     own = (table["id"] == "u-critical") & (table["variant"] == "wider starts")
-    table.loc[own, ["value", "low", "high", "verdict"]] = [20.0, 19.9, 20.1, FAILS]
+    table.loc[own, ["value", "low", "high", "verdict"]] = [place, place - 0.1, place + 0.1, FAILS]
     table.to_csv(estimates, index=False)
-    (moved,) = (each for each in readings.shifts(findings.read(claims, estimates)) if each.matters)
-    assert moved.result.id == "u-critical" and moved.turns and moved.shift.low > 2
+    found = readings.shifts(findings.read(claims, estimates))
+    (moved,) = (each for each in found if each.matters)
+    assert moved.result.id == "u-critical" and moved.turns and abs(moved.shift.value) > 2
+    table.loc[own, ["low", "high"]] = [-np.inf, np.inf]
+    table.to_csv(estimates, index=False)
+    found = {each.result.id: each for each in readings.shifts(findings.read(claims, estimates))}
+    assert found["u-critical"].matters is None
+    assert found["u-critical"].other.words == f"{place:g} (one run)"
+    table.loc[own, ["value", "low", "high"]] = np.nan
+    table.to_csv(estimates, index=False)
+    found = readings.shifts(findings.read(claims, estimates))
+    assert "u-critical" not in {each.result.id for each in found}
 
 
 def test_runs_are_compared_claim_by_claim(tmp_path):

@@ -76,9 +76,10 @@ class Shift:
         return difference(self.other.estimate, self.counted.estimate)
 
     @property
-    def matters(self) -> bool:
-        """Whether the shift is clear of zero."""
-        return self.shift.low > 0 or self.shift.high < 0
+    def matters(self) -> bool | None:
+        """Whether the shift is clear of zero; None if its error is not known."""
+        low, high = self.shift.low, self.shift.high
+        return low > 0 or high < 0 if math.isfinite(low) and math.isfinite(high) else None
 
     @property
     def turns(self) -> bool:
@@ -116,7 +117,7 @@ def shifts(results: Results) -> list[Shift]:
         for reading in result.variants
         for what in changed(reading.name)
         for number in result.counted.judged
-        if number.name in reading.numbers
+        if number.name in reading.numbers and _found(number, reading.numbers[number.name])
     ]
 
 
@@ -146,6 +147,10 @@ def _span(result: Result, name: str, value: float) -> Iterator[Printed]:
     highs = [each.high for each in found if math.isfinite(each.high)]
     if lows and highs:
         yield Printed(result, name, float(value), min(lows), max(highs))
+
+
+def _found(*numbers: Number) -> bool:
+    return not any(math.isnan(each.estimate.value) for each in numbers)
 
 
 def _is_number(value: object) -> bool:

@@ -45,7 +45,9 @@ class Number:
 
     @property
     def words(self) -> str:
-        """Value and 95 % interval."""
+        """Value and 95 % interval; of a single run the value alone."""
+        if math.isinf(self.estimate.low) and math.isinf(self.estimate.high):
+            return f"{self.estimate.value:.3g} (one run)"
         return self.estimate.words
 
     @property

@@ -64,7 +64,7 @@ def _finding(template: dict[str, Any], results: Results) -> Finding | None:
         topic=template["topic"],
         verdict=verdict,
         heading=template["heading"][verdict],
-        sentences=tuple(sentences),
+        sentences=tuple(dict.fromkeys(sentences)),
         figure=template["figure"],
         results=tuple(own),
     )
