@@ -57,10 +57,11 @@ def test_a_claim_that_the_ledger_lacks_is_refused(tmp_path):
     ("note", "verdict", "why"),
     [
         ("a: 1, not 2", FAILS, "It fails by a: 1, not 2."),
-        ("a: 1.5, not 2. the runs end early", FAILS, "The runs end early."),
+        ("a: 1.5, not 2. the runs end", FAILS, "It fails by a: 1.5, not 2. The runs end."),
+        ("a: 1.5, not 2. r is low", PARTLY, "It fails in part, by a: 1.5, not 2. r is low."),
         ("a: 1 covers the limit 1", UNDECIDED, "It is undecided by a: 1 covers the limit 1."),
         ("only noted", HOLDS, ""),
-        ("", FAILS, ""),
+        ("only noted", "not testable here", ""),
     ],
 )
 def test_why_a_claim_does_not_hold(note, verdict, why):

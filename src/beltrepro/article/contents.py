@@ -16,7 +16,6 @@ from beltrepro.claims.criteria import FAILS, NOT_MEASURED, PARTLY, UNDECIDED
 from beltrepro.figures import registry
 from beltrepro.findings import Finding, Result, Results
 from beltrepro.findings.reliability import DECIDING, PAPER_DURATION, length, trust
-from beltrepro.findings.results import as_sentence
 from beltrepro.findings.sentences import all_filled, typeset
 
 TITLE = "Chaos on the conveyor belt"
@@ -161,7 +160,7 @@ def _short(result: Result) -> dict[str, str]:
         "id": result.id,
         "verdict": result.verdict,
         "statement": result.claim.statement,
-        "why": typeset(as_sentence(result.counted.said)),
+        "why": typeset(result.counted.said),
     }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -25,8 +26,6 @@ _BY = {
     FAILS: "It fails by",
     PARTLY: "It fails in part, by",
     UNDECIDED: "It is undecided by",
-    NOT_MEASURED: "It is not measured:",
-    NOT_TESTABLE: "It is not tested:",
 }
 
 
@@ -82,18 +81,24 @@ class Reading:
         return [each for each in self.numbers.values() if each.allowed is None]
 
     @property
+    def reason(self) -> str:
+        """The numbers that do not hold, which come first in the note."""
+        decided = all(each.verdict == HOLDS for each in self.judged)
+        return "" if decided else self.note.partition(". ")[0]
+
+    @property
     def said(self) -> str:
-        """What the note says besides the numbers that do not hold, which come first in it."""
-        if all(each.verdict == HOLDS for each in self.judged):
-            return self.note
-        return self.note.partition(". ")[2]
+        """What the note says besides, as sentences."""
+        return as_sentence(self.note.partition(". ")[2] if self.reason else self.note)
 
     @property
     def why(self) -> str:
-        """Why it does not hold, as sentences; empty if it holds."""
-        if self.verdict == HOLDS or not self.note:
+        """Why it does not hold, as sentences; empty if it holds or cannot be tested."""
+        if self.verdict in (HOLDS, NOT_TESTABLE):
             return ""
-        return as_sentence(self.said or f"{_BY[self.verdict]} {self.note}")
+        if not self.reason:
+            return self.said
+        return f"{as_sentence(f'{_BY[self.verdict]} {self.reason}')} {self.said}".strip()
 
 
 @dataclass(frozen=True)
@@ -181,11 +186,13 @@ def read(claims_csv: Path, estimates_csv: Path) -> Results:
 
 
 def as_sentence(text: str) -> str:
-    """With a capital and a full stop."""
+    """With a full stop, and a capital for words, not for symbols."""
     text = text.strip()
     if not text:
         return ""
-    return text[0].upper() + text[1:] + ("" if text.endswith((".", "?", "!")) else ".")
+    word = re.match(r"[a-z]*", text)[0]
+    begin = text[0].upper() if len(word) > 2 else text[0]
+    return begin + text[1:] + ("" if text.endswith((".", "?", "!")) else ".")
 
 
 def _table(path: Path) -> pd.DataFrame:
