@@ -213,6 +213,7 @@ def trend(places: Sequence[float], found: Sequence[Estimate]) -> Estimate:
     sides = [
         sorted((share * (each.low - each.value), share * (each.high - each.value)))
         for share, each in zip(shares, found, strict=True)
+        if share  # that in the middle says nothing, even if it is not known at all
     ]
     below, above = (math.hypot(*side) for side in zip(*sides, strict=True))
     return Estimate(value, value - below, value + above, fewest(*found))
