@@ -256,13 +256,18 @@ def goodness_of_fit(
     Raises
     ------
     NotEnoughDataError
-        With fewer than LEAST_VALUES values above a lower end.
+        With fewer than LEAST_VALUES values above a lower end, or worth fewer in all.
     """
-    values, lows = np.sort(np.asarray(values, dtype=float)), np.atleast_1d(lows)
+    values, lows = np.sort(np.asarray(values, dtype=float)), np.unique(lows)
     values = values[values >= lows.min()]
+    count = np.count_nonzero(values >= lows.max())
+    require(
+        count >= LEAST_VALUES, f"{count} values above {lows.max():.3g}, {LEAST_VALUES} are needed"
+    )
     high = float(values[-1])
     law, distance = _nearest(values, lows, high)
-    size = int(min(values.size, values.size if independent is None else independent))
+    size = values.size if independent is None else round(min(independent, values.size))
+    require(size >= LEAST_VALUES, f"as good as {size} values, {LEAST_VALUES} are needed")
     below = values[values < law.low]
     rng = np.random.default_rng(0)
     further = 0
@@ -275,12 +280,12 @@ def goodness_of_fit(
 
 
 def _nearest(values: np.ndarray, lows: np.ndarray, high: float) -> tuple[Law, float]:
-    """The law of least distance; values in rising order."""
+    """The law of least distance; values and lower ends in rising order."""
     best = None
     for low in lows:
         own = values[np.searchsorted(values, low) :]
-        found = f"{own.size} values above {low:.3g}"
-        require(own.size >= LEAST_VALUES, f"{found}, {LEAST_VALUES} are needed")
+        if own.size < LEAST_VALUES and best is not None:  # of a small sample
+            continue
         law = fit_law(np.log(own).mean(), own.mean(), low, high)
         share = _cumulative(law, own)
         rank = np.arange(own.size + 1) / own.size
