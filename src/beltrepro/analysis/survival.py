@@ -12,12 +12,13 @@ are given up are missing. So ends count up to a `horizon` only (`SEEN`).
 """
 
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
+from scipy import optimize, stats
 
 from beltrepro.analysis.errors import require
 from beltrepro.analysis.motion import FOLDINGS, above_zero
@@ -202,6 +203,93 @@ def mean_lifetime(
         runs=time.size,
         time=total,
     )
+
+
+def mean_of_ended(
+    lifetime: npt.ArrayLike,
+    ended: npt.ArrayLike,
+    *,
+    horizon: float,
+    start: float = 0.0,
+    confidence: float = CONFIDENCE,
+) -> MeanLifetime:
+    """Mean of exponential lifetimes from the runs alone that ended by the horizon.
+
+    Of the others nothing is assumed: some may last on, and some may have reached a state that this
+    kind of end never leaves, as a stick-slip attractor where the end is the last stick. The
+    lifetimes of runs that ended follow an exponential distribution that is cut off at the horizon.
+    Its rate is that of the greatest likelihood; the interval is where twice the logarithm of the
+    ratio of likelihoods is below the quantile of chi2 with one degree of freedom.
+
+    Parameters
+    ----------
+    lifetime : array (M,)
+        Time of the end, or the time up to which the run was followed.
+    ended : array (M,) of bool
+        Which runs ended.
+    horizon : float
+        Ends after it do not count.
+    start : float
+        As for `mean_lifetime`.
+    confidence : float
+        Of the interval.
+
+    Returns
+    -------
+    MeanLifetime
+        Mean and interval; inf where the ends show no fall in number up to the horizon. `time` is
+        that of the runs that ended.
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than 3 runs that end after the start.
+    """
+    time, late = _between(start, horizon, lifetime, ended)
+    ends, window = time[late], horizon - start
+    require(ends.size >= MINIMUM_ENDS, f"{ends.size} runs ended, {MINIMUM_ENDS} are needed")
+    share = float(ends.mean()) / window
+    smallest = 1e-6  # rate times window that is as good as none
+    most = 1 / share
+    while _mean_up_to_one(most) > share:
+        most *= 2
+    best = (
+        smallest
+        if share >= _mean_up_to_one(smallest)
+        else _root(lambda rate: _mean_up_to_one(rate) - share, smallest, most)
+    )
+
+    def excess(rate: float) -> float:
+        """Log-likelihood of an end above the lowest that the interval allows."""
+        least = _log_likelihood(best, share) - stats.chi2.ppf(confidence, 1) / (2 * ends.size)
+        return _log_likelihood(rate, share) - least
+
+    most = 2 * max(best, 1.0)
+    while excess(most) > 0:
+        most *= 2
+    slowest = 0.0 if excess(smallest) > 0 else _root(excess, smallest, best)
+    return MeanLifetime(
+        mean=window / best if best > smallest else np.inf,
+        lower=window / _root(excess, best, most),
+        upper=window / slowest if slowest else np.inf,
+        ended=ends.size,
+        runs=time.size,
+        time=float(ends.sum()),
+    )
+
+
+def _mean_up_to_one(rate: float) -> float:
+    """Mean of an exponential distribution of this rate that is cut off at 1."""
+    return 1 / rate - float(np.exp(-rate) / -np.expm1(-rate))
+
+
+def _log_likelihood(rate: float, mean: float) -> float:
+    """Of an end with this mean, for an exponential distribution that is cut off at 1."""
+    return float(np.log(rate / -np.expm1(-rate))) - rate * mean
+
+
+def _root(function: Callable[[float], float], low: float, high: float) -> float:
+    return float(optimize.brentq(function, low, high))
 
 
 @dataclass(frozen=True)

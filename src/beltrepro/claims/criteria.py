@@ -130,10 +130,13 @@ def _reason(grade: str, found: Estimate, low: float, high: float) -> str:
         return "found in fewer than 95 % of the resampled runs"
     if found.runs == 1:
         return f"{found.value:.3g} in one run, whose error is not known"
-    limit = min((low, high), key=lambda end: abs(end - found.value))
+    crossed = [end for end, beyond in ((low, found.low < low), (high, found.high > high)) if beyond]
+    limit = min(crossed, key=lambda end: abs(end - found.value))
     distance = abs(limit - found.value)
     reach = found.high - found.value if limit > found.value else found.value - found.low
     text = f"{found.words} covers the limit {limit:.4g}"
+    if found.still_open:
+        return f"{text}; {found.still_open} of {found.runs} runs must be longer to tell"
     if found.runs is None or not 0 < distance < reach:
         return text
     needed = found.runs * (reach / distance) ** 2

@@ -14,8 +14,14 @@ SECTIONS = (
     "without_noise",
     "avalanches",
     "motion",
-    "with_noise",
+    "transients",
+    "transition_with_noise",
+    "intermittency",
+    "noise_of_experiment",
+    "motion_of_sizes",
     "system_size",
+    "noise_and_size",
+    "integrators",
 )
 KINDS = ("number", "shape", "construction")
 
@@ -36,7 +42,6 @@ class Claim:
     open: str = ""
     reading: str = ""
     reason: str = ""
-    experiment: dict[str, float] = field(default_factory=dict, hash=False)
 
     @property
     def testable(self) -> bool:

@@ -26,12 +26,14 @@ class Estimate:
 
     value : the number; low, high : its 95 % interval; NaN where nothing was found.
     runs : independent runs it rests on; None if it is no matter of chance.
+    still_open : of these, runs that must be longer to tell; the interval covers all they may be.
     """
 
     value: float
     low: float
     high: float
     runs: int | None = None
+    still_open: int = 0
 
     @property
     def words(self) -> str:
@@ -43,6 +45,11 @@ class Estimate:
         if self.low == self.high:
             return f"{self.value:.4g}"
         return f"{self.value:.3g} ({self.low:.3g} to {self.high:.3g})"
+
+    def scaled(self, factor: float) -> Estimate:
+        """The number times a factor."""
+        low, high = sorted((factor * self.low, factor * self.high))
+        return replace(self, value=factor * self.value, low=low, high=high)
 
 
 def sure(value: float | bool) -> Estimate:
@@ -91,7 +98,7 @@ def share(count: int, runs: int, still_open: int = 0) -> Estimate:
     them have the property, its value is that none has.
     """
     least, most = share_of_runs(count, runs), share_of_runs(count + still_open, runs)
-    return Estimate(least.value, least.lower, most.upper, runs)
+    return Estimate(least.value, least.lower, most.upper, runs, still_open)
 
 
 def bootstrap(
@@ -113,11 +120,13 @@ def bootstrap(
     interval in quadrature.
 
     The value is NaN if the statistic of the data is, and so is the interval if more than 5 % of the
-    resamples are.
+    resamples are. Of a group of one run nothing is known of the error (`single`).
     """
     samples = [np.asarray(group) for group in samples]
     runs = min(len(group) for group in samples)
     value = float(statistic(*samples))
+    if runs < 2:
+        return single(value)
     rng = np.random.default_rng(0)
     found = np.array(
         [
@@ -189,6 +198,25 @@ def slope(places: Sequence[float], found: Sequence[Estimate]) -> Estimate:
     excess = max(1.0, float(np.sum(weights * left**2)) / (len(found) - 2))
     reach = float(stats.norm.ppf(0.975)) * math.sqrt(excess / spread)
     return Estimate(gradient, gradient - reach, gradient + reach, fewest(*found))
+
+
+def trend(places: Sequence[float], found: Sequence[Estimate]) -> Estimate:
+    """Slope of the line of least squares through estimates, all with the same weight.
+
+    It says whether values rise or fall on the whole, not whether they lie on a line: scatter about
+    the line does not widen the interval. The sides of the intervals add as for `difference`.
+    """
+    require(len(found) >= 3, f"{len(found)} points, 3 are needed for a trend")
+    centred = np.asarray(places, dtype=float) - np.mean(places)
+    shares = centred / np.sum(centred**2)
+    value = float(sum(share * each.value for share, each in zip(shares, found, strict=True)))
+    sides = [
+        sorted((share * (each.low - each.value), share * (each.high - each.value)))
+        for share, each in zip(shares, found, strict=True)
+        if share  # that in the middle says nothing, even if it is not known at all
+    ]
+    below, above = (math.hypot(*side) for side in zip(*sides, strict=True))
+    return Estimate(value, value - below, value + above, fewest(*found))
 
 
 def in_words(found: Mapping[str, Estimate]) -> str:

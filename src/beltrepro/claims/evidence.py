@@ -167,18 +167,20 @@ class Evidence:
         cut = Cut(dataset.arrays, *_lengths(dataset))
         return _settled(cut, scan) if settled else cut
 
-    def laminar_phases(self, name: str, *, shortest=0.0):
+    def laminar_phases(self, name: str, *, shortest=0.0, laminar_time: float | None = None):
         """Laminar phases of a series after its transient: ((L, 2) begin and end, length of series).
 
         shortest : refuse a series shorter than this after its transient.
+        laminar_time : length that a phase must exceed; that of the configuration if not given.
         """
         dataset = self.dataset(name)
         transient, duration = _lengths(dataset)
         length = duration - transient
         require(length >= shortest, f"{name} covers {length:g}, {shortest:g} are needed")
         slips, sticks = last_block_events(dataset)
+        least = self.laminar_time if laminar_time is None else laminar_time
         phases = intermittency.laminar_phases(
-            slips["time"], sticks["time"], self.laminar_time, start=transient, stop=duration
+            slips["time"], sticks["time"], least, start=transient, stop=duration
         )
         return phases, length
 

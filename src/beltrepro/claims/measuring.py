@@ -11,10 +11,16 @@ from beltrepro.analysis.errors import NotEnoughDataError
 from beltrepro.claims import (
     avalanches,
     experiment,
+    integrators,
+    intermittency,
     model,
     motion,
+    motion_of_sizes,
+    noise_and_size,
+    noise_of_experiment,
     system_size,
-    with_noise,
+    transients,
+    transition_with_noise,
     without_noise,
 )
 from beltrepro.claims.criteria import (
@@ -30,7 +36,21 @@ from beltrepro.claims.entries import Claim, load_ledger
 from beltrepro.claims.evidence import Evidence
 from beltrepro.claims.registry import REGISTRY
 
-SECTIONS = (model, experiment, without_noise, avalanches, motion, with_noise, system_size)
+SECTIONS = (
+    model,
+    experiment,
+    without_noise,
+    avalanches,
+    motion,
+    transients,
+    transition_with_noise,
+    intermittency,
+    noise_of_experiment,
+    motion_of_sizes,
+    system_size,
+    noise_and_size,
+    integrators,
+)
 COLUMNS = (
     "id",
     "figure",

@@ -1,192 +1,194 @@
-"""Claims on the number of blocks (Sec. V) and on the numerical method (Appendix)."""
+"""Claims on how the transition depends on the number of blocks (Sec. V, Figs. 19 and 20)."""
 
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
-from scipy import stats
 
+from beltrepro.analysis import intermittency, transitions
 from beltrepro.analysis.errors import require
-from beltrepro.analysis.fits import rank_correlation
+from beltrepro.claims import estimates, transitions_of_runs
 from beltrepro.claims.criteria import Measurement
+from beltrepro.claims.evidence import last_block_events
 from beltrepro.claims.registry import claim
 
-CHAOTIC_SIZES = (5, 6, 7, 10)
 N10_SERIES = ("n10_u28", "n10_u31", "n10_u34", "n10_u38")
 MINIMUM_SERIES = 5000.0
-SCANS_BY_BOTH = (
-    "n5_map",
-    "n5_rows",
-    "n5_rows_check",
-    "n5_u7",
-    "n5_columns",
-    "size_rows",
-    "size_rows_check",
-    "size_columns",
-)
-MINIMUM_SHARED = 24
+WEAK = {"minimum_contrast": 1.2}  # plateaus that count as different already
+LAST_PART = 0.1  # of the time after the transient, in which motion that lasts still sticks
+
+
+# --- width of the transition ----------------------------------------------------------------------
 
 
 @claim("transition-width")
 def transition_width(evidence):
     """Transition regions at sigma = 1 for N = 5, 7 and 10."""
-    falls = {name: evidence.row(int(name), 1.0).transition for name in evidence.claim.paper}
-    widths = [fall.width for fall in falls.values()]
+    options = {
+        "median of the runs at each u": {},
+        "median over 3 in u": {"smoothing": 3.0},
+        "weak falls too": WEAK,
+        "single runs from undeformed springs": None,
+    }
+    return {name: partial(_edges, evidence, own) for name, own in options.items()}
+
+
+def _edges(evidence, options):
+    falls = _falls(evidence, evidence.claim.paper, evidence.claim.parameters["noise"], options)
+    edges = {
+        f"{side}, N = {n}": fall[side] for n, fall in falls.items() for side in ("lower", "upper")
+    }
+    wider = {
+        f"width, N = {more} minus N = {less}": estimates.difference(
+            falls[more]["width"], falls[less]["width"]
+        )
+        for less, more in pairwise(falls)
+    }
+    return Measurement(edges | wider, _widths(falls), _missing(falls))
+
+
+@claim("sharpest-at-n5")
+def sharpest_at_n5(evidence):
+    """Widths of the transition of six, seven and ten blocks, less that of five."""
+    first, second = evidence.claim.parameters["noise"]
+    return {
+        f"sigma = {first:g}": partial(_wider_than_five, evidence, first, {}),
+        f"sigma = {second:g}": partial(_wider_than_five, evidence, second, {}),
+        f"sigma = {first:g}, weak falls too": partial(_wider_than_five, evidence, first, WEAK),
+        f"sigma = {first:g}, single runs": partial(_wider_than_five, evidence, first, None),
+    }
+
+
+def _wider_than_five(evidence, noise, options):
+    sizes = evidence.claim.parameters["n_blocks"]
+    falls = _falls(evidence, (5, *sizes), noise, options)
     return Measurement(
-        {name: (fall.lower, fall.upper) for name, fall in falls.items()},
-        {name: (fall.error, fall.error) for name, fall in falls.items()},
-        sum(fall.n_points for fall in falls.values()),
-        checks={"broadens with N": bool(np.all(np.diff(widths) > 0))},
-        note="not found: the plateaus differ by less than a factor of 2"
-        if not all(fall.found for fall in falls.values())
-        else "",
+        {
+            f"width, N = {n} minus N = 5": estimates.difference(
+                falls[n]["width"], falls[5]["width"]
+            )
+            for n in sizes
+        },
+        _widths(falls),
+        _missing(falls),
     )
+
+
+def _falls(evidence, sizes, noise, options):
+    """The fall of r for each number of blocks, as `transitions_of_runs.fall`.
+
+    options : of that; None for rows of single runs, whose errors are not known.
+    """
+    if options is None:
+        return {n: _fall_of_single_runs(evidence.row(int(n), noise)) for n in sizes}
+    rows = {n: evidence.replicates(int(n), noise) for n in sizes}
+    if not options:
+        return {n: row.fall for n, row in rows.items()}
+    return {
+        n: transitions_of_runs.fall(row.belt_velocity, row.disorder, **options)
+        for n, row in rows.items()
+    }
+
+
+def _fall_of_single_runs(row):
+    found = transitions.transition_region(row.belt_velocity, row.disorder, bootstrap=0)
+    values = {name: float(getattr(found, name)) for name in transitions_of_runs.QUANTITIES}
+    return {
+        name: estimates.absent(1) if np.isnan(value) else estimates.single(value)
+        for name, value in values.items()
+    }
+
+
+def _widths(falls):
+    return {f"width, N = {n}": fall["width"] for n, fall in falls.items()}
+
+
+def _missing(falls):
+    return "; ".join(
+        f"N = {n}: no fall is found, its plateaus differ by a factor of {fall['contrast'].words}"
+        for n, fall in falls.items()
+        if np.isnan(fall["width"].value)
+    )
+
+
+# --- intermittency without noise ------------------------------------------------------------------
 
 
 @claim("n10-intermittency")
 def n10_intermittency(evidence):
-    """Laminar phases of ten blocks without noise at four belt velocities."""
-    velocity, share, count, mean = [], [], [], []
-    for name in N10_SERIES:
-        phases, length = evidence.laminar_phases(name, shortest=MINIMUM_SERIES)
-        durations = np.diff(phases).ravel()
-        velocity.append(float(evidence.dataset(name).attributes["belt_velocity"]))
-        share.append(float(durations.sum() / length))
-        count.append(durations.size)
-        mean.append(float(durations.mean()) if durations.size else 0.0)
-    both = [0.05 <= part <= 0.95 and n >= 2 for part, n in zip(share, count, strict=True)]
-    rank = rank_correlation(velocity, mean)
-    return Measurement(
-        {f"u = {u:g}, laminar share": part for u, part in zip(velocity, share, strict=True)}
-        | {f"u = {u:g}, mean phase": t for u, t in zip(velocity, mean, strict=True)},
-        sample_size=sum(count),
-        checks={
-            "intermittent without noise": sum(both) >= 2,
-            "laminar phases lengthen with u": rank > 0.7,
-        },
-        note=f"rank correlation {rank:.2g}",
-    )
-
-
-@claim("r-of-sigma-size")
-def r_of_sigma_size(evidence):
-    """Rise of r with noise at the upper edge of the transition, for several N."""
-    scan = evidence.dataset("size_columns").arrays
-    rises = {}
-    for n_blocks in np.unique(scan["n_blocks"]):
-        velocity = scan["belt_velocity"][scan["n_blocks"] == n_blocks].max()
-        rises[int(n_blocks)] = evidence.column("size_columns", n_blocks, velocity).noise_transition
-    require(len(rises) >= 3, f"{len(rises)} numbers of blocks, 3 are needed")
-    # A curve without any rise has plateaus that are alike.
-    contrast = {n: float(np.nan_to_num(rise.contrast, nan=1.0)) for n, rise in rises.items()}
-    rank = rank_correlation(contrast.keys(), contrast.values())
-    return Measurement(
-        {f"N = {n}, ratio of plateaus": ratio for n, ratio in contrast.items()},
-        sample_size=sum(rise.n_points for rise in rises.values()),
-        checks={
-            "weaker with N": rank < -0.7,
-            "weaker at the largest N than at the smallest": contrast[max(contrast)]
-            < contrast[min(contrast)],
-        },
-        note=f"rank correlation {rank:.2g}",
-    )
-
-
-@claim("noise-less-relevant")
-def noise_less_relevant(evidence):
-    """Effect of noise on r, for five and more blocks."""
+    """Laminar phases of ten blocks without noise at four belt velocities, and whether they last."""
+    long = evidence.claim.parameters["laminar_time"]
     return {
-        "r, sigma = 1": partial(_noise_effect, evidence, 1.0, _log_ratio),
-        "r, sigma = 5": partial(_noise_effect, evidence, 5.0, _log_ratio),
-        "section velocities, sigma = 1": partial(_noise_effect, evidence, 1.0, _velocity_distance),
+        "independent runs": partial(_intermittent_runs, evidence),
+        "four series by the paper's scheme": partial(
+            _intermittent_series, evidence, evidence.laminar_time
+        ),
+        f"the series, laminar from {long:g} on": partial(_intermittent_series, evidence, long),
     }
 
 
-@claim("method-independence")
-def method_independence(evidence):
-    """r at points with noise that were computed with both integrators."""
-    points = {"verlet": {}, "event": {}}
-    for name in filter(evidence.has, SCANS_BY_BOTH):
-        dataset = evidence.dataset(name)
-        method = dataset.attributes["method"]
-        for key, disorder in _noisy_points(dataset):
-            # A scan may name one integrator for all points, or one without and one with noise.
-            with_noise = "event" if "event (sigma > 0)" in method or method == "event" else "verlet"
-            points[with_noise].setdefault(key, []).append(disorder)
-    shared = sorted(points["verlet"].keys() & points["event"].keys())
-    require(
-        len(shared) >= MINIMUM_SHARED,
-        f"{len(shared)} points with noise computed by both integrators, {MINIMUM_SHARED} needed",
+def _intermittent_runs(evidence):
+    row = evidence.replicates(10, 0.0)
+    places = evidence.claim.parameters["belt_velocity"]
+    groups = [row.between(place, place) for place in places]
+    missing = [f"{u:g}" for u, own in zip(places, groups, strict=True) if not own.any()]
+    require(not missing, f"no runs of ten blocks at u = {', '.join(missing)}")
+    late = row.duration - LAST_PART * (row.duration - row.transient)
+    phases = np.column_stack(
+        [row.points[name] for name in ("laminar_fraction", "laminar_count", "last_stick_time")]
     )
-    ratio = np.array(
-        [np.log(np.mean(points["event"][key]) / np.mean(points["verlet"][key])) for key in shared]
+    return _intermittency(
+        places, [phases[own] for own in groups], row.duration - row.transient, late
     )
-    mean, error = float(ratio.mean()), float(ratio.std(ddof=1) / np.sqrt(ratio.size))
-    far = float(np.mean(np.abs(ratio) > np.log(1.2)))
+
+
+def _intermittent_series(evidence, laminar_time):
+    found = [_phases_of_series(evidence, name, laminar_time) for name in N10_SERIES]
+    velocities, runs, lengths, late = zip(*found, strict=True)
+    return _intermittency(velocities, runs, min(lengths), min(late))
+
+
+def _phases_of_series(evidence, name, laminar_time):
+    """u, the run as in `_intermittency`, length after the transient, and when its end begins."""
+    series = evidence.dataset(name)
+    transient, duration = (float(series.attributes[key]) for key in ("transient", "duration"))
+    length = duration - transient
+    require(length >= MINIMUM_SERIES, f"{name} covers {length:g}, {MINIMUM_SERIES:g} are needed")
+    slips, sticks = last_block_events(series)
+    phases = intermittency.laminar_phases(
+        slips["time"], sticks["time"], laminar_time, start=transient, stop=duration
+    )
+    last = sticks["time"].max(initial=-np.inf)
+    run = np.array([[np.diff(phases).sum() / length, len(phases), last]])
+    return float(series.attributes["belt_velocity"]), run, length, duration - LAST_PART * length
+
+
+def _intermittency(velocities, groups, length, late):
+    """Of groups of runs (R, 3) at each u: share of time in laminar phases, number, last stick."""
+    share, count, last = np.concatenate(groups).T
+    mask = intermittency.intermittent_mask({"laminar_fraction": share, "laminar_count": count})
+    lasting = np.nan_to_num(last, nan=-np.inf) >= late
+    found = estimates.bootstrap(partial(_slope_of_phases, velocities, length), groups)
     return Measurement(
-        {"mean ln(r_event / r_verlet)": mean, "share beyond 20 %": far},
-        {"mean ln(r_event / r_verlet)": error},
-        len(shared),
-        checks={
-            "no shift": abs(mean) <= max(3 * error, 0.03),
-            "few points differ": far <= 0.1,
+        {
+            "intermittent": estimates.share(int(mask.sum()), mask.size),
+            "lasts": estimates.share(int(lasting.sum()), lasting.size),
+            "laminar phase over u": found,
         },
+        note="; ".join(
+            f"u = {u:g}: {own[:, 0].mean():.2g} of the time laminar, "
+            f"mean phase {_mean_phase(length, own):.3g}"
+            for u, own in zip(velocities, groups, strict=True)
+        ),
     )
 
 
-# --- shared ---------------------------------------------------------------------------------------
+def _slope_of_phases(velocities, length, *groups):
+    phases = [_mean_phase(length, group) for group in groups]
+    return float(np.polyfit(velocities, phases, 1)[0])
 
 
-def _noise_effect(evidence, noise, distance):
-    effect, error, size = {}, {}, 0
-    for n_blocks in CHAOTIC_SIZES:
-        quiet, noisy = evidence.row(n_blocks, 0.0), evidence.row(n_blocks, noise)
-        at_quiet, at_noisy = _shared_velocities(quiet, noisy)
-        require(len(at_quiet) >= 8, f"{len(at_quiet)} shared belt velocities at N = {n_blocks}")
-        each = [distance(quiet, i, noisy, j) for i, j in zip(at_quiet, at_noisy, strict=True)]
-        each = np.array(each)[np.isfinite(each)]
-        require(each.size >= 8, f"too few points to compare at N = {n_blocks}")
-        effect[n_blocks] = float(each.mean())
-        error[n_blocks] = float(each.std(ddof=1) / np.sqrt(each.size))
-        size += each.size
-    rank = rank_correlation(effect.keys(), effect.values())
-    return Measurement(
-        {f"N = {n}": value for n, value in effect.items()},
-        {f"N = {n}": value for n, value in error.items()},
-        size,
-        checks={
-            "falls with N": rank < -0.7,
-            "smaller at N = 10 than at N = 5": effect[10] < effect[5],
-        },
-        note=f"rank correlation {rank:.2g}",
-    )
-
-
-def _shared_velocities(first, second):
-    _, at_first, at_second = np.intersect1d(
-        np.round(first.belt_velocity, 6), np.round(second.belt_velocity, 6), return_indices=True
-    )
-    return at_first, at_second
-
-
-def _log_ratio(quiet, i, noisy, j):
-    return abs(np.log(noisy.disorder[j] / quiet.disorder[i]))
-
-
-def _velocity_distance(quiet, i, noisy, j):
-    """Kolmogorov-Smirnov distance of the section velocities, NaN with too few crossings."""
-    pair = [cut.velocities[k] for cut, k in ((quiet, i), (noisy, j))]
-    first, second = (values[np.isfinite(values)] for values in pair)
-    if min(first.size, second.size) < 30:
-        return np.nan
-    return float(stats.ks_2samp(first, second).statistic)
-
-
-def _noisy_points(dataset):
-    arrays = dataset.arrays
-    for index in np.flatnonzero(arrays["noise"] > 0):
-        key = (
-            int(arrays["n_blocks"][index]),
-            round(float(arrays["belt_velocity"][index]), 6),
-            round(float(arrays["noise"][index]), 6),
-        )
-        yield key, float(arrays["disorder_parameter"][index])
+def _mean_phase(length, runs):
+    """Laminar time over number of laminar phases, of all runs; 0 without one."""
+    number = runs[:, 1].sum()
+    return float(runs[:, 0].sum() * length / number) if number else 0.0

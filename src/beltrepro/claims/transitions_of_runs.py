@@ -17,8 +17,13 @@ ON_THE_GRID = ("critical", "lower", "upper", "width")
 Finder = Callable[[np.ndarray, np.ndarray], Transition]
 
 
-def fall(belt_velocity: np.ndarray, disorder: np.ndarray, **options: float) -> dict[str, Estimate]:
+def fall(
+    belt_velocity: np.ndarray, disorder: np.ndarray, *, smoothing: float = 0.0, **options: float
+) -> dict[str, Estimate]:
     """The fall of r along u: edges, midpoint, width, plateaus and their ratio, as estimates.
+
+    The runs at each u have a median of their own. A median over a window in u, which single runs
+    need, draws the fall towards where the points are dense.
 
     Parameters
     ----------
@@ -26,12 +31,16 @@ def fall(belt_velocity: np.ndarray, disorder: np.ndarray, **options: float) -> d
         u of the runs; the same for the runs of a point.
     disorder : array (P,)
         r of the runs.
+    smoothing : float
+        Width of the running median in u.
     options : float
-        Of `transitions.transition_region`: smoothing, minimum_contrast.
+        Others of `transitions.transition_region`: minimum_contrast.
     """
 
     def find(places: np.ndarray, values: np.ndarray) -> Transition:
-        return transitions.transition_region(places, values, bootstrap=0, **options)
+        return transitions.transition_region(
+            places, values, smoothing=smoothing, bootstrap=0, **options
+        )
 
     return _estimates(belt_velocity, disorder, find)
 
