@@ -289,7 +289,7 @@ def _likelihood(
 
 def _nearest(values: np.ndarray, lows: np.ndarray, high: float) -> tuple[Law, float]:
     """The law of least distance; values and lower ends in rising order."""
-    found = []
+    found: list[tuple[Law, float]] = []
     for low in lows:
         own = values[np.searchsorted(values, low) :]
         if own.size < LEAST_VALUES and found:  # of a small sample
