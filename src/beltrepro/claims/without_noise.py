@@ -41,7 +41,7 @@ def spectrum_exponent(evidence):
 
 
 def _spectral_law(values, interval, *, window="hann", band=spectra.FIT_BAND, amplitude=False):
-    """Law of each stretch of the series, and the mean over the stretches."""
+    """Law of the mean spectrum of the stretches of the series, which are drawn anew."""
     low, high = band
     shortest = LEAST_CYCLES / low
     count = min(STRETCHES, int(values.size * interval / shortest + 1e-9))
@@ -50,27 +50,29 @@ def _spectral_law(values, interval, *, window="hann", band=spectra.FIT_BAND, amp
         f"the series lasts {values.size * interval:.0f}: {LEAST_STRETCHES} stretches of "
         f"{shortest:.0f} are needed for nu >= {low:g}",
     )
-    fits = [
-        spectra.fit_power_law(
-            *spectra.power_spectrum(each, interval, window=window), low=low, high=high
-        )
-        for each in np.array_split(values, count)
-    ]
-    exponent = np.array([fit.exponent for fit in fits])
-    prefactor = np.log([fit.prefactor for fit in fits])
-    if amplitude:
-        # 2|X|/n of n samples over a time T is the root of 2 S / T.
-        exponent, prefactor = exponent / 2, (prefactor + np.log(2 / PRINTED_LENGTH)) / 2
-    note = f"{count} stretches of {values.size * interval / count:.0f}"
+    length = values.size // count
+    stretches = values[: count * length].reshape(count, length)
+    found = [spectra.power_spectrum(each, interval, window=window) for each in stretches]
+    frequency, power = found[0][0], np.array([each for _, each in found])
+
+    def fit(drawn):
+        # The logarithm of a single noisy spectrum would lie too low where bins are narrow.
+        law = spectra.fit_power_law(frequency, drawn.mean(axis=0), low=low, high=high)
+        exponent, prefactor = law.exponent, np.log(law.prefactor)
+        if amplitude:
+            # 2|X|/n of n samples over a time T is the root of 2 S / T.
+            exponent, prefactor = exponent / 2, (prefactor + np.log(2 / PRINTED_LENGTH)) / 2
+        return exponent, prefactor
+
+    exponent, prefactor = (
+        estimates.bootstrap(lambda drawn, part=part: fit(drawn)[part], [power]) for part in (0, 1)
+    )
+    note = f"{count} stretches of {length * interval:.0f}"
     if not amplitude:
-        halved, root = exponent.mean() / 2, np.sqrt(2 * np.exp(prefactor.mean()) / PRINTED_LENGTH)
-        note += f"; the amplitude 2|X|/n over T = 1e6 has {halved:.3g} and {root:.2g}"
+        root = np.sqrt(2 * np.exp(prefactor.value) / PRINTED_LENGTH)
+        note += f"; the amplitude 2|X|/n over T = 1e6 has {exponent.value / 2:.3g} and {root:.2g}"
     return Measurement(
-        {
-            "exponent": estimates.mean(exponent),
-            "prefactor": estimates.exponential(estimates.mean(prefactor)),
-        },
-        note=note,
+        {"exponent": exponent, "prefactor": estimates.exponential(prefactor)}, note=note
     )
 
 
