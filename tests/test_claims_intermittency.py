@@ -46,6 +46,12 @@ def test_alternation_with_noise_and_without(laminar, expected):
     assert components("intermittency", n5_replicates=made) == expected
 
 
+def test_one_laminar_phase_is_no_alternation():
+    made = runs(CRITICAL, laminar=noisy_only)
+    made.arrays["laminar_count"][:] = 1
+    assert components("intermittency", n5_replicates=made) == [HOLDS, FAILS, HOLDS]
+
+
 def test_an_escape_for_good_is_no_intermittency():
     made = runs(CRITICAL, laminar=lambda u, noise: 1.0)
     quiet = made.arrays["noise"] == 0
@@ -55,6 +61,14 @@ def test_an_escape_for_good_is_no_intermittency():
     assert components("intermittency", n5_replicates=made) == [HOLDS, HOLDS, FAILS]
     made.arrays["last_stick_time"][quiet] = np.nan  # never sticks
     assert components("intermittency", n5_replicates=made) == [HOLDS, HOLDS, HOLDS]
+
+
+def test_the_note_says_where_runs_are_intermittent():
+    made = runs(CRITICAL, laminar=lambda u, noise: float(u == 19) if noise == 2.2 else 1.0)
+    note = found("intermittency", n5_replicates=made).note
+    assert note == "most runs are intermittent at u = 19: 100% of them"
+    without = runs(CRITICAL)
+    assert "no run at sigma = 2.2" in found("intermittency", n5_replicates=without).note
 
 
 def test_only_velocities_near_the_transition_are_asked_without_noise():
@@ -99,6 +113,10 @@ def test_the_share_of_known_cycles():
     exact = share_of_time(phases)
     assert (exact.value, exact.low, exact.high) == pytest.approx((0.25, 0.25, 0.25))
     assert exact.runs == 11
+    inside = np.array([100.0, 500, 200, 300, 900, 400])
+    begin = np.cumsum(4 * inside) - 4 * inside  # three times as long between as inside
+    varied = share_of_time(np.column_stack([begin, begin + inside]))
+    assert (varied.value, varied.low, varied.high) == pytest.approx((0.25, 0.25, 0.25))
     with pytest.raises(NotEnoughDataError, match="4 whole cycles, 5 are needed"):
         share_of_time(phases[:5])
 
@@ -166,6 +184,7 @@ def test_readings_of_one_long_run():
 def test_spectra_of_laminar_and_chaotic_stretches(change, expected):
     made = series([600.0] * 9, **change)
     assert components("laminar-spectra", u17=made) == expected
+    assert components("laminar-spectra", "u = 19.1, as filmed", belt_035=made) == expected
 
 
 def test_spectra_are_of_stretches_that_are_long_enough():

@@ -95,7 +95,7 @@ def alternating(share_of_runs, agreeing, *, fraction=0.4):
     ("made", "expected"),
     [
         (alternating(1, [1.0]), [HOLDS] * 4),
-        (alternating(0, [2.0]), [FAILS] * 4),
+        (alternating(0, [2.8]), [FAILS] * 4),
         (alternating(1, [1.0], fraction=0.99), [FAILS, FAILS, HOLDS, HOLDS]),
         (alternating(0.25, [1.0], fraction=0.3), [UNDECIDED, UNDECIDED, HOLDS, HOLDS]),
     ],
@@ -104,14 +104,25 @@ def test_intermittency_at_the_speeds_of_the_experiment(made, expected):
     assert components("intermittency-experiment", **made) == expected
 
 
+def test_runs_with_laminar_phases_at_the_speeds():
+    made = alternating(0.25, [1.0])
+    arrays = made["n5_replicates"].arrays
+    arrays["laminar_count"] = np.where(arrays["laminar_fraction"] > 0, 3, 0)
+    arrays["laminar_longest"] = np.where(arrays["belt_velocity"] == 15.5, 800.0, 300.0)
+    also = found("intermittency-experiment", **made).also
+    for speed, longest in (("0.22 m/s", 300.0), ("0.28 m/s", 800.0)):
+        assert also[f"runs with laminar phases, {speed}"].value == 0.25
+        assert also[f"longest laminar phase, {speed}"].value == longest
+
+
 def test_trials_of_the_noise_of_the_reading_count():
-    made = alternating(1, [2.0])
+    made = alternating(1, [2.8])
     assert components("intermittency-experiment", **made)[2:] == [FAILS, FAILS]
-    reading = "sigma = 2, long runs 2.2"
+    reading = "sigma = 2.2, trials 2 to 2.8"
     assert components("intermittency-experiment", reading, **made) == [FAILS, FAILS, HOLDS, HOLDS]
     few = made["trials"].arrays
-    few["lasting_longest"][few["noise"] == 2.0] = 0.0
-    lucky = np.flatnonzero(few["noise"] == 2.0)[::20]
+    few["lasting_longest"][:] = 0.0
+    lucky = np.flatnonzero(np.isin(few["noise"], (2.0, 2.8)))[::20]
     few["lasting_longest"][lucky] = 900.0  # 5 % of them
     assert components("intermittency-experiment", reading, **made)[2:] == [UNDECIDED] * 2
 

@@ -1,5 +1,6 @@
 """Lifetimes of chaotic transients and the attractors that follow them (inset of Fig. 12)."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,10 @@ from beltrepro.analysis.survival import MINIMUM_ENDS, mean_lifetime
 # Disorder parameter that separates the attractors on which the last block slips continuously:
 # between the plateau of small oscillations (0.02 in the paper) and the chaotic one (0.13).
 LARGE_AMPLITUDE = 0.05
+# Runs on one orbit have the same range of x_N, up to where the samples lie, and as many sticks in
+# the settled part, give or take the ends. Chaotic runs agree so closely by chance in pairs at most.
+SAME_RANGE = 1e-3
+COMPANIONS = 2
 
 STICK_SLIP = "stick-slip"
 SMALL_SLIP = "continuous slip, small amplitude"
@@ -59,6 +64,30 @@ def _tau(lifetime: np.ndarray, escaped: np.ndarray, start: float) -> tuple[float
     except NotEnoughDataError:
         return np.nan, np.nan
     return (found.mean, found.error) if found.ended >= MINIMUM_ENDS else (np.nan, np.nan)
+
+
+def on_shared_orbits(runs: Mapping[str, np.ndarray], settle_time: float) -> np.ndarray:
+    """Which runs end on an orbit that at least two others end on: no chaos looks so alike.
+
+    Parameters
+    ----------
+    runs : dict of arrays (M, ...)
+        Of a dataset of kind escapes, at one point: final_amplitude, final_stick_rate.
+    settle_time : float
+        Length of the settled part, model time.
+
+    Returns
+    -------
+    array (M,) of bool
+        False where an orbit is reached by fewer than three runs, or the motion is chaotic.
+    """
+    reach, rates = runs["final_amplitude"], np.nan_to_num(runs["final_stick_rate"])
+    shared = np.zeros(len(reach), dtype=bool)
+    for index in range(len(reach)):
+        alike = np.abs(reach - reach[index]) <= SAME_RANGE * reach[index]
+        alike &= np.all(np.abs(rates - rates[index]) * settle_time < 2.5, axis=1)
+        shared[index] = alike.sum() > COMPANIONS
+    return shared
 
 
 def label_attractors(

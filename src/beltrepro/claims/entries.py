@@ -42,7 +42,6 @@ class Claim:
     open: str = ""
     reading: str = ""
     reason: str = ""
-    experiment: dict[str, float] = field(default_factory=dict, hash=False)
 
     @property
     def testable(self) -> bool:

@@ -56,8 +56,19 @@ def _in_runs(evidence, quiet):
             "laminar share": mean(row.points["laminar_fraction"][here]),
             "alternating": share(int(np.count_nonzero(count >= 2)), count.size),
             "intermittent without noise": _without_noise(evidence, quiet),
-        }
+        },
+        note=_where_most(row),
     )
+
+
+def _where_most(row):
+    """At which u of a row most runs are intermittent, in words."""
+    velocities, place = np.unique(row.belt_velocity, return_inverse=True)
+    having = np.bincount(place, _lastingly_intermittent(row)) / np.bincount(place)
+    most = int(having.argmax())
+    if not having[most]:
+        return f"no run at sigma = {PLACE[1]:g} is intermittent at any u"
+    return f"most runs are intermittent at u = {velocities[most]:g}: {having[most]:.0%} of them"
 
 
 def _in_series(evidence, laminar_time):
@@ -105,9 +116,16 @@ def _lastingly_intermittent(row):
 
 @claim("laminar-spectra")
 def laminar_spectra(evidence):
-    """Spectra of laminar and of chaotic stretches at u = 17.5, sigma = 2.2."""
-    run = evidence.dataset(SERIES)
-    phases, _ = evidence.laminar_phases(SERIES)
+    """Spectra of laminar and of chaotic stretches at sigma = 2.2."""
+    return {
+        "u = 17.5": partial(_spectra_of_phases, evidence, SERIES),
+        "u = 19.1, as filmed": partial(_spectra_of_phases, evidence, "belt_035"),
+    }
+
+
+def _spectra_of_phases(evidence, name):
+    run = evidence.dataset(name)
+    phases, _ = evidence.laminar_phases(name)
     chaotic = np.column_stack([phases[:-1, 1], phases[1:, 0]])
     of_laminar, of_chaotic = (_spectra(run, each) for each in (phases, chaotic))
     regular = sum(_equally_spaced(each.peaks_hz) for each in of_laminar)

@@ -10,6 +10,7 @@ from beltrepro.analysis.inference import Simulated
 from beltrepro.claims.criteria import Measurement
 from beltrepro.claims.estimates import (
     RESAMPLES,
+    Estimate,
     bootstrap,
     from_resamples,
     mean,
@@ -99,39 +100,34 @@ def _beside_experiment(found):
 def intermittency_experiment(evidence):
     """Laminar phases at the belt speeds of the experiment, in long runs and in trials."""
     return {
-        "sigma = 1": partial(_at_speeds, evidence, ASSIGNED, ASSIGNED),
-        "sigma = 2, long runs 2.2": partial(_at_speeds, evidence, 2.2, 2.0),
+        "sigma = 1, trials 1 to 2": partial(_at_speeds, evidence, ASSIGNED, trials.ASSIGNED),
+        "sigma = 2.2, trials 2 to 2.8": partial(_at_speeds, evidence, 2.2, (2.0, 2.8)),
     }
 
 
 def _at_speeds(evidence, of_runs, of_trials):
     row = evidence.replicates(N_BLOCKS, of_runs, scan=RUNS)
     arrays = evidence.dataset("trials").arrays
-    alternating = trials.alternates(arrays)
-    level = np.isclose(arrays["noise"], of_trials)
-    own = {each: level & trials.at_speed(each, arrays) for each in trials.EXPERIMENT}
-    longest = {
-        f"longest laminar phase, {_speed(each)}": sure(
-            row.points["laminar_longest"][_near(row, each)].max()
+    alternating, (low, high) = trials.alternates(arrays), of_trials
+    level = (arrays["noise"] >= low - 1e-9) & (arrays["noise"] <= high + 1e-9)
+    shares, also, trialled = {}, {}, {}
+    for each in trials.EXPERIMENT:
+        near, speed = _near(row, each), _speed(each)
+        shares[f"laminar share, {speed}"] = mean(row.points["laminar_fraction"][near])
+        top = float(row.points["laminar_longest"][near].max())
+        also[f"runs with laminar phases, {speed}"] = _share_of(
+            row.points["laminar_count"] > 0, near
         )
-        for each in trials.EXPERIMENT
-    }
-    return Measurement(
-        {
-            f"laminar share, {_speed(each)}": mean(row.points["laminar_fraction"][_near(row, each)])
-            for each in trials.EXPERIMENT
-        }
-        | {
-            f"trials that alternate, {_speed(each)}": _share_of(alternating, mask)
-            for each, mask in own.items()
-        },
-        longest,
-    )
+        also[f"longest laminar phase, {speed}"] = Estimate(top, top, top, int(near.sum()))
+        trialled[f"trials that alternate, {speed}"] = _share_of(
+            alternating, level & trials.at_speed(each, arrays)
+        )
+    return Measurement(shares | trialled, also)
 
 
 def _share_of(having, among):
     runs = int(np.count_nonzero(among))
-    require(runs > 0, "no trials at this noise")
+    require(runs > 0, "no trials or runs at this noise")
     return share(int(np.count_nonzero(having & among)), runs)
 
 
