@@ -645,6 +645,7 @@ class FollowedIntegrator(EventIntegrator):
         self._companion = Followed(*(np.zeros((rows, lanes)) for rows in (4, 2, n_blocks)))
 
 
+@pytest.mark.slow  # a kernel of its own is compiled
 def test_hooks_see_every_step_and_event_and_change_no_bit():
     chains = [ChainParameters(5, u, 1.0) for u in (3.0, 20.0, 45.0)]
     duration = 90.0
@@ -666,6 +667,7 @@ def test_hooks_see_every_step_and_event_and_change_no_bit():
     assert seen.events[event.BRANCH, :3].sum() >= 6
 
 
+@pytest.mark.slow  # a kernel of its own is compiled
 def test_impulses_of_the_noise_are_those_that_move_a_block():
     # one block that slips from t = 0 on: its momentum is what spring, friction and noise gave it
     until, start = 2.0, 80.0

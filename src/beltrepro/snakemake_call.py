@@ -9,6 +9,7 @@ import argparse
 import json
 import os
 import re
+import signal
 import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -28,6 +29,15 @@ def end_if_unreadable() -> None:
         check_settings(_given().config or ())
     except InputError as error:
         sys.exit(f"error: {error}")
+
+
+def end_quietly_when_interrupted() -> None:
+    """Let Ctrl-C end the process without a traceback until the workflow takes it over.
+
+    The workflow's profile calls it, too. `lifecycle.stop_at_once` comes after it.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def check_settings(entries: Iterable[str]) -> None:
