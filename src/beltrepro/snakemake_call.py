@@ -23,7 +23,7 @@ _SETTING = r"[a-zA-Z_][\w-]*\w"  # names that Snakemake takes
 def end_if_unreadable() -> None:
     """End the process with one line if a setting of `--config` cannot be read.
 
-    The workflow's profile calls it: Snakemake reads nothing else of a workflow so early.
+    The profiles of the workflow call it: Snakemake reads nothing else of a workflow so early.
     """
     try:
         check_settings(_given().config or ())
@@ -34,7 +34,7 @@ def end_if_unreadable() -> None:
 def end_quietly_when_interrupted() -> None:
     """Let Ctrl-C end the process without a traceback until the workflow takes it over.
 
-    The workflow's profile calls it, too. `lifecycle.stop_at_once` comes after it.
+    The profiles call it, too. `lifecycle.stop_at_once` comes after it.
     """
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
