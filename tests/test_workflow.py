@@ -162,6 +162,7 @@ def test_figures_need_their_datasets_tables_and_films_only(tree):
     }
 
 
+@pytest.mark.slow
 def test_lint_is_clean(tree):
     lint = snakemake(tree, "--lint")
     assert lint.returncode == 0, lint.stdout + lint.stderr
@@ -187,6 +188,7 @@ def test_every_script_is_used():
     assert scripts == used
 
 
+@pytest.mark.slow
 def test_snakemake_report_holds_every_figure_with_its_words(finished):
     done = snakemake(finished, "--report", "made.html")
     assert done.returncode == 0, done.stderr
