@@ -10,7 +10,6 @@ from beltrepro.datasets.quantities import QUANTITIES, cast
 GRID_DIGITS = 10  # values of a grid are rounded so that 35 steps of 0.2 and 14 of 0.5 are both 7.0
 LONGEST_GRID = 100_000
 MOST_POINTS = 1_000_000  # of a dataset; each is a run
-METHOD = Point._fields.index("method")
 
 Complain = Callable[[str], Exception]
 """Makes the error for a text about the configuration."""
@@ -46,9 +45,7 @@ def points(axes: dict[str, tuple[object, str]], seed: int, complain: Complain) -
             for name in QUANTITIES
         ]
         _check_count(axes, len(table), grids, complain)
-        made = map(Point._make, itertools.product(*grids))
-        by_noise = any(not isinstance(each, str) for each in grids[METHOD])
-        table += map(_with_method, made) if by_noise else made
+        table += map(_with_method, map(Point._make, itertools.product(*grids)))
     return tuple(table)
 
 
@@ -120,6 +117,8 @@ def _values_at(name, n_blocks, grid, where, seed, complain):
 
 def _with_method(point: Point) -> Point:
     """The point with the one of two methods that its noise asks for."""
+    if isinstance(point.method, str):
+        return point
     methods = dict(point.method)
     return point._replace(method=methods["with_noise" if point.noise > 0 else "without_noise"])
 
