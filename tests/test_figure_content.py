@@ -51,7 +51,7 @@ U = np.arange(2.0, 50, 3)
 LEVELS = (0.0, 0.25, 0.5, 1.0, 2.2, 5.0, 10.0)
 SIZES = (2, 3, 4, 6, 7, 10)
 CROSSINGS = 12
-# The points of each scan: sizes, belt velocities, noises. The last five are drawn over others.
+# The points of each scan: sizes, belt velocities, noises. A check is drawn over another scan.
 SCANS = {
     "n5_rows": ((4, 5), U, LEVELS),
     "n5_map": ((4, 5), U, np.arange(0.0, 10.1, 2.5)),
@@ -63,7 +63,11 @@ SCANS = {
     "size_rows_check": ((2, 6), U[::2], (0.0, 1.0)),
     "n5_columns_check": ((5,), (20.0, 40.0), np.arange(0.0, 10.1, 5)),
     "size_columns_check": ((5, 7), (18.0,), np.arange(0.0, 10.1, 5)),
+    "n5_replicates": ((4, 5), U[2:11], (0.0, 0.5, 1.0, 2.2, 5.0)),
+    "n5_replicates_check": ((5,), U[2:11:2], (0.0,)),
+    "size_replicates": ((6, 7, 10), U[3:], (0.0, 1.0)),
 }
+SCATTER = np.array([-2e-3, 0.0, 9e-3])  # of r about its median, in the replicates
 
 
 # --- datasets whose numbers tell where they belong ------------------------------------------------
@@ -97,14 +101,14 @@ def scan(name):
     grid = [(n, u, s, k) for n in sizes for u in velocities for s in noises for k in range(3)]
     grid = [grid[index] for index in RNG.permutation(len(grid))]
     n, u, s, replicate = (np.array(column) for column in zip(*grid, strict=True))
-    scatter = np.array([-2e-3, 0.0, 9e-3])[replicate]
+    disorder = np.array([r(name, *point[:3]) for point in grid]) + SCATTER[replicate]
     share, count = laminar(u, s)
     arrays = {
         "n_blocks": n.astype(int),
         "belt_velocity": u,
         "noise": s,
         "replicate": replicate,
-        "disorder_parameter": np.array([r(name, *point[:3]) for point in grid]) + scatter,
+        "disorder_parameter": disorder,
         "section_position": section_position(n),
         "section_velocity": np.array([crossings(name, *point[:3]) for point in grid]),
         "laminar_fraction": share,
@@ -554,27 +558,46 @@ def test_fig12_shows_mean_lifetimes_in_the_inset():
     np.testing.assert_allclose(curve.error, curve.y / np.sqrt([4, 5]))
 
 
-def is_family(panel, curves, xlabel, overlay="method event"):
+def is_family(panel, curves, xlabel, overlay="method event", line=True):
     """Curves of r: (label, style number, x, y), then those drawn over them without a label."""
     axes_are(panel, xlabel, "$r$")
     found = list(panel.curves)
     assert len(found) == len(curves)
     for curve, (label, index, x, y) in zip(found, curves, strict=True):
         same(curve, x, y, label=label, index=index)
-        assert (curve.marker == "x") == (label == "") == (not curve.line)
+        assert (curve.marker == "x") == (label == "")
+        assert bool(curve.line) == (line and label != "")
     labels = [label for label, *_ in curves if label]
     assert sorted(panel.legend) == sorted([*labels, *([overlay] if overlay else [])])
     assert panel.ylim[0] == 0
 
 
-def test_fig13_is_a_curve_for_each_noise():
-    (panel,) = shown("fig13").panels
+def has_bands(panel, curves):
+    """A band for each (style number, x, median): the middle 80 % of three replicates."""
+    # of three values the quantile 0.1 lies a fifth of the way from the least to the middle one
+    low, high = (0.8 * SCATTER[end] for end in (0, -1))
+    for band, (index, x, median) in zip(panel.bands, curves, strict=True):
+        np.testing.assert_allclose(band.x, x)
+        np.testing.assert_allclose(band.low, np.array(median) + low)
+        np.testing.assert_allclose(band.high, np.array(median) + high)
+        assert band.colour == style.COLOURS[index % len(style.COLOURS)]
+
+
+def test_fig13_is_replicates_and_single_runs_for_each_noise():
+    above, below = shown("fig13").panels
+    assert (above.titles[0], below.titles[0]) == ("a.", "b.")
+    noises = (0.0, 1.0, 2.2, 5.0, 10.0)
+    medians = [(noises.index(s), *row_of("n5_replicates", 5, s)) for s in noises[:4]]
+    over = [("", 0, *row_of("n5_replicates_check", 5, 0.0))]
+    lines = [(rf"$\sigma = {noises[index]:g}$", index, x, y) for index, x, y in medians]
+    is_family(above, lines + over, "")
+    has_bands(above, medians)
     rows = [
-        (rf"$\sigma = {s:g}$", index, *row_of("n5_rows", 5, s)) for index, s in enumerate(LEVELS)
+        (rf"$\sigma = {s:g}$", index, *row_of("n5_rows", 5, s)) for index, s in enumerate(noises)
     ]
-    over = [("", LEVELS.index(s), *row_of("n5_rows_check", 5, s)) for s in (0.0, 1.0)]
-    is_family(panel, rows + over, "$u$")
-    assert panel.xlim[0] == 0
+    over = [("", noises.index(s), *row_of("n5_rows_check", 5, s)) for s in (0.0, 1.0)]
+    is_family(below, rows + over, "$u$", line=False)
+    assert not below.bands and above.xlim[0] == below.xlim[0] == 0
 
 
 def test_fig14_is_a_diagram_for_each_noise_and_a_column():
@@ -586,8 +609,7 @@ def test_fig14_is_a_diagram_for_each_noise_and_a_column():
     assert [panel.ylabel for panel in diagrams] == ["$v_N$", *[""] * 3, "$v_N$", "", ""]
     assert [panel.xlabel for panel in diagrams][4:] == ["$u$"] * 3
     axes_are(last, r"$\sigma$", "$r$")
-    (curve,) = last.curves
-    same(curve, *column_of("n5_u7", 5, 7.0), index=1)
+    are_replicates(last, "n5_u7", 5, 7.0, index=1)
     arrays = DATASETS["n5_u7"].arrays
     chosen = (arrays["n_blocks"] == 5) & (arrays["belt_velocity"] == 7)
     order = np.lexsort((arrays["replicate"][chosen], arrays["noise"][chosen]))
@@ -598,16 +620,32 @@ def test_fig14_is_a_diagram_for_each_noise_and_a_column():
     assert last.titles[1] == rf"$u = 7$: $\sigma_c = {rise.critical:.2f}$"
 
 
-def test_fig15_is_a_curve_for_each_belt_velocity():
-    (panel,) = shown("fig15", also=["n5_columns_check"]).panels
-    velocities = (20.0, 30.0, 40.0)
-    columns = [
-        (f"$u = {u:g}$", index, *column_of("n5_columns", 5, u))
-        for index, u in enumerate(velocities)
+def are_replicates(panel, name, n, u, *, index=0, over=None):
+    """A dot for each run, the median and the middle 80 % of r against noise; crosses over them."""
+    runs, median, *crosses = panel.curves
+    noises, middle = column_of(name, n, u)
+    expected = sorted((s, r + d) for s, r in zip(noises, middle, strict=True) for d in SCATTER)
+    np.testing.assert_allclose(sorted(map(tuple, points(runs))), expected)
+    assert not runs.line and runs.colour == style.GREY
+    same(median, noises, middle, index=index)
+    has_bands(panel, [(index, noises, middle)])
+    assert len(crosses) == bool(over)
+    if over:
+        same(crosses[0], *column_of(over, n, u), colour=style.VERMILION, marker="x")
+        assert panel.legend == ("method event",) and not crosses[0].line
+
+
+def test_fig15_is_a_panel_of_replicates_for_each_belt_velocity():
+    grid = shown("fig15", also=["n5_columns_check"]).panels
+    for panel, u in zip(grid, (20.0, 30.0, 40.0), strict=True):
+        are_replicates(panel, "n5_columns", 5, u, over="n5_columns_check" if u != 30 else None)
+        assert panel.titles[1] == f"$u = {u:g}$"
+        assert panel.guides == (("x", 5.0),) and panel.ylim[0] == 0
+    assert [(panel.xlabel, panel.ylabel) for panel in grid] == [
+        (r"$\sigma$", "$r$"),
+        (r"$\sigma$", ""),
+        (r"$\sigma$", ""),
     ]
-    over = [("", velocities.index(u), *column_of("n5_columns_check", 5, u)) for u in (20.0, 40.0)]
-    is_family(panel, columns + over, r"$\sigma$")
-    assert panel.guides == (("x", 5.0),)
 
 
 def test_fig17_is_the_density_of_the_crossings_at_four_noises():
@@ -656,34 +694,35 @@ def test_fig18_is_the_map_of_r_and_the_boundary_of_intermittency():
     )
 
 
-def test_fig19_is_a_curve_for_each_number_of_blocks():
-    (panel,) = shown("fig19").panels
+def test_fig19_is_replicates_of_three_sizes_and_single_runs_of_all():
+    above, below = shown("fig19").panels
+    sizes = (5, 7, 10, 2, 3, 4, 6)
+    names = {5: "n5_replicates", 7: "size_replicates", 10: "size_replicates"}
+    medians = [(sizes.index(n), *row_of(name, n, 1.0)) for n, name in names.items()]
+    lines = [(f"$N = {sizes[index]}$", index, x, y) for index, x, y in medians]
+    is_family(above, lines, "", overlay="")
+    has_bands(above, medians)
+    assert above.spans == (("x", 15, 18), ("x", 23, 32), ("x", 27, 40))  # caption of Fig. 19
     curves = []
-    for index, n in enumerate((2, 3, 4, 5, 6, 7, 10)):
-        for name in ("size_rows", "size_rows_check", "n5_rows", "n5_rows_check"):
+    for name in ("n5_rows", "n5_rows_check", "size_rows", "size_rows_check"):
+        for n in sorted(sizes):
             if n in SCANS[name][0]:
                 label = "" if name.endswith(panels.CHECK) else f"$N = {n}$"
-                curves.append((label, index, *row_of(name, n, 1.0)))
-    found = sorted(panel.curves, key=lambda curve: (curve.marker == "x", curve.label, curve.y[0]))
-    expected = sorted(curves, key=lambda curve: (curve[0] == "", curve[0], curve[3][0]))
-    for curve, (label, index, x, y) in zip(found, expected, strict=True):
-        same(curve, x, y, label=label, index=index)
-    axes_are(panel, "$u$", "$r$")
-    assert panel.titles[2] == r"$\sigma = 1$"
-    assert set(panel.legend) == {label for label, *_ in curves if label} | {"method event"}
+                curves.append((label, sizes.index(n), *row_of(name, n, 1.0)))
+    is_family(below, curves, "$u$", line=False)
+    for panel in (above, below):
+        assert r"$\sigma = 1$" in panel.titles[2]
 
 
-def test_fig21_is_a_curve_for_each_number_of_blocks_and_belt_velocity():
-    (panel,) = shown("fig21", also=["size_columns_check"]).panels
-    columns = [
-        (f"$N = {n}$, $u = {u:g}$", index, *column_of("size_columns", n, u))
-        for index, n in enumerate((5, 7, 10))
-        for u in (18.0, 32.0)
-    ]
-    over = [
-        ("", index, *column_of("size_columns_check", n, 18.0)) for index, n in enumerate((5, 7))
-    ]
-    is_family(panel, columns + over, r"$\sigma$")
+def test_fig21_is_a_panel_of_replicates_for_each_number_of_blocks_and_belt_velocity():
+    grid = shown("fig21", also=["size_columns_check"]).panels
+    places = [(n, u) for n in (5, 7, 10) for u in (18.0, 32.0)]
+    for panel, (n, u) in zip(grid, places, strict=True):
+        over = "size_columns_check" if n < 10 and u == 18 else None
+        are_replicates(panel, "size_columns", n, u, over=over)
+        assert panel.titles[1] == f"$N = {n}$, $u = {u:g}$"
+    assert [panel.xlabel for panel in grid] == [""] * 4 + [r"$\sigma$"] * 2
+    assert [panel.ylabel for panel in grid] == ["$r$", ""] * 3
 
 
 def test_fig22_is_a_diagram_for_each_number_of_blocks():

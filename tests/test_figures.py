@@ -216,6 +216,8 @@ def usual(name):
         "n5_map": lambda: scan([5], u, noisy),
         "n5_u7": lambda: scan([5], [7.0], np.arange(0.0, 2.1, 0.25)),
         "n5_columns": lambda: scan([5], [20.0, 30.0, 40.0], noisy),
+        "n5_replicates": lambda: scan([5], u, quiet[:-1]),
+        "size_replicates": lambda: scan([6, 7, 10], u, [0.0, 1.0]),
         "size_rows": lambda: scan([2, 3, 4, 6, 7, 10], u, [0.0, 1.0, 5.0]),
         "size_columns": lambda: scan([5, 7], [18.0], noisy),
         "lifetimes": lambda: escapes_of(np.arange(18.0, 36, 3)),
@@ -242,7 +244,8 @@ def poor(name):
         data.arrays["disorder_parameter"][:] = np.nan
         return data
 
-    made = dict.fromkeys(("n5_rows", "n5_u7", "n5_columns", "size_rows", "size_columns"), point)
+    scans = ("n5_rows", "n5_u7", "n5_columns", "size_rows", "size_columns")
+    made = dict.fromkeys((*scans, "n5_replicates", "size_replicates"), point)
     made |= {
         "n5_map": lambda: scan([5], [], []),
         "lifetimes": lambda: escapes_of(np.array([18.0]), escapes=False),
@@ -447,9 +450,10 @@ def test_other_method_is_drawn_over(name):
     first = next(used for used in ("size_rows", *needed(name)) if used in data)
     over = Dataset(data[first].arrays, data[first].attributes | {"method": "event"})
     both = draw(name, data | {first + panels.CHECK: over})
-    assert len(both.axes[-1].lines) > len(plain.axes[-1].lines)
-    labels = [text.get_text() for text in both.axes[-1].get_legend().get_texts()]
-    assert "method event" in labels
+    lines = [sum(len(axes.lines) for axes in figure.axes) for figure in (plain, both)]
+    assert lines[1] > lines[0]
+    legends = [axes.get_legend() for axes in both.axes if axes.get_legend()]
+    assert any(text.get_text() == "method event" for each in legends for text in each.get_texts())
 
 
 def test_friction_event_is_the_first_complete_one_of_the_last_block():

@@ -80,6 +80,11 @@ def letter(axes, text):
     axes.set_title(f"{text}.", loc="left", weight="bold")
 
 
+def remark(axes, text):
+    """What is to be known of a panel, small, above its upper right corner."""
+    axes.set_title(text, loc="right", size=8, color="0.35")
+
+
 def note(axes, text, *, place=(0.5, 0.5), size=8, width=24):
     """A remark in the middle of a panel, or at `place` in its coordinates; `width` in letters."""
     axes.text(
@@ -238,6 +243,12 @@ def finish_curves(axes, *, xlabel, **words):
     axes.set_ylim(bottom=0)
     if axes.get_legend_handles_labels()[1]:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+def legend_within(axes, **words):
+    """Legend inside a panel, if anything in it has words."""
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(**({"loc": "best"} | words))
 
 
 def band_diagram(axes, row, *, colour=style.BLUE, label=None, size=1.6):
