@@ -232,6 +232,16 @@ def test_laminar_phases_from_events_and_from_samples_agree():
     assert sampled == pytest.approx(phases, abs=0.2)
 
 
+def test_laminar_phases_of_a_series_are_those_of_its_last_block():
+    fields = [("time", "f8"), ("block", "i8"), ("kind", "U5")]
+    rows = [(1, 2, "slip"), (5, 3, "slip"), (40, 2, "stick"), (41, 3, "stick"), (60, 3, "slip")]
+    events = np.array(rows, fields)
+    phases = intermittency.last_block_phases(events, 3, 30.0, start=0.0, stop=100.0)
+    np.testing.assert_array_equal(phases, [[5, 41], [60, 100]])
+    phases = intermittency.last_block_phases(events, 2, 30.0, start=5.0, stop=100.0)
+    np.testing.assert_array_equal(phases, [[5, 40]])
+
+
 def test_laminar_phases_are_cut_at_the_ends_of_the_record():
     phases = intermittency.laminar_phases([50.0], [30.0, 90.0], 5.0, start=10.0, stop=80.0)
     assert phases.tolist() == [[10.0, 30.0], [50.0, 80.0]]

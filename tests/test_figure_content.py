@@ -42,6 +42,7 @@ HOW = {
     "time_step": 0.001,
     "duration": 2000.0,
     "transient": 500.0,
+    "laminar_time": 200.0,
     "seed": 1,
     "code_version": "0.0+gabc",
 }
@@ -113,6 +114,7 @@ def scan(name):
         "section_velocity": np.array([crossings(name, *point[:3]) for point in grid]),
         "laminar_fraction": share,
         "laminar_count": count,
+        "last_stick_time": last_stick_time(n, u, s, replicate),
     }
     method = "event" if name.endswith(panels.CHECK) else "verlet"
     return Dataset(arrays, HOW | {"kind": "scan", "method": method})
@@ -124,18 +126,39 @@ def laminar(u, s):
     return np.where(inside, 0.5, 0.99), np.where(inside, 9, 1)
 
 
+def last_stick_time(n, u, s, replicate):
+    """Near the end of 2000; of ten blocks beyond u = 30 without noise only in replicate 2."""
+    early = (n == 10) & (u > 30) & (s == 0)
+    return np.where(early, np.array([np.nan, 1200.0, 1900.0])[replicate], 1900.0)
+
+
 def series(
     n_blocks, belt_velocity, noise, *, length=2000, interval=2.0, transient=500.0, start=0.0
 ):
-    """Samples without any pattern, all different; blocks stick at every tenth one."""
+    """Samples without any pattern, all different; blocks stick at every tenth one.
+
+    The last block slips twice for longer than 200 after the transient; so does block 1, elsewhere.
+    """
     rng = np.random.default_rng(int(10 * belt_velocity))
     time = start + interval * np.arange(length)
     velocities = belt_velocity - rng.uniform(1, 50, (length, n_blocks))
     velocities[::10] = belt_velocity
     positions = 60.0 * np.arange(1, n_blocks + 1) + rng.uniform(0, 20, (length, n_blocks))
+    fields = [("time", "f8"), ("block", "i8"), ("kind", "U5")]
+    slips = [(block, *slip) for block in (1, n_blocks) for slip in long_slips(time[-1], block)]
+    events = [(begin, block, "slip") for block, begin, _ in slips]
+    events += [(end, block, "stick") for block, _, end in slips]
     arrays = {"time": time, "positions": positions, "velocities": velocities}
+    arrays["events"] = np.sort(np.array(events, fields), order="time")
     chain = {"n_blocks": n_blocks, "belt_velocity": belt_velocity, "noise": noise}
-    return Dataset(arrays, HOW | chain | {"kind": "series", "transient": transient})
+    span = {"transient": transient, "duration": float(time[-1])}
+    return Dataset(arrays, HOW | chain | span | {"kind": "series"})
+
+
+def long_slips(end, block):
+    """(begin, end) of slips: the first of the last block is too short, the last too early."""
+    late = end - 100 * block
+    return [(late - 3000, late - 2810), (late - 2000, late - 1500), (late - 900, late), (0, 450)]
 
 
 def friction_event():
@@ -203,10 +226,11 @@ DATASETS = (
         "u1": series(5, 1.0, 0.0),
         "u20": series(5, 20.0, 0.0, transient=0.0),
         "u17": series(5, 17.5, 2.2, length=8000),
-        "n10_u28": series(10, 28.0, 0.0, length=7000),
-        "n10_u31": series(10, 31.0, 0.0, length=7000),
-        "n10_u34": series(10, 34.0, 0.0, length=7000),
-        "n10_u38": series(10, 38.0, 0.0, length=7000),
+        "u19": series(5, 19.0, 2.2, length=9000),
+        "n10_u28": series(10, 28.0, 0.0, length=5500),
+        "n10_u31": series(10, 31.0, 0.0, length=5700),
+        "n10_u34": series(10, 34.0, 0.0, length=5900),
+        "n10_u38": series(10, 38.0, 0.0, length=6100),
         "slips_u1": slips_u1(),
         "lifetimes": lifetimes(),
         "motion_map": motion(
@@ -269,7 +293,7 @@ def is_diagram(curve, name, n, s):
 
 # --- every figure ---------------------------------------------------------------------------------
 
-IN_WORDS = {"Two": 2, "Three": 3, "Four": 4, "Six": 6, "Twelve": 12}
+IN_WORDS = {"Two": 2, "Three": 3, "Four": 4, "Five": 5, "Six": 6, "Twelve": 12}
 
 
 def alt_fits(name, figure):
@@ -279,7 +303,7 @@ def alt_fits(name, figure):
     assert not re.search(r"\d+ (panels|diagrams|maps|curves)", alt)
     assert IN_WORDS.get(first, len(figure.panels)) == len(figure.panels)
     insets = any(panel.insets for panel in figure.panels)
-    assert insets == ("inset" in alt or "enlarged" in alt)
+    assert insets == ("inset" in alt)
 
 
 @pytest.mark.parametrize("name", [name for name, entry in FIGURES.items() if entry.number])
@@ -351,21 +375,32 @@ def is_trace(panel, time, values, ylabel):
     assert panel.ylabel == ylabel and panel.xlim == pytest.approx((time[0], time[-1]))
 
 
-def is_spectrum(inner, series, *, fit):
+def is_spectrum(panel, series, *, printed=None):
     """Of x_N after the transient."""
-    axes_are(inner, r"$\nu$", r"$S(\nu)$", scales=("log", "log"))
+    axes_are(panel, r"$\nu$", r"$S(\nu)$", scales=("log", "log"))
     time = series.arrays["time"]
     after = time >= series.attributes["transient"]
     interval = time[1] - time[0]
     frequency, power = spectra.power_spectrum(series.arrays["positions"][after, -1], interval)
-    same(inner.curves[0], frequency, power)
-    assert len(inner.curves) == 1 + fit
-    if fit:
+    same(panel.curves[0], frequency, power)
+    assert len(panel.curves) == (1 if printed is None else 3)
+    if printed is not None:
         law = spectra.fit_power_law(frequency, power, low=0.003, high=0.3)
-        same(inner.curves[1], [law.low, law.high], law(np.array([law.low, law.high])))
+        _, fitted, paper = panel.curves
+        same(fitted, [law.low, law.high], law(np.array([law.low, law.high])), label=fitted.label)
         for number in (f"{law.exponent:.2f}", f"{law.exponent_error:.2f}"):
-            assert number in inner.titles[1]
-        assert rf"\nu^{{{law.exponent / 2:.2f}}}" in inner.titles[1]
+            assert number in fitted.label
+        assert rf"\nu^{{{law.exponent / 2:.2f}}}" in panel.titles[1]
+        has_slope(paper, fitted, printed)
+        assert panel.legend == (fitted.label, paper.label)
+
+
+def has_slope(paper, fitted, exponent):
+    """A dashed line over the range of a fitted one, through its middle, with the paper's slope."""
+    assert (paper.label, paper.line) == (f"paper: {exponent:g}", "--")
+    np.testing.assert_allclose(paper.x, fitted.x)
+    assert np.diff(np.log(paper.y)) / np.diff(np.log(paper.x)) == pytest.approx(exponent)
+    assert np.prod(paper.y) == pytest.approx(np.prod(fitted.y))
 
 
 def is_zoom(panel, inner, time, values, begin, end):
@@ -373,11 +408,11 @@ def is_zoom(panel, inner, time, values, begin, end):
     inside = (time >= begin) & (time <= end)
     (curve,) = inner.curves
     same(curve, time[inside], values[inside])
-    assert inner.xlim == pytest.approx((begin, end))
+    assert inner.xlim == pytest.approx((begin, end)) and inner.titles[1] == "enlarged"
 
 
 def test_fig08_is_the_last_part_of_the_series_and_the_spectrum_of_all():
-    upper, lower = shown("fig08").panels
+    upper, spectrum, lower, enlarged = shown("fig08").panels
     data = DATASETS["u1"]
     last = data.arrays["time"] >= data.arrays["time"][-1] - 3000
     time = data.arrays["time"][last]
@@ -385,54 +420,128 @@ def test_fig08_is_the_last_part_of_the_series_and_the_spectrum_of_all():
     relative = data.arrays["velocities"][last, 4] - 1.0
     assert (upper.titles[0], lower.titles[0]) == ("a.", "b.")
     is_trace(upper, time, position, "$x_N$")
-    is_spectrum(upper.insets[0], data, fit=True)
+    is_spectrum(spectrum, data, printed=-1.21)  # caption of Fig. 8
     is_trace(lower, time, relative, "$v_{rN}$")
     assert lower.xlabel == "$t$"
     middle = time[np.argmin(relative)]
-    is_zoom(lower, lower.insets[0], time, relative, middle - 15, middle + 15)
+    is_zoom(lower, enlarged, time, relative, middle - 15, middle + 15)
 
 
-def test_fig11_ends_some_time_after_the_last_stick():
+def ending(*, period, sticks):
+    """A series at u = 20 that is periodic from t = 2000 on; the last block may stick there."""
+    time = 0.2 * np.arange(25_000)
+    phase = 2 * np.pi * (time[:, np.newaxis] + 3 * np.arange(5)) / period
+    regular = time >= 2000
+    data = series(5, 20.0, 0.0, length=time.size, interval=0.2, transient=0.0)
+    arrays = {name: values.copy() for name, values in data.arrays.items()}
+    arrays["positions"][regular] = 600 + 40 * np.sin(phase)[regular]
+    arrays["velocities"][regular] = 10 * np.cos(phase)[regular]
+    if sticks:
+        arrays["velocities"][regular & (np.arange(time.size) % 50 == 0), 4] = 20
+    return Dataset(arrays, data.attributes)
+
+
+@pytest.mark.parametrize("sticks", [False, True])
+def test_fig11_marks_the_end_of_the_transient_and_enlarges_three_periods(sticks):
+    data = ending(period=50.0, sticks=sticks)
+    upper, end_above, lower, end_below = shown("fig11", u20=data).panels
+    arrays = data.arrays
+    assert (upper.titles[0], lower.titles[0]) == ("a.", "b.")
+    ((axis, since),) = upper.guides
+    assert lower.guides == upper.guides and axis == "x"
+    assert 2000 <= since <= 2050  # the first crossing of the settled motion
+    assert upper.titles[2] == f"periodic from $t$ = {since:.0f} on, period 50.0"
+    only = (
+        "goes on sticking; in the paper it only slips" if sticks else "only slips, as in the paper"
+    )
+    assert lower.titles[2] == f"the last block {only}"
+    early = arrays["time"] <= 1.6 * since + 150
+    time = arrays["time"][early]
+    position, relative = arrays["positions"][early, 4], arrays["velocities"][early, 4] - 20.0
+    is_trace(upper, time, position, "$x_N$")
+    is_trace(lower, time, relative, "$v_{rN}$")
+    assert lower.xlabel == end_below.xlabel == "$t$"
+    for panel, inner, values in ((upper, end_above, position), (lower, end_below, relative)):
+        is_zoom(panel, inner, time, values, time[-1] - 150, time[-1])
+
+
+def test_fig11_marks_the_last_stick_where_the_motion_does_not_repeat_itself():
     data = DATASETS["u20"]
     arrays = {name: values.copy() for name, values in data.arrays.items()}
     arrays["velocities"][1001:] -= 1.0  # the last stick is at sample 1000, t = 2000
-    upper, lower = shown("fig11", u20=Dataset(arrays, data.attributes)).panels
-    early = arrays["time"] <= 1.6 * 2000 + 60
-    time = arrays["time"][early]
-    position = arrays["positions"][early, 4]
-    relative = arrays["velocities"][early, 4] - 20.0
-    assert (upper.titles[0], lower.titles[0]) == ("a.", "b.")
-    assert upper.titles[2] == "last stick at $t$ = 2000"
-    is_trace(upper, time, position, "$x_N$")
-    is_trace(lower, time, relative, "$v_{rN}$")
-    assert lower.xlabel == "$t$"
-    for panel, values in ((upper, position), (lower, relative)):
-        is_zoom(panel, panel.insets[0], time, values, time[-1] - 60, time[-1])
+    upper, _, lower, _ = shown("fig11", u20=Dataset(arrays, data.attributes)).panels
+    assert upper.guides == (("x", 2000.0),)
+    assert upper.titles[2] == "last stick at $t$ = 2000, no period found"
+    assert "as in the paper" in lower.titles[2]
+    assert upper.curves[0].x[-1] == pytest.approx(1.6 * 2000 + 60)
 
 
-def test_fig11_says_when_the_last_block_sticks_to_the_end():
-    upper, _ = shown("fig11").panels
-    assert "still sticks at the end" in upper.titles[2]
+def test_fig11_says_when_the_transient_does_not_end():
+    upper, _, lower, _ = shown("fig11").panels
+    assert upper.titles[2] == "no end of the transient in this series" and not upper.guides
+    assert "goes on sticking" in lower.titles[2]
 
 
-def test_fig16_is_the_last_part_of_the_series_and_the_spectrum_of_all():
-    (panel,) = shown("fig16").panels
-    data = DATASETS["u17"]
-    last = data.arrays["time"] >= data.arrays["time"][-1] - 10000
-    is_trace(panel, data.arrays["time"][last], data.arrays["positions"][last, 4], "$x_N$")
-    assert panel.xlabel == "$t$"
-    is_spectrum(panel.insets[0], data, fit=False)
+def are_laminar(panel, data, window, *, zero=0.0):
+    """Long slips of the last block after the transient are shaded and counted; no others are."""
+    about = data.attributes
+    slips = long_slips(about["duration"], about["n_blocks"])
+    inside = [(max(begin, window[0]), min(end, window[1])) for begin, end in slips[1:3]]
+    expected = [("x", begin - zero, end - zero) for begin, end in inside if end > begin]
+    assert len(panel.spans) == len(expected) > 0
+    for span, known in zip(panel.spans, expected, strict=True):
+        assert span == ("x", pytest.approx(known[1]), pytest.approx(known[2]))
+    length = about["duration"] - about["transient"]
+    point = rf"$u = {about['belt_velocity']:g}$, $\sigma = {about['noise']:g}$"
+    share = f"{1400 / length:.0%}"
+    assert panel.titles[2] == f"{point}: 2 laminar phases, {share} of $t$ = {length:g}"
+
+
+def test_fig16_is_the_last_part_of_two_series_with_their_spectra_and_laminar_shares():
+    above, first, below, second, shares = shown("fig16").panels
+    places = ((above, first, "u17", "a."), (below, second, "u19", "b."))
+    for panel, spectrum, name, letter in places:
+        data = DATASETS[name]
+        end = data.attributes["duration"]
+        last = data.arrays["time"] >= end - 10000
+        is_trace(panel, data.arrays["time"][last], data.arrays["positions"][last, 4], "$x_N$")
+        are_laminar(panel, data, (end - 10000, end))
+        is_spectrum(spectrum, data)
+        assert panel.titles[0] == letter
+    assert below.xlabel == "$t$"
+    axes_are(shares, "$u$", "laminar share")
+    assert shares.guides == (("x", 17.5), ("x", 19.0))
+    _, velocities, _ = SCANS["n5_replicates"]
+    runs, mean = shares.curves
+    same(mean, velocities, laminar(velocities, 2.2)[0])
+    assert runs.x.size == 3 * velocities.size
+    assert shares.titles[2].startswith(r"$\sigma = 2.2$")
 
 
 def test_fig20_is_a_panel_for_each_belt_velocity_after_the_transient():
-    stack = shown("fig20").panels
-    for panel, u in zip(stack, (28, 31, 34, 38), strict=True):
-        arrays = DATASETS[f"n10_u{u}"].arrays
+    *stack, _ = shown("fig20").panels
+    for panel, letter, u in zip(stack, "abcd", (28, 31, 34, 38), strict=True):
+        data = DATASETS[f"n10_u{u}"]
+        arrays = data.arrays
         part = (arrays["time"] >= 500) & (arrays["time"] <= 10500)
         (curve,) = panel.curves
         same(curve, arrays["time"][part] - 500, arrays["positions"][part, 9])
-        assert panel.ylabel == "$x_N$" and panel.titles[0] == f"$u = {u}$"
+        assert panel.ylabel == "$x_N$" and panel.titles[0] == f"{letter}."
+        are_laminar(panel, data, (500, 10500), zero=500)
     assert stack[-1].xlabel == r"$t - t_{\rm trans}$"
+
+
+def test_fig20_tells_which_runs_stick_to_the_end():
+    *_, panel = shown("fig20").panels
+    axes_are(panel, "$u$", "last stick / duration")
+    assert panel.titles[0] == "e." and panel.guides == (("y", 0.25),)
+    runs, share = panel.curves
+    _, velocities, _ = SCANS["size_replicates"]
+    last = np.where(velocities > 30, [[0.25], [0.6], [0.95]], [[0.95], [0.95], [0.95]])
+    expected = sorted(zip(np.tile(velocities, 3), last.ravel(), strict=True))
+    np.testing.assert_allclose(sorted(map(tuple, points(runs))), expected)
+    same(share, velocities, np.where(velocities > 30, 1 / 3, 1), label=share.label)
+    assert panel.legend == ("a run", "share of runs that stick to the end")
 
 
 # --- the catalogue --------------------------------------------------------------------------------
@@ -572,32 +681,48 @@ def is_family(panel, curves, xlabel, overlay="method event", line=True):
     assert panel.ylim[0] == 0
 
 
+def means_of(name, n, s):
+    """(u, mean of r over the replicates) of a row."""
+    velocities, median = row_of(name, n, s)
+    return velocities, np.array(median) + SCATTER.mean()
+
+
 def has_bands(panel, curves):
-    """A band for each (style number, x, median): the middle 80 % of three replicates."""
+    """A band for each (style number, x, mean): the middle 80 % of three replicates."""
     # of three values the quantile 0.1 lies a fifth of the way from the least to the middle one
-    low, high = (0.8 * SCATTER[end] for end in (0, -1))
-    for band, (index, x, median) in zip(panel.bands, curves, strict=True):
+    low, high = (0.8 * SCATTER[end] - SCATTER.mean() for end in (0, -1))
+    for band, (index, x, mean) in zip(panel.bands, curves, strict=True):
         np.testing.assert_allclose(band.x, x)
-        np.testing.assert_allclose(band.low, np.array(median) + low)
-        np.testing.assert_allclose(band.high, np.array(median) + high)
+        np.testing.assert_allclose(band.low, mean + low)
+        np.testing.assert_allclose(band.high, mean + high)
         assert band.colour == style.COLOURS[index % len(style.COLOURS)]
+
+
+def has_dots(curve, x, mean, *, colour):
+    """A dot for each of three replicates."""
+    expected = [(a, b + d) for a, b in zip(x, mean - SCATTER.mean(), strict=True) for d in SCATTER]
+    np.testing.assert_allclose(sorted(map(tuple, points(curve))), sorted(expected))
+    assert not curve.line and not curve.label and curve.colour == colour
 
 
 def test_fig13_is_replicates_and_single_runs_for_each_noise():
     above, below = shown("fig13").panels
     assert (above.titles[0], below.titles[0]) == ("a.", "b.")
     noises = (0.0, 1.0, 2.2, 5.0, 10.0)
-    medians = [(noises.index(s), *row_of("n5_replicates", 5, s)) for s in noises[:4]]
-    over = [("", 0, *row_of("n5_replicates_check", 5, 0.0))]
-    lines = [(rf"$\sigma = {noises[index]:g}$", index, x, y) for index, x, y in medians]
-    is_family(above, lines + over, "")
-    has_bands(above, medians)
+    means = [(noises.index(s), *means_of("n5_replicates", 5, s)) for s in noises[:4]]
+    lines = [(rf"$\sigma = {noises[index]:g}$", index, x, y) for index, x, y in means]
+    dots, *curves, over = above.curves
+    has_dots(dots, *means[0][1:], colour=style.BLUE)
+    is_family(dataclasses.replace(above, curves=tuple(curves)), lines, "$u$")
+    checked = means_of("n5_replicates_check", 5, 0.0)
+    same(over, *checked, label="method event", index=0, marker="x")
+    has_bands(above, means[1:])
     rows = [
         (rf"$\sigma = {s:g}$", index, *row_of("n5_rows", 5, s)) for index, s in enumerate(noises)
     ]
     over = [("", noises.index(s), *row_of("n5_rows_check", 5, s)) for s in (0.0, 1.0)]
     is_family(below, rows + over, "$u$", line=False)
-    assert not below.bands and above.xlim[0] == below.xlim[0] == 0
+    assert not below.bands and below.xlim[0] == 0
 
 
 def test_fig14_is_a_diagram_for_each_noise_and_a_column():
@@ -621,17 +746,18 @@ def test_fig14_is_a_diagram_for_each_noise_and_a_column():
 
 
 def are_replicates(panel, name, n, u, *, index=0, over=None):
-    """A dot for each run, the median and the middle 80 % of r against noise; crosses over them."""
-    runs, median, *crosses = panel.curves
-    noises, middle = column_of(name, n, u)
-    expected = sorted((s, r + d) for s, r in zip(noises, middle, strict=True) for d in SCATTER)
-    np.testing.assert_allclose(sorted(map(tuple, points(runs))), expected)
-    assert not runs.line and runs.colour == style.GREY
-    same(median, noises, middle, index=index)
-    has_bands(panel, [(index, noises, middle)])
+    """A dot for each run, the mean and the middle 80 % of r against noise; crosses over them."""
+    runs, line, *crosses = panel.curves
+    noises, median = column_of(name, n, u)
+    mean = np.array(median) + SCATTER.mean()
+    has_dots(runs, noises, mean, colour=style.BLACK)
+    same(line, noises, mean, index=index)
+    has_bands(panel, [(index, noises, mean)])
     assert len(crosses) == bool(over)
     if over:
-        same(crosses[0], *column_of(over, n, u), colour=style.VERMILION, marker="x")
+        noises, median = column_of(over, n, u)
+        mean = np.array(median) + SCATTER.mean()
+        same(crosses[0], noises, mean, label="method event", colour=style.VERMILION, marker="x")
         assert panel.legend == ("method event",) and not crosses[0].line
 
 
@@ -698,10 +824,10 @@ def test_fig19_is_replicates_of_three_sizes_and_single_runs_of_all():
     above, below = shown("fig19").panels
     sizes = (5, 7, 10, 2, 3, 4, 6)
     names = {5: "n5_replicates", 7: "size_replicates", 10: "size_replicates"}
-    medians = [(sizes.index(n), *row_of(name, n, 1.0)) for n, name in names.items()]
-    lines = [(f"$N = {sizes[index]}$", index, x, y) for index, x, y in medians]
+    means = [(sizes.index(n), *means_of(name, n, 1.0)) for n, name in names.items()]
+    lines = [(f"$N = {sizes[index]}$", index, x, y) for index, x, y in means]
     is_family(above, lines, "", overlay="")
-    has_bands(above, medians)
+    has_bands(above, means)
     assert above.spans == (("x", 15, 18), ("x", 23, 32), ("x", 27, 40))  # caption of Fig. 19
     curves = []
     for name in ("n5_rows", "n5_rows_check", "size_rows", "size_rows_check"):

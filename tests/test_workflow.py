@@ -240,7 +240,7 @@ def after_touching(tree: Path, *names: str) -> subprocess.CompletedProcess:
 def test_touched_kernel_reruns_all_that_uses_it(finished):
     dry_run = after_touching(finished, "engine/verlet.py")
     assert set(jobs(dry_run)) == {"simulate", "join"} | RESULTS
-    # the series of fig16 has noise and is integrated by `event`, and so are those that are filmed
+    # the series of fig16 have noise and are integrated by `event`, and so are those that are filmed
     # and three more studies
     exact = {"fig02", "fig03", "fig04", "fig05", "fig16"}
     exact |= {"friction_ratio", "survival", "experiment_noise"}

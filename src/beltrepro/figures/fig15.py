@@ -9,10 +9,10 @@ ENTRY = Entry(
     words=(
         "At belt velocities of 20 and more, r rises with noise: steeply at 20, later and more "
         "gradually at higher velocities. Dots are runs with random numbers of their own, with "
-        "their median and the middle 80 % of them: where runs are short they lie on two branches."
+        "their mean and the middle 80 % of them: where runs are short they lie on two branches."
     ),
     alt=(
-        "Panels of r against noise, one for each belt velocity: dots of single runs, their median "
+        "Panels of r against noise, one for each belt velocity: dots of single runs, their mean "
         "and a band."
     ),
     number="15",

@@ -16,7 +16,7 @@ ENTRY = Entry(
     ),
     words=(
         "The fall of r with belt velocity for several numbers of blocks: it moves up and becomes "
-        "more gradual as blocks are added. a: independent runs from starts of their own, median "
+        "more gradual as blocks are added. a: independent runs from starts of their own, mean "
         "and the middle 80 % of them; the strips at the top are the transition regions that the "
         "paper prints. b: single runs of all numbers of blocks."
     ),

@@ -9,11 +9,11 @@ ENTRY = Entry(
     words=(
         "The rise of r with noise for several numbers of blocks, each at the upper edge of its "
         "transition: it is less marked for longer chains. Dots are runs with random numbers of "
-        "their own, with their median and the middle 80 % of them."
+        "their own, with their mean and the middle 80 % of them."
     ),
     alt=(
         "Panels of r against noise, one for each number of blocks: dots of single runs, their "
-        "median and a band."
+        "mean and a band."
     ),
     number="21",
 )

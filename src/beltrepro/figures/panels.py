@@ -159,46 +159,53 @@ def plain_log(axis):
     axis.set_minor_formatter(NullFormatter())
 
 
-def zoom(axes, bounds, time, values, window, **labels):
-    """Inset with the part of a trace within `window` = (begin, end), which is shaded outside."""
-    inner = inset(axes, bounds, **labels)
+def zoom(axes, inner, time, values, window):
+    """Draw a trace within `window` = (begin, end) in `inner`, and shade the window in `axes`."""
     axes.axvspan(*window, color=style.ORANGE, alpha=0.35, linewidth=0)
     inside = (time >= window[0]) & (time <= window[1])
     inner.plot(time[inside], values[inside], color=style.BLUE, linewidth=0.8)
     inner.set_xlim(*window)
     inner.ticklabel_format(axis="x", useOffset=False)
-    inner.locator_params(axis="x", nbins=3)
-    inner.locator_params(axis="y", nbins=4)
+    inner.locator_params(axis="x", nbins=4)
     for spine in inner.spines.values():
         spine.set_color(style.ORANGE)
-    return inner
+    inner.set_title("enlarged", size=8, color="0.35")
 
 
-def spectrum_inset(axes, bounds, series, *, fit):
-    """Inset with the power spectrum of x_N after the transient, and with its power law if `fit`."""
-    inner = inset(axes, bounds, xlabel=r"$\nu$", ylabel=r"$S(\nu)$")
+def spectrum(axes, series, *, printed=None):
+    """Power spectrum of x_N after the transient; with its power law beside a `printed` exponent."""
+    axes.set(xlabel=r"$\nu$", ylabel=r"$S(\nu)$")
     time, position, _ = last_block(series)
     chosen = settled(series)
-    with shortage_on(inner, size=6.5):
+    with shortage_on(axes):
         interval = float(np.median(np.diff(time[chosen]))) if chosen.sum() > 1 else np.nan
         frequency, power = spectra.power_spectrum(position[chosen], interval)
-        inner.loglog(frequency, power, color=style.SKY, linewidth=0.4, rasterized=True)
-        inner.set_xlim(frequency[0], min(_SPECTRUM_TO, frequency[-1]))
-        inner.set_ylim(np.quantile(power[frequency <= _SPECTRUM_TO], 0.02), 5 * power.max())
-        if fit:
-            law = spectra.fit_power_law(
-                frequency, power, low=spectra.FIT_BAND[0], high=spectra.FIT_BAND[1]
-            )
-            band = np.array([law.low, law.high])
-            inner.loglog(band, law(band), color=style.VERMILION, linewidth=1.4)
-            exponent = f"{law.exponent:.2f} \\pm {law.exponent_error:.2f}"
-            words = (
-                rf"$S = {law.prefactor:.2g}\,\nu^{{{exponent}}}$"
-                rf" for ${law.low:g} < \nu < {law.high:g}$;"
-                rf"  amplitude $\sqrt{{S}} \propto \nu^{{{law.exponent / 2:.2f}}}$"
-            )
-            inner.set_title(words, size=6.5, pad=2, color=style.VERMILION)
-    return inner
+        axes.loglog(frequency, power, color=style.SKY, linewidth=0.4, rasterized=True)
+        axes.set_xlim(frequency[0], min(_SPECTRUM_TO, frequency[-1]))
+        axes.set_ylim(np.quantile(power[frequency <= _SPECTRUM_TO], 0.02), 5 * power.max())
+        if printed is not None:
+            low, high = spectra.FIT_BAND
+            law = spectra.fit_power_law(frequency, power, low=low, high=high)
+            exponent = rf"{law.exponent:.2f} \pm {law.exponent_error:.2f}"
+            power_law(axes, law, label=rf"$S = {law.prefactor:.2g}\,\nu^{{{exponent}}}$")
+            printed_slope(axes, law, printed)
+            axes.legend(loc="lower left", fontsize=7)
+            half = rf"amplitude $\sqrt{{S}} \propto \nu^{{{law.exponent / 2:.2f}}}$"
+            axes.set_title(half, size=8, color=style.VERMILION)
+
+
+def power_law(axes, law, **look):
+    """A fitted power law, over the range of the fit."""
+    ends = np.array([law.low, law.high])
+    axes.loglog(ends, law(ends), **({"color": style.VERMILION, "linewidth": 1.6} | look))
+
+
+def printed_slope(axes, law, exponent):
+    """A line with the exponent that the paper prints, through the middle of a fitted law."""
+    ends = np.array([law.low, law.high])
+    middle = np.sqrt(law.low * law.high)
+    line = law(middle) * (ends / middle) ** exponent
+    axes.loglog(ends, line, "--", color=style.BLACK, linewidth=1.0, label=f"paper: {exponent:g}")
 
 
 # --- curves and diagrams --------------------------------------------------------------------------
