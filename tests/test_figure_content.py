@@ -620,23 +620,34 @@ def test_fig10_is_a_density_where_points_are_many():
 
 
 def test_fig12_is_the_row_without_noise_with_the_other_method_over_it():
-    top, _, bottom = shown("fig12").panels
+    top, _, disorder, lifetimes = shown("fig12").panels
     assert top.ylabel == "$v_N$" and top.titles[2] == "section $x_N = 555$"
-    first, second = top.curves
-    is_diagram(first, "n5_rows", 5, 0.0)
-    is_diagram(second, "n5_rows_check", 5, 0.0)
-    assert (first.colour, second.colour) == (style.BLUE, style.ORANGE)
-    assert (first.label, second.label) == ("", "method event")
-    axes_are(bottom, "$u$", "$r$")
-    first, second = bottom.curves
+    (diagram,) = top.curves
+    is_diagram(diagram, "n5_rows", 5, 0.0)
+    assert diagram.colour == style.BLUE
+    axes_are(disorder, "", "$r$")
+    starts, first, second = disorder.curves
+    has_dots(
+        dataclasses.replace(starts, label=""),
+        *means_of("n5_replicates_check", 5, 0.0),
+        colour=style.GREY,
+    )
     same(first, *row_of("n5_rows", 5, 0.0), colour=style.BLUE)
     same(second, *row_of("n5_rows_check", 5, 0.0), colour=style.ORANGE, marker="x")
-    assert bottom.legend == ("method event",) and not second.line
-    assert bottom.xlim[0] == bottom.ylim[0] == 0
+    assert disorder.legend == ("other starts", "method event") and not second.line
+    assert disorder.xlim[0] == disorder.ylim[0] == 0 and lifetimes.xlabel == "$u$"
+
+
+def test_fig12_without_replicates_has_no_other_starts():
+    data = {name: DATASETS[name] for name in FIGURES["fig12"].uses}
+    del data["n5_replicates_check"], data["n5_rows_check"]
+    disorder = content(importlib.import_module("beltrepro.figures.fig12").draw(data, "")).panels[2]
+    (only,) = disorder.curves
+    same(only, *row_of("n5_rows", 5, 0.0))
 
 
 def test_fig12_marks_the_transition():
-    *_, bottom = shown("fig12").panels
+    bottom = shown("fig12").panels[2]
     arrays = DATASETS["n5_rows"].arrays
     row = (arrays["n_blocks"] == 5) & (arrays["noise"] == 0)
     order = np.lexsort((arrays["replicate"][row], arrays["belt_velocity"][row]))
@@ -652,19 +663,21 @@ def test_fig12_marks_the_transition():
     )
 
 
-def test_fig12_shows_mean_lifetimes_in_the_inset():
-    *_, bottom = shown("fig12").panels
-    (inner,) = bottom.insets
-    axes_are(inner, "$u$", r"$\tau$", scales=("linear", "log"))
-    (curve,) = inner.curves
+def test_fig12_shows_mean_lifetimes_and_limits_where_few_runs_end():
+    *_, panel = shown("fig12").panels
+    axes_are(panel, "$u$", r"$\tau$", scales=("linear", "log"))
+    known, limit = panel.curves
     arrays = DATASETS["lifetimes"].arrays
-    expected = {}
-    for u in (18.0, 24.0):  # at 30 only two escape
-        here = arrays["belt_velocity"] == u
-        times = np.where(arrays["escaped"], arrays["lifetime"], 2000.0)[here]
-        expected[u] = times.sum() / arrays["escaped"][here].sum()
-    same(curve, list(expected), list(expected.values()), marker="o")
-    np.testing.assert_allclose(curve.error, curve.y / np.sqrt([4, 5]))
+    times = np.where(arrays["escaped"], arrays["lifetime"], 2000.0)
+    total = {u: times[arrays["belt_velocity"] == u].sum() for u in (18.0, 24.0, 30.0)}
+    expected = [total[18.0] / 4, total[24.0] / 5]  # at 30 only two escape
+    same(known, [18, 24], expected, marker="o")
+    np.testing.assert_allclose(known.error, known.y / np.sqrt([4, 5]))
+    # of two ends: as few come in 2.5 % of all cases if the mean is the limit
+    ratio = total[30.0] / limit.y[0]
+    assert stats.poisson.cdf(2, ratio) == pytest.approx(0.025)
+    same(limit, [30], limit.y, label="too few runs end: longer", marker="^")
+    assert panel.titles[2] == "measured from $u$ = 18 on"
 
 
 def is_family(panel, curves, xlabel, overlay="method event", line=True):
@@ -798,26 +811,37 @@ def test_fig17_is_the_density_of_the_crossings_at_four_noises():
     assert [panel.images[0].label for panel in grid][-1] == "density of $v_N$ at given $u$"
 
 
-def test_fig18_is_the_map_of_r_and_the_boundary_of_intermittency():
-    (panel,) = shown("fig18").panels
+def test_fig18_is_the_map_of_r_with_a_dot_at_each_intermittent_point():
+    panel, _ = shown("fig18").panels
     axes_are(panel, "$u$", r"$\sigma$")
     (image,) = panel.images
     noises = SCANS["n5_map"][2]
     np.testing.assert_allclose(image.x_edges, np.append(U - 1.5, U[-1] + 1.5))
     np.testing.assert_allclose(image.y_edges, np.append(noises - 1.25, noises[-1] + 1.25))
-    expected = [[r("n5_map", 5, u, s) for u in U] for s in noises]
+    expected = np.array([[r("n5_map", 5, u, s) for u in U] for s in noises])
     np.testing.assert_allclose(image.values, expected)
     assert (image.scale, image.label, image.limits[0]) == ("linear", "$r$", 0)
-    low, high = panel.curves
-    inside = {s: U[laminar(U, s)[0] == 0.5] for s in noises}
-    for curve, edge in ((low, 0), (high, -1)):
-        found = {s: u for u, s in points(curve) if np.isfinite(u)}
-        assert found == {s: row[edge] for s, row in inside.items() if row.size}
-        assert not curve.line
+    assert expected.max() <= image.limits[1] < expected.max() + 0.02
+    (dots,) = panel.curves
+    inside = [(u, s) for s in noises for u in U if laminar(u, s)[0] == 0.5]
+    np.testing.assert_allclose(sorted(map(tuple, points(dots))), np.repeat(sorted(inside), 3, 0))
+    assert not dots.line
     share = f"{intermittency.LAMINAR_SHARE[0]:.0%} to {intermittency.LAMINAR_SHARE[1]:.0%}"
-    assert (
-        panel.titles[1].startswith("dots: boundary of intermittency") and share in (panel.titles[1])
-    )
+    assert panel.titles[2].startswith("dots: intermittent") and share in panel.titles[2]
+
+
+def test_fig18_shows_the_share_of_laminar_phases_for_each_noise():
+    _, panel = shown("fig18").panels
+    axes_are(panel, "$u$", "laminar share")
+    assert panel.guides == tuple(("y", limit) for limit in intermittency.LAMINAR_SHARE)
+    _, velocities, _ = SCANS["n5_replicates"]
+    noises = (0.0, 1.0, 2.2, 5.0)
+    for index, (curve, s) in enumerate(zip(panel.curves, noises, strict=True)):
+        share = laminar(velocities, s)[0]
+        same(curve, velocities, share, label=rf"$\sigma = {s:g}$", index=index)
+    for band, s in zip(panel.bands, noises[1:], strict=True):
+        np.testing.assert_allclose(band.low, laminar(velocities, s)[0])
+        np.testing.assert_allclose(band.high, band.low)
 
 
 def test_fig19_is_replicates_of_three_sizes_and_single_runs_of_all():
@@ -851,26 +875,34 @@ def test_fig21_is_a_panel_of_replicates_for_each_number_of_blocks_and_belt_veloc
     assert [panel.ylabel for panel in grid] == ["$r$", ""] * 3
 
 
-def test_fig22_is_a_diagram_for_each_number_of_blocks():
+def test_fig22_is_a_diagram_for_each_number_of_blocks_and_noise():
     figure = shown("fig22")
-    colours = {0.0: style.BLACK, 1.0: style.VERMILION, 5.0: style.SKY}
-    diagrams = (*figure.panels[:3], *figure.panels[6:9])
-    for panel, letter, n in zip(diagrams, "abcdef", SIZES, strict=True):
-        assert panel.titles[0] == f"{letter}."
-        assert panel.titles[1] == f"$N = {n}$  section $x_N = {111 * n}$"
-        # strong noise first: it lies below
-        for curve, s in zip(panel.curves, (5.0, 1.0, 0.0), strict=True):
+    rows = np.reshape(np.array(figure.panels, dtype=object), (4, 6))
+    for line, s in enumerate((0.0, 1.0, 5.0)):
+        for panel, n in zip(rows[line], SIZES, strict=True):
+            (curve,) = panel.curves
             is_diagram(curve, "size_rows", n, s)
-            assert (curve.label, curve.colour) == (rf"$\sigma = {s:g}$", colours[s])
-    assert {rf"$\sigma = {s:g}$" for s in colours} <= set(figure.legend)
-    assert [panel.xlabel for panel in figure.panels] == [""] * 9 + ["$u$"] * 3
-    labels = [panel.ylabel for panel in figure.panels]
-    assert labels == ["$v_N$", "", "", r"$\lambda_1$", "", ""] * 2
+            assert curve.colour == (style.BLACK, style.VERMILION, style.BLUE)[line]
+    for panel, letter, n in zip(rows[0], "abcdef", SIZES, strict=True):
+        assert panel.titles[0] == f"{letter}."
+        assert panel.titles[1] == f"$N = {n}$\n$x_N = {111 * n}$"
+    assert [panel.xlabel for panel in figure.panels] == [""] * 18 + ["$u$"] * 6
+    labels = [panel.ylabel for panel in rows[:, 0]]
+    assert labels == [
+        *(rf"$v_N$,  $\sigma = {s}$" for s in (0, 1, 5)),
+        r"$\lambda_1$,  $\sigma = 0$",
+    ]
+    assert not any(panel.ylabel for panel in rows[:, 1:].ravel())
+    arrays = DATASETS["motion_map"].arrays
+    highest = np.max(
+        (arrays["largest_exponent"] + arrays["standard_error"])[arrays["n_blocks"] != 5]
+    )
+    assert all(panel.ylim[1] > highest for panel in rows[-1])
 
 
 @pytest.mark.parametrize(
     ("figure", "place", "n_blocks"),
-    [("fig12", 1, 5)] + [("fig22", 3 + i + 3 * (i > 2), n) for i, n in enumerate(SIZES)],
+    [("fig12", 1, 5)] + [("fig22", 18 + i, n) for i, n in enumerate(SIZES)],
 )
 def test_exponents_are_those_of_the_motions(figure, place, n_blocks):
     panel = shown(figure).panels[place]

@@ -110,16 +110,7 @@ def shortage_on(axes, **where):
         note(axes, str(reason), **where)
 
 
-# --- insets ---------------------------------------------------------------------------------------
-
-
-def inset(axes, bounds, *, xlabel="", ylabel=""):
-    """Axes within `bounds` (left, bottom, width, height) of a panel, with small labels."""
-    inner = axes.inset_axes(bounds)
-    inner.tick_params(labelsize=6.5, length=2, pad=1.5)
-    inner.set_xlabel(xlabel, size=7.5, labelpad=1)
-    inner.set_ylabel(ylabel, size=7.5, labelpad=1)
-    return inner
+# --- ranges, enlarged parts, spectra --------------------------------------------------------------
 
 
 def make_room(axes, *, above=0.0, below=0.0):
@@ -127,21 +118,6 @@ def make_room(axes, *, above=0.0, below=0.0):
     low, high = axes.get_ylim()
     height = (high - low) / (1 - above - below)
     _widen(axes, low - below * height, high + above * height)
-
-
-def keep_clear(axes, bounds, abscissa, ordinate, *, margin=0.12):
-    """Widen the y range upwards so that no data lie under an inset within `bounds` and its labels.
-
-    abscissa, ordinate : data of the panel, NaN allowed. The x range must be the final one.
-    """
-    left, right = axes.get_xlim()
-    low, high = axes.get_ylim()
-    begin, bottom, width, _ = bounds
-    share = (abscissa - left) / (right - left)
-    near = (share > begin - margin) & (share < begin + width) & np.isfinite(ordinate)
-    if near.any():
-        needed = low + (ordinate[near].max() - low) / (bottom - margin)
-        _widen(axes, low, max(high, needed))
 
 
 def _widen(axes, low, high):
@@ -291,16 +267,3 @@ def section_name(row):
     """The section of a row in words: "section x_N = 615"; empty for an empty row."""
     positions = np.unique(row["section_position"])
     return f"section $x_N = {positions[0]:g}$" if positions.size else ""
-
-
-def dot_legend(figure, axes):
-    """Legend above the page, for diagrams made of tiny dots: large ones tell the colours."""
-    handles, labels = axes.get_legend_handles_labels()
-    if not handles:
-        return
-    legend = figure.legend(
-        handles[::-1], labels[::-1], loc="outside upper right", ncols=len(labels), handletextpad=0
-    )
-    for handle in legend.legend_handles:
-        handle.set_markersize(7)
-        handle.set_alpha(1)
