@@ -282,3 +282,12 @@ def test_diversity():
     assert states.diversity(labels) == pytest.approx(0.8113, abs=1e-4)
     assert states.diversity(np.array([states.CHAOTIC] * 4)) == 0
     assert np.isnan(states.diversity(np.array([states.UNDECIDED])))
+
+
+def test_states_near_an_earlier_one_are_repeated():
+    orbit = 100 * np.random.default_rng(3).random((7, 4))
+    jitter = np.random.default_rng(4).uniform(-0.1, 0.1, (21, 4))
+    states = np.vstack([orbit] * 3) + jitter
+    np.testing.assert_array_equal(sections.repeated(states), np.arange(21) >= 7)
+    assert not sections.repeated(states, near=1e-5).any()
+    assert sections.repeated(np.empty((0, 4))).shape == (0,)

@@ -179,7 +179,7 @@ def friction_event():
     return Dataset(arrays, data.attributes | law)
 
 
-def slips_u1(points=900):
+def slips_u1(points=900, *, repeats=0, method="verlet"):
     """Slips of blocks 4 and 5 in two chains; avalanches that reach the last block and others."""
     rng = np.random.default_rng(8)
     fields = [("point", "i4"), ("block", "i4"), ("start_time", "f8"), ("stop_time", "f8"),
@@ -202,10 +202,15 @@ def slips_u1(points=900):
     section["positions"] = 300 + rng.uniform(0, 90, (points, 5))
     section["velocities"] = 1.5 - rng.uniform(0, 40, (points, 5))
     section["velocities"][::7] = 1.5
+    section["point"] = np.arange(points) % 2
+    # the last points are nearly those at the begin
+    if repeats:
+        section["positions"][-repeats:] = section["positions"][:repeats] + 0.05
+        section["velocities"][-repeats:] = section["velocities"][:repeats]
     chain = {"n_blocks": 5, "belt_velocity": 1.5, "noise": 0.0}
     where = {"section_block": 3, "section_position": 271.5}
     arrays = {"slips": slips, "avalanches": events, "section": section}
-    return Dataset(arrays, HOW | chain | where | {"kind": "catalogue"})
+    return Dataset(arrays, HOW | chain | where | {"kind": "catalogue", "method": method})
 
 
 def lifetimes():
@@ -232,6 +237,7 @@ DATASETS = (
         "n10_u34": series(10, 34.0, 0.0, length=5900),
         "n10_u38": series(10, 38.0, 0.0, length=6100),
         "slips_u1": slips_u1(),
+        "slips_u1_event": slips_u1(repeats=40, method="event"),
         "lifetimes": lifetimes(),
         "motion_map": motion(
             n_blocks=[2, 3, 4, 5, 6, 7, 10], belt_velocity=[5.0, 20.0, 40.0], runs=3
@@ -349,8 +355,9 @@ def test_fig06_is_the_force_of_the_spring():
 
 
 def test_fig07_is_the_friction_of_one_event_of_the_last_block():
-    (panel,) = shown("fig07").panels
+    panel, enlarged = shown("fig07").panels
     axes_are(panel, "$F_{ex}$", "$F_f$")
+    axes_are(enlarged, "$F_{ex}$", "$F_f$")
     arrays = DATASETS["friction_event"].arrays
     time, friction = arrays["time"], arrays["friction"][:, 4]
     gap = arrays["positions"][:, 4] - arrays["positions"][:, 3]
@@ -367,6 +374,11 @@ def test_fig07_is_the_friction_of_one_event_of_the_last_block():
     begin, end = external[slips][[0, -1]]
     arrows = [(begin, friction[stuck][-1]), (begin, kinetic), (end, kinetic), (end, -end)]
     np.testing.assert_allclose(np.reshape(panel.arrows, (4, 2)), arrows)
+    (alone,) = enlarged.curves
+    same(alone, external[slips], friction[slips])
+    assert enlarged.guides == (("y", 0.4 * 80),)  # noise of 1 on F_st
+    assert enlarged.spans == (("y", pytest.approx(31.6), pytest.approx(32.4)),)
+    assert enlarged.titles[2] == rf"measured {friction[slips].std():.2f}, $f_s \sigma$ = 0.40"
 
 
 def is_trace(panel, time, values, ylabel):
@@ -547,7 +559,7 @@ def test_fig20_tells_which_runs_stick_to_the_end():
 # --- the catalogue --------------------------------------------------------------------------------
 
 
-def is_density(curve, values, label):
+def is_density(curve, values, label, *, run=None):
     centre, density, count = avalanches.log_histogram(values, bins_per_decade=10)
     same(curve, centre[count > 0], density[count > 0], label=label)
     # a density: its integral over the bins is one
@@ -555,6 +567,10 @@ def is_density(curve, values, label):
     assert np.sum(np.interp(centre, curve.x, curve.y)[count > 0] * width[count > 0]) == (
         pytest.approx(1, abs=1e-9)
     )
+    assert (curve.error is None) == (run is None)
+    if run is not None:
+        error = avalanches.density_error(values, run, centre, bins_per_decade=10)
+        np.testing.assert_allclose(curve.error, error[count > 0])
 
 
 def is_law(curve, values):
@@ -562,7 +578,7 @@ def is_law(curve, values):
     low, high = avalanches.falling_range(*histogram)
     law = avalanches.fit_density(*histogram, low=low, high=high)
     label = rf"$\alpha = {law.exponent:.2f}$  ({low:.0f} to {high:.0f})"
-    same(curve, [low, high], law([low, high]), label=label)
+    same(curve, [low, high], law(np.array([low, high])), label=label, rtol=1e-6)
 
 
 def test_fig09_is_sizes_of_the_last_block_and_energies_of_avalanches_with_it():
@@ -575,41 +591,50 @@ def test_fig09_is_sizes_of_the_last_block_and_energies_of_avalanches_with_it():
     reaching = arrays["avalanches"]["dissipated"][arrays["slips"]["block"] == 5]
     expected = (
         (left, "a.", r"$\Delta x_s$", laboratory, "laboratory frame, 600 slips", belt,
-         "frame of the belt"),
+         "frame of the belt", -1.47),
         (right, "b.", r"$\Delta E$", reaching, "whole chain, 600 avalanches", own["dissipated"],
-         "last block only"),
+         "last block only", -0.87),
     )  # fmt: skip
-    for panel, letter, xlabel, values, label, others, other_label in expected:
+    for panel, letter, xlabel, values, label, others, other_label, printed in expected:
         assert panel.titles[0] == letter
         axes_are(panel, xlabel, f"$P({xlabel.strip('$')})$", scales=("log", "log"))
-        main, law, second = panel.curves
-        is_density(main, values, label)
+        main, law, paper, second = panel.curves
+        is_density(main, values, label, run=own["point"])
         is_law(law, values)
+        has_slope(paper, law, printed)
         is_density(second, others, other_label)
         assert (main.marker, second.marker, law.marker) == ("o", "s", "")
         assert {" ".join(each.label.split()) for each in panel.curves} == set(panel.legend)
 
 
-def test_fig10_is_the_points_at_which_the_last_block_slips():
-    (panel,) = shown("fig10").panels
-    section = DATASETS["slips_u1"].arrays["section"]
-    position, relative = section["positions"][:, 4], section["velocities"][:, 4] - 1.5
-    axes_are(panel, "$x_N$", "$v_{rN}$")
-    (curve,) = panel.curves
-    same(curve, position[relative < 0], relative[relative < 0])
-    assert not curve.line
-    count = f"{(relative < 0).sum()} points with $v_{{rN}} < 0$ of 900"
-    assert panel.titles[2] == f"$x_{{3}} = 271.5$, {count}"
+def test_fig10_is_the_points_at_which_the_last_block_slips_by_both_integrators():
+    first, second = shown("fig10").panels
+    assert (first.titles[0], second.titles[0]) == ("a.", "b.")
+    assert (first.ylabel, second.ylabel) == ("$v_{rN}$", "")
+    for panel, name, old in ((first, "slips_u1", 0), (second, "slips_u1_event", 40)):
+        assert panel.xlabel == "$x_N$"
+        section = DATASETS[name].arrays["section"]
+        position, relative = section["positions"][:, 4], section["velocities"][:, 4] - 1.5
+        new = (relative < 0) & (np.arange(900) < 900 - old)
+        *again, curve = panel.curves
+        same(curve, position[new], relative[new], colour=style.BLUE)
+        assert not curve.line and len(again) == bool(old)
+        if old:
+            repeats = (relative < 0) & ~new
+            same(again[0], position[repeats], relative[repeats], colour=style.ORANGE)
+        count = f"{(relative < 0).sum()} points with $v_{{rN}} < 0$, {new.sum()} of them new"
+        method = DATASETS[name].attributes["method"]
+        assert panel.titles[2] == f"{method}: $x_{{3}} = 271.5$, 2 runs,\n{count}"
 
 
 def test_fig10_is_a_density_where_points_are_many():
     data = slips_u1(points=30_000)
-    (panel,) = shown("fig10", slips_u1=data).panels
+    panel, _ = shown("fig10", slips_u1=data).panels
     section = data.arrays["section"]
     position, relative = section["positions"][:, 4], section["velocities"][:, 4] - 1.5
     slips = relative < 0
     (image,) = panel.images
-    count, x_edges, y_edges = np.histogram2d(position[slips], relative[slips], (360, 240))
+    count, x_edges, y_edges = np.histogram2d(position[slips], relative[slips], (240, 240))
     np.testing.assert_allclose(image.x_edges, x_edges)
     np.testing.assert_allclose(image.y_edges, y_edges)
     np.testing.assert_array_equal(np.nan_to_num(image.values), count.T)
@@ -790,8 +815,7 @@ def test_fig15_is_a_panel_of_replicates_for_each_belt_velocity():
 def test_fig17_is_the_density_of_the_crossings_at_four_noises():
     grid = shown("fig17").panels
     noises = (0.0, 1.0, 5.0, 10.0)
-    values = {s: {u: crossings("n5_rows", 5, u, s)[:-2] for u in U} for s in noises}
-    lowest = np.floor(min(v.min() for row in values.values() for v in row.values()))
+    lowest = np.floor(min(crossings("n5_rows", 5, U[-1], 10.0)[:-2]))
     densities = []
     for panel, letter, s in zip(grid, "abcd", noises, strict=True):
         assert panel.titles[:2] == (f"{letter}.", rf"$\sigma = {s:g}$")
@@ -799,16 +823,32 @@ def test_fig17_is_the_density_of_the_crossings_at_four_noises():
         np.testing.assert_allclose(image.y_edges, np.linspace(lowest, 0, 121))
         np.testing.assert_allclose(image.x_edges, np.append(U - 1.5, U[-1] + 1.5))
         for column, u in enumerate(U):
-            expected, _ = np.histogram(values[s][u], image.y_edges, density=True)
+            values = crossings("n5_rows", 5, u, s)[:-2]
+            if s in SCANS["n5_replicates"][2] and u in SCANS["n5_replicates"][1]:
+                values = np.append(values, crossings("n5_replicates", 5, u, s)[:-2])
+            expected, _ = np.histogram(values, image.y_edges, density=True)
             np.testing.assert_allclose(np.nan_to_num(image.values[:, column]), expected)
         densities.append(image.values)
         assert image.scale == "log"
     highest, least = np.nanmax(densities), np.nanmin(densities)
     for panel in grid:
         assert panel.images[0].limits == pytest.approx((max(least, highest / 1000), highest))
+        assert panel.ylim[0] < lowest and panel.ylim[1] == 0
     assert [panel.xlabel for panel in grid] == ["", "", "$u$", "$u$"]
     assert [panel.ylabel for panel in grid] == ["$v_N$", "", "$v_N$", ""]
     assert [panel.images[0].label for panel in grid][-1] == "density of $v_N$ at given $u$"
+
+
+def test_fig17_marks_where_the_last_block_does_not_always_stick():
+    for panel, s in zip(shown("fig17").panels, (0.0, 1.0, 5.0, 10.0), strict=True):
+        share, _ = laminar(U, s)
+        marks = {curve.colour: curve for curve in panel.curves}
+        for colour, chosen in ((style.BLUE, share > 0.95), (style.ORANGE, share == 0.5)):
+            assert (colour in marks) == chosen.any()
+            if chosen.any():
+                curve = marks[colour]
+                same(curve, U[chosen], curve.y, marker="|")
+                assert np.all((curve.y < panel.images[0].y_edges[0]) & (curve.y > panel.ylim[0]))
 
 
 def test_fig18_is_the_map_of_r_with_a_dot_at_each_intermittent_point():

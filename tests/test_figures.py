@@ -209,6 +209,7 @@ def usual(name):
         "friction_event": lambda: series(5, 1.0, 1.0, length=4000, interval=0.01),
         "u1": lambda: series(5, 1.0, 0.0),
         "slips_u1": catalogue,
+        "slips_u1_event": catalogue,
         "u20": lambda: series(5, 20.0, 0.0),
         "u17": lambda: series(5, 17.5, 2.2),
         "u19": lambda: series(5, 19.0, 2.2),
@@ -250,6 +251,7 @@ def poor(name):
         "n5_map": lambda: scan([5], [], []),
         "lifetimes": lambda: escapes_of(np.array([18.0]), escapes=False),
         "slips_u1": lambda: catalogue(0, 0),
+        "slips_u1_event": lambda: catalogue(0, 0),
         "friction_ratio": lambda: study([]),
         "friction_falls": lambda: falls([]),
     }

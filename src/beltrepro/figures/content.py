@@ -297,8 +297,13 @@ def _image(mesh: QuadMesh) -> Image:
         values=np.ma.filled(np.ma.asarray(mesh.get_array(), dtype=float), np.nan).reshape(shape),
         scale="log" if isinstance(mesh.norm, LogNorm) else "linear",
         limits=(float(mesh.norm.vmin), float(mesh.norm.vmax)),
-        label=mesh.colorbar.ax.get_ylabel() if mesh.colorbar else "",
+        label=_bar_words(mesh.colorbar.ax) if mesh.colorbar else "",
     )
+
+
+def _bar_words(axes) -> str:
+    """Words at a colour bar, upright or lying."""
+    return axes.get_ylabel() or axes.get_xlabel()
 
 
 def _picture(image) -> Image:
