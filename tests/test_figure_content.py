@@ -990,6 +990,82 @@ def test_friction_ratio_is_a_curve_for_each_ratio_and_the_falls():
     np.testing.assert_allclose(right.bars, [[(0.2, 28), (0.2, 35)], [(0.8, 12), (0.8, 21)]])
 
 
+def test_critical_velocity_is_the_middles_of_the_falls_with_their_regions():
+    rows = [
+        ("n5_replicates", 5, 0.0, 18.0, 0.5, 17.0, 19.0),
+        ("n5_replicates", 5, 1.0, 18.5, 0.3, 18.0, 19.2),
+        ("n5_replicates", 5, 2.2, np.nan, np.nan, np.nan, np.nan),
+        ("n5_replicates_check", 5, 0.0, 19.5, 0.4, 17.5, 21.5),
+        ("n5_replicates_wide", 5, 0.0, 17.5, np.nan, 16.5, 18.5),
+        ("size_replicates", 7, 0.0, 28.0, 1.0, 26.0, 30.0),
+        ("size_replicates", 7, 1.0, np.nan, np.nan, np.nan, np.nan),
+        ("size_replicates", 10, 0.0, np.nan, np.nan, np.nan, np.nan),
+        ("size_replicates", 10, 1.0, np.nan, np.nan, np.nan, np.nan),
+    ]
+    names = ["dataset", "n_blocks", "noise", "critical", "error", "lower", "upper"]
+    table = pd.DataFrame(rows, columns=names)
+    wide = {"n5_replicates_wide": DATASETS["n5_replicates"]}
+    figure = shown("critical_velocity", critical_velocities=table, **wide)
+    alt_fits("critical_velocity", figure)
+    left, right = figure.panels
+    axes_are(left, r"$\sigma$", "$u_c$")
+    axes_are(right, "$N$", "$u_c$")
+    found = {curve.label: curve for curve in left.curves if curve.error is not None}
+    expected = {
+        "exact motion": ([0, 1], [18, 18.5], [0.5, 0.3]),
+        "scheme of the paper": ([0], [19.5], [0.4]),
+        "the same, wide starts": ([0], [17.5], [0]),
+    }
+    assert set(found) == set(expected)
+    for label, (noise, middle, error) in expected.items():
+        np.testing.assert_allclose(found[label].y, middle)
+        np.testing.assert_allclose(found[label].error, error)
+        assert np.abs(found[label].x - noise).max() < 0.2
+    (paper,) = [curve for curve in left.curves if curve.label == "paper"]
+    same(paper, [0, 2.2], [16.5, 19], label="paper", marker="x")  # Sec. IV.A and IV.B
+    spans = [(begin[1], end[1]) for begin, end in left.bars if begin[1] != end[1]]
+    assert {(17, 19), (18, 19.2), (17.5, 21.5), (16.5, 18.5)} == set(spans)
+    assert left.titles[2] == r"no fall by half at $\sigma$ = 2.2"
+    quiet, noisy = (c for c in right.curves if c.error is not None)
+    same(quiet, quiet.x, [18, 28], label=r"$\sigma = 0$")
+    same(noisy, noisy.x, [18.5], label=r"$\sigma = 1$")
+    assert np.abs(quiet.x - [5, 7]).max() < 0.3
+    regions = [tuple(c.y) for c in right.curves if c.line]
+    assert regions == [(15, 18), (23, 32), (27, 40)]
+    assert right.titles[2] == "no fall by half at $N$ = 10"
+
+
+def test_avalanches_are_a_density_for_each_number_of_blocks_and_where_it_ends():
+    rng = np.random.default_rng(12)
+    data = {}
+    for n, name in zip((3, 5, 7, 10), FIGURES["avalanches"].uses, strict=True):
+        events = np.zeros(400 + n, [("point", "i4"), ("dissipated", "f8")])
+        events["point"] = np.arange(events.size) % 8
+        events["dissipated"] = n**2 * (1 - 0.99 * rng.random(events.size)) ** -0.7
+        data[name] = Dataset({"avalanches": events}, HOW | {"kind": "catalogue", "n_blocks": n})
+    figure = shown("avalanches", **data)
+    alt_fits("avalanches", figure)
+    left, right = figure.panels
+    axes_are(left, r"$\Delta E$", r"$P(\Delta E)$", scales=("log", "log"))
+    axes_are(right, "$N$", r"$\Delta E$", scales=("log", "log"))
+    ends = []
+    for curve, n, each in zip(left.curves, (3, 5, 7, 10), data.values(), strict=True):
+        events = each.arrays["avalanches"]
+        energy = events["dissipated"]
+        centre, density, count = avalanches.log_histogram(energy, bins_per_decade=8)
+        same(curve, centre[count > 0], density[count > 0], label=f"$N = {n}$, {400 + n} avalanches")
+        error = avalanches.density_error(energy, events["point"], centre, bins_per_decade=8)
+        np.testing.assert_allclose(curve.error, error[count > 0])
+        ends.append((np.mean(energy**2) / np.mean(energy), energy.max()))
+    ratios, largest, law = right.curves
+    same(ratios, [3, 5, 7, 10], np.array(ends)[:, 0], label=ratios.label)
+    assert np.all(ratios.error > 0)
+    same(largest, [3, 5, 7, 10], np.array(ends)[:, 1], label="largest")
+    slope = stats.linregress(np.log(ratios.x), np.log(ratios.y)).slope
+    assert np.diff(np.log(law.y)) / np.diff(np.log(law.x)) == pytest.approx(slope)
+    assert f"{slope:.2f}" in law.label and right.xticks == ("3", "5", "7", "10")
+
+
 def test_trials_of_the_experiment_and_their_posteriors(monkeypatch):
     monkeypatch.setattr("beltrepro.analysis.trials.BANDWIDTH", {})
     made = studies(runs=16)

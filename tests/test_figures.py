@@ -153,6 +153,24 @@ def catalogue(count=400, section_points=300):
     return Dataset(arrays, HOW | chain | where | {"kind": "catalogue"})
 
 
+def of_blocks(n_blocks, **how):
+    """The same catalogue under another number of blocks."""
+    data = catalogue(**how)
+    return Dataset(data.arrays, data.attributes | {"n_blocks": n_blocks})
+
+
+def critical():
+    """The table of critical velocities; r does not fall at the last point."""
+    names = ("n5_replicates", "n5_replicates_check", "n5_replicates_wide", "size_replicates")
+    rows = [
+        (name, 5 + place, noise, 17.0 + place, 0.4, 16.0, 19.0)
+        for place, name in enumerate(names)
+        for noise in (0.0, 1.0)
+    ]
+    columns = ["dataset", "n_blocks", "noise", "critical", "error", "lower", "upper"]
+    return pd.DataFrame(rows, columns=columns)
+
+
 def escapes_of(velocities, members=20, *, escapes=True):
     rng = np.random.default_rng(7)
     belt_velocity = np.repeat(velocities, members)
@@ -222,6 +240,11 @@ def usual(name):
         "size_rows": lambda: scan([2, 3, 4, 6, 7, 10], u, [0.0, 1.0, 5.0]),
         "size_columns": lambda: scan([5, 7], [18.0], noisy),
         "lifetimes": lambda: escapes_of(np.arange(18.0, 36, 3)),
+        "n5_replicates_wide": lambda: scan([5], u, [0.0]),
+        "critical_velocities": critical,
+        "slips_n3": lambda: of_blocks(3),
+        "slips_n7": lambda: of_blocks(7),
+        "slips_n10": lambda: of_blocks(10),
         "friction_ratio": lambda: study([0.2, 0.45]),
         "friction_falls": lambda: falls([0.2, 0.45]),
     } | {f"n10_u{v}": lambda v=v: series(10, float(v), 0.0) for v in (28, 31, 34, 38)}
@@ -246,12 +269,15 @@ def poor(name):
         return data
 
     scans = ("n5_rows", "n5_u7", "n5_columns", "size_rows", "size_columns")
-    made = dict.fromkeys((*scans, "n5_replicates", "size_replicates"), point)
+    scans += ("n5_replicates", "n5_replicates_wide", "size_replicates")
+    made = dict.fromkeys(scans, point)
+    made |= dict.fromkeys(("slips_n3", "slips_n7", "slips_n10"), lambda: of_blocks(3, count=0))
     made |= {
         "n5_map": lambda: scan([5], [], []),
         "lifetimes": lambda: escapes_of(np.array([18.0]), escapes=False),
         "slips_u1": lambda: catalogue(0, 0),
         "slips_u1_event": lambda: catalogue(0, 0),
+        "critical_velocities": lambda: critical().assign(critical=np.nan),
         "friction_ratio": lambda: study([]),
         "friction_falls": lambda: falls([]),
     }

@@ -14,6 +14,7 @@ from beltrepro.analysis.fits import PowerLawFit, fit_log_log
 __all__ = [
     "PowerLawFit",
     "compare_with_exponential",
+    "cutoff",
     "density_error",
     "dissipation_while_last_block_slips",
     "falling_range",
@@ -233,6 +234,44 @@ def density_error(
     total = count.sum(axis=0) - count
     without = total / (total.sum(axis=1, keepdims=True) * width)
     return np.sqrt((names.size - 1) * without.var(axis=0))
+
+
+def cutoff(values: npt.ArrayLike, run: npt.ArrayLike) -> tuple[float, float]:
+    """Size at which a broad density ends: the ratio of its second moment to its first.
+
+    Under a power law that falls less steeply than with exponent -2 and is cut off, the ratio is
+    proportional to the cutoff, as the small values hardly count.
+
+    Parameters
+    ----------
+    values : array (S,)
+        The sample; values <= 0 are left out.
+    run : array (S,)
+        The run that each value is from.
+
+    Returns
+    -------
+    size : float
+        The ratio, unit of the values.
+    error : float
+        Its standard error, by leaving out one run after the other; NaN of a single run.
+
+    Raises
+    ------
+    NotEnoughDataError
+        When no value is positive.
+    """
+    values, run = np.asarray(values, dtype=float), np.asarray(run)
+    positive = values > 0
+    require(positive.any(), "no positive value")
+    names, member = np.unique(run[positive], return_inverse=True)
+    first = np.bincount(member, values[positive])
+    second = np.bincount(member, values[positive] ** 2)
+    size = float(second.sum() / first.sum())
+    if names.size < 2:
+        return size, np.nan
+    without = (second.sum() - second) / (first.sum() - first)
+    return size, float(np.sqrt((names.size - 1) * without.var()))
 
 
 def falling_range(
