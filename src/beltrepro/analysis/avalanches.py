@@ -1,26 +1,22 @@
 """Sizes and energies of slips and avalanches, and the power laws in their densities (Fig. 9)."""
 
-import warnings
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
-import powerlaw
-from scipy import optimize, stats
 
 from beltrepro.analysis.errors import require
 from beltrepro.analysis.fits import PowerLawFit, fit_log_log
 
 __all__ = [
     "PowerLawFit",
-    "compare_with_exponential",
+    "cutoff",
+    "density_error",
     "dissipation_while_last_block_slips",
     "falling_range",
     "fit_density",
     "last_block_slip_sizes",
     "last_block_slips",
     "log_histogram",
-    "maximum_likelihood_exponent",
+    "most_at_once",
     "with_last_block",
 ]
 
@@ -148,6 +144,35 @@ def with_last_block(avalanches: np.ndarray, slips: np.ndarray, n_blocks: int) ->
     return reached
 
 
+def most_at_once(avalanches: np.ndarray, slips: np.ndarray) -> np.ndarray:
+    """Largest number of blocks that slip at one instant of each avalanche.
+
+    Parameters
+    ----------
+    avalanches : structured array (A,)
+        Avalanches of a catalogue (chain, start_time, stop_time).
+    slips : structured array (K,)
+        Slips of the same catalogue (chain, start_time, stop_time).
+
+    Returns
+    -------
+    array (A,) of int
+        1 to N.
+    """
+    most = np.zeros(avalanches.size, dtype=int)
+    for chain in np.unique(avalanches["point"]):
+        own = slips[slips["point"] == chain]
+        of_chain = np.flatnonzero(avalanches["point"] == chain)
+        time = np.concatenate([own["stop_time"], own["start_time"]])
+        change = np.repeat([-1, 1], own.size)
+        order = np.argsort(time, kind="stable")  # a block that reverses stops first
+        slipping = np.cumsum(change[order])
+        first = np.searchsorted(time[order], avalanches["start_time"][of_chain])
+        last = np.searchsorted(time[order], avalanches["stop_time"][of_chain])
+        most[of_chain] = [slipping[begin:end].max() for begin, end in zip(first, last, strict=True)]
+    return most
+
+
 def log_histogram(
     values: npt.ArrayLike,
     *,
@@ -194,6 +219,82 @@ def log_histogram(
     edges[-1] *= 1 + 1e-12
     count, _ = np.histogram(values, edges)
     return np.sqrt(edges[1:] * edges[:-1]), count / (values.size * np.diff(edges)), count
+
+
+def density_error(
+    values: npt.ArrayLike, run: npt.ArrayLike, centre: np.ndarray, *, bins_per_decade: int
+) -> np.ndarray:
+    """Standard error of a density from `log_histogram`, by leaving out one run after the other.
+
+    Values of one run hang together, so that their number says little of the error.
+
+    Parameters
+    ----------
+    values : array (S,)
+        The sample; values <= 0 are left out.
+    run : array (S,)
+        The run that each value is from.
+    centre : array (B,)
+        Bin centres from `log_histogram` of this sample.
+    bins_per_decade : int
+        As there.
+
+    Returns
+    -------
+    array (B,)
+        Errors, unit of the density; NaN where there is a single run.
+    """
+    values, run = np.asarray(values, dtype=float), np.asarray(run)
+    names, member = np.unique(run[values > 0], return_inverse=True)
+    if names.size < 2:
+        return np.full(len(centre), np.nan)
+    first = np.log10(centre[0]) * bins_per_decade - 0.5
+    place = np.floor(np.log10(values[values > 0]) * bins_per_decade - first + 1e-9).astype(int)
+    count = np.zeros((names.size, len(centre)))
+    np.add.at(count, (member, np.clip(place, 0, len(centre) - 1)), 1)
+    ratio = 10 ** (0.5 / bins_per_decade)
+    width = centre * (ratio - 1 / ratio)
+    total = count.sum(axis=0) - count
+    without = total / (total.sum(axis=1, keepdims=True) * width)
+    return np.sqrt((names.size - 1) * without.var(axis=0))
+
+
+def cutoff(values: npt.ArrayLike, run: npt.ArrayLike) -> tuple[float, float]:
+    """Size at which a broad density ends: the ratio of its second moment to its first.
+
+    Under a power law that falls less steeply than with exponent -2 and is cut off, the ratio is
+    proportional to the cutoff, as the small values hardly count.
+
+    Parameters
+    ----------
+    values : array (S,)
+        The sample; values <= 0 are left out.
+    run : array (S,)
+        The run that each value is from.
+
+    Returns
+    -------
+    size : float
+        The ratio, unit of the values.
+    error : float
+        Its standard error, by leaving out one run after the other; NaN of a single run.
+
+    Raises
+    ------
+    NotEnoughDataError
+        When no value is positive.
+    """
+    values, run = np.asarray(values, dtype=float), np.asarray(run)
+    positive = values > 0
+    require(positive.any(), "no positive value")
+    names, member = np.unique(run[positive], return_inverse=True)
+    first = np.bincount(member, values[positive])
+    second = np.bincount(member, values[positive] ** 2)
+    size = float(second.sum() / first.sum())
+    if names.size < 2:
+        return size, np.nan
+    without = (second.sum() - second) / (first.sum() - first)
+    return size, float(np.sqrt((names.size - 1) * without.var()))
 
 
 def falling_range(
@@ -263,117 +364,3 @@ def fit_density(
     """
     edge = 1e-9
     return fit_log_log(centre, density, low=low * (1 - edge), high=high * (1 + edge), weight=count)
-
-
-def maximum_likelihood_exponent(values: npt.ArrayLike, *, low: float, high: float) -> PowerLawFit:
-    """Exponent of a power-law density cut off at both ends, by maximum likelihood.
-
-    The bounded form is needed here: slip sizes span less than a decade. The error follows from the
-    Fisher information, whose inverse per value is the variance of ln(value) under the fitted law.
-
-    Parameters
-    ----------
-    values : array (S,)
-        The sample.
-    low : float
-        Smallest value used.
-    high : float
-        Largest value used.
-
-    Returns
-    -------
-    PowerLawFit
-        The exponent is that of the density (negative for a falling one).
-
-    Raises
-    ------
-    NotEnoughDataError
-        With fewer than 20 values in the range.
-    """
-    values = _within(values, low, high)
-    law = _power_law(values, low, high)
-    alpha = float(law.alpha)
-    grid = np.geomspace(low, high, 2001)
-    weight = grid ** (1 - alpha)
-    mean = np.average(np.log(grid), weights=weight)
-    variance = np.average((np.log(grid) - mean) ** 2, weights=weight)
-    normalisation = np.trapezoid(weight, np.log(grid))
-    return PowerLawFit(
-        exponent=-alpha,
-        exponent_error=float(1 / np.sqrt(values.size * variance)),
-        prefactor=float(1 / normalisation),
-        low=float(low),
-        high=float(high),
-        sample_size=int(values.size),
-    )
-
-
-def compare_with_exponential(
-    values: npt.ArrayLike, *, low: float, high: float
-) -> tuple[float, float]:
-    """Which law fits values in [low, high] better, a power law or an exponential?
-
-    Both laws are cut off at both ends. Vuong's test (Clauset et al. 2009).
-
-    Parameters
-    ----------
-    values : array (S,)
-        The sample.
-    low : float
-        Smallest value used.
-    high : float
-        Largest value used.
-
-    Returns
-    -------
-    ratio : float
-        Normalised log-likelihood ratio, positive when the power law is better.
-    p : float
-        Probability that its sign is chance.
-
-    Raises
-    ------
-    NotEnoughDataError
-        With fewer than 20 values in the range.
-    """
-    values = _within(values, low, high)
-    ratio, p_value = powerlaw.statistics.loglikelihood_ratio(
-        _power_law(values, low, high).loglikelihoods(values),
-        _exponential(values, low, high).logpdf(values),
-        normalized_ratio=True,
-    )
-    return float(ratio), float(p_value)
-
-
-def _within(values: npt.ArrayLike, low: float, high: float) -> np.ndarray:
-    values = np.asarray(values, dtype=float)
-    values = values[(values >= low) & (values <= high)]
-    require(values.size >= 20, f"{values.size} values between {low:.3g} and {high:.3g}, not 20")
-    return values
-
-
-def _power_law(values: np.ndarray, low: float, high: float) -> powerlaw.Power_Law:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return powerlaw.Power_Law(
-            xmin=low,
-            xmax=high,
-            data=values,
-            force_numerical_fit=True,
-            parameter_ranges={"alpha": [-5, 10]},
-        )
-
-
-def _exponential(values: np.ndarray, low: float, high: float) -> Any:
-    """Exponential cut off at both ends, by maximum likelihood: its mean is that of the values."""
-    # The package fits and normalises an exponential without upper end. Values that do not fall have
-    # the uniform law, the limit of long decay.
-    mean = (values.mean() - low) / (high - low)
-
-    def excess(decays: float) -> float:
-        """Mean of the law over `decays` decay lengths, as a share of the range, minus that mean."""
-        return 1 / decays - 1 / np.expm1(min(decays, 700.0)) - mean
-
-    fewest = 1e-6
-    decays = optimize.brentq(excess, fewest, 1 + 2 / mean) if excess(fewest) > 0 else fewest
-    return stats.truncexpon(b=decays, loc=low, scale=(high - low) / decays)

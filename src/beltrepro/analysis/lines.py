@@ -93,12 +93,29 @@ def lines(
         Fewer samples than one segment of SEGMENT_S.
     """
     values = np.asarray(values, dtype=float)
-    segment = round(SEGMENT_S / interval_s)
-    require(
-        values.size >= segment,
-        f"{values.size * interval_s:.0f} s, a spectrum of lines needs {SEGMENT_S:g} s",
-    )
-    frequency, power = power_spectrum(values, interval_s, segment=segment)
+    segment = _segment(values, interval_s)
+    return stand_out(*power_spectrum(values, interval_s, segment=segment), band_hz=band_hz)
+
+
+def stand_out(
+    frequency: np.ndarray, power: np.ndarray, *, band_hz: tuple[float, float] = BAND_HZ
+) -> Lines:
+    """Find the lines in a spectrum.
+
+    Parameters
+    ----------
+    frequency : array (F,)
+        Frequencies at equal distances, Hz.
+    power : array (F,)
+        Power spectral density.
+    band_hz : tuple of float
+        Frequencies between which lines are looked for.
+
+    Returns
+    -------
+    Lines
+        What stands out.
+    """
     size = round(_SURROUNDINGS_HZ / (frequency[1] - frequency[0]))
     level = np.exp(ndimage.median_filter(np.log(power), size, mode="nearest"))
     inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
@@ -107,6 +124,36 @@ def lines(
     peaks, _ = signal.find_peaks(excess, height=HEIGHT, distance=_APART)
     peaks = peaks[inside[peaks]]
     return Lines(frequency, power, level, float(flatness), _refined(frequency, power, peaks))
+
+
+def pieces(values: npt.ArrayLike, interval_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """Spectra of the pieces of a series, each of SEGMENT_S; their mean is a spectrum of lines.
+
+    Parameters
+    ----------
+    values : array (T,)
+        Samples at equal intervals.
+    interval_s : float
+        Seconds between them.
+
+    Returns
+    -------
+    frequency : array (F,)
+        Frequencies, Hz.
+    power : array (K, F)
+        Power spectral density of each piece.
+
+    Raises
+    ------
+    NotEnoughDataError
+        Fewer samples than one piece.
+    """
+    values = np.asarray(values, dtype=float)
+    segment = _segment(values, interval_s)
+    count = values.size // segment
+    parts = values[: count * segment].reshape(count, segment)
+    spectra = [power_spectrum(part, interval_s, segment=segment) for part in parts]
+    return spectra[0][0], np.array([power for _, power in spectra])
 
 
 def spacing(peaks_hz: npt.ArrayLike, *, band_hz: tuple[float, float] = BAND_HZ) -> Spacing:
@@ -165,6 +212,15 @@ def spectral_ratio(
     inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
     first, second = (each.power / each.power.sum() for each in (one, other))
     return float(np.exp(np.median(np.abs(np.log(first / second))[inside])))
+
+
+def _segment(values: np.ndarray, interval_s: float) -> int:
+    segment = round(SEGMENT_S / interval_s)
+    require(
+        values.size >= segment,
+        f"{values.size * interval_s:.0f} s, a spectrum of lines needs {SEGMENT_S:g} s",
+    )
+    return segment
 
 
 def _refined(frequency: np.ndarray, power: np.ndarray, peaks: np.ndarray) -> np.ndarray:

@@ -77,6 +77,20 @@ def mean(samples: Sequence[float] | np.ndarray) -> Estimate:
     return Estimate(centre, centre - reach, centre + reach, samples.size)
 
 
+def smallest(samples: Sequence[float] | np.ndarray) -> Estimate:
+    """Smallest value that there is, from the smallest of independent runs.
+
+    It lies at or below the smallest sample, and above it less so many times the distance of the
+    next one that this fails in 5 % of all cases (D. S. Robson and J. H. Whitlock, Biometrika 51,
+    33, 1964).
+    """
+    samples = np.sort(np.asarray(samples, dtype=float))
+    require(samples.size >= 2, f"{samples.size} runs, 2 are needed for an interval")
+    reach = (samples[1] - samples[0]) * CONFIDENCE / (1 - CONFIDENCE)
+    value = float(samples[0])
+    return Estimate(value, value - float(reach), value, samples.size)
+
+
 def share(count: int, runs: int, still_open: int = 0) -> Estimate:
     """Share of independent runs, with the exact interval.
 
@@ -152,7 +166,13 @@ def difference(first: Estimate, second: Estimate) -> Estimate:
 def ratio(first: Estimate, second: Estimate) -> Estimate:
     """First over second, both above zero: as `difference`, of their logarithms."""
     found = difference(_logarithm(first), _logarithm(second))
-    return _exponential(found)
+    return exponential(found)
+
+
+def exponential(found: Estimate) -> Estimate:
+    """Of an estimate of a logarithm."""
+    value, low, high = (float(np.exp(each)) for each in (found.value, found.low, found.high))
+    return replace(found, value=value, low=low, high=high)
 
 
 def fewest(*found: Estimate) -> int | None:
@@ -193,6 +213,7 @@ def trend(places: Sequence[float], found: Sequence[Estimate]) -> Estimate:
     sides = [
         sorted((share * (each.low - each.value), share * (each.high - each.value)))
         for share, each in zip(shares, found, strict=True)
+        if share  # that in the middle says nothing, even if it is not known at all
     ]
     below, above = (math.hypot(*side) for side in zip(*sides, strict=True))
     return Estimate(value, value - below, value + above, fewest(*found))
@@ -208,9 +229,4 @@ def in_words(found: Mapping[str, Estimate]) -> str:
 def _logarithm(found: Estimate) -> Estimate:
     with np.errstate(divide="ignore", invalid="ignore"):
         value, low, high = (float(np.log(each)) for each in (found.value, found.low, found.high))
-    return replace(found, value=value, low=low, high=high)
-
-
-def _exponential(found: Estimate) -> Estimate:
-    value, low, high = (float(np.exp(each)) for each in (found.value, found.low, found.high))
     return replace(found, value=value, low=low, high=high)

@@ -9,6 +9,7 @@ import pandas as pd
 
 from beltrepro.analysis.errors import NotEnoughDataError
 from beltrepro.claims import (
+    avalanches,
     experiment,
     integrators,
     intermittency,
@@ -39,6 +40,7 @@ SECTIONS = (
     model,
     experiment,
     without_noise,
+    avalanches,
     motion,
     transients,
     transition_with_noise,

@@ -3,16 +3,19 @@
 from functools import partial
 
 import numpy as np
-from scipy import stats
 
-from beltrepro.analysis import avalanches, lifetimes, sections, spectra, states
+from beltrepro.analysis import lifetimes, sections, spectra, states, transitions
 from beltrepro.analysis.errors import require
+from beltrepro.analysis.motion import PERIODIC
+from beltrepro.claims import estimates, transitions_of_runs
 from beltrepro.claims.criteria import Measurement
 from beltrepro.claims.evidence import last_block_events
 from beltrepro.claims.registry import claim
 
-MINIMUM_SLIPS = 500
-BINS_PER_DECADE = 10
+LEAST_CYCLES = 10  # of the lowest frequency of a fit, in a stretch of a series
+LEAST_STRETCHES, STRETCHES = 4, 20
+PRINTED_LENGTH = 1e6  # of the series behind Fig. 8, if it is as long as those behind Fig. 12
+PAPERS_SCHEME, EXACT, WIDE = "n5_replicates_check", "n5_replicates", "n5_replicates_wide"
 
 
 # --- Fig. 8 ---------------------------------------------------------------------------------------
@@ -20,319 +23,369 @@ BINS_PER_DECADE = 10
 
 @claim("spectrum-exponent")
 def spectrum_exponent(evidence):
-    """Exponent of the spectrum of x_N in every reading of "power spectrum"."""
+    """Exponent and prefactor of the spectrum of x_N in every reading of "power spectrum"."""
     series = evidence.dataset("u1")
     time, positions = series.arrays["time"], series.arrays["positions"][:, -1]
     settled = time >= series.attributes["transient"]
-    values, interval = positions[settled], float(np.median(np.diff(time)))
-    low, high = spectra.FIT_BAND
-    needed = 10 / low
-    require(
-        values.size * interval >= needed,
-        f"the series lasts {values.size * interval:.0f}, {needed:.0f} are needed for nu >= {low}",
-    )
-
-    def reading(window="hann", segment=None, band=(low, high), amplitude=False):
-        frequency, spectrum = spectra.power_spectrum(
-            values, interval, segment=segment, window=window
-        )
-        if amplitude:
-            spectrum = spectra.amplitude_spectrum(frequency, spectrum)
-        fit = spectra.fit_power_law(frequency, spectrum, low=band[0], high=band[1])
-        return Measurement(
-            fit.exponent, fit.exponent_error, values.size, note=f"prefactor {fit.prefactor:.2g}"
-        )
-
+    law = partial(_spectral_law, positions[settled], float(np.median(np.diff(time))))
     return {
-        "power": reading,
-        "amplitude": partial(reading, amplitude=True),
-        "power, no window function": partial(reading, window="boxcar"),
-        "amplitude, no window function": partial(reading, window="boxcar", amplitude=True),
-        "power, averaged over 8 segments": partial(
-            reading, segment=values.size // 8, band=(2 * low, high)
-        ),
-        "power, fit for 0.01 to 1": partial(reading, band=(0.01, 1.0)),
-        "amplitude, fit for 0.01 to 1": partial(reading, band=(0.01, 1.0), amplitude=True),
-        "power, fit for 0.001 to 0.1": partial(reading, band=(0.001, 0.1)),
-        "amplitude, fit for 0.001 to 0.1": partial(reading, band=(0.001, 0.1), amplitude=True),
+        "power": law,
+        "amplitude, T = 1e6": partial(law, amplitude=True),
+        "power, no window function": partial(law, window="boxcar"),
+        "amplitude, T = 1e6, no window function": partial(law, window="boxcar", amplitude=True),
+        "power, fit for 0.01 to 1": partial(law, band=(0.01, 1.0)),
+        "amplitude, T = 1e6, fit for 0.01 to 1": partial(law, band=(0.01, 1.0), amplitude=True),
+        "power, fit for 0.001 to 0.1": partial(law, band=(0.001, 0.1)),
+        "amplitude, T = 1e6, fit for 0.001 to 0.1": partial(law, band=(0.001, 0.1), amplitude=True),
     }
+
+
+def _spectral_law(values, interval, *, window="hann", band=spectra.FIT_BAND, amplitude=False):
+    """Law of the mean spectrum of the stretches of the series, which are drawn anew."""
+    low, high = band
+    shortest = LEAST_CYCLES / low
+    count = min(STRETCHES, int(values.size * interval / shortest + 1e-9))
+    require(
+        count >= LEAST_STRETCHES,
+        f"the series lasts {values.size * interval:.0f}: {LEAST_STRETCHES} stretches of "
+        f"{shortest:.0f} are needed for nu >= {low:g}",
+    )
+    length = values.size // count
+    stretches = values[: count * length].reshape(count, length)
+    found = [spectra.power_spectrum(each, interval, window=window) for each in stretches]
+    frequency, power = found[0][0], np.array([each for _, each in found])
+
+    def fit(drawn):
+        # The logarithm of a single noisy spectrum would lie too low where bins are narrow.
+        law = spectra.fit_power_law(frequency, drawn.mean(axis=0), low=low, high=high)
+        exponent, prefactor = law.exponent, np.log(law.prefactor)
+        if amplitude:
+            # 2|X|/n of n samples over a time T is the root of 2 S / T.
+            exponent, prefactor = exponent / 2, (prefactor + np.log(2 / PRINTED_LENGTH)) / 2
+        return exponent, prefactor
+
+    exponent, prefactor = (
+        estimates.bootstrap(lambda drawn, part=part: fit(drawn)[part], [power]) for part in (0, 1)
+    )
+    note = f"{count} stretches of {length * interval:.0f}"
+    if not amplitude:
+        root = np.sqrt(2 * np.exp(prefactor.value) / PRINTED_LENGTH)
+        note += f"; the amplitude 2|X|/n over T = 1e6 has {exponent.value / 2:.3g} and {root:.2g}"
+    return Measurement(
+        {"exponent": exponent, "prefactor": estimates.exponential(prefactor)}, note=note
+    )
 
 
 @claim("slip-velocity")
 def slip_velocity(evidence):
-    """Relative velocity of the last block between and within its slips."""
+    """Peaks of the relative velocity of the last block in its slips."""
     series = evidence.dataset("u1")
-    belt_velocity = series.attributes["belt_velocity"]
-    time = series.arrays["time"]
-    relative = series.arrays["velocities"][:, -1] - belt_velocity
+    belt_velocity, time = series.attributes["belt_velocity"], series.arrays["time"]
+    relative = np.abs(series.arrays["velocities"][:, -1] - belt_velocity)
     slips, sticks = last_block_events(series)
-    require(slips.size >= 20 and sticks.size >= 20, f"{slips.size} slips of the last block, not 20")
     count = min(slips.size, sticks.size)
     begin, end = slips["time"][:count], sticks["time"][:count]
-    # Samples strictly inside, one sample away from the events, of each slip and each stick.
-    margin = 1.5 * float(np.median(np.diff(time)))
-    stuck = np.zeros(time.size, dtype=bool)
-    peaks = []
-    for index in range(count - 1):
-        stuck |= _within(time, end[index] + margin, begin[index + 1] - margin)
-        moving = _within(time, begin[index], end[index])
-        if moving.any():
-            peaks.append(np.abs(relative[moving]).max())
-    require(stuck.any() and len(peaks) >= 10, "too few samples within sticks and slips")
-    peaks = np.array(peaks)
+    peaks = [
+        relative[first:last].max()
+        for first, last in np.searchsorted(time, np.column_stack([begin, end]))
+        if last > first
+    ]
+    per_stretch = len(peaks) // STRETCHES
+    require(per_stretch >= 2, f"{len(peaks)} slips of the last block, not {2 * STRETCHES}")
+    stretches = np.array(peaks[: per_stretch * STRETCHES]).reshape(STRETCHES, -1) / belt_velocity
+    stuck = _largest_while_stuck(time, relative, begin, end)
     return Measurement(
         {
-            "largest |v_r| while stuck": float(np.abs(relative[stuck]).max()),
-            "largest |v_r| / u in slips": float(peaks.max() / belt_velocity),
-            "smallest peak / u": float(peaks.min() / belt_velocity),
+            "median peak |v_r| / u": estimates.bootstrap(np.median, [stretches]),
+            "peaks: 95 % over 5 % quantile": estimates.bootstrap(_spread, [stretches]),
         },
-        sample_size=len(peaks),
-        checks={
-            "zero while stuck": bool(np.abs(relative[stuck]).max() < 1e-9),
-            "large excursions": bool(peaks.max() > 10 * belt_velocity),
-            "peaks differ": bool(peaks.max() > 1.5 * peaks.min()),
-        },
+        note=f"{len(peaks)} slips in {STRETCHES} stretches; |v_r| up to {stuck:.1g} while stuck",
     )
 
 
-# --- Figs. 9 and 10 -------------------------------------------------------------------------------
+def _spread(peaks):
+    return np.quantile(peaks, 0.95) / np.quantile(peaks, 0.05)
 
 
-@claim("slip-size-exponent")
-def slip_size_exponent(evidence):
-    """Exponent of the density of slip sizes of the last block."""
-    slips, n_blocks, belt_velocity = _slips(evidence)
-    chain = avalanches.last_block_slips(slips, n_blocks)["point"]
-    sizes = {
-        frame: avalanches.last_block_slip_sizes(slips, n_blocks, belt_velocity, frame)
-        for frame in avalanches.FRAMES
-    }
-    laboratory = sizes["laboratory"]
-    return {
-        "laboratory frame": partial(_density_exponent, laboratory, chain),
-        "belt frame": partial(_density_exponent, sizes["belt"], chain),
-        "5 bins per decade": partial(_density_exponent, laboratory, chain, bins_per_decade=5),
-        "20 bins per decade": partial(_density_exponent, laboratory, chain, bins_per_decade=20),
-        "all bins": partial(_density_exponent, laboratory, chain, whole_range=True),
-        "maximum likelihood": partial(_likelihood_exponent, laboratory),
-    }
+def _largest_while_stuck(time, relative, slip, stick):
+    """Over the samples strictly inside, one sample away from the events."""
+    margin = 1.5 * float(np.median(np.diff(time)))
+    inside = np.searchsorted(time, np.column_stack([stick[:-1] + margin, slip[1:] - margin]))
+    return max((relative[first:last].max() for first, last in inside if last > first), default=0.0)
 
 
-@claim("slip-energy-exponent")
-def slip_energy_exponent(evidence):
-    """Exponent of the density of the energy dissipated in avalanches."""
-    slips, n_blocks, _ = _slips(evidence)
-    catalogue = evidence.dataset("slips_u1").arrays["avalanches"]
-    own = avalanches.last_block_slips(slips, n_blocks)
-    reaching = catalogue[avalanches.with_last_block(catalogue, slips, n_blocks)]
-    until_stop = avalanches.dissipation_while_last_block_slips(slips, n_blocks)
-    energy, chain = reaching["dissipated"], reaching["point"]
-    drop = reaching["spring_energy_drop"]
-    return {
-        "chain, until all are stuck": partial(_density_exponent, energy, chain),
-        "chain, until the last block stops": partial(_density_exponent, until_stop, own["point"]),
-        "last block only": partial(_density_exponent, own["dissipated"], own["point"]),
-        "all avalanches of the chain": partial(
-            _density_exponent, catalogue["dissipated"], catalogue["point"]
-        ),
-        "drop in spring energy": partial(_density_exponent, drop, chain),
-        "20 bins per decade": partial(_density_exponent, energy, chain, bins_per_decade=20),
-        "maximum likelihood": partial(_likelihood_exponent, energy),
-    }
-
-
-# --- Figs. 11 and 12 ------------------------------------------------------------------------------
+# --- Figs. 11 and 12: single belt velocities ------------------------------------------------------
 
 
 @claim("u7-periodic")
 def u7_periodic(evidence):
-    """Period of the section velocities at u = 7."""
+    """Where runs at u = 7 end."""
+    return {
+        "the paper's scheme": partial(_periodic_ends, evidence, "steps", time_step=0.001),
+        "exact dynamics": partial(_periodic_ends, evidence, "survival_many"),
+        "run from the declared state": partial(_periodic_run, evidence),
+    }
+
+
+def _periodic_ends(evidence, name, **where):
+    place = {"n_blocks": 5, "belt_velocity": evidence.claim.parameters["belt_velocity"]}
+    runs = _at(evidence.dataset(name).arrays, initial_spread=10.0, **place, **where)
+    settled = runs["settled"].astype(bool)
+    periodic = settled & (runs["state"].astype(str) == PERIODIC) & (runs["period_events"] > 0)
+    found = estimates.share(int(periodic.sum()), settled.size, int((~settled).sum()))
+    return Measurement(
+        {"runs that end in periodic stick-slip": found},
+        note=f"{(~settled).sum()} of {settled.size} runs do not settle",
+    )
+
+
+def _periodic_run(evidence):
     column = evidence.column("n5_u7", 5, 7.0)
     quiet = np.flatnonzero(column.noise == 0)
     require(quiet.size, "no point without noise in n5_u7")
     first = quiet[0]
     period = sections.find_period(column.velocities[first])
-    last_stick = column.points["last_stick_time"][first]
     late = column.transient + 0.9 * (column.duration - column.transient)
+    periodic = period > 0 and column.points["last_stick_time"][first] > late
     return Measurement(
-        {"period in crossings": period, "r": float(column.disorder[first])},
-        sample_size=int(np.isfinite(column.velocities[first]).sum()),
-        checks={"periodic": period > 0, "keeps sticking": bool(last_stick > late)},
+        {"runs that end in periodic stick-slip": estimates.sure(bool(periodic))},
+        note=f"no matter of chance, since the start is declared; {period} crossings in a period",
     )
 
 
 @claim("u20-transient")
 def u20_transient(evidence):
-    """Lifetimes at u = 20: of many runs, and the run from the declared state."""
+    """Lifetimes at u = 20: of many runs by both methods, and of the run from the declared state."""
     return {
-        "many runs": partial(_transient_of_many, evidence),
+        "many runs": partial(_transients, evidence),
+        "exact dynamics": partial(_exact_transients, evidence),
         "run from the declared state": partial(_single_transient, evidence),
     }
 
 
-@claim("r-jump")
-def r_jump(evidence):
-    """Plateaus of r before and after its fall."""
-    fall = evidence.row(5, 0.0).transition
-    return Measurement(
-        {"r_chaotic": fall.r_high, "r_periodic": fall.r_low},
-        {"r_chaotic": fall.r_high_error, "r_periodic": fall.r_low_error},
-        fall.n_points,
-        checks={"ratio of at least 5": bool(fall.contrast >= 5)},
-        note=f"ratio {fall.contrast:.2g}",
-    )
-
-
-@claim("u-critical")
-def u_critical(evidence):
-    """Midpoint of the transition region without noise."""
-    fall = evidence.row(5, 0.0).transition
-    return Measurement(
-        fall.critical,
-        fall.error,
-        fall.n_points,
-        note=f"region {fall.lower:.3g} to {fall.upper:.3g}",
-    )
-
-
-@claim("outliers")
-def outliers(evidence):
-    """Points of large r beyond the transition, and whether they are chaotic."""
-    row = evidence.row(5, 0.0)
-    inside = row.between(*evidence.claim.parameters["belt_velocity"])
-    require(inside.sum() >= 4, f"{inside.sum()} points in 20 <= u <= 22, 4 are needed")
-    fall = row.transition
-    require(fall.found, "no transition found, so no plateau to stand out from")
-    above = inside & (row.disorder > fall.r_high / 2)
-    labels = row.states[above]
-    regular = np.isin(labels, (states.PERIODIC, states.QUASI_PERIODIC, states.CONTINUOUS))
-    return Measurement(
-        {"outliers": int(above.sum()), "of them not chaotic": int(regular.sum())},
-        sample_size=int(inside.sum()),
-        checks={
-            "outliers exist": bool(above.any()),
-            "a regular one among them": bool(regular.any()),
-            "none is chaotic": bool(regular.all()),
-        },
-        note=f"u = {', '.join(f'{u:g}' for u in row.belt_velocity[above])}" if above.any() else "",
-    )
-
-
-# --- shared ---------------------------------------------------------------------------------------
-
-
-def _slips(evidence):
-    catalogue = evidence.dataset("slips_u1")
-    slips, n_blocks = catalogue.arrays["slips"], int(catalogue.attributes["n_blocks"])
-    count = avalanches.last_block_slips(slips, n_blocks).size
-    require(count >= MINIMUM_SLIPS, f"{count} slips of the last block, {MINIMUM_SLIPS} are needed")
-    return slips, n_blocks, catalogue.attributes["belt_velocity"]
-
-
-def _density_exponent(values, chain, *, bins_per_decade=BINS_PER_DECADE, whole_range=False):
-    """Exponent of a density, with the spread over resampled chains as its error."""
-
-    def fit(sample):
-        histogram = avalanches.log_histogram(sample, bins_per_decade=bins_per_decade)
-        low, high = avalanches.falling_range(*histogram)
-        if whole_range:
-            low, high = histogram[0][0], histogram[0][-1]
-        return avalanches.fit_density(*histogram, low=low, high=high)
-
-    best = fit(values)
-    groups = [values[chain == number] for number in np.unique(chain)]
-    error = best.exponent_error
-    if len(groups) >= 8:
-        resampled = stats.bootstrap(
-            (np.arange(len(groups)),),
-            lambda chosen: fit(np.concatenate([groups[k] for k in chosen])).exponent,
-            vectorized=False,
-            n_resamples=50,
-            method="percentile",
-            rng=np.random.default_rng(0),
-        )
-        error = max(error, float(resampled.standard_error))
-    return Measurement(
-        best.exponent,
-        error,
-        values.size,
-        note=f"fit for {best.low:.3g} to {best.high:.3g}, {best.sample_size} bins",
-    )
-
-
-def _likelihood_exponent(values):
-    low, high = avalanches.falling_range(
-        *avalanches.log_histogram(values, bins_per_decade=BINS_PER_DECADE)
-    )
-    fit = avalanches.maximum_likelihood_exponent(values, low=low, high=high)
-    ratio, chance = avalanches.compare_with_exponential(values, low=low, high=high)
-    better = "a power law" if ratio > 0 else "an exponential"
-    return Measurement(
-        fit.exponent,
-        fit.exponent_error,
-        fit.sample_size,
-        note=f"values {low:.3g} to {high:.3g}; {better} fits better (p = {chance:.1g})",
-    )
-
-
-def _transient_of_many(evidence):
-    printed = evidence.claim.paper
+def _transients(evidence):
+    """Of a run that still sticks at its end, it is open how long its transient was."""
     runs = evidence.dataset("lifetimes")
     duration = float(runs.attributes["duration"])
+    printed = evidence.claim.paper
     require(duration >= 2 * printed, f"runs of {duration:g} cannot show lifetimes of {printed}")
-    velocities = runs.arrays["belt_velocity"]
-    nearest = velocities[np.argmin(np.abs(velocities - 20))]
-    require(abs(nearest - 20) <= 0.5, "lifetimes has no belt velocity near 20")
-    chosen = velocities == nearest
-    require(chosen.sum() >= 10, f"{chosen.sum()} runs, 10 are needed")
-    escaped = runs.arrays["escaped"][chosen].astype(bool)
-    lived = np.where(escaped, runs.arrays["lifetime"][chosen], duration)
-    low, high = np.quantile(lived, [0.025, 0.975])
-    high = high if escaped.all() else np.inf
-    labels = lifetimes.label_attractors(
-        escaped,
-        runs.arrays["final_disorder"][chosen],
-        runs.arrays["final_stick_rate"][chosen],
+    own = _at(runs.arrays, belt_velocity=20.0)
+    escaped = own["escaped"].astype(bool)
+    slipping = _labels(own) != lifetimes.STICK_SLIP
+    on_orbit = ~escaped & lifetimes.on_shared_orbits(own, float(runs.attributes["settle_time"]))
+    beyond = escaped & (own["lifetime"] > printed)
+    note = f"{escaped.sum()} of {escaped.size} runs escape"
+    if escaped.any():
+        note += f", half of them before {np.median(own['lifetime'][escaped]):.0f}"
+    note += f"; {on_orbit.sum()} end on stick-slip orbits that several runs share"
+    return _two_shares(beyond, slipping, ~escaped, note, open_ends=~escaped & ~on_orbit)
+
+
+def _exact_transients(evidence):
+    """Irregular motion until it settles; small r tells continuous slip from stick-slip."""
+    runs = _at(
+        evidence.dataset("survival").arrays, n_blocks=5, belt_velocity=20.0, initial_spread=10.0
     )
-    slipping = float((labels != lifetimes.STICK_SLIP).mean())
-    return Measurement(
-        {"median lifetime": float(np.median(lived)), "share that escapes": slipping},
-        {"median lifetime": _median_error(lived)},
-        int(chosen.sum()),
-        checks={
-            "4000 within the central 95 %": bool(low <= printed <= high),
-            "most end in continuous slip": slipping > 0.5,
-        },
-        note=f"central 95 %: {low:.0f} to {high:.0f}; runs of {duration:g}",
-    )
+    settled = runs["settled"].astype(bool)
+    slipping = settled & (runs["disorder_parameter"] < lifetimes.LARGE_AMPLITUDE)
+    # A run that settles on a stick-slip orbit has a known transient, and one that is not settled
+    # has a long one.
+    beyond = runs["lifetime"] > evidence.claim.paper
+    return _two_shares(beyond, slipping, ~settled & ~beyond, "", open_ends=~settled)
 
 
 def _single_transient(evidence):
-    printed = evidence.claim.paper
     series = evidence.dataset("u20")
     duration = float(series.attributes["duration"])
     _, sticks = last_block_events(series)
     end = float(sticks["time"][-1]) if sticks.size else 0.0
     left = duration - end > max(evidence.laminar_time, 0.1 * duration)
+    words = f"last stick at {end:.0f} in a run of {duration:g}"
+    left, beyond = np.array([left]), np.array([end > evidence.claim.paper])
+    return _two_shares(beyond, left, ~left & ~beyond, words, open_ends=~left)
+
+
+def _two_shares(beyond, slipping, still_open, note, *, open_ends=None):
+    open_ends = still_open if open_ends is None else open_ends
+    count = np.size(slipping)
     return Measurement(
-        {"last stick": end},
-        sample_size=1,
-        checks={
-            "ends in continuous slip": left,
-            "within a factor of 2 of 4000": printed / 2 <= end <= printed * 2,
+        {
+            "runs with a transient beyond 4000": estimates.share(
+                int(np.sum(beyond)), count, int(np.sum(still_open))
+            ),
+            "runs that end in continuous slip": estimates.share(
+                int(np.sum(slipping)), count, int(np.sum(open_ends))
+            ),
         },
-        note=f"run of {duration:g}",
+        note=note,
     )
 
 
-def _within(time, begin, end):
-    inside = np.zeros(time.size, dtype=bool)
-    inside[np.searchsorted(time, begin) : np.searchsorted(time, end, side="right")] = True
-    return inside
+# --- Fig. 12: the fall of r -----------------------------------------------------------------------
 
 
-def _median_error(values):
-    result = stats.bootstrap(
-        (values,), np.median, n_resamples=500, method="percentile", rng=np.random.default_rng(0)
+@claim("r-jump")
+def r_jump(evidence):
+    """Plateaus of r before and after its fall."""
+    names = {"r_chaotic": "r_high", "r_periodic": "r_low", "ratio": "contrast"}
+    return _readings_of_fall(evidence, names)
+
+
+@claim("u-critical")
+def u_critical(evidence):
+    """Midpoint of the transition region without noise."""
+    names = {"critical": "critical"}
+    readings = _readings_of_fall(evidence, names, also=("lower", "upper"))
+    for smoothing in (1.0, 5.0):
+        readings[f"running median over {smoothing:g}"] = partial(
+            _fall, evidence, names, ("lower", "upper"), smoothing=smoothing
+        )
+    return readings
+
+
+def _readings_of_fall(evidence, names, also=()):
+    return {
+        "the paper's scheme": partial(_fall, evidence, names, also),
+        "exact dynamics": partial(_fall, evidence, names, also, scan=EXACT),
+        "wider starts": partial(_fall, evidence, names, also, scan=WIDE),
+        "one run at each u": partial(_fall_of_row, evidence, names, also),
+    }
+
+
+def _fall(evidence, names, also, *, scan=PAPERS_SCHEME, **options):
+    runs = evidence.replicates(5, 0.0, scan=scan)
+    found = (
+        transitions_of_runs.fall(runs.belt_velocity, runs.disorder, **options)
+        if options
+        else runs.fall
     )
-    return float(result.standard_error)
+    return _named(names, also, found)
+
+
+def _fall_of_row(evidence, names, also):
+    row = evidence.row(5, 0.0, scan="n5_rows")
+    found = transitions.transition_region(row.belt_velocity, row.disorder, bootstrap=0)
+    wanted = (*names.values(), *also)
+    return _named(names, also, {name: estimates.single(getattr(found, name)) for name in wanted})
+
+
+def _named(names, also, found):
+    return Measurement(
+        {name: found[of] for name, of in names.items()}, {name: found[name] for name in also}
+    )
+
+
+# --- Fig. 12: other motions -----------------------------------------------------------------------
+
+
+@claim("outliers")
+def outliers(evidence):
+    """Runs of large r beyond the transition, and whether they are chaotic."""
+    return {
+        "the paper's scheme": partial(_outliers, evidence, "n5_rows", PAPERS_SCHEME),
+        "one run at each u": partial(_outliers, evidence, "n5_rows"),
+        "wider starts": partial(_outliers, evidence, WIDE),
+        "exact dynamics": partial(_outliers, evidence, EXACT),
+        "many runs": partial(_outliers_of_many, evidence),
+    }
+
+
+def _outliers(evidence, *scans):
+    limit = _half_plateau(evidence)
+    large, regular, places = [], [], []
+    for scan in scans:
+        row = evidence.row(5, 0.0, scan=scan)
+        inside = _between(evidence, row.belt_velocity)
+        large += (row.disorder[inside] > limit).tolist()
+        regular += np.isin(
+            row.states[inside], (states.PERIODIC, states.QUASI_PERIODIC, states.CONTINUOUS)
+        ).tolist()
+        places += row.belt_velocity[inside].tolist()
+    large, regular = np.array(large, dtype=bool), np.array(regular, dtype=bool)
+    where = ", ".join(f"{u:g}" for u in np.unique(np.array(places)[large]))
+    return _outlying(large, regular, np.zeros_like(large), f"u = {where}" if where else "")
+
+
+def _outliers_of_many(evidence):
+    runs = evidence.dataset("lifetimes").arrays
+    inside = _between(evidence, runs["belt_velocity"])
+    own = sections.select({name: runs[name] for name in _ENDS}, inside)
+    large = own["final_disorder"] > _half_plateau(evidence)
+    labels = _labels(own)
+    sticks = labels == lifetimes.STICK_SLIP
+    return _outlying(large, ~sticks, sticks, "runs that still stick may be chaotic or regular")
+
+
+def _outlying(large, regular, still_open, note):
+    require(large.size >= 4, f"{large.size} runs in 20 < u < 22, 4 are needed")
+    count = int(large.sum())
+    kept = (
+        estimates.share(int((large & regular).sum()), count, int((large & still_open).sum()))
+        if count
+        else estimates.absent()
+    )
+    return Measurement(
+        {"runs of large r": estimates.share(count, large.size), "of these not chaotic": kept},
+        note=f"{count} of {large.size} runs" + (f", {note}" if note else ""),
+    )
+
+
+def _half_plateau(evidence):
+    return evidence.replicates(5, 0.0, scan=PAPERS_SCHEME).fall["r_high"].value / 2
+
+
+def _between(evidence, belt_velocity):
+    """Ends left out."""
+    low, high = evidence.claim.parameters["belt_velocity"]
+    return (belt_velocity > low + 1e-9) & (belt_velocity < high - 1e-9)
+
+
+@claim("r-windows")
+def r_windows(evidence):
+    """r of periodic runs over that of chaotic ones, below the transition."""
+    periodic = (states.PERIODIC,)
+    row = partial(evidence.row, 5, 0.0)
+    return {
+        "one run at each u": partial(_window_ratio, evidence, row, "n5_rows", periodic),
+        "quasi-periodic ones too": partial(
+            _window_ratio, evidence, row, "n5_rows", (*periodic, states.QUASI_PERIODIC)
+        ),
+        "independent runs": partial(_window_ratio, evidence, row, PAPERS_SCHEME, periodic),
+    }
+
+
+def _window_ratio(evidence, row, scan, regular):
+    found = row(scan=scan)
+    inside = found.between(*evidence.claim.parameters["belt_velocity"])
+    calm, chaotic = (
+        found.disorder[inside & np.isin(found.states, labels)]
+        for labels in (regular, (states.CHAOTIC,))
+    )
+    counts = f"{calm.size} periodic and {chaotic.size} chaotic runs"
+    require(min(calm.size, chaotic.size) >= 3, f"{counts} at u <= 15, 3 of each are needed")
+    value = estimates.bootstrap(lambda few, many: np.median(few) / np.median(many), [calm, chaotic])
+    return Measurement(
+        {"r periodic / r chaotic": value},
+        {
+            "r periodic": estimates.sure(np.median(calm)),
+            "r chaotic": estimates.sure(np.median(chaotic)),
+        },
+        note=f"{counts}; r of the periodic ones from {calm.min():.2g} to {calm.max():.2g}",
+    )
+
+
+# --- shared ---------------------------------------------------------------------------------------
+
+_ENDS = ("escaped", "final_disorder", "final_stick_rate")
+
+
+def _at(arrays, **where):
+    """Runs with these values."""
+    chosen = np.all([np.isclose(arrays[name], value) for name, value in where.items()], axis=0)
+    words = ", ".join(f"{name} = {value:g}" for name, value in where.items())
+    require(chosen.sum() >= 4, f"{chosen.sum()} runs with {words}, 4 are needed")
+    return {name: values[chosen] for name, values in arrays.items() if len(values) == len(chosen)}
+
+
+def _labels(runs):
+    return lifetimes.label_attractors(*(runs[name] for name in _ENDS))
