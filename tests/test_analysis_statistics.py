@@ -162,3 +162,50 @@ def test_attractors_are_labelled_by_sticks_and_amplitude():
         lifetimes.STICK_SLIP,
         lifetimes.STICK_SLIP,
     ]
+
+
+def test_errors_of_a_density_come_from_the_scatter_of_runs():
+    """Values of one run hang together: the error is that of the number of runs, not of values."""
+    rng = np.random.default_rng(11)
+    n_runs, each = 40, 50
+    found = []
+    for _ in range(200):
+        place = np.repeat(rng.random(n_runs) < 0.3, each)
+        values = np.where(place, 2.0, 30.0)
+        run = np.repeat(np.arange(n_runs), each)
+        centre, density, _ = avalanches.log_histogram(values, bins_per_decade=1, low=1, high=100)
+        error = avalanches.density_error(values, run, centre, bins_per_decade=1)
+        found.append((density[0], error[0]))
+    densities, errors = np.array(found).T
+    assert errors.mean() == pytest.approx(densities.std(), rel=0.1)
+
+
+def test_error_of_a_density_by_hand():
+    values, run = [2.0, 3.0, 20.0, 4.0, 50.0, 60.0, -1.0], [0, 0, 0, 1, 1, 1, 1]
+    centre, *_ = avalanches.log_histogram(values, bins_per_decade=1)
+    error = avalanches.density_error(values, run, centre, bins_per_decade=1)
+    # without one of two runs the shares in the first bin, 1 to 10, are 1/3 and 2/3
+    np.testing.assert_allclose(error, [1 / 6 / 9, 1 / 6 / 90])
+    assert np.isnan(avalanches.density_error([2.0, 3.0], [4, 4], centre, bins_per_decade=1)).all()
+
+
+def test_the_cutoff_grows_with_the_upper_end_of_a_power_law():
+    found = []
+    for high in (1e3, 1e4):
+        values = bounded_power_law(-1.5, 1.0, high, 200_000)
+        size, error = avalanches.cutoff(values, np.arange(values.size) % 50)
+        # second moment over first, by integration of x**-1.5 from 1 to high
+        exact = (high**1.5 - 1) / 1.5 / ((high**0.5 - 1) / 0.5)
+        assert abs(size - exact) < 4 * error < 0.2 * exact
+        found.append(size)
+    assert 9 < found[1] / found[0] < 11
+
+
+def test_error_of_a_cutoff_by_hand():
+    size, error = avalanches.cutoff([1.0, 3.0, 2.0, 6.0, -5.0], [0, 0, 7, 7, 7])
+    assert size == pytest.approx(50 / 12)
+    # without one of two runs: 10 / 4 and 40 / 8
+    assert error == pytest.approx((5 - 2.5) / 2)
+    assert np.isnan(avalanches.cutoff([1.0, 3.0], [2, 2])[1])
+    with pytest.raises(NotEnoughDataError):
+        avalanches.cutoff([0.0, -1.0], [0, 1])

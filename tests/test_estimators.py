@@ -383,6 +383,9 @@ def test_the_lifetime_table_by_hand():
     assert table["escaped"].tolist() == [0.75, 0.75] and table["median"].tolist() == [6, 7]
     np.testing.assert_allclose(table["tau"], [np.nan, (0 + 2 + 4 + 6) / 3])
     np.testing.assert_allclose(table["tau_error"], [np.nan, 4 / math.sqrt(3)])
+    # lower limits are known at both: with the mean there, so many ends come in 2.5 % of all cases
+    ends = np.array([2, 3]), np.array([10.0, 12.0]) / table["tau_lower"]
+    np.testing.assert_allclose(stats.poisson.sf(ends[0], ends[1]), 1 - 0.025, rtol=1e-9)
     whole = lifetimes.by_belt_velocity(runs, 10.0)
     np.testing.assert_allclose(whole["tau"], [25 / 3, 28 / 3])
 

@@ -250,17 +250,14 @@ def mean_of_ended(
     require(ends.size >= MINIMUM_ENDS, f"{ends.size} runs ended, {MINIMUM_ENDS} are needed")
     share = float(ends.mean()) / window
     smallest = 1e-6  # rate times window that is as good as none
-    most = 1 / share
-    while _mean_up_to_one(most) > share:
-        most *= 2
+    most = 2 / share  # a cut-off makes the mean smaller
     best = (
         smallest
         if share >= _mean_up_to_one(smallest)
         else _root(lambda rate: _mean_up_to_one(rate) - share, smallest, most)
     )
 
-    def excess(rate: float) -> float:
-        """Log-likelihood of an end above the lowest that the interval allows."""
+    def excess(rate: float) -> float:  # log-likelihood of an end above the least in the interval
         least = _log_likelihood(best, share) - stats.chi2.ppf(confidence, 1) / (2 * ends.size)
         return _log_likelihood(rate, share) - least
 
