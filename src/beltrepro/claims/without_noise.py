@@ -175,7 +175,9 @@ def _transients(evidence):
     beyond = escaped & (own["lifetime"] > printed)
     note = f"{escaped.sum()} of {escaped.size} runs escape"
     if escaped.any():
-        note += f", half of them before {np.median(own['lifetime'][escaped]):.0f}"
+        lived = own["lifetime"][escaped]
+        note += f", half of them before {np.median(lived):.0f}"
+        note += f", at {np.unique(np.round(lived)).size} different times"
     note += f"; {on_orbit.sum()} end on stick-slip orbits that several runs share"
     return _two_shares(beyond, slipping, ~escaped, note, open_ends=~escaped & ~on_orbit)
 
