@@ -453,8 +453,6 @@ def test_outliers_beyond_the_transition(disorder, labels, counts, checks):
             measured("outliers", rows={(5, 0.0): other})
 
 
-
-
 # --- evidence -------------------------------------------------------------------------------------
 
 
