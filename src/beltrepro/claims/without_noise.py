@@ -41,7 +41,7 @@ def spectrum_exponent(evidence):
 
 
 def _spectral_law(values, interval, *, window="hann", band=spectra.FIT_BAND, amplitude=False):
-    """Law of each stretch of the series, and the mean over the stretches."""
+    """Law of the mean spectrum of the stretches of the series, which are drawn anew."""
     low, high = band
     shortest = LEAST_CYCLES / low
     count = min(STRETCHES, int(values.size * interval / shortest + 1e-9))
@@ -50,27 +50,29 @@ def _spectral_law(values, interval, *, window="hann", band=spectra.FIT_BAND, amp
         f"the series lasts {values.size * interval:.0f}: {LEAST_STRETCHES} stretches of "
         f"{shortest:.0f} are needed for nu >= {low:g}",
     )
-    fits = [
-        spectra.fit_power_law(
-            *spectra.power_spectrum(each, interval, window=window), low=low, high=high
-        )
-        for each in np.array_split(values, count)
-    ]
-    exponent = np.array([fit.exponent for fit in fits])
-    prefactor = np.log([fit.prefactor for fit in fits])
-    if amplitude:
-        # 2|X|/n of n samples over a time T is the root of 2 S / T.
-        exponent, prefactor = exponent / 2, (prefactor + np.log(2 / PRINTED_LENGTH)) / 2
-    note = f"{count} stretches of {values.size * interval / count:.0f}"
+    length = values.size // count
+    stretches = values[: count * length].reshape(count, length)
+    found = [spectra.power_spectrum(each, interval, window=window) for each in stretches]
+    frequency, power = found[0][0], np.array([each for _, each in found])
+
+    def fit(drawn):
+        # The logarithm of a single noisy spectrum would lie too low where bins are narrow.
+        law = spectra.fit_power_law(frequency, drawn.mean(axis=0), low=low, high=high)
+        exponent, prefactor = law.exponent, np.log(law.prefactor)
+        if amplitude:
+            # 2|X|/n of n samples over a time T is the root of 2 S / T.
+            exponent, prefactor = exponent / 2, (prefactor + np.log(2 / PRINTED_LENGTH)) / 2
+        return exponent, prefactor
+
+    exponent, prefactor = (
+        estimates.bootstrap(lambda drawn, part=part: fit(drawn)[part], [power]) for part in (0, 1)
+    )
+    note = f"{count} stretches of {length * interval:.0f}"
     if not amplitude:
-        halved, root = exponent.mean() / 2, np.sqrt(2 * np.exp(prefactor.mean()) / PRINTED_LENGTH)
-        note += f"; the amplitude 2|X|/n over T = 1e6 has {halved:.3g} and {root:.2g}"
+        root = np.sqrt(2 * np.exp(prefactor.value) / PRINTED_LENGTH)
+        note += f"; the amplitude 2|X|/n over T = 1e6 has {exponent.value / 2:.3g} and {root:.2g}"
     return Measurement(
-        {
-            "exponent": estimates.mean(exponent),
-            "prefactor": estimates.exponential(estimates.mean(prefactor)),
-        },
-        note=note,
+        {"exponent": exponent, "prefactor": estimates.exponential(prefactor)}, note=note
     )
 
 
@@ -257,7 +259,17 @@ def _fall(evidence, names, also, *, scan=PAPERS_SCHEME, **options):
         if options
         else runs.fall
     )
-    return _named(names, also, found)
+    return _named(names, also, found, _side_by_side(runs, found))
+
+
+def _side_by_side(runs, found):
+    """Belt velocities at which some runs lie above the middle of the fall and some below."""
+    middle = (found["r_high"].value + found["r_low"].value) / 2
+    places, place = np.unique(runs.belt_velocity, return_inverse=True)
+    share = np.bincount(place, runs.disorder > middle) / np.bincount(place)
+    mixed = places[(share > 0) & (share < 1)]
+    where = ", ".join(f"{u:g}" for u in mixed)
+    return f"runs of high and of low r side by side at u = {where}" if where else ""
 
 
 def _fall_of_row(evidence, names, also):
@@ -267,9 +279,9 @@ def _fall_of_row(evidence, names, also):
     return _named(names, also, {name: estimates.single(getattr(found, name)) for name in wanted})
 
 
-def _named(names, also, found):
+def _named(names, also, found, note=""):
     return Measurement(
-        {name: found[of] for name, of in names.items()}, {name: found[name] for name in also}
+        {name: found[of] for name, of in names.items()}, {name: found[name] for name in also}, note
     )
 
 
@@ -305,13 +317,18 @@ def _outliers(evidence, *scans):
 
 
 def _outliers_of_many(evidence):
-    runs = evidence.dataset("lifetimes").arrays
-    inside = _between(evidence, runs["belt_velocity"])
-    own = sections.select({name: runs[name] for name in _ENDS}, inside)
-    large = own["final_disorder"] > _half_plateau(evidence)
-    labels = _labels(own)
-    sticks = labels == lifetimes.STICK_SLIP
-    return _outlying(large, ~sticks, sticks, "runs that still stick may be chaotic or regular")
+    """Runs of which only the end is known; on stick-slip orbits are those that several share."""
+    runs = evidence.dataset("lifetimes")
+    settle_time, limit = float(runs.attributes["settle_time"]), _half_plateau(evidence)
+    velocity = runs.arrays["belt_velocity"]
+    large, regular = [], []
+    for place in np.unique(velocity[_between(evidence, velocity)]):
+        own = sections.select({name: runs.arrays[name] for name in _ENDS}, velocity == place)
+        slipping = _labels(own) != lifetimes.STICK_SLIP
+        large += (own["final_disorder"] > limit).tolist()
+        regular += (slipping | lifetimes.on_shared_orbits(own, settle_time)).tolist()
+    large, regular = np.array(large, dtype=bool), np.array(regular, dtype=bool)
+    return _outlying(large, regular, ~regular, "other runs that still stick may be chaotic")
 
 
 def _outlying(large, regular, still_open, note):
@@ -374,7 +391,7 @@ def _window_ratio(evidence, row, scan, regular):
 
 # --- shared ---------------------------------------------------------------------------------------
 
-_ENDS = ("escaped", "final_disorder", "final_stick_rate")
+_ENDS = ("escaped", "final_disorder", "final_stick_rate", "final_amplitude")
 
 
 def _at(arrays, **where):
@@ -386,4 +403,6 @@ def _at(arrays, **where):
 
 
 def _labels(runs):
-    return lifetimes.label_attractors(*(runs[name] for name in _ENDS))
+    return lifetimes.label_attractors(
+        runs["escaped"], runs["final_disorder"], runs["final_stick_rate"]
+    )
