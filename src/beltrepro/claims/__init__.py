@@ -1,6 +1,6 @@
 """The ledger of the paper's claims, and the code that turns datasets into verdicts.
 
-`ledger.yaml` holds every claim with its criterion. Each claim that can be measured has one function
+The files in `ledger/` hold every claim with its criterion. Each claim that can be measured has one function
 in the module of its section, registered under its id; `measure` calls them all.
 """
 
