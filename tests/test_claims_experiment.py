@@ -31,9 +31,9 @@ def noise_like(seconds, seed, *, slope=1.0):
     return 0.8 + 0.1 * np.convolve(kicks, weight / np.linalg.norm(weight), "valid")[:size]
 
 
-def periodic(seconds, spacing_hz=0.4):
+def periodic(seconds, lines_hz=(0.4, 0.8, 1.2, 1.6, 2.0, 2.4)):
     time = INTERVAL_S * np.arange(round(seconds / INTERVAL_S))
-    lines = sum(np.cos(2 * np.pi * spacing_hz * k * time + k) for k in range(1, 7))
+    lines = sum(np.cos(2 * np.pi * line * time + k) for k, line in enumerate(lines_hz))
     rng = np.random.default_rng(0)
     return 0.8 + 0.004 * lines + 1e-5 * rng.standard_normal(time.size)
 
@@ -137,6 +137,15 @@ def test_what_small_amplitudes_must_be():
     verdict, parts, found = judged("experiment-028", trials(0, [1.0]) | only_large)
     assert verdict == "partly" and parts["flatness, large"] == "holds"
     assert "0 stretches of small amplitude" in found.note
+
+
+def test_peaks_at_other_distances_are_told_from_multiples():
+    def irregular(seconds):
+        return periodic(seconds, (0.43, 0.97, 1.31, 2.03, 2.57, 3.49))
+
+    parts = judged("experiment-028", trials(20, [1.0]) | alternating_film(irregular))[1]
+    assert parts.pop("small stretches with peaks at equal distances") == "fails"
+    assert set(parts.values()) == {"holds"}
 
 
 def test_recordings_are_as_long_as_the_papers():

@@ -98,6 +98,8 @@ def test_peaks_of_the_velocity_in_slips(factor, spread, verdict):
     found = judged("slip-velocity", velocity_series(peaks))
     assert found[0] == verdict
     assert found[2].judged["median peak |v_r| / u"].value == pytest.approx(np.median(peaks) / 2)
+    ratio = np.quantile(peaks, 0.95) / np.quantile(peaks, 0.05)
+    assert found[2].judged["peaks: 95 % over 5 % quantile"].value == pytest.approx(ratio)
     assert found[2].runs == 20
 
 
