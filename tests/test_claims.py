@@ -210,7 +210,9 @@ def made_up_catalogue(chains=8, per_chain=500):
     slips["start_position"], slips["stop_position"] = power_law(-1.47, 60, 400), 0.0
     slips["dissipated"] = 30 * slips["start_position"]
     avalanche = [("point", "i4"), ("start_time", "f8"), ("stop_time", "f8"), ("dissipated", "f8")]
-    avalanches = np.zeros(size, dtype=[*avalanche, ("spring_energy_drop", "f8")])
+    avalanche += [("spring_energy_drop", "f8"), ("blocks", "i4")]
+    avalanches = np.zeros(size, dtype=avalanche)
+    avalanches["blocks"] = 5
     avalanches["point"] = chain
     avalanches["start_time"], avalanches["stop_time"] = start - 1, start + 8
     avalanches["dissipated"] = power_law(-0.87, 7e3, 4e4)
