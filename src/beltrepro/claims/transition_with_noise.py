@@ -1,5 +1,6 @@
 """Claims on how noise changes the transition of five blocks (Sec. IV.B, Figs. 13 to 15, 17, 18)."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -333,6 +334,9 @@ def noise_time_step(evidence):
 
 
 def _mean_r(table, noise, time_step):
+    """Geometric mean of r over the runs, which has no interval below zero."""
     own = _at(table, noise=noise, time_step=time_step)
     require(own.any(), f"no runs with sigma = {noise:g}, dt = {time_step:g}")
-    return mean(table.disorder[own])
+    found = mean(np.log(table.disorder[own]))
+    value, low, high = (float(np.exp(each)) for each in (found.value, found.low, found.high))
+    return replace(found, value=value, low=low, high=high)
