@@ -70,6 +70,32 @@ def scan(belt_velocity, disorder, *, replicates=8, labels=None, noise=0.0, n_blo
     return Dataset(arrays, {"transient": transient, "duration": duration})
 
 
+def escapes(short, long, on_orbit, chaotic, *, duration=1e4, u=20.0):
+    """Runs that escape before and after 4000, end on stick-slip orbits, or are chaotic still."""
+    rng = np.random.default_rng(5)
+    size = short + long + on_orbit + chaotic
+    kept = short + long
+    reach = np.r_[np.full(kept, 30.0), np.full(on_orbit, 350.0), rng.uniform(300, 400, chaotic)]
+    rates = np.full((size, 5), 0.1)
+    rates[kept + on_orbit :] += 0.02 * rng.random((chaotic, 5))
+    rates[:kept, -1] = 0
+    arrays = runs(
+        n_blocks=np.full(size, 5),
+        belt_velocity=u,
+        lifetime=np.r_[
+            np.full(short, 900.0), np.full(long, 6000.0), np.full(on_orbit + chaotic, duration)
+        ],
+        escaped=np.arange(size) < kept,
+        final_disorder=np.where(np.arange(size) < kept, 0.02, 0.12),
+        final_amplitude=reach,
+    )
+    return {
+        "lifetimes": Dataset(
+            arrays | {"final_stick_rate": rates}, {"duration": duration, "settle_time": 2000.0}
+        )
+    }
+
+
 def _irregular(count, size=100):
     """Rows of a logistic map, which is chaotic."""
     values = np.random.default_rng(1).uniform(0.1, 0.9, count)

@@ -177,6 +177,12 @@ def test_the_entropy_is_that_of_the_shares():
         found("complexity-at-n5", motion_map=outside)
 
 
+def test_motion_that_is_alike_everywhere_has_no_richest_size():
+    made = motion_map(dict.fromkeys(ALL, "p" * 60), u=np.linspace(1, 50, 60))
+    with pytest.raises(NotEnoughDataError, match="all runs of all N are alike"):
+        found("complexity-at-n5", motion_map=made)
+
+
 def test_orbits_are_told_apart_by_their_returns_in_a_reading():
     u = np.linspace(1, 50, 60)
     returns = np.tile(np.arange(60) % 6 + 1, 7)

@@ -78,6 +78,11 @@ def test_a_steep_rise_is_more_evident_in_a_reading():
     assert values[1] > 3 * values[0] > 0
 
 
+def test_without_any_rise_none_is_weaker():
+    flat = columns((1.0,) * 4, scatter=0.0)
+    assert judged("r-of-sigma-size", size_columns=flat)[""] == FAILS
+
+
 def test_single_runs_tell_nothing_of_the_rise():
     single = columns((6.0, 4.0, 3.0, 2.0), replicates=1)
     assert judged("r-of-sigma-size", size_columns=single)[""] == UNDECIDED
@@ -152,8 +157,8 @@ def test_the_velocities_of_a_reading():
 
 
 def test_the_effect_needs_independent_runs_at_shared_velocities():
-    with pytest.raises(NotEnoughDataError, match="single runs at u = 8, 2 are needed"):
-        found("noise-less-relevant", n5_replicates=replicates((0.1,) * 4, count=1))
+    with pytest.raises(NotEnoughDataError, match="3 runs at u = 8, 4 are needed"):
+        found("noise-less-relevant", n5_replicates=replicates((0.1,) * 4, count=3))
     made = replicates((0.1,) * 4)
     arrays = made.arrays | {
         "belt_velocity": np.where(

@@ -131,6 +131,7 @@ LONGER = ([0.2, 0.3, 0.4, 0.5], [160, 120, 80, 40])  # mean phases of 1000 to 10
         (([0.96] * 4, LONGER[1]), 1e6, (FAILS, HOLDS, HOLDS)),
         ((LONGER[0][::-1], LONGER[1][::-1]), 1e6, (HOLDS, HOLDS, FAILS)),
         (([0.5, 0.5, 0.0, 0.0], [100, 100, 0, 0]), 1e6, (UNDECIDED, HOLDS, FAILS)),
+        (([0.0] * 4, [0] * 4), 1e6, (FAILS, HOLDS, FAILS)),  # nothing lengthens
     ],
 )
 def test_ten_blocks_alternate(phases, last, verdicts):

@@ -122,3 +122,19 @@ def label_attractors(
     sticks = rates[np.arange(len(rates)), last] > 0
     slips = np.where(np.asarray(final_disorder) >= LARGE_AMPLITUDE, LARGE_SLIP, SMALL_SLIP)
     return np.where(sticks | ~np.asarray(escaped, dtype=bool), STICK_SLIP, slips)
+
+
+def labels_of(runs: Mapping[str, np.ndarray]) -> np.ndarray:
+    """`label_attractors` of runs of a dataset of kind escapes.
+
+    Parameters
+    ----------
+    runs : dict of arrays (M, ...)
+        With escaped, final_disorder and final_stick_rate.
+
+    Returns
+    -------
+    array (M,) of str
+        Labels out of ATTRACTORS.
+    """
+    return label_attractors(runs["escaped"], runs["final_disorder"], runs["final_stick_rate"])

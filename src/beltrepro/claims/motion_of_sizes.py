@@ -108,6 +108,8 @@ def _richest(evidence, names_of):
     sizes = [*near, *others]
     codes = [np.unique(names_of(evidence, n), return_inverse=True)[1] for n in sizes]
 
+    require(any(np.unique(own).size > 1 for own in codes), "all runs of all N are alike")
+
     def excess(*groups):
         bits = [_entropy(group) for group in groups]
         return max(bits[: len(near)]) - max(bits[len(near) :])

@@ -327,6 +327,12 @@ def noise_time_step(evidence):
             "equal sigma sqrt(dt)": ratio(_mean_r(table, 0.5, long), _mean_r(table, 2.0, short)),
         },
         {
+            f"equal sigma = {noise:g}": ratio(
+                _mean_r(table, noise, long), _mean_r(table, noise, short)
+            )
+            for noise in np.unique(table.noise)
+        }
+        | {
             f"r, sigma = {noise:g}, dt = {step:g}": _mean_r(table, noise, step)
             for noise, step in sorted(set(zip(table.noise, table.points["time_step"], strict=True)))
         },
