@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from beltrepro.analysis.errors import NotEnoughDataError
-from beltrepro.claims import transitions_of_runs
+from beltrepro.claims import estimates, transitions_of_runs
 from beltrepro.claims.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.store import Dataset
 from noisy import LEDGER, VELOCITIES, falling, found, judged, runs, table
@@ -16,7 +16,7 @@ WINDOWS = {0.0: 0.25}
 @pytest.fixture(autouse=True)
 def fewer_resamples(monkeypatch):
     """Enough for intervals whose ends are not asked for to a few percent."""
-    monkeypatch.setattr(transitions_of_runs, "RESAMPLES", 60)
+    monkeypatch.setattr(estimates, "RESAMPLES", 60)
 
 
 def like_the_paper(**changes):
@@ -368,7 +368,7 @@ def test_intervals_of_transitions_cover_the_truth(make, find, ends, narrow, monk
     Half the spacing of the grid, which is in the intervals, is more than the runs scatter. Without
     it a step between two points could not be covered.
     """
-    monkeypatch.setattr(transitions_of_runs, "RESAMPLES", 100)
+    monkeypatch.setattr(estimates, "RESAMPLES", 100)
     rng = np.random.default_rng(3)
     covered, widths = 0, []
     for true in rng.uniform(*ends, 60):
