@@ -188,7 +188,21 @@ def laminar_series(phases, mean, **parameters):
         starts.append(time)
         time += length
         stops.append(time - 1.0)
-    return made_up_series(slip_events(starts, stops, parameters.get("n_blocks", 5)), **parameters)
+    n_blocks = parameters.get("n_blocks", 5)
+    instants = np.arange(0, time, 0.5)
+    chaotic = np.random.default_rng(5).normal(120.0 * n_blocks, 60, instants.size)
+    laminar = np.any(
+        [
+            (instants > a) & (instants < b)
+            for a, b in zip(starts, stops, strict=True)
+            if b - a > 100
+        ],
+        0,
+    )
+    regular = 120.0 * n_blocks + np.cos(0.1 * np.pi * np.outer(np.arange(1, 6), instants)).sum(0)
+    position = np.where(laminar, regular, chaotic)[:, None] * np.ones(n_blocks)
+    events = slip_events(starts, stops, n_blocks)
+    return made_up_series(events, time=instants, positions=position, **parameters)
 
 
 def made_up_catalogue(chains=8, per_chain=500):
