@@ -72,15 +72,6 @@ def test_the_error_of_a_line_is_the_spread_of_its_slope():
     assert stats.kstest(score, stats.t(10).cdf).pvalue > 1e-3
 
 
-def test_rank_correlation():
-    assert fits.rank_correlation([1, 2, 3, 4], [10, 100, 1000, 10000]) == pytest.approx(1)
-    # 1 - 6 sum(d^2) / (n (n^2 - 1)) with differences of rank 0, 1, -1, 0
-    assert fits.rank_correlation([1, 2, 3, 4], [1, 5, 3, 9]) == pytest.approx(1 - 6 * 2 / 60)
-    assert fits.rank_correlation({1: 0, 2: 0}.keys(), {1: 9, 2: 4}.values()) == pytest.approx(-1)
-    assert fits.rank_correlation([1, 2, 3], [7, 7, 7]) == 0
-    assert fits.rank_correlation([2, 2, 2], [1, 2, 3]) == 0
-
-
 # --- avalanches -----------------------------------------------------------------------------------
 
 
