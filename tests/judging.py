@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from beltrepro.claims import estimates, transitions_of_runs
+from beltrepro.claims import estimates
 from beltrepro.claims.criteria import judge
 from beltrepro.claims.evidence import Evidence
 from beltrepro.store import Dataset
@@ -16,7 +16,7 @@ SETTINGS = {"model": LAW, "defaults": {"laminar_time": 200.0}}
 def few_resamples(monkeypatch):
     """Intervals from fewer resamples, where a module imports this."""
     monkeypatch.setitem(estimates.bootstrap.__kwdefaults__, "resamples", 100)
-    monkeypatch.setattr(transitions_of_runs, "RESAMPLES", 100)
+    monkeypatch.setattr(estimates, "RESAMPLES", 100)
 
 
 def readings(name, datasets=None, settings=SETTINGS):

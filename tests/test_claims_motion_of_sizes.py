@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from beltrepro.analysis.errors import NotEnoughDataError
-from beltrepro.claims import estimates, transitions_of_runs
+from beltrepro.claims import estimates
 from beltrepro.claims.criteria import FAILS, HOLDS, UNDECIDED
 from noisy import found, judged
 from quiet import SHORT, motion_map, scan
@@ -16,7 +16,7 @@ SIZES = (5, 6, 7, 10)
 
 @pytest.fixture(autouse=True)
 def fewer_resamples(monkeypatch):
-    monkeypatch.setattr(transitions_of_runs, "RESAMPLES", 40)
+    monkeypatch.setattr(estimates, "RESAMPLES", 40)
     monkeypatch.setattr(estimates, "bootstrap", partial(estimates.bootstrap, resamples=80))
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from beltrepro.analysis.errors import NotEnoughDataError
-from beltrepro.claims import transitions_of_runs
+from beltrepro.claims import estimates
 from beltrepro.claims.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.store import Dataset
 from noisy import found, judged
@@ -15,7 +15,7 @@ PRINTED = {5: (15, 18), 6: (18, 24), 7: (23, 32), 10: (27, 40)}
 
 @pytest.fixture(autouse=True)
 def fewer_resamples(monkeypatch):
-    monkeypatch.setattr(transitions_of_runs, "RESAMPLES", 40)
+    monkeypatch.setattr(estimates, "RESAMPLES", 40)
 
 
 # --- width of the transition ----------------------------------------------------------------------
