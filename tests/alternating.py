@@ -87,6 +87,9 @@ def experiments(best, *, runs):
         "friction_ratio": np.full(noise.size, 0.45),
         "disorder_parameter": np.where(agreeing, printed, 0.135),
         "lasting_longest": np.where(agreeing, 1000.0, 0.0),
+        "lasting_share": np.where(agreeing, 0.2, 0.0),
+        "slip_longest": np.where(agreeing, 1000.0, 8.0),
+        "all_slip_longest": np.full(noise.size, 8.0),
         "lively_longest": np.full(noise.size, 3000.0),
     }
     return {name: Dataset(arrays, HOW) for name in ("trials", "trials_free")}

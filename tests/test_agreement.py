@@ -10,7 +10,7 @@ from scipy import stats
 
 from beltrepro import report
 from beltrepro.analysis import agreement, divergence, samples
-from beltrepro.analysis.lifetimes import STICK_SLIP
+from beltrepro.analysis.lifetimes import STICK_SLIP, labels_of
 from beltrepro.analysis.steps import mean_step
 from beltrepro.claims import measure
 from beltrepro.datasets import checking, quantities, running
@@ -439,7 +439,7 @@ def test_attractors_are_compared_for_each_spread_and_step():
     judged = agreement.judge([{"part": "attractors"} | row for row in rows])
     for row in judged:
         if row["quantity"] == agreement.STILL_STICKING:
-            known = agreement.attractors(tested)[
+            known = labels_of(tested)[
                 (tested["belt_velocity"] == row["belt_velocity"])
                 & (tested["initial_spread"] == row["initial_spread"])
                 & (tested["time_step"] == row["time_step"])

@@ -232,6 +232,16 @@ def test_laminar_phases_from_events_and_from_samples_agree():
     assert sampled == pytest.approx(phases, abs=0.2)
 
 
+def test_laminar_phases_of_a_series_are_those_of_its_last_block():
+    fields = [("time", "f8"), ("block", "i8"), ("kind", "U5")]
+    rows = [(1, 2, "slip"), (5, 3, "slip"), (40, 2, "stick"), (41, 3, "stick"), (60, 3, "slip")]
+    events = np.array(rows, fields)
+    phases = intermittency.last_block_phases(events, 3, 30.0, start=0.0, stop=100.0)
+    np.testing.assert_array_equal(phases, [[5, 41], [60, 100]])
+    phases = intermittency.last_block_phases(events, 2, 30.0, start=5.0, stop=100.0)
+    np.testing.assert_array_equal(phases, [[5, 40]])
+
+
 def test_laminar_phases_are_cut_at_the_ends_of_the_record():
     phases = intermittency.laminar_phases([50.0], [30.0, 90.0], 5.0, start=10.0, stop=80.0)
     assert phases.tolist() == [[10.0, 30.0], [50.0, 80.0]]
@@ -272,3 +282,12 @@ def test_diversity():
     assert states.diversity(labels) == pytest.approx(0.8113, abs=1e-4)
     assert states.diversity(np.array([states.CHAOTIC] * 4)) == 0
     assert np.isnan(states.diversity(np.array([states.UNDECIDED])))
+
+
+def test_states_near_an_earlier_one_are_repeated():
+    orbit = 100 * np.random.default_rng(3).random((7, 4))
+    jitter = np.random.default_rng(4).uniform(-0.1, 0.1, (21, 4))
+    states = np.vstack([orbit] * 3) + jitter
+    np.testing.assert_array_equal(sections.repeated(states), np.arange(21) >= 7)
+    assert not sections.repeated(states, near=1e-5).any()
+    assert sections.repeated(np.empty((0, 4))).shape == (0,)

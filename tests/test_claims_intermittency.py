@@ -248,6 +248,7 @@ def test_all_intermittent_points_count_and_the_share_is_that_of_the_reading():
     both = {"n5_map": made, "n5_replicates": runs(CRITICAL)}
     width = found("intermittency-region", **both).judged["width, sigma up to 4"]
     assert width.value == 2.25  # mean of 3, 2, 2, 2 points, 1 apart
+    assert width.runs == 200  # four levels of 50 velocities
     for share, holding in (
         (0.03, [0, 1, 0]),
         (0.07, [1, 1, 0]),

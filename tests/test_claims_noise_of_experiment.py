@@ -115,6 +115,13 @@ def test_runs_with_laminar_phases_at_the_speeds():
         assert also[f"longest laminar phase, {speed}"].value == longest
 
 
+def test_each_speed_has_its_own_trials():
+    made = alternating(1, [1.0])
+    arrays = made["trials"].arrays
+    arrays["lasting_longest"][arrays["belt_velocity"] > 13] = 0.0
+    assert components("intermittency-experiment", **made) == [HOLDS, HOLDS, HOLDS, FAILS]
+
+
 def test_trials_of_the_noise_of_the_reading_count():
     made = alternating(1, [2.8])
     assert components("intermittency-experiment", **made)[2:] == [FAILS, FAILS]

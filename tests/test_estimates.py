@@ -91,3 +91,52 @@ def test_a_slope_covers_and_scatter_widens_it():
     assert covered(0.5, [line(0.2, 0.05) for _ in range(TRIALS)]) >= 0.88 * TRIALS
     with pytest.raises(NotEnoughDataError, match="2 points"):
         estimates.slope([1, 2], [Estimate(1, 0, 2), Estimate(1, 0, 2)])
+
+
+def test_a_trend_is_the_slope_of_least_squares_with_the_errors_of_its_points():
+    places = [5, 6, 7, 10]
+    points = [Estimate(v, v - 0.1, v + 0.3, 8) for v in (1.0, 3.0, 2.0, 0.0)]
+    found = estimates.trend(places, points)
+    shares = (np.array(places) - 7) / 14
+    assert found.value == pytest.approx(np.polyfit(places, [1, 3, 2, 0], 1)[0])
+    assert found.high - found.value == pytest.approx(
+        math.hypot(*(0.3 * shares[shares > 0]), *(0.1 * shares[shares < 0]))
+    )
+    assert found.value - found.low == pytest.approx(
+        math.hypot(*(0.1 * shares[shares > 0]), *(0.3 * shares[shares < 0]))
+    )
+    # one in the middle has no weight, one elsewhere has
+    unknown = Estimate(1.0, -math.inf, math.inf, 1)
+    middle = estimates.trend(places, [*points[:2], unknown, points[3]])
+    assert math.isfinite(middle.low) and middle.runs == 1
+    assert estimates.trend(places, [unknown, *points[1:]]).high == math.inf
+    with pytest.raises(NotEnoughDataError, match="2 points, 3 are needed for a trend"):
+        estimates.trend([1, 2], points[:2])
+
+
+def test_a_trend_covers():
+    rng = np.random.default_rng(5)
+    places = np.array([5, 6, 7, 10])
+    truth = np.array([0.0, 3.0, 1.0, 2.0])  # on no line
+    errors = np.array([0.1, 0.5, 0.2, 0.3])
+
+    def drawn():
+        values = truth + errors * rng.standard_normal(4)
+        points = [
+            Estimate(v, v - 1.96 * e, v + 1.96 * e, 8) for v, e in zip(values, errors, strict=True)
+        ]
+        return estimates.trend(places, points)
+
+    expected = np.polyfit(places, truth, 1)[0]
+    assert covered(expected, [drawn() for _ in range(TRIALS)]) >= FEWEST
+
+
+def test_single_runs_have_no_error_to_resample():
+    found = estimates.bootstrap(lambda *groups: float(sum(map(np.mean, groups))), [[1.0], [2, 3]])
+    assert (found.value, found.low, found.high, found.runs) == (3.5, -math.inf, math.inf, 1)
+
+
+def test_open_runs_are_counted_in_a_share():
+    found = estimates.share(3, 10, 4)
+    assert found.still_open == 4 and estimates.share(3, 10).still_open == 0
+    assert found.high == estimates.share(7, 10).high and found.low == estimates.share(3, 10).low

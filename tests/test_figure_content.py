@@ -42,6 +42,7 @@ HOW = {
     "time_step": 0.001,
     "duration": 2000.0,
     "transient": 500.0,
+    "laminar_time": 200.0,
     "seed": 1,
     "code_version": "0.0+gabc",
 }
@@ -51,7 +52,7 @@ U = np.arange(2.0, 50, 3)
 LEVELS = (0.0, 0.25, 0.5, 1.0, 2.2, 5.0, 10.0)
 SIZES = (2, 3, 4, 6, 7, 10)
 CROSSINGS = 12
-# The points of each scan: sizes, belt velocities, noises. The last five are drawn over others.
+# The points of each scan: sizes, belt velocities, noises. A check is drawn over another scan.
 SCANS = {
     "n5_rows": ((4, 5), U, LEVELS),
     "n5_map": ((4, 5), U, np.arange(0.0, 10.1, 2.5)),
@@ -63,7 +64,11 @@ SCANS = {
     "size_rows_check": ((2, 6), U[::2], (0.0, 1.0)),
     "n5_columns_check": ((5,), (20.0, 40.0), np.arange(0.0, 10.1, 5)),
     "size_columns_check": ((5, 7), (18.0,), np.arange(0.0, 10.1, 5)),
+    "n5_replicates": ((4, 5), U[2:11], (0.0, 0.5, 1.0, 2.2, 5.0)),
+    "n5_replicates_check": ((5,), U[2:11:2], (0.0,)),
+    "size_replicates": ((6, 7, 10), U[3:], (0.0, 1.0)),
 }
+SCATTER = np.array([-2e-3, 0.0, 9e-3])  # of r about its median, in the replicates
 
 
 # --- datasets whose numbers tell where they belong ------------------------------------------------
@@ -97,18 +102,19 @@ def scan(name):
     grid = [(n, u, s, k) for n in sizes for u in velocities for s in noises for k in range(3)]
     grid = [grid[index] for index in RNG.permutation(len(grid))]
     n, u, s, replicate = (np.array(column) for column in zip(*grid, strict=True))
-    scatter = np.array([-2e-3, 0.0, 9e-3])[replicate]
+    disorder = np.array([r(name, *point[:3]) for point in grid]) + SCATTER[replicate]
     share, count = laminar(u, s)
     arrays = {
         "n_blocks": n.astype(int),
         "belt_velocity": u,
         "noise": s,
         "replicate": replicate,
-        "disorder_parameter": np.array([r(name, *point[:3]) for point in grid]) + scatter,
+        "disorder_parameter": disorder,
         "section_position": section_position(n),
         "section_velocity": np.array([crossings(name, *point[:3]) for point in grid]),
         "laminar_fraction": share,
         "laminar_count": count,
+        "last_stick_time": last_stick_time(n, u, s, replicate),
     }
     method = "event" if name.endswith(panels.CHECK) else "verlet"
     return Dataset(arrays, HOW | {"kind": "scan", "method": method})
@@ -120,18 +126,39 @@ def laminar(u, s):
     return np.where(inside, 0.5, 0.99), np.where(inside, 9, 1)
 
 
+def last_stick_time(n, u, s, replicate):
+    """Near the end of 2000; of ten blocks beyond u = 30 without noise only in replicate 2."""
+    early = (n == 10) & (u > 30) & (s == 0)
+    return np.where(early, np.array([np.nan, 1200.0, 1900.0])[replicate], 1900.0)
+
+
 def series(
     n_blocks, belt_velocity, noise, *, length=2000, interval=2.0, transient=500.0, start=0.0
 ):
-    """Samples without any pattern, all different; blocks stick at every tenth one."""
+    """Samples without any pattern, all different; blocks stick at every tenth one.
+
+    The last block slips twice for longer than 200 after the transient; so does block 1, elsewhere.
+    """
     rng = np.random.default_rng(int(10 * belt_velocity))
     time = start + interval * np.arange(length)
     velocities = belt_velocity - rng.uniform(1, 50, (length, n_blocks))
     velocities[::10] = belt_velocity
     positions = 60.0 * np.arange(1, n_blocks + 1) + rng.uniform(0, 20, (length, n_blocks))
+    fields = [("time", "f8"), ("block", "i8"), ("kind", "U5")]
+    slips = [(block, *slip) for block in (1, n_blocks) for slip in long_slips(time[-1], block)]
+    events = [(begin, block, "slip") for block, begin, _ in slips]
+    events += [(end, block, "stick") for block, _, end in slips]
     arrays = {"time": time, "positions": positions, "velocities": velocities}
+    arrays["events"] = np.sort(np.array(events, fields), order="time")
     chain = {"n_blocks": n_blocks, "belt_velocity": belt_velocity, "noise": noise}
-    return Dataset(arrays, HOW | chain | {"kind": "series", "transient": transient})
+    span = {"transient": transient, "duration": float(time[-1])}
+    return Dataset(arrays, HOW | chain | span | {"kind": "series"})
+
+
+def long_slips(end, block):
+    """(begin, end) of slips: the first of the last block is too short, the last too early."""
+    late = end - 100 * block
+    return [(late - 3000, late - 2810), (late - 2000, late - 1500), (late - 900, late), (0, 450)]
 
 
 def friction_event():
@@ -152,7 +179,7 @@ def friction_event():
     return Dataset(arrays, data.attributes | law)
 
 
-def slips_u1(points=900):
+def slips_u1(points=900, *, repeats=0, method="verlet"):
     """Slips of blocks 4 and 5 in two chains; avalanches that reach the last block and others."""
     rng = np.random.default_rng(8)
     fields = [("point", "i4"), ("block", "i4"), ("start_time", "f8"), ("stop_time", "f8"),
@@ -175,10 +202,15 @@ def slips_u1(points=900):
     section["positions"] = 300 + rng.uniform(0, 90, (points, 5))
     section["velocities"] = 1.5 - rng.uniform(0, 40, (points, 5))
     section["velocities"][::7] = 1.5
+    section["point"] = np.arange(points) % 2
+    # the last points are nearly those at the begin
+    if repeats:
+        section["positions"][-repeats:] = section["positions"][:repeats] + 0.05
+        section["velocities"][-repeats:] = section["velocities"][:repeats]
     chain = {"n_blocks": 5, "belt_velocity": 1.5, "noise": 0.0}
     where = {"section_block": 3, "section_position": 271.5}
     arrays = {"slips": slips, "avalanches": events, "section": section}
-    return Dataset(arrays, HOW | chain | where | {"kind": "catalogue"})
+    return Dataset(arrays, HOW | chain | where | {"kind": "catalogue", "method": method})
 
 
 def lifetimes():
@@ -199,11 +231,13 @@ DATASETS = (
         "u1": series(5, 1.0, 0.0),
         "u20": series(5, 20.0, 0.0, transient=0.0),
         "u17": series(5, 17.5, 2.2, length=8000),
-        "n10_u28": series(10, 28.0, 0.0, length=7000),
-        "n10_u31": series(10, 31.0, 0.0, length=7000),
-        "n10_u34": series(10, 34.0, 0.0, length=7000),
-        "n10_u38": series(10, 38.0, 0.0, length=7000),
+        "u19": series(5, 19.0, 2.2, length=9000),
+        "n10_u28": series(10, 28.0, 0.0, length=5500),
+        "n10_u31": series(10, 31.0, 0.0, length=5700),
+        "n10_u34": series(10, 34.0, 0.0, length=5900),
+        "n10_u38": series(10, 38.0, 0.0, length=6100),
         "slips_u1": slips_u1(),
+        "slips_u1_event": slips_u1(repeats=40, method="event"),
         "lifetimes": lifetimes(),
         "motion_map": motion(
             n_blocks=[2, 3, 4, 5, 6, 7, 10], belt_velocity=[5.0, 20.0, 40.0], runs=3
@@ -265,7 +299,7 @@ def is_diagram(curve, name, n, s):
 
 # --- every figure ---------------------------------------------------------------------------------
 
-IN_WORDS = {"Two": 2, "Three": 3, "Four": 4, "Six": 6, "Twelve": 12}
+IN_WORDS = {"Two": 2, "Three": 3, "Four": 4, "Five": 5, "Six": 6, "Twelve": 12}
 
 
 def alt_fits(name, figure):
@@ -275,7 +309,7 @@ def alt_fits(name, figure):
     assert not re.search(r"\d+ (panels|diagrams|maps|curves)", alt)
     assert IN_WORDS.get(first, len(figure.panels)) == len(figure.panels)
     insets = any(panel.insets for panel in figure.panels)
-    assert insets == ("inset" in alt or "enlarged" in alt)
+    assert insets == ("inset" in alt)
 
 
 @pytest.mark.parametrize("name", [name for name, entry in FIGURES.items() if entry.number])
@@ -321,8 +355,9 @@ def test_fig06_is_the_force_of_the_spring():
 
 
 def test_fig07_is_the_friction_of_one_event_of_the_last_block():
-    (panel,) = shown("fig07").panels
+    panel, enlarged = shown("fig07").panels
     axes_are(panel, "$F_{ex}$", "$F_f$")
+    axes_are(enlarged, "$F_{ex}$", "$F_f$")
     arrays = DATASETS["friction_event"].arrays
     time, friction = arrays["time"], arrays["friction"][:, 4]
     gap = arrays["positions"][:, 4] - arrays["positions"][:, 3]
@@ -339,6 +374,11 @@ def test_fig07_is_the_friction_of_one_event_of_the_last_block():
     begin, end = external[slips][[0, -1]]
     arrows = [(begin, friction[stuck][-1]), (begin, kinetic), (end, kinetic), (end, -end)]
     np.testing.assert_allclose(np.reshape(panel.arrows, (4, 2)), arrows)
+    (alone,) = enlarged.curves
+    same(alone, external[slips], friction[slips])
+    assert enlarged.guides == (("y", 0.4 * 80),)  # noise of 1 on F_st
+    assert enlarged.spans == (("y", pytest.approx(31.6), pytest.approx(32.4)),)
+    assert enlarged.titles[2] == rf"measured {friction[slips].std():.2f}, $f_s \sigma$ = 0.40"
 
 
 def is_trace(panel, time, values, ylabel):
@@ -347,21 +387,32 @@ def is_trace(panel, time, values, ylabel):
     assert panel.ylabel == ylabel and panel.xlim == pytest.approx((time[0], time[-1]))
 
 
-def is_spectrum(inner, series, *, fit):
+def is_spectrum(panel, series, *, printed=None):
     """Of x_N after the transient."""
-    axes_are(inner, r"$\nu$", r"$S(\nu)$", scales=("log", "log"))
+    axes_are(panel, r"$\nu$", r"$S(\nu)$", scales=("log", "log"))
     time = series.arrays["time"]
     after = time >= series.attributes["transient"]
     interval = time[1] - time[0]
     frequency, power = spectra.power_spectrum(series.arrays["positions"][after, -1], interval)
-    same(inner.curves[0], frequency, power)
-    assert len(inner.curves) == 1 + fit
-    if fit:
+    same(panel.curves[0], frequency, power)
+    assert len(panel.curves) == (1 if printed is None else 3)
+    if printed is not None:
         law = spectra.fit_power_law(frequency, power, low=0.003, high=0.3)
-        same(inner.curves[1], [law.low, law.high], law(np.array([law.low, law.high])))
+        _, fitted, paper = panel.curves
+        same(fitted, [law.low, law.high], law(np.array([law.low, law.high])), label=fitted.label)
         for number in (f"{law.exponent:.2f}", f"{law.exponent_error:.2f}"):
-            assert number in inner.titles[1]
-        assert rf"\nu^{{{law.exponent / 2:.2f}}}" in inner.titles[1]
+            assert number in fitted.label
+        assert rf"\nu^{{{law.exponent / 2:.2f}}}" in panel.titles[1]
+        has_slope(paper, fitted, printed)
+        assert panel.legend == (fitted.label, paper.label)
+
+
+def has_slope(paper, fitted, exponent):
+    """A dashed line over the range of a fitted one, through its middle, with the paper's slope."""
+    assert (paper.label, paper.line) == (f"paper: {exponent:g}", "--")
+    np.testing.assert_allclose(paper.x, fitted.x)
+    assert np.diff(np.log(paper.y)) / np.diff(np.log(paper.x)) == pytest.approx(exponent)
+    assert np.prod(paper.y) == pytest.approx(np.prod(fitted.y))
 
 
 def is_zoom(panel, inner, time, values, begin, end):
@@ -369,11 +420,11 @@ def is_zoom(panel, inner, time, values, begin, end):
     inside = (time >= begin) & (time <= end)
     (curve,) = inner.curves
     same(curve, time[inside], values[inside])
-    assert inner.xlim == pytest.approx((begin, end))
+    assert inner.xlim == pytest.approx((begin, end)) and inner.titles[1] == "enlarged"
 
 
 def test_fig08_is_the_last_part_of_the_series_and_the_spectrum_of_all():
-    upper, lower = shown("fig08").panels
+    upper, spectrum, lower, enlarged = shown("fig08").panels
     data = DATASETS["u1"]
     last = data.arrays["time"] >= data.arrays["time"][-1] - 3000
     time = data.arrays["time"][last]
@@ -381,60 +432,134 @@ def test_fig08_is_the_last_part_of_the_series_and_the_spectrum_of_all():
     relative = data.arrays["velocities"][last, 4] - 1.0
     assert (upper.titles[0], lower.titles[0]) == ("a.", "b.")
     is_trace(upper, time, position, "$x_N$")
-    is_spectrum(upper.insets[0], data, fit=True)
+    is_spectrum(spectrum, data, printed=-1.21)  # caption of Fig. 8
     is_trace(lower, time, relative, "$v_{rN}$")
     assert lower.xlabel == "$t$"
     middle = time[np.argmin(relative)]
-    is_zoom(lower, lower.insets[0], time, relative, middle - 15, middle + 15)
+    is_zoom(lower, enlarged, time, relative, middle - 15, middle + 15)
 
 
-def test_fig11_ends_some_time_after_the_last_stick():
+def ending(*, period, sticks):
+    """A series at u = 20 that is periodic from t = 2000 on; the last block may stick there."""
+    time = 0.2 * np.arange(25_000)
+    phase = 2 * np.pi * (time[:, np.newaxis] + 3 * np.arange(5)) / period
+    regular = time >= 2000
+    data = series(5, 20.0, 0.0, length=time.size, interval=0.2, transient=0.0)
+    arrays = {name: values.copy() for name, values in data.arrays.items()}
+    arrays["positions"][regular] = 600 + 40 * np.sin(phase)[regular]
+    arrays["velocities"][regular] = 10 * np.cos(phase)[regular]
+    if sticks:
+        arrays["velocities"][regular & (np.arange(time.size) % 50 == 0), 4] = 20
+    return Dataset(arrays, data.attributes)
+
+
+@pytest.mark.parametrize("sticks", [False, True])
+def test_fig11_marks_the_end_of_the_transient_and_enlarges_three_periods(sticks):
+    data = ending(period=50.0, sticks=sticks)
+    upper, end_above, lower, end_below = shown("fig11", u20=data).panels
+    arrays = data.arrays
+    assert (upper.titles[0], lower.titles[0]) == ("a.", "b.")
+    ((axis, since),) = upper.guides
+    assert lower.guides == upper.guides and axis == "x"
+    assert 2000 <= since <= 2050  # the first crossing of the settled motion
+    assert upper.titles[2] == f"periodic from $t$ = {since:.0f} on, period 50.0"
+    only = (
+        "goes on sticking; in the paper it only slips" if sticks else "only slips, as in the paper"
+    )
+    assert lower.titles[2] == f"the last block {only}"
+    early = arrays["time"] <= 1.6 * since + 150
+    time = arrays["time"][early]
+    position, relative = arrays["positions"][early, 4], arrays["velocities"][early, 4] - 20.0
+    is_trace(upper, time, position, "$x_N$")
+    is_trace(lower, time, relative, "$v_{rN}$")
+    assert lower.xlabel == end_below.xlabel == "$t$"
+    for panel, inner, values in ((upper, end_above, position), (lower, end_below, relative)):
+        is_zoom(panel, inner, time, values, time[-1] - 150, time[-1])
+
+
+def test_fig11_marks_the_last_stick_where_the_motion_does_not_repeat_itself():
     data = DATASETS["u20"]
     arrays = {name: values.copy() for name, values in data.arrays.items()}
     arrays["velocities"][1001:] -= 1.0  # the last stick is at sample 1000, t = 2000
-    upper, lower = shown("fig11", u20=Dataset(arrays, data.attributes)).panels
-    early = arrays["time"] <= 1.6 * 2000 + 60
-    time = arrays["time"][early]
-    position = arrays["positions"][early, 4]
-    relative = arrays["velocities"][early, 4] - 20.0
-    assert (upper.titles[0], lower.titles[0]) == ("a.", "b.")
-    assert upper.titles[2] == "last stick at $t$ = 2000"
-    is_trace(upper, time, position, "$x_N$")
-    is_trace(lower, time, relative, "$v_{rN}$")
-    assert lower.xlabel == "$t$"
-    for panel, values in ((upper, position), (lower, relative)):
-        is_zoom(panel, panel.insets[0], time, values, time[-1] - 60, time[-1])
+    upper, _, lower, _ = shown("fig11", u20=Dataset(arrays, data.attributes)).panels
+    assert upper.guides == (("x", 2000.0),)
+    assert upper.titles[2] == "last stick at $t$ = 2000, no period found"
+    assert "as in the paper" in lower.titles[2]
+    assert upper.curves[0].x[-1] == pytest.approx(1.6 * 2000 + 60)
 
 
-def test_fig11_says_when_the_last_block_sticks_to_the_end():
-    upper, _ = shown("fig11").panels
-    assert "still sticks at the end" in upper.titles[2]
+def test_fig11_says_when_the_transient_does_not_end():
+    upper, _, lower, _ = shown("fig11").panels
+    assert upper.titles[2] == "no end of the transient in this series" and not upper.guides
+    assert "goes on sticking" in lower.titles[2]
 
 
-def test_fig16_is_the_last_part_of_the_series_and_the_spectrum_of_all():
-    (panel,) = shown("fig16").panels
-    data = DATASETS["u17"]
-    last = data.arrays["time"] >= data.arrays["time"][-1] - 10000
-    is_trace(panel, data.arrays["time"][last], data.arrays["positions"][last, 4], "$x_N$")
-    assert panel.xlabel == "$t$"
-    is_spectrum(panel.insets[0], data, fit=False)
+def are_laminar(panel, data, window, *, zero=0.0):
+    """Long slips of the last block after the transient are shaded and counted; no others are."""
+    about = data.attributes
+    slips = long_slips(about["duration"], about["n_blocks"])
+    inside = [(max(begin, window[0]), min(end, window[1])) for begin, end in slips[1:3]]
+    expected = [("x", begin - zero, end - zero) for begin, end in inside if end > begin]
+    assert len(panel.spans) == len(expected) > 0
+    for span, known in zip(panel.spans, expected, strict=True):
+        assert span == ("x", pytest.approx(known[1]), pytest.approx(known[2]))
+    length = about["duration"] - about["transient"]
+    point = rf"$u = {about['belt_velocity']:g}$, $\sigma = {about['noise']:g}$"
+    share = f"{1400 / length:.0%}"
+    assert panel.titles[2] == f"{point}: 2 laminar phases, {share} of $t$ = {length:g}"
+
+
+def test_fig16_is_the_last_part_of_two_series_with_their_spectra_and_laminar_shares():
+    above, first, below, second, shares = shown("fig16").panels
+    places = ((above, first, "u17", "a."), (below, second, "u19", "b."))
+    for panel, spectrum, name, letter in places:
+        data = DATASETS[name]
+        end = data.attributes["duration"]
+        last = data.arrays["time"] >= end - 10000
+        is_trace(panel, data.arrays["time"][last], data.arrays["positions"][last, 4], "$x_N$")
+        are_laminar(panel, data, (end - 10000, end))
+        is_spectrum(spectrum, data)
+        assert panel.titles[0] == letter
+    assert below.xlabel == "$t$"
+    axes_are(shares, "$u$", "laminar share")
+    assert shares.guides == (("x", 17.5), ("x", 19.0))
+    _, velocities, _ = SCANS["n5_replicates"]
+    runs, mean = shares.curves
+    same(mean, velocities, laminar(velocities, 2.2)[0])
+    assert runs.x.size == 3 * velocities.size
+    assert shares.titles[2].startswith(r"$\sigma = 2.2$")
 
 
 def test_fig20_is_a_panel_for_each_belt_velocity_after_the_transient():
-    stack = shown("fig20").panels
-    for panel, u in zip(stack, (28, 31, 34, 38), strict=True):
-        arrays = DATASETS[f"n10_u{u}"].arrays
+    *stack, _ = shown("fig20").panels
+    for panel, letter, u in zip(stack, "abcd", (28, 31, 34, 38), strict=True):
+        data = DATASETS[f"n10_u{u}"]
+        arrays = data.arrays
         part = (arrays["time"] >= 500) & (arrays["time"] <= 10500)
         (curve,) = panel.curves
         same(curve, arrays["time"][part] - 500, arrays["positions"][part, 9])
-        assert panel.ylabel == "$x_N$" and panel.titles[0] == f"$u = {u}$"
+        assert panel.ylabel == "$x_N$" and panel.titles[0] == f"{letter}."
+        are_laminar(panel, data, (500, 10500), zero=500)
     assert stack[-1].xlabel == r"$t - t_{\rm trans}$"
+
+
+def test_fig20_tells_which_runs_stick_to_the_end():
+    *_, panel = shown("fig20").panels
+    axes_are(panel, "$u$", "last stick / duration")
+    assert panel.titles[0] == "e." and panel.guides == (("y", 0.25),)
+    runs, share = panel.curves
+    _, velocities, _ = SCANS["size_replicates"]
+    last = np.where(velocities > 30, [[0.25], [0.6], [0.95]], [[0.95], [0.95], [0.95]])
+    expected = sorted(zip(np.tile(velocities, 3), last.ravel(), strict=True))
+    np.testing.assert_allclose(sorted(map(tuple, points(runs))), expected)
+    same(share, velocities, np.where(velocities > 30, 1 / 3, 1), label=share.label)
+    assert panel.legend == ("a run", "share of runs that stick to the end")
 
 
 # --- the catalogue --------------------------------------------------------------------------------
 
 
-def is_density(curve, values, label):
+def is_density(curve, values, label, *, run=None):
     centre, density, count = avalanches.log_histogram(values, bins_per_decade=10)
     same(curve, centre[count > 0], density[count > 0], label=label)
     # a density: its integral over the bins is one
@@ -442,6 +567,10 @@ def is_density(curve, values, label):
     assert np.sum(np.interp(centre, curve.x, curve.y)[count > 0] * width[count > 0]) == (
         pytest.approx(1, abs=1e-9)
     )
+    assert (curve.error is None) == (run is None)
+    if run is not None:
+        error = avalanches.density_error(values, run, centre, bins_per_decade=10)
+        np.testing.assert_allclose(curve.error, error[count > 0])
 
 
 def is_law(curve, values):
@@ -449,7 +578,7 @@ def is_law(curve, values):
     low, high = avalanches.falling_range(*histogram)
     law = avalanches.fit_density(*histogram, low=low, high=high)
     label = rf"$\alpha = {law.exponent:.2f}$  ({low:.0f} to {high:.0f})"
-    same(curve, [low, high], law([low, high]), label=label)
+    same(curve, [low, high], law(np.array([low, high])), label=label, rtol=1e-6)
 
 
 def test_fig09_is_sizes_of_the_last_block_and_energies_of_avalanches_with_it():
@@ -462,41 +591,50 @@ def test_fig09_is_sizes_of_the_last_block_and_energies_of_avalanches_with_it():
     reaching = arrays["avalanches"]["dissipated"][arrays["slips"]["block"] == 5]
     expected = (
         (left, "a.", r"$\Delta x_s$", laboratory, "laboratory frame, 600 slips", belt,
-         "frame of the belt"),
+         "frame of the belt", -1.47),
         (right, "b.", r"$\Delta E$", reaching, "whole chain, 600 avalanches", own["dissipated"],
-         "last block only"),
+         "last block only", -0.87),
     )  # fmt: skip
-    for panel, letter, xlabel, values, label, others, other_label in expected:
+    for panel, letter, xlabel, values, label, others, other_label, printed in expected:
         assert panel.titles[0] == letter
         axes_are(panel, xlabel, f"$P({xlabel.strip('$')})$", scales=("log", "log"))
-        main, law, second = panel.curves
-        is_density(main, values, label)
+        main, law, paper, second = panel.curves
+        is_density(main, values, label, run=own["point"])
         is_law(law, values)
+        has_slope(paper, law, printed)
         is_density(second, others, other_label)
         assert (main.marker, second.marker, law.marker) == ("o", "s", "")
         assert {" ".join(each.label.split()) for each in panel.curves} == set(panel.legend)
 
 
-def test_fig10_is_the_points_at_which_the_last_block_slips():
-    (panel,) = shown("fig10").panels
-    section = DATASETS["slips_u1"].arrays["section"]
-    position, relative = section["positions"][:, 4], section["velocities"][:, 4] - 1.5
-    axes_are(panel, "$x_N$", "$v_{rN}$")
-    (curve,) = panel.curves
-    same(curve, position[relative < 0], relative[relative < 0])
-    assert not curve.line
-    count = f"{(relative < 0).sum()} points with $v_{{rN}} < 0$ of 900"
-    assert panel.titles[2] == f"$x_{{3}} = 271.5$, {count}"
+def test_fig10_is_the_points_at_which_the_last_block_slips_by_both_integrators():
+    first, second = shown("fig10").panels
+    assert (first.titles[0], second.titles[0]) == ("a.", "b.")
+    assert (first.ylabel, second.ylabel) == ("$v_{rN}$", "")
+    for panel, name, old in ((first, "slips_u1", 0), (second, "slips_u1_event", 40)):
+        assert panel.xlabel == "$x_N$"
+        section = DATASETS[name].arrays["section"]
+        position, relative = section["positions"][:, 4], section["velocities"][:, 4] - 1.5
+        new = (relative < 0) & (np.arange(900) < 900 - old)
+        *again, curve = panel.curves
+        same(curve, position[new], relative[new], colour=style.BLUE)
+        assert not curve.line and len(again) == bool(old)
+        if old:
+            repeats = (relative < 0) & ~new
+            same(again[0], position[repeats], relative[repeats], colour=style.ORANGE)
+        count = f"{(relative < 0).sum()} points with $v_{{rN}} < 0$, {new.sum()} of them new"
+        method = DATASETS[name].attributes["method"]
+        assert panel.titles[2] == f"{method}: $x_{{3}} = 271.5$, 2 runs,\n{count}"
 
 
 def test_fig10_is_a_density_where_points_are_many():
     data = slips_u1(points=30_000)
-    (panel,) = shown("fig10", slips_u1=data).panels
+    panel, _ = shown("fig10", slips_u1=data).panels
     section = data.arrays["section"]
     position, relative = section["positions"][:, 4], section["velocities"][:, 4] - 1.5
     slips = relative < 0
     (image,) = panel.images
-    count, x_edges, y_edges = np.histogram2d(position[slips], relative[slips], (360, 240))
+    count, x_edges, y_edges = np.histogram2d(position[slips], relative[slips], (240, 240))
     np.testing.assert_allclose(image.x_edges, x_edges)
     np.testing.assert_allclose(image.y_edges, y_edges)
     np.testing.assert_array_equal(np.nan_to_num(image.values), count.T)
@@ -507,23 +645,34 @@ def test_fig10_is_a_density_where_points_are_many():
 
 
 def test_fig12_is_the_row_without_noise_with_the_other_method_over_it():
-    top, _, bottom = shown("fig12").panels
+    top, _, disorder, lifetimes = shown("fig12").panels
     assert top.ylabel == "$v_N$" and top.titles[2] == "section $x_N = 555$"
-    first, second = top.curves
-    is_diagram(first, "n5_rows", 5, 0.0)
-    is_diagram(second, "n5_rows_check", 5, 0.0)
-    assert (first.colour, second.colour) == (style.BLUE, style.ORANGE)
-    assert (first.label, second.label) == ("", "method event")
-    axes_are(bottom, "$u$", "$r$")
-    first, second = bottom.curves
+    (diagram,) = top.curves
+    is_diagram(diagram, "n5_rows", 5, 0.0)
+    assert diagram.colour == style.BLUE
+    axes_are(disorder, "", "$r$")
+    starts, first, second = disorder.curves
+    has_dots(
+        dataclasses.replace(starts, label=""),
+        *means_of("n5_replicates_check", 5, 0.0),
+        colour=style.GREY,
+    )
     same(first, *row_of("n5_rows", 5, 0.0), colour=style.BLUE)
     same(second, *row_of("n5_rows_check", 5, 0.0), colour=style.ORANGE, marker="x")
-    assert bottom.legend == ("method event",) and not second.line
-    assert bottom.xlim[0] == bottom.ylim[0] == 0
+    assert disorder.legend == ("other starts", "method event") and not second.line
+    assert disorder.xlim[0] == disorder.ylim[0] == 0 and lifetimes.xlabel == "$u$"
+
+
+def test_fig12_without_replicates_has_no_other_starts():
+    data = {name: DATASETS[name] for name in FIGURES["fig12"].uses}
+    del data["n5_replicates_check"], data["n5_rows_check"]
+    disorder = content(importlib.import_module("beltrepro.figures.fig12").draw(data, "")).panels[2]
+    (only,) = disorder.curves
+    same(only, *row_of("n5_rows", 5, 0.0))
 
 
 def test_fig12_marks_the_transition():
-    *_, bottom = shown("fig12").panels
+    bottom = shown("fig12").panels[2]
     arrays = DATASETS["n5_rows"].arrays
     row = (arrays["n_blocks"] == 5) & (arrays["noise"] == 0)
     order = np.lexsort((arrays["replicate"][row], arrays["belt_velocity"][row]))
@@ -539,42 +688,79 @@ def test_fig12_marks_the_transition():
     )
 
 
-def test_fig12_shows_mean_lifetimes_in_the_inset():
-    *_, bottom = shown("fig12").panels
-    (inner,) = bottom.insets
-    axes_are(inner, "$u$", r"$\tau$", scales=("linear", "log"))
-    (curve,) = inner.curves
+def test_fig12_shows_mean_lifetimes_and_limits_where_few_runs_end():
+    *_, panel = shown("fig12").panels
+    axes_are(panel, "$u$", r"$\tau$", scales=("linear", "log"))
+    known, limit = panel.curves
     arrays = DATASETS["lifetimes"].arrays
-    expected = {}
-    for u in (18.0, 24.0):  # at 30 only two escape
-        here = arrays["belt_velocity"] == u
-        times = np.where(arrays["escaped"], arrays["lifetime"], 2000.0)[here]
-        expected[u] = times.sum() / arrays["escaped"][here].sum()
-    same(curve, list(expected), list(expected.values()), marker="o")
-    np.testing.assert_allclose(curve.error, curve.y / np.sqrt([4, 5]))
+    times = np.where(arrays["escaped"], arrays["lifetime"], 2000.0)
+    total = {u: times[arrays["belt_velocity"] == u].sum() for u in (18.0, 24.0, 30.0)}
+    expected = [total[18.0] / 4, total[24.0] / 5]  # at 30 only two escape
+    same(known, [18, 24], expected, marker="o")
+    np.testing.assert_allclose(known.error, known.y / np.sqrt([4, 5]))
+    # of two ends: as few come in 2.5 % of all cases if the mean is the limit
+    ratio = total[30.0] / limit.y[0]
+    assert stats.poisson.cdf(2, ratio) == pytest.approx(0.025)
+    same(limit, [30], limit.y, label="too few runs end: longer", marker="^")
+    assert panel.titles[2] == "measured from $u$ = 18 on"
 
 
-def is_family(panel, curves, xlabel, overlay="method event"):
+def is_family(panel, curves, xlabel, overlay="method event", line=True):
     """Curves of r: (label, style number, x, y), then those drawn over them without a label."""
     axes_are(panel, xlabel, "$r$")
     found = list(panel.curves)
     assert len(found) == len(curves)
     for curve, (label, index, x, y) in zip(found, curves, strict=True):
         same(curve, x, y, label=label, index=index)
-        assert (curve.marker == "x") == (label == "") == (not curve.line)
+        assert (curve.marker == "x") == (label == "")
+        assert bool(curve.line) == (line and label != "")
     labels = [label for label, *_ in curves if label]
     assert sorted(panel.legend) == sorted([*labels, *([overlay] if overlay else [])])
     assert panel.ylim[0] == 0
 
 
-def test_fig13_is_a_curve_for_each_noise():
-    (panel,) = shown("fig13").panels
+def means_of(name, n, s):
+    """(u, mean of r over the replicates) of a row."""
+    velocities, median = row_of(name, n, s)
+    return velocities, np.array(median) + SCATTER.mean()
+
+
+def has_bands(panel, curves):
+    """A band for each (style number, x, mean): the middle 80 % of three replicates."""
+    # of three values the quantile 0.1 lies a fifth of the way from the least to the middle one
+    low, high = (0.8 * SCATTER[end] - SCATTER.mean() for end in (0, -1))
+    for band, (index, x, mean) in zip(panel.bands, curves, strict=True):
+        np.testing.assert_allclose(band.x, x)
+        np.testing.assert_allclose(band.low, mean + low)
+        np.testing.assert_allclose(band.high, mean + high)
+        assert band.colour == style.COLOURS[index % len(style.COLOURS)]
+
+
+def has_dots(curve, x, mean, *, colour):
+    """A dot for each of three replicates."""
+    expected = [(a, b + d) for a, b in zip(x, mean - SCATTER.mean(), strict=True) for d in SCATTER]
+    np.testing.assert_allclose(sorted(map(tuple, points(curve))), sorted(expected))
+    assert not curve.line and not curve.label and curve.colour == colour
+
+
+def test_fig13_is_replicates_and_single_runs_for_each_noise():
+    above, below = shown("fig13").panels
+    assert (above.titles[0], below.titles[0]) == ("a.", "b.")
+    noises = (0.0, 1.0, 2.2, 5.0, 10.0)
+    means = [(noises.index(s), *means_of("n5_replicates", 5, s)) for s in noises[:4]]
+    lines = [(rf"$\sigma = {noises[index]:g}$", index, x, y) for index, x, y in means]
+    dots, *curves, over = above.curves
+    has_dots(dots, *means[0][1:], colour=style.BLUE)
+    is_family(dataclasses.replace(above, curves=tuple(curves)), lines, "$u$")
+    checked = means_of("n5_replicates_check", 5, 0.0)
+    same(over, *checked, label="method event", index=0, marker="x")
+    has_bands(above, means[1:])
     rows = [
-        (rf"$\sigma = {s:g}$", index, *row_of("n5_rows", 5, s)) for index, s in enumerate(LEVELS)
+        (rf"$\sigma = {s:g}$", index, *row_of("n5_rows", 5, s)) for index, s in enumerate(noises)
     ]
-    over = [("", LEVELS.index(s), *row_of("n5_rows_check", 5, s)) for s in (0.0, 1.0)]
-    is_family(panel, rows + over, "$u$")
-    assert panel.xlim[0] == 0
+    over = [("", noises.index(s), *row_of("n5_rows_check", 5, s)) for s in (0.0, 1.0)]
+    is_family(below, rows + over, "$u$", line=False)
+    assert not below.bands and below.xlim[0] == 0
 
 
 def test_fig14_is_a_diagram_for_each_noise_and_a_column():
@@ -586,8 +772,7 @@ def test_fig14_is_a_diagram_for_each_noise_and_a_column():
     assert [panel.ylabel for panel in diagrams] == ["$v_N$", *[""] * 3, "$v_N$", "", ""]
     assert [panel.xlabel for panel in diagrams][4:] == ["$u$"] * 3
     axes_are(last, r"$\sigma$", "$r$")
-    (curve,) = last.curves
-    same(curve, *column_of("n5_u7", 5, 7.0), index=1)
+    are_replicates(last, "n5_u7", 5, 7.0, index=1)
     arrays = DATASETS["n5_u7"].arrays
     chosen = (arrays["n_blocks"] == 5) & (arrays["belt_velocity"] == 7)
     order = np.lexsort((arrays["replicate"][chosen], arrays["noise"][chosen]))
@@ -598,23 +783,39 @@ def test_fig14_is_a_diagram_for_each_noise_and_a_column():
     assert last.titles[1] == rf"$u = 7$: $\sigma_c = {rise.critical:.2f}$"
 
 
-def test_fig15_is_a_curve_for_each_belt_velocity():
-    (panel,) = shown("fig15", also=["n5_columns_check"]).panels
-    velocities = (20.0, 30.0, 40.0)
-    columns = [
-        (f"$u = {u:g}$", index, *column_of("n5_columns", 5, u))
-        for index, u in enumerate(velocities)
+def are_replicates(panel, name, n, u, *, index=0, over=None):
+    """A dot for each run, the mean and the middle 80 % of r against noise; crosses over them."""
+    runs, line, *crosses = panel.curves
+    noises, median = column_of(name, n, u)
+    mean = np.array(median) + SCATTER.mean()
+    has_dots(runs, noises, mean, colour=style.BLACK)
+    same(line, noises, mean, index=index)
+    has_bands(panel, [(index, noises, mean)])
+    assert len(crosses) == bool(over)
+    if over:
+        noises, median = column_of(over, n, u)
+        mean = np.array(median) + SCATTER.mean()
+        same(crosses[0], noises, mean, label="method event", colour=style.VERMILION, marker="x")
+        assert panel.legend == ("method event",) and not crosses[0].line
+
+
+def test_fig15_is_a_panel_of_replicates_for_each_belt_velocity():
+    grid = shown("fig15", also=["n5_columns_check"]).panels
+    for panel, u in zip(grid, (20.0, 30.0, 40.0), strict=True):
+        are_replicates(panel, "n5_columns", 5, u, over="n5_columns_check" if u != 30 else None)
+        assert panel.titles[1] == f"$u = {u:g}$"
+        assert panel.guides == (("x", 5.0),) and panel.ylim[0] == 0
+    assert [(panel.xlabel, panel.ylabel) for panel in grid] == [
+        (r"$\sigma$", "$r$"),
+        (r"$\sigma$", ""),
+        (r"$\sigma$", ""),
     ]
-    over = [("", velocities.index(u), *column_of("n5_columns_check", 5, u)) for u in (20.0, 40.0)]
-    is_family(panel, columns + over, r"$\sigma$")
-    assert panel.guides == (("x", 5.0),)
 
 
 def test_fig17_is_the_density_of_the_crossings_at_four_noises():
     grid = shown("fig17").panels
     noises = (0.0, 1.0, 5.0, 10.0)
-    values = {s: {u: crossings("n5_rows", 5, u, s)[:-2] for u in U} for s in noises}
-    lowest = np.floor(min(v.min() for row in values.values() for v in row.values()))
+    lowest = np.floor(min(crossings("n5_rows", 5, U[-1], 10.0)[:-2]))
     densities = []
     for panel, letter, s in zip(grid, "abcd", noises, strict=True):
         assert panel.titles[:2] == (f"{letter}.", rf"$\sigma = {s:g}$")
@@ -622,90 +823,126 @@ def test_fig17_is_the_density_of_the_crossings_at_four_noises():
         np.testing.assert_allclose(image.y_edges, np.linspace(lowest, 0, 121))
         np.testing.assert_allclose(image.x_edges, np.append(U - 1.5, U[-1] + 1.5))
         for column, u in enumerate(U):
-            expected, _ = np.histogram(values[s][u], image.y_edges, density=True)
+            values = crossings("n5_rows", 5, u, s)[:-2]
+            if s in SCANS["n5_replicates"][2] and u in SCANS["n5_replicates"][1]:
+                values = np.append(values, crossings("n5_replicates", 5, u, s)[:-2])
+            expected, _ = np.histogram(values, image.y_edges, density=True)
             np.testing.assert_allclose(np.nan_to_num(image.values[:, column]), expected)
         densities.append(image.values)
         assert image.scale == "log"
     highest, least = np.nanmax(densities), np.nanmin(densities)
     for panel in grid:
         assert panel.images[0].limits == pytest.approx((max(least, highest / 1000), highest))
+        assert panel.ylim[0] < lowest and panel.ylim[1] == 0
     assert [panel.xlabel for panel in grid] == ["", "", "$u$", "$u$"]
     assert [panel.ylabel for panel in grid] == ["$v_N$", "", "$v_N$", ""]
     assert [panel.images[0].label for panel in grid][-1] == "density of $v_N$ at given $u$"
 
 
-def test_fig18_is_the_map_of_r_and_the_boundary_of_intermittency():
-    (panel,) = shown("fig18").panels
+def test_fig17_marks_where_the_last_block_does_not_always_stick():
+    for panel, s in zip(shown("fig17").panels, (0.0, 1.0, 5.0, 10.0), strict=True):
+        share, _ = laminar(U, s)
+        marks = {curve.colour: curve for curve in panel.curves}
+        for colour, chosen in ((style.BLUE, share > 0.95), (style.ORANGE, share == 0.5)):
+            assert (colour in marks) == chosen.any()
+            if chosen.any():
+                curve = marks[colour]
+                same(curve, U[chosen], curve.y, marker="|")
+                assert np.all((curve.y < panel.images[0].y_edges[0]) & (curve.y > panel.ylim[0]))
+
+
+def test_fig18_is_the_map_of_r_with_a_dot_at_each_intermittent_point():
+    panel, _ = shown("fig18").panels
     axes_are(panel, "$u$", r"$\sigma$")
     (image,) = panel.images
     noises = SCANS["n5_map"][2]
     np.testing.assert_allclose(image.x_edges, np.append(U - 1.5, U[-1] + 1.5))
     np.testing.assert_allclose(image.y_edges, np.append(noises - 1.25, noises[-1] + 1.25))
-    expected = [[r("n5_map", 5, u, s) for u in U] for s in noises]
+    expected = np.array([[r("n5_map", 5, u, s) for u in U] for s in noises])
     np.testing.assert_allclose(image.values, expected)
     assert (image.scale, image.label, image.limits[0]) == ("linear", "$r$", 0)
-    low, high = panel.curves
-    inside = {s: U[laminar(U, s)[0] == 0.5] for s in noises}
-    for curve, edge in ((low, 0), (high, -1)):
-        found = {s: u for u, s in points(curve) if np.isfinite(u)}
-        assert found == {s: row[edge] for s, row in inside.items() if row.size}
-        assert not curve.line
+    assert expected.max() <= image.limits[1] < expected.max() + 0.02
+    (dots,) = panel.curves
+    inside = [(u, s) for s in noises for u in U if laminar(u, s)[0] == 0.5]
+    np.testing.assert_allclose(sorted(map(tuple, points(dots))), np.repeat(sorted(inside), 3, 0))
+    assert not dots.line
     share = f"{intermittency.LAMINAR_SHARE[0]:.0%} to {intermittency.LAMINAR_SHARE[1]:.0%}"
-    assert (
-        panel.titles[1].startswith("dots: boundary of intermittency") and share in (panel.titles[1])
-    )
+    assert panel.titles[2].startswith("dots: intermittent") and share in panel.titles[2]
 
 
-def test_fig19_is_a_curve_for_each_number_of_blocks():
-    (panel,) = shown("fig19").panels
+def test_fig18_shows_the_share_of_laminar_phases_for_each_noise():
+    _, panel = shown("fig18").panels
+    axes_are(panel, "$u$", "laminar share")
+    assert panel.guides == tuple(("y", limit) for limit in intermittency.LAMINAR_SHARE)
+    _, velocities, _ = SCANS["n5_replicates"]
+    noises = (0.0, 1.0, 2.2, 5.0)
+    for index, (curve, s) in enumerate(zip(panel.curves, noises, strict=True)):
+        share = laminar(velocities, s)[0]
+        same(curve, velocities, share, label=rf"$\sigma = {s:g}$", index=index)
+    for band, s in zip(panel.bands, noises[1:], strict=True):
+        np.testing.assert_allclose(band.low, laminar(velocities, s)[0])
+        np.testing.assert_allclose(band.high, band.low)
+
+
+def test_fig19_is_replicates_of_three_sizes_and_single_runs_of_all():
+    above, below = shown("fig19").panels
+    sizes = (5, 7, 10, 2, 3, 4, 6)
+    names = {5: "n5_replicates", 7: "size_replicates", 10: "size_replicates"}
+    means = [(sizes.index(n), *means_of(name, n, 1.0)) for n, name in names.items()]
+    lines = [(f"$N = {sizes[index]}$", index, x, y) for index, x, y in means]
+    is_family(above, lines, "", overlay="")
+    has_bands(above, means)
+    assert above.spans == (("x", 15, 18), ("x", 23, 32), ("x", 27, 40))  # caption of Fig. 19
     curves = []
-    for index, n in enumerate((2, 3, 4, 5, 6, 7, 10)):
-        for name in ("size_rows", "size_rows_check", "n5_rows", "n5_rows_check"):
+    for name in ("n5_rows", "n5_rows_check", "size_rows", "size_rows_check"):
+        for n in sorted(sizes):
             if n in SCANS[name][0]:
                 label = "" if name.endswith(panels.CHECK) else f"$N = {n}$"
-                curves.append((label, index, *row_of(name, n, 1.0)))
-    found = sorted(panel.curves, key=lambda curve: (curve.marker == "x", curve.label, curve.y[0]))
-    expected = sorted(curves, key=lambda curve: (curve[0] == "", curve[0], curve[3][0]))
-    for curve, (label, index, x, y) in zip(found, expected, strict=True):
-        same(curve, x, y, label=label, index=index)
-    axes_are(panel, "$u$", "$r$")
-    assert panel.titles[2] == r"$\sigma = 1$"
-    assert set(panel.legend) == {label for label, *_ in curves if label} | {"method event"}
+                curves.append((label, sizes.index(n), *row_of(name, n, 1.0)))
+    is_family(below, curves, "$u$", line=False)
+    for panel in (above, below):
+        assert r"$\sigma = 1$" in panel.titles[2]
 
 
-def test_fig21_is_a_curve_for_each_number_of_blocks_and_belt_velocity():
-    (panel,) = shown("fig21", also=["size_columns_check"]).panels
-    columns = [
-        (f"$N = {n}$, $u = {u:g}$", index, *column_of("size_columns", n, u))
-        for index, n in enumerate((5, 7, 10))
-        for u in (18.0, 32.0)
-    ]
-    over = [
-        ("", index, *column_of("size_columns_check", n, 18.0)) for index, n in enumerate((5, 7))
-    ]
-    is_family(panel, columns + over, r"$\sigma$")
+def test_fig21_is_a_panel_of_replicates_for_each_number_of_blocks_and_belt_velocity():
+    grid = shown("fig21", also=["size_columns_check"]).panels
+    places = [(n, u) for n in (5, 7, 10) for u in (18.0, 32.0)]
+    for panel, (n, u) in zip(grid, places, strict=True):
+        over = "size_columns_check" if n < 10 and u == 18 else None
+        are_replicates(panel, "size_columns", n, u, over=over)
+        assert panel.titles[1] == f"$N = {n}$, $u = {u:g}$"
+    assert [panel.xlabel for panel in grid] == [""] * 4 + [r"$\sigma$"] * 2
+    assert [panel.ylabel for panel in grid] == ["$r$", ""] * 3
 
 
-def test_fig22_is_a_diagram_for_each_number_of_blocks():
+def test_fig22_is_a_diagram_for_each_number_of_blocks_and_noise():
     figure = shown("fig22")
-    colours = {0.0: style.BLACK, 1.0: style.VERMILION, 5.0: style.SKY}
-    diagrams = (*figure.panels[:3], *figure.panels[6:9])
-    for panel, letter, n in zip(diagrams, "abcdef", SIZES, strict=True):
-        assert panel.titles[0] == f"{letter}."
-        assert panel.titles[1] == f"$N = {n}$  section $x_N = {111 * n}$"
-        # strong noise first: it lies below
-        for curve, s in zip(panel.curves, (5.0, 1.0, 0.0), strict=True):
+    rows = np.reshape(np.array(figure.panels, dtype=object), (4, 6))
+    for line, s in enumerate((0.0, 1.0, 5.0)):
+        for panel, n in zip(rows[line], SIZES, strict=True):
+            (curve,) = panel.curves
             is_diagram(curve, "size_rows", n, s)
-            assert (curve.label, curve.colour) == (rf"$\sigma = {s:g}$", colours[s])
-    assert {rf"$\sigma = {s:g}$" for s in colours} <= set(figure.legend)
-    assert [panel.xlabel for panel in figure.panels] == [""] * 9 + ["$u$"] * 3
-    labels = [panel.ylabel for panel in figure.panels]
-    assert labels == ["$v_N$", "", "", r"$\lambda_1$", "", ""] * 2
+            assert curve.colour == (style.BLACK, style.VERMILION, style.BLUE)[line]
+    for panel, letter, n in zip(rows[0], "abcdef", SIZES, strict=True):
+        assert panel.titles[0] == f"{letter}."
+        assert panel.titles[1] == f"$N = {n}$\n$x_N = {111 * n}$"
+    assert [panel.xlabel for panel in figure.panels] == [""] * 18 + ["$u$"] * 6
+    labels = [panel.ylabel for panel in rows[:, 0]]
+    assert labels == [
+        *(rf"$v_N$,  $\sigma = {s}$" for s in (0, 1, 5)),
+        r"$\lambda_1$,  $\sigma = 0$",
+    ]
+    assert not any(panel.ylabel for panel in rows[:, 1:].ravel())
+    arrays = DATASETS["motion_map"].arrays
+    highest = np.max(
+        (arrays["largest_exponent"] + arrays["standard_error"])[arrays["n_blocks"] != 5]
+    )
+    assert all(panel.ylim[1] > highest for panel in rows[-1])
 
 
 @pytest.mark.parametrize(
     ("figure", "place", "n_blocks"),
-    [("fig12", 1, 5)] + [("fig22", 3 + i + 3 * (i > 2), n) for i, n in enumerate(SIZES)],
+    [("fig12", 1, 5)] + [("fig22", 18 + i, n) for i, n in enumerate(SIZES)],
 )
 def test_exponents_are_those_of_the_motions(figure, place, n_blocks):
     panel = shown(figure).panels[place]
@@ -751,6 +988,82 @@ def test_friction_ratio_is_a_curve_for_each_ratio_and_the_falls():
     same(curve, [0.2, 0.8], [31, 17])
     np.testing.assert_allclose(curve.error, [0.5, 0.7])
     np.testing.assert_allclose(right.bars, [[(0.2, 28), (0.2, 35)], [(0.8, 12), (0.8, 21)]])
+
+
+def test_critical_velocity_is_the_middles_of_the_falls_with_their_regions():
+    rows = [
+        ("n5_replicates", 5, 0.0, 18.0, 0.5, 17.0, 19.0),
+        ("n5_replicates", 5, 1.0, 18.5, 0.3, 18.0, 19.2),
+        ("n5_replicates", 5, 2.2, np.nan, np.nan, np.nan, np.nan),
+        ("n5_replicates_check", 5, 0.0, 19.5, 0.4, 17.5, 21.5),
+        ("n5_replicates_wide", 5, 0.0, 17.5, np.nan, 16.5, 18.5),
+        ("size_replicates", 7, 0.0, 28.0, 1.0, 26.0, 30.0),
+        ("size_replicates", 7, 1.0, np.nan, np.nan, np.nan, np.nan),
+        ("size_replicates", 10, 0.0, np.nan, np.nan, np.nan, np.nan),
+        ("size_replicates", 10, 1.0, np.nan, np.nan, np.nan, np.nan),
+    ]
+    names = ["dataset", "n_blocks", "noise", "critical", "error", "lower", "upper"]
+    table = pd.DataFrame(rows, columns=names)
+    wide = {"n5_replicates_wide": DATASETS["n5_replicates"]}
+    figure = shown("critical_velocity", critical_velocities=table, **wide)
+    alt_fits("critical_velocity", figure)
+    left, right = figure.panels
+    axes_are(left, r"$\sigma$", "$u_c$")
+    axes_are(right, "$N$", "$u_c$")
+    found = {curve.label: curve for curve in left.curves if curve.error is not None}
+    expected = {
+        "exact motion": ([0, 1], [18, 18.5], [0.5, 0.3]),
+        "scheme of the paper": ([0], [19.5], [0.4]),
+        "the same, wide starts": ([0], [17.5], [0]),
+    }
+    assert set(found) == set(expected)
+    for label, (noise, middle, error) in expected.items():
+        np.testing.assert_allclose(found[label].y, middle)
+        np.testing.assert_allclose(found[label].error, error)
+        assert np.abs(found[label].x - noise).max() < 0.2
+    (paper,) = [curve for curve in left.curves if curve.label == "paper"]
+    same(paper, [0, 2.2], [16.5, 19], label="paper", marker="x")  # Sec. IV.A and IV.B
+    spans = [(begin[1], end[1]) for begin, end in left.bars if begin[1] != end[1]]
+    assert {(17, 19), (18, 19.2), (17.5, 21.5), (16.5, 18.5)} == set(spans)
+    assert left.titles[2] == r"no fall by half at $\sigma$ = 2.2"
+    quiet, noisy = (c for c in right.curves if c.error is not None)
+    same(quiet, quiet.x, [18, 28], label=r"$\sigma = 0$")
+    same(noisy, noisy.x, [18.5], label=r"$\sigma = 1$")
+    assert np.abs(quiet.x - [5, 7]).max() < 0.3
+    regions = [tuple(c.y) for c in right.curves if c.line]
+    assert regions == [(15, 18), (23, 32), (27, 40)]
+    assert right.titles[2] == "no fall by half at $N$ = 10"
+
+
+def test_avalanches_are_a_density_for_each_number_of_blocks_and_where_it_ends():
+    rng = np.random.default_rng(12)
+    data = {}
+    for n, name in zip((3, 5, 7, 10), FIGURES["avalanches"].uses, strict=True):
+        events = np.zeros(400 + n, [("point", "i4"), ("dissipated", "f8")])
+        events["point"] = np.arange(events.size) % 8
+        events["dissipated"] = n**2 * (1 - 0.99 * rng.random(events.size)) ** -0.7
+        data[name] = Dataset({"avalanches": events}, HOW | {"kind": "catalogue", "n_blocks": n})
+    figure = shown("avalanches", **data)
+    alt_fits("avalanches", figure)
+    left, right = figure.panels
+    axes_are(left, r"$\Delta E$", r"$P(\Delta E)$", scales=("log", "log"))
+    axes_are(right, "$N$", r"$\Delta E$", scales=("log", "log"))
+    ends = []
+    for curve, n, each in zip(left.curves, (3, 5, 7, 10), data.values(), strict=True):
+        events = each.arrays["avalanches"]
+        energy = events["dissipated"]
+        centre, density, count = avalanches.log_histogram(energy, bins_per_decade=8)
+        same(curve, centre[count > 0], density[count > 0], label=f"$N = {n}$, {400 + n} avalanches")
+        error = avalanches.density_error(energy, events["point"], centre, bins_per_decade=8)
+        np.testing.assert_allclose(curve.error, error[count > 0])
+        ends.append((np.mean(energy**2) / np.mean(energy), energy.max()))
+    ratios, largest, law = right.curves
+    same(ratios, [3, 5, 7, 10], np.array(ends)[:, 0], label=ratios.label)
+    assert np.all(ratios.error > 0)
+    same(largest, [3, 5, 7, 10], np.array(ends)[:, 1], label="largest")
+    slope = stats.linregress(np.log(ratios.x), np.log(ratios.y)).slope
+    assert np.diff(np.log(law.y)) / np.diff(np.log(law.x)) == pytest.approx(slope)
+    assert f"{slope:.2f}" in law.label and right.xticks == ("3", "5", "7", "10")
 
 
 def test_trials_of_the_experiment_and_their_posteriors(monkeypatch):

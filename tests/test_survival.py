@@ -170,6 +170,50 @@ def test_counting_begins_when_runs_have_spread():
     assert survival.mean_lifetime(lifetime, ended).lower > 70
 
 
+@pytest.mark.parametrize(("mean", "runs"), [(0.15, 24), (0.4, 48), (0.4, 400)])
+def test_escapes_are_known_though_some_runs_never_escape(mean, runs):
+    """The interval of the runs that ended holds the mean in 95 of 100; that of all never does."""
+    rng = RNG(runs)
+    held, of_all, samples = 0, 0, 400
+    for _ in range(samples):
+        lifetime = np.where(rng.random(runs) < 0.4, np.inf, rng.exponential(mean, runs))
+        ended, lifetime = lifetime <= 1, np.minimum(lifetime, 1)
+        found = survival.mean_of_ended(lifetime, ended, horizon=1.0)
+        held += found.lower <= mean <= found.upper
+        every = survival.mean_lifetime(lifetime, ended, horizon=1.0)
+        of_all += every.lower <= mean <= every.upper
+    assert within(held, samples, 0.95)
+    assert of_all / samples < 0.2
+
+
+def test_a_mean_of_ended_runs_by_hand():
+    """The exponential distribution that is cut off at the horizon has the mean of the ends."""
+    for part in (0.2, 0.4):
+        ends = np.array([0.5, 1.0, 1.5]) * part
+        found = survival.mean_of_ended(100 * ends, np.full(3, True), horizon=100.0)
+        rate = 100 / found.mean
+        assert 1 / rate - 1 / np.expm1(rate) == pytest.approx(part, abs=1e-9)
+        assert (found.ended, found.runs, found.time) == (3, 3, pytest.approx(300 * part))
+
+
+def test_ends_that_do_not_fall_off_have_no_mean():
+    even = survival.mean_of_ended(np.linspace(1, 99, 50), np.full(50, True), horizon=100.0)
+    assert even.mean == np.inf and even.upper == np.inf and 30 < even.lower < 300
+    with pytest.raises(NotEnoughDataError, match="2 runs ended, 3 are needed"):
+        survival.mean_of_ended([1.0, 2.0, 3.0], [True, True, False], horizon=4.0)
+
+
+def test_ends_before_the_start_and_after_the_horizon_do_not_count():
+    rng = RNG(3)
+    lifetime = rng.exponential(20.0, 3000)
+    ended = lifetime < 90
+    shifted = np.where(lifetime < 10, 1.0, lifetime)  # whatever they did before the start
+    found = survival.mean_of_ended(shifted, ended, start=10.0, horizon=60.0)
+    assert found.mean == pytest.approx(20, rel=0.1)
+    assert found.ended == np.sum((lifetime >= 10) & (lifetime <= 60))
+    assert found.runs == np.sum(lifetime >= 10)
+
+
 # --- exponential or not ---------------------------------------------------------------------------
 
 

@@ -9,7 +9,7 @@ from alternating import posterior_table, studies
 from beltrepro.entries import check_uses
 from beltrepro.errors import InputError
 from beltrepro.store import Dataset
-from beltrepro.tables import friction_falls, registry
+from beltrepro.tables import critical_velocities, friction_falls, registry
 
 TABLES = registry.entries()
 
@@ -27,7 +27,8 @@ def test_every_table_is_a_module_with_a_function():
     of_integrators = {"agreement", "families", "partings", "convergence"}
     of_chaos = {"motions", "noisy_motions", "mean_lifetimes", "attractors"}
     of_experiment = {"experiment_odds", "experiment_posterior", "alternation", "recordings"}
-    assert of_integrators | of_chaos | of_experiment | {"friction_falls", "audit"} == set(TABLES)
+    others = {"friction_falls", "critical_velocities", "audit"}
+    assert of_integrators | of_chaos | of_experiment | others == set(TABLES)
     for name, entry in TABLES.items():
         module = importlib.import_module(f"beltrepro.tables.{name}")
         assert entry == module.ENTRY and callable(module.derive)
@@ -47,6 +48,51 @@ def test_falls_are_found_for_each_friction_ratio():
 def test_too_few_points_leave_the_row_empty():
     table = friction_falls.derive(falling([0.2], [1.0, 2.0], 50.0))
     assert table["points"].tolist() == [4] and table["critical"].isna().all()
+
+
+def replicates(n_blocks, noises, falls):
+    """r that falls from 0.12 to 0.01 at falls(N, sigma, replicate), at 40 belt velocities."""
+    grid = [(n, s, k, u) for n in n_blocks for s in noises for k in range(4) for u in range(1, 41)]
+    n, noise, replicate, u = np.array(grid, dtype=float).T
+    place = np.array([falls(*point[:3]) for point in grid])
+    arrays = {"n_blocks": n.astype(int), "noise": noise, "replicate": replicate.astype(int)}
+    arrays |= {"belt_velocity": u, "disorder_parameter": np.where(u < place, 0.12, 0.01)}
+    return Dataset(arrays, {})
+
+
+def test_critical_velocities_over_replicates():
+    """Without noise all fall at 18; with it, between 16 and 25; ten blocks never do."""
+    five = replicates([5], [0.0, 1.0], lambda n, s, k: 18 if s == 0 else 16 + 3 * k)
+    sizes = replicates([6, 10], [0.0], lambda n, s, k: 26 if n == 6 else 99)
+    data = dict.fromkeys(critical_velocities.ENTRY.uses, five) | {"size_replicates": sizes}
+    table = critical_velocities.derive(data)
+    assert set(TABLES["critical_velocities"].columns) <= set(table)
+    assert table["dataset"].tolist() == [
+        n for n in data if n != "size_replicates" for _ in "01"
+    ] + [
+        "size_replicates",
+        "size_replicates",
+    ]
+    assert table["runs"].tolist() == [4] * 8
+    assert table["falls"].tolist() == [4] * 7 + [0]
+    quiet, noisy, *_, six, ten = (table.iloc[row] for row in range(len(table)))
+    assert quiet["critical"] == pytest.approx(17.5, abs=0.6) and quiet["error"] == 0
+    assert six["critical"] == pytest.approx(25.5, abs=0.6) and six["n_blocks"] == 6
+    assert 16 < noisy["lower"] <= noisy["critical"] <= noisy["upper"] < 26
+    # places 16, 19, 22, 25: their mean is uncertain by 1.7, their median by more
+    assert 1 < noisy["error"] < 4
+    assert np.isnan([ten["critical"], ten["error"], ten["lower"], ten["upper"]]).all()
+
+
+def test_one_replicate_has_no_error():
+    data = {
+        name: replicates([5], [0.0], lambda n, s, k: 18) for name in critical_velocities.ENTRY.uses
+    }
+    for each in data.values():
+        each.arrays["replicate"][:] = 3
+    table = critical_velocities.derive(data)
+    assert table["runs"].tolist() == 4 * [1]
+    assert table["critical"].notna().all() and table["error"].isna().all()
 
 
 def test_odds_of_what_the_experiment_saw():

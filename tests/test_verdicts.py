@@ -100,6 +100,21 @@ def test_the_reason_says_what_would_decide():
     assert verdict_of([[1, 2]], Estimate(1.5, 1.2, 1.8, 8)).reason == ""
 
 
+def test_the_limit_that_is_named_is_the_one_that_the_interval_covers():
+    """None of the runs is below the upper limit for sure, and zero is not in question."""
+    nearer = verdict_of([[0, 0.05]], Estimate(0.0, 0.0, 0.06, 60)).reason
+    assert nearer.startswith("c0: 0 (0 to 0.06) covers the limit 0.05; some 87 independent runs")
+    both = verdict_of([[0, 1]], Estimate(0.9, -1, 2, 8)).reason
+    assert "covers the limit 1" in both
+
+
+def test_longer_runs_are_asked_for_where_some_are_open():
+    reason = verdict_of([[0.5, 1]], Estimate(0.4, 0.3, 0.8, 40, still_open=12)).reason
+    assert (
+        reason == "c0: 0.4 (0.3 to 0.8) covers the limit 0.5; 12 of 40 runs must be longer to tell"
+    )
+
+
 def test_nothing_to_test_against():
     assert judge({"text": "t"}, Measurement()).verdict == NOT_TESTABLE
 

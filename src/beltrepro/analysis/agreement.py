@@ -177,31 +177,13 @@ def compare_attractors(tested: Arrays, reference: Arrays, *, reference_step: flo
     return rows
 
 
-def attractors(runs: Arrays) -> np.ndarray:
-    """Labels of the states in which runs end.
-
-    Parameters
-    ----------
-    runs : dict of arrays (R, ...)
-        Of a dataset of kind escapes.
-
-    Returns
-    -------
-    array (R,)
-        Labels of `lifetimes.label_attractors`.
-    """
-    return lifetimes.label_attractors(
-        runs["escaped"], runs["final_disorder"], runs["final_stick_rate"]
-    )
-
-
 def _attractors(
     tested: Arrays, ours: np.ndarray, reference: Arrays, theirs: np.ndarray
 ) -> dict[str, Comparison]:
     return {
         STILL_STICKING: compare_shares(
-            attractors(tested)[ours],
-            attractors(reference)[theirs],
+            lifetimes.labels_of(tested)[ours],
+            lifetimes.labels_of(reference)[theirs],
             labels=lifetimes.ATTRACTORS,
             counted=lifetimes.STICK_SLIP,
         ),

@@ -8,6 +8,8 @@ from beltrepro.analysis.fits import PowerLawFit, fit_log_log
 
 __all__ = [
     "PowerLawFit",
+    "cutoff",
+    "density_error",
     "dissipation_while_last_block_slips",
     "falling_range",
     "fit_density",
@@ -217,6 +219,82 @@ def log_histogram(
     edges[-1] *= 1 + 1e-12
     count, _ = np.histogram(values, edges)
     return np.sqrt(edges[1:] * edges[:-1]), count / (values.size * np.diff(edges)), count
+
+
+def density_error(
+    values: npt.ArrayLike, run: npt.ArrayLike, centre: np.ndarray, *, bins_per_decade: int
+) -> np.ndarray:
+    """Standard error of a density from `log_histogram`, by leaving out one run after the other.
+
+    Values of one run hang together, so that their number says little of the error.
+
+    Parameters
+    ----------
+    values : array (S,)
+        The sample; values <= 0 are left out.
+    run : array (S,)
+        The run that each value is from.
+    centre : array (B,)
+        Bin centres from `log_histogram` of this sample.
+    bins_per_decade : int
+        As there.
+
+    Returns
+    -------
+    array (B,)
+        Errors, unit of the density; NaN where there is a single run.
+    """
+    values, run = np.asarray(values, dtype=float), np.asarray(run)
+    names, member = np.unique(run[values > 0], return_inverse=True)
+    if names.size < 2:
+        return np.full(len(centre), np.nan)
+    first = np.log10(centre[0]) * bins_per_decade - 0.5
+    place = np.floor(np.log10(values[values > 0]) * bins_per_decade - first + 1e-9).astype(int)
+    count = np.zeros((names.size, len(centre)))
+    np.add.at(count, (member, np.clip(place, 0, len(centre) - 1)), 1)
+    ratio = 10 ** (0.5 / bins_per_decade)
+    width = centre * (ratio - 1 / ratio)
+    total = count.sum(axis=0) - count
+    without = total / (total.sum(axis=1, keepdims=True) * width)
+    return np.sqrt((names.size - 1) * without.var(axis=0))
+
+
+def cutoff(values: npt.ArrayLike, run: npt.ArrayLike) -> tuple[float, float]:
+    """Size at which a broad density ends: the ratio of its second moment to its first.
+
+    Under a power law that falls less steeply than with exponent -2 and is cut off, the ratio is
+    proportional to the cutoff, as the small values hardly count.
+
+    Parameters
+    ----------
+    values : array (S,)
+        The sample; values <= 0 are left out.
+    run : array (S,)
+        The run that each value is from.
+
+    Returns
+    -------
+    size : float
+        The ratio, unit of the values.
+    error : float
+        Its standard error, by leaving out one run after the other; NaN of a single run.
+
+    Raises
+    ------
+    NotEnoughDataError
+        When no value is positive.
+    """
+    values, run = np.asarray(values, dtype=float), np.asarray(run)
+    positive = values > 0
+    require(positive.any(), "no positive value")
+    names, member = np.unique(run[positive], return_inverse=True)
+    first = np.bincount(member, values[positive])
+    second = np.bincount(member, values[positive] ** 2)
+    size = float(second.sum() / first.sum())
+    if names.size < 2:
+        return size, np.nan
+    without = (second.sum() - second) / (first.sum() - first)
+    return size, float(np.sqrt((names.size - 1) * without.var()))
 
 
 def falling_range(

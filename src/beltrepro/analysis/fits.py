@@ -1,11 +1,9 @@
-"""Power laws as straight lines on doubly logarithmic axes, and rank correlation."""
+"""Power laws as straight lines on doubly logarithmic axes."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
 
 from beltrepro.analysis.errors import require
 
@@ -94,24 +92,3 @@ def fit_log_log(
         high=float(high),
         sample_size=int(used.sum()),
     )
-
-
-def rank_correlation(abscissa: Iterable[float], ordinate: Iterable[float]) -> float:
-    """Spearman's rank correlation.
-
-    Parameters
-    ----------
-    abscissa : sequence (P,)
-        Values of x.
-    ordinate : sequence (P,)
-        Values of y.
-
-    Returns
-    -------
-    float
-        Between -1 and 1; 0 when x or y does not vary, because then there is no trend.
-    """
-    abscissa, ordinate = np.asarray(list(abscissa)), np.asarray(list(ordinate))
-    if np.ptp(abscissa) == 0 or np.ptp(ordinate) == 0:
-        return 0.0
-    return float(stats.spearmanr(abscissa, ordinate).statistic)

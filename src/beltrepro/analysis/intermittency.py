@@ -126,6 +126,34 @@ def laminar_phases(
     return phases[phases[:, 1] - phases[:, 0] > laminar_time]
 
 
+def last_block_phases(
+    events: np.ndarray, n_blocks: int, laminar_time: float, *, start: float, stop: float
+) -> np.ndarray:
+    """Laminar phases from the events of a series.
+
+    Parameters
+    ----------
+    events : array (E,) of records
+        Slips and sticks of all blocks, with `time`, `block` (from 1) and `kind`, in order of time.
+    n_blocks : int
+        Number of blocks N.
+    laminar_time : float
+        As in `laminar_phases`.
+    start : float
+        As in `laminar_phases`.
+    stop : float
+        As in `laminar_phases`.
+
+    Returns
+    -------
+    array (L, 2)
+        Begin and end of each interval.
+    """
+    own = events[events["block"] == n_blocks]
+    slips, sticks = (own["time"][own["kind"] == kind] for kind in ("slip", "stick"))
+    return laminar_phases(slips, sticks, laminar_time, start=start, stop=stop)
+
+
 def slips_of_all(
     time: np.ndarray, relative_velocities: np.ndarray, events: np.ndarray
 ) -> np.ndarray:

@@ -39,31 +39,35 @@ def by_belt_velocity(runs: Any, duration: float, *, start: float = 0.0) -> dict[
     -------
     dict of arrays (U,)
         belt_velocity in rising order, members (number of runs), escaped (share), tau and tau_error
-        (NaN where fewer than 3 runs escaped), median (inf where half did not escape).
+        (NaN where fewer than 3 runs escaped), tau_lower (lower limit of tau, known without an
+        escape too; NaN where no run lasted until the start), median (inf where half did not
+        escape).
     """
     arrays = getattr(runs, "arrays", runs)
-    table: dict[str, list] = {
-        name: [] for name in ("belt_velocity", "members", "escaped", "tau", "tau_error", "median")
-    }
+    names = ("belt_velocity", "members", "escaped", "tau", "tau_error", "tau_lower", "median")
+    table: dict[str, list] = {name: [] for name in names}
     for belt_velocity in np.unique(arrays["belt_velocity"]):
         run = arrays["belt_velocity"] == belt_velocity
         lifetime, escaped = arrays["lifetime"][run], arrays["escaped"][run].astype(bool)
-        tau, error = _tau(np.where(escaped, lifetime, duration), escaped, start)
+        tau, error, lower = _tau(np.where(escaped, lifetime, duration), escaped, start)
         table["belt_velocity"].append(belt_velocity)
         table["members"].append(lifetime.size)
         table["escaped"].append(escaped.mean())
         table["tau"].append(tau)
         table["tau_error"].append(error)
+        table["tau_lower"].append(lower)
         table["median"].append(np.median(np.where(escaped, lifetime, np.inf)))
     return {name: np.array(values) for name, values in table.items()}
 
 
-def _tau(lifetime: np.ndarray, escaped: np.ndarray, start: float) -> tuple[float, float]:
+def _tau(lifetime: np.ndarray, escaped: np.ndarray, start: float) -> tuple[float, float, float]:
     try:
         found = mean_lifetime(lifetime, escaped, start=start)
     except NotEnoughDataError:
-        return np.nan, np.nan
-    return (found.mean, found.error) if found.ended >= MINIMUM_ENDS else (np.nan, np.nan)
+        return np.nan, np.nan, np.nan
+    if found.ended < MINIMUM_ENDS:
+        return np.nan, np.nan, found.lower
+    return found.mean, found.error, found.lower
 
 
 def on_shared_orbits(runs: Mapping[str, np.ndarray], settle_time: float) -> np.ndarray:
@@ -118,3 +122,19 @@ def label_attractors(
     sticks = rates[np.arange(len(rates)), last] > 0
     slips = np.where(np.asarray(final_disorder) >= LARGE_AMPLITUDE, LARGE_SLIP, SMALL_SLIP)
     return np.where(sticks | ~np.asarray(escaped, dtype=bool), STICK_SLIP, slips)
+
+
+def labels_of(runs: Mapping[str, np.ndarray]) -> np.ndarray:
+    """`label_attractors` of runs of a dataset of kind escapes.
+
+    Parameters
+    ----------
+    runs : dict of arrays (M, ...)
+        With escaped, final_disorder and final_stick_rate.
+
+    Returns
+    -------
+    array (M,) of str
+        Labels out of ATTRACTORS.
+    """
+    return label_attractors(runs["escaped"], runs["final_disorder"], runs["final_stick_rate"])

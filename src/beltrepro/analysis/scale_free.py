@@ -123,21 +123,11 @@ def fit_law(
     scale = terms.std(axis=1, keepdims=True)
     terms, wanted = (terms - centre) / scale, (wanted - centre[:, 0]) / scale[:, 0]
 
-    def likelihood(factors):
-        """Minus the log-likelihood of a value, its slopes and their slopes: convex."""
-        log = factors @ terms
-        share = weights * np.exp(log - log.max())
-        total = share.sum()
-        share /= total
-        found = terms @ share
-        curvature = (terms * share) @ terms.T - np.outer(found, found)
-        return np.log(total) + log.max() - factors @ wanted, found - wanted, curvature
-
     best = optimize.minimize(
-        lambda factors: likelihood(factors)[:2],
+        lambda factors: _likelihood(factors, terms, weights, wanted)[:2],
         np.zeros(len(terms)),
         jac=True,
-        hess=lambda factors: likelihood(factors)[2],
+        hess=lambda factors: _likelihood(factors, terms, weights, wanted)[2],
         method="trust-exact",
     )
     factors = np.zeros(2)
@@ -145,7 +135,9 @@ def fit_law(
     return Law(float(factors[0]), float(-factors[1]), float(low), float(high))
 
 
-def fit_values(values: npt.ArrayLike, low: float, high: float, **kind: bool) -> Law:
+def fit_values(
+    values: npt.ArrayLike, low: float, high: float, *, power: bool = True, decay: bool = False
+) -> Law:
     """`fit_law` of the values in [low, high].
 
     Parameters
@@ -154,8 +146,10 @@ def fit_values(values: npt.ArrayLike, low: float, high: float, **kind: bool) -> 
         The sample.
     low, high : float
         Ends of the law.
-    kind : bool
-        power and decay, as of `fit_law`.
+    power : bool
+        As of `fit_law`.
+    decay : bool
+        As of `fit_law`.
 
     Returns
     -------
@@ -168,7 +162,8 @@ def fit_values(values: npt.ArrayLike, low: float, high: float, **kind: bool) -> 
         With fewer than LEAST_VALUES values in the range.
     """
     values = inside(values, low, high)
-    return fit_law(np.log(values).mean(), values.mean(), low, high, **kind)
+    means = float(np.log(values).mean()), float(values.mean())
+    return fit_law(*means, low, high, power=power, decay=decay)
 
 
 def inside(values: npt.ArrayLike, low: float, high: float) -> np.ndarray:
@@ -256,13 +251,18 @@ def goodness_of_fit(
     Raises
     ------
     NotEnoughDataError
-        With fewer than LEAST_VALUES values above a lower end.
+        With fewer than LEAST_VALUES values above a lower end, or worth fewer in all.
     """
-    values, lows = np.sort(np.asarray(values, dtype=float)), np.atleast_1d(lows)
+    values, lows = np.sort(np.asarray(values, dtype=float)), np.unique(lows)
     values = values[values >= lows.min()]
+    count = np.count_nonzero(values >= lows.max())
+    require(
+        count >= LEAST_VALUES, f"{count} values above {lows.max():.3g}, {LEAST_VALUES} are needed"
+    )
     high = float(values[-1])
     law, distance = _nearest(values, lows, high)
-    size = int(min(values.size, values.size if independent is None else independent))
+    size = values.size if independent is None else round(min(independent, values.size))
+    require(size >= LEAST_VALUES, f"as good as {size} values, {LEAST_VALUES} are needed")
     below = values[values < law.low]
     rng = np.random.default_rng(0)
     further = 0
@@ -274,20 +274,32 @@ def goodness_of_fit(
     return Fit(law, distance, further / samples)
 
 
+def _likelihood(
+    factors: np.ndarray, terms: np.ndarray, weights: np.ndarray, wanted: np.ndarray
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """Minus the log-likelihood of a value, its slopes and their slopes: convex."""
+    log = factors @ terms
+    share = weights * np.exp(log - log.max())
+    total = share.sum()
+    share /= total
+    found = terms @ share
+    curvature = (terms * share) @ terms.T - np.outer(found, found)
+    return float(np.log(total) + log.max() - factors @ wanted), found - wanted, curvature
+
+
 def _nearest(values: np.ndarray, lows: np.ndarray, high: float) -> tuple[Law, float]:
-    """The law of least distance; values in rising order."""
-    best = None
+    """The law of least distance; values and lower ends in rising order."""
+    found: list[tuple[Law, float]] = []
     for low in lows:
         own = values[np.searchsorted(values, low) :]
-        found = f"{own.size} values above {low:.3g}"
-        require(own.size >= LEAST_VALUES, f"{found}, {LEAST_VALUES} are needed")
+        if own.size < LEAST_VALUES and found:  # of a small sample
+            continue
         law = fit_law(np.log(own).mean(), own.mean(), low, high)
         share = _cumulative(law, own)
         rank = np.arange(own.size + 1) / own.size
         distance = float(max((rank[1:] - share).max(), (share - rank[:-1]).max()))
-        if best is None or distance < best[1]:
-            best = law, distance
-    return best
+        found.append((law, distance))
+    return min(found, key=lambda each: each[1])
 
 
 def _cumulative(law: Law, values: np.ndarray) -> np.ndarray:

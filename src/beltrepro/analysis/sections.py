@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import cKDTree
 
 from beltrepro.analysis.errors import require
 
@@ -15,6 +16,9 @@ PERIOD_TOLERANCE = 0.1
 RELATIVE_TOLERANCE = 0.02
 # Quasi-periodic motion comes back to within the tolerance too, after some 100 crossings.
 MAXIMUM_PERIOD = 40
+# Share of the extent of the states: an orbit of the paper's scheme comes back to less, and chaotic
+# motion of some thousand crossings hardly ever as near.
+NEAR = 0.005
 MINIMUM_CROSSINGS = 12
 
 _SAME = 1e-9
@@ -112,6 +116,33 @@ def find_period(values: npt.ArrayLike, *, tolerance: float | None = None) -> int
         if np.max(np.abs(values[period:] - values[:-period])) <= tolerance:
             return period
     return 0
+
+
+def repeated(states: npt.ArrayLike, *, near: float = NEAR) -> np.ndarray:
+    """Which states at a section lie near an earlier one in the list: they say nothing new.
+
+    A run comes back to its states on a periodic orbit, and runs that have not parted yet visit the
+    same ones.
+
+    Parameters
+    ----------
+    states : array (K, D)
+        Full states at the section, of any number of runs.
+    near : float
+        Distance of two states that count as one, as a share of the largest extent of a coordinate.
+
+    Returns
+    -------
+    array (K,) of bool
+        True where an earlier state is near. The others, at least, are different states.
+    """
+    states = np.asarray(states, dtype=float)
+    again = np.zeros(len(states), dtype=bool)
+    if len(states):
+        limit = near * float(np.ptp(states, axis=0).max())
+        pairs = cKDTree(states).query_pairs(limit, output_type="ndarray")
+        again[pairs.max(axis=1, initial=0)] = len(pairs) > 0
+    return again
 
 
 def occupied_share(

@@ -14,6 +14,7 @@ are given up are missing. So ends count up to a `horizon` only (`SEEN`).
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -250,20 +251,14 @@ def mean_of_ended(
     require(ends.size >= MINIMUM_ENDS, f"{ends.size} runs ended, {MINIMUM_ENDS} are needed")
     share = float(ends.mean()) / window
     smallest = 1e-6  # rate times window that is as good as none
-    most = 1 / share
-    while _mean_up_to_one(most) > share:
-        most *= 2
+    most = 2 / share  # a cut-off makes the mean smaller
     best = (
         smallest
         if share >= _mean_up_to_one(smallest)
         else _root(lambda rate: _mean_up_to_one(rate) - share, smallest, most)
     )
-
-    def excess(rate: float) -> float:
-        """Log-likelihood of an end above the lowest that the interval allows."""
-        least = _log_likelihood(best, share) - stats.chi2.ppf(confidence, 1) / (2 * ends.size)
-        return _log_likelihood(rate, share) - least
-
+    least = _log_likelihood(best, share) - stats.chi2.ppf(confidence, 1) / (2 * ends.size)
+    excess = partial(_log_likelihood, mean=share, above=least)
     most = 2 * max(best, 1.0)
     while excess(most) > 0:
         most *= 2
@@ -283,9 +278,9 @@ def _mean_up_to_one(rate: float) -> float:
     return 1 / rate - float(np.exp(-rate) / -np.expm1(-rate))
 
 
-def _log_likelihood(rate: float, mean: float) -> float:
+def _log_likelihood(rate: float, mean: float, above: float = 0.0) -> float:
     """Of an end with this mean, for an exponential distribution that is cut off at 1."""
-    return float(np.log(rate / -np.expm1(-rate))) - rate * mean
+    return float(np.log(rate / -np.expm1(-rate))) - rate * mean - above
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:

@@ -126,7 +126,7 @@ def _reason(grade: str, found: Estimate, low: float, high: float) -> str:
     """What fails, or what would decide."""
     if grade == FAILS:
         return f"{found.words}, not {range_in_words([low, high])}" if low != high else found.words
-    if math.isnan(found.low):
+    if math.isnan(found.low) or math.isnan(found.high):
         return "found in fewer than 95 % of the resampled runs"
     if found.runs == 1:
         return f"{found.value:.3g} in one run, whose error is not known"

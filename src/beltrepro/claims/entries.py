@@ -12,6 +12,7 @@ SECTIONS = (
     "model",
     "experiment",
     "without_noise",
+    "transition_without_noise",
     "avalanches",
     "motion",
     "transients",

@@ -105,7 +105,7 @@ def bootstrap(
     statistic: Callable[..., float],
     samples: Sequence[np.ndarray],
     *,
-    resamples: int = RESAMPLES,
+    resamples: int | None = None,
     grid_spacing: float = 0.0,
 ) -> Estimate:
     """Statistic of groups of independent runs, with a bootstrap interval.
@@ -131,7 +131,7 @@ def bootstrap(
     found = np.array(
         [
             statistic(*(group[rng.integers(0, len(group), len(group))] for group in samples))
-            for _ in range(resamples)
+            for _ in range(resamples or RESAMPLES)
         ],
         dtype=float,
     )
@@ -213,6 +213,7 @@ def trend(places: Sequence[float], found: Sequence[Estimate]) -> Estimate:
     sides = [
         sorted((share * (each.low - each.value), share * (each.high - each.value)))
         for share, each in zip(shares, found, strict=True)
+        if share  # that in the middle says nothing, even if it is not known at all
     ]
     below, above = (math.hypot(*side) for side in zip(*sides, strict=True))
     return Estimate(value, value - below, value + above, fewest(*found))

@@ -3,6 +3,7 @@
 from functools import partial
 
 import numpy as np
+from scipy import ndimage
 
 from beltrepro.analysis.errors import require
 from beltrepro.analysis.intermittency import slips_of_all
@@ -27,6 +28,7 @@ AT_022, AT_028, INTERMITTENT = FILMS
 SHORTEST_S = 900.0  # of a recording: the paper's are some hundred seconds long
 LAMINAR_SHARE = (0.05, 0.95)
 STRETCHES = 20
+BAND_HZ = 0.4  # over which spectra are averaged before they are compared
 RANDOM = 0.01  # chance that random peaks are as near to multiples of one frequency
 
 
@@ -225,8 +227,12 @@ def _factor(evidence, film):
     frequency, whole = _pieces(one, [one.time_s[[0, -1]]])
     _, large = _pieces(other, _stretches(other)[1])
 
+    size = round(BAND_HZ / (frequency[1] - frequency[0]))
+
     def factor(*powers):
-        return spectral_ratio(*(stand_out(frequency, power.mean(axis=0)) for power in powers))
+        # Two noisy spectra of one law would differ at single frequencies.
+        smooth = [ndimage.uniform_filter1d(power.mean(axis=0), size) for power in powers]
+        return spectral_ratio(*(stand_out(frequency, each) for each in smooth))
 
     return estimates.bootstrap(factor, [whole, large])
 

@@ -215,4 +215,4 @@ def _width(table, mask, group):
     error = step * np.sqrt(by_chance + 2 / (12 * levels))
     value = step * float(having.sum())
     reach = float(stats.norm.ppf((1 + CONFIDENCE) / 2)) * float(error)
-    return Estimate(value, value - reach, value + reach, levels)
+    return Estimate(value, value - reach, value + reach, int(np.count_nonzero(own)))

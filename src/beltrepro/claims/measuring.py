@@ -21,6 +21,7 @@ from beltrepro.claims import (
     system_size,
     transients,
     transition_with_noise,
+    transition_without_noise,
     without_noise,
 )
 from beltrepro.claims.criteria import (
@@ -40,6 +41,7 @@ SECTIONS = (
     model,
     experiment,
     without_noise,
+    transition_without_noise,
     avalanches,
     motion,
     transients,

@@ -3,7 +3,7 @@
 from functools import partial
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from beltrepro.analysis import states, transitions
 from beltrepro.analysis.errors import require
@@ -108,6 +108,8 @@ def _richest(evidence, names_of):
     sizes = [*near, *others]
     codes = [np.unique(names_of(evidence, n), return_inverse=True)[1] for n in sizes]
 
+    require(any(np.unique(own).size > 1 for own in codes), "all runs of all N are alike")
+
     def excess(*groups):
         bits = [_entropy(group) for group in groups]
         return max(bits[: len(near)]) - max(bits[len(near) :])
@@ -124,7 +126,7 @@ def _richest(evidence, names_of):
 
 def _entropy(codes: np.ndarray) -> float:
     """Entropy in bits of the shares of codes (R,)."""
-    return float(stats.entropy(np.bincount(codes), base=2))
+    return float(special.entr(np.bincount(codes) / codes.size).sum() / np.log(2))
 
 
 def _by_motion(evidence, n_blocks):

@@ -11,6 +11,7 @@ from beltrepro.claims import estimates
 from beltrepro.claims.criteria import Measurement
 from beltrepro.claims.estimates import Estimate
 from beltrepro.claims.registry import claim
+from beltrepro.claims.transitions_of_runs import LEAST_RUNS
 
 MINIMUM_VELOCITIES = 4
 MINIMUM_CROSSINGS = 30
@@ -97,7 +98,8 @@ def _of_r(places, quiet, noisy):
 def _squared_change(place, quiet, noisy):
     """Square of the change of the mean ln r at a place, and the variance of this estimate."""
     logs = [np.log(cut.disorder[cut.between(place, place)]) for cut in (quiet, noisy)]
-    require(min(map(len, logs)) >= 2, f"single runs at u = {place:g}, 2 are needed")
+    fewest = min(map(len, logs))
+    require(fewest >= LEAST_RUNS, f"{fewest} runs at u = {place:g}, {LEAST_RUNS} are needed")
     error = sum(own.var(ddof=1) / own.size for own in logs)
     square = (logs[1].mean() - logs[0].mean()) ** 2 - error
     return square, 4 * max(square, 0.0) * error + 2 * error**2
@@ -138,11 +140,12 @@ def _fewest(places, *cuts):
 
 
 def _weaker_with_size(found):
+    """Trend over N of an effect; not found if no number of blocks shows any."""
     sizes = sorted(found)
-    return Measurement(
-        {
-            "slope over N": estimates.trend(sizes, [found[n] for n in sizes]),
-            "N = 5 minus N = 10": estimates.difference(found[5], found[10]),
-        },
-        {f"N = {n}": found[n] for n in sizes},
-    )
+    judged = {
+        "slope over N": estimates.trend(sizes, [found[n] for n in sizes]),
+        "N = 5 minus N = 10": estimates.difference(found[5], found[10]),
+    }
+    if not any(each.value > 0 for each in found.values()):
+        judged = dict.fromkeys(judged, estimates.absent(estimates.fewest(*found.values())))
+    return Measurement(judged, {f"N = {n}": found[n] for n in sizes})

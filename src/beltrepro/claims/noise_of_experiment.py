@@ -7,9 +7,9 @@ import numpy as np
 from beltrepro.analysis import inference, recording, trials
 from beltrepro.analysis.errors import NotEnoughDataError, require
 from beltrepro.analysis.inference import Simulated
+from beltrepro.claims import estimates
 from beltrepro.claims.criteria import Measurement
 from beltrepro.claims.estimates import (
-    RESAMPLES,
     Estimate,
     bootstrap,
     from_resamples,
@@ -178,7 +178,7 @@ def _posterior(simulated, found, tolerance):
 
     rng = np.random.default_rng(0)
     resampled = []
-    for _ in range(RESAMPLES):
+    for _ in range(estimates.RESAMPLES):
         try:
             own = inference.posterior(_drawn_anew(simulated, rng), trials.RECORDED, tolerance)
             resampled.append(assigned(own))

@@ -79,9 +79,9 @@ def motions(evidence: Evidence, n_blocks: int, low: float = 0.0, high: float = n
     return found
 
 
-def settled_motions(evidence: Evidence, low: float, high: float) -> Motions:
-    """Runs of `survival` of five blocks with low <= u <= high, all starts."""
-    arrays, attributes = evidence.runs("survival", n_blocks=N_BLOCKS)
+def settled_motions(evidence: Evidence, low: float, high: float, spread: float) -> Motions:
+    """Runs of `survival` of five blocks with low <= u <= high from starts with this spread."""
+    arrays, attributes = evidence.runs("survival", n_blocks=N_BLOCKS, initial_spread=spread)
     exponent, error, time = (arrays[f"irregular_{name}"] for name in ("exponent", "error", "time"))
     irregular = np.where(above_zero(exponent, error, time), CHAOTIC, TRANSIENT)
     names = np.where(arrays["settled"].astype(bool), arrays["state"].astype(str), irregular)
@@ -156,7 +156,7 @@ def runs_from(evidence: Evidence, belt_velocity: float, spread: float) -> Settli
     )
 
 
-def by_spread(evidence: Evidence, measure):
+def by_spread(evidence, measure):
     """A reading for each spread of the starts that the claim names."""
     parameters = evidence.claim.parameters
     return {

@@ -168,12 +168,12 @@ def _intermittency(velocities, groups, length, late):
     share, count, last = np.concatenate(groups).T
     mask = intermittency.intermittent_mask({"laminar_fraction": share, "laminar_count": count})
     lasting = np.nan_to_num(last, nan=-np.inf) >= late
-    found = estimates.bootstrap(partial(_slope_of_phases, velocities, length), groups)
+    slope = estimates.bootstrap(partial(_slope_of_phases, velocities, length), groups)
     return Measurement(
         {
             "intermittent": estimates.share(int(mask.sum()), mask.size),
             "lasts": estimates.share(int(lasting.sum()), lasting.size),
-            "laminar phase over u": found,
+            "laminar phase over u": slope if count.any() else estimates.absent(slope.runs),
         },
         note="; ".join(
             f"u = {u:g}: {own[:, 0].mean():.2g} of the time laminar, "

@@ -9,7 +9,8 @@ import numpy as np
 from beltrepro.analysis import transitions
 from beltrepro.analysis.errors import require
 from beltrepro.analysis.transitions import Transition
-from beltrepro.claims.estimates import RESAMPLES, Estimate, from_resamples
+from beltrepro.claims import estimates
+from beltrepro.claims.estimates import Estimate, from_resamples
 
 LEAST_RUNS = 4
 QUANTITIES = ("critical", "lower", "upper", "width", "r_high", "r_low", "contrast")
@@ -65,7 +66,7 @@ def _estimates(places: np.ndarray, values: np.ndarray, find: Finder) -> dict[str
     begin, size = np.repeat(first, count), np.repeat(count, count)
     samples = [
         find(places, values[begin + (rng.random(values.size) * size).astype(int)])
-        for _ in range(RESAMPLES)
+        for _ in range(estimates.RESAMPLES)
     ]
     best = find(places, values)
     spacing = _spacing(distinct, best)

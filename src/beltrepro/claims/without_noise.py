@@ -1,13 +1,13 @@
-"""Claims on the deterministic chain of five blocks (Sec. IV.A)."""
+"""Claims on single motions of the deterministic chain of five blocks (Sec. IV.A)."""
 
 from functools import partial
 
 import numpy as np
 
-from beltrepro.analysis import lifetimes, sections, spectra, states, transitions
+from beltrepro.analysis import lifetimes, sections, spectra
 from beltrepro.analysis.errors import require
 from beltrepro.analysis.motion import PERIODIC
-from beltrepro.claims import estimates, transitions_of_runs
+from beltrepro.claims import estimates
 from beltrepro.claims.criteria import Measurement
 from beltrepro.claims.evidence import last_block_events
 from beltrepro.claims.registry import claim
@@ -15,7 +15,6 @@ from beltrepro.claims.registry import claim
 LEAST_CYCLES = 10  # of the lowest frequency of a fit, in a stretch of a series
 LEAST_STRETCHES, STRETCHES = 4, 20
 PRINTED_LENGTH = 1e6  # of the series behind Fig. 8, if it is as long as those behind Fig. 12
-PAPERS_SCHEME, EXACT, WIDE = "n5_replicates_check", "n5_replicates", "n5_replicates_wide"
 
 
 # --- Fig. 8 ---------------------------------------------------------------------------------------
@@ -41,7 +40,7 @@ def spectrum_exponent(evidence):
 
 
 def _spectral_law(values, interval, *, window="hann", band=spectra.FIT_BAND, amplitude=False):
-    """Law of each stretch of the series, and the mean over the stretches."""
+    """Law of the mean spectrum of the stretches of the series, which are drawn anew."""
     low, high = band
     shortest = LEAST_CYCLES / low
     count = min(STRETCHES, int(values.size * interval / shortest + 1e-9))
@@ -50,27 +49,29 @@ def _spectral_law(values, interval, *, window="hann", band=spectra.FIT_BAND, amp
         f"the series lasts {values.size * interval:.0f}: {LEAST_STRETCHES} stretches of "
         f"{shortest:.0f} are needed for nu >= {low:g}",
     )
-    fits = [
-        spectra.fit_power_law(
-            *spectra.power_spectrum(each, interval, window=window), low=low, high=high
-        )
-        for each in np.array_split(values, count)
-    ]
-    exponent = np.array([fit.exponent for fit in fits])
-    prefactor = np.log([fit.prefactor for fit in fits])
-    if amplitude:
-        # 2|X|/n of n samples over a time T is the root of 2 S / T.
-        exponent, prefactor = exponent / 2, (prefactor + np.log(2 / PRINTED_LENGTH)) / 2
-    note = f"{count} stretches of {values.size * interval / count:.0f}"
+    length = values.size // count
+    stretches = values[: count * length].reshape(count, length)
+    found = [spectra.power_spectrum(each, interval, window=window) for each in stretches]
+    frequency, power = found[0][0], np.array([each for _, each in found])
+
+    def fit(drawn):
+        # The logarithm of a single noisy spectrum would lie too low where bins are narrow.
+        law = spectra.fit_power_law(frequency, drawn.mean(axis=0), low=low, high=high)
+        exponent, prefactor = law.exponent, np.log(law.prefactor)
+        if amplitude:
+            # 2|X|/n of n samples over a time T is the root of 2 S / T.
+            exponent, prefactor = exponent / 2, (prefactor + np.log(2 / PRINTED_LENGTH)) / 2
+        return exponent, prefactor
+
+    exponent, prefactor = (
+        estimates.bootstrap(lambda drawn, part=part: fit(drawn)[part], [power]) for part in (0, 1)
+    )
+    note = f"{count} stretches of {length * interval:.0f}"
     if not amplitude:
-        halved, root = exponent.mean() / 2, np.sqrt(2 * np.exp(prefactor.mean()) / PRINTED_LENGTH)
-        note += f"; the amplitude 2|X|/n over T = 1e6 has {halved:.3g} and {root:.2g}"
+        root = np.sqrt(2 * np.exp(prefactor.value) / PRINTED_LENGTH)
+        note += f"; the amplitude 2|X|/n over T = 1e6 has {exponent.value / 2:.3g} and {root:.2g}"
     return Measurement(
-        {
-            "exponent": estimates.mean(exponent),
-            "prefactor": estimates.exponential(estimates.mean(prefactor)),
-        },
-        note=note,
+        {"exponent": exponent, "prefactor": estimates.exponential(prefactor)}, note=note
     )
 
 
@@ -169,12 +170,14 @@ def _transients(evidence):
     require(duration >= 2 * printed, f"runs of {duration:g} cannot show lifetimes of {printed}")
     own = _at(runs.arrays, belt_velocity=20.0)
     escaped = own["escaped"].astype(bool)
-    slipping = _labels(own) != lifetimes.STICK_SLIP
+    slipping = lifetimes.labels_of(own) != lifetimes.STICK_SLIP
     on_orbit = ~escaped & lifetimes.on_shared_orbits(own, float(runs.attributes["settle_time"]))
     beyond = escaped & (own["lifetime"] > printed)
     note = f"{escaped.sum()} of {escaped.size} runs escape"
     if escaped.any():
-        note += f", half of them before {np.median(own['lifetime'][escaped]):.0f}"
+        lived = own["lifetime"][escaped]
+        note += f", half of them before {np.median(lived):.0f}"
+        note += f", at {np.unique(np.round(lived)).size} different times"
     note += f"; {on_orbit.sum()} end on stick-slip orbits that several runs share"
     return _two_shares(beyond, slipping, ~escaped, note, open_ends=~escaped & ~on_orbit)
 
@@ -219,162 +222,7 @@ def _two_shares(beyond, slipping, still_open, note, *, open_ends=None):
     )
 
 
-# --- Fig. 12: the fall of r -----------------------------------------------------------------------
-
-
-@claim("r-jump")
-def r_jump(evidence):
-    """Plateaus of r before and after its fall."""
-    names = {"r_chaotic": "r_high", "r_periodic": "r_low", "ratio": "contrast"}
-    return _readings_of_fall(evidence, names)
-
-
-@claim("u-critical")
-def u_critical(evidence):
-    """Midpoint of the transition region without noise."""
-    names = {"critical": "critical"}
-    readings = _readings_of_fall(evidence, names, also=("lower", "upper"))
-    for smoothing in (1.0, 5.0):
-        readings[f"running median over {smoothing:g}"] = partial(
-            _fall, evidence, names, ("lower", "upper"), smoothing=smoothing
-        )
-    return readings
-
-
-def _readings_of_fall(evidence, names, also=()):
-    return {
-        "the paper's scheme": partial(_fall, evidence, names, also),
-        "exact dynamics": partial(_fall, evidence, names, also, scan=EXACT),
-        "wider starts": partial(_fall, evidence, names, also, scan=WIDE),
-        "one run at each u": partial(_fall_of_row, evidence, names, also),
-    }
-
-
-def _fall(evidence, names, also, *, scan=PAPERS_SCHEME, **options):
-    runs = evidence.replicates(5, 0.0, scan=scan)
-    found = (
-        transitions_of_runs.fall(runs.belt_velocity, runs.disorder, **options)
-        if options
-        else runs.fall
-    )
-    return _named(names, also, found)
-
-
-def _fall_of_row(evidence, names, also):
-    row = evidence.row(5, 0.0, scan="n5_rows")
-    found = transitions.transition_region(row.belt_velocity, row.disorder, bootstrap=0)
-    wanted = (*names.values(), *also)
-    return _named(names, also, {name: estimates.single(getattr(found, name)) for name in wanted})
-
-
-def _named(names, also, found):
-    return Measurement(
-        {name: found[of] for name, of in names.items()}, {name: found[name] for name in also}
-    )
-
-
-# --- Fig. 12: other motions -----------------------------------------------------------------------
-
-
-@claim("outliers")
-def outliers(evidence):
-    """Runs of large r beyond the transition, and whether they are chaotic."""
-    return {
-        "the paper's scheme": partial(_outliers, evidence, "n5_rows", PAPERS_SCHEME),
-        "one run at each u": partial(_outliers, evidence, "n5_rows"),
-        "wider starts": partial(_outliers, evidence, WIDE),
-        "exact dynamics": partial(_outliers, evidence, EXACT),
-        "many runs": partial(_outliers_of_many, evidence),
-    }
-
-
-def _outliers(evidence, *scans):
-    limit = _half_plateau(evidence)
-    large, regular, places = [], [], []
-    for scan in scans:
-        row = evidence.row(5, 0.0, scan=scan)
-        inside = _between(evidence, row.belt_velocity)
-        large += (row.disorder[inside] > limit).tolist()
-        regular += np.isin(
-            row.states[inside], (states.PERIODIC, states.QUASI_PERIODIC, states.CONTINUOUS)
-        ).tolist()
-        places += row.belt_velocity[inside].tolist()
-    large, regular = np.array(large, dtype=bool), np.array(regular, dtype=bool)
-    where = ", ".join(f"{u:g}" for u in np.unique(np.array(places)[large]))
-    return _outlying(large, regular, np.zeros_like(large), f"u = {where}" if where else "")
-
-
-def _outliers_of_many(evidence):
-    runs = evidence.dataset("lifetimes").arrays
-    inside = _between(evidence, runs["belt_velocity"])
-    own = sections.select({name: runs[name] for name in _ENDS}, inside)
-    large = own["final_disorder"] > _half_plateau(evidence)
-    labels = _labels(own)
-    sticks = labels == lifetimes.STICK_SLIP
-    return _outlying(large, ~sticks, sticks, "runs that still stick may be chaotic or regular")
-
-
-def _outlying(large, regular, still_open, note):
-    require(large.size >= 4, f"{large.size} runs in 20 < u < 22, 4 are needed")
-    count = int(large.sum())
-    kept = (
-        estimates.share(int((large & regular).sum()), count, int((large & still_open).sum()))
-        if count
-        else estimates.absent()
-    )
-    return Measurement(
-        {"runs of large r": estimates.share(count, large.size), "of these not chaotic": kept},
-        note=f"{count} of {large.size} runs" + (f", {note}" if note else ""),
-    )
-
-
-def _half_plateau(evidence):
-    return evidence.replicates(5, 0.0, scan=PAPERS_SCHEME).fall["r_high"].value / 2
-
-
-def _between(evidence, belt_velocity):
-    """Ends left out."""
-    low, high = evidence.claim.parameters["belt_velocity"]
-    return (belt_velocity > low + 1e-9) & (belt_velocity < high - 1e-9)
-
-
-@claim("r-windows")
-def r_windows(evidence):
-    """r of periodic runs over that of chaotic ones, below the transition."""
-    periodic = (states.PERIODIC,)
-    row = partial(evidence.row, 5, 0.0)
-    return {
-        "one run at each u": partial(_window_ratio, evidence, row, "n5_rows", periodic),
-        "quasi-periodic ones too": partial(
-            _window_ratio, evidence, row, "n5_rows", (*periodic, states.QUASI_PERIODIC)
-        ),
-        "independent runs": partial(_window_ratio, evidence, row, PAPERS_SCHEME, periodic),
-    }
-
-
-def _window_ratio(evidence, row, scan, regular):
-    found = row(scan=scan)
-    inside = found.between(*evidence.claim.parameters["belt_velocity"])
-    calm, chaotic = (
-        found.disorder[inside & np.isin(found.states, labels)]
-        for labels in (regular, (states.CHAOTIC,))
-    )
-    counts = f"{calm.size} periodic and {chaotic.size} chaotic runs"
-    require(min(calm.size, chaotic.size) >= 3, f"{counts} at u <= 15, 3 of each are needed")
-    value = estimates.bootstrap(lambda few, many: np.median(few) / np.median(many), [calm, chaotic])
-    return Measurement(
-        {"r periodic / r chaotic": value},
-        {
-            "r periodic": estimates.sure(np.median(calm)),
-            "r chaotic": estimates.sure(np.median(chaotic)),
-        },
-        note=f"{counts}; r of the periodic ones from {calm.min():.2g} to {calm.max():.2g}",
-    )
-
-
 # --- shared ---------------------------------------------------------------------------------------
-
-_ENDS = ("escaped", "final_disorder", "final_stick_rate")
 
 
 def _at(arrays, **where):
@@ -383,7 +231,3 @@ def _at(arrays, **where):
     words = ", ".join(f"{name} = {value:g}" for name, value in where.items())
     require(chosen.sum() >= 4, f"{chosen.sum()} runs with {words}, 4 are needed")
     return {name: values[chosen] for name, values in arrays.items() if len(values) == len(chosen)}
-
-
-def _labels(runs):
-    return lifetimes.label_attractors(*(runs[name] for name in _ENDS))

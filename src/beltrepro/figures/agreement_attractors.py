@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from beltrepro.analysis import agreement, lifetimes
+from beltrepro.analysis import lifetimes
 from beltrepro.figures import panels, style
 from beltrepro.figures.registry import Entry
 
@@ -78,7 +78,7 @@ def _sides(tested, reference):
 def _point(row, place, arrays, chosen, colour, label, width):
     if not chosen.any():
         return
-    stuck = agreement.attractors(arrays)[chosen] == lifetimes.STICK_SLIP
+    stuck = lifetimes.labels_of(arrays)[chosen] == lifetimes.STICK_SLIP
     share = stuck.mean()
     error = np.sqrt(share * (1 - share) / stuck.size)
     row[0].errorbar(

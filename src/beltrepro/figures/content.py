@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, QuadMesh
+from matplotlib.collections import LineCollection, PolyCollection, QuadMesh
 from matplotlib.colors import LogNorm, to_hex
 from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
@@ -44,6 +44,23 @@ class Curve:
     colour: str
     marker: str
     line: str
+
+
+@dataclass(frozen=True, eq=False)
+class Band:
+    """A shaded band between two curves over the same x.
+
+    Parameters
+    ----------
+    x, low, high : (P,) arrays
+    colour : str
+        "#rrggbb".
+    """
+
+    x: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    colour: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +100,7 @@ class Panel:
     legend : tuple of str
     curves : tuple of Curve
         Those with at least one point.
+    bands : tuple of Band
     guides : tuple of (str, float)
         Lines across the panel: "x" or "y", and where.
     spans : tuple of (str, float, float)
@@ -107,6 +125,7 @@ class Panel:
     xticks: tuple[str, ...]
     legend: tuple[str, ...]
     curves: tuple[Curve, ...]
+    bands: tuple[Band, ...]
     guides: tuple[tuple[str, float], ...]
     spans: tuple[tuple[str, float, float], ...]
     arrows: tuple
@@ -159,6 +178,7 @@ def _panel(axes: Axes) -> Panel:
         xticks=_ticks_by_hand(axes),
         legend=_words(legend.get_texts()) if legend else (),
         curves=tuple(_curves(axes)),
+        bands=tuple(_bands(axes)),
         guides=tuple(_guides(axes)),
         spans=tuple(_spans(axes)),
         arrows=tuple(_arrows(axes)),
@@ -218,6 +238,18 @@ def _error(container) -> np.ndarray:
     return np.array([(end[1] - begin[1]) / 2 for begin, end in bars.get_segments()])
 
 
+def _bands(axes):
+    """Those of `fill_between`: an outline runs along one curve and back along the other."""
+    for filled in axes.collections:
+        if isinstance(filled, PolyCollection):
+            colour = to_hex(filled.get_facecolor()[0])
+            for outline in filled.get_paths():
+                corners = np.asarray(outline.vertices)[:-1]  # the last one closes it
+                count = len(corners) // 2 - 1
+                below, above = corners[1 : count + 1], corners[count + 2 :][::-1]
+                yield Band(x=below[:, 0], low=below[:, 1], high=above[:, 1], colour=colour)
+
+
 def _guides(axes):
     for line in axes.lines:
         match _in_data(axes, line.get_transform()):
@@ -265,8 +297,13 @@ def _image(mesh: QuadMesh) -> Image:
         values=np.ma.filled(np.ma.asarray(mesh.get_array(), dtype=float), np.nan).reshape(shape),
         scale="log" if isinstance(mesh.norm, LogNorm) else "linear",
         limits=(float(mesh.norm.vmin), float(mesh.norm.vmax)),
-        label=mesh.colorbar.ax.get_ylabel() if mesh.colorbar else "",
+        label=_bar_words(mesh.colorbar.ax) if mesh.colorbar else "",
     )
+
+
+def _bar_words(axes) -> str:
+    """Words at a colour bar, upright or lying."""
+    return axes.get_ylabel() or axes.get_xlabel()
 
 
 def _picture(image) -> Image:

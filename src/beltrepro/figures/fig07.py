@@ -15,11 +15,12 @@ ENTRY = Entry(
     uses=("friction_event",),
     words=(
         "One stick-slip event with noise: friction follows the external force while the block is "
-        "stuck, drops when it starts to slip, and then fluctuates about the kinetic value."
+        "stuck, drops when it starts to slip, and then fluctuates about the kinetic value. b: the "
+        "slip alone, with the standard deviation that the noise should give it shaded."
     ),
     alt=(
-        "Friction force against external force during one event: a straight line while stuck, a "
-        "jump, and a noisy band while slipping."
+        "Two panels of friction force against external force during one event: a straight line "
+        "while stuck, a jump, and a noisy band while slipping, which is enlarged beside it."
     ),
     number="7",
 )
@@ -45,8 +46,10 @@ def draw(data, caption):
     panels.require(data, ENTRY)
     series = data["friction_event"]
     figure = style.page(caption, 3.9)
-    axes = figure.subplots()
-    axes.set(xlabel="$F_{ex}$", ylabel="$F_f$")
+    axes, enlarged = figure.subplots(1, 2, width_ratios=(1.7, 1))
+    for panel, mark in ((axes, "a"), (enlarged, "b")):
+        panels.letter(panel, mark)
+        panel.set(xlabel="$F_{ex}$", ylabel="$F_f$")
     axes.axhline(0, color="0.85", linewidth=0.7, zorder=0)
     axes.axvline(0, color="0.85", linewidth=0.7, zorder=0)
     chain = files.chain(series)
@@ -54,8 +57,9 @@ def draw(data, caption):
     if event is None:
         _draw_samples(axes, series, chain)
         panels.note(axes, "no complete stick-slip event in this series: all samples shown")
+        panels.note(enlarged, "no complete slip")
         return figure
-    _draw_event(axes, series, chain, event)
+    _draw_event(axes, enlarged, series, chain, event)
     axes.legend(loc="lower left")
     return figure
 
@@ -81,7 +85,7 @@ def _sampled(time, begin, end, *, least=10):
     return np.searchsorted(time, end) - np.searchsorted(time, begin) >= least
 
 
-def _draw_event(axes, series, chain, event):
+def _draw_event(axes, enlarged, series, chain, event):
     time = series.arrays["time"]
     column = event.block - 1
     friction = series.arrays["friction"][:, column]
@@ -92,6 +96,7 @@ def _draw_event(axes, series, chain, event):
     shown = stuck | slips
     external[shown] = external_force(series.arrays["positions"][shown], chain)[:, column]
     _draw_phases(axes, external, friction, stuck, slips)
+    _draw_noise(enlarged, external[slips], friction[slips], chain)
     if stuck.any() and slips.any():
         kinetic = float(np.mean(friction[slips]))
         first, last = external[np.flatnonzero(slips)[[0, -1]]]
@@ -102,12 +107,7 @@ def _draw_event(axes, series, chain, event):
     axes.autoscale_view()
     _draw_level(axes, chain.static_friction, "$F_{st_0}$")
     _draw_level(axes, chain.friction_ratio * chain.static_friction, "$f_s F_{st_0}$")
-    axes.set_title(
-        f"block {event.block} of {chain.n_blocks}, slip at $t$ = {event.start:.2f}",
-        loc="right",
-        size=8,
-        color="0.35",
-    )
+    panels.remark(axes, f"block {event.block} of {chain.n_blocks}, slip at $t$ = {event.start:.2f}")
 
 
 def _draw_phases(axes, external, friction, stuck, slips):
@@ -131,11 +131,22 @@ def _draw_phases(axes, external, friction, stuck, slips):
     )
 
 
+def _draw_noise(axes, external, friction, chain):
+    """Friction while slipping, on its own scale, over one standard deviation of f_s F_st."""
+    kinetic = chain.friction_ratio * chain.static_friction
+    deviation = chain.friction_ratio * chain.noise
+    axes.axhline(kinetic, color="0.5", linewidth=0.8, linestyle=":", zorder=3)
+    axes.axhspan(kinetic - deviation, kinetic + deviation, color="0.88", linewidth=0, zorder=0)
+    axes.plot(external, friction, color=style.VERMILION, linewidth=0.5, rasterized=True)
+    words = f"measured {np.std(friction):.2f}, $f_s \\sigma$ = {deviation:.2f}"
+    panels.remark(axes, words if friction.size else "no sample of the slip")
+
+
 def _draw_level(axes, level, text):
     axes.axhline(level, color="0.6", linewidth=0.8, linestyle=":", zorder=0)
     axes.annotate(
         text,
-        (1, level),
+        (0.88, level),
         xycoords=("axes fraction", "data"),
         xytext=(-4, -3),
         textcoords="offset points",

@@ -11,42 +11,43 @@ ENTRY = Entry(
     words=(
         "At low belt speed and without noise the last block moves in a sawtooth of unequal teeth;"
         " its spectrum falls like a power of frequency. Its velocity relative to the belt is zero"
-        " between bursts."
+        " between bursts. Beside them the spectrum of the whole series and the fastest slip: in "
+        "the paper, insets. The exponent that the paper prints is nearer to that of the amplitude."
     ),
     alt=(
-        "Two panels against time: an irregular sawtooth of the position with its spectrum in an "
-        "inset, and bursts of relative velocity with an enlarged stretch."
+        "Four panels: an irregular sawtooth of the position against time and its spectrum with a "
+        "fitted line and a dashed one; bursts of relative velocity, and one of them enlarged."
     ),
     number="8",
 )
 
 SHOWN = 3000.0  # last part of the series that is drawn
 ZOOM = 30.0  # length of the enlarged part, around the fastest slip
+EXPONENT = -1.21  # of the spectrum, in the caption of Fig. 8
 
 
 @style.styled
 def draw(data, caption):
-    """a: x_N(t) with the spectrum of the whole series; b: v_rN(t), enlarged at its fastest slip."""
+    """a: x_N(t) and the spectrum of the whole series; b: v_rN(t), enlarged at its fastest slip."""
     panels.require(data, ENTRY)
     series = data["u1"]
     time, position, relative = panels.last_block(series)
     shown = time >= (time[-1] - SHOWN if time.size else 0.0)
     time, position, relative = time[shown], position[shown], relative[shown]
 
-    figure = style.page(caption, 6.0)
-    upper, lower = figure.subplots(2, 1, sharex=True)
+    figure = style.page(caption, 4.6)
+    (upper, spectrum), (lower, enlarged) = figure.subplots(2, 2, width_ratios=(1.7, 1))
     panels.letter(upper, "a")
     panels.trace(upper, time, position, ylabel=panels.POSITION)
-    panels.make_room(upper, above=0.56)
-    panels.spectrum_inset(upper, (0.36, 0.575, 0.60, 0.34), series, fit=True)
-
+    panels.spectrum(spectrum, series, printed=EXPONENT)
     panels.letter(lower, "b")
     panels.trace(lower, time, relative, ylabel=panels.RELATIVE_VELOCITY)
     lower.set_xlabel(panels.TIME)
-    panels.make_room(lower, below=0.50)
+    enlarged.set(xlabel=panels.TIME, ylabel=panels.RELATIVE_VELOCITY)
     if time.size:
         middle = time[np.argmin(relative)]
-        panels.zoom(
-            lower, (0.36, 0.12, 0.60, 0.34), time, relative, (middle - ZOOM / 2, middle + ZOOM / 2)
-        )
+        window = middle - ZOOM / 2, middle + ZOOM / 2
+        panels.zoom(lower, enlarged, time, relative, window)
+    else:
+        panels.note(enlarged, "no samples")
     return figure

@@ -1,7 +1,7 @@
 """Fig. 14: periodic windows and noise."""
 
 from beltrepro.analysis import sections, transitions
-from beltrepro.figures import panels, style
+from beltrepro.figures import panels, replicates, style
 from beltrepro.figures.registry import Entry
 
 ENTRY = Entry(
@@ -52,7 +52,7 @@ def _column(axes, scan):
     """r(sigma) at one belt velocity, with the noise at which it rises."""
     column = sections.columns(scan, n_blocks=5, belt_velocity=BELT_VELOCITY)
     noise, disorder = column["noise"], column["disorder_parameter"]
-    panels.curve(axes, noise, disorder, 1, linewidth=0.8, linestyle="-")
+    replicates.band(axes, noise, disorder, 1, runs=style.BLACK, linewidth=0.8, linestyle="-")
     panels.finish_curves(axes, xlabel=panels.NOISE, width=14)
     axes.set_title(f"$u = {BELT_VELOCITY:g}$")
     axes.yaxis.set_label_position("right")

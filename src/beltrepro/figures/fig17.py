@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.ticker import LogLocator
 
-from beltrepro.analysis import density, sections
+from beltrepro.analysis import density, intermittency, replicates, sections
 from beltrepro.figures import panels, style
 from beltrepro.figures.registry import Entry
 
@@ -12,17 +12,25 @@ ENTRY = Entry(
     title=(
         "Natural distribution over belt velocity and velocity of the last block, for four noises."
     ),
-    uses=("n5_rows",),
+    uses=("n5_rows", "n5_replicates"),
     words=(
         "The density of section velocities over belt velocity at four noise levels: windows "
-        "vanish, the edge of chaos softens, and at last noise fills the plane."
+        "vanish, the edge of chaos softens, and at last noise fills the plane. Of each run the "
+        "first crossings after the transient are kept; where independent runs were made at the "
+        "same point, theirs are joined to them. Marks at the foot explain columns that are blank "
+        "but for a narrow band: blue, the last block does not stick any more; orange, both motions "
+        "take turns, and the crossings kept may be of one of them."
     ),
-    alt="Four density maps over belt velocity and velocity of the last block, for rising noise.",
+    alt=(
+        "Four density maps over belt velocity and velocity of the last block, for rising noise, "
+        "with coloured marks at the foot of columns in which the block does not always stick."
+    ),
     number="17",
 )
 
 NOISES = (0.0, 1.0, 5.0, 10.0)
 BINS = 120
+FOOT = 0.04  # height of the marks, as a share of the panel
 DECADES = 3  # range of the colours below the largest density, at most
 
 
@@ -30,8 +38,7 @@ DECADES = 3  # range of the colours below the largest density, at most
 def draw(data, caption):
     """Density of v_N at the section for each u, on the plane (u, v_N), a panel per noise level."""
     panels.require(data, ENTRY)
-    scan = data["n5_rows"]
-    rows = {noise: sections.rows(scan, n_blocks=5, noise=noise) for noise in NOISES}
+    rows = {noise: _joined(data, noise) for noise in NOISES}
     span = _span(rows.values())
     figure = style.page(caption, 5.6)
     grid = figure.subplots(2, 2, sharex=True, sharey=True)
@@ -53,6 +60,7 @@ def draw(data, caption):
         image = axes.pcolormesh(
             u_edges, v_edges, np.where(share > 0, share, np.nan), norm=norm, rasterized=True
         )
+        _marks(axes, rows[noise], span)
     for axes in grid[-1]:
         axes.set_xlabel(panels.BELT_VELOCITY)
     for axes in grid[:, 0]:
@@ -64,6 +72,33 @@ def draw(data, caption):
         bar.minorticks_off()
         bar.set_label("density of $v_N$ at given $u$")
     return figure
+
+
+def _joined(data, noise):
+    """The row at a noise, with independent runs at its points; their crossings, joined by u."""
+    row, others = (sections.rows(data[name], n_blocks=5, noise=noise) for name in ENTRY.uses)
+    others = sections.select(others, np.isin(others["belt_velocity"], row["belt_velocity"]))
+    kept = ("belt_velocity", "laminar_fraction", "laminar_count")
+    joined = {name: np.concatenate([row[name], others[name]]) for name in kept}
+    values = [np.asarray(each["section_velocity"], dtype=float) for each in (row, others)]
+    width = max(each.shape[1] for each in values)
+    padded = [np.pad(v, ((0, 0), (0, width - v.shape[1])), constant_values=np.nan) for v in values]
+    return joined | {"section_velocity": np.concatenate(padded)}
+
+
+def _marks(axes, row, span):
+    """At the foot of each u: whether the last block slips on, or both motions take turns."""
+    low, high = intermittency.LAMINAR_SHARE
+    share = replicates.spread(row["belt_velocity"], row["laminar_fraction"])
+    foot = span[0] - FOOT / 2 * (span[1] - span[0])
+    for chosen, colour in (
+        (share.mean > high, style.BLUE),
+        ((share.mean >= low) & (share.mean <= high), style.ORANGE),
+    ):
+        if chosen.any():
+            places = share.place[chosen]
+            axes.plot(places, np.full(places.size, foot), "|", color=colour, markersize=5)
+    axes.set_ylim(span[0] - FOOT * (span[1] - span[0]), span[1])
 
 
 def _span(rows):

@@ -1,70 +1,96 @@
 """Fig. 18: map of the disorder parameter."""
 
 import numpy as np
+from matplotlib.colors import BoundaryNorm
 
 from beltrepro.analysis import intermittency, sections
-from beltrepro.figures import panels, style
+from beltrepro.figures import panels, replicates, style
 from beltrepro.figures.registry import Entry
 
 ENTRY = Entry(
-    title="Map of r over belt velocity and noise, with the boundary of intermittency.",
-    uses=("n5_map",),
+    title="Map of r over belt velocity and noise, with the points of intermittency.",
+    uses=("n5_map", "n5_replicates"),
     words=(
-        "The disorder parameter over belt velocity and noise, with the edge of the intermittent "
-        "region, which ends above zero noise and widens at strong noise."
+        "The disorder parameter over belt velocity and noise. In the paper white dots enclose the "
+        "range of intermittency, which ends above zero noise and widens at strong noise. Here each "
+        "point has one that is intermittent by the rule above the map, in one run of limited "
+        "length. b: the share of time in laminar phases, that is, slips of the last block longer "
+        "than 200, in runs from starts of their own; the dotted lines are the limits of the rule."
     ),
     alt=(
-        "Colour map of r over belt velocity and noise, with a dotted outline of the intermittent "
-        "region."
+        "Two panels: a colour map of r over belt velocity and noise, with a white dot at each "
+        "intermittent point; below, the share of laminar phases against belt velocity, a line "
+        "with a band for each noise."
     ),
     number="18",
 )
 
+STEP = 0.02  # of r, from one colour to the next
+LEFT_OUT = (0.5,)  # noise at which b shows what it shows at 0 and 1
+
 
 @style.styled
 def draw(data, caption):
-    """r over the plane (u, sigma) in colours; white dots: boundary of the intermittent region.
-
-    The criterion of intermittency is that of `intermittency.intermittent_mask`.
-    """
+    """a: r over the plane (u, sigma), a dot where `intermittent_mask` holds; b: laminar shares."""
     panels.require(data, ENTRY)
     points = data["n5_map"].arrays
     points = sections.select(points, points["n_blocks"] == 5)
-    figure = style.page(caption, 4.2)
-    axes = figure.subplots()
-    axes.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.NOISE)
-    if not points["noise"].size:
-        panels.note(axes, "no points in this scan")
-        return figure
-    velocities, noises, disorder = _table(points)
-    image = axes.pcolormesh(
-        _edges(velocities), _edges(noises), disorder, cmap="viridis", vmin=0, rasterized=True
-    )
-    figure.colorbar(image, ax=axes, pad=0.01, label=panels.DISORDER)
-    _boundary(axes, points)
+    figure = style.page(caption, 6.4)
+    above, below = figure.subplots(2, 1, height_ratios=(1.5, 1))
+    panels.letter(above, "a")
+    above.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.NOISE)
+    if points["noise"].size:
+        _map(figure, above, points)
+        _dots(above, points)
+    else:
+        panels.note(above, "no points in this scan")
+    panels.letter(below, "b")
+    _shares(below, data["n5_replicates"])
     return figure
 
 
-def _boundary(axes, points):
+def _map(figure, axes, points):
+    velocities, noises, disorder = _table(points)
+    highest = np.nanmax(disorder) if np.isfinite(disorder).any() else STEP
+    levels = STEP * np.arange(np.ceil(highest / STEP - 1e-9) + 1)
+    image = axes.pcolormesh(
+        _edges(velocities),
+        _edges(noises),
+        disorder,
+        cmap="viridis",
+        norm=BoundaryNorm(levels, 256),
+        rasterized=True,
+    )
+    figure.colorbar(image, ax=axes, pad=0.01, label=panels.DISORDER)
+
+
+def _dots(axes, points):
     mask = intermittency.intermittent_mask(points)
     low, high = intermittency.LAMINAR_SHARE
     rule = f"laminar phases, at least {intermittency.MINIMUM_PHASES}, take {low:.0%} to {high:.0%}"
-    if not mask.any():
-        axes.set_title(f"no point is intermittent ({rule} of the time)", size=8, color="0.35")
-        return
-    levels, *edges = intermittency.boundary(points["belt_velocity"], points["noise"], mask)
-    for edge in edges:
-        axes.plot(
-            edge,
-            levels,
-            "o",
-            color="white",
-            markersize=4,
-            markeredgecolor="black",
-            markeredgewidth=0.4,
-            clip_on=False,
-        )
-    axes.set_title(f"dots: boundary of intermittency ({rule} of the time)", size=8, color="0.35")
+    words = "dots: intermittent" if mask.any() else "no point is intermittent"
+    panels.remark(axes, f"{words} ({rule} of the time)")
+    places = points["belt_velocity"][mask], points["noise"][mask]
+    look = {"color": "white", "markeredgecolor": "black", "markeredgewidth": 0.4}
+    axes.plot(*places, "o", markersize=3.2, clip_on=False, **look)
+
+
+def _shares(axes, scan):
+    noises = [noise for noise in panels.levels(scan, "noise") if noise not in LEFT_OUT]
+    for index, noise in enumerate(noises):
+        row = sections.rows(scan, n_blocks=5, noise=noise)
+        label = rf"$\sigma = {noise:g}$"
+        share = row["belt_velocity"], row["laminar_fraction"]
+        # without noise a run has one of both motions for good
+        replicates.band(axes, *share, index, label=label, band=noise > 0)
+    for limit in intermittency.LAMINAR_SHARE:
+        axes.axhline(limit, color="0.5", linewidth=0.8, linestyle=":")
+    axes.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.04, 1.04))
+    panels.remark(axes, replicates.WORDS)
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(loc="center left")
+    else:
+        panels.note(axes, "no run with five blocks")
 
 
 def _table(points):

@@ -21,6 +21,7 @@ COLOURS = {
     CHAOTIC: style.VERMILION,
     NOISE_DRIVEN: style.PURPLE,
 }
+LEAST_RANGE = (-0.0005, 0.002)  # of exponents on an axis
 _MARKERS = {CHAOTIC: "o", TRANSIENT: "^"}  # the rest, regular, are squares
 
 
@@ -47,7 +48,17 @@ def exponents(axes, scan, n_blocks, *, size=2.4):
     if not own.any():
         panels.note(axes, f"no run with N = {n_blocks}")
     low, high = axes.get_ylim()
-    axes.set_ylim(min(low, -0.0005), max(high, 0.002))
+    axes.set_ylim(min(low, LEAST_RANGE[0]), max(high, LEAST_RANGE[1]))
+
+
+def limits(scan, sizes):
+    """Range of the largest exponents, with their errors, of these numbers of blocks."""
+    arrays = scan.arrays
+    own = np.isin(arrays["n_blocks"], sizes) & np.isfinite(arrays["largest_exponent"])
+    value, error = (np.nan_to_num(arrays[n][own]) for n in ("largest_exponent", "standard_error"))
+    low = min((value - error).min(initial=0), LEAST_RANGE[0])
+    high = max((value + error).max(initial=0), LEAST_RANGE[1])
+    return low - 0.05 * (high - low), high + 0.05 * (high - low)
 
 
 def legend(figure, panels_with_motions, **place):

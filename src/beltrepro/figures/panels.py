@@ -80,6 +80,11 @@ def letter(axes, text):
     axes.set_title(f"{text}.", loc="left", weight="bold")
 
 
+def remark(axes, text):
+    """What is to be known of a panel, small, above its upper right corner."""
+    axes.set_title(text, loc="right", size=8, color="0.35")
+
+
 def note(axes, text, *, place=(0.5, 0.5), size=8, width=24):
     """A remark in the middle of a panel, or at `place` in its coordinates; `width` in letters."""
     axes.text(
@@ -105,16 +110,7 @@ def shortage_on(axes, **where):
         note(axes, str(reason), **where)
 
 
-# --- insets ---------------------------------------------------------------------------------------
-
-
-def inset(axes, bounds, *, xlabel="", ylabel=""):
-    """Axes within `bounds` (left, bottom, width, height) of a panel, with small labels."""
-    inner = axes.inset_axes(bounds)
-    inner.tick_params(labelsize=6.5, length=2, pad=1.5)
-    inner.set_xlabel(xlabel, size=7.5, labelpad=1)
-    inner.set_ylabel(ylabel, size=7.5, labelpad=1)
-    return inner
+# --- ranges, enlarged parts, spectra --------------------------------------------------------------
 
 
 def make_room(axes, *, above=0.0, below=0.0):
@@ -122,21 +118,6 @@ def make_room(axes, *, above=0.0, below=0.0):
     low, high = axes.get_ylim()
     height = (high - low) / (1 - above - below)
     _widen(axes, low - below * height, high + above * height)
-
-
-def keep_clear(axes, bounds, abscissa, ordinate, *, margin=0.12):
-    """Widen the y range upwards so that no data lie under an inset within `bounds` and its labels.
-
-    abscissa, ordinate : data of the panel, NaN allowed. The x range must be the final one.
-    """
-    left, right = axes.get_xlim()
-    low, high = axes.get_ylim()
-    begin, bottom, width, _ = bounds
-    share = (abscissa - left) / (right - left)
-    near = (share > begin - margin) & (share < begin + width) & np.isfinite(ordinate)
-    if near.any():
-        needed = low + (ordinate[near].max() - low) / (bottom - margin)
-        _widen(axes, low, max(high, needed))
 
 
 def _widen(axes, low, high):
@@ -154,46 +135,53 @@ def plain_log(axis):
     axis.set_minor_formatter(NullFormatter())
 
 
-def zoom(axes, bounds, time, values, window, **labels):
-    """Inset with the part of a trace within `window` = (begin, end), which is shaded outside."""
-    inner = inset(axes, bounds, **labels)
+def zoom(axes, inner, time, values, window):
+    """Draw a trace within `window` = (begin, end) in `inner`, and shade the window in `axes`."""
     axes.axvspan(*window, color=style.ORANGE, alpha=0.35, linewidth=0)
     inside = (time >= window[0]) & (time <= window[1])
     inner.plot(time[inside], values[inside], color=style.BLUE, linewidth=0.8)
     inner.set_xlim(*window)
     inner.ticklabel_format(axis="x", useOffset=False)
-    inner.locator_params(axis="x", nbins=3)
-    inner.locator_params(axis="y", nbins=4)
+    inner.locator_params(axis="x", nbins=4)
     for spine in inner.spines.values():
         spine.set_color(style.ORANGE)
-    return inner
+    inner.set_title("enlarged", size=8, color="0.35")
 
 
-def spectrum_inset(axes, bounds, series, *, fit):
-    """Inset with the power spectrum of x_N after the transient, and with its power law if `fit`."""
-    inner = inset(axes, bounds, xlabel=r"$\nu$", ylabel=r"$S(\nu)$")
+def spectrum(axes, series, *, printed=None):
+    """Power spectrum of x_N after the transient; with its power law beside a `printed` exponent."""
+    axes.set(xlabel=r"$\nu$", ylabel=r"$S(\nu)$")
     time, position, _ = last_block(series)
     chosen = settled(series)
-    with shortage_on(inner, size=6.5):
+    with shortage_on(axes):
         interval = float(np.median(np.diff(time[chosen]))) if chosen.sum() > 1 else np.nan
         frequency, power = spectra.power_spectrum(position[chosen], interval)
-        inner.loglog(frequency, power, color=style.SKY, linewidth=0.4, rasterized=True)
-        inner.set_xlim(frequency[0], min(_SPECTRUM_TO, frequency[-1]))
-        inner.set_ylim(np.quantile(power[frequency <= _SPECTRUM_TO], 0.02), 5 * power.max())
-        if fit:
-            law = spectra.fit_power_law(
-                frequency, power, low=spectra.FIT_BAND[0], high=spectra.FIT_BAND[1]
-            )
-            band = np.array([law.low, law.high])
-            inner.loglog(band, law(band), color=style.VERMILION, linewidth=1.4)
-            exponent = f"{law.exponent:.2f} \\pm {law.exponent_error:.2f}"
-            words = (
-                rf"$S = {law.prefactor:.2g}\,\nu^{{{exponent}}}$"
-                rf" for ${law.low:g} < \nu < {law.high:g}$;"
-                rf"  amplitude $\sqrt{{S}} \propto \nu^{{{law.exponent / 2:.2f}}}$"
-            )
-            inner.set_title(words, size=6.5, pad=2, color=style.VERMILION)
-    return inner
+        axes.loglog(frequency, power, color=style.SKY, linewidth=0.4, rasterized=True)
+        axes.set_xlim(frequency[0], min(_SPECTRUM_TO, frequency[-1]))
+        axes.set_ylim(np.quantile(power[frequency <= _SPECTRUM_TO], 0.02), 5 * power.max())
+        if printed is not None:
+            low, high = spectra.FIT_BAND
+            law = spectra.fit_power_law(frequency, power, low=low, high=high)
+            exponent = rf"{law.exponent:.2f} \pm {law.exponent_error:.2f}"
+            power_law(axes, law, label=rf"$S = {law.prefactor:.2g}\,\nu^{{{exponent}}}$")
+            printed_slope(axes, law, printed)
+            axes.legend(loc="lower left", fontsize=7)
+            half = rf"amplitude $\sqrt{{S}} \propto \nu^{{{law.exponent / 2:.2f}}}$"
+            axes.set_title(half, size=8, color=style.VERMILION)
+
+
+def power_law(axes, law, **look):
+    """A fitted power law, over the range of the fit."""
+    ends = np.array([law.low, law.high])
+    axes.loglog(ends, law(ends), **({"color": style.VERMILION, "linewidth": 1.6} | look))
+
+
+def printed_slope(axes, law, exponent):
+    """A line with the exponent that the paper prints, through the middle of a fitted law."""
+    ends = np.array([law.low, law.high])
+    middle = np.sqrt(law.low * law.high)
+    line = law(middle) * (ends / middle) ** exponent
+    axes.loglog(ends, line, "--", color=style.BLACK, linewidth=1.0, label=f"paper: {exponent:g}")
 
 
 # --- curves and diagrams --------------------------------------------------------------------------
@@ -240,6 +228,12 @@ def finish_curves(axes, *, xlabel, **words):
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
+def legend_within(axes, **words):
+    """Legend inside a panel, if anything in it has words."""
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(**({"loc": "best"} | words))
+
+
 def band_diagram(axes, row, *, colour=style.BLUE, label=None, size=1.6):
     """v_N at the section against u, a dot for each crossing."""
     velocities = np.asarray(row["section_velocity"], dtype=float)
@@ -273,16 +267,3 @@ def section_name(row):
     """The section of a row in words: "section x_N = 615"; empty for an empty row."""
     positions = np.unique(row["section_position"])
     return f"section $x_N = {positions[0]:g}$" if positions.size else ""
-
-
-def dot_legend(figure, axes):
-    """Legend above the page, for diagrams made of tiny dots: large ones tell the colours."""
-    handles, labels = axes.get_legend_handles_labels()
-    if not handles:
-        return
-    legend = figure.legend(
-        handles[::-1], labels[::-1], loc="outside upper right", ncols=len(labels), handletextpad=0
-    )
-    for handle in legend.legend_handles:
-        handle.set_markersize(7)
-        handle.set_alpha(1)
