@@ -37,7 +37,7 @@ def copy_of_project(place: Path) -> Path:
     litter = shutil.ignore_patterns("__pycache__", "*.egg-info")
     for name in ("src", "workflow", "profiles"):
         shutil.copytree(ROOT / name, place / name, ignore=litter)
-    for name in ("Snakefile", "config.yaml"):
+    for name in ("Snakefile", "config.yaml", "CITATION.cff"):
         shutil.copy(ROOT / name, place / name)
     return place
 

@@ -85,7 +85,7 @@ def tree(tmp_path_factory):
     for name in ("src", "workflow", "profiles"):
         litter = shutil.ignore_patterns("__pycache__", "*.egg-info")
         shutil.copytree(ROOT / name, place / name, ignore=litter)
-    for name in ("Snakefile", "config.yaml"):
+    for name in ("Snakefile", "config.yaml", "CITATION.cff"):
         shutil.copy(ROOT / name, place / name)
     return place
 

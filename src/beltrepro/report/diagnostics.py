@@ -18,6 +18,12 @@ SHOWN_BY = {
     "r-experiment": "experiment_noise",
     "intermittency-experiment": "experiment_noise",
     "sigma-experiment": "experiment_noise",
+    "u-critical": "critical_velocity",
+    "uc-of-sigma": "critical_velocity",
+    "uc-sigma22": "critical_velocity",
+    "transition-width": "critical_velocity",
+    "sharpest-at-n5": "critical_velocity",
+    "soc-cutoff": "avalanches",
     "method-independence": "agreement_disorder",
 }
 
