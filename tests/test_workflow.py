@@ -134,7 +134,7 @@ def test_list_shows_each_figure_with_its_title(tree):
 
 
 def test_every_target_dry_runs_in_the_folder_of_the_run(tree):
-    others = ["agreement", "claims", "report", "timing", "crate", "archive"]
+    others = ["agreement", "claims", "report", "article", "timing", "crate", "archive"]
     targets = [*FIGURES, "figures", *others, "all"]
     dry_run = snakemake(tree, "--dry-run", *targets, settings=["preset=standard", "run=f06"])
     count = jobs(dry_run)
@@ -189,7 +189,7 @@ def test_every_rule_that_runs_declares_what_it_needs():
             for directive in needed:
                 assert f"\n    {directive}:" in rule, (path.name, rule.splitlines()[0], directive)
             assert "mem_mb=" in rule and "runtime=" in rule
-    assert count == 11
+    assert count == 12
 
 
 def test_every_script_is_used():
@@ -221,7 +221,7 @@ def test_snakemake_report_holds_every_figure_with_its_words(finished):
 
 # --- reruns ---
 
-RESULTS = {"derive", "draw", "claims", "report", "all"}
+RESULTS = {"derive", "draw", "claims", "report", "article", "all"}
 
 
 def after_touching(
@@ -261,14 +261,15 @@ def test_touched_kernel_reruns_all_that_uses_it(finished):
 def test_touched_plot_table_and_claims_rerun_themselves_and_the_report(finished):
     names = ("figures/fig12.py", "tables/friction_falls.py", "claims/__init__.py")
     dry_run = after_touching(finished, *names)
-    assert jobs(dry_run) == {"derive": 1, "draw": 2, "claims": 1, "report": 1, "all": 1}
+    made = {"derive": 1, "draw": 2, "claims": 1, "report": 1, "article": 1, "all": 1}
+    assert jobs(dry_run) == made
     assert derived(dry_run) == {"tables/friction_falls"}
     assert drawn(dry_run) == {"fig12", "friction_ratio"}
 
 
 def test_touched_style_redraws_every_figure_and_simulates_nothing(finished):
     dry_run = after_touching(finished, "figures/style.py")
-    assert jobs(dry_run) == {"draw": len(FIGURES), "report": 1, "all": 1}
+    assert jobs(dry_run) == {"draw": len(FIGURES), "report": 1, "article": 1, "all": 1}
 
 
 def test_touched_housekeeping_simulates_nothing(finished):
@@ -339,6 +340,7 @@ def test_datasets_of_an_archive_are_never_simulated(tree):
             "draw": len(FIGURES),
             "claims": 1,
             "report": 1,
+            "article": 1,
             "all": 1,
         }
         target = "results/other/datasets/u1.h5"

@@ -190,8 +190,7 @@ def as_sentence(text: str) -> str:
     text = text.strip()
     if not text:
         return ""
-    word = re.match(r"[a-z]*", text)[0]
-    begin = text[0].upper() if len(word) > 2 else text[0]
+    begin = text[0].upper() if re.match(r"[a-z]{3}", text) else text[0]
     return begin + text[1:] + ("" if text.endswith((".", "?", "!")) else ".")
 
 
