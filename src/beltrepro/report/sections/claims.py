@@ -1,6 +1,7 @@
 """The claims as cards, each with its numbers, its reason and a link to the figure that shows it."""
 
 from beltrepro.claims.criteria import VERDICTS
+from beltrepro.claims.entries import SECTIONS
 from beltrepro.findings import count
 from beltrepro.report.diagnostics import diagnostic
 from beltrepro.report.sections.figures import on_page
@@ -12,7 +13,8 @@ NEEDS = ("claims", "estimates")
 GROUPS = {
     "model": "The model",
     "experiment": "The recordings",
-    "without_noise": "Without noise",
+    "without_noise": "Motion without noise",
+    "transition_without_noise": "The transition without noise",
     "avalanches": "Avalanches",
     "motion": "Chaos and periods",
     "transients": "Transients",
@@ -34,8 +36,10 @@ def gather(material) -> dict:
     cards = [_card(result, pictures) for result in results]
     findings = [card for card in cards if card["result"].claim.finding]
     groups = {
-        title: [card for card in findings if card["result"].claim.section == section]
-        for section, title in GROUPS.items()
+        GROUPS.get(section, section): [
+            card for card in findings if card["result"].claim.section == section
+        ]
+        for section in SECTIONS
     }
     groups[BUILT_SO] = [card for card in cards if not card["result"].claim.finding]
     return {
