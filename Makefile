@@ -31,7 +31,7 @@ paper: env  ## the same with the lengths of the paper: hours
 	$(SNAKEMAKE) $(ARGS) --config preset=paper
 
 test: env  ## the quick test suite; ARGS="-m slow" for the slow one
-	$(BIN)/python -m pytest --numprocesses $(CORES) --dist worksteal $(ARGS)
+	$(BIN)/python -m pytest --numprocesses $(CORES) --dist loadfile $(ARGS)
 
 lint: env  ## style, imports, type hints, docstrings, and the Snakemake files
 	$(BIN)/ruff check .

@@ -3,20 +3,32 @@
 import json
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from beltrepro import ChainParameters, classify, simulate, store
+from beltrepro import ChainParameters, classify, cli, simulate, store
 
 CHAIN = {"n-blocks": 3, "belt-velocity": 20, "noise": 1, "duration": 30, "transient": 10}
 
 
-def command(*flags, program=(sys.executable, "-m", "beltrepro.cli"), action="simulate", **changes):
+def words(*flags, action="simulate", **changes):
     settings = CHAIN | {name.replace("_", "-"): value for name, value in changes.items()}
-    options = [f"--{name}={value}" for name, value in settings.items()]
-    call = [*program, action, *options, *flags]
-    return subprocess.run(call, capture_output=True, text=True, timeout=120, check=False)
+    return [action, *(f"--{name}={value}" for name, value in settings.items()), *flags]
+
+
+def command(*flags, **changes):
+    """What the command says and returns, without a process of its own."""
+    stdout, stderr = StringIO(), StringIO()
+    with redirect_stdout(stdout), redirect_stderr(stderr):
+        try:
+            code = cli.main(words(*flags, **changes))
+        except SystemExit as end:
+            code = end.code
+    return SimpleNamespace(returncode=code, stdout=stdout.getvalue(), stderr=stderr.getvalue())
 
 
 def test_json_is_what_simulate_returns():
@@ -44,7 +56,7 @@ def test_console_script_prints_a_table():
     script = Path(sys.executable).with_name("beltrepro")
     if not script.exists():
         pytest.skip("the package is not installed beside this Python")
-    done = command(program=(script,))
+    done = subprocess.run([script, *words()], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     assert "disorder_parameter" in done.stdout
 

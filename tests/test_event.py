@@ -211,7 +211,7 @@ def compare_boundaries(seed, count, *, duration=20.0, width=1e-9):
 
 
 def test_boundaries_between_sequences_lie_where_the_reference_has_them():
-    distance, rate, error = compare_boundaries(5, 8).T
+    distance, rate, error = compare_boundaries(5, 3).T
     grazing = distance < 1e-6
     assert grazing.sum() >= 2
     # an event at a small rate takes its time from a small difference
@@ -645,6 +645,7 @@ class FollowedIntegrator(EventIntegrator):
         self._companion = Followed(*(np.zeros((rows, lanes)) for rows in (4, 2, n_blocks)))
 
 
+@pytest.mark.slow  # a kernel of its own is compiled
 def test_hooks_see_every_step_and_event_and_change_no_bit():
     chains = [ChainParameters(5, u, 1.0) for u in (3.0, 20.0, 45.0)]
     duration = 90.0
@@ -666,6 +667,7 @@ def test_hooks_see_every_step_and_event_and_change_no_bit():
     assert seen.events[event.BRANCH, :3].sum() >= 6
 
 
+@pytest.mark.slow  # a kernel of its own is compiled
 def test_impulses_of_the_noise_are_those_that_move_a_block():
     # one block that slips from t = 0 on: its momentum is what spring, friction and noise gave it
     until, start = 2.0, 80.0
@@ -728,7 +730,10 @@ def slipping_blocks(count, until):
     )
 
 
-@pytest.mark.parametrize("until", [0.5, 1.5, 2.5])
+@pytest.mark.parametrize(
+    "until",
+    [pytest.param(0.5, marks=pytest.mark.slow), 1.5, pytest.param(2.5, marks=pytest.mark.slow)],
+)
 def test_kinetic_noise_has_the_law_of_an_oscillator_in_white_noise(until, monkeypatch):
     # intensity q = f_s^2 sigma^2 dt; at the end of a cell the variances are 1e-4 too small,
     # invisible here. Bounds at 5 standard errors: error rate 6e-7 each.

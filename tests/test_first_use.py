@@ -14,6 +14,7 @@ import beltrepro
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+LONG = ("basins", "thousand_chains")
 NOTEBOOKS = sorted((ROOT / "examples").glob("*.ipynb"))
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 PYTHON = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
@@ -58,7 +59,11 @@ def test_the_figure_of_the_readme_takes_ten_lines():
     assert lines[0].startswith("import") and "savefig" in lines[-1]
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(path, marks=[pytest.mark.slow] * (path.stem in LONG)) for path in EXAMPLES],
+    ids=lambda path: path.stem,
+)
 def test_example_runs_and_draws(path, tmp_path, capsys):
     assert len(path.read_text(encoding="utf-8").splitlines()) <= 40
     runpy.run_path(str(path), run_name="__main__")

@@ -165,6 +165,7 @@ def test_a_job_says_it_in_its_log(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(3600)  # it compiles every kernel, on a machine that may be busy
 def test_after_the_command_cache_nothing_is_compiled(tmp_path):
     path = os.pathsep.join([str(ROOT / "src"), os.environ.get("PYTHONPATH", "")])
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": path}

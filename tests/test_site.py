@@ -34,6 +34,7 @@ BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser")))
 # --- without building -----------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_tutorial_draws_its_figure(tmp_path):
     """And its answer holds: at all speeds the mean pull is the kinetic friction."""
     printed = tutorial.run(DOCS / "tutorial.md", tmp_path)

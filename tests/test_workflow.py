@@ -7,6 +7,7 @@ import logging
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -17,6 +18,7 @@ import numpy as np
 import pytest
 
 import damages
+import snakemake_calls
 import unpacking
 from beltrepro import lifecycle, provenance, scripting, store
 from beltrepro.datasets import checking
@@ -37,9 +39,7 @@ RULES = sorted((ROOT / "workflow" / "rules").glob("*.smk"))
 
 def snakemake(tree: Path, *arguments: str, settings=("preset=smoke",)):
     """The finished process of Snakemake on a copy of the project, with the package of that copy."""
-    command = [sys.executable, "-m", "snakemake", *arguments, "--config", *settings]
-    environment = os.environ | {"PYTHONPATH": str(tree / "src")}
-    return subprocess.run(command, cwd=tree, env=environment, capture_output=True, text=True)
+    return snakemake_calls.call(tree, *arguments, "--config", *settings)
 
 
 def jobs(dry_run: subprocess.CompletedProcess) -> dict[str, int]:
@@ -60,6 +60,11 @@ def smoke_plan() -> Plan:
 def drawn(dry_run: subprocess.CompletedProcess) -> set[str]:
     """Figures that a dry run would draw."""
     return set(re.findall(r": Drawing (\w+)", dry_run.stdout))
+
+
+def derived(dry_run: subprocess.CompletedProcess) -> set[str]:
+    """Tables that a dry run would derive."""
+    return set(re.findall(r": Deriving (\S+)\.csv", dry_run.stdout))
 
 
 def simulated(dry_run: subprocess.CompletedProcess) -> set[str]:
@@ -86,16 +91,23 @@ def tree(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def finished(tree):
+def summary(tree):
+    """What Snakemake knows of each file of a run and of its timing: values by column."""
+    rows = snakemake(tree, "--summary", "all", "timing").stdout.splitlines()
+    header, *others = (row.split("\t") for row in rows if "\t" in row)
+    return [dict(zip(header, row, strict=True)) for row in others]
+
+
+@pytest.fixture(scope="module")
+def finished(tree, summary):
     """The same, as after a complete run: every file is there (but empty) and known to Snakemake."""
-    summary = snakemake(tree, "--summary").stdout.splitlines()
-    for line in summary:
-        if line.startswith("results/"):
-            path = tree / line.split("\t")[0]
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.touch()
-    assert snakemake(tree, "--touch", "--forceall", "--cores", "1").returncode == 0
-    assert jobs(snakemake(tree, "--dry-run")) == {}
+    benchmark = "results/smoke/benchmarks/timing.tsv"  # Snakemake wants that of a target, too
+    for name in (*(row["output_file"] for row in summary), benchmark):
+        path = tree / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    done = snakemake(tree, "--touch", "--forceall", "--cores", "1", "all", "timing")
+    assert done.returncode == 0, done.stderr
     return tree
 
 
@@ -111,70 +123,46 @@ def test_list_shows_each_figure_with_its_title(tree):
     assert [line for line in listed if "(" not in line] == []
 
 
-def test_every_target_dry_runs(tree):
-    targets = [
-        *FIGURES,
-        "figures",
-        "agreement",
-        "claims",
-        "report",
-        "timing",
-        "crate",
-        "archive",
-        "all",
-    ]
-    count = jobs(snakemake(tree, "--dry-run", *targets))
+def test_every_target_dry_runs_in_the_folder_of_the_run(tree):
+    others = ["agreement", "claims", "report", "timing", "crate", "archive"]
+    targets = [*FIGURES, "figures", *others, "all"]
+    dry_run = snakemake(tree, "--dry-run", *targets, settings=["preset=standard", "run=f06"])
+    count = jobs(dry_run)
     assert all(count[target] == 1 for target in targets)
     assert count["draw"] == len(FIGURES)
     assert count["derive"] == len(TABLES)
+    assert "results/f06/report.html" in dry_run.stdout
+    assert "results/standard/" not in dry_run.stdout
 
 
-def test_timing_knows_the_files_of_all_simulation_jobs(tree):
-    rows = [line.split("\t") for line in snakemake(tree, "--summary").stdout.splitlines()]
-    columns = next(row for row in rows if row[0] == "output_file")
-    files = {row[0] for row in rows if row[columns.index("rule")] == "simulate"}
+@pytest.mark.slow
+def test_preset_paper_dry_runs(tree):
+    dry_run = snakemake(tree, "--dry-run", settings=["preset=paper"])
+    assert jobs(dry_run)["draw"] == len(FIGURES)
+    assert "results/paper/report.html" in dry_run.stdout
+    assert "results/smoke/" not in dry_run.stdout
+
+
+def test_timing_knows_the_files_of_all_simulation_jobs(summary):
+    files = {row["output_file"] for row in summary if row["rule"] == "simulate"}
     expected = simulation_jobs(smoke_plan())
     assert files == {f"results/smoke/{job.name}.h5" for job in expected}
 
 
-def test_one_figure_needs_its_datasets_only(tree):
+def test_figures_need_their_datasets_tables_and_films_only(tree):
+    """One of scans, a study with its table, and a recording that is filmed and tracked."""
     datasets = smoke_plan().datasets
-    count = jobs(snakemake(tree, "--dry-run", "fig12"))
-    used = FIGURES["fig12"].uses
+    used = [*FIGURES["fig12"].uses, "friction_ratio", "belt_022"]
+    count = jobs(snakemake(tree, "--dry-run", "fig12", "friction_ratio", "fig05"))
     assert count == {
-        "fig12": 1,
-        "draw": 1,
+        **dict.fromkeys(("fig12", "friction_ratio", "fig05", "derive", "film", "track"), 1),
+        "draw": 3,
         "join": len(used),
         "simulate": sum(len(datasets[name].batches) for name in used),
     }
 
 
-def test_a_study_of_its_own_needs_its_dataset_and_table(tree):
-    count = jobs(snakemake(tree, "--dry-run", "friction_ratio"))
-    assert count == {"friction_ratio": 1, "draw": 1, "derive": 1, "join": 1, "simulate": 1}
-
-
-def test_a_recording_is_simulated_filmed_and_tracked(tree):
-    count = jobs(snakemake(tree, "--dry-run", "fig05"))
-    once = ("fig05", "draw", "track", "film", "join", "simulate")
-    assert count == dict.fromkeys(once, 1)
-
-
-def test_a_run_has_a_folder_of_its_own(tree):
-    dry_run = snakemake(tree, "--dry-run", settings=["preset=smoke", "run=f06"])
-    assert jobs(dry_run)["draw"] == len(FIGURES)
-    assert "results/f06/report.html" in dry_run.stdout
-    assert "results/smoke/" not in dry_run.stdout
-
-
-@pytest.mark.parametrize("preset", ["standard", "paper"])
-def test_other_presets_dry_run(tree, preset):
-    dry_run = snakemake(tree, "--dry-run", settings=[f"preset={preset}"])
-    assert jobs(dry_run)["draw"] == len(FIGURES)
-    assert f"results/{preset}/report.html" in dry_run.stdout
-    assert "results/smoke/" not in dry_run.stdout
-
-
+@pytest.mark.slow
 def test_lint_is_clean(tree):
     lint = snakemake(tree, "--lint")
     assert lint.returncode == 0, lint.stdout + lint.stderr
@@ -200,6 +188,7 @@ def test_every_script_is_used():
     assert scripts == used
 
 
+@pytest.mark.slow
 def test_snakemake_report_holds_every_figure_with_its_words(finished):
     done = snakemake(finished, "--report", "made.html")
     assert done.returncode == 0, done.stderr
@@ -224,14 +213,19 @@ def test_snakemake_report_holds_every_figure_with_its_words(finished):
 RESULTS = {"derive", "draw", "claims", "report", "all"}
 
 
-def after_touching(tree: Path, *names: str) -> subprocess.CompletedProcess:
-    """Dry run after a change of modules, which is undone again."""
+def after_touching(
+    tree: Path, *names: str, targets: tuple[str, ...] = ()
+) -> subprocess.CompletedProcess:
+    """Dry run after a change of modules, which is undone again.
+
+    Changes that have no effect in common are tried in one dry run: it takes seconds.
+    """
     paths = [tree / "src" / "beltrepro" / name for name in names]
     before = [path.read_bytes() for path in paths]
     try:
         for path, content in zip(paths, before, strict=True):
             path.write_bytes(content + b"\n# touched\n")
-        return snakemake(tree, "--dry-run")
+        return snakemake(tree, "--dry-run", *targets)
     finally:
         for path, content in zip(paths, before, strict=True):
             path.write_bytes(content)
@@ -253,20 +247,17 @@ def test_touched_kernel_reruns_all_that_uses_it(finished):
     assert simulated(dry_run) == batches_by("event")
 
 
-def test_touched_plot_reruns_that_plot_and_the_report(finished):
-    dry_run = after_touching(finished, "figures/fig12.py")
-    assert jobs(dry_run) == {"draw": 1, "report": 1, "all": 1}
-    assert drawn(dry_run) == {"fig12"}
+def test_touched_plot_table_and_claims_rerun_themselves_and_the_report(finished):
+    names = ("figures/fig12.py", "tables/friction_falls.py", "claims/__init__.py")
+    dry_run = after_touching(finished, *names)
+    assert jobs(dry_run) == {"derive": 1, "draw": 2, "claims": 1, "report": 1, "all": 1}
+    assert derived(dry_run) == {"tables/friction_falls"}
+    assert drawn(dry_run) == {"fig12", "friction_ratio"}
 
 
 def test_touched_style_redraws_every_figure_and_simulates_nothing(finished):
     dry_run = after_touching(finished, "figures/style.py")
     assert jobs(dry_run) == {"draw": len(FIGURES), "report": 1, "all": 1}
-
-
-def test_touched_claims_simulate_and_draw_nothing(finished):
-    dry_run = after_touching(finished, "claims/__init__.py")
-    assert set(jobs(dry_run)) == {"claims", "report", "all"}
 
 
 def test_touched_housekeeping_simulates_nothing(finished):
@@ -277,33 +268,28 @@ def test_touched_housekeeping_simulates_nothing(finished):
     assert {"simulate", "join"}.isdisjoint(jobs(after_touching(finished, *names)))
 
 
-def test_touched_analysis_reruns_the_tables_that_use_it(finished):
-    dry_run = after_touching(finished, "analysis/agreement.py")
-    assert {"simulate", "join"}.isdisjoint(jobs(dry_run))
-    derived = set(re.findall(r": Deriving (\S+)\.csv", dry_run.stdout))
-    expected = {"agreement", "tables/families", "tables/partings", "tables/convergence"}
-    assert derived == expected
-    dry_run = after_touching(finished, "tables/friction_falls.py")
-    assert jobs(dry_run) == {"derive": 1, "draw": 1, "report": 1, "all": 1}
-    assert drawn(dry_run) == {"friction_ratio"}
+def test_touched_analysis_derives_its_tables_and_touched_tracker_tracks_again(finished):
+    dry_run = after_touching(finished, "analysis/agreement.py", "experiment/tracking.py")
+    assert {"simulate", "join", "film"}.isdisjoint(jobs(dry_run))
+    of_agreement = {"agreement", "tables/families", "tables/partings", "tables/convergence"}
+    assert derived(dry_run) == of_agreement | {"tables/recordings"}
+    assert jobs(dry_run)["track"] == len(smoke_plan().films)
+    assert drawn(dry_run) >= {"fig03", "fig04", "fig05"}
 
 
-def test_touched_camera_films_again_and_touched_tracker_tracks_again(finished):
+def test_touched_camera_films_again_and_touched_sampling_times_again(finished):
     films = len(smoke_plan().films)
-    dry_run = after_touching(finished, "experiment/camera.py")
+    names = ("experiment/camera.py", "jobs.py")
+    dry_run = after_touching(finished, *names, targets=("all", "timing"))
     count = jobs(dry_run)
-    assert (count["film"], count["track"]) == (films, films)
+    assert (count["film"], count["track"], count["timing"]) == (films, films, 1)
     assert {"simulate", "join"}.isdisjoint(count)
     assert drawn(dry_run) == {"fig02", "fig03", "fig04", "fig05"}
-    dry_run = after_touching(finished, "experiment/tracking.py")
-    count = jobs(dry_run)
-    assert (count.get("film"), count["track"]) == (None, films)
-    assert drawn(dry_run) >= {"fig03", "fig04", "fig05"}
 
 
 def test_touched_file_without_a_change_reruns_nothing(finished):
     (finished / "src/beltrepro/engine/verlet.py").touch()
-    assert jobs(snakemake(finished, "--dry-run")) == {}
+    assert jobs(snakemake(finished, "--dry-run", "all", "timing")) == {}
 
 
 def test_integrator_of_one_dataset_does_not_depend_on_the_other():
@@ -331,9 +317,11 @@ def test_datasets_of_an_archive_are_never_simulated(tree):
         (folder / f"{name}.h5").touch()
     listed = [f"{'0' * 64}  results/came/datasets/{name}.h5\n" for name in names]
     (tree / manifest.NAME).write_text("".join(listed))
+    (folder / "u20.h5").unlink()
     try:
-        count = jobs(snakemake(tree, "--dry-run", settings=settings))
-        assert count == {
+        assert jobs(snakemake(tree, "--dry-run", settings=settings)) == {
+            "simulate": len(names["u20"].batches),
+            "join": 1,
             "film": len(smoke_plan().films),
             "track": len(smoke_plan().films),
             "derive": len(TABLES),
@@ -342,11 +330,9 @@ def test_datasets_of_an_archive_are_never_simulated(tree):
             "report": 1,
             "all": 1,
         }
-        other = ["preset=smoke", "run=other"]
-        assert jobs(snakemake(tree, "--dry-run", settings=other))["join"] == len(names)
-        (folder / "u20.h5").unlink()
-        count = jobs(snakemake(tree, "--dry-run", settings=settings))
-        assert (count["simulate"], count["join"]) == (len(names["u20"].batches), 1)
+        target = "results/other/datasets/u1.h5"
+        count = jobs(snakemake(tree, "--dry-run", target, settings=["preset=smoke", "run=other"]))
+        assert (count["simulate"], count["join"]) == (len(names["u1"].batches), 1)
     finally:
         (tree / manifest.NAME).unlink()
         shutil.rmtree(folder)
@@ -375,26 +361,14 @@ def test_a_second_run_is_refused_in_one_line(tree):
 # --- errors ---
 
 
-@pytest.mark.parametrize(
-    ("setting", "words"),
-    [
-        ("preset=smok", "did you mean 'smoke'?"),
-        ("foo=1", "unknown key 'foo'"),
-        ('presets={"smoke": {"datasets": {"n5_map": {"belt_velocity": -3}}}}', "greater than 0"),
-        ('datasets={"n5_map": {"n_blocks": 0}}', "must be at least 1"),
-        ('presets={"smoke": {"defaults": {"duration": 100}}}', "must be less than duration = 100"),
-        ("run=standard", "is the name of another preset"),
-        ("run=../x", "must begin with a letter or digit"),
-        ('camera={"exposure": 0.05}', "exposure = 0.05: must be at most 0.04167"),
-        ('films={"u1": {"of": "u11"}}', "did you mean"),
-    ],
-)
-def test_bad_configuration_is_one_line(tree, setting, words):
+def test_bad_configuration_is_one_line(tree):
+    """Which values are bad, and what is said of each: test_config."""
+    setting = 'presets={"smoke": {"datasets": {"n5_map": {"belt_velocity": -3}}}}'
     done = snakemake(tree, "--dry-run", settings=["preset=smoke", setting])
     lines = [line for line in done.stderr.splitlines() if "profile" not in line]
     assert done.returncode == 1
     assert len(lines) == 1, done.stderr
-    assert lines[0].startswith("error: config.yaml: ") and words in lines[0]
+    assert lines[0].startswith("error: config.yaml: ") and "greater than 0" in lines[0]
     assert "Traceback" not in done.stdout + done.stderr
 
 
@@ -405,6 +379,8 @@ def test_bad_configuration_is_one_line(tree, setting, words):
         (["results/smoke/batches/u1/9999.h5"], ["preset=smoke"], "u1/9999.h5': allowed are files"),
         (["--forcerun", "simulat"], ["preset=smoke"], "did you mean 'simulate'?"),
         ([], ["preset=smoke", "fig12"], "targets stand before --config"),
+        (["--profile", "profiles/slurm"], ["fig12"], "targets stand before --config"),
+        (["--workflow-profile", "profiles/slurm"], ["fig12"], "targets stand before --config"),
         ([], ["model.friction_ratio=0.6"], """--config 'model={"friction_ratio": 0.6}'"""),
     ],
 )
@@ -414,6 +390,25 @@ def test_wrong_command_line_is_one_line(tree, arguments, settings, words):
     assert done.returncode == 1
     assert len(lines) == 1 and lines[0].startswith("error: ") and words in lines[0], done.stderr
     assert "Traceback" not in done.stdout + done.stderr
+
+
+def test_ctrl_c_before_the_workflow_is_read_leaves_no_traceback(tree, tmp_path):
+    """Snakemake waits for a configuration: it has read nothing but the profile."""
+    os.mkfifo(tmp_path / "late.yaml")
+    command = [sys.executable, "-m", "snakemake", "--dry-run", "--configfile"]
+    environment = os.environ | {"PYTHONPATH": str(tree / "src")}
+    process = subprocess.Popen(
+        [*command, tmp_path / "late.yaml"],
+        cwd=tree,
+        env=environment,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    with (tmp_path / "late.yaml").open("w"):  # when Snakemake opens it
+        process.send_signal(signal.SIGINT)
+        said = process.communicate()[1]
+    assert process.returncode == -signal.SIGINT
+    assert [line for line in said.splitlines() if "profile" not in line] == []
 
 
 def test_figure_of_an_unknown_dataset_is_one_line(tree):
@@ -500,7 +495,9 @@ def test_time_left_in_words(seconds, text):
 def smoke(tree):
     """Results of the smoke preset, made in the copy of the project."""
     shutil.rmtree(tree / "results", ignore_errors=True)
-    done = snakemake(tree, "--cores", "2")
+    command = [sys.executable, "-m", "snakemake", "--cores", "2", "--config", "preset=smoke"]
+    environment = os.environ | {"PYTHONPATH": str(tree / "src")}
+    done = subprocess.run(command, cwd=tree, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     return tree / "results" / "smoke"
 

@@ -208,12 +208,22 @@ def _git(tree: Path, *arguments: str) -> str:
 
 def _files(root: Path, module: str) -> tuple[Path, ...]:
     """Source file of a module; for a package also its data files. Empty if there is none."""
+    source = _source(root, module)
+    if source is None:
+        return ()
+    if source.name != "__init__.py" or source.parent == root:
+        return (source,)
+    place = source.parent
+    return (source, *sorted(path for path in place.rglob("*") if _is_data(path, place)))
+
+
+def _source(root: Path, module: str) -> Path | None:
+    """File with the text of a module, if there is one."""
     place = root.joinpath(*module.split(".")[1:])
     if (place / "__init__.py").is_file():
-        data = [path for path in place.rglob("*") if _is_data(path, place)] if place != root else []
-        return (place / "__init__.py", *sorted(data))
+        return place / "__init__.py"
     source = place.with_suffix(".py")
-    return (source,) if place != root and source.is_file() else ()
+    return source if place != root and source.is_file() else None
 
 
 def _is_data(path: Path, package: Path) -> bool:
@@ -229,28 +239,34 @@ def _parents(module: str) -> list[str]:
 
 def _imports(root: Path, module: str) -> set[str]:
     """Modules of this package that a module imports anywhere in its text."""
-    source = next(iter(_files(root, module)), None)
+    source = _source(root, module)
     if source is None:
         return set()
     package = module if source.name == "__init__.py" else module.rpartition(".")[0]
-    names = set()
-    for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"), str(source))):
+    found = _imports_in(source.read_text(encoding="utf-8"), package, str(source))
+    return {_imported(root, origin, name) if name else origin for origin, name in found}
+
+
+@functools.cache  # a workflow asks for the imports of a module again and again
+def _imports_in(text: str, package: str, path: str) -> frozenset[tuple[str, str]]:
+    """Modules of this package that a text imports, and what it takes from each, or ""."""
+    found = set()
+    for node in ast.walk(ast.parse(text, path)):
         if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names if _inside(alias.name)}
+            found |= {(alias.name, "") for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             origin = node.module or ""
             if node.level:
                 base = package.split(".")[: len(package.split(".")) - node.level + 1]
                 origin = ".".join([*base, *filter(None, [node.module])])
-            if _inside(origin):
-                names |= {_imported(root, origin, alias.name) for alias in node.names}
-    return names
+            found |= {(origin, alias.name) for alias in node.names}
+    return frozenset((origin, name) for origin, name in found if _inside(origin))
 
 
 def _imported(root: Path, origin: str, name: str) -> str:
     """The module meant by `from origin import name`: a submodule, or else the origin itself."""
     submodule = f"{origin}.{name}"
-    return submodule if _files(root, submodule) else origin
+    return submodule if _source(root, submodule) else origin
 
 
 def _inside(module: str) -> bool:

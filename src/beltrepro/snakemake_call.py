@@ -9,6 +9,7 @@ import argparse
 import json
 import os
 import re
+import signal
 import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -22,12 +23,21 @@ _SETTING = r"[a-zA-Z_][\w-]*\w"  # names that Snakemake takes
 def end_if_unreadable() -> None:
     """End the process with one line if a setting of `--config` cannot be read.
 
-    The workflow's profile calls it: Snakemake reads nothing else of a workflow so early.
+    The profiles of the workflow call it: Snakemake reads nothing else of a workflow so early.
     """
     try:
         check_settings(_given().config or ())
     except InputError as error:
         sys.exit(f"error: {error}")
+
+
+def end_quietly_when_interrupted() -> None:
+    """Let Ctrl-C end the process without a traceback until the workflow takes it over.
+
+    The profiles call it, too. `lifecycle.stop_at_once` comes after it.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def check_settings(entries: Iterable[str]) -> None:

@@ -45,7 +45,7 @@ def points(axes: dict[str, tuple[object, str]], seed: int, complain: Complain) -
             for name in QUANTITIES
         ]
         _check_count(axes, len(table), grids, complain)
-        table += [_with_method(Point(*point)) for point in itertools.product(*grids)]
+        table += map(_with_method, map(Point._make, itertools.product(*grids)))
     return tuple(table)
 
 
