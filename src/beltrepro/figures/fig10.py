@@ -51,7 +51,7 @@ def _section(figure, axes, catalogue):
     again = sections.repeated(np.hstack([points["positions"], points["velocities"]]))
     slipping = relative < -STUCK
     new, old = slipping & ~again, slipping & again
-    size = float(np.clip(110 / np.sqrt(max(slipping.sum(), 1)), 1.2, 5))
+    size = float(np.clip(160 / np.sqrt(max(slipping.sum(), 1)), 1.5, 5))
     look = {"markersize": size, "markeredgewidth": 0, "rasterized": True}
     if old.any():
         axes.plot(position[old], relative[old], ".", color=style.ORANGE, **look)
