@@ -18,7 +18,7 @@ SNAKEMAKE := $(IN_ENV) snakemake --cores $(CORES)
 LOCKED_SETUPTOOLS = awk '/^[^ ]/ { found = /^setuptools==/ } found' requirements.txt
 
 .DEFAULT_GOAL := figures
-.PHONY: figures smoke paper test test-pythons lint docs verify checksums archive deposit interruptions schema cache env \
+.PHONY: figures smoke paper test test-pythons lint docs verify checksums publish archive deposit interruptions schema cache env \
         slurm slurmtest lock clean help
 
 figures: env  ## every figure, number and the report, standard lengths (default)
@@ -50,6 +50,10 @@ verify: env  ## compare results with the published list; RUN=standard for anothe
 	$(BIN)/beltrepro verify results/$(RUN)
 
 checksums: env  ## write that list anew from the results, after a change of numbers; RUN=standard
+	$(BIN)/beltrepro verify results/$(RUN) --write
+
+publish: env  ## report, article, figures and claims of a finished run to docs/results, numbers to README; RUN=paper
+	$(BIN)/beltrepro publish results/$(RUN)
 	$(BIN)/beltrepro verify results/$(RUN) --write
 
 archive: env  ## one ZIP file of a finished run for a data repository; RUN=standard

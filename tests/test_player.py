@@ -55,9 +55,7 @@ def material(tmp_path_factory):
 @pytest.fixture(scope="module")
 def section(material):
     """The section as it stands in the page."""
-    from beltrepro.report import rendering
-
-    return str(rendering._body(rendering._environment(), player, material))
+    return report.part(player, material)
 
 
 def carried(section):

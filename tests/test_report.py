@@ -2,22 +2,27 @@
 
 import base64
 import html
+import itertools
 import json
 import re
-from collections import Counter
 from html.parser import HTMLParser
 from pathlib import Path
 
+import html5lib
 import numpy as np
 import pandas as pd
 import pytest
 
+import browser
+import made_up_results
 from alternating import posterior_table, studies
-from beltrepro import report, store
+from beltrepro import findings, report, store
 from beltrepro.claims import load_ledger
-from beltrepro.claims.criteria import VERDICTS
+from beltrepro.claims.criteria import FAILS, HOLDS, PARTLY, UNDECIDED, VERDICTS
 from beltrepro.figures import registry
-from beltrepro.report.sections import SECTIONS, SUMMARY, deviations, open_points, times
+from beltrepro.findings.sentences import typeset
+from beltrepro.report.diagnostics import SHOWN_BY
+from beltrepro.report.sections import SECTIONS, SUMMARY, claims, deviations, open_points, times
 
 # The smallest PNG there is: one pixel.
 PIXEL = base64.b64decode(
@@ -30,6 +35,7 @@ SETTINGS = {
     "model": {"static_friction": 71.4, "friction_ratio": 0.45},
     "defaults": {"laminar_time": 213.0},
 }
+OTHERWISE = {"r-jump": HOLDS, "u-critical": FAILS}  # in the run that it is compared with
 VOID = {"meta", "img", "br", "link", "input", "hr"}
 
 
@@ -72,42 +78,6 @@ def attributes(kind):
 
 
 # --- a run made up so that every number on the page has one source ---
-
-# How many claims get each verdict: all different, so that no count can stand for another.
-COUNTS = dict(zip(VERDICTS, (11, 7, 5, 3, 2), strict=True))
-
-
-def claims_table() -> pd.DataFrame:
-    """A row for some claims of the ledger, with made-up values, and readings below every third."""
-    verdicts = [verdict for verdict, count in COUNTS.items() for _ in range(count)]
-    # Not in blocks of equal verdicts: a shift by a row must not go unnoticed.
-    verdicts = [verdicts[(5 * index) % len(verdicts)] for index in range(len(verdicts))]
-    assert Counter(verdicts) == COUNTS
-    rows = []
-    for index, (claim, verdict) in enumerate(zip(load_ledger().values(), verdicts, strict=False)):
-        row = {
-            "id": claim.id,
-            "figure": "" if claim.figure is None else str(claim.figure),
-            "variant": "",
-            "statement": f"statement {index} & <more>",
-            "paper": f"printed: -{index}.5",
-            "measured": f"found: -{index}.25; alone: 0.{index:02d}",
-            "uncertainty": f"found: 0.{index:02d}1",
-            "sample_size": str(1000 + index),
-            "criterion": f"criterion {index}",
-            "verdict": verdict,
-            "note": f"note {index}",
-            "dataset": f"dataset_{index}",
-        }
-        rows.append(row)
-        for number in range(index % 3):
-            other = VERDICTS[(VERDICTS.index(verdict) + number + 1) % len(VERDICTS)]
-            measured = f"found: {index}{number}.75"
-            rows.append(
-                row | {"variant": f"reading {number} of {index}", "verdict": other}
-                | {"measured": measured, "uncertainty": "", "note": ""}
-            )  # fmt: skip
-    return pd.DataFrame(rows)
 
 
 def write_datasets(folder: Path) -> list[Path]:
@@ -164,22 +134,23 @@ def write_benchmarks(folder: Path) -> None:
 
 def material(folder: Path, **changes) -> report.Material:
     """All that the page is made from, but for the tables on the integrators."""
-    table = folder / "claims.csv"
-    claims_table().to_csv(table, index=False)
+    table, numbers = made_up_results.write(folder)
     images = [folder / f"{name}.png" for name in reversed(FIGURES)]
     for number, path in enumerate(images):
         path.write_bytes(PIXEL + bytes([number]))
     write_benchmarks(folder / "benchmarks")
-    files = {"claims": [table], "figures": images, "datasets": write_datasets(folder)}
+    files = {"claims": [table], "estimates": [numbers], "figures": images}
+    files["datasets"] = write_datasets(folder)
     return report.Material("smoke", SETTINGS, files | changes, folder / "benchmarks")
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """A rendered report of a made-up run: (text, page)."""
+    """A rendered report of a made-up run beside another one: (text, page)."""
     folder = tmp_path_factory.mktemp("run")
     output = folder / "report.html"
-    report.render(output, material(folder))
+    other, _ = made_up_results.write(folder / "paper", OTHERWISE)
+    report.render(output, material(folder, compared=[other]))
     text = output.read_text(encoding="utf-8")
     return text, Page(text)
 
@@ -197,12 +168,23 @@ def cells(text: str) -> list[list[str]]:
             for row in rows]  # fmt: skip
 
 
+def plain(text: str) -> str:
+    """Words of a text, with minus signs as the page has them."""
+    return typeset(" ".join(text.split()))
+
+
 def words(markup: str) -> str:
     return " ".join(html.unescape(re.sub(r"<[^>]*>", " ", markup)).split())
 
 
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """The claims on that page."""
+    return findings.read(*made_up_results.write(tmp_path_factory.mktemp("claims")))
+
+
 MINUS = "\u2212"
-SYMBOLS = dict(zip(VERDICTS, "✓◐✗–○", strict=True))
+SYMBOLS = dict(zip(VERDICTS, "✓◐✗?–○", strict=True))
 
 
 # --- the page ---
@@ -226,13 +208,15 @@ def test_every_section_has_what_a_section_needs():
     assert sorted(names) == sorted(p.name.partition(".")[0] for p in folder.glob("*.html.j2"))
     assert [section.ANCHOR for section in SECTIONS] == [
         "claims",
+        "figures",
+        "sensitivity",
+        "ambiguities",
+        "presets",
         "chaos",
         "inference",
         "motion",
         "experiment",
-        "figures",
         "agreement",
-        "ambiguities",
         "deviations",
         "runs",
         "time",
@@ -291,81 +275,150 @@ def test_the_section_on_the_experiment_says_what_the_tables_do(tmp_path, monkeyp
 # --- the first screen ---
 
 
-def test_the_first_screen_counts_the_claims(made):
+def test_the_first_screen_counts_the_claims(made, results):
     text, _ = made
-    (summary,) = re.findall(r'<div class="summary">(.*?)</div>\s*<nav', text, re.S)
-    holds, partly, fails, unknown, untestable = COUNTS.values()
-    total = sum(COUNTS.values())
+    summary = _summary(text)
+    findings_of = [each for each in results.values() if each.claim.finding]
+    number = {name: sum(each.verdict == name for each in findings_of) for name in VERDICTS}
+    total, built = len(findings_of), len(results) - len(findings_of)
     sentence = (
-        f"Of the {total} claims of the paper, {total - untestable} can be tested by simulation: "
-        f"{holds} hold , {partly} hold in part, {fails} fail, and {unknown} are not measured "
-        "with the preset smoke ."
+        f"Of the {total} claims that could come out otherwise, {total - 1} can be tested by "
+        f"simulation: {number['holds']} hold , {number['partly']} hold in part, "
+        f"{number['fails']} fail, {number['undecided']} are undecided, and "
+        f"{number['not measured']} are not measured. {built} more are true because the model is "
+        "built so; they are counted apart."
     )
-    assert sentence in words(summary)
+    assert built and sentence in words(summary)
     bar = re.findall(r'<span class="([a-z-]*)" style="flex: (\d+)">', summary)
-    assert bar == [(verdict.replace(" ", "-"), str(count)) for verdict, count in COUNTS.items()]
-    badges = [words(item) for item in re.findall(r"<li>(.*?)</li>", summary, re.S)]
-    assert badges == [f"{SYMBOLS[name]} {name} {count}" for name, count in COUNTS.items()]
+    assert bar == [(name.replace(" ", "-"), str(count)) for name, count in number.items() if count]
+    badges = [words(item) for item in re.findall(r"<li>(<span.*?)</li>", summary, re.S)]
+    assert badges == [f"{SYMBOLS[name]} {name} {count}" for name, count in number.items()]
+    buttons = re.findall(r'data-show="(.*?)" aria-pressed="\w+">(.*?)</button>', text)
+    expected = [(name, f"{name} {count}") for name, count in number.items()]
+    assert buttons == [("", f"all {len(results)}"), *expected]
 
 
-def test_the_buttons_count_the_claims_too(made):
-    text, _ = made
-    found = re.findall(r'data-show="(.*?)" aria-pressed="\w+">(.*?)</button>', text)
-    expected = [(name, f"{name} {count}") for name, count in COUNTS.items()]
-    assert found == [("", f"all {sum(COUNTS.values())}"), *expected]
+def test_the_first_screen_tells_the_findings(made, results):
+    summary = _summary(made[0])
+    told = re.findall(r"<strong>([^<]*)</strong></div>\s*<p>(.*?)</p>", summary, re.S)
+    chosen = findings.chosen(results)[:5]
+    assert len(chosen) == 5
+    assert [words(heading) for heading, _ in told] == [plain(each.heading) for each in chosen]
+    for (_, sentences), each in zip(told, chosen, strict=True):
+        assert words(sentences) == plain(" ".join(each.sentences[:4]))
+        assert set(re.findall(r'href="#([^"]*)">', summary)) >= {r.id for r in each.results}
+
+
+def test_the_first_screen_says_how_far_to_trust_it(made, results):
+    said = words(_summary(made[0]))
+    numbers = [each for result in results.values() for each in result.counted.judged]
+    unknown = sum(each.verdict == "undecided" for each in numbers)
+    assert f"Of {len(numbers)} numbers that decide, {unknown} are undecided" in said
+    changed = [name for name, verdict in OTHERWISE.items() if results[name].verdict != verdict]
+    assert changed
+    same = len(results) - len(changed)
+    assert f"{same} of {len(results)} verdicts are those of the run paper." in said
+
+
+def _summary(text) -> str:
+    (found,) = re.findall(r'<div class="summary">(.*?)</div>\s*<nav', text, re.S)
+    return found
 
 
 # --- claims and figures ---
 
 
-def test_each_claim_says_what_its_row_says(made):
+def test_each_claim_says_what_its_rows_say(made, results):
     text, _ = made
-    table = claims_table()
-    counted = table[table["variant"] == ""].to_dict("records")
-    claims = part(text, "claims")
-    found = re.findall(r'(<tr id="(.*?)" data-verdict="(.*?)">.*?)(?=<tr id|\Z)', claims, re.S)
-    for (markup, name, verdict), row in zip(found, counted, strict=True):
-        assert (name, verdict) == (row["id"], row["verdict"])
-        variants = table[(table["id"] == name) & (table["variant"] != "")].to_dict("records")
-        assert words(markup) == said_of(row, variants)
+    cards = _cards(text)
+    assert set(cards) == set(results)
+    for name, markup in cards.items():
+        result, said = results[name], words(markup)
+        shown = result.verdict if result.claim.finding else ""
+        assert re.search(r'data-verdict="(.*?)"', markup)[1] == shown
+        assert said.startswith(f"{name} {SYMBOLS[result.verdict]} {result.verdict}")
+        assert plain(result.claim.statement) in typeset(said)
+        assert plain(result.criterion)[1:] in typeset(said)
+        rows = [row for row in cells(markup) if row[0] != "Number"]
+        expected = [each for reading in result.readings for each in _rows(reading)]
+        assert rows == expected
+        for reading in result.variants:
+            assert f"{SYMBOLS[reading.verdict]} {reading.verdict} {reading.name}" in said
 
 
-def said_of(row, variants) -> str:
-    """The words of a claim in the table."""
-    (_, first), (_, second) = (each.split(": ") for each in row["measured"].split("; "))
-    pieces = [
-        row["id"],
-        f"Fig. {row['figure']}" if row["figure"] else "",
-        f"{row['statement']} Criterion: {row['criterion']} {row['paper']}",
-        f"found {first.replace('-', MINUS)} ± {row['uncertainty'].split(': ')[1]} alone {second}",
-        f"n = {row['sample_size']} {row['note']} from {row['dataset']}",
-    ]
-    if variants:
-        pieces.append(f"{len(variants)} other reading{'s' if len(variants) > 1 else ''}")
-    for each in variants:
-        value = each["measured"].replace(": ", " ")
-        pieces.append(f"{each['variant']} {value} {SYMBOLS[each['verdict']]} {each['verdict']}")
-    return " ".join([*filter(None, pieces), SYMBOLS[row["verdict"]], row["verdict"]])
+def _rows(reading) -> list[list[str]]:
+    judged = [
+        [typeset(each.name), typeset(each.words), typeset(each.allowed_words),
+         f"{SYMBOLS[each.verdict]} {each.verdict}"]
+        for each in reading.judged
+    ]  # fmt: skip
+    also = [[each.name, typeset(each.words), "–", "reported only"] for each in reading.also]
+    return [[plain(cell) for cell in row] for row in judged + also]
 
 
-def test_claims_and_figures_point_at_each_other(made):
+def test_a_claim_that_does_not_hold_says_why_and_where_to_see_it(made, results):
+    cards = _cards(made[0])
+    for name, result in results.items():
+        why = re.findall(r'<p class="why">(.*?)</p>', cards[name], re.S)
+        assert bool(why) == bool(result.why)
+        if result.verdict in (FAILS, PARTLY, UNDECIDED):
+            assert words(why[0]) == f"Why: {plain(result.why)}"
+        if result.verdict == HOLDS:
+            assert not why
+            continue
+        number = str(result.claim.figure)
+        shown = any(entry.number == number for entry in FIGURES.values()) or name in SHOWN_BY
+        assert bool(re.findall(r'<a href="#(.*?)">', cards[name])) or not shown
+
+
+def test_pictures_that_show_a_claim_exist():
+    assert set(SHOWN_BY) <= set(load_ledger())
+    assert set(SHOWN_BY.values()) <= set(FIGURES)
+
+
+def test_claims_that_are_true_by_construction_stand_apart(made, results):
+    groups = re.split(r'<div class="group">', part(made[0], "claims"))[1:]
+    titles = [words(re.search("<h3>(.*?)</h3>", each, re.S)[1]) for each in groups]
+    sections = {each.claim.section for each in results.values() if each.claim.finding}
+    assert sections <= set(claims.GROUPS)
+    shown = [title for name, title in claims.GROUPS.items() if name in sections]
+    assert titles == [*shown, claims.BUILT_SO]
+    built = set(re.findall(r'class="claim [a-z-]+" id="(.*?)"', groups[-1]))
+    assert built == {name for name, each in results.items() if not each.claim.finding}
+
+
+def test_claims_and_figures_point_at_each_other(made, results):
     text, _ = made
-    table = claims_table()
-    table = table[table["variant"] == ""]
     names = {entry.number: name for name, entry in FIGURES.items() if entry.number}
-    claims = part(text, "claims")
-    for row in table.to_dict("records"):
-        (markup,) = re.findall(rf'<tr id="{row["id"]}".*?</td>', claims, re.S)
-        expected = [(names[row["figure"]], row["figure"])] if row["figure"] in names else []
-        assert re.findall(r'<a href="#(.*?)">Fig. (.*?)</a>', markup) == expected
-        assert (f"Fig. {row['figure']}" in words(markup)) == bool(row["figure"])
+    cards = _cards(text)
+    for name, result in results.items():
+        number = str(result.claim.figure or "")
+        found = re.findall(r'<a href="#(.*?)">Fig. (.*?)</a>', cards[name])
+        assert ((names.get(number), number) in found) == bool(number)
     for name, entry in FIGURES.items():
         if not entry.number:
             continue
         markup = _article(text, name)
         shown = re.findall(r'</span> ([a-z ]+)</span> <a href="#(.*?)">(.*?)</a>', markup)
-        own = table[table["figure"] == entry.number]
-        assert shown == list(zip(own["verdict"], own["id"], own["id"], strict=True))
+        own = [each for each in results.values() if str(each.claim.figure) == entry.number]
+        assert shown == [(each.verdict, each.id, each.id) for each in own]
+
+
+def test_what_we_see_in_a_figure_is_what_its_claims_found(made, results):
+    for name, entry in FIGURES.items():
+        if not entry.number:
+            continue
+        said = words(_article(made[0], name))
+        own = [each for each in results.values() if str(each.claim.figure) == entry.number]
+        assert ("What we see." in said) == bool(own)
+        for each in itertools.chain(*(result.counted.judged for result in own)):
+            assert plain(f"{each.name} {typeset(each.words)}") in typeset(said)
+
+
+def _cards(text) -> dict[str, str]:
+    """Markup of each claim."""
+    found = re.findall(r'<article class="claim [a-z-]+" id="(.*?)"(.*?)</article>', text, re.S)
+    return {name: f"<article{markup}" for name, markup in found}
 
 
 def _article(text, name) -> str:
@@ -387,7 +440,8 @@ def test_figures_have_their_own_picture_and_words_in_the_order_of_the_paper(made
         assert html.unescape(re.search(r'alt="(.*?)"', markup)[1]) == entry.alt
         said = words(markup.replace("<h3>", "|").replace("<p>", "|"))
         heading = f"Figure {entry.number}. {entry.title}" if entry.number else entry.title
-        assert f"| {heading} | {entry.words}" in said.replace("|", "| ").replace("  ", " ")
+        begin = "What the paper says. " if entry.number else ""
+        assert f"| {heading} | {begin}{entry.words}" in said.replace("|", "| ").replace("  ", " ")
         assert (f"Drawn from {', '.join(entry.uses)}." in said) == bool(entry.uses)
 
 
@@ -434,25 +488,38 @@ def test_runs_at_the_lengths_of_the_paper_are_no_deviation():
     assert [row["where"] for row in rows] == ["scans/a", "scans/a"]
 
 
-def test_open_points_are_those_of_the_model_and_of_the_claims(made):
-    text, _ = made
-    table = claims_table()
-    rows = cells(part(text, "ambiguities"))[1:]
-    model, of_claims = rows[: len(open_points.MODEL)], rows[len(open_points.MODEL) :]
-    assert [tuple(row) for row in model] == [
-        ("model", words(point), words(reading), "") for point, reading in open_points.MODEL
-    ]
-    ledger = load_ledger()
-    known = [name for name in dict.fromkeys(table["id"]) if ledger[name].open]
-    assert known and [row[0] for row in of_claims] == known
-    for row in of_claims:
-        claim = ledger[row[0]]
-        variants = table[(table["id"] == row[0]) & (table["variant"] != "")].to_dict("records")
-        assert row[1:3] == [words(claim.open), words(claim.reading)]
-        assert row[3] == " ".join(
-            f"{each['variant']}: {each['measured'].split(': ')[1]}, {each['verdict']}"
-            for each in variants
-        )
+def test_open_points_are_those_of_the_model_and_of_the_claims(made, results):
+    section = part(made[0], "ambiguities")
+    said = words(section)
+    for point, reading in open_points.MODEL:
+        assert f"Left open {words(point)} Reading {words(reading)}" in said
+    known = [each for each in results.values() if each.claim.open]
+    points = re.findall(r'<div class="point">\s*<h4><a href="#(.*?)">(.*?)</div>', section, re.S)
+    assert [name for name, _ in points] == [each.id for each in known]
+    for (_, markup), result in zip(points, known, strict=True):
+        for reading in result.readings:
+            numbers = " ".join(f"{each.name} {typeset(each.words)}" for each in reading.judged)
+            badge = f"{SYMBOLS[reading.verdict]} {reading.verdict}"
+            assert f"{badge} {plain(numbers)}".strip() in typeset(words(markup))
+
+
+def test_printed_values_lie_inside_or_outside_what_the_readings_give(made, results):
+    (table, *_) = re.findall("<table>(.*?)</table>", part(made[0], "ambiguities"), re.S)
+    rows = {(row[0], row[1]): row for row in cells(table)[1:]}
+    row = rows["u-critical", "critical"]
+    ends = [each.numbers["critical"].estimate for each in results["u-critical"].readings]
+    low, high = min(each.low for each in ends), max(each.high for each in ends)
+    assert row[2] == "16.5" and row[4] == f"{low:.3g} to {high:.3g} ({len(ends)})"
+    assert row[5] == ("inside" if low <= 16.5 <= high else "outside")
+
+
+def test_other_runs_are_compared(made, results):
+    rows = cells(part(made[0], "presets"))
+    changed = [name for name, verdict in OTHERWISE.items() if results[name].verdict != verdict]
+    assert [row[0] for row in rows[1:]] == changed
+    for row in rows[1:]:
+        first, other = results[row[0]].verdict, OTHERWISE[row[0]]
+        assert row[1:] == [f"{SYMBOLS[first]} {first}", f"{SYMBOLS[other]} {other}"]
 
 
 def test_time_is_summed_by_rule(made):
@@ -543,3 +610,46 @@ def test_the_virtual_experiment_is_told_by_its_table(tmp_path):
     ]
     # the film of the stages' run comes last
     assert stages[3][1] == "0.020"
+
+
+# --- fit for readers ---
+
+
+def test_the_page_is_valid_html(made):
+    parser = html5lib.HTMLParser()
+    parser.parse(made[0])
+    assert parser.errors == []
+
+
+def test_headings_leave_no_level_out(made):
+    levels = [int(level) for level in re.findall(r"<h([1-6])[ >]", made[0])]
+    assert levels[0] == 1 and levels.count(1) == 1
+    assert all(after <= before + 1 for before, after in itertools.pairwise(levels))
+
+
+def test_pictures_have_words_for_those_who_cannot_see_them(made):
+    assert made[1].images and all(image["alt"].strip() for image in made[1].images)
+
+
+@pytest.mark.skipif(not browser.BROWSER, reason="no browser here")
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [390, 768, 1300])
+def test_the_page_is_as_wide_as_the_screen(made, tmp_path, width):
+    found = browser.widths(made[0], tmp_path, width)
+    assert found["out"] == [] and found["needed"] == found["asked"] > 0.9 * width
+
+
+@pytest.mark.skipif(not browser.BROWSER, reason="no browser here")
+@pytest.mark.slow
+def test_what_is_too_wide_is_seen(made, tmp_path):
+    page = made[0].replace("<main>", '<main><div style="width: 50rem">wide</div>')
+    found = browser.widths(page, tmp_path, 390)
+    assert found["needed"] > found["asked"] and "wide" in found["out"][0]
+
+
+@pytest.mark.skipif(not browser.BROWSER, reason="no browser here")
+@pytest.mark.slow
+def test_the_page_passes_the_accessibility_check(made, tmp_path):
+    assert browser.violations(made[0], tmp_path) == []
+    page = made[0].replace("<main>", '<main><p style="color: #ddd">pale</p>')
+    assert [each["rule"] for each in browser.violations(page, tmp_path)] == ["color-contrast"]

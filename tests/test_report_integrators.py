@@ -7,10 +7,11 @@ import pandas as pd
 import pytest
 from scipy import stats
 
+import made_up_results
 from beltrepro import report
 from beltrepro.analysis import samples
 from beltrepro.report import agreement as described
-from test_report import PIXEL, SETTINGS, cells, claims_table, part, words
+from test_report import PIXEL, SETTINGS, cells, part, words
 
 DISORDER = "disorder parameter r"
 STICKING = "share that still sticks at the end"
@@ -93,8 +94,8 @@ def section(tmp_path_factory):
                        ("partings", PARTINGS), ("convergence", CONVERGENCE)):  # fmt: skip
         files[name] = [folder / f"{name}.csv"]
         pd.DataFrame(rows).to_csv(files[name][0], index=False)
-    files["claims"] = [folder / "claims.csv"]
-    claims_table().to_csv(files["claims"][0], index=False)
+    claims, estimates = made_up_results.write(folder)
+    files |= {"claims": [claims], "estimates": [estimates]}
     files["figures"] = [folder / "agreement_disorder.png"]
     files["figures"][0].write_bytes(PIXEL)
     lengths = {"duration": 1000.0, "transient": 400.0, "replicate": list(range(32))}

@@ -118,7 +118,17 @@ def test_list_shows_each_figure_with_its_title(tree):
     listed = snakemake(tree, "--list").stdout.splitlines()
     for name, entry in FIGURES.items():
         assert f"{name} ({entry.title})" in listed
-    for target in ("all", "figures", "agreement", "report", "claims", "timing", "crate", "archive"):
+    for target in (
+        "all",
+        "figures",
+        "agreement",
+        "report",
+        "article",
+        "claims",
+        "timing",
+        "crate",
+        "archive",
+    ):
         assert any(line.startswith(f"{target} (") for line in listed)
     assert [line for line in listed if "(" not in line] == []
 
@@ -205,7 +215,8 @@ def test_snakemake_report_holds_every_figure_with_its_words(finished):
         assert f"results/smoke/figures/{name}.png" in categories[entry.category]["Other"]
     assert categories["Claims"]["Other"] == ["results/smoke/claims.csv"]
     assert categories["Report"]["Other"] == ["results/smoke/report.html"]
-    assert len(results) == len(FIGURES) + 2
+    assert categories["Article"]["Other"] == ["results/smoke/article.pdf"]
+    assert len(results) == len(FIGURES) + 3
 
 
 # --- reruns ---
@@ -524,6 +535,18 @@ def test_smoke_writes_claims_and_a_report_that_needs_no_network(smoke):
     assert (
         re.findall(r'(?:src|href)="(?:https?:)?//[^"]*\.(?:js|css|png|svg|woff2?)"', report) == []
     )
+
+
+@pytest.mark.slow
+def test_smoke_writes_an_article_and_can_be_published(smoke, tmp_path):
+    import pypdf
+
+    from beltrepro import publishing
+
+    pages = pypdf.PdfReader(smoke / "article.pdf").pages
+    assert 4 <= len(pages) <= 8
+    folder = publishing.publish(smoke, tmp_path)
+    assert {path.stem for path in (folder / "figures").iterdir()} == set(FIGURES)
 
 
 @pytest.mark.slow

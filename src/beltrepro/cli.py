@@ -9,7 +9,7 @@ from typing import Any
 
 from beltrepro import __version__
 from beltrepro.checks import positive
-from beltrepro.commands import cache, claims, plot, scan
+from beltrepro.commands import cache, claims, plot, publish, scan
 from beltrepro.commands.options import (
     Parser,
     add_chain,
@@ -101,6 +101,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_verify(commands)
     claims.add(commands)
     cache.add(commands)
+    publish.add(commands)
     return parser
 
 

@@ -97,7 +97,16 @@ def everything():
         *map(file_of, TABLES),
         "<results>/claims.csv",
         "<results>/report.html",
+        "<results>/article.pdf",
     ]
+
+
+def compared():
+    """Tables of claims of other runs: those here, or published in docs/results."""
+    found = {}
+    for folder in ("docs/results", "results"):
+        found |= {path.parent.name: str(path) for path in Path(folder).glob("*/claims.csv")}
+    return [path for name, path in sorted(found.items()) if name != PLAN.run]
 
 
 def table_data(wildcards):
@@ -190,6 +199,11 @@ def expected_of_report():
     }
 
 
+def expected_of_article():
+    told = expected_of_report()
+    return {name: told[name] for name in ("claims", "estimates", "figures")}
+
+
 def expected_of_table(wildcards):
     return expected(*table_of(wildcards)[1].uses)
 
@@ -223,6 +237,8 @@ def records():
     yield "claims", "claims", dataset_files(), described
     shown = [*dataset_files(), *map(file_of, TABLES), *claims, *drawn("png")]
     yield "report", "report", shown, ["<results>/report.html"]
+    told = [*claims, f"{claims[0]}-metadata.json", "CITATION.cff", *drawn("png")]
+    yield "article", "article", told, ["<results>/article.pdf"]
 
 
 def with_metadata(table):

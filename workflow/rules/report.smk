@@ -1,4 +1,4 @@
-# Claims, measured from the datasets, and the report that shows everything.
+# Claims, measured from the datasets; the report that shows everything, and the article.
 
 
 rule claims:
@@ -37,6 +37,7 @@ rule report:
         claims="<results>/claims.csv",
         estimates="<results>/estimates.csv",
         figures=drawn("png"),
+        compared=compared(),
     output:
         report("<results>/report.html", caption="../report/report.rst", category="Report"),
     log:
@@ -59,3 +60,33 @@ rule report:
         "Writing the report"
     script:
         "../scripts/report.py"
+
+
+rule article:
+    "A short replication article, from the claims and figures: article.pdf."
+    input:
+        claims="<results>/claims.csv",
+        estimates="<results>/estimates.csv",
+        about="<results>/claims.csv-metadata.json",
+        citation="CITATION.cff",
+        figures=drawn("png"),
+    output:
+        report("<results>/article.pdf", caption="../report/article.rst", category="Article"),
+    log:
+        "<logs>/article.log",
+    benchmark:
+        "<benchmarks>/article.tsv"
+    conda:
+        "../envs/beltrepro.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=10,
+    params:
+        settings=PLAN.settings(),
+        expected=expected_of_article(),
+        code=code_hash("beltrepro.article"),
+    message:
+        "Setting the article"
+    script:
+        "../scripts/article.py"

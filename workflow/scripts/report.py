@@ -15,9 +15,9 @@ def main(job):
         name: [Path(path) for path in ([each] if isinstance(each, str) else each)]
         for name, each in job.input.items()
     }
-    for name, paths in files.items():
-        for path in paths:
-            inputs.check(path, job.params.expected[name][path.stem])
+    for name, told in job.params.expected.items():
+        for path in files[name]:
+            inputs.check(path, told[path.stem])
     material = report.Material(
         preset=job.params.preset,
         settings=job.params.settings,

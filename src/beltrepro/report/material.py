@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
-from beltrepro import store
-from beltrepro.claims import load_ledger
-from beltrepro.claims.criteria import range_in_words
-from beltrepro.claims.estimates import Estimate
+from beltrepro import findings, store
 from beltrepro.figures import registry
+from beltrepro.findings import Results
+from beltrepro.findings.pictures import seen
+from beltrepro.findings.presets import Comparison, compare
+from beltrepro.findings.reliability import length
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,8 @@ class Material:
         Its resolved configuration.
     files : dict of str to list of Path
         "claims" and "estimates": the tables of claims; "figures": PNG files; "datasets": HDF5
-        files; and any table that a section needs, by its name. A name may lack.
+        files; "compared": tables of claims of other runs, each in the folder of its name; and any
+        table that a section needs, by its name. A name may lack.
     benchmarks : Path
         Folder of Snakemake's benchmark files; may lack or be empty.
     """
@@ -52,13 +53,15 @@ class Material:
         return self.files.get(name) or [path for path in datasets if path.stem == name]
 
     @functools.cached_property
-    def claims(self) -> list[dict]:
-        """Rows of claims.csv, one dict per claim, with its further readings under `variants`.
+    def claims(self) -> Results:
+        """The claims of the run by id."""
+        return findings.read(self.file("claims"), self.file("estimates"))
 
-        The rows of estimates.csv of each are under `values`. The fields of the ledger that the
-        table lacks are added: open, reading, version, since and changed of its criterion.
-        """
-        return _read_claims(self.file("claims"), self.file("estimates"))
+    @functools.cached_property
+    def comparison(self) -> Comparison | None:
+        """Verdicts of this run beside those of others, None if there are none."""
+        others = {path.parent.name: path for path in self.files.get("compared", [])}
+        return compare(self.claims, others)
 
     @functools.cached_property
     def datasets(self) -> list[dict]:
@@ -69,7 +72,8 @@ class Material:
     def pictures(self) -> list[dict]:
         """The figures that were drawn, in the order of the registry, with their words and claims.
 
-        Keys: name, number, category, heading, words, alt, image (base64), claims (rows), uses.
+        Keys: name, number, category, heading, words, alt, image (base64), claims (results), seen
+        (sentences), uses.
         """
         images = {path.stem: path for path in self.files.get("figures", [])}
         return [
@@ -83,11 +87,6 @@ class Material:
         return [picture for picture in self.pictures if picture["category"] == category]
 
 
-def length(value: float) -> str:
-    """A duration as short text: 40000, 2e6."""
-    return f"{value:.3g}".replace("e+0", "e").replace("e+", "e") if value >= 1e6 else f"{value:g}"
-
-
 def distinct(values) -> list[str]:
     """The different values as text, in order, without empty ones."""
     return list(dict.fromkeys(str(value) for value in values if value not in ("", None)))
@@ -96,7 +95,8 @@ def distinct(values) -> list[str]:
 # --- figures --------------------------------------------------------------------------------------
 
 
-def _picture(name: str, entry: registry.Entry, path: Path, claims: list[dict]) -> dict:
+def _picture(name: str, entry: registry.Entry, path: Path, claims: Results) -> dict:
+    own = [each for each in claims.values() if entry.number == str(each.claim.figure)]
     return {
         "name": name,
         "number": entry.number,
@@ -105,50 +105,10 @@ def _picture(name: str, entry: registry.Entry, path: Path, claims: list[dict]) -
         "words": entry.words,
         "alt": entry.alt,
         "image": base64.b64encode(path.read_bytes()).decode(),
-        "claims": [row for row in claims if entry.number and row["figure"] == entry.number],
+        "claims": own,
+        "seen": seen(own),
         "uses": list(entry.uses),
     }
-
-
-# --- claims ---------------------------------------------------------------------------------------
-
-
-def _read_claims(claims_csv: Path, estimates_csv: Path) -> list[dict]:
-    ledger = load_ledger()
-    table = pd.read_csv(claims_csv, dtype=str, keep_default_na=False)
-    estimates = _read_estimates(estimates_csv)
-    claims: list[dict] = []
-    for row in table.to_dict("records"):
-        row["values"] = estimates.get((row["id"], row["variant"]), [])
-        if row["variant"]:
-            claims[-1]["variants"].append(row)
-            continue
-        claim = ledger[row["id"]]
-        criterion = {key: claim.criterion.get(key, "") for key in ("version", "since", "changed")}
-        own = {"variants": [], "open": claim.open, "reading": claim.reading}
-        claims.append(row | own | criterion)
-    return claims
-
-
-def _read_estimates(path: Path) -> dict[tuple[str, str], list[dict]]:
-    """Numbers of each claim and reading: name, interval and allowed range in words, verdict."""
-    table = pd.read_csv(path, keep_default_na=False, na_values=[""], dtype={"id": str, "name": str})
-    table = table.fillna({"variant": "", "name": "", "verdict": ""})
-    found: dict[tuple[str, str], list[dict]] = {}
-    for row in table.to_dict("records"):
-        runs = None if np.isnan(row["runs"]) else int(row["runs"])
-        estimate = Estimate(row["value"], row["low"], row["high"], runs)
-        allowed = [row["allowed_low"], row["allowed_high"]]
-        found.setdefault((row["id"], row["variant"]), []).append(
-            {
-                "name": row["name"],
-                "words": estimate.words,
-                "allowed": "" if np.isnan(allowed[0]) else range_in_words(allowed),
-                "verdict": row["verdict"],
-                "estimate": estimate,
-            }
-        )
-    return found
 
 
 # --- datasets -------------------------------------------------------------------------------------

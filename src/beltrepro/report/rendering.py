@@ -8,10 +8,12 @@ from markupsafe import Markup
 
 from beltrepro.atomic import replacing
 from beltrepro.claims.criteria import VERDICTS
+from beltrepro.findings.results import as_sentence
+from beltrepro.findings.sentences import typeset
 from beltrepro.report.material import Material
 from beltrepro.report.sections import SECTIONS, SUMMARY
 
-STYLE = "report.css"
+STYLES = ("report.css", "player/player.css")
 SYMBOLS = dict(zip(VERDICTS, "✓◐✗?–○", strict=True))
 
 
@@ -30,7 +32,7 @@ def render(output: Path, material: Material) -> None:
     environment = _environment()
     shown = [section for section in SECTIONS if material.has(section.NEEDS)]
     html = environment.get_template("page.html.j2").render(
-        style=_style(),
+        style="".join(map(_style, STYLES)),
         preset=material.preset,
         summary=_body(environment, SUMMARY, material),
         parts=[
@@ -47,7 +49,7 @@ def render(output: Path, material: Material) -> None:
 
 
 def part(section, material: Material) -> str:
-    """One section of the report as HTML, without the style of the page: for another page.
+    """One section of the report as HTML, with its own style but not that of the page.
 
     Parameters
     ----------
@@ -61,7 +63,8 @@ def part(section, material: Material) -> str:
     str
         HTML.
     """
-    return str(_body(_environment(), section, material))
+    own = [f"<style>{_style(name)}</style>" for name in getattr(section, "STYLES", ())]
+    return "".join([*own, str(_body(_environment(), section, material))])
 
 
 def _body(environment, section, material) -> Markup:
@@ -82,22 +85,16 @@ def _environment() -> jinja2.Environment:
     environment.filters |= {
         "slug": lambda verdict: verdict.replace(" ", "-"),
         "symbol": SYMBOLS.__getitem__,
-        "minus": lambda text: text.replace("-", "\u2212") if _is_number(text) else text,
+        "minus": typeset,
+        "sentence": as_sentence,
+        "lower_first": lambda text: text[:1].lower() + text[1:],
         "time": _time,
     }
     return environment
 
 
-def _style() -> str:
-    return resources.files("beltrepro.report").joinpath(STYLE).read_text(encoding="utf-8")
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+def _style(name: str) -> str:
+    return resources.files("beltrepro.report").joinpath(name).read_text(encoding="utf-8")
 
 
 def _time(seconds: float) -> str:

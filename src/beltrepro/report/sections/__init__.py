@@ -18,7 +18,9 @@ from beltrepro.report.sections import (
     integrators,
     open_points,
     player,
+    presets,
     runs,
+    sensitivity,
     summary,
     times,
 )
@@ -26,13 +28,15 @@ from beltrepro.report.sections import (
 SUMMARY = summary
 SECTIONS: tuple[ModuleType, ...] = (
     claims,
+    figures,
+    sensitivity,
+    open_points,
+    presets,
     chaos,
     inference,
     player,
     experiment,
-    figures,
     integrators,
-    open_points,
     deviations,
     runs,
     times,

@@ -4,6 +4,7 @@ from beltrepro.report import agreement
 
 TITLE = "Integrators compared"
 ANCHOR = "agreement"
+CATEGORY = "Integrators compared"
 NEEDS = ("agreement", "families", "partings", "convergence")
 
 
@@ -11,4 +12,4 @@ def gather(material) -> dict:
     """Sentences by part, rows of the tables, pictures."""
     tables = agreement.Tables(*(material.file(name) for name in NEEDS))
     described = agreement.describe(tables, material.settings)
-    return described | {"figures": material.pictures_of("Integrators compared")}
+    return described | {"figures": material.pictures_of(CATEGORY)}

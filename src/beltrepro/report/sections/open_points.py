@@ -1,9 +1,10 @@
 """What the paper leaves open: in the model, with the reading taken, and in single claims."""
 
+from beltrepro.findings.readings import printed, together
+
 TITLE = "Open points and the readings tried"
 ANCHOR = "ambiguities"
-NEEDS = ("claims",)
-
+NEEDS = ("claims", "estimates")
 # Points of the model that the text leaves open, and the reading taken.
 MODEL = (
     (
@@ -41,23 +42,10 @@ MODEL = (
 
 
 def gather(material) -> dict:
-    """Open points with the reading that counts, and what each other reading gave."""
-    of_model = [
-        {"where": "model", "open": point, "reading": reading, "effects": []}
-        for point, reading in MODEL
-    ]
-    of_claims = [_of_claim(claim) for claim in material.claims if claim["open"]]
-    return {"points": of_model + of_claims}
-
-
-def _of_claim(claim) -> dict:
-    effects = [
-        {"reading": row["variant"], "values": row["values"], "verdict": row["verdict"]}
-        for row in claim["variants"]
-    ]
+    """Printed numbers beside what the readings span; points of the model, and of claims."""
+    results = material.claims.values()
     return {
-        "where": claim["id"],
-        "open": claim["open"],
-        "reading": claim["reading"],
-        "effects": effects,
+        "printed": printed(results),
+        "model": [{"open": point, "reading": reading} for point, reading in MODEL],
+        "claims": [(result, together(result)) for result in results if result.claim.open],
     }

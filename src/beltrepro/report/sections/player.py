@@ -23,6 +23,7 @@ _WORDS = {
     "play_n10": "A longer chain: slips run along it, and only some reach the last one.",
 }
 NEEDS = tuple(_TITLES)
+STYLES = ("player/player.css",)
 
 _SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 _FASTEST_FIRST = 25.0  # belt velocity; slower belts are first shown at a higher speed

@@ -1,27 +1,23 @@
-"""Above everything: how many claims hold."""
+"""Above everything: what was done, what came out, and how far it can be trusted."""
 
-from beltrepro.claims.criteria import NOT_TESTABLE, VERDICTS
+from beltrepro.claims.criteria import VERDICTS
+from beltrepro.findings import chosen, count
+from beltrepro.findings.reliability import trust
+from beltrepro.report.sections.figures import on_page
+
+MOST, SENTENCES = 5, 4  # findings on the first screen, and sentences of each
 
 
 def gather(material) -> dict:
-    """Number of claims with each verdict, how many there are, and how many can be tested."""
+    """What was run in numbers, findings, number of claims with each verdict, and trust."""
     return {
         "preset": material.preset,
+        "datasets": len(material.datasets),
+        "pictures": len(material.pictures_of("Figures of the paper")),
+        "findings": chosen(material.claims)[:MOST],
+        "shown": SENTENCES,
+        "drawn": {each["name"] for each in on_page(material)},
         "verdicts": VERDICTS,
-        "counts": count_verdicts(material.claims),
-    }
-
-
-def count_verdicts(claims: list[dict]) -> dict:
-    """Number of findings with each verdict, how many there are, and how many can be tested.
-
-    Claims that are true because the model is built so are no findings: `construction` counts them.
-    """
-    findings = [row for row in claims if row["kind"] != "construction"]
-    counts = {verdict: sum(row["verdict"] == verdict for row in findings) for verdict in VERDICTS}
-    return {
-        "by_verdict": counts,
-        "total": len(findings),
-        "testable": len(findings) - counts[NOT_TESTABLE],
-        "construction": len(claims) - len(findings),
+        "counts": count(material.claims.values()),
+        "trust": trust(material.claims, material.settings, material.comparison),
     }

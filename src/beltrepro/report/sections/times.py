@@ -19,6 +19,7 @@ RULES = {
     "figures": "draw figures",
     "claims": "measure claims",
     "report": "write the report",
+    "article": "set the article",
 }
 
 

@@ -1,0 +1,126 @@
+"""What is published is what the run has; README.md has its numbers."""
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import made_up_results
+from beltrepro import cli, findings, publishing
+from beltrepro.claims import load_ledger
+from beltrepro.claims.criteria import HOLDS
+from beltrepro.errors import InputError
+
+ROOT = Path(__file__).parents[1]
+
+
+def picture(path, seed=0, side=40):
+    path.parent.mkdir(exist_ok=True)
+    levels = np.random.default_rng(seed).integers(0, 255, (side, side, 3), dtype=np.uint8)
+    Image.fromarray(levels).save(path)
+
+
+@pytest.fixture
+def finished(tmp_path):
+    """A finished run: results/paper."""
+    folder = tmp_path / "results" / "paper"
+    made_up_results.write(folder, dict.fromkeys(load_ledger(), HOLDS))
+    for number in range(2):
+        picture(folder / "figures" / f"fig0{number}.png", seed=number)
+    images = [publishing._encoded(path.read_bytes()) for path in (folder / "figures").iterdir()]
+    (folder / "report.html").write_text("".join(f"<img src='{each}'>" for each in images))
+    (folder / "article.pdf").write_bytes(b"%PDF")
+    (folder / "figures" / "fig00.pdf").write_bytes(b"%PDF")
+    return folder
+
+
+def test_report_article_figures_and_tables_are_published(finished, tmp_path):
+    folder = publishing.publish(finished, tmp_path / "docs")
+    names = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+    assert folder == tmp_path / "docs" / "paper"
+    assert names == {
+        *publishing.FILES, "figures/fig00.png", "figures/fig01.png", "manifest-sha256.txt"
+    }  # fmt: skip
+    for line in (folder / "manifest-sha256.txt").read_text().splitlines():
+        checksum, name = line.split("  ")
+        assert checksum == hashlib.sha256((folder / name).read_bytes()).hexdigest()
+        assert (folder / name).read_bytes() == (finished / name).read_bytes()
+        names.remove(name)
+    assert names == {"manifest-sha256.txt"}
+
+
+def test_it_is_replaced_as_a_whole(finished, tmp_path):
+    folder = publishing.publish(finished, tmp_path / "docs")
+    (finished / "figures" / "fig01.png").unlink()
+    publishing.publish(finished, tmp_path / "docs")
+    assert not (folder / "figures" / "fig01.png").exists()
+    assert [path.name for path in (tmp_path / "docs").iterdir()] == ["paper"]
+
+
+@pytest.mark.parametrize("name", [*publishing.FILES, "figures"])
+def test_an_unfinished_run_is_refused(finished, tmp_path, name):
+    if name == "figures":
+        for path in (finished / name).glob("*.png"):
+            path.unlink()
+    else:
+        (finished / name).unlink()
+    with pytest.raises(InputError, match=f"{name}: not there; `snakemake"):
+        publishing.publish(finished, tmp_path / "docs")
+    assert list((tmp_path / "docs").iterdir()) == []
+
+
+def test_a_large_run_loses_colours(finished, tmp_path, monkeypatch):
+    before = publishing.size(publishing.publish(finished, tmp_path / "docs"))
+    monkeypatch.setattr(publishing, "LIMIT", before - 2000)
+    folder = publishing.publish(finished, tmp_path / "docs")
+    pictures = (publishing.size(each / "figures") for each in (folder, finished))
+    assert next(pictures) < 0.6 * next(pictures)
+    page = (folder / "report.html").read_text()
+    for path in (folder / "figures").iterdir():
+        assert Image.open(path).mode == "P" and publishing._encoded(path.read_bytes()) in page
+        ours, theirs = (np.asarray(Image.open(root / "figures" / path.name).convert("RGB"), float)
+                        for root in (folder, finished))  # fmt: skip
+        assert np.abs(ours - theirs).mean() < 20
+
+
+def test_a_run_that_is_too_large_is_refused(finished, tmp_path, monkeypatch):
+    monkeypatch.setattr(publishing, "LIMIT", 1000)
+    with pytest.raises(InputError, match="MB, at most 0 are published"):
+        publishing.publish(finished, tmp_path / "docs")
+    assert not (tmp_path / "docs" / "paper").exists()
+
+
+def test_readme_has_the_numbers_of_the_published_run():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    _, _, rest = text.partition(f"{publishing.BEGIN}\n")
+    written, end, _ = rest.partition(publishing.END)
+    assert end
+    place = Path(publishing.PLACE)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(ROOT)
+        assert written == publishing.block(place), "`beltrepro publish` writes it"
+
+
+def test_the_block_takes_its_numbers_from_the_tables(finished, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("README.md").write_text(
+        f"before\n{publishing.BEGIN}\nOLD NUMBERS\n{publishing.END}\nafter\n"
+    )
+    assert cli.main(["publish", str(finished)]) == 0
+    text = Path("README.md").read_text()
+    assert text.startswith("before\n") and text.endswith(f"{publishing.END}\nafter\n")
+    assert "OLD" not in text and "docs/results/paper/report.html" in text
+    results = findings.read(finished / "claims.csv", finished / "estimates.csv")
+    number = results["u-critical"].counted.numbers["critical"].words
+    assert f"| critical velocity without noise, five blocks | 16.5 | {number} |" in text
+    assert text.count("\n| ") == len(publishing.HEADLINE) + 2  # and the head
+    assert f"tests {findings.count(results.values()).testable} claims" in text
+
+
+def test_a_page_without_marks_is_refused(tmp_path):
+    (tmp_path / "README.md").write_text("nothing")
+    with pytest.raises(InputError, match="lacks"):
+        publishing.write_block(tmp_path / "README.md", tmp_path)
+    assert (tmp_path / "README.md").read_text() == "nothing"
