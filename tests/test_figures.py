@@ -517,6 +517,16 @@ def test_friction_event_falls_back_to_a_block_that_slips():
     assert fig07._choose_event(data) is None
 
 
+@pytest.mark.parametrize("count", [0, 10])
+def test_map_keeps_its_size_without_an_intermittent_point(count):
+    data = usual("fig18")
+    data["n5_map"].arrays["laminar_count"][:] = count
+    figure = draw("fig18", data)
+    figure.draw_without_rendering()
+    assert figure.axes[0].get_position().height > 0.3
+    assert len(figure.axes[0].lines) == (count > 0)
+
+
 def test_map_takes_medians_and_leaves_holes():
     points = {
         "belt_velocity": np.array([1.0, 1.0, 1.0, 2.0]),

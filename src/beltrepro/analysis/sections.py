@@ -22,6 +22,7 @@ NEAR = 0.005
 MINIMUM_CROSSINGS = 12
 
 _SAME = 1e-9
+_PIECE = 1000  # states that are compared with each other at once
 
 
 def rows(scan: Any, *, n_blocks: int, noise: float) -> dict[str, np.ndarray]:
@@ -119,10 +120,10 @@ def find_period(values: npt.ArrayLike, *, tolerance: float | None = None) -> int
 
 
 def repeated(states: npt.ArrayLike, *, near: float = NEAR) -> np.ndarray:
-    """Which states at a section lie near an earlier one in the list: they say nothing new.
+    """Which states at a section lie near one that is listed before: they say nothing new.
 
     A run comes back to its states on a periodic orbit, and runs that have not parted yet visit the
-    same ones.
+    same ones. The states that are new are further than `near` from each other.
 
     Parameters
     ----------
@@ -134,14 +135,21 @@ def repeated(states: npt.ArrayLike, *, near: float = NEAR) -> np.ndarray:
     Returns
     -------
     array (K,) of bool
-        True where an earlier state is near. The others, at least, are different states.
+        True where a new state that is listed before is near.
     """
     states = np.asarray(states, dtype=float)
     again = np.zeros(len(states), dtype=bool)
-    if len(states):
-        limit = near * float(np.ptp(states, axis=0).max())
-        pairs = cKDTree(states).query_pairs(limit, output_type="ndarray")
-        again[pairs.max(axis=1, initial=0)] = len(pairs) > 0
+    limit = near * float(np.ptp(states, axis=0).max()) if len(states) else 0.0
+    # Piece by piece: all pairs of an orbit that is passed ten thousand times would fill the memory.
+    for begin in range(0, len(states), _PIECE):
+        piece = slice(begin, begin + _PIECE)
+        known = states[:begin][~again[:begin]]
+        if len(known):
+            distance, _ = cKDTree(known).query(states[piece], distance_upper_bound=limit)
+            again[piece] = np.isfinite(distance)
+        rest = begin + np.flatnonzero(~again[piece])
+        for first, second in sorted(cKDTree(states[rest]).query_pairs(limit)):
+            again[rest[second]] |= not again[rest[first]]
     return again
 
 

@@ -51,10 +51,11 @@ def _section(figure, axes, catalogue):
     again = sections.repeated(np.hstack([points["positions"], points["velocities"]]))
     slipping = relative < -STUCK
     new, old = slipping & ~again, slipping & again
+    size = float(np.clip(160 / np.sqrt(max(slipping.sum(), 1)), 1.5, 5))
+    look = {"markersize": size, "markeredgewidth": 0, "rasterized": True}
     if old.any():
-        look = {"color": style.ORANGE, "markersize": 2, "rasterized": True}
-        axes.plot(position[old], relative[old], ".", **look)
-    _draw_points(figure, axes, position[new], relative[new], style.BLUE)
+        axes.plot(position[old], relative[old], ".", color=style.ORANGE, **look)
+    _draw_points(figure, axes, position[new], relative[new], look)
     runs = np.unique(points["point"]).size
     place = f"$x_{{{about['section_block']}}} = {about['section_position']:g}$"
     axes.set_title(
@@ -66,13 +67,11 @@ def _section(figure, axes, catalogue):
     )
 
 
-def _draw_points(figure, axes, position, relative, colour):
+def _draw_points(figure, axes, position, relative, look):
     if position.size == 0:
         panels.note(axes, "no section point at which the last block slips")
     elif position.size < DENSITY_FROM:
-        size = float(np.clip(150 / np.sqrt(position.size), 1.2, 6))
-        look = {"color": colour, "markersize": size, "markeredgewidth": 0, "rasterized": True}
-        axes.plot(position, relative, ".", **look)
+        axes.plot(position, relative, ".", color=style.BLUE, **look)
         axes.margins(0.02)
     else:
         count, *edges = np.histogram2d(position, relative, BINS)

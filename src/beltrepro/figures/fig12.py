@@ -24,6 +24,8 @@ ENTRY = Entry(
     number="12",
 )
 
+PLAIN = 50  # a shorter range of lifetimes has plain numbers
+
 
 @style.styled
 def draw(data, caption):
@@ -67,7 +69,8 @@ def _disorder(axes, data):
         panels.curve(axes, *points, 0, overlay=overlay, color=colour, linewidth=0.8)
     panels.finish_curves(axes, xlabel="")
     if axes.get_legend():
-        axes.legend(loc="center", bbox_to_anchor=(0.67, 0.55))
+        panels.make_room(axes, above=0.22)
+        axes.legend(loc="upper right", ncols=2)
 
 
 def _mark_transition(axes, row):
@@ -98,6 +101,9 @@ def _lifetimes(axes, runs):
         axes.legend(loc="center left")
     if known.any() or few.any():
         axes.set_yscale("log")
+        low, high = axes.get_ylim()
+        if high < PLAIN * low:
+            panels.plain_log(axes.yaxis)
         panels.remark(axes, f"measured from $u$ = {velocity.min():g} on")
     else:
         panels.note(axes, "no run of the lifetimes lasts")

@@ -72,7 +72,8 @@ def _dots(axes, points):
     panels.remark(axes, f"{words} ({rule} of the time)")
     places = points["belt_velocity"][mask], points["noise"][mask]
     look = {"color": "white", "markeredgecolor": "black", "markeredgewidth": 0.4}
-    axes.plot(*places, "o", markersize=3.2, clip_on=False, **look)
+    if mask.any():  # dots that may leave the panel count in the layout, none of them too
+        axes.plot(*places, "o", markersize=3.2, clip_on=False, **look)
 
 
 def _shares(axes, scan):

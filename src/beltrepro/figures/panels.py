@@ -1,4 +1,4 @@
-"""Parts that several figures share: curves, diagrams, traces, insets, words on panels."""
+"""Parts that several figures share: curves, diagrams, traces, spectra, words on panels."""
 
 import textwrap
 from contextlib import contextmanager
@@ -114,7 +114,7 @@ def shortage_on(axes, **where):
 
 
 def make_room(axes, *, above=0.0, below=0.0):
-    """Widen the y range so that the data leave these shares of the panel free for an inset."""
+    """Widen the y range so that the data leave these shares of the panel free for words."""
     low, high = axes.get_ylim()
     height = (high - low) / (1 - above - below)
     _widen(axes, low - below * height, high + above * height)
