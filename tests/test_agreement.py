@@ -621,15 +621,19 @@ def test_page_says_what_the_tables_say(tables):
 
 def test_page_is_a_section_of_the_report(tables, tmp_path):
     settings = plan("smoke").settings()
-    claims, image = tmp_path / "claims.csv", tmp_path / "image.png"
-    measure({}, settings).to_csv(claims, index=False)
+    claims, estimates, image = (
+        tmp_path / name for name in ("claims.csv", "estimates.csv", "image.png")
+    )
+    measured = measure({}, settings)
+    measured.claims.to_csv(claims, index=False)
+    measured.estimates.to_csv(estimates, index=False)
     names = [module.__name__.rpartition(".")[2] for module in FIGURES]
     images = [image.with_stem(name) for name in names]
     for path in images:
         path.write_bytes(PIXEL)
     files = {name: [path] for name, path in vars(tables).items()}
     files["agreement"] = files.pop("comparisons")
-    files |= {"claims": [claims], "figures": images}
+    files |= {"claims": [claims], "estimates": [estimates], "figures": images}
     report.render(
         tmp_path / "report.html", report.Material("smoke", settings, files, tmp_path / "none")
     )

@@ -232,9 +232,12 @@ GIVEN = {
     "analyse": {},
     "plot": {},
     "verify": {},
+    "claims": {},
+    "publish": {},
     "cache": {},
 }
-FILES = {"track": ["film.mp4"], "analyse": ["track.csv"], "plot": ["run.h5"], "verify": ["results"]}
+FILES = {"track": ["film.mp4"], "analyse": ["track.csv"], "plot": ["run.h5"]}
+FILES |= {"verify": ["results"], "publish": ["results"]}
 # Commands whose numbers are checked before a file is read, and are all 0 or greater.
 NUMERIC = ("simulate", "scan", "classify", "watch", "bench")
 
