@@ -1,6 +1,4 @@
-"""Recordings of the virtual experiment: lines of spectra, slips of all, errors, claims, table."""
-
-import dataclasses
+"""Recordings of the virtual experiment: lines of spectra, slips of all, errors, table."""
 
 import numpy as np
 import pytest
@@ -11,13 +9,9 @@ from beltrepro.analysis.errors import NotEnoughDataError
 from beltrepro.analysis.intermittency import slips_of_all
 from beltrepro.analysis.lines import lines, spacing, spectral_ratio
 from beltrepro.analysis.tracking_error import tracking_error
-from beltrepro.claims import measure
-from beltrepro.claims.criteria import FAILS, HOLDS, NOT_MEASURED, PARTLY
 from beltrepro.experiment import Track
 from beltrepro.experiment.video import write_video
-from beltrepro.model.units import LENGTH_M
 from beltrepro.tables import recordings
-from made_up import LAW
 
 RATE = recorded.RATE
 FULL = recorded.recordings()
@@ -117,82 +111,6 @@ def test_a_track_at_other_instants_is_refused():
     for time in (np.arange(50) / RATE + 0.01, np.arange(101) / RATE):
         with pytest.raises(NotEnoughDataError, match="other instants"):
             tracking_error(time, np.ones(time.size), true, 1 / RATE)
-
-
-# --- claims ---------------------------------------------------------------------------------------
-
-CLAIMS = ("snapshot", "threshold", "experiment-028", "experiment-022")
-
-
-def judged(**changes):
-    """Verdicts, and notes by claim and reading, of the recordings with some of them changed."""
-    settings = {"model": LAW, "defaults": {"laminar_time": 200.0}}
-    table = measure(FULL | changes, settings)
-    table = table[table["id"].isin(CLAIMS)]
-    counted = table[table["variant"] == ""]
-    notes = table.set_index(["id", "variant"])["note"]
-    return dict(zip(counted["id"], counted["verdict"], strict=True)), notes
-
-
-def test_recordings_like_the_papers_make_its_claims_hold():
-    assert judged()[0] == dict.fromkeys(CLAIMS, HOLDS)
-
-
-def test_a_chain_that_never_calms_down_does_not_alternate():
-    restless = {"belt_028": recorded.run(0.28, 1.0, seed=2), "belt_022": recorded.run(0.22, 1.0)}
-    tracks = {f"{name}_track": recorded.track(run) for name, run in restless.items()}
-    found, notes = judged(**restless, **tracks)
-    # one of its readings, the chain at 0.35 m/s, does alternate
-    assert (found["experiment-028"], found["experiment-022"]) == (PARTLY, PARTLY)
-    assert "holds for: 0.35 m/s" in notes["experiment-028", ""]
-    assert "does not alternate in 1000 s" in notes["experiment-028", ""]
-    calm = {"belt_035": restless["belt_028"], "belt_035_track": tracks["belt_028_track"]}
-    assert judged(**restless, **tracks, **calm)[0]["experiment-028"] == FAILS
-
-
-def test_a_noisy_calm_has_no_peaks():
-    run = FULL["belt_028"]
-    time, x = recorded.place(1000.0, None, 4)
-    inside = (time >= 400) & (time < 520)
-    x[inside] = 0.7 + 0.1 * (x[inside] - 0.7)
-    positions = run.arrays["positions"].copy()
-    positions[:, -1] = x / LENGTH_M
-    noisy = dataclasses.replace(run, arrays=run.arrays | {"positions": positions})
-    found, notes = judged(belt_028=noisy, belt_028_track=recorded.track(noisy))
-    assert found["experiment-028"] == PARTLY
-    assert "small amplitude: peaks" in notes["experiment-028", ""]
-
-
-@pytest.mark.parametrize(
-    ("spoilt", "claim"),
-    [
-        ({"scale": 1.002}, "threshold"),
-        ({"error_m": 5e-4}, "threshold"),
-        ({"lost": 600}, "snapshot"),
-    ],
-)
-def test_a_bad_track_is_noticed(spoilt, claim):
-    track = recorded.track(FULL["belt_022"], **spoilt)
-    found, _ = judged(belt_022_track=track)
-    assert found[claim] == PARTLY
-    assert found["experiment-028"] == HOLDS
-
-
-def test_another_thing_taken_for_the_block_is_noticed():
-    good = FULL["belt_022_track"]
-    x = good.x_m.copy()
-    x[500] += 0.021
-    found, notes = judged(belt_022_track=dataclasses.replace(good, x_m=x))
-    assert found["snapshot"] == PARTLY
-    assert "0.22 m/s: no other thing" in notes["snapshot", ""]
-
-
-def test_short_films_are_not_judged():
-    short = recorded.recordings(seconds=60.0, calm=None)
-    found, notes = judged(**short)
-    assert found["experiment-028"] == found["experiment-022"] == NOT_MEASURED
-    assert "has 60 s" in notes["experiment-028", ""]
-    assert found["threshold"] == HOLDS
 
 
 # --- the table ------------------------------------------------------------------------------------
