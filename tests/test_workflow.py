@@ -405,6 +405,11 @@ def test_wrong_command_line_is_one_line(tree, arguments, settings, words):
     assert "Traceback" not in done.stdout + done.stderr
 
 
+def heeds_ctrl_c():
+    """As in a terminal: a process in the background of a shell would ignore it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def test_ctrl_c_before_the_workflow_is_read_leaves_no_traceback(tree, tmp_path):
     """Snakemake waits for a configuration: it has read nothing but the profile."""
     os.mkfifo(tmp_path / "late.yaml")
@@ -416,10 +421,11 @@ def test_ctrl_c_before_the_workflow_is_read_leaves_no_traceback(tree, tmp_path):
         env=environment,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=heeds_ctrl_c,
     )
     with (tmp_path / "late.yaml").open("w"):  # when Snakemake opens it
         process.send_signal(signal.SIGINT)
-        said = process.communicate()[1]
+        said = process.communicate(timeout=60)[1]
     assert process.returncode == -signal.SIGINT
     assert [line for line in said.splitlines() if "profile" not in line] == []
 
