@@ -91,9 +91,9 @@ def bounds(allowed: Any) -> tuple[float, float]:
 
 def range_in_words(allowed: Any) -> str:
     """An allowed range as short text."""
-    if isinstance(allowed, bool):
-        return "yes" if allowed else "no"
     low, high = bounds(allowed)
+    if low == high in (0.0, 1.0):
+        return ("no", "yes")[int(low)]
     if math.isinf(high):
         return f"{low:g} or more"
     if math.isinf(low):
