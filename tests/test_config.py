@@ -507,3 +507,12 @@ def test_a_film_has_the_camera_of_all_but_for_what_it_gives(plan):
     assert (whole.frames, stage.frames) == (None, 720)
     assert stage.told() == {"film": "stage_lens", "frames": 720, "camera": stage.camera}
     assert stage.camera["seed"] == plan.seed
+
+
+@pytest.mark.parametrize("preset", ["smoke", "standard", "paper"])
+def test_free_trials_include_the_printed_constants(preset):
+    """Their posterior is compared with trials at the printed friction ratio and speeds."""
+    values = make_plan(changed("preset", preset)).datasets["trials_free"].values()
+    assert 0.45 in values["friction_ratio"]
+    printed = make_plan(changed("preset", preset)).datasets["trials"].values()["belt_velocity"]
+    assert set(printed) <= set(values["belt_velocity"])
