@@ -19,6 +19,11 @@ def results(tmp_path_factory):
     return folder
 
 
+@pytest.fixture(autouse=True)
+def wide_terminal(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "110")
+
+
 def printed(capsys, *words):
     status = cli.main(["claims", *map(str, words)])
     return status, capsys.readouterr()
