@@ -37,13 +37,18 @@ class Estimate:
 
     @property
     def words(self) -> str:
-        """The number and its interval, short; "yes" and "no" for what is sure."""
+        """The number and its interval, short; "yes" and "no" for what is sure.
+
+        Of a single run, whose error is not known, the number alone.
+        """
         if math.isnan(self.value):
             return "not found"
         if self.runs is None and self.value in (0.0, 1.0) and self.low == self.high:
             return ("no", "yes")[int(self.value)]
         if self.low == self.high:
             return f"{self.value:.4g}"
+        if math.isinf(self.low) and math.isinf(self.high):
+            return f"{self.value:.3g} (one run)"
         return f"{self.value:.3g} ({self.low:.3g} to {self.high:.3g})"
 
     def scaled(self, factor: float) -> Estimate:

@@ -1,14 +1,21 @@
 """`beltrepro claims`: the verdicts of a run in the terminal."""
 
+from __future__ import annotations
+
 import argparse
 import json
 import shutil
 import textwrap
 from collections import Counter
+from dataclasses import asdict
+from math import isfinite, nan
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from beltrepro.errors import InputError
+
+if TYPE_CHECKING:
+    from beltrepro.findings.results import Result
 
 
 def add(commands: Any) -> None:
@@ -51,77 +58,73 @@ def run(options: argparse.Namespace) -> int:
     InputError
         If the run has no claims, or none with the verdict that is asked for.
     """
+    from beltrepro import findings
+
     folder = options.results or Path("results", options.preset)
-    found = _read(folder)
+    found = list(findings.read(folder / "claims.csv", folder / "estimates.csv").values())
     if options.verdict:
-        known = {each["verdict"] for each in found}
+        known = {each.verdict for each in found}
         if options.verdict not in known:
             raise InputError(
                 f"--verdict {options.verdict}: no claim of {folder} has it; "
                 f"they have {', '.join(sorted(known))}"
             )
-        found = [each for each in found if each["verdict"] == options.verdict]
+        found = [each for each in found if each.verdict == options.verdict]
     if options.json:
-        print(json.dumps(found, indent=1))
+        print(json.dumps([_plain(each) for each in found], indent=1))
         return 0
     print(_table(found))
-    counts = Counter(each["verdict"] for each in found)
+    counts = Counter(each.verdict for each in found)
     print("\n" + ", ".join(f"{count} {verdict}" for verdict, count in counts.most_common()))
     return 0
 
 
-def _read(folder: Path) -> list[dict[str, Any]]:
-    """Claims in the reading that counts, each with its numbers under `estimates`."""
-    import pandas as pd
-
-    paths = [folder / f"{name}.csv" for name in ("claims", "estimates")]
-    for path in paths:
-        if not path.is_file():
-            raise InputError(
-                f"{path}: no such file; `snakemake --cores 2 claims --config preset=...` makes it"
-            )
-    table = pd.read_csv(paths[0], dtype=str, keep_default_na=False)
-    numbers = pd.read_csv(paths[1], dtype={"variant": str}).fillna({"variant": ""})
-    numbers = numbers.drop(columns="variant")[numbers["variant"] == ""]
-    of_claim = {
-        name: json.loads(own.drop(columns="id").to_json(orient="records"))
-        for name, own in numbers.groupby("id")
+def _plain(result: Result) -> dict[str, Any]:
+    """A claim as plain values; JSON has no infinity and no NaN, so such an end is null."""
+    numbers = []
+    for each in result.counted.numbers.values():
+        ends = dict(zip(("allowed_low", "allowed_high"), each.allowed or (nan, nan), strict=True))
+        values = asdict(each.estimate) | ends
+        del values["still_open"]  # not in the tables
+        finite = {
+            key: value if value is None or isfinite(value) else None
+            for key, value in values.items()
+        }
+        numbers.append({"name": each.name} | finite | {"verdict": each.verdict})
+    return {
+        "id": result.id,
+        "figure": result.claim.figure,
+        "kind": result.claim.kind,
+        "statement": result.claim.statement,
+        "paper": result.paper,
+        "criterion": result.criterion,
+        "verdict": result.verdict,
+        "note": result.counted.note,
+        "estimates": numbers,
     }
-    counted = table[table["variant"] == ""].drop(columns="variant").to_dict("records")
-    return [row | {"estimates": of_claim.get(row["id"], [])} for row in counted]
 
 
-def _table(claims: list[dict[str, Any]]) -> str:
+def _table(results: list[Result]) -> str:
     from tabulate import tabulate
 
     width = max(30, shutil.get_terminal_size((110, 24)).columns - 50)
     rows = [
         (
-            each["id"],
-            each["figure"],
-            each["verdict"],
+            each.id,
+            each.claim.figure,
+            each.verdict,
             "\n".join(line for part in _parts(each) for line in textwrap.wrap(part, width)),
         )
-        for each in claims
+        for each in results
     ]
     return tabulate(rows, headers=("claim", "figure", "verdict", "measured"), tablefmt="simple")
 
 
-def _parts(claim: dict[str, Any]) -> list[str]:
+def _parts(result: Result) -> list[str]:
     """One line for each number, or the reason where there are none."""
-    from beltrepro.claims.criteria import range_in_words
-
-    allowed = {
-        each[
-            "name"
-        ]: f" [{range_in_words([_end(each['allowed_low']), _end(each['allowed_high'], 1)])}]"
-        for each in claim["estimates"]
-        if each["verdict"]
-    }
-    parts = claim["measured"].split("; ") if claim["measured"] else [claim["note"]]
-    return [part + allowed.get(part.rpartition(": ")[0], "") for part in parts]
-
-
-def _end(value: float | None, sign: float = -1.0) -> float:
-    """An end of a range; JSON has none for infinity."""
-    return sign * float("inf") if value is None else value
+    return [
+        (f"{each.name}: " if each.name else "")
+        + each.words
+        + (f" [{each.allowed_words}]" if each.allowed_words else "")
+        for each in result.counted.numbers.values()
+    ] or [result.counted.note]

@@ -44,20 +44,13 @@ class Number:
 
     @property
     def words(self) -> str:
-        """Value and 95 % interval; of a single run the value alone."""
-        if math.isinf(self.estimate.low) and math.isinf(self.estimate.high):
-            return f"{self.estimate.value:.3g} (one run)"
+        """Value and 95 % interval."""
         return self.estimate.words
 
     @property
     def allowed_words(self) -> str:
         """The allowed range, empty if there is none."""
-        if self.allowed is None:
-            return ""
-        low, high = self.allowed
-        if low == high and low in (0.0, 1.0):
-            return ("no", "yes")[int(low)]
-        return range_in_words(self.allowed)
+        return "" if self.allowed is None else range_in_words(self.allowed)
 
 
 @dataclass(frozen=True)
