@@ -187,13 +187,6 @@ def test_the_critical_noise_of_a_jump_and_of_a_gradual_rise():
     assert not transitions.critical_noise(noise, np.full(noise.size, 0.1)).found
 
 
-def test_roughness_orders_smooth_and_rough_curves():
-    velocity = np.arange(1.0, 30)
-    rough = 0.1 + 0.02 * np.random.default_rng(0).normal(size=velocity.size)
-    assert transitions.roughness(velocity, 0.1 + 0.001 * velocity) < 1e-6
-    assert transitions.roughness(velocity, rough) > 0.1
-
-
 # --- intermittency --------------------------------------------------------------------------------
 
 
@@ -204,20 +197,6 @@ def test_points_are_intermittent_by_share_and_number_of_laminar_phases():
     }
     mask = intermittency.intermittent_mask(points)
     assert mask.tolist() == [False, False, True, False, True]
-
-
-def test_the_boundary_is_the_longest_run_and_bridges_single_gaps():
-    velocity = np.tile(np.arange(1.0, 11), 3)
-    noise = np.repeat([0.0, 1.0, 2.0], 10)
-    mask = np.zeros(30, bool)
-    mask[[10, 14, 15, 17, 18]] = True  # sigma = 1: u = 1, then 5, 6, 8, 9
-    mask[25] = True  # sigma = 2: u = 6
-    levels, low, high = intermittency.boundary(velocity, noise, mask)
-    assert levels.tolist() == [0, 1, 2]
-    assert np.isnan(low[0])
-    assert np.isnan(high[0])
-    assert (low[1], high[1]) == (5.0, 9.0)
-    assert (low[2], high[2]) == (6.0, 6.0)
 
 
 def test_laminar_phases_from_events_and_from_samples_agree():
@@ -275,13 +254,6 @@ def test_states_of_points():
         states.INTERMITTENT,
         states.UNDECIDED,
     ]
-
-
-def test_diversity():
-    labels = np.array([states.PERIODIC, states.CHAOTIC, states.PERIODIC, states.PERIODIC])
-    assert states.diversity(labels) == pytest.approx(0.8113, abs=1e-4)
-    assert states.diversity(np.array([states.CHAOTIC] * 4)) == 0
-    assert np.isnan(states.diversity(np.array([states.UNDECIDED])))
 
 
 def test_states_near_an_earlier_one_are_repeated():

@@ -327,20 +327,6 @@ def test_intermittent_points_at_the_edges_of_the_criterion():
     assert wide.tolist() == [True] * 5 + [False]
 
 
-def test_the_boundary_counts_replicates_and_takes_the_longest_run():
-    def edges(inside, velocity=None):
-        inside = np.array(inside, dtype=bool)
-        velocity = np.arange(inside.size, dtype=float) if velocity is None else np.array(velocity)
-        _, low, high = intermittency.boundary(velocity, np.zeros(inside.size), inside)
-        return low[0], high[0]
-
-    assert edges([1, 1, 0, 0, 1, 1, 1]) == (4, 6)
-    assert edges([1, 1, 0, 0, 1, 1]) == (0, 1)  # the first of two runs of one length
-    assert edges([1, 0, 1, 0, 1, 0, 0, 1, 1]) == (0, 4)
-    assert edges([1, 0, 0, 1, 1, 1], velocity=[5.0, 5, 6, 6, 7, 7]) == (5, 7)
-    assert edges([1, 0, 0, 0, 0, 1], velocity=[5.0, 5, 6, 6, 6, 6]) == (5, 5)
-
-
 def test_laminar_phases_longer_than_the_limit_only():
     phases = intermittency.laminar_phases([0, 10], [5.0, 15.5], 5.0, start=0, stop=20)
     assert phases.tolist() == [[10, 15.5]]
@@ -633,14 +619,6 @@ def test_states_at_the_edges_of_their_criteria(monkeypatch):
         assert one_state(monkeypatch, velocities=wandering, chaos=chaos) == label
 
 
-def test_the_entropy_of_named_states():
-    mixed = np.array([states.CHAOTIC] * 4 + [states.PERIODIC] * 2 + [states.CONTINUOUS] * 2)
-    assert states.diversity(mixed) == pytest.approx(1.5)
-    unnamed = np.concatenate([mixed, [states.TRANSIENT, states.UNDECIDED]])
-    assert states.diversity(unnamed) == pytest.approx(1.5)
-    assert math.copysign(1, states.diversity(mixed[:2])) == 1
-
-
 # --- transitions ----------------------------------------------------------------------------------
 
 VELOCITY = np.arange(1.0, 41)
@@ -774,16 +752,6 @@ def test_the_running_median_reaches_half_its_width():
         np.array([0.0, 1, 1, 2, 4]), np.array([5.0, 1, 2, 9, 7]), 2.0
     )
     assert places.tolist() == [0, 1, 2, 4] and medians.tolist() == [2, 3.5, 2, 7]
-
-
-def test_roughness_by_hand():
-    # second differences -2, 3, -4, 5 of values with median 4
-    values = np.array([4.0, 6, 6, 9, 8, 12])
-    expected = np.median(np.abs([-2, 3, -4, 5])) / np.median(values)
-    order = [3, 0, 5, 1, 4, 2]
-    assert transitions.roughness(np.arange(6)[order], values[order]) == pytest.approx(expected)
-    with pytest.raises(NotEnoughDataError, match="4 points, 5 are needed"):
-        transitions.roughness(np.arange(4), np.ones(4))
 
 
 def test_the_step_is_the_best_of_all_two_level_steps():

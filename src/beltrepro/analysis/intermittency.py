@@ -46,47 +46,6 @@ def intermittent_mask(
     return (share >= low) & (share <= high) & (count >= minimum_phases)
 
 
-def boundary(
-    belt_velocity: np.ndarray, noise: np.ndarray, mask: npt.ArrayLike
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Edges in u of the intermittent region for each noise level.
-
-    The region at one noise level is the longest run of intermittent points along u; single points
-    in between that are not do not break it. A run of one point has two equal edges.
-
-    Parameters
-    ----------
-    belt_velocity : array (P,)
-        Belt velocity u of the points of a scan, in any order.
-    noise : array (P,)
-        Noise sigma of the points.
-    mask : array (P,) of bool
-        Which points are intermittent. Replicates of a point count as intermittent when at least
-        half of them are.
-
-    Returns
-    -------
-    levels : array (S,)
-        Noise levels in rising order.
-    u_low : array (S,)
-        Lower edge at each level, NaN without a region.
-    u_high : array (S,)
-        Upper edge at each level, NaN without a region.
-    """
-    levels = np.unique(noise)
-    edges = np.full((2, levels.size), np.nan)
-    for index, level in enumerate(levels):
-        row = noise == level
-        velocities, place = np.unique(belt_velocity[row], return_inverse=True)
-        share = np.bincount(place, np.asarray(mask)[row].astype(float)) / np.bincount(place)
-        inside = np.flatnonzero(share >= 0.5)
-        if inside.size:
-            runs = np.split(inside, np.flatnonzero(np.diff(inside) > 2) + 1)
-            longest = max(runs, key=len)
-            edges[:, index] = velocities[longest[0]], velocities[longest[-1]]
-    return levels, edges[0], edges[1]
-
-
 def laminar_phases(
     slip_start: npt.ArrayLike,
     slip_stop: npt.ArrayLike,

@@ -66,29 +66,6 @@ def label_states(
     return states.astype(str)
 
 
-def diversity(states: np.ndarray) -> float:
-    """Shannon entropy (bits) of the shares of the states: 0 when all points are alike.
-
-    "transient" and "undecided" do not name a state and are left out.
-
-    Parameters
-    ----------
-    states : array (P,) of str
-        State of each point.
-
-    Returns
-    -------
-    float
-        Entropy in bits; NaN if no point has a named state.
-    """
-    named = states[~np.isin(states, (TRANSIENT, UNDECIDED))]
-    if not named.size:
-        return np.nan
-    _, count = np.unique(named, return_counts=True)
-    share = count / count.sum()
-    return float(-np.sum(share * np.log2(share)) + 0.0)
-
-
 def _stick_slip(velocities: np.ndarray) -> str:
     try:
         if sections.find_period(velocities):

@@ -210,31 +210,6 @@ def running_median(
     return places, np.array(medians)
 
 
-def roughness(abscissa: npt.ArrayLike, ordinate: npt.ArrayLike) -> float:
-    """Point-to-point scatter of a curve: median absolute second difference over its median.
-
-    Parameters
-    ----------
-    abscissa : array (P,)
-        Places of the points, in any order.
-    ordinate : array (P,)
-        Values at the points.
-
-    Returns
-    -------
-    float
-        The scatter; a smooth curve gives 0.
-
-    Raises
-    ------
-    NotEnoughDataError
-        With fewer than 5 points.
-    """
-    ordinate = np.asarray(ordinate)[np.argsort(abscissa)]
-    require(ordinate.size >= 5, f"{ordinate.size} points, 5 are needed")
-    return float(np.median(np.abs(np.diff(ordinate, 2))) / np.median(ordinate))
-
-
 def _fall(
     velocity: np.ndarray, disorder: np.ndarray, smoothing: float, minimum_contrast: float
 ) -> Transition:
