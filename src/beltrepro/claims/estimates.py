@@ -17,7 +17,7 @@ from beltrepro.analysis.errors import require
 from beltrepro.analysis.shares import CONFIDENCE
 from beltrepro.analysis.shares import share as share_of_runs
 
-RESAMPLES = 400
+RESAMPLES = 1000
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def bootstrap(
 
     Within each group the runs are drawn anew with replacement, group by group (stratified
     bootstrap: A. C. Davison and D. V. Hinkley, Bootstrap Methods and their Application, 1997,
-    Sec. 3.2). The interval has the central 95 % of what the statistic then gives.
+    Sec. 3.2). For the interval see `from_resamples`.
 
     statistic : takes the groups in their order; NaN says "not found".
     samples : groups, each an array whose first axis is runs.
@@ -146,18 +146,30 @@ def bootstrap(
 def from_resamples(
     value: float, found: np.ndarray, runs: int, *, grid_spacing: float = 0.0
 ) -> Estimate:
-    """The estimate that a value and its resamples make; as of `bootstrap`."""
+    """The estimate that a value and its resamples make; as of `bootstrap`.
+
+    Resamples of few runs scatter less than the runs do, and more of them than 95 % are within the
+    interval: as many as make the interval of a mean that of Student's t (expanded percentiles:
+    T. C. Hesterberg, The American Statistician 69, 371, 2015). With four runs all resamples are
+    within, and that is still too narrow: it covers a mean in 86 %.
+    """
     known = found[np.isfinite(found)]
     if math.isnan(value):
         return absent(runs)
     if known.size < 0.95 * found.size:
         return Estimate(value, math.nan, math.nan, runs)
-    tail = (1 - CONFIDENCE) / 2
+    tail = _tail(runs)
     low, high = np.quantile(known, [tail, 1 - tail])
     below, above = (
         math.hypot(max(0.0, reach), grid_spacing / 2) for reach in (value - low, high - value)
     )
     return Estimate(value, value - below, value + above, runs)
+
+
+def _tail(runs: int) -> float:
+    """Share of the resamples of so many runs, 2 or more, that lie on one side of the interval."""
+    reach = stats.t.ppf((1 + CONFIDENCE) / 2, runs - 1) * math.sqrt(runs / (runs - 1))
+    return float(stats.norm.sf(reach))
 
 
 def difference(first: Estimate, second: Estimate) -> Estimate:
