@@ -23,12 +23,11 @@ CONFIG = checking.load(ROOT / "config.yaml")
 SCHEMA = schema.config_schema()
 SCANS = {
     "n5_map": 100 * 21,
-    "n5_rows": 200 * 7,
-    "size_rows": 6 * 100 * 3,
-    "size_rows_check": 6 * 25,
+    "n5_rows": 100 * 5,
+    "size_rows": 6 * 50 * 3,
 }
 # Runs with replicates, each shorter than the paper's one: together they are at least as long.
-REPLICATED = {"n5_u7": 41, "n5_columns": 6 * 41, "size_columns": 4 * 41}
+REPLICATED = {"n5_u7": 41, "n5_columns": 6 * 21, "size_columns": 4 * 21}
 
 
 def changed(*changes):
@@ -88,7 +87,8 @@ def test_paper_grids_are_those_of_the_paper():
     paper = make_plan(changed("preset", "paper")).datasets
     for name, count in SCANS.items():
         assert len(paper[name].points) == count
-        assert (paper[name].settings["duration"], paper[name].settings["transient"]) == (2e6, 1e6)
+    rows = paper["n5_rows"].settings
+    assert (rows["duration"], rows["transient"]) == (2e6, 1e6)  # of Fig. 12
     for name, count in REPLICATED.items():
         settings = paper[name].settings
         assert len(paper[name].points) == 8 * count
@@ -230,7 +230,7 @@ def test_method_may_differ_without_and_with_noise():
 
 def test_a_dataset_stands_over_defaults_and_a_preset_over_the_top_level():
     assert planned("n5_map").settings["duration"] == 20000
-    assert planned("n5_rows").settings["duration"] == 40000
+    assert planned("n5_rows").settings["duration"] == 30000
     assert planned("u20").settings["transient"] == 0
     changes = ("defaults.laminar_time", 150, "presets.standard.defaults.laminar_time", 170)
     assert planned("n5_map", *changes).settings["laminar_time"] == 170
@@ -441,7 +441,7 @@ def test_a_setting_of_another_kind_is_refused():
         (f"{DATASET}.transient", 1e9, "n5_map.transient = 1e+09: must be less"),
         ("presets.standard.datasets.size_columns.n_blocks", [5, 6, 7], "entry for n_blocks = 10"),
         ("presets.standard.datasets.size_columns.n_blocks", [4, 5], "no entry for n_blocks = 4"),
-        ("presets.standard.defaults.transient", 50000, "must be less than duration = 40000"),
+        ("presets.standard.defaults.transient", 50000, "must be less than duration = 30000"),
         ("presets.standard.datasets.slips_u1.section_block", 6, "the chain has 5 blocks"),
         ("datasets.slips_u1.section_position", None, "only for the last block there is a rule"),
         ("presets.standard.datasets.lifetimes.settle_time", 1e9, "must be less than duration"),
