@@ -10,7 +10,7 @@ from PIL import Image
 import made_up_results
 from beltrepro import cli, findings, publishing
 from beltrepro.claims import load_ledger
-from beltrepro.claims.criteria import HOLDS
+from beltrepro.claims.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.errors import InputError
 
 ROOT = Path(__file__).parents[1]
@@ -117,6 +117,25 @@ def test_the_block_takes_its_numbers_from_the_tables(finished, tmp_path, monkeyp
     assert f"| critical velocity without noise, five blocks | 16.5 | {number} |" in text
     assert text.count("\n| ") == len(publishing.HEADLINE) + 2  # and the head
     assert f"tests {findings.count(results.values()).testable} claims" in text
+
+
+def test_the_block_lists_what_does_not_hold_and_shows_figures(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    folder = Path("docs") / "results" / "paper"
+    verdicts = dict.fromkeys(load_ledger(), HOLDS) | {"u-critical": FAILS, "outliers": UNDECIDED}
+    made_up_results.write(folder, verdicts)
+    for name in ("fig09", "fig12", "fig13"):
+        picture(folder / "figures" / f"{name}.png")
+    text = publishing.block()
+    claim = load_ledger()["u-critical"].statement
+    (line,) = (line for line in text.splitlines() if line.endswith("(`u-critical`)."))
+    assert line.startswith(f"- *{claim}* Measured: ")
+    assert "These claims fail:" in text and "hold in part:" not in text
+    assert "Undecided are `outliers`." in text
+    assert text.count("docs/results/paper/figures/") == 2 * 3
+    assert text.index("fig09.png") < text.index("fig12.png") < text.index("fig13.png")
+    rows = [line for line in text.splitlines() if "<br>" in line]
+    assert [row.count("|") for row in rows] == [3, 3]
 
 
 def test_a_page_without_marks_is_refused(tmp_path):

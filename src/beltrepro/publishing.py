@@ -1,6 +1,7 @@
 """Results of a run published in the repository, in `docs/results`: what there is to be read.
 
-README.md has a block with their main numbers, which is written from the published tables.
+README.md has a block with their main numbers, the claims that do not hold, and some figures. It is
+written from the published tables.
 """
 
 import base64
@@ -14,9 +15,11 @@ from PIL import Image
 
 from beltrepro import findings
 from beltrepro.atomic import replacing
+from beltrepro.claims.criteria import FAILS, PARTLY, UNDECIDED
 from beltrepro.deposit import manifest
 from beltrepro.errors import InputError
-from beltrepro.findings.sentences import filled
+from beltrepro.figures import registry
+from beltrepro.findings.sentences import filled, typeset
 
 PLACE = Path("docs/results")
 LIMIT = 20_000_000  # bytes of a published run, as repositories and their readers bear them
@@ -38,6 +41,9 @@ HEADLINE = (
     ("r at 0.22 m/s", "r-experiment: r_022", "0.132"),
     ("r at 0.28 m/s", "r-experiment: r_028", "0.134"),
 )
+
+GALLERY = ("fig12", "fig13", "fig17", "fig18", "fig16", "fig19", "fig09", "fig10")
+ACROSS = 2  # pictures in a row of the gallery
 
 
 def publish(results: Path, place: Path = PLACE) -> Path:
@@ -157,6 +163,37 @@ def _block(folder: Path) -> Iterator[str]:
     for what, place, printed in HEADLINE:
         if measured := filled(f"{{{place}}}", results):
             yield f"| {what} | {printed} | {measured} |"
+    yield from _claims("These claims fail", FAILS, results)
+    yield from _claims("These hold in part", PARTLY, results)
+    if undecided := [f"`{each.id}`" for each in results.values() if each.verdict == UNDECIDED]:
+        yield ""
+        yield f"Undecided are {', '.join(undecided)}. The report says what would decide them."
+    yield from _gallery(folder)
+
+
+def _claims(heading: str, verdict: str, results: findings.Results) -> Iterator[str]:
+    """A list of the claims with a verdict: what is claimed, and which numbers speak against it."""
+    chosen = [each for each in results.values() if each.verdict == verdict]
+    if chosen:
+        yield from ("", f"{heading}:", "")
+    for each in chosen:
+        reason = typeset(each.counted.reason or each.counted.said).rstrip(".")
+        yield f"- *{each.claim.statement}* Measured: {reason} (`{each.id}`)."
+
+
+def _gallery(folder: Path) -> Iterator[str]:
+    """A table of pictures, each a link to its file."""
+    paths = {name: folder / "figures" / f"{name}.png" for name in GALLERY}
+    cells = [
+        f"[![{each.alt}]({paths[name]})]({paths[name]})<br>Fig. {each.number}: {each.title}"
+        for name, each in registry.entries().items()
+        if name in paths and paths[name].is_file()
+    ]
+    for first in range(0, len(cells), ACROSS):
+        row = [*cells[first : first + ACROSS], ""][:ACROSS]
+        if first == 0:
+            yield from ("", "| " * ACROSS + "|", "| --- " * ACROSS + "|")
+        yield f"| {' | '.join(row)} |"
 
 
 def _copy(results: Path, folder: Path) -> None:
