@@ -204,6 +204,13 @@ def test_columns_and_plain_values_keep_the_points():
 # --- methods ---
 
 
+@pytest.mark.parametrize("method", ["verlet", "event"])
+def test_any_method_can_be_asked_of_all(method):
+    found = make_plan(changed("method", method)).datasets
+    assert {point.method for point in found["n5_rows"].points} == {method}
+    assert {point.method for point in found["motion_map"].points} == {"event"}
+
+
 def test_method_of_all_datasets_in_one_line_but_for_pairs_of_methods():
     found = make_plan(changed("method", "event")).datasets
     methods = {name: each.values()["method"] for name, each in found.items()}
