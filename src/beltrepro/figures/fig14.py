@@ -1,5 +1,7 @@
 """Fig. 14: periodic windows and noise."""
 
+import math
+
 from beltrepro.analysis import sections, transitions
 from beltrepro.figures import panels, replicates, style
 from beltrepro.figures.registry import Entry
@@ -19,7 +21,7 @@ ENTRY = Entry(
 )
 
 BELT_VELOCITY = 7.0
-ROWS, COLUMNS = 2, 4
+ROWS, MOST_COLUMNS = 2, 4
 
 
 @style.styled
@@ -29,11 +31,12 @@ def draw(data, caption):
     That panel is the paper's inset: beside the diagrams it covers no points.
     """
     panels.require(data, ENTRY)
-    levels = panels.levels(data["n5_rows"], "noise")[: ROWS * COLUMNS - 1]
+    levels = panels.levels(data["n5_rows"], "noise")[: ROWS * MOST_COLUMNS - 1]
+    columns = max(2, math.ceil((len(levels) + 1) / ROWS))
     figure = style.page(caption, 5.0)
-    grid = [figure.add_subplot(ROWS, COLUMNS, 1)]
-    for place in range(2, ROWS * COLUMNS):
-        grid.append(figure.add_subplot(ROWS, COLUMNS, place, sharex=grid[0], sharey=grid[0]))
+    grid = [figure.add_subplot(ROWS, columns, 1)]
+    for place in range(2, ROWS * columns):
+        grid.append(figure.add_subplot(ROWS, columns, place, sharex=grid[0], sharey=grid[0]))
     for axes, noise in zip(grid, levels, strict=False):
         axes.set_title(rf"$\sigma = {noise:g}$")
         panels.band_diagram(axes, sections.rows(data["n5_rows"], n_blocks=5, noise=noise), size=1.3)
@@ -44,7 +47,7 @@ def draw(data, caption):
     for axes in grid:
         axes.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.VELOCITY)
         axes.label_outer()
-    _column(figure.add_subplot(ROWS, COLUMNS, ROWS * COLUMNS), data["n5_u7"])
+    _column(figure.add_subplot(ROWS, columns, ROWS * columns), data["n5_u7"])
     return figure
 
 
