@@ -530,6 +530,15 @@ def test_fig16_is_the_last_part_of_two_series_with_their_spectra_and_laminar_sha
     assert shares.titles[2].startswith(r"$\sigma = 2.2$")
 
 
+def test_a_slip_that_never_ends_is_one_laminar_phase():
+    data = DATASETS["n10_u34"]
+    arrays = {name: values.copy() for name, values in data.arrays.items()}
+    arrays["events"] = arrays["events"][arrays["events"]["block"] != 10]
+    arrays["velocities"][..., -1] = 1.0
+    panel = shown("fig20", n10_u34=Dataset(arrays, data.attributes)).panels[2]
+    assert ": 1 laminar phase, 100% of" in panel.titles[2] and len(panel.spans) == 1
+
+
 def test_fig20_is_a_panel_for_each_belt_velocity_after_the_transient():
     *stack, _ = shown("fig20").panels
     for panel, letter, u in zip(stack, "abcd", (28, 31, 34, 38), strict=True):
