@@ -155,8 +155,8 @@ def _block(folder: Path) -> Iterator[str]:
     number = counts.by_verdict
     yield (
         f"The preset `{folder.name}` tests {counts.testable} claims of the paper: "
-        f"{number['holds']} hold, {number['partly']} hold in part, {number['fails']} fail, "
-        f"{number['undecided']} are undecided, {number['not measured']} are not measured."
+        f"{number['holds']} hold, {number['partly']} hold in part, {number['fails']} fail. "
+        f"Undecided: {number['undecided']}, not measured: {number['not measured']}."
     )
     yield f"See the [report]({folder}/report.html) and the [article]({folder}/article.pdf)."
     yield ""
