@@ -35,10 +35,10 @@ def test_sample_is_a_tenth_of_every_class_and_no_job_twice(preset):
 def test_work_is_chains_times_blocks_times_time():
     paper = plan("paper")
     work = {job.name: job.work for job in simulation_jobs(paper)}
-    assert work["batches/n5_map/0000"] == 32 * 5 * 2e6
+    assert work["batches/n5_rows/0000"] == 32 * 5 * 2e6
     assert work["batches/u1/0000"] == 5 * 210000
     of_map = sum(value for name, value in work.items() if name.startswith("batches/size_rows/"))
-    assert of_map == sum(2e6 * point.n_blocks for point in paper.datasets["size_rows"].points)
+    assert of_map == sum(500000 * point.n_blocks for point in paper.datasets["size_rows"].points)
 
 
 def test_short_steps_weigh_for_the_scheme_that_takes_them():
