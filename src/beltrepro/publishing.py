@@ -53,7 +53,8 @@ ACROSS = 2  # pictures in a row of the gallery
 def publish(results: Path, place: Path = PLACE) -> Path:
     """Copy what a finished run shows, with a list of checksums.
 
-    PNG files lose colours, on the page too, if all is larger than `LIMIT` otherwise.
+    The report shows the pictures in the folder `figures` instead of holding them a second time. PNG
+    files lose colours if all is larger than `LIMIT` otherwise.
 
     Parameters
     ----------
@@ -77,6 +78,7 @@ def publish(results: Path, place: Path = PLACE) -> Path:
     with tempfile.TemporaryDirectory(dir=place) as name:
         folder = Path(name) / target.name
         _copy(results, folder)
+        _link_pictures(folder)
         if size(folder) > LIMIT:
             _take_colours(folder)
         if size(folder) > LIMIT:
@@ -216,16 +218,19 @@ def _copy(results: Path, folder: Path) -> None:
         shutil.copyfile(path, folder / "figures" / path.name)
 
 
-def _take_colours(folder: Path) -> None:
-    """Fewer colours in all figures, and in the same pictures on the page."""
+def _link_pictures(folder: Path) -> None:
+    """The report with links to the files of its pictures in place of their bytes."""
     page = folder / "report.html"
     text = page.read_text(encoding="utf-8")
-    for path in sorted((folder / "figures").glob("*.png")):
-        before = path.read_bytes()
-        after = _fewer_colours(before)
-        text = text.replace(_encoded(before), _encoded(after))
-        path.write_bytes(after)
+    for path in (folder / "figures").glob("*.png"):
+        embedded = base64.b64encode(path.read_bytes()).decode()
+        text = text.replace(f"data:image/png;base64,{embedded}", f"figures/{path.name}")
     page.write_text(text, encoding="utf-8")
+
+
+def _take_colours(folder: Path) -> None:
+    for path in (folder / "figures").glob("*.png"):
+        path.write_bytes(_fewer_colours(path.read_bytes()))
 
 
 def _fewer_colours(picture: bytes) -> bytes:
@@ -236,10 +241,6 @@ def _fewer_colours(picture: bytes) -> bytes:
             found, format="PNG", optimize=True
         )
     return min(picture, found.getvalue(), key=len)
-
-
-def _encoded(picture: bytes) -> str:
-    return base64.b64encode(picture).decode()
 
 
 def _list(folder: Path) -> None:
