@@ -84,7 +84,7 @@ def test_single_runs_decide_nothing():
     ("edges", "verdicts"),
     [
         ({}, (HOLDS, HOLDS, HOLDS)),
-        ({5: (12, 20)}, (FAILS, HOLDS, HOLDS)),
+        ({5: (11, 21)}, (FAILS, HOLDS, HOLDS)),
         ({6: (20, 23), 10: (27, 29)}, (UNDECIDED, HOLDS, FAILS)),
     ],
 )

@@ -285,8 +285,8 @@ def test_the_first_screen_counts_the_claims(made, results):
     sentence = (
         f"Of the {total} claims that could come out otherwise, {total - 1} can be tested by "
         f"simulation: {number['holds']} hold , {number['partly']} hold in part, "
-        f"{number['fails']} fail, {number['undecided']} are undecided, and "
-        f"{number['not measured']} are not measured. {built} more are true because the model is "
+        f"{number['fails']} fail. Undecided: {number['undecided']}, not measured: "
+        f"{number['not measured']}. {built} more are true because the model is "
         "built so; they are counted apart."
     )
     assert built and sentence in words(summary)

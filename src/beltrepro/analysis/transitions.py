@@ -1,7 +1,6 @@
 """Where the disorder parameter r falls with u or rises with noise (Figs. 12 to 15, 19 and 21)."""
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -205,9 +204,8 @@ def running_median(
         Median at each of them.
     """
     places = np.unique(abscissa)
-    reach = width / 2 + 1e-9
-    medians = [np.median(ordinate[np.abs(abscissa - place) <= reach]) for place in places]
-    return places, np.array(medians)
+    near = np.abs(abscissa - places[:, np.newaxis]) <= width / 2 + 1e-9
+    return places, _medians(ordinate, near)
 
 
 def _fall(
@@ -253,16 +251,21 @@ def _rise(noise: np.ndarray, disorder: np.ndarray, minimum_rise: float) -> Trans
 def _step(abscissa: np.ndarray, ordinate: np.ndarray, *, falling: bool) -> float:
     """Position of the two-level step of least absolute deviations, midway between points."""
     places = np.unique(abscissa)
-    best, position = np.inf, np.nan
-    for left, right in pairwise(places):
-        low, high = ordinate[abscissa <= left], ordinate[abscissa >= right]
-        levels = np.median(low), np.median(high)
-        if (levels[0] > levels[1]) != falling:
-            continue
-        cost = np.abs(low - levels[0]).sum() + np.abs(high - levels[1]).sum()
-        if cost < best:
-            best, position = cost, (left + right) / 2
-    return position
+    positions = (places[1:] + places[:-1]) / 2
+    before = abscissa < positions[:, np.newaxis]
+    first, last = _medians(ordinate, before), _medians(ordinate, ~before)
+    levels = np.where(before, first[:, np.newaxis], last[:, np.newaxis])
+    cost = np.abs(ordinate - levels).sum(axis=1)
+    cost[(first > last) != falling] = np.inf
+    best = np.argmin(cost)
+    return float(positions[best]) if np.isfinite(cost[best]) else np.nan
+
+
+def _medians(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """Median of the values that each row of the mask (M, P) chooses, at least one."""
+    in_order = np.sort(np.where(chosen, values, np.inf), axis=1)
+    row, count = np.arange(len(chosen)), np.count_nonzero(chosen, axis=1)
+    return (in_order[row, (count - 1) // 2] + in_order[row, count // 2]) / 2
 
 
 def _crossing(places: np.ndarray, share: np.ndarray, index: int, level: float) -> float:

@@ -17,7 +17,7 @@ from beltrepro.analysis.errors import require
 from beltrepro.analysis.shares import CONFIDENCE
 from beltrepro.analysis.shares import share as share_of_runs
 
-RESAMPLES = 400
+RESAMPLES = 1000
 
 
 @dataclass(frozen=True)

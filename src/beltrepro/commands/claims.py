@@ -30,7 +30,7 @@ def add(commands: Any) -> None:
         "claims",
         help="print the verdicts of a run on the claims of the paper",
         description="Print each claim of the paper with its verdict and the numbers it rests on: "
-        "95 %% intervals, and in brackets the allowed ranges.",
+        "95 % intervals, and in brackets the allowed ranges.",
     )
     option = claims.add_argument
     option("--preset", default="standard", metavar="NAME", help="run to read: results/NAME")
