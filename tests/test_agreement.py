@@ -73,6 +73,7 @@ def test_few_or_constant_runs_are_no_test():
     assert empty.n_tested == 0 and np.isnan(empty.distance)
 
 
+@pytest.mark.thorough
 def test_equal_samples_are_rejected_at_the_stated_rate():
     rng = np.random.default_rng(1)
     trials = 600
@@ -168,6 +169,7 @@ def null_family(rng, shift=0.0):
     ]
 
 
+@pytest.mark.thorough
 def test_overall_tests_have_the_stated_rate_and_see_a_common_shift():
     rng = np.random.default_rng(6)
     found = [samples.overall(null_family(rng)) for _ in range(60)]
@@ -619,6 +621,7 @@ def test_page_says_what_the_tables_say(tables):
     assert len(found["comparisons"]) == table["quantity"].isin(page.SHOWN).sum()
 
 
+@pytest.mark.thorough
 def test_page_is_a_section_of_the_report(tables, tmp_path):
     settings = plan("smoke").settings()
     claims, estimates, image = (
@@ -655,6 +658,7 @@ def test_page_draws_no_conclusion_of_its_own(tables, tmp_path):
     assert "nothing speaks against" in sentences[-1]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("module", FIGURES)
 def test_figures_draw_and_repeat(module, tmp_path):
     data = {name: made_up()[name] for name in module.ENTRY.uses}
@@ -694,6 +698,7 @@ def run(name, n_replicates=2, **changes):
     return running.run(dataset.kind.name, chosen, settings)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("part", ["paths", "r", "slips", "states"])
 def test_runs_have_a_row_for_each_point_and_the_arrays_of_their_kind(part):
     name = f"pairs_{part}_verlet"
@@ -709,6 +714,7 @@ def test_runs_have_a_row_for_each_point_and_the_arrays_of_their_kind(part):
             assert arrays[array.name].ndim == len(array.dimensions)
 
 
+@pytest.mark.thorough
 def test_paths_begin_in_the_same_states():
     first = []
     for method in METHODS:

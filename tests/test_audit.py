@@ -25,6 +25,7 @@ def noisy(request):
     return simulate(ChainParameters(5, 20.0, 2.2), duration=1500, method=request.param)
 
 
+@pytest.mark.thorough
 def test_the_motion_computed_anew_has_the_closed_form_of_one_block():
     slip_time, period, _ = limit_cycle()
     chain = ChainParameters(1, 1.0)

@@ -259,6 +259,7 @@ def said(capsys, command: str, given: dict, *more: str) -> str:
     return line(err.removesuffix("\n"), "error: ")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("command", COMMANDS)
 def test_wrong_value_of_each_option_is_refused(capsys, monkeypatch, tmp_path, command):
     monkeypatch.chdir(tmp_path)

@@ -106,7 +106,11 @@ def test_peak_kernel_multiplies_and_adds():
 
 
 @pytest.mark.parametrize(
-    "names", [("numba", "event"), pytest.param(LABELS, marks=pytest.mark.slow)]
+    "names",
+    [
+        pytest.param(("numba", "event"), marks=pytest.mark.thorough),
+        pytest.param(LABELS, marks=pytest.mark.slow),
+    ],
 )
 def test_quick_run_shows_every_table(tmp_path, names):
     page = tmp_path / "benchmark.md"

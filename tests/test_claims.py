@@ -397,6 +397,7 @@ def test_what_is_true_by_construction_is_marked():
 # --- made-up data ---------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_data_like_the_papers_make_its_claims_hold(paper_like):
     found = verdicts(paper_like)
     holding = ("units", "setup", "friction-law", "r-jump", "u-critical", "slip-size-exponent")
@@ -406,6 +407,7 @@ def test_data_like_the_papers_make_its_claims_hold(paper_like):
     assert_no_fault(paper_like)
 
 
+@pytest.mark.thorough
 def test_the_tables_have_the_promised_layout(paper_like):
     claims, estimates = paper_like.claims, paper_like.estimates
     assert list(claims.columns) == list(COLUMNS)

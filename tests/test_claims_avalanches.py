@@ -68,6 +68,7 @@ def test_exponents_of_sizes(exponent, verdict):
         assert found[2].runs == 16
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("exponent", "verdict"), [(-0.87, "holds"), (-0.5, "fails"), (-1.5, "fails")]
 )
@@ -113,6 +114,7 @@ def test_exponents_need_slips_and_chains():
 # --- self-organised criticality -------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_a_scale_free_catalogue_is_called_so_and_one_with_a_cutoff_is_not(monkeypatch):
     monkeypatch.setattr(
         scale_free.goodness_of_fit, "__kwdefaults__", {"independent": None, "samples": 60}

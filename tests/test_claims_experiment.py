@@ -118,6 +118,7 @@ def test_a_model_that_alternates_holds():
     assert found.judged["trials that alternate"].runs == 100
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("count", "part"), [(0, "fails"), (9, "undecided"), (25, "holds")])
 def test_how_often_trials_alternate(count, part):
     made = trials(count, [1.0], count=200) | alternating_film()
@@ -167,6 +168,7 @@ def films_of_spectra(slope):
     return {"belt_022_track": track(one), "belt_028_track": track(other)}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("slips", "slope", "verdict"),
     [

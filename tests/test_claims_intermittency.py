@@ -172,6 +172,7 @@ def test_readings_of_one_long_run():
 # --- spectra --------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("change", "expected"),
     [

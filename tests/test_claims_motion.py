@@ -63,6 +63,7 @@ def cantor(size, share):
     return (digits * share ** np.arange(40)).sum(axis=1, keepdims=True)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("coordinates", "verdict"),
     [
@@ -78,6 +79,7 @@ def test_the_dimension_of_the_section(coordinates, verdict):
     assert made["dimension"] == verdict and made["exponent"] == HOLDS
 
 
+@pytest.mark.thorough
 def test_the_readings_of_the_section_leave_out_stuck_states_and_project():
     runs = settled([CLEAR] * 8, u=1.0)
     points = section(np.random.default_rng(1).random((12_000, 3)))
@@ -93,6 +95,7 @@ def test_the_readings_of_the_section_leave_out_stuck_states_and_project():
         )
 
 
+@pytest.mark.thorough
 def test_a_group_of_runs_that_is_elsewhere_widens_the_interval():
     """What runs share is in the points; what they do not share is in the interval."""
     runs = settled([CLEAR] * 8, u=1.0)

@@ -117,6 +117,7 @@ def replicates(effects, *, scatter=0.05, count=8, seed=1, beyond=0.0):
     )  # fmt: skip
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("reading", [None, ALL_U, SECTION])
 @pytest.mark.parametrize(
     ("effects", "verdict"),
@@ -146,6 +147,7 @@ def test_the_scatter_of_the_runs_is_no_effect_of_noise():
     assert held >= 88  # of 100: 95 expected, three standard errors less
 
 
+@pytest.mark.thorough
 def test_the_velocities_of_a_reading():
     effects = (0.3, 0.2, 0.1, 0.0)
     apart = replicates(effects, beyond=2.0)

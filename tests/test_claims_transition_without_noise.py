@@ -92,6 +92,7 @@ def with_outliers(large, label):
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("large", "label", "verdict"),
     [

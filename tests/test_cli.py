@@ -52,6 +52,7 @@ def test_tolerance_is_told_and_stored(tmp_path):
     assert store.read(tmp_path / "run.h5").attributes["tolerance"] == 1e-4
 
 
+@pytest.mark.thorough
 def test_console_script_prints_a_table():
     script = Path(sys.executable).with_name("beltrepro")
     if not script.exists():

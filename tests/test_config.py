@@ -97,6 +97,7 @@ def test_paper_grids_are_those_of_the_paper():
     assert len(paper["lifetimes"].points) == 35 * 1000
 
 
+@pytest.mark.thorough
 def test_points_are_sorted_by_size_noise_velocity(plan):
     for name in SCANS:
         found = plan.datasets[name].points
@@ -235,6 +236,7 @@ def test_method_may_differ_without_and_with_noise():
 # --- layers ---
 
 
+@pytest.mark.thorough
 def test_a_dataset_stands_over_defaults_and_a_preset_over_the_top_level():
     assert planned("n5_map").settings["duration"] == 20000
     assert planned("n5_rows").settings["duration"] == 30000
@@ -246,6 +248,7 @@ def test_a_dataset_stands_over_defaults_and_a_preset_over_the_top_level():
     assert planned("n5_map", *over).settings["laminar_time"] == 190
 
 
+@pytest.mark.thorough
 def test_a_variant_gives_only_what_it_changes():
     variant = {"based_on": "standard", "defaults": {"friction_ratio": 0.4}}
     changes = ("presets.f04", variant, "presets.f05.based_on", "f04", "presets.f05.defaults", {})
@@ -265,6 +268,7 @@ def test_constants_of_the_model_reach_every_dataset(plan):
     assert {point.rest_length for each in found.values() for point in each.points} == {55.0}
 
 
+@pytest.mark.thorough
 def test_a_run_has_a_name():
     assert make_plan(changed()).run == "standard"
     assert make_plan(changed("run", "f06")).run == "f06"
@@ -516,6 +520,7 @@ def test_a_film_has_the_camera_of_all_but_for_what_it_gives(plan):
     assert stage.camera["seed"] == plan.seed
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("preset", ["smoke", "standard", "paper"])
 def test_free_trials_include_the_printed_constants(preset):
     """Their posterior is compared with trials at the printed friction ratio and speeds."""

@@ -28,6 +28,7 @@ def test_a_mean_covers_its_expectation_in_95_percent():
         estimates.mean([1.0])
 
 
+@pytest.mark.thorough
 def test_a_share_covers_at_least_that():
     rng = np.random.default_rng(2)
     found = [estimates.share(rng.binomial(12, 0.3), 12) for _ in range(TRIALS)]
@@ -37,6 +38,7 @@ def test_a_share_covers_at_least_that():
     assert (open_.low, open_.high, open_.value) == (low.low, high.high, 3 / 8)
 
 
+@pytest.mark.thorough
 def test_bootstrap_of_groups():
     """A ratio of two means."""
     rng = np.random.default_rng(3)

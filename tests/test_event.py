@@ -732,7 +732,11 @@ def slipping_blocks(count, until):
 
 @pytest.mark.parametrize(
     "until",
-    [pytest.param(0.5, marks=pytest.mark.slow), 1.5, pytest.param(2.5, marks=pytest.mark.slow)],
+    [
+        pytest.param(0.5, marks=pytest.mark.slow),
+        pytest.param(1.5, marks=pytest.mark.thorough),
+        pytest.param(2.5, marks=pytest.mark.slow),
+    ],
 )
 def test_kinetic_noise_has_the_law_of_an_oscillator_in_white_noise(until, monkeypatch):
     # intensity q = f_s^2 sigma^2 dt; at the end of a cell the variances are 1e-4 too small,

@@ -29,6 +29,7 @@ def run(capsys, *words):
     return (status, *capsys.readouterr())
 
 
+@pytest.mark.thorough
 def test_a_chain_is_filmed_tracked_and_analysed(tmp_path, capsys):
     movie, table, picture = (tmp_path / name for name in ("a.mp4", "a.csv", "a.png"))
     chain = ("--n-blocks=2", "--belt-velocity=15", "--duration=160", "--transient=60")

@@ -317,6 +317,7 @@ def test_alternative_text_fits(name):
     alt_fits(name, shown(name))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", [name for name, entry in FIGURES.items() if entry.number])
 def test_small_print_is_at_the_foot(name):
     assert shown(name).caption == "small print"
@@ -949,6 +950,7 @@ def test_fig22_is_a_diagram_for_each_number_of_blocks_and_noise():
     assert all(panel.ylim[1] > highest for panel in rows[-1])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("figure", "place", "n_blocks"),
     [("fig12", 1, 5)] + [("fig22", 18 + i, n) for i, n in enumerate(SIZES)],

@@ -306,6 +306,14 @@ def draw(name, data) -> Figure:
     return module(name).draw(data, style.small_print(datasets, "smoke"))
 
 
+def quick(every):
+    """Names of all figures; only one of so many is drawn in the quick tests."""
+    return [
+        pytest.param(name, marks=[] if index % every == 0 else pytest.mark.thorough)
+        for index, name in enumerate(NAMES)
+    ]
+
+
 def written(figure, folder):
     paths = folder / "figure.png", folder / "figure.pdf"
     style.save(figure, *paths)
@@ -315,7 +323,7 @@ def written(figure, folder):
 # --- every figure ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", quick(6))
 def test_draws(name, tmp_path):
     data = usual(name)
     figure = draw(name, data)
@@ -333,13 +341,7 @@ def test_draws(name, tmp_path):
             assert axes.get_ylabel() or not place.is_first_col()
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=[] if index % 5 == 0 else pytest.mark.slow)
-        for index, name in enumerate(NAMES)
-    ],
-)
+@pytest.mark.parametrize("name", quick(30))
 def test_drawn_again_it_has_the_same_bytes(name, tmp_path):
     data = usual(name)
     first, again = (written(draw(name, data), tmp_path / each) for each in ("first", "again"))
@@ -347,6 +349,7 @@ def test_drawn_again_it_has_the_same_bytes(name, tmp_path):
         assert one.read_bytes() == other.read_bytes()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.filterwarnings("error")
 def test_says_what_is_missing(name, tmp_path):
@@ -517,6 +520,7 @@ def test_friction_event_falls_back_to_a_block_that_slips():
     assert fig07._choose_event(data) is None
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("count", [0, 10])
 def test_map_keeps_its_size_without_an_intermittent_point(count):
     data = usual("fig18")

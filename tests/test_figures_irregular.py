@@ -45,6 +45,7 @@ def runs_at(data, **point):
     return np.all([arrays[name] == value for name, value in point.items()], axis=0)
 
 
+@pytest.mark.thorough
 def test_alternative_texts_count_the_panels(lasting, mapped):
     assert survival.ENTRY.alt.startswith("Four panels")
     assert len(content(survival.draw(lasting, "")).panels) == 4

@@ -77,6 +77,7 @@ def test_examples_need_no_workflow():
         assert imports == [""]  # public names only
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_notebook_has_no_output_and_runs(path, monkeypatch):
     notebook = nbformat.read(path, as_version=4)

@@ -131,6 +131,7 @@ RIGHT = {
 }  # fmt: skip
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("kind", RIGHT)
 def test_films_that_are_measured_right(tmp_path, capsys, kind):
     path = RIGHT[kind](tmp_path / "film.mp4")
@@ -284,6 +285,7 @@ WRONG = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("kind", WRONG)
 def test_films_that_are_refused(tmp_path, capsys, kind):
     make, words = WRONG[kind]

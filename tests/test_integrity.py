@@ -45,10 +45,10 @@ def write(path, made, **arrays):
     return files.expected(told)
 
 
-@pytest.fixture
-def folder(tmp_path):
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
     """Two datasets, tables and figures each, all of them whole, and what is expected of them."""
-    made = tmp_path / "made"
+    made = tmp_path_factory.mktemp("made")
     expected = {"rows.h5": write(made / "rows.h5", plan())}
     write(made / "zz.h5", plan(), noise=0.1)
     about = {"preset": "own", "run": "own", "sources": {"rows": expected["rows.h5"]}}

@@ -21,6 +21,7 @@ def made_up(count, cost_class=("scan", "event", True)):
     return [Job(*cost_class, f"{cost_class[0]}/{number}", 1.0 + number) for number in range(count)]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("preset", ["smoke", "standard", "paper"])
 def test_sample_is_a_tenth_of_every_class_and_no_job_twice(preset):
     jobs = simulation_jobs(plan(preset))
@@ -81,6 +82,7 @@ def test_estimate_is_exact_where_time_is_proportional_to_work():
     assert table["standard_error"].iloc[0] == pytest.approx(0, abs=1e-9)
 
 
+@pytest.mark.thorough
 def test_estimate_covers_the_truth_within_its_error():
     """Scatter of 20 %: the estimate is within 2 standard errors in 95 % of samples, about."""
     random = np.random.default_rng(1)

@@ -99,6 +99,7 @@ def test_looking_locks_nothing(tmp_path):
     ended(process)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_stop_ends_jobs_and_says_how_to_go_on(tmp_path, number):
     run = started(RUN, tmp_path / "a")

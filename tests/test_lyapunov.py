@@ -112,6 +112,7 @@ def nearer(one, other, apart):
     )
 
 
+@pytest.mark.thorough
 def test_seven_blocks_are_chaotic_and_twins_say_the_same():
     chain = ChainParameters(7, 10.0)
     found = lyapunov_spectrum(
@@ -211,6 +212,7 @@ def test_under_noise_of_the_laboratory_the_phase_has_an_exponent_above_zero():
     assert found.exponents[1] < -10 * found.standard_error[1]
 
 
+@pytest.mark.thorough
 def test_under_noise_the_largest_exponent_of_five_blocks_is_the_trivial_one():
     """Of seven blocks it is above zero, as without noise."""
     settings = {"duration": 20000, "transient": 4000, "n_exponents": 2}
@@ -243,6 +245,7 @@ def test_all_exponents_of_continuous_slip_are_finite_zero_and_sum_to_nothing():
     assert np.abs(found["exponents"]).max() < 5e-3
 
 
+@pytest.mark.thorough
 def test_what_the_transient_erases_does_not_count():
     """At the start all blocks are stuck; ten blocks at u = 60 are not again for a long time."""
     chain = ChainParameters(10, 60.0)

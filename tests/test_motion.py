@@ -69,6 +69,7 @@ def logistic(rate, noise=None, **settings):
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("rate", [2.9, 3.2, 3.5, 3.55, 3.83, 3.739])
 def test_logistic_map_in_its_windows_is_periodic(rate):
     name, exponents, errors = logistic(rate, skip=20000)
@@ -97,6 +98,7 @@ def test_noise_on_a_chaotic_map_leaves_it_chaotic():
     assert logistic(3.7, noise, noisy=True)[0] == CHAOTIC
 
 
+@pytest.mark.thorough
 def test_henon_map_is_chaotic():
     name, exponents, errors = of_map(
         lambda z: np.array([1 - 1.4 * z[0] ** 2 + z[1], 0.3 * z[0]]),
@@ -140,6 +142,7 @@ def lorenz_with_vectors(bundle):
     return np.column_stack([lorenz(state), lorenz_jacobian(state) @ vectors])
 
 
+@pytest.mark.thorough
 def test_lorenz_flow_is_chaotic():
     """States at z = 27 coming down, vectors by RK4; exponents 0.9056, 0, -14.572 (Sprott 2003)."""
     step, every, count = 0.005, 40, 40000
@@ -240,6 +243,7 @@ def test_five_blocks_end_on_one_of_two_periods():
         assert np.abs(half.final_state.positions - run.final_state.positions).max() > 1.0
 
 
+@pytest.mark.thorough
 def test_seven_blocks_are_chaotic():
     found = classify(ChainParameters(7, 10.0), duration=30000, transient=3000)
     assert found.state == CHAOTIC

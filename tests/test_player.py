@@ -196,6 +196,7 @@ def test_controls_have_names_and_room_for_a_finger(seen):
     assert seen["overflow"] <= 0
 
 
+@pytest.mark.thorough
 def test_less_motion_is_a_picture_a_second(section, tmp_path):
     if BROWSER is None:
         pytest.skip("no chromium here: see README, Tests in a browser")

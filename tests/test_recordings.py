@@ -42,6 +42,7 @@ def test_lines_at_unequal_distances_are_no_multiples():
     assert spacing(found.peaks_hz).p > 0.05
 
 
+@pytest.mark.thorough
 def test_random_peaks_are_seldom_taken_for_multiples():
     random = np.random.default_rng(5)
     p = [spacing(np.sort(random.uniform(0, 2.8, 6)) + 0.2 + 0.15 * np.arange(6)).p

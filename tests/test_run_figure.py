@@ -63,6 +63,7 @@ def test_other_constants_are_in_the_small_print():
     assert "f_s = 0.3" in words and "F_st0" not in words
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("suffix", picture.SUFFIXES)
 def test_files_of_each_kind(run, tmp_path, suffix):
     path = tmp_path / f"run{suffix}"
@@ -87,6 +88,7 @@ def test_without_a_display_it_says_what_to_do(run, tmp_path, capsys):
     assert said.err.startswith("error: no display") and len(said.err.splitlines()) == 1
 
 
+@pytest.mark.thorough
 def test_the_command_draws(run, tmp_path, capsys):
     run.save(tmp_path / "run.h5")
     words = ["plot", str(tmp_path / "run.h5"), "--output", str(tmp_path / "run.svg")]

@@ -84,6 +84,7 @@ def test_values_that_repeat_within_chains_are_worth_less():
     assert scale_free.independent_values(np.ones(2000), chain) == 50
 
 
+@pytest.mark.thorough
 def test_the_p_value_of_a_power_law_is_uniform_and_that_of_others_is_small():
     found = [
         scale_free.goodness_of_fit(power_law(-1.47, 60, 400, 300, seed), [60.0], samples=60).p

@@ -37,6 +37,7 @@ def test_times_are_those_of_two_runs_of_simulate(how):
     assert np.isnan(times[3])
 
 
+@pytest.mark.thorough
 def test_small_distances_grow_with_the_largest_exponent():
     runs = {"replicate": range(1, 33), "initial_spread": 10.0}
     levels = np.geomspace(1e-12, 1e-3, 10)

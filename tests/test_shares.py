@@ -19,6 +19,7 @@ def test_shares_by_value():
     assert found.upper[0] > 0
 
 
+@pytest.mark.thorough
 def test_intervals_hold_the_true_share_at_least_as_often_as_they_say():
     """Of 4000 samples of 30 runs each: 0.95 or more, less four standard errors of 0.0034."""
     random = np.random.default_rng(1)

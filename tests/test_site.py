@@ -98,6 +98,7 @@ def test_kinds_have_all_that_they_record():
         assert all(f"| `{each.name}` |" in part for each in kind.recorded)
 
 
+@pytest.mark.thorough
 def test_results_have_every_figure_table_and_claim():
     assert all(f"#### {name}\n" in claims_and_figures.figure_list() for name in figures.entries())
     listed = claims_and_figures.table_list()

@@ -129,6 +129,7 @@ def test_a_mean_lifetime_needs_a_run_after_the_start():
         survival.mean_lifetime([1.0, 2.0], [True, True, True])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("runs", "duration"), [(5, 1.0), (16, 0.1), (16, 0.5), (16, 3.0), (64, 1)])
 def test_each_end_of_the_interval_is_wrong_in_at_most_25_of_1000(runs, duration):
     """Exponential lifetimes of mean 1, given up at `duration`."""
@@ -263,6 +264,7 @@ def test_a_weibull_of_shape_one_half_is_rejected():
     assert np.median([each.shape for each in found]) == pytest.approx(0.5, abs=0.1)
 
 
+@pytest.mark.thorough
 def test_a_mixture_is_rejected_until_the_count_begins_after_it():
     """A third of the runs settles at once, the others at a constant rate."""
 

@@ -71,6 +71,7 @@ def test_r_of_the_film_is_r_of_the_run(tmp_path):
     assert run.positions[:, -1].std() / run.positions[:, -1].mean() == pytest.approx(r, rel=0.05)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("angle", [2.0, -6.0])
 def test_the_film_of_another_renderer_is_tracked_as_well(tmp_path, angle):
     movement = swaying(1.4, frames_per_second=30.0, farthest=0.65)
@@ -186,6 +187,7 @@ def test_a_hand_in_the_picture_is_told_with_its_instants(tmp_path):
     assert rms(errors(found, movement.time_s, movement.x_m[:, -1], scale)) < 0.2
 
 
+@pytest.mark.thorough
 def test_a_given_scale_counts(tmp_path):
     movement = swaying(1.0)
     film(movement, tmp_path / "film.mp4")
@@ -237,6 +239,7 @@ def frames():
     return [frame.picture for frame in pictures(swaying(1.0))]
 
 
+@pytest.mark.thorough
 def test_alpha_channels_and_16_bits_are_read(tmp_path, frames):
     movement = swaying(1.0)
     scale = View.of(movement, Scene(), Camera()).metres_per_pixel
@@ -305,6 +308,7 @@ def broken(kind, folder, frames):
     return path
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("kind", "words"),
     [

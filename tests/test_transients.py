@@ -28,6 +28,7 @@ def five():
     return several(FIVE, 4, duration=60_000)
 
 
+@pytest.mark.thorough
 def test_five_blocks_settle_on_the_orbit_that_a_late_look_finds(five):
     late = motions(
         [FIVE] * 4, duration=50_000, transient=45_000, replicate=range(1, 5), initial_spread=10.0
@@ -86,6 +87,7 @@ def test_one_block_is_regular_from_its_first_slip():
     assert np.isnan(found["irregular_exponent"][0])
 
 
+@pytest.mark.thorough
 def test_irregular_motion_of_ten_blocks_has_the_exponent_of_a_run():
     chain = ChainParameters(10, 10.0)
     found = several(chain, 4, duration=20_000)
@@ -129,6 +131,7 @@ def start_of(values):
     return ChainState.in_motion(FIVE, FIVE.rest_positions + displacements, relative + belt)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("how", DISTURBED)
 @pytest.mark.parametrize("n_blocks", [7, 10])
 def test_irregular_motion_is_not_taken_for_a_disturbed_orbit(n_blocks, how):

@@ -66,6 +66,7 @@ def timing(tmp_path):
     return path, sum(job.work for job in jobs) / 1000
 
 
+@pytest.mark.thorough
 def test_command(timing, capsys, tmp_path):
     path, total = timing
     config = str(ROOT / "config.yaml")

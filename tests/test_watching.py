@@ -241,6 +241,7 @@ def test_a_window_goes_on_in_real_time(window, later):
     assert window.player.time - before < 2.0 * 0.3 / TIME_S
 
 
+@pytest.mark.thorough
 def test_keys(window):
     press(window, " ")
     before = window.player.time
@@ -316,6 +317,7 @@ def test_a_gif_has_its_frames_and_duration(tmp_path, later):
     assert sum(lengths) == 250 and set(lengths) == {40, 50}
 
 
+@pytest.mark.thorough
 def test_every_frame_of_a_gif_has_the_colours_that_tell_something(tmp_path, later):
     clock = Clock()
     write_film(tmp_path / "a.gif", later, clock, 0.25)
@@ -344,6 +346,7 @@ def test_a_core_draws_24_frames_in_a_second(n_blocks):
     assert time.process_time() - start < 2.0
 
 
+@pytest.mark.thorough
 def test_a_film_of_the_window_is_tracked_and_analysed(tmp_path, capsys):
     movie, table = tmp_path / "a.mp4", tmp_path / "a.csv"
     chain = ("--n-blocks=2", "--belt-velocity=15", "--transient=250")

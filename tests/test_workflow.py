@@ -114,6 +114,7 @@ def finished(tree, summary):
 # --- targets ---
 
 
+@pytest.mark.thorough
 def test_list_shows_each_figure_with_its_title(tree):
     listed = snakemake(tree, "--list").stdout.splitlines()
     for name, entry in FIGURES.items():
@@ -153,12 +154,14 @@ def test_preset_paper_dry_runs(tree):
     assert "results/smoke/" not in dry_run.stdout
 
 
+@pytest.mark.thorough
 def test_timing_knows_the_files_of_all_simulation_jobs(summary):
     files = {row["output_file"] for row in summary if row["rule"] == "simulate"}
     expected = simulation_jobs(smoke_plan())
     assert files == {f"results/smoke/{job.name}.h5" for job in expected}
 
 
+@pytest.mark.thorough
 def test_figures_need_their_datasets_tables_and_films_only(tree):
     """One of scans, a study with its table, and a recording that is filmed and tracked."""
     datasets = smoke_plan().datasets
@@ -242,6 +245,7 @@ def after_touching(
             path.write_bytes(content)
 
 
+@pytest.mark.thorough
 def test_touched_kernel_reruns_all_that_uses_it(finished):
     dry_run = after_touching(finished, "engine/verlet.py")
     assert set(jobs(dry_run)) == {"simulate", "join"} | RESULTS
@@ -258,6 +262,7 @@ def test_touched_kernel_reruns_all_that_uses_it(finished):
     assert simulated(dry_run) == batches_by("event")
 
 
+@pytest.mark.thorough
 def test_touched_plot_table_and_claims_rerun_themselves_and_the_report(finished):
     names = ("figures/fig12.py", "tables/friction_falls.py", "claims/__init__.py")
     dry_run = after_touching(finished, *names)
@@ -267,11 +272,13 @@ def test_touched_plot_table_and_claims_rerun_themselves_and_the_report(finished)
     assert drawn(dry_run) == {"fig12", "friction_ratio"}
 
 
+@pytest.mark.thorough
 def test_touched_style_redraws_every_figure_and_simulates_nothing(finished):
     dry_run = after_touching(finished, "figures/style.py")
     assert jobs(dry_run) == {"draw": len(FIGURES), "report": 1, "article": 1, "all": 1}
 
 
+@pytest.mark.thorough
 def test_touched_housekeeping_simulates_nothing(finished):
     rooms = ("cli.py", "store.py", "scripting.py", "provenance.py", "lifecycle.py", "atomic.py")
     words = ("plan", "kinds", "schema", "quantities", "grids", "checking", "files")
@@ -280,6 +287,7 @@ def test_touched_housekeeping_simulates_nothing(finished):
     assert {"simulate", "join"}.isdisjoint(jobs(after_touching(finished, *names)))
 
 
+@pytest.mark.thorough
 def test_touched_analysis_derives_its_tables_and_touched_tracker_tracks_again(finished):
     dry_run = after_touching(finished, "analysis/agreement.py", "experiment/tracking.py")
     assert {"simulate", "join", "film"}.isdisjoint(jobs(dry_run))
@@ -289,6 +297,7 @@ def test_touched_analysis_derives_its_tables_and_touched_tracker_tracks_again(fi
     assert drawn(dry_run) >= {"fig03", "fig04", "fig05"}
 
 
+@pytest.mark.thorough
 def test_touched_camera_films_again_and_touched_sampling_times_again(finished):
     films = len(smoke_plan().films)
     names = ("experiment/camera.py", "jobs.py")
@@ -299,6 +308,7 @@ def test_touched_camera_films_again_and_touched_sampling_times_again(finished):
     assert drawn(dry_run) == {"fig02", "fig03", "fig04", "fig05"}
 
 
+@pytest.mark.thorough
 def test_touched_file_without_a_change_reruns_nothing(finished):
     (finished / "src/beltrepro/engine/verlet.py").touch()
     assert jobs(snakemake(finished, "--dry-run", "all", "timing")) == {}
@@ -319,6 +329,7 @@ def test_integrator_of_one_dataset_does_not_depend_on_the_other():
 # --- datasets that came with an archive ---
 
 
+@pytest.mark.thorough
 def test_datasets_of_an_archive_are_never_simulated(tree):
     """They need no batches, no age and no memory of Snakemake; a missing one is made as usual."""
     settings = ["preset=smoke", "run=came"]
@@ -354,6 +365,7 @@ def test_datasets_of_an_archive_are_never_simulated(tree):
 # --- two at once ---
 
 
+@pytest.mark.thorough
 def test_a_second_run_is_refused_in_one_line(tree):
     target = "results/held/datasets/u20.h5"
     settings = ["preset=smoke", "run=held"]
@@ -385,6 +397,7 @@ def test_bad_configuration_is_one_line(tree):
     assert "Traceback" not in done.stdout + done.stderr
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("arguments", "settings", "words"),
     [
@@ -410,6 +423,7 @@ def heeds_ctrl_c():
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
+@pytest.mark.thorough
 def test_ctrl_c_before_the_workflow_is_read_leaves_no_traceback(tree, tmp_path):
     """Snakemake waits for a configuration: it has read nothing but the profile."""
     os.mkfifo(tmp_path / "late.yaml")
@@ -430,6 +444,7 @@ def test_ctrl_c_before_the_workflow_is_read_leaves_no_traceback(tree, tmp_path):
     assert [line for line in said.splitlines() if "profile" not in line] == []
 
 
+@pytest.mark.thorough
 def test_figure_of_an_unknown_dataset_is_one_line(tree):
     module = tree / "src/beltrepro/figures/fig13.py"
     before = module.read_text()

@@ -257,8 +257,10 @@ def _step(abscissa: np.ndarray, ordinate: np.ndarray, *, falling: bool) -> float
     levels = np.where(before, first[:, np.newaxis], last[:, np.newaxis])
     cost = np.abs(ordinate - levels).sum(axis=1)
     cost[(first > last) != falling] = np.inf
-    best = np.argmin(cost)
-    return float(positions[best]) if np.isfinite(cost[best]) else np.nan
+    if not np.isfinite(cost.min()):
+        return np.nan
+    as_good = cost <= cost.min() * (1 + 1e-9)  # a tie is not left to the rounding of the sums
+    return float(positions[np.argmax(as_good)])
 
 
 def _medians(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:

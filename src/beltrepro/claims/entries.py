@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from importlib import resources
+from types import MappingProxyType
 from typing import Any
 
 import yaml
@@ -55,8 +58,9 @@ class Claim:
         return self.kind != "construction"
 
 
-def load_ledger() -> dict[str, Claim]:
-    """All claims by id, section by section."""
+@cache
+def load_ledger() -> Mapping[str, Claim]:
+    """All claims by id, section by section; read once."""
     folder = resources.files("beltrepro.claims").joinpath("ledger")
     claims = {}
     for section in SECTIONS:
@@ -64,4 +68,4 @@ def load_ledger() -> dict[str, Claim]:
         for entry in yaml.safe_load(text):
             needs = tuple(entry.pop("needs"))
             claims[entry["id"]] = Claim(**entry, section=section, needs=needs)
-    return claims
+    return MappingProxyType(claims)
