@@ -70,6 +70,7 @@ def test_what_a_kill_leaves_is_cleared(tmp_path):
     assert [path.name for path in folder.iterdir()] == ["b.h5"]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["a.h5", "a.csv", "a.png"])
 def test_a_full_disk_is_one_line_and_harms_nothing(tmp_path, name):
     path = Path(tmp_path, name)

@@ -4,6 +4,7 @@ import datetime
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 
@@ -471,8 +472,12 @@ def test_tiny_and_empty_datasets_cause_no_fault(transient):
         for name in dataset.arrays:
             dataset.arrays[name] = dataset.arrays[name][::7]
     motions["survival"].arrays["irregular_exponent"][:] = np.nan
-    found = measure(coarse | series | others | motions, SETTINGS)
+    data = coarse | series | others | motions
+    found = measure(data, SETTINGS)
     assert_no_fault(found)
+    shared = measure(data, SETTINGS, processes=3)
+    pd.testing.assert_frame_equal(shared.claims, found.claims)
+    pd.testing.assert_frame_equal(shared.estimates, found.estimates)
     for name in catalogue.arrays:
         catalogue.arrays[name] = catalogue.arrays[name][:0]
     assert_no_fault(measure({"slips_u1": catalogue}, SETTINGS))

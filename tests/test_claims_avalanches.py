@@ -148,6 +148,7 @@ def growing(power_of_sizes, power_of_energies, chains=8):
     return made
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("powers", "verdict"),
     [((1, 1.5), "holds"), ((0, 0), "fails"), ((1, 0.5), "partly"), ((0.5, 1), "undecided")],

@@ -137,6 +137,7 @@ def test_trials_of_the_noise_of_the_reading_count():
 # --- sigma ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("best", "agree", "posterior"),
     [

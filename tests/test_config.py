@@ -104,6 +104,7 @@ def test_points_are_sorted_by_size_noise_velocity(plan):
         assert list(found) == sorted(found, key=lambda p: (p.n_blocks, p.noise, p.belt_velocity))
 
 
+@pytest.mark.thorough
 def test_points_of_every_dataset_differ(plan):
     for dataset in plan.datasets.values():
         assert len(set(dataset.points)) == len(dataset.points)
@@ -263,6 +264,7 @@ def test_a_variant_gives_only_what_it_changes():
         assert axis == standard["friction_ratio"].values()["friction_ratio"]
 
 
+@pytest.mark.thorough
 def test_constants_of_the_model_reach_every_dataset(plan):
     found = make_plan(changed("preset", plan.preset, "model.rest_length", 55)).datasets
     assert {point.rest_length for each in found.values() for point in each.points} == {55.0}

@@ -312,6 +312,7 @@ def alt_fits(name, figure):
     assert insets == ("inset" in alt)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", [name for name, entry in FIGURES.items() if entry.number])
 def test_alternative_text_fits(name):
     alt_fits(name, shown(name))

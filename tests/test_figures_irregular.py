@@ -56,6 +56,7 @@ def test_alternative_texts_count_the_panels(lasting, mapped):
 # --- survival -------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_survival_is_the_share_still_irregular(lasting):
     """All runs are given up at once, so the curve is a plain share, to half of the duration."""
     panel, *_ = content(survival.draw(lasting, "")).panels

@@ -61,7 +61,10 @@ def test_the_figure_of_the_readme_takes_ten_lines():
 
 @pytest.mark.parametrize(
     "path",
-    [pytest.param(path, marks=[pytest.mark.slow] * (path.stem in LONG)) for path in EXAMPLES],
+    [
+        pytest.param(path, marks=pytest.mark.slow if path.stem in LONG else pytest.mark.thorough)
+        for path in EXAMPLES
+    ],
     ids=lambda path: path.stem,
 )
 def test_example_runs_and_draws(path, tmp_path, capsys):

@@ -24,6 +24,7 @@ def test_pure_exponential_growth_has_its_exponent_at_every_size_and_no_error():
     assert found.passed.tolist() == [3] * 12
 
 
+@pytest.mark.thorough
 def test_a_random_walk_grows_the_slower_the_larger_it_is():
     """From a to b it takes (b^2 - a^2) / s^2 on average, so the exponent falls as size^-2."""
     random = np.random.default_rng(1)

@@ -96,6 +96,7 @@ def test_a_damaged_file_is_refused_with_the_remedy(folder, tmp_path, name, damag
     assert damaged(folder, name, damage, tmp_path / "copy") == "refused"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["rows.h5", "some.csv", "fig12.png"])
 def test_a_flipped_bit_is_refused_unless_it_means_nothing(folder, tmp_path, name):
     found = [

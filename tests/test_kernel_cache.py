@@ -131,6 +131,7 @@ def test_of_several_processes_one_compiles(tmp_path):
     assert sorted(misses) == [0, 0, 0, 1]
 
 
+@pytest.mark.thorough
 def test_a_process_that_compiles_says_so_once(tmp_path):
     (tmp_path / "small.py").write_text(
         "from beltrepro.engine.vector import kernel\n\n\n"

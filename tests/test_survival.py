@@ -258,6 +258,7 @@ def test_exponential_lifetimes_are_rejected_in_5_of_100():
     assert np.mean(shapes) == pytest.approx(1, abs=0.1)
 
 
+@pytest.mark.thorough
 def test_a_weibull_of_shape_one_half_is_rejected():
     count, found = rejections(lambda rng, runs: rng.weibull(0.5, runs), 3.0, 20, runs=50)
     assert count >= 19

@@ -80,6 +80,7 @@ def test_command(timing, capsys, tmp_path):
     assert float(more[1]) > total / 3600
 
 
+@pytest.mark.thorough
 def test_bad_input_of_the_command_is_one_line(timing, capsys, tmp_path):
     assert walltime.main([str(tmp_path / "absent.csv")]) == 1
     other = tmp_path / "other.csv"

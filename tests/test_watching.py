@@ -288,6 +288,7 @@ def test_a_chain_that_cannot_go_on_says_so(window, monkeypatch):
 # --- films ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_an_mp4_has_its_frames_and_duration(tmp_path, later):
     path, clock = tmp_path / "a.mp4", replace(CLOCK, frames_per_second=25.0)
     begin = Player.begin(later.state, clock.tick)

@@ -143,10 +143,17 @@ def _end_jobs() -> None:
         _, jobs = psutil.wait_procs(jobs, timeout=_GRACE)
 
 
-def end_with_parent() -> None:
-    """End this process when the one named in its environment ends, even if that is killed."""
-    if PARENT in os.environ:
+def end_with_parent(parent: int | None = None) -> None:
+    """End this process when another ends, even if that is killed.
+
+    Parameters
+    ----------
+    parent : int, optional
+        Number of the other process; if not given, the one named in the environment, if any.
+    """
+    if parent is None and PARENT in os.environ:
         parent = int(os.environ[PARENT])
+    if parent is not None:
         threading.Thread(target=_outlive, args=(parent,), daemon=True).start()
 
 

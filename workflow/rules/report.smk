@@ -15,7 +15,7 @@ rule claims:
         "<benchmarks>/claims.tsv"
     conda:
         "../envs/beltrepro.yaml"
-    threads: 1
+    threads: 2
     resources:
         mem_mb=4000,
         runtime=30,

@@ -13,17 +13,18 @@ CLAIMS = "Every claim of the paper: what it prints, what was measured, and the v
 ESTIMATES = "The numbers that the verdicts rest on, with their intervals and the allowed ranges."
 
 
-def claims(paths: dict, expected: dict, settings: dict, output) -> None:
+def claims(paths: dict, expected: dict, settings: dict, output, processes: int = 1) -> None:
     """Measure the claims from files by name of the dataset or track."""
     data = inputs.load(paths, expected)
-    found = measure(data, settings)
+    found = measure(data, settings, processes=processes)
     about = {"columns": {}, "sources": expected, "lineage": inputs.lineage(paths, data)}
     files.write(output.estimates, found.estimates, title=ESTIMATES, **about)
     files.write(output.claims, found.claims, title=CLAIMS, **about)
 
 
 def main(job):
-    claims(dict(job.input.items()), job.params.expected, job.params.settings, job.output)
+    files, told = dict(job.input.items()), job.params
+    claims(files, told.expected, told.settings, job.output, job.threads)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ import numpy as np
 from matplotlib.colors import to_rgba
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from beltrepro.analysis import spectra
 from beltrepro.analysis.errors import NotEnoughDataError
 from beltrepro.analysis.transitions import running_median
 from beltrepro.errors import InputError
@@ -150,6 +149,8 @@ def zoom(axes, inner, time, values, window):
 
 def spectrum(axes, series, *, printed=None):
     """Power spectrum of x_N after the transient; with its power law beside a `printed` exponent."""
+    from beltrepro.analysis import spectra  # costs a second that other figures need not pay
+
     axes.set(xlabel=r"$\nu$", ylabel=r"$S(\nu)$")
     time, position, _ = last_block(series)
     chosen = settled(series)
