@@ -352,6 +352,9 @@ def begin():
         sys.exit(f"error: {error}")
     if workflow.local_exec:
         lifecycle.stop_at_once(RESULTS)  # again: Snakemake has taken SIGTERM
+        # Jobs here need no limit on how many start in a second. Its clock would wake the scheduler
+        # once a second for each job that has ended: after 100 of them 100 times a second.
+        workflow.scheduler.job_rate_limiter = None
     else:
         lifecycle.stop_as_usual()  # it cancels the jobs elsewhere
 
