@@ -184,15 +184,17 @@ def test_readings_of_one_long_run():
 )
 def test_spectra_of_laminar_and_chaotic_stretches(change, expected):
     made = series([600.0] * 9, **change)
-    assert components("laminar-spectra", u17=made) == expected
+    assert components("laminar-spectra", "u = 17.5 alone", u17=made) == expected
     assert components("laminar-spectra", "u = 19.1, as filmed", belt_035=made) == expected
 
 
 def test_spectra_are_of_stretches_that_are_long_enough():
     made = series([600.0, 500.0] * 4)  # 40 s are 523
-    assert found("laminar-spectra", u17=made).judged["peaks at equal distances, laminar"].runs == 4
+    peaks, few = "peaks at equal distances, laminar", series([600.0] + [500.0] * 4)
+    assert found("laminar-spectra", "u = 17.5 alone", u17=made).judged[peaks].runs == 4
+    assert found("laminar-spectra", u17=few, u19=made).judged[peaks].runs == 5
     with pytest.raises(NotEnoughDataError, match="1 phases of 40 s or more, 2 are needed"):
-        found("laminar-spectra", u17=series([600.0] + [500.0] * 4))
+        found("laminar-spectra", "u = 17.5 alone", u17=few)
 
 
 # --- Fig. 18 --------------------------------------------------------------------------------------
