@@ -5,6 +5,7 @@
 Works on copies: the results stay as they are.
 """
 
+import multiprocessing
 import random
 import shutil
 import sys
@@ -19,6 +20,7 @@ import numpy as np
 from beltrepro import inputs, store
 from beltrepro.datasets import checking, files
 from beltrepro.datasets.described import metadata_path
+from beltrepro.datasets.films import FILM, TRACK
 from beltrepro.datasets.plan import Plan, make_plan
 from beltrepro.errors import InputError
 from beltrepro.figures import registry as figures
@@ -32,15 +34,31 @@ FLIPS = 8  # places in each file
 def expected_of(plan: Plan) -> dict[str, dict]:
     """What each file must say of itself, by its path below the results without suffix."""
     known = {name: files.expected(plan.told(name)) for name in plan.datasets}
+    filmed = {
+        f"{name}{suffix}": film for name, film in plan.films.items() for suffix in (FILM, TRACK)
+    }
+
+    def made_from(sources):
+        return {"preset": plan.preset, "run": plan.run, "sources": sources}
+
+    def one(name):
+        if name in known:
+            return known[name]
+        if name in filmed:
+            film = filmed[name]
+            told = {film.dataset: known[film.dataset], f"{film.name}{FILM}": film.told()}
+            return made_from(told)
+        return of(*tables.entries()[name].uses)
 
     def of(*uses):
-        found = {name: known.get(name) or of(*tables.entries()[name].uses) for name in uses}
-        return {"preset": plan.preset, "run": plan.run, "sources": found}
+        return made_from({name: one(name) for name in uses})
 
+    judged = [*plan.datasets, *(f"{name}{TRACK}" for name in plan.films)]
     return {
         **{f"datasets/{name}": each for name, each in known.items()},
+        **{f"experiment/{name}": one(f"{name}{TRACK}") for name in plan.films},
         **{each.file(name): of(*each.uses) for name, each in tables.entries().items()},
-        "claims": of(*plan.datasets),
+        "claims": of(*judged),
         **{f"figures/{name}": of(*each.uses) for name, each in figures.entries().items()},
     }
 
@@ -122,6 +140,21 @@ def outcome(path: Path, expected: dict, whole: Path) -> str:
     return "harmless" if path.suffix == ".png" else "taken for whole"
 
 
+def by_itself(function: Callable[..., str], *arguments) -> str:
+    """What a function says in a process of its own; "crashed" if that does not live to say it."""
+    context = multiprocessing.get_context("fork")
+    answers, answer = context.Pipe(duplex=False)
+    process = context.Process(target=lambda: answer.send(function(*arguments)))
+    process.start()
+    answer.close()
+    try:
+        return answers.recv()
+    except EOFError:
+        return "crashed"
+    finally:
+        process.join()
+
+
 def run(results: Path, plan: Plan) -> tuple[Counter, list[str]]:
     """Damage all files; how often each kind had which outcome, and what went wrong."""
     counts: Counter = Counter()
@@ -145,7 +178,7 @@ def run(results: Path, plan: Plan) -> tuple[Counter, list[str]]:
                     inputs.check(path, expected)
                     continue
                 damage(path, other)
-                found = outcome(path, expected, whole)
+                found = by_itself(outcome, path, expected, whole)
                 counts[whole.suffix, damage.__name__, found.partition(":")[0]] += 1
                 good = ("refused", "harmless") if damage.__name__ == "flipped" else ("refused",)
                 if found not in good:
