@@ -30,7 +30,7 @@ smoke: env  ## the same in minutes, on short runs and coarse grids
 paper: env  ## the same with the lengths of the paper: hours
 	$(SNAKEMAKE) $(ARGS) --config preset=paper
 
-test: env  ## the quick test suite; ARGS="-m slow" for the slow one
+test: env  ## the quick tests; ARGS="-m thorough" or ARGS="-m slow" for the others
 	$(BIN)/python -m pytest --numprocesses $(CORES) --dist loadfile $(ARGS)
 
 lint: env  ## style, imports, type hints, docstrings, and the Snakemake files
@@ -71,7 +71,7 @@ deposit: env  ## make and check the crate of a run, check CITATION.cff (needs th
 test-pythons: env  ## a quick subset of the tests with each Python from 3.11 on that is there
 	$(BIN)/python tests/pythons.py $(ARGS)
 
-interruptions: env  ## kill the smoke workflow 20 times and compare the bits: some 15 minutes
+interruptions: env  ## kill the smoke workflow 20 times and compare the bits: half an hour
 	$(BIN)/python tests/interruptions.py $(ARGS)
 
 schema: env  ## the schema of config.yaml for editors, from the code

@@ -18,11 +18,11 @@ import h5py
 import numpy as np
 
 from beltrepro import inputs, store
-from beltrepro.datasets import checking, files
+from beltrepro.datasets import checking
 from beltrepro.datasets.described import metadata_path
-from beltrepro.datasets.films import FILM, TRACK
 from beltrepro.datasets.plan import Plan, make_plan
 from beltrepro.errors import InputError
+from beltrepro.expectations import Expectations
 from beltrepro.figures import registry as figures
 from beltrepro.store import Dataset
 from beltrepro.tables import registry as tables
@@ -33,33 +33,14 @@ FLIPS = 8  # places in each file
 
 def expected_of(plan: Plan) -> dict[str, dict]:
     """What each file must say of itself, by its path below the results without suffix."""
-    known = {name: files.expected(plan.told(name)) for name in plan.datasets}
-    filmed = {
-        f"{name}{suffix}": film for name, film in plan.films.items() for suffix in (FILM, TRACK)
-    }
-
-    def made_from(sources):
-        return {"preset": plan.preset, "run": plan.run, "sources": sources}
-
-    def one(name):
-        if name in known:
-            return known[name]
-        if name in filmed:
-            film = filmed[name]
-            told = {film.dataset: known[film.dataset], f"{film.name}{FILM}": film.told()}
-            return made_from(told)
-        return of(*tables.entries()[name].uses)
-
-    def of(*uses):
-        return made_from({name: one(name) for name in uses})
-
-    judged = [*plan.datasets, *(f"{name}{TRACK}" for name in plan.films)]
+    known = Expectations(plan)
+    folders = {name: f"experiment/{film.name}" for name, film in known.filmed.items()}
+    drawn = {name: known.made_from(*each.uses) for name, each in figures.entries().items()}
     return {
-        **{f"datasets/{name}": each for name, each in known.items()},
-        **{f"experiment/{name}": one(f"{name}{TRACK}") for name in plan.films},
-        **{each.file(name): of(*each.uses) for name, each in tables.entries().items()},
-        "claims": of(*judged),
-        **{f"figures/{name}": of(*each.uses) for name, each in figures.entries().items()},
+        **{folders.get(k, f"datasets/{k}"): v for k, v in known.each(*known.judged).items()},
+        **{each.file(name): known.made_from(*each.uses) for name, each in tables.entries().items()},
+        "claims": known.made_from(*known.judged),
+        **{f"figures/{name}": each for name, each in drawn.items()},
     }
 
 

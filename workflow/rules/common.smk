@@ -12,16 +12,18 @@ from snakemake.logging import logger
 
 from beltrepro import jobs, lifecycle, provenance, snakemake_call
 from beltrepro.datasets import files, plan
-from beltrepro.datasets.films import FILM, TRACK
+from beltrepro.datasets.films import FILM
 from beltrepro.deposit import manifest
 from beltrepro.entries import check_uses
 from beltrepro.errors import InputError
+from beltrepro.expectations import Expectations
 from beltrepro.figures import registry as figures_registry
 from beltrepro.tables import registry as tables_registry
 
 try:
     PLAN = plan.make_plan(config)
-    FILMED = {f"{name}{end}": film for name, film in PLAN.films.items() for end in (FILM, TRACK)}
+    EXPECTED = Expectations(PLAN)
+    FILMED = EXPECTED.filmed
     TABLES = tables_registry.entries()
     FIGURES = figures_registry.entries()
     tables_registry.check_names(PLAN.datasets)
@@ -61,11 +63,6 @@ def file_of(name):
 
 def dataset_files():
     return [file_of(name) for name in PLAN.datasets]
-
-
-def judged():
-    """What claims are measured from: datasets and tracks, by name."""
-    return [*PLAN.datasets, *(name for name in FILMED if name.endswith(TRACK))]
 
 
 def filmed(wildcards):
@@ -165,37 +162,13 @@ def expected_batches(wildcards):
     return [files.expected(PLAN.told_batch(wildcards.dataset, number)) for number in range(count)]
 
 
-@functools.cache
-def expected(*names):
-    """What these files must say of themselves, by the names of what they hold."""
-    return {name: expected_of(name) for name in names}
-
-
-def expected_of(name):
-    if name in PLAN.datasets:
-        return files.expected(PLAN.told(name))
-    if name in FILMED:
-        film = FILMED[name]
-        return made_from({**expected(film.dataset), f"{film.name}{FILM}": film.told()})
-    return of(*TABLES[name].uses)
-
-
-def of(*sources):
-    """What a table or figure must say of itself that is made from these."""
-    return made_from(expected(*sources))
-
-
-def made_from(sources):
-    return {"preset": PLAN.preset, "run": PLAN.run, "sources": sources}
-
-
 def expected_of_report():
     """By name of the input of the report, and of the figure or dataset in it."""
     return {
-        "datasets": expected(*PLAN.datasets),
-        **{name: {name: of(*judged())} for name in ("claims", "estimates")},
-        "figures": {name: of(*entry.uses) for name, entry in FIGURES.items()},
-        **{name: {name: each} for name, each in expected(*TABLES).items()},
+        "datasets": EXPECTED.each(*PLAN.datasets),
+        **{name: {name: EXPECTED.made_from(*EXPECTED.judged)} for name in ("claims", "estimates")},
+        "figures": {name: EXPECTED.made_from(*entry.uses) for name, entry in FIGURES.items()},
+        **{name: {name: each} for name, each in EXPECTED.each(*TABLES).items()},
     }
 
 
@@ -205,15 +178,15 @@ def expected_of_article():
 
 
 def expected_of_table(wildcards):
-    return expected(*table_of(wildcards)[1].uses)
+    return EXPECTED.each(*table_of(wildcards)[1].uses)
 
 
 def expected_of_film(wildcards):
-    return expected(PLAN.films[wildcards.film].dataset)
+    return EXPECTED.each(PLAN.films[wildcards.film].dataset)
 
 
 def expected_of_figure(wildcards):
-    return of(*FIGURES[wildcards.figure].uses)
+    return EXPECTED.made_from(*FIGURES[wildcards.figure].uses)
 
 
 # --- what each job reads and writes, for the crate ---

@@ -4,7 +4,7 @@
 rule claims:
     "A verdict for every claim of the paper, and the numbers it rests on."
     input:
-        **{name: file_of(name) for name in judged()},
+        **{name: file_of(name) for name in EXPECTED.judged},
     output:
         claims=report("<results>/claims.csv", caption="../report/claims.rst", category="Claims"),
         estimates="<results>/estimates.csv",
@@ -21,7 +21,7 @@ rule claims:
         runtime=30,
     params:
         settings=PLAN.settings(),
-        expected=expected(*judged()),
+        expected=EXPECTED.each(*EXPECTED.judged),
         code=code_hash("beltrepro.claims"),
     message:
         "Measuring the claims"
