@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import cv2
+
 from beltrepro import inputs, scripting
 from beltrepro.datasets.described import describe
 from beltrepro.datasets.films import FILM, NEEDED
@@ -32,6 +34,7 @@ def take(paths: dict, expected: dict, told: dict, output: Path) -> None:
 
 
 def main(job):
+    cv2.setNumThreads(job.threads)  # by itself it takes all cores
     told, expected = job.params.told, job.params.expected
     take(dict(job.input.items()), expected, told, Path(job.output.video))
 

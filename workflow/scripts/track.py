@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import cv2
+
 from beltrepro import scripting
 from beltrepro.atomic import replacing
 from beltrepro.datasets.described import describe, origin_of
@@ -39,6 +41,7 @@ def place(video: Path, output: Path) -> None:
 
 
 def main(job):
+    cv2.setNumThreads(job.threads)  # by itself it takes all cores
     place(Path(job.input[0]), Path(job.output.table))
 
 

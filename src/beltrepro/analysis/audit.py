@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from beltrepro import checks, names
 from beltrepro.accuracy import NOISE_CELL
@@ -329,7 +329,7 @@ def _instant(block, step, state, parameters):
         return _margins(place, speed, direction, parameters)[block]
 
     # a slip that has just begun has no margin at the start
-    return brentq(margin, 0.0, step, xtol=1e-15) if margin(0.0) > 0 else 0.0
+    return scipy.optimize.brentq(margin, 0.0, step, xtol=1e-15) if margin(0.0) > 0 else 0.0
 
 
 def _turned(block, positions, velocities, direction, parameters):

@@ -1,10 +1,12 @@
 """Correlation dimension of section points: a number for the "low-dimensional" of Fig. 10."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import cKDTree
+import scipy
 
 from beltrepro.analysis.errors import require
 
@@ -90,7 +92,7 @@ def correlation_dimension(
     lowest = max(window[0], minimum_pairs / n_pairs)
     low, high = _radii(points, (lowest, window[1]))
     require(0 < low < high, "the correlation integral has no window to fit: points in few places")
-    tree = cKDTree(points)
+    tree = scipy.spatial.cKDTree(points)
     radius = np.geomspace(low, high, n_radii)
     share = _correlation(tree, radius, n_pairs)
     logs = np.log(radius), np.log(share)
@@ -116,7 +118,7 @@ def _radii(points: np.ndarray, shares: tuple[float, float], n_samples: int = 400
     return np.quantile(distances, shares)
 
 
-def _correlation(tree: cKDTree, radius: np.ndarray, n_pairs: float) -> np.ndarray:
+def _correlation(tree: scipy.spatial.cKDTree, radius: np.ndarray, n_pairs: float) -> np.ndarray:
     ordered_pairs_and_selves = tree.count_neighbors(tree, radius)
     return (ordered_pairs_and_selves - tree.n) / 2 / n_pairs
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
+import scipy
 
 from beltrepro.analysis.steps import mean_step
 from beltrepro.model import ChainParameters
@@ -214,7 +214,7 @@ def convergence_order(
     above = error > rounding
     if above.sum() < 3:
         return np.nan, np.nan
-    line = stats.linregress(np.log(step[above]), np.log(error[above]))
+    line = scipy.stats.linregress(np.log(step[above]), np.log(error[above]))
     return float(line.slope), float(line.stderr)
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy import ndimage, stats
+import scipy
 
 from beltrepro.analysis.errors import NotEnoughDataError, require
 from beltrepro.analysis.shares import Share, share
@@ -248,7 +248,7 @@ def _shares(simulated: Simulated, agreed: np.ndarray, asked: np.ndarray) -> np.n
     """Shares (S, *C) of the trials asked that agree, averaged over neighbouring levels."""
     width = (0.0, *(simulated.smoothing.get(name, 0.0) for name in simulated.levels))
     agreeing, all_asked = (
-        ndimage.gaussian_filter(each.sum(axis=-1, dtype=float), width, mode="constant")
+        scipy.ndimage.gaussian_filter(each.sum(axis=-1, dtype=float), width, mode="constant")
         for each in (agreed, asked)
     )
     return agreeing / all_asked
@@ -402,7 +402,7 @@ def calibrate(
     require(answered, "no made-up experiment has a posterior")
     return Calibration(
         {name: share(sum(each), answered) for name, each in covered.items()},
-        {name: float(stats.kstest(each, "uniform").pvalue) for name, each in places.items()},
+        {name: float(scipy.stats.kstest(each, "uniform").pvalue) for name, each in places.items()},
         answered,
         draws - answered,
     )

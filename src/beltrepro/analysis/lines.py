@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage, signal
+import scipy
 
 from beltrepro.analysis.errors import require
 from beltrepro.analysis.spectra import power_spectrum
@@ -117,11 +117,11 @@ def stand_out(
         What stands out.
     """
     size = round(_SURROUNDINGS_HZ / (frequency[1] - frequency[0]))
-    level = np.exp(ndimage.median_filter(np.log(power), size, mode="nearest"))
+    level = np.exp(scipy.ndimage.median_filter(np.log(power), size, mode="nearest"))
     inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
     excess = power / level
     flatness = np.exp(np.log(excess[inside]).mean()) / excess[inside].mean()
-    peaks, _ = signal.find_peaks(excess, height=HEIGHT, distance=_APART)
+    peaks, _ = scipy.signal.find_peaks(excess, height=HEIGHT, distance=_APART)
     peaks = peaks[inside[peaks]]
     return Lines(frequency, power, level, float(flatness), _refined(frequency, power, peaks))
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
+import scipy
 
 LEVEL = 0.05  # a corrected p-value below this is a difference
 NEAR = 0.01  # a smaller distance between distributions, as a share of their size, is negligible
@@ -92,7 +92,7 @@ def compare_samples(tested: npt.ArrayLike, reference: npt.ArrayLike) -> Comparis
     tested, reference = _finite(tested), _finite(reference)
     p = np.nan
     if _enough(tested, reference):
-        p = float(stats.ks_2samp(tested, reference, method="auto").pvalue)
+        p = float(scipy.stats.ks_2samp(tested, reference, method="auto").pvalue)
     return _comparison(tested, reference, "Kolmogorov-Smirnov", p, _distance(tested, reference))
 
 
@@ -171,10 +171,12 @@ def compare_lifetimes(
     sides = []
     for lifetime, escaped in ((tested, escaped_tested), (reference, escaped_reference)):
         lifetime, escaped = np.asarray(lifetime, dtype=float), np.asarray(escaped, dtype=bool)
-        sides.append(stats.CensoredData(uncensored=lifetime[escaped], right=lifetime[~escaped]))
+        sides.append(
+            scipy.stats.CensoredData(uncensored=lifetime[escaped], right=lifetime[~escaped])
+        )
     p = np.nan
     if np.sum(escaped_tested) + np.sum(escaped_reference) >= MINIMUM_RUNS:
-        p = float(stats.logrank(*sides).pvalue)
+        p = float(scipy.stats.logrank(*sides).pvalue)
     return _comparison(
         np.asarray(tested, dtype=float),
         np.asarray(reference, dtype=float),
@@ -196,7 +198,7 @@ def _comparison(
         difference, error = means[0] - means[1], float(np.hypot(errors[0], errors[1]))
         if error > 0:
             z = difference / error
-            mean_p = float(stats.ttest_ind(tested, reference, equal_var=False).pvalue)
+            mean_p = float(scipy.stats.ttest_ind(tested, reference, equal_var=False).pvalue)
         elif difference == 0:  # nothing varies: no test, and nothing to test
             z = 0.0
         else:
@@ -237,7 +239,7 @@ def _distance(tested: npt.ArrayLike, reference: npt.ArrayLike) -> float:
     if not (np.size(tested) and np.size(reference)):
         return np.nan
     size = np.sqrt(np.mean(np.square(reference)))
-    return float(stats.wasserstein_distance(tested, reference) / size) if size > 0 else np.nan
+    return float(scipy.stats.wasserstein_distance(tested, reference) / size) if size > 0 else np.nan
 
 
 def _enough(tested: np.ndarray, reference: np.ndarray) -> bool:
@@ -345,7 +347,7 @@ def overall(comparisons: list[Comparison]) -> Overall:
     mean_p = _finite([each.mean_p for each in comparisons])
     if not mean_p.size:
         return Overall(0, np.nan, np.nan, np.nan, np.nan, np.nan)
-    scores = stats.norm.isf(np.maximum(mean_p, 1e-300) / 2)
+    scores = scipy.stats.norm.isf(np.maximum(mean_p, 1e-300) / 2)
     chi2 = float(np.sum(scores**2))
     relative = [
         (
@@ -359,8 +361,8 @@ def overall(comparisons: list[Comparison]) -> Overall:
     return Overall(
         degrees=int(mean_p.size),
         chi2=chi2,
-        chi2_p=float(stats.chi2.sf(chi2, mean_p.size)),
-        uniform_p=float(stats.kstest(mean_p, "uniform").pvalue),
+        chi2_p=float(scipy.stats.chi2.sf(chi2, mean_p.size)),
+        uniform_p=float(scipy.stats.kstest(mean_p, "uniform").pvalue),
         shift=float(shift.mean()) if shift.size else np.nan,
         shift_error=float(np.sqrt(np.sum(errors**2)) / shift.size) if shift.size else np.nan,
     )
@@ -379,4 +381,4 @@ def largest_of(count: int) -> float:
     float
         The bound, in standard deviations.
     """
-    return float(stats.norm.isf((1 - (1 - LEVEL) ** (1 / count)) / 2))
+    return float(scipy.stats.norm.isf((1 - (1 - LEVEL) ** (1 / count)) / 2))

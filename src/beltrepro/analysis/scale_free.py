@@ -9,7 +9,7 @@ from functools import cache
 
 import numpy as np
 import numpy.typing as npt
-from scipy import optimize
+import scipy
 
 from beltrepro.analysis.errors import require
 
@@ -123,7 +123,7 @@ def fit_law(
     scale = terms.std(axis=1, keepdims=True)
     terms, wanted = (terms - centre) / scale, (wanted - centre[:, 0]) / scale[:, 0]
 
-    best = optimize.minimize(
+    best = scipy.optimize.minimize(
         lambda factors: _likelihood(factors, terms, weights, wanted)[:2],
         np.zeros(len(terms)),
         jac=True,

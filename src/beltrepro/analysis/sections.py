@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import cKDTree
+import scipy
 
 from beltrepro.analysis.errors import require
 
@@ -145,10 +145,12 @@ def repeated(states: npt.ArrayLike, *, near: float = NEAR) -> np.ndarray:
         piece = slice(begin, begin + _PIECE)
         known = states[:begin][~again[:begin]]
         if len(known):
-            distance, _ = cKDTree(known).query(states[piece], distance_upper_bound=limit)
+            distance, _ = scipy.spatial.cKDTree(known).query(
+                states[piece], distance_upper_bound=limit
+            )
             again[piece] = np.isfinite(distance)
         rest = begin + np.flatnonzero(~again[piece])
-        for first, second in sorted(cKDTree(states[rest]).query_pairs(limit)):
+        for first, second in sorted(scipy.spatial.cKDTree(states[rest]).query_pairs(limit)):
             again[rest[second]] |= not again[rest[first]]
     return again
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
+import scipy
 
 from beltrepro.analysis.errors import require
 
@@ -45,7 +45,9 @@ def share(count: int, runs: int, *, confidence: float = CONFIDENCE) -> Share:
         Without runs.
     """
     require(runs > 0, "no runs, 1 is needed")
-    interval = stats.binomtest(int(count), int(runs)).proportion_ci(confidence, method="exact")
+    interval = scipy.stats.binomtest(int(count), int(runs)).proportion_ci(
+        confidence, method="exact"
+    )
     return Share(count / runs, float(interval.low), float(interval.high))
 
 

@@ -11,6 +11,8 @@ That a run ended may become known only some time after its end. Then ends shortl
 are given up are missing. So ends count up to a `horizon` only (`SEEN`).
 """
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,7 +21,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import optimize, stats
+import scipy
 
 from beltrepro.analysis.errors import require
 from beltrepro.analysis.motion import FOLDINGS, above_zero
@@ -97,7 +99,7 @@ def kaplan_meier(
         Without runs.
     """
     lifetime, ended = _between(0.0, horizon, lifetime, ended)
-    curve = stats.ecdf(_censored(lifetime, ended)).sf
+    curve = scipy.stats.ecdf(_censored(lifetime, ended)).sf
     lower, upper = _band(curve, confidence)
     whole, none = (share(count, ended.size, confidence=confidence) for count in (ended.size, 0))
     left = curve.probabilities
@@ -198,8 +200,8 @@ def mean_lifetime(
     tail = (1 - confidence) / 2
     return MeanLifetime(
         mean=total / count if count else np.inf,
-        lower=2 * total / float(stats.chi2.isf(tail, 2 * count + 2)),
-        upper=2 * total / float(stats.chi2.ppf(tail, 2 * count)) if count else np.inf,
+        lower=2 * total / float(scipy.stats.chi2.isf(tail, 2 * count + 2)),
+        upper=2 * total / float(scipy.stats.chi2.ppf(tail, 2 * count)) if count else np.inf,
         ended=count,
         runs=time.size,
         time=total,
@@ -257,7 +259,7 @@ def mean_of_ended(
         if share >= _mean_up_to_one(smallest)
         else _root(lambda rate: _mean_up_to_one(rate) - share, smallest, most)
     )
-    least = _log_likelihood(best, share) - stats.chi2.ppf(confidence, 1) / (2 * ends.size)
+    least = _log_likelihood(best, share) - scipy.stats.chi2.ppf(confidence, 1) / (2 * ends.size)
     excess = partial(_log_likelihood, mean=share, above=least)
     most = 2 * max(best, 1.0)
     while excess(most) > 0:
@@ -284,7 +286,7 @@ def _log_likelihood(rate: float, mean: float, above: float = 0.0) -> float:
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:
-    return float(optimize.brentq(function, low, high))
+    return float(scipy.optimize.brentq(function, low, high))
 
 
 @dataclass(frozen=True)
@@ -342,11 +344,11 @@ def weibull_test(
     ends = int(late.sum())
     require(ends >= MINIMUM_ENDS, f"{ends} runs ended, {MINIMUM_ENDS} are needed")
     mean = time.sum() / ends
-    shape, _, scale = stats.weibull_min.fit(_censored(time / mean, late), floc=0)
-    weibull = stats.weibull_min(shape, scale=scale)
+    shape, _, scale = scipy.stats.weibull_min.fit(_censored(time / mean, late), floc=0)
+    weibull = scipy.stats.weibull_min(shape, scale=scale)
     likelihood = weibull.logpdf(time[late] / mean).sum() + weibull.logsf(time[~late] / mean).sum()
     exponential = -ends  # its greatest log-likelihood, with the mean as the unit of time
-    return WeibullTest(float(stats.chi2.sf(2 * (likelihood - exponential), 1)), float(shape))
+    return WeibullTest(float(scipy.stats.chi2.sf(2 * (likelihood - exponential), 1)), float(shape))
 
 
 def exponential_test(
@@ -558,5 +560,5 @@ def _between(
     return seen[late] - start, (ended & (lifetime <= horizon))[late]
 
 
-def _censored(lifetime: np.ndarray, ended: np.ndarray) -> stats.CensoredData:
-    return stats.CensoredData(uncensored=lifetime[ended], right=lifetime[~ended])
+def _censored(lifetime: np.ndarray, ended: np.ndarray) -> scipy.stats.CensoredData:
+    return scipy.stats.CensoredData(uncensored=lifetime[ended], right=lifetime[~ended])

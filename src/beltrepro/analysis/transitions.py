@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import isotonic_regression
+import scipy
 
 from beltrepro.analysis.errors import require
 
@@ -242,7 +242,9 @@ def _rise(noise: np.ndarray, disorder: np.ndarray, minimum_rise: float) -> Trans
         return _absent(r_high, r_low, noise.size)
     places, place = np.unique(noise, return_inverse=True)
     count = np.bincount(place)
-    curve = isotonic_regression(np.bincount(place, disorder) / count, weights=count).x
+    curve = scipy.optimize.isotonic_regression(
+        np.bincount(place, disorder) / count, weights=count
+    ).x
     share = (curve - r_low) / (r_high - r_low)
     lower, critical, upper = (_first_passage(places, share, level) for level in (0.1, 0.5, 0.9))
     return Transition(lower, upper, critical, r_high, r_low, n_points=noise.size)

@@ -5,13 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from beltrepro import findings
+from beltrepro import findings, packaged
 from beltrepro.claims.criteria import FAILS, NOT_MEASURED, PARTLY, UNDECIDED
 from beltrepro.figures import registry
 from beltrepro.findings import Finding, Result, Results
@@ -111,8 +108,7 @@ def name_of(author: Mapping[str, str]) -> str:
 
 
 def _texts() -> dict[str, list[list[str]]]:
-    path = resources.files("beltrepro.article").joinpath("text.yaml")
-    return yaml.safe_load(path.read_text(encoding="utf-8"))
+    return packaged.read_yaml("beltrepro.article", "text.yaml")
 
 
 def _paragraphs(paragraphs: list[list[str]], results: Results, told: dict[str, str]) -> list[str]:

@@ -1,7 +1,7 @@
 """Share of time in laminar phases, from the cycles of one long run."""
 
 import numpy as np
-from scipy import special, stats
+import scipy
 
 from beltrepro.analysis.errors import require
 from beltrepro.analysis.shares import CONFIDENCE
@@ -29,6 +29,6 @@ def share_of_time(phases: np.ndarray) -> Estimate:
     odds = inside.mean() / between.mean()
     scatter = inside / inside.mean() - between / between.mean()
     error = scatter.std(ddof=1) / np.sqrt(cycles)
-    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, cycles - 1)) * error
-    value, low, high = (float(special.expit(np.log(odds) + x)) for x in (0.0, -reach, reach))
+    reach = float(scipy.stats.t.ppf((1 + CONFIDENCE) / 2, cycles - 1)) * error
+    value, low, high = (float(scipy.special.expit(np.log(odds) + x)) for x in (0.0, -reach, reach))
     return Estimate(value, low, high, cycles)

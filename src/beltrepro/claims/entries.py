@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from importlib import resources
 from types import MappingProxyType
 from typing import Any
 
-import yaml
+from beltrepro import packaged
 
 SECTIONS = (
     "model",
@@ -61,11 +60,9 @@ class Claim:
 @cache
 def load_ledger() -> Mapping[str, Claim]:
     """All claims by id, section by section; read once."""
-    folder = resources.files("beltrepro.claims").joinpath("ledger")
     claims = {}
     for section in SECTIONS:
-        text = folder.joinpath(f"{section}.yaml").read_text(encoding="utf-8")
-        for entry in yaml.safe_load(text):
+        for entry in packaged.read_yaml("beltrepro.claims", f"ledger/{section}.yaml"):
             needs = tuple(entry.pop("needs"))
             claims[entry["id"]] = Claim(**entry, section=section, needs=needs)
     return MappingProxyType(claims)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from beltrepro.analysis.errors import require
 from beltrepro.analysis.shares import CONFIDENCE
@@ -77,8 +77,8 @@ def mean(samples: Sequence[float] | np.ndarray) -> Estimate:
     """Mean of independent runs, with the interval of Student's t."""
     samples = np.asarray(samples, dtype=float)
     require(samples.size >= 2, f"{samples.size} runs, 2 are needed for an interval")
-    centre, error = float(samples.mean()), float(stats.sem(samples))
-    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, samples.size - 1)) * error
+    centre, error = float(samples.mean()), float(scipy.stats.sem(samples))
+    reach = float(scipy.stats.t.ppf((1 + CONFIDENCE) / 2, samples.size - 1)) * error
     return Estimate(centre, centre - reach, centre + reach, samples.size)
 
 
@@ -168,8 +168,8 @@ def from_resamples(
 
 def _tail(runs: int) -> float:
     """Share of the resamples of so many runs, 2 or more, that lie on one side of the interval."""
-    reach = stats.t.ppf((1 + CONFIDENCE) / 2, runs - 1) * math.sqrt(runs / (runs - 1))
-    return float(stats.norm.sf(reach))
+    reach = scipy.stats.t.ppf((1 + CONFIDENCE) / 2, runs - 1) * math.sqrt(runs / (runs - 1))
+    return float(scipy.stats.norm.sf(reach))
 
 
 def difference(first: Estimate, second: Estimate) -> Estimate:
@@ -205,7 +205,9 @@ def slope(places: Sequence[float], found: Sequence[Estimate]) -> Estimate:
     """
     require(len(found) >= 3, f"{len(found)} points, 3 are needed for a slope")
     places, values = np.asarray(places, dtype=float), np.array([each.value for each in found])
-    errors = np.array([(each.high - each.low) / (2 * stats.norm.ppf(0.975)) for each in found])
+    errors = np.array(
+        [(each.high - each.low) / (2 * scipy.stats.norm.ppf(0.975)) for each in found]
+    )
     require(bool(np.all(np.isfinite(values)) and np.all(errors > 0)), "a point has no interval")
     weights = errors**-2.0
     centre = np.average(places, weights=weights)
@@ -213,7 +215,7 @@ def slope(places: Sequence[float], found: Sequence[Estimate]) -> Estimate:
     gradient = float(np.sum(weights * (places - centre) * values) / spread)
     left = values - np.average(values, weights=weights) - gradient * (places - centre)
     excess = max(1.0, float(np.sum(weights * left**2)) / (len(found) - 2))
-    reach = float(stats.norm.ppf(0.975)) * math.sqrt(excess / spread)
+    reach = float(scipy.stats.norm.ppf(0.975)) * math.sqrt(excess / spread)
     return Estimate(gradient, gradient - reach, gradient + reach, fewest(*found))
 
 

@@ -3,7 +3,7 @@
 from functools import partial
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from beltrepro.analysis.errors import require
 from beltrepro.analysis.intermittency import slips_of_all
@@ -231,7 +231,7 @@ def _factor(evidence, film):
 
     def factor(*powers):
         # Two noisy spectra of one law would differ at single frequencies.
-        smooth = [ndimage.uniform_filter1d(power.mean(axis=0), size) for power in powers]
+        smooth = [scipy.ndimage.uniform_filter1d(power.mean(axis=0), size) for power in powers]
         return spectral_ratio(*(stand_out(frequency, each) for each in smooth))
 
     return estimates.bootstrap(factor, [whole, large])

@@ -3,7 +3,7 @@
 from functools import partial
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from beltrepro.analysis import intermittency, recording
 from beltrepro.analysis.errors import require
@@ -219,5 +219,5 @@ def _width(table, mask, group):
     by_chance = np.sum(having * (1 - having) / np.maximum(runs - 1, 1))
     error = step * np.sqrt(by_chance + 2 / (12 * levels))
     value = step * float(having.sum())
-    reach = float(stats.norm.ppf((1 + CONFIDENCE) / 2)) * float(error)
+    reach = float(scipy.stats.norm.ppf((1 + CONFIDENCE) / 2)) * float(error)
     return Estimate(value, value - reach, value + reach, int(np.count_nonzero(own)))

@@ -7,7 +7,7 @@ of the exact dynamics; the paper's scheme, which disturbs it, is a variant.
 from functools import partial
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from beltrepro.analysis import dimension, states
 from beltrepro.analysis.errors import require
@@ -67,7 +67,7 @@ def _dimension(coordinates: np.ndarray, run: np.ndarray, n_groups: int) -> Estim
         for group in range(n_groups)
     ]
     scatter = estimates.mean(parts)
-    reach = np.hypot(scatter.high - scatter.value, stats.norm.ppf(0.975) * whole.error)
+    reach = np.hypot(scatter.high - scatter.value, scipy.stats.norm.ppf(0.975) * whole.error)
     return Estimate(whole.dimension, whole.dimension - reach, whole.dimension + reach, runs.size)
 
 

@@ -3,7 +3,7 @@
 from functools import partial
 
 import numpy as np
-from scipy import special
+import scipy
 
 from beltrepro.analysis import states, transitions
 from beltrepro.analysis.errors import require
@@ -126,7 +126,7 @@ def _richest(evidence, names_of):
 
 def _entropy(codes: np.ndarray) -> float:
     """Entropy in bits of the shares of codes (R,)."""
-    return float(special.entr(np.bincount(codes) / codes.size).sum() / np.log(2))
+    return float(scipy.special.entr(np.bincount(codes) / codes.size).sum() / np.log(2))
 
 
 def _by_motion(evidence, n_blocks):

@@ -3,7 +3,7 @@
 from functools import partial
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from beltrepro.analysis import transitions
 from beltrepro.analysis.errors import require
@@ -91,7 +91,7 @@ def _of_r(places, quiet, noisy):
     squares, variances = np.array([_squared_change(place, quiet, noisy) for place in places]).T
     weights = _trapezoid(places)
     value = float(weights @ squares)
-    reach = float(stats.norm.ppf(0.975) * np.sqrt(weights**2 @ variances))
+    reach = float(scipy.stats.norm.ppf(0.975) * np.sqrt(weights**2 @ variances))
     return Estimate(value, value - reach, value + reach, _fewest(places, quiet, noisy))
 
 
@@ -126,7 +126,9 @@ def _of_section(places, quiet, noisy):
 def _distance(first, second):
     """Of Kolmogorov and Smirnov; 0 where a resample has no crossing."""
     first, second = (own[np.isfinite(own)] for own in (first, second))
-    return float(stats.ks_2samp(first, second).statistic) if first.size and second.size else 0.0
+    return (
+        float(scipy.stats.ks_2samp(first, second).statistic) if first.size and second.size else 0.0
+    )
 
 
 def _trapezoid(places):

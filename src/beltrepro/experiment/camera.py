@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
@@ -16,7 +16,9 @@ from beltrepro.experiment.coverage import band, step_changes
 from beltrepro.experiment.scene import Scene
 from beltrepro.experiment.video import Frame, write_video
 from beltrepro.model.units import LENGTH_M, TIME_S, VELOCITY_M_S
-from beltrepro.simulation.run import Run
+
+if TYPE_CHECKING:
+    from beltrepro.simulation.run import Run
 
 # Seen beyond the support and beyond the farthest place of the last block, in metres.
 MARGIN = 0.03
@@ -213,7 +215,7 @@ def pictures(
         As `film`.
     """
     scene, camera = scene or Scene(), camera or Camera()
-    movement = Movement.of(motion) if isinstance(motion, Run) else motion
+    movement = motion if isinstance(motion, Movement) else Movement.of(motion)
     _check_instants(movement.time_s, camera.frames_per_second)
     view = View.of(movement, scene, camera)
     drawing, shutter = _Drawing(scene, view, camera.blur), _Shutter(camera, view)
@@ -272,10 +274,11 @@ class View:
             The blocks do not fit in the picture.
         """
         extent = movement.x_m.max() + scene.block_length / 2 + 2 * MARGIN
-        scale = camera.metres_per_pixel or max(
-            extent / camera.width, 1.1 * scene.width / camera.height
-        )
-        if extent > scale * camera.width or scene.width > scale * camera.height:
+        fitting = max(extent / camera.width, 1.1 * scene.width / camera.height)
+        scale = camera.metres_per_pixel or fitting
+        if scale < fitting and (
+            extent > scale * camera.width or scene.width > scale * camera.height
+        ):
             raise InputError(
                 f"the chain needs {extent:.3g} m x {scene.width:.3g} m, the picture shows "
                 f"{scale * camera.width:.3g} m x {scale * camera.height:.3g} m: "

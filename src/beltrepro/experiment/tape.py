@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from scipy import ndimage, optimize
+import scipy
 
 STEEPEST = 20.0  # degrees by which the belt may be turned in the picture
 _WIDEST = 960  # pixels that are enough to see a direction
@@ -69,7 +69,7 @@ def direction(picture: np.ndarray) -> float:
     best = angles[np.argmax([_row_contrast(small, angle) for angle in angles])]
     angles = np.arange(best - 1, best + 1.05, 0.1)
     best = angles[np.argmax([_row_contrast(small, angle) for angle in angles])]
-    found = optimize.minimize_scalar(
+    found = scipy.optimize.minimize_scalar(
         lambda angle: -_row_contrast(small, angle),
         bounds=(best - 0.1, best + 0.1),
         method="bounded",
@@ -181,7 +181,7 @@ def _refined(profile: np.ndarray, frequency: float) -> float:
     """The frequency near a given one at which the transform is greatest."""
     profile = profile.astype(float)
     step = 0.5 / profile.size
-    found = optimize.minimize_scalar(
+    found = scipy.optimize.minimize_scalar(
         lambda each: -abs(_transform(profile, np.array([each]))[0]),
         bounds=(frequency - step, frequency + step),
         method="bounded",
@@ -236,8 +236,10 @@ class _End(NamedTuple):
 def _beginning(shape: np.ndarray, shown: np.ndarray, spacing: float, middle: float) -> _End:
     """Where the tape begins; where the picture does, if the tape goes on beyond it."""
     size = int(np.ceil(spacing)) + 1
-    body = ndimage.grey_closing(shape, size=size)  # the marks filled up, or what is between them
-    ahead = ndimage.maximum_filter1d(body, 4 * size, origin=-2 * size + 1)
+    body = scipy.ndimage.grey_closing(
+        shape, size=size
+    )  # the marks filled up, or what is between them
+    ahead = scipy.ndimage.maximum_filter1d(body, 4 * size, origin=-2 * size + 1)
     half = _DARKER * ahead
     before = np.flatnonzero(shown & (body < half) & (np.arange(body.size) < middle))
     if not before.size:

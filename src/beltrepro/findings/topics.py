@@ -5,11 +5,9 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterable
 from dataclasses import dataclass
-from importlib import resources
 from typing import Any
 
-import yaml
-
+from beltrepro import packaged
 from beltrepro.claims.criteria import FAILS, HOLDS, PARTLY, UNDECIDED
 from beltrepro.findings.results import Result, Results
 from beltrepro.findings.sentences import all_filled
@@ -41,8 +39,7 @@ def chosen(results: Results) -> list[Finding]:
 @functools.cache
 def templates() -> tuple[dict[str, Any], ...]:
     """The templates as they stand in the file."""
-    text = resources.files("beltrepro.findings").joinpath("topics.yaml")
-    return tuple(yaml.safe_load(text.read_text(encoding="utf-8")))
+    return tuple(packaged.read_yaml("beltrepro.findings", "topics.yaml"))
 
 
 def together(results: Iterable[Result]) -> str:

@@ -3,12 +3,14 @@
 import base64
 import functools
 import json
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from beltrepro import findings, store
+from beltrepro.datasets import files
 from beltrepro.figures import registry
 from beltrepro.findings import Results
 from beltrepro.findings.pictures import seen
@@ -32,12 +34,16 @@ class Material:
         table that a section needs, by its name. A name may lack.
     benchmarks : Path
         Folder of Snakemake's benchmark files; may lack or be empty.
+    expected : dict of str to dict, optional
+        What the files of datasets must say of themselves, by name (`datasets.files.expected`); one
+        that is not named is only read.
     """
 
     preset: str
     settings: dict
     files: dict[str, list[Path]]
     benchmarks: Path
+    expected: Mapping[str, dict] = field(default_factory=dict)
 
     def has(self, names) -> bool:
         """Whether there is at least one file of each name, or a dataset of that name."""
@@ -66,7 +72,11 @@ class Material:
     @functools.cached_property
     def datasets(self) -> list[dict]:
         """What was simulated: one dict of plain values per dataset."""
-        return [_describe(path) for path in self.files.get("datasets", [])]
+        return [_describe(self._read(path)) for path in self.files.get("datasets", [])]
+
+    def _read(self, path: Path) -> store.Dataset:
+        told = self.expected.get(path.stem)
+        return store.read(path) if told is None else files.read(path, told)
 
     @functools.cached_property
     def pictures(self) -> list[dict]:
@@ -114,8 +124,7 @@ def _picture(name: str, entry: registry.Entry, path: Path, claims: Results) -> d
 # --- datasets -------------------------------------------------------------------------------------
 
 
-def _describe(path: Path) -> dict:
-    dataset = store.read(path)
+def _describe(dataset: store.Dataset) -> dict:
     attributes, arrays = dataset.attributes, dataset.arrays
     residual = arrays.get("energy_residual")
     libraries = json.loads(attributes.get("library_versions", "{}"))
