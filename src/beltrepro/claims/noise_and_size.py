@@ -126,9 +126,10 @@ def _of_section(places, quiet, noisy):
 def _distance(first, second):
     """Of Kolmogorov and Smirnov; 0 where a resample has no crossing."""
     first, second = (own[np.isfinite(own)] for own in (first, second))
-    return (
-        float(scipy.stats.ks_2samp(first, second).statistic) if first.size and second.size else 0.0
-    )
+    if not (first.size and second.size):
+        return 0.0
+    # only the distance counts: the exact p, which goes unread, takes ten times as long
+    return float(scipy.stats.ks_2samp(first, second, method="asymp").statistic)
 
 
 def _trapezoid(places):
