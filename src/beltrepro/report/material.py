@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from beltrepro import findings, store
+from beltrepro import findings
+from beltrepro.datasets import files
 from beltrepro.figures import registry
 from beltrepro.findings import Results
 from beltrepro.findings.pictures import seen
@@ -115,7 +116,7 @@ def _picture(name: str, entry: registry.Entry, path: Path, claims: Results) -> d
 
 
 def _describe(path: Path) -> dict:
-    dataset = store.read(path)
+    dataset = files.read_any(path)
     attributes, arrays = dataset.attributes, dataset.arrays
     residual = arrays.get("energy_residual")
     libraries = json.loads(attributes.get("library_versions", "{}"))
