@@ -8,6 +8,7 @@ Works on copies: the results stay as they are.
 import multiprocessing
 import random
 import shutil
+import signal
 import sys
 import tempfile
 from collections import Counter
@@ -29,6 +30,7 @@ from beltrepro.tables import registry as tables
 
 ROOT = Path(__file__).parents[1]
 FLIPS = 8  # places in each file
+LONGEST = 60  # seconds to look at a file
 
 
 def expected_of(plan: Plan) -> dict[str, dict]:
@@ -125,7 +127,13 @@ def by_itself(function: Callable[..., str], *arguments) -> str:
     """What a function says in a process of its own; "crashed" if that does not live to say it."""
     context = multiprocessing.get_context("fork")
     answers, answer = context.Pipe(duplex=False)
-    process = context.Process(target=lambda: answer.send(function(*arguments)))
+
+    def work() -> None:
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.alarm(LONGEST)  # after some flipped bits libhdf5 reads on and on
+        answer.send(function(*arguments))
+
+    process = context.Process(target=work)
     process.start()
     answer.close()
     try:

@@ -104,7 +104,7 @@ def test_a_flipped_bit_is_refused_unless_it_means_nothing(folder, tmp_path, name
         for place in np.random.default_rng(2).random(60)
     ]
     assert set(found) <= {"refused", "harmless"}
-    assert found.count("refused") > (5 if name == "rows.h5" else 50)
+    assert found.count("refused") > 50
 
 
 @pytest.mark.parametrize("other", [plan("other"), plan(duration=3000)], ids=["preset", "version"])

@@ -69,7 +69,7 @@ def make_list(results: Path) -> dict:
     paths = sorted((results / "datasets").glob("*.h5"))
     if not paths:
         raise InputError(f"{results}: no datasets there")
-    found = {path.stem: store.read(path, strict=True) for path in paths}
+    found = {path.stem: files.read_any(path) for path in paths}
     first = next(iter(found.values())).attributes
     return {
         **{name: first[name] for name in ("preset", "run", "code_version")},

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from beltrepro import provenance, store
+from beltrepro.atomic import replacing
+from beltrepro.datasets import trailer
 from beltrepro.datasets.kinds import KINDS, POINT
 from beltrepro.datasets.points import CHAIN
 from beltrepro.datasets.quantities import QUANTITIES
@@ -23,23 +25,33 @@ def write(
     arrays: dict[str, np.ndarray],
     origin: dict[str, str] | None = None,
 ) -> None:
-    """Write arrays with what they are.
+    """Write arrays with what they are; the file has a trailer.
 
     Parameters
     ----------
     path : str or Path
-        The HDF5 file.
+        The HDF5 file; it appears under its name when it is complete.
     told : dict
         What the file holds: `Plan.told` or `Plan.told_batch`.
     arrays : dict
         By name, as the kind lists them.
     origin : dict, optional
         What made them; this process if not given.
+
+    Raises
+    ------
+    InputError
+        There is no room for the file.
     """
     known = KINDS[told["kind"]].arrays
     about = {name: known[name].attributes() for name in arrays}
     attributes = _attributes(told, arrays, origin or provenance.origin())
-    store.write(path, arrays, attributes, about)
+    with replacing(path) as unfinished:
+        try:
+            store.write(unfinished, arrays, attributes, about)
+        except InputError as error:  # it names the file that it was given
+            raise InputError(str(error).replace(str(unfinished), str(path))) from None
+        trailer.put(unfinished)
 
 
 def _attributes(told: dict, arrays: dict, origin: dict) -> dict:
@@ -116,7 +128,7 @@ def read(path: str | Path, expected: dict) -> store.Dataset:
         If the file cannot be read or holds something else; the line has the command that repairs.
     """
     try:
-        found = store.read(path, strict=True)
+        found = read_any(path)
     except InputError as error:
         raise InputError(f"{error}; {repair(path, expected)}") from None
     if found.attributes.get("digest") != expected["digest"]:
@@ -125,6 +137,28 @@ def read(path: str | Path, expected: dict) -> store.Dataset:
         held = f"{held} with other settings" if held == asked else held
         raise InputError(f"{path}: holds {held}, expected {asked}; {repair(path, expected)}")
     return found
+
+
+def read_any(path: str | Path) -> store.Dataset:
+    """Read a file, whatever dataset or batch it holds, and check that it is whole.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    store.Dataset
+        Arrays and attributes.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged or not one of the workflow.
+    """
+    trailer.check(Path(path))  # before libhdf5 has it
+    return store.read(path, strict=True)
 
 
 def repair(path: str | Path, expected: dict) -> str:

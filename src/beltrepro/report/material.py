@@ -9,13 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from beltrepro import findings, store
+from beltrepro import findings
 from beltrepro.datasets import files
 from beltrepro.figures import registry
 from beltrepro.findings import Results
 from beltrepro.findings.pictures import seen
 from beltrepro.findings.presets import Comparison, compare
 from beltrepro.findings.reliability import length
+from beltrepro.store import Dataset
 
 
 @dataclass(frozen=True)
@@ -74,9 +75,9 @@ class Material:
         """What was simulated: one dict of plain values per dataset."""
         return [_describe(self._read(path)) for path in self.files.get("datasets", [])]
 
-    def _read(self, path: Path) -> store.Dataset:
+    def _read(self, path: Path) -> Dataset:
         told = self.expected.get(path.stem)
-        return store.read(path) if told is None else files.read(path, told)
+        return files.read_any(path) if told is None else files.read(path, told)
 
     @functools.cached_property
     def pictures(self) -> list[dict]:
@@ -124,7 +125,7 @@ def _picture(name: str, entry: registry.Entry, path: Path, claims: Results) -> d
 # --- datasets -------------------------------------------------------------------------------------
 
 
-def _describe(dataset: store.Dataset) -> dict:
+def _describe(dataset: Dataset) -> dict:
     attributes, arrays = dataset.attributes, dataset.arrays
     residual = arrays.get("energy_residual")
     libraries = json.loads(attributes.get("library_versions", "{}"))

@@ -4,8 +4,9 @@ import base64
 
 import numpy as np
 
-from beltrepro import store
+from beltrepro.datasets import files
 from beltrepro.model.units import TIME_S
+from beltrepro.store import Dataset
 
 TITLE = "The chain in motion"
 ANCHOR = "motion"
@@ -34,12 +35,12 @@ _ROOM = 1.04  # of the greatest position
 def gather(material) -> dict:
     """What the player is given: a motion for each dataset."""
     return {
-        "motions": [_motion(name, store.read(material.file(name))) for name in NEEDS],
+        "motions": [_motion(name, files.read_any(material.file(name))) for name in NEEDS],
         "speeds": _SPEEDS,
     }
 
 
-def _motion(name: str, dataset: store.Dataset) -> dict:
+def _motion(name: str, dataset: Dataset) -> dict:
     """A dataset of one run as plain values; positions in 16 bits, signs a letter each."""
     arrays, told = dataset.arrays, dataset.attributes
     positions, time = arrays["positions"][0], arrays["time"]
