@@ -59,14 +59,14 @@ publish: env  ## report, article, figures and claims of a finished run to docs/r
 archive: env  ## one ZIP file of a finished run for a data repository; RUN=standard
 	$(SNAKEMAKE) archive --config preset=$(RUN) $(ARGS)
 
-deposit: env  ## make and check the crate of a run, check CITATION.cff (needs the network); RUN=standard
+deposit: env  ## make and check the crate of a run, and check CITATION.cff; RUN=standard
 	$(SNAKEMAKE) crate --config preset=$(RUN) $(ARGS)
 	$(PYTHON) -m venv .venv-deposit
 	$(LOCKED_SETUPTOOLS) | .venv-deposit/bin/python -m pip install --quiet --require-hashes -r /dev/stdin
 	.venv-deposit/bin/python -m pip install --quiet --require-hashes --no-build-isolation \
 	  -r requirements-deposit.txt
 	.venv-deposit/bin/cffconvert --validate
-	.venv-deposit/bin/rocrate-validator validate -p provenance-run-crate results/$(RUN)
+	.venv-deposit/bin/python tests/validating.py results/$(RUN)
 
 test-pythons: env  ## a quick subset of the tests with each Python from 3.11 on that is there
 	$(BIN)/python tests/pythons.py $(ARGS)

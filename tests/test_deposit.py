@@ -184,6 +184,7 @@ SOURCES = (
     "Snakefile",
     "config.yaml",
     "CITATION.cff",
+    "README.md",
     provenance.COMMIT_FILE,
     "results/README.md",
     "workflow/scripts/join.py",
@@ -308,8 +309,8 @@ def test_files_of_the_crate_are_there_with_their_checksums(project, described):
 def test_each_job_is_an_action_with_its_ends_time_and_memory(described):
     action = described["#job-join-datasets/rows"]
     assert action["instrument"] == {"@id": "source/workflow/scripts/join.py"}
-    assert action["object"] == [{"@id": "#batches/rows/0000.h5"}]
-    assert action["result"] == [{"@id": "datasets/rows.h5"}]
+    assert action["object"] == {"@id": "#batches/rows/0000.h5"}
+    assert action["result"] == {"@id": "datasets/rows.h5"}
     usage = {
         described[each["@id"]]["name"]: described[each["@id"]]["value"]
         for each in action["resourceUsage"]
@@ -335,6 +336,16 @@ def test_no_reference_of_the_crate_leads_nowhere(described):
     found = {each for entity in described.values() for each in references(entity)}
     outside = {each for each in found - set(described) if not each.startswith("https://")}
     assert outside == set()
+
+
+def test_no_value_of_the_crate_is_a_list_of_one(described):
+    lists = [value for each in described.values() for value in each.values() if type(value) is list]
+    assert lists and min(map(len, lists)) > 1
+
+
+def test_the_page_to_read_first_says_that_it_is_about_the_crate(described):
+    page = described["source/README.md"]
+    assert (page["about"], page["encodingFormat"]) == ({"@id": "./"}, "text/markdown")
 
 
 # --- citation ---

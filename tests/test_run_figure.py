@@ -77,15 +77,24 @@ def test_another_ending_is_refused(run, tmp_path):
         run.plot(tmp_path / "run.txt")
 
 
-def test_without_a_display_it_says_what_to_do(run, tmp_path, capsys):
-    run.save(tmp_path / "run.h5")
+def test_without_a_display_it_says_what_to_do(run):
     with matplotlib.rc_context():
         matplotlib.use("agg")
         with pytest.raises(InputError, match="no display to show the figure on"):
             run.plot()
+
+
+def test_without_a_display_the_command_draws_beside_the_run(run, tmp_path, capsys):
+    run.save(tmp_path / "run.h5")
+    with matplotlib.rc_context():
+        matplotlib.use("agg")
+        assert cli.main(["plot", str(tmp_path / "run.h5")]) == 0
+        before = (tmp_path / "run.png").read_bytes()
+        assert before.startswith(b"\x89PNG")
+        assert str(tmp_path / "run.png") in capsys.readouterr().out
         assert cli.main(["plot", str(tmp_path / "run.h5")]) == 2
-    said = capsys.readouterr()
-    assert said.err.startswith("error: no display") and len(said.err.splitlines()) == 1
+    assert "is there already; --force overwrites it" in capsys.readouterr().err
+    assert (tmp_path / "run.png").read_bytes() == before
 
 
 @pytest.mark.thorough

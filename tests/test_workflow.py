@@ -604,7 +604,8 @@ def test_an_archive_of_smoke_is_drawn_again_without_a_simulation(tree, smoke, tm
     own = ["git", "-c", "user.name=someone", "-c", "user.email=someone@example.org"]
     for arguments in (
         ["init", "-q"],
-        ["add", "src", "workflow", "profiles", "Snakefile", "config.yaml", "CITATION.cff"],
+        ["add", "src", "workflow", "profiles", "Snakefile", "config.yaml"],
+        ["add", "CITATION.cff", "README.md"],
         ["commit", "-qm", "First"],
     ):
         subprocess.run([*own, *arguments], cwd=project, check=True)

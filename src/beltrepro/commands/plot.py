@@ -1,6 +1,7 @@
 """`beltrepro plot`: the picture of a run."""
 
 import argparse
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,8 @@ def add(commands: Any) -> None:
         "`beltrepro simulate --output` wrote. In Python: beltrepro.Run.plot.",
     )
     plot.add_argument("run", type=Path, help="the file of the run, .h5")
-    words = "write the figure, .png, .pdf or .svg; without it a window opens"
+    words = "write the figure, .png, .pdf or .svg; without it a window opens, or the figure is "
+    words += "written beside the run as .png where there is no display"
     shared.add_output(plot, words)
     plot.set_defaults(action=run)
 
@@ -43,5 +45,11 @@ def run(options: argparse.Namespace) -> int:
     shared.check_output(options, ".png", ".pdf", ".svg")
     from beltrepro.simulation import Run
 
-    Run.load(options.run).plot(options.output)
+    drawn = Run.load(options.run)
+    pictures = import_module("beltrepro.figures.run")  # by name, as in Run.plot
+    if options.output is None and not pictures.can_be_shown():
+        options.output = options.run.with_suffix(".png")
+        shared.check_output(options)
+        print(f"no display: the figure is written to {options.output}")
+    drawn.plot(options.output)
     return 0

@@ -39,6 +39,7 @@ _MEDIA = {
     ".h5": "application/x-hdf5",
     ".html": "text/html",
     ".json": "application/json",
+    ".md": "text/markdown",
     ".pdf": "application/pdf",
     ".png": "image/png",
     ".py": "text/x-python",
@@ -167,7 +168,17 @@ def describe(top: Path, run: Run, layout: Layout) -> str:
     made.add_top()
     made.add_workflow()
     made.add_jobs()
-    return json.dumps(made.crate.metadata.generate(), indent=1, ensure_ascii=False) + "\n"
+    metadata = made.crate.metadata.generate()
+    metadata["@graph"] = [_without_lists_of_one(entity) for entity in metadata["@graph"]]
+    return json.dumps(metadata, indent=1, ensure_ascii=False) + "\n"
+
+
+def _without_lists_of_one(entity: Mapping[str, Any]) -> dict[str, Any]:
+    """The same with plain values in place of lists of one, as RO-Crate recommends."""
+    return {
+        name: value[0] if isinstance(value, list) and len(value) == 1 else value
+        for name, value in entity.items()
+    }
 
 
 class _Made:
@@ -214,7 +225,7 @@ class _Made:
     # --- the parts ---
 
     def add_top(self) -> None:
-        """The crate itself: title, authors, licence, profiles."""
+        """The crate itself: title, authors, licence, profiles, and what to read first."""
         about, root = self.about, self.crate.root_dataset
         licence = f"https://spdx.org/licenses/{about['license']}"
         self.add(licence, "CreativeWork", name=f"{about['license']} licence")
@@ -235,6 +246,7 @@ class _Made:
             self.add(each, "CreativeWork", name=name, version=each.rpartition("/")[2])
             for each, name in _PROFILES.items()
         ]
+        self.file("README.md", {"about": {"@id": root.id}})
 
     def add_workflow(self) -> None:
         """The Snakefile with its inputs and outputs, and a step and a tool for each rule."""

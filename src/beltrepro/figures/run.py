@@ -52,6 +52,15 @@ def save(figure, path):
         figure.savefig(unfinished)
 
 
+def can_be_shown():
+    """Whether there is a display, or a notebook, to show a figure on."""
+    try:
+        _toolkit()
+    except InputError:
+        return False
+    return True
+
+
 def _toolkit():
     """Whether windows can be opened; False in a notebook, which shows the figure by itself."""
     interactive = backend_registry.list_builtin(BackendFilter.INTERACTIVE)
