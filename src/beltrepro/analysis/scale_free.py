@@ -123,15 +123,8 @@ def fit_law(
     scale = terms.std(axis=1, keepdims=True)
     terms, wanted = (terms - centre) / scale, (wanted - centre[:, 0]) / scale[:, 0]
 
-    best = scipy.optimize.minimize(
-        lambda factors: _likelihood(factors, terms, weights, wanted)[:2],
-        np.zeros(len(terms)),
-        jac=True,
-        hess=lambda factors: _likelihood(factors, terms, weights, wanted)[2],
-        method="trust-exact",
-    )
     factors = np.zeros(2)
-    factors[kept] = best.x / scale[:, 0]
+    factors[kept] = _best_factors(terms, weights, wanted) / scale[:, 0]
     return Law(float(factors[0]), float(-factors[1]), float(low), float(high))
 
 
@@ -272,6 +265,23 @@ def goodness_of_fit(
         made = np.r_[np.sort(rng.choice(below, count)), np.sort(drawn)] if count else np.sort(drawn)
         further += _nearest(made, lows, high)[1] >= distance
     return Fit(law, distance, further / samples)
+
+
+def _best_factors(terms: np.ndarray, weights: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Where the likelihood has no slope."""
+    start = np.zeros(len(terms))
+    best = scipy.optimize.root(
+        lambda factors: _likelihood(factors, terms, weights, wanted)[1:], start, jac=True
+    )
+    if not best.success:  # the valley is narrow: downhill, which takes longer and is less exact
+        best = scipy.optimize.minimize(
+            lambda factors: _likelihood(factors, terms, weights, wanted)[:2],
+            start,
+            jac=True,
+            hess=lambda factors: _likelihood(factors, terms, weights, wanted)[2],
+            method="trust-exact",
+        )
+    return best.x
 
 
 def _likelihood(
