@@ -454,7 +454,7 @@ def test_a_setting_of_another_kind_is_refused():
         (f"{DATASET}.transient", 1e9, "n5_map.transient = 1e+09: must be less"),
         ("presets.standard.datasets.size_columns.n_blocks", [5, 6, 7], "entry for n_blocks = 10"),
         ("presets.standard.datasets.size_columns.n_blocks", [4, 5], "no entry for n_blocks = 4"),
-        ("presets.standard.defaults.transient", 50000, "must be less than duration = 30000"),
+        ("presets.standard.defaults.transient", 50000, "must be less than duration = 20000"),
         ("presets.standard.datasets.slips_u1.section_block", 6, "the chain has 5 blocks"),
         ("datasets.slips_u1.section_position", None, "only for the last block there is a rule"),
         ("presets.standard.datasets.lifetimes.settle_time", 1e9, "must be less than duration"),
@@ -509,7 +509,8 @@ def test_recordings_have_the_speeds_and_the_frames_of_the_paper(plan):
         assert frames == pytest.approx(1, rel=1e-9)
         assert dataset.settings["transient"] * TIME_S >= 200
         kept = (dataset.settings["duration"] - dataset.settings["transient"]) * TIME_S
-        assert kept >= (60 if plan.preset == "smoke" else 1000)
+        ours = name == "belt_035" and plan.preset == "standard"  # no speed of the experiment
+        assert kept >= (60 if plan.preset == "smoke" else 300 if ours else 1000)
 
 
 def test_a_film_has_the_camera_of_all_but_for_what_it_gives(plan):
