@@ -239,8 +239,8 @@ def test_method_may_differ_without_and_with_noise():
 
 @pytest.mark.thorough
 def test_a_dataset_stands_over_defaults_and_a_preset_over_the_top_level():
-    assert planned("n5_map").settings["duration"] == 20000
-    assert planned("n5_rows").settings["duration"] == 30000
+    assert planned("n5_map").settings["duration"] == 16000
+    assert planned("n5_rows").settings["duration"] == 20000
     assert planned("u20").settings["transient"] == 0
     changes = ("defaults.laminar_time", 150, "presets.standard.defaults.laminar_time", 170)
     assert planned("n5_map", *changes).settings["laminar_time"] == 170
