@@ -43,6 +43,13 @@ def test_a_band_covers_its_length():
     assert band(-3.0, 20.0, 7).sum() == 7
 
 
+def test_a_scale_that_the_camera_chooses_fits_whatever_the_rounding():
+    for farthest in np.linspace(0.5, 1.5, 1001):
+        movement = Movement(np.zeros(1), np.array([[farthest]]), np.zeros((1, 1)))
+        view = View.of(movement, Scene(), Camera())
+        assert view.along(farthest + 0.02) < view.width
+
+
 def test_the_white_block_brightens_by_its_area():
     movement, scene = swaying(0.2), Scene(spring=28.0)
     camera = Camera(**IDEAL, metres_per_pixel=0.0013)

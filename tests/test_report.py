@@ -1,6 +1,7 @@
 """Report: one self-contained page that says what the files of a run say."""
 
 import base64
+import dataclasses
 import html
 import itertools
 import json
@@ -20,6 +21,8 @@ from beltrepro import findings, report, store
 from beltrepro.claims import load_ledger
 from beltrepro.claims.criteria import FAILS, HOLDS, PARTLY, UNDECIDED, VERDICTS
 from beltrepro.claims.entries import SECTIONS as SECTIONS_OF_CLAIMS
+from beltrepro.datasets import files
+from beltrepro.errors import InputError
 from beltrepro.figures import registry
 from beltrepro.findings.sentences import typeset
 from beltrepro.report.diagnostics import SHOWN_BY
@@ -143,6 +146,14 @@ def material(folder: Path, **changes) -> report.Material:
     files = {"claims": [table], "estimates": [numbers], "figures": images}
     files["datasets"] = write_datasets(folder)
     return report.Material("smoke", SETTINGS, files | changes, folder / "benchmarks")
+
+
+def test_a_dataset_that_is_not_the_one_asked_for_is_refused(tmp_path):
+    found = material(tmp_path)
+    assert len(found.datasets) == len(found.files["datasets"])
+    told = dict.fromkeys(files.IDENTITY, "other") | {"digest": "other"}
+    with pytest.raises(InputError, match=r"lifetimes\.h5: holds"):
+        _ = dataclasses.replace(found, expected={"lifetimes": told}).datasets
 
 
 @pytest.fixture(scope="module")

@@ -65,6 +65,34 @@ def test_a_fit_is_the_top_of_the_likelihood(kind):
     assert np.trapezoid(np.exp(law.log_density(x)), x) == pytest.approx(1, rel=1e-6)
 
 
+def means_of(law):
+    """Of ln x and of x, by a fine sum."""
+    x = np.geomspace(law.low, law.high, 400_001)
+    density = np.exp(law.log_density(x))
+    return np.trapezoid(density * np.log(x), x), np.trapezoid(density * x, x)
+
+
+@pytest.mark.parametrize("decay", [False, True])
+def test_a_fitted_law_has_the_means_of_the_values(decay):
+    values = with_cutoff(-1.2, 0.004, 60, 400, 3000)
+    law = scale_free.fit_values(values, 60, 400, decay=decay)
+    mean_log, mean = means_of(law)
+    assert mean_log == pytest.approx(np.log(values).mean(), rel=1e-9)
+    if decay:
+        assert mean == pytest.approx(values.mean(), rel=1e-9)
+
+
+def test_a_law_is_found_also_where_the_root_of_the_slopes_is_not(monkeypatch):
+    values = with_cutoff(-1.2, 0.004, 60, 400, 3000)
+    law = scale_free.fit_values(values, 60, 400, decay=True)
+    lost = optimize.OptimizeResult(success=False, x=np.full(2, 1e9))
+    monkeypatch.setattr(optimize, "root", lambda *args, **kwargs: lost)
+    again = scale_free.fit_values(values, 60, 400, decay=True)
+    assert again != law
+    assert again.exponent == pytest.approx(law.exponent, abs=1e-3)
+    assert again.decay == pytest.approx(law.decay, abs=1e-5)
+
+
 def test_a_fit_needs_values_in_a_range():
     with pytest.raises(NotEnoughDataError, match="49 values between 1 and 2, 50 are needed"):
         scale_free.fit_values(np.full(49, 1.5), 1, 2)

@@ -274,11 +274,10 @@ class View:
             The blocks do not fit in the picture.
         """
         extent = movement.x_m.max() + scene.block_length / 2 + 2 * MARGIN
-        fitting = max(extent / camera.width, 1.1 * scene.width / camera.height)
-        scale = camera.metres_per_pixel or fitting
-        if scale < fitting and (
-            extent > scale * camera.width or scene.width > scale * camera.height
-        ):
+        scale = camera.metres_per_pixel
+        if scale is None:
+            scale = max(extent / camera.width, 1.1 * scene.width / camera.height)
+        elif extent > scale * camera.width or scene.width > scale * camera.height:
             raise InputError(
                 f"the chain needs {extent:.3g} m x {scene.width:.3g} m, the picture shows "
                 f"{scale * camera.width:.3g} m x {scale * camera.height:.3g} m: "

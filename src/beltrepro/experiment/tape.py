@@ -236,9 +236,8 @@ class _End(NamedTuple):
 def _beginning(shape: np.ndarray, shown: np.ndarray, spacing: float, middle: float) -> _End:
     """Where the tape begins; where the picture does, if the tape goes on beyond it."""
     size = int(np.ceil(spacing)) + 1
-    body = scipy.ndimage.grey_closing(
-        shape, size=size
-    )  # the marks filled up, or what is between them
+    # the marks filled up, or what is between them
+    body = scipy.ndimage.grey_closing(shape, size=size)
     ahead = scipy.ndimage.maximum_filter1d(body, 4 * size, origin=-2 * size + 1)
     half = _DARKER * ahead
     before = np.flatnonzero(shown & (body < half) & (np.arange(body.size) < middle))
