@@ -27,13 +27,13 @@ def test_a_moving_edge_covers_what_the_mean_over_its_places_covers(begin, end):
     pixels = np.arange(12)
     places = begin + (end - begin) * (np.arange(20000) + 0.5) / 20000
     expected = np.clip(pixels + 1 - places[:, np.newaxis], 0, 1).mean(axis=0)
-    changes = step_changes(np.array([begin]), np.array([end]), np.array([1.0]), 12)
+    changes = step_changes(np.array([[begin]]), np.array([[end]]), np.array([1.0]), 12)[0]
     np.testing.assert_allclose(np.cumsum(changes), expected, atol=1e-8)
 
 
 def test_steps_beyond_the_picture_do_no_harm():
-    edges = np.array([-30.0, 5.5, 40.0])
-    changes = step_changes(edges, edges, np.array([2.0, 1.0, 7.0]), 8)
+    edges = np.array([[-30.0, 5.5, 40.0]])
+    changes = step_changes(edges, edges, np.array([2.0, 1.0, 7.0]), 8)[0]
     np.testing.assert_allclose(np.cumsum(changes), [2, 2, 2, 2, 2, 2.5, 3, 3])
 
 

@@ -34,6 +34,11 @@ except InputError as error:
     sys.exit(f"error: {error}")
 
 
+# Claims take long, and wait for nearly all datasets. So these come first, and figures are drawn
+# while claims are measured.
+BEFORE_FIGURES = 1
+
+
 pathvars:
     results=f"results/{PLAN.run}",
     logs=f"results/{PLAN.run}/logs",

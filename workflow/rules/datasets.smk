@@ -9,6 +9,7 @@ rule simulate:
         "<logs>/batches/{dataset}/{batch}.log",
     benchmark:
         "<benchmarks>/batches/{dataset}/{batch}.tsv"
+    priority: BEFORE_FIGURES
     conda:
         "../envs/beltrepro.yaml"
     threads: 1
@@ -36,6 +37,7 @@ rule join:
         "<benchmarks>/datasets/{dataset}.tsv"
     wildcard_constraints:
         dataset=joined(),
+    priority: BEFORE_FIGURES
     conda:
         "../envs/beltrepro.yaml"
     threads: 1

@@ -12,6 +12,7 @@ rule film:
         "<logs>/experiment/{film}.film.log",
     benchmark:
         "<benchmarks>/experiment/{film}.film.tsv"
+    priority: BEFORE_FIGURES
     conda:
         "../envs/beltrepro.yaml"
     threads: 1
@@ -39,6 +40,7 @@ rule track:
         "<logs>/experiment/{film}.track.log",
     benchmark:
         "<benchmarks>/experiment/{film}.track.tsv"
+    priority: BEFORE_FIGURES
     conda:
         "../envs/beltrepro.yaml"
     threads: 1

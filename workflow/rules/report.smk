@@ -13,9 +13,10 @@ rule claims:
         "<logs>/claims.log",
     benchmark:
         "<benchmarks>/claims.tsv"
+    priority: BEFORE_FIGURES
     conda:
         "../envs/beltrepro.yaml"
-    threads: 2
+    threads: 1
     resources:
         mem_mb=4000,
         runtime=30,

@@ -16,6 +16,7 @@ rule derive:
         "<logs>/{table}.log",
     benchmark:
         "<benchmarks>/{table}.tsv"
+    priority: BEFORE_FIGURES
     conda:
         "../envs/beltrepro.yaml"
     threads: 1

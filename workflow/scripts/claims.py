@@ -13,10 +13,10 @@ CLAIMS = "Every claim of the paper: what it prints, what was measured, and the v
 ESTIMATES = "The numbers that the verdicts rest on, with their intervals and the allowed ranges."
 
 
-def claims(paths: dict, expected: dict, settings: dict, output, processes: int = 1) -> None:
+def claims(paths: dict, expected: dict, settings: dict, output) -> None:
     """Measure the claims from files by name of the dataset or track."""
     data = inputs.load(paths, expected)
-    found = measure(data, settings, processes=processes)
+    found = measure(data, settings)
     about = {"columns": {}, "sources": expected, "lineage": inputs.lineage(paths, data)}
     files.write(output.estimates, found.estimates, title=ESTIMATES, **about)
     files.write(output.claims, found.claims, title=CLAIMS, **about)
@@ -24,7 +24,7 @@ def claims(paths: dict, expected: dict, settings: dict, output, processes: int =
 
 def main(job):
     files, told = dict(job.input.items()), job.params
-    claims(files, told.expected, told.settings, job.output, job.threads)
+    claims(files, told.expected, told.settings, job.output)
 
 
 if __name__ == "__main__":

@@ -1,17 +1,13 @@
 """Measure every claim of the ledger."""
 
 import logging
-import multiprocessing
-import os
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 
 import pandas as pd
 
-from beltrepro import lifecycle
 from beltrepro.analysis.errors import NotEnoughDataError
 from beltrepro.claims import (
     avalanches,
@@ -103,11 +99,10 @@ class Measured:
     estimates: pd.DataFrame
 
 
-def measure(datasets: dict, settings: dict, *, processes: int = 1) -> Measured:
+def measure(datasets: dict, settings: dict) -> Measured:
     """Measured values and verdict of every claim.
 
     Only the reading that counts gives the verdict of a claim; other readings have their own.
-    Claims are measured one by one, each by itself, so their numbers do not depend on `processes`.
 
     Parameters
     ----------
@@ -115,19 +110,14 @@ def measure(datasets: dict, settings: dict, *, processes: int = 1) -> Measured:
         `experiment.Track`, by the name of the film and "_track"; missing ones make the claims that
         need them "not measured".
     settings : the resolved configuration of the preset as plain values.
-    processes : how many work at a time; more than one share the data by a fork (not on Windows).
 
     Returns
     -------
     Measured
         Two tables.
     """
-    evidence, ids = Evidence(datasets, settings), list(load_ledger())
-    if processes == 1:
-        rows = [_rows(evidence, name) for name in ids]
-    else:
-        with _sharing(evidence, processes) as pool:
-            rows = list(pool.map(_rows_of_shared, ids))
+    evidence = Evidence(datasets, settings)
+    rows = [_rows(evidence, name) for name in load_ledger()]
     claims, estimates = (list(chain.from_iterable(each)) for each in zip(*rows, strict=True))
     return Measured(
         pd.DataFrame(claims, columns=list(COLUMNS)),
@@ -145,25 +135,6 @@ def _rows(evidence: Evidence, name: str) -> tuple[list[dict], list[dict]]:
         claims.append(_row(found, evidence))
         estimates += _estimate_rows(found)
     return claims, estimates
-
-
-_shared: Evidence
-
-
-def _sharing(evidence: Evidence, processes: int) -> ProcessPoolExecutor:
-    """Processes that all have the evidence, which is not sent to them: they begin as copies."""
-    context = multiprocessing.get_context("fork")
-    return ProcessPoolExecutor(processes, context, initializer=_share, initargs=(evidence,))
-
-
-def _share(evidence: Evidence) -> None:
-    global _shared
-    lifecycle.end_with_parent(os.getppid())
-    _shared = evidence
-
-
-def _rows_of_shared(name: str) -> tuple[list[dict], list[dict]]:
-    return _rows(_shared, name)
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 # Seen beyond the support and beyond the farthest place of the last block, in metres.
 MARGIN = 0.03
 _NOISE_PICTURES = 4
+_TOGETHER = 64  # frames whose edges are drawn in one go
 _DRIFT_PERIOD = 60.0  # seconds in which the light comes back to where it was
 
 
@@ -219,13 +220,13 @@ def pictures(
     _check_instants(movement.time_s, camera.frames_per_second)
     view = View.of(movement, scene, camera)
     drawing, shutter = _Drawing(scene, view, camera.blur), _Shutter(camera, view)
-    count = len(movement.time_s)
-    for index, time in enumerate(movement.time_s - movement.time_s[0]):
+    half, count = movement.v_m_s * camera.exposure / 2, len(movement.time_s)
+    lights = drawing.frames(movement.x_m - half, movement.x_m + half)
+    for index, light in enumerate(lights):
+        time = float(movement.time_s[index] - movement.time_s[0])
         # The first one is kept: a video's time begins with it.
         if not (index and shutter.drops_frame()):
-            half = movement.v_m_s[index] * camera.exposure / 2
-            light = drawing(movement.x_m[index] - half, movement.x_m[index] + half)
-            yield Frame(float(time), shutter(light, float(time)))
+            yield Frame(time, shutter(light, time))
         if progress:
             progress((index + 1) / count)
 
@@ -337,33 +338,44 @@ class _Drawing:
         self._rows = self._blurred(np.stack(rows, axis=1), (0, 1))
         self._still = self._blurred(_still_picture(scene, view), (1, 1))
 
-    def __call__(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Brightness (H, W), with blocks that go from `begin` to `end`, in metres."""
+    def frames(self, begin: np.ndarray, end: np.ndarray) -> Iterator[np.ndarray]:
+        """Brightness (H, W) of each frame, with blocks (T, N) from `begin` to `end`, in metres."""
+        for first in range(0, len(begin), _TOGETHER):
+            together = slice(first, first + _TOGETHER)
+            for profiles in self._profiles(begin[together], end[together]):
+                light = self._rows @ profiles
+                light += self._still
+                yield light
+
+    def _profiles(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """Brightness (T, 2, W) along the lane of the blocks and along that of the springs."""
         left, right = (self._edges((begin, end), side) for side in (-0.5, 0.5))
         # Where the model's blocks, which are points, come too near, the outer one hides the inner.
-        right[:, :-1] = np.minimum(right[:, :-1], left[:, 1:])
-        bright = np.full(len(begin), self._scene.block - self._scene.belt)
+        right[..., :-1] = np.minimum(right[..., :-1], left[..., 1:])
+        bright = np.full(begin.shape[1], self._scene.block - self._scene.belt)
         bright[-1] = self._scene.white_block - self._scene.belt
-        changes = step_changes(*_steps(left, right, bright), self._view.width)
-        changes = np.stack([changes, self._spring_changes(left, right)])
-        light = self._rows @ self._blurred(changes.cumsum(axis=1), (1, 0))
-        light += self._still
-        return light
+        blocks = step_changes(*_steps(left, right, bright), self._view.width)
+        changes = np.stack([blocks, self._spring_changes(left, right)], axis=1)
+        rows = changes.cumsum(axis=-1).reshape(-1, self._view.width)
+        return self._blurred(rows, (1, 0)).reshape(changes.shape)
 
     def _edges(self, places: tuple[np.ndarray, np.ndarray], side: float) -> np.ndarray:
-        """Pixels (2, N) of one edge of all blocks, at the beginning and the end of the exposure."""
+        """Pixels (2, T, N) of one edge of all blocks, at the beginning and end of the exposure."""
         return self._view.along(np.stack(places) + side * self._scene.block_length)
 
     def _spring_changes(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-        """Changes (W,) of the brightness along the springs, from the support to the last block."""
-        begin = np.hstack([np.full((2, 1), self._view.left), right[:, :-1]])
+        """Changes (T, W) of the brightness along the springs, from support to last block."""
+        support = np.full_like(left[..., :1], self._view.left)
+        begin = np.concatenate([support, right[..., :-1]], axis=-1)
         turn = (left - begin) / self._scene.coils
         number = np.arange(self._scene.coils)
         first, last = (
-            (begin[..., np.newaxis] + (number + part) * turn[..., np.newaxis]).reshape(2, -1)
+            (begin[..., np.newaxis] + (number + part) * turn[..., np.newaxis]).reshape(
+                *turn.shape[:2], -1
+            )
             for part in (0.3, 0.7)
         )
-        bright = np.full(turn.shape[1] * len(number), self._scene.spring - self._scene.belt)
+        bright = np.full(first.shape[-1], self._scene.spring - self._scene.belt)
         return step_changes(*_steps(first, last, bright), self._view.width)
 
     def _blurred(self, light: np.ndarray, ways: tuple[int, int]) -> np.ndarray:
@@ -378,8 +390,8 @@ class _Drawing:
 def _steps(
     left: np.ndarray, right: np.ndarray, bright: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Begin, end and heights of the edges of things from `left` to `right`, (2, M) each."""
-    edges = np.hstack([left, right])
+    """Begin, end and heights of the edges of things from `left` to `right`, (2, T, M) each."""
+    edges = np.concatenate([left, right], axis=-1)
     return edges[0], edges[1], np.concatenate([bright, -bright])
 
 

@@ -33,8 +33,8 @@ def step_changes(begin: np.ndarray, end: np.ndarray, heights: np.ndarray, count:
 
     Parameters
     ----------
-    begin, end : array (E,)
-        Places of the edges when the shutter opens and when it closes, pixels.
+    begin, end : array (T, E)
+        Places of the edges when the shutter opens and when it closes, pixels, in each frame.
     heights : array (E,)
         Heights of the steps.
     count : int
@@ -42,18 +42,21 @@ def step_changes(begin: np.ndarray, end: np.ndarray, heights: np.ndarray, count:
 
     Returns
     -------
-    array (count,)
+    array (T, count)
         The changes; edges before the picture count in its first pixel.
     """
     # Few pixels see an edge: those it passes, and one more on either side.
     first = np.floor(np.minimum(begin, end)).astype(int) - 1
     reach = int(np.ceil(np.abs(end - begin).max(initial=0.0))) + 3
-    pixels = first[:, np.newaxis] + np.arange(reach)
-    seen = _behind(pixels, begin[:, np.newaxis], end[:, np.newaxis]) * heights[:, np.newaxis]
-    changes = seen.copy()
-    changes[:, 1:] -= seen[:, :-1]
+    pixels = first[..., np.newaxis] + np.arange(reach)
+    seen = _behind(pixels, begin[..., np.newaxis], end[..., np.newaxis])
+    changes = np.diff(seen, axis=-1, prepend=0) * heights[:, np.newaxis]
     inside = pixels < count
-    return np.bincount(np.maximum(pixels[inside], 0), changes[inside], minlength=count)
+    frames = len(begin)
+    # Frame after frame in one long row of pixels.
+    places = np.maximum(pixels, 0) + count * np.arange(frames)[:, np.newaxis, np.newaxis]
+    summed = np.bincount(places[inside], changes[inside], minlength=frames * count)
+    return summed.reshape(frames, count)
 
 
 def _behind(pixel: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
