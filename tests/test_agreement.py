@@ -658,13 +658,21 @@ def test_page_draws_no_conclusion_of_its_own(tables, tmp_path):
     assert "nothing speaks against" in sentences[-1]
 
 
+def drawn_from(module, data):
+    """The datasets and tables that a figure uses."""
+    tables = registry.entries()
+    return {
+        name: derived(name, data) if name in tables else data[name] for name in module.ENTRY.uses
+    }
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("module", FIGURES)
 def test_figures_draw_and_repeat(module, tmp_path):
-    data = {name: made_up()[name] for name in module.ENTRY.uses}
+    data, datasets = drawn_from(module, made_up()), list(made_up().values())
     written = []
     for name in ("first", "second"):
-        figure = module.draw(data, style.small_print(list(data.values()), "smoke"))
+        figure = module.draw(data, style.small_print(datasets, "smoke"))
         (tmp_path / name).mkdir()
         style.save(figure, tmp_path / name / "a.png", tmp_path / name / "a.pdf")
         written.append((tmp_path / name / "a.png").read_bytes())
@@ -679,7 +687,7 @@ def test_figures_draw_and_repeat(module, tmp_path):
 def test_few_tolerances_are_drawn_or_missed(tolerances, drawn):
     data = made_up()
     data["pairs_paths_tolerances"] = Dataset(by_tolerance(tolerances), HOW | {"method": "event"})
-    figure = agreement_trajectories.draw(data, "")
+    figure = agreement_trajectories.draw(drawn_from(agreement_trajectories, data), "")
     assert bool(figure.axes[3].lines) == drawn
     assert bool(figure.axes[3].texts) != drawn
 

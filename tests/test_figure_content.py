@@ -33,6 +33,7 @@ from beltrepro.figures.content import content
 from beltrepro.model import ChainParameters
 from beltrepro.model.units import LENGTH_M
 from beltrepro.store import Dataset
+from beltrepro.tables import convergence
 from irregular import motion
 
 FIGURES = registry.entries()
@@ -1370,7 +1371,9 @@ def after(n_events, n, u, size):
 
 def test_trajectories_of_two_integrators():
     tested, reference, tolerances = all_paths()
-    data = pair("agreement_trajectories", tested, reference, tolerances=tolerances)
+    data = pair("agreement_trajectories", tested, reference)
+    others = {"pairs_paths_tolerances": Dataset(tolerances, HOW | {"method": "event"})}
+    data["convergence"] = convergence.derive(data | others)
     figure = shown("agreement_trajectories", **data)
     alt_fits("agreement_trajectories", figure)
     first, second, third, fourth = figure.panels

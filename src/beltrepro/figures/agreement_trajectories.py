@@ -10,7 +10,7 @@ from beltrepro.figures.registry import Entry
 
 ENTRY = Entry(
     title="Trajectories of the two integrators from the same initial states.",
-    uses=("pairs_paths_verlet", "pairs_paths_event", "pairs_paths_tolerances"),
+    uses=("pairs_paths_verlet", "pairs_paths_event", "convergence"),
     words=(
         "a: largest distance of any block between the two runs, median over the runs of a point; "
         "the dotted line marks where we call them parted. b: shift in time of the events that "
@@ -42,20 +42,19 @@ def draw(data, caption):
     same for runs with several tolerances from those with the tightest, against their mean step.
     """
     panels.require(data, ENTRY)
-    tested, reference, tolerances = (
-        divergence.with_steps(data[name].arrays) for name in ENTRY.uses
-    )
-    methods = [data[name].attributes["method"] for name in ENTRY.uses]
-    base = float(reference["time_step"].min())
+    tested, reference = (data[name] for name in ENTRY.uses[:2])
     figure = style.page(caption, 5.4)
     axes = figure.subplots(2, 2).ravel()
     for panel, name in zip(axes, "abcd", strict=True):
         panels.letter(panel, name)
-    _paths(axes[0], axes[1], tested, reference, base)
-    _, errors = agreement.compare_trajectories(tested, reference, reference_step=base)
-    _errors(axes[2], errors, methods[0], _AFTER_TIME_STEPS, order=1)
+    _paths(axes[0], axes[1], tested.arrays, reference.arrays)
+    of_verlet, of_event = (
+        _rows(data["convergence"], varied, side.attributes["method"])
+        for varied, side in (("time_step", tested), ("tolerance", reference))
+    )
     axes[2].set(xlabel="$dt$", ylabel="error")
-    _tolerances(axes[3], agreement.compare_tolerances(tolerances), methods[2])
+    _errors(axes[2], of_verlet, _AFTER_TIME_STEPS, order=1)
+    _tolerances(axes[3], of_event)
     for panel, words in zip(axes, [*["no run has a reference"] * 3, "no tolerances"], strict=True):
         if not panel.lines:
             panels.note(panel, words)
@@ -65,8 +64,15 @@ def draw(data, caption):
     return figure
 
 
-def _paths(left, right, tested, reference, base):
+def _rows(convergence, varied, method):
+    """Errors of a method, with what was varied: rows of the table as dicts."""
+    chosen = (convergence["varied"] == varied) & (convergence["method"] == method)
+    return convergence[chosen].to_dict("records")
+
+
+def _paths(left, right, tested, reference):
     """Separations and shifts of the runs whose time step is nearest to that of the reference."""
+    base = float(reference["time_step"].min())
     steps = np.unique(tested["time_step"])
     nearest = steps[np.argmin(np.abs(steps - base))]
     found = divergence.pairs(
@@ -86,10 +92,10 @@ def _paths(left, right, tested, reference, base):
     right.set(xlabel=f"{panels.TIME} of the event", ylabel="shift of the event", title=words)
 
 
-def _tolerances(axes, errors, method):
+def _tolerances(axes, errors):
     """Errors against the mean step, with the limit below which there is only rounding."""
     axes.set(xlabel="mean step", ylabel="error")
-    _errors(axes, errors, method, _AFTER_LONG_STEPS, order=FORCE_ORDER + 1)
+    _errors(axes, errors, _AFTER_LONG_STEPS, order=FORCE_ORDER + 1)
     if axes.lines:
         tolerances = [row["tolerance"] for row in errors]
         axes.set_xlabel(f"mean step, tolerances {min(tolerances):g} to {max(tolerances):g}")
@@ -115,17 +121,17 @@ def _shifts(axes, members, look):
     axes.semilogy(centre, np.where(middle > 0, middle, np.nan), **look)
 
 
-def _errors(axes, errors, method, after_events, *, order):
+def _errors(axes, errors, after_events, *, order):
     """Errors with the fitted orders, at the point with the most blocks up to 5 and the largest u.
 
-    errors : rows of `agreement.compare_trajectories` or `compare_tolerances`.
+    errors : rows of the table of convergence, of one method.
     order : of the method; that of the grey line below.
     """
     points = {_point(row) for row in errors}
     if not points:
         return
     point = max({point for point in points if point[0] <= 5} or points)
-    axes.set_title(f"{method}, $N = {point[0]}$, $u = {point[1]:g}$")
+    axes.set_title(f"{errors[0]['method']}, $N = {point[0]}$, $u = {point[1]:g}$")
     for index, n_events in enumerate(after_events):
         rows = [row for row in errors if _point(row) == point and row["after_events"] == n_events]
         if rows:
