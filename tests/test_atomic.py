@@ -18,7 +18,6 @@ from beltrepro import store
 from beltrepro.errors import InputError
 from beltrepro.figures import style
 from beltrepro.tables import files
-from matplotlib.figure import Figure
 
 resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
 values = np.random.default_rng(1).random(100_000)
@@ -29,7 +28,7 @@ try:
         table = pd.DataFrame({"values": values})
         files.write(sys.argv[1], table, title="Numbers.", columns={}, sources={})
     else:
-        figure = Figure()
+        figure = style.page("", 3)
         figure.add_subplot().imshow(values[:10000].reshape(100, 100))
         style.save(figure, sys.argv[1], sys.argv[1] + ".pdf")
 except InputError as error:

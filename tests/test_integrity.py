@@ -8,7 +8,6 @@ import shutil
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.figure import Figure
 
 import damages
 from beltrepro import cli, inputs, store, verification
@@ -57,7 +56,7 @@ def folder(tmp_path_factory):
         frame = pd.DataFrame({"n": [1, 2, number]})
         tables.write(made / f"{name}.csv", frame, title="T.", columns={}, sources=about["sources"])
     for number, name in enumerate(("fig12", "zz")):
-        figure = Figure()
+        figure = style.page("", 3)
         figure.add_subplot().plot([0, number + 1])
         source = inputs.source(about)
         style.save(figure, made / f"{name}.png", made / f"{name}.pdf", source)

@@ -24,6 +24,7 @@ from pathlib import Path
 
 import h5py
 from cluster import Cluster, missing
+from PIL import Image
 
 ROOT = Path(__file__).parents[2]
 # Without a database of jobs sacct cannot answer; and one machine has no slow file system.
@@ -131,9 +132,13 @@ def contents(results):
                     found[f"{path.name}:{name}"] = getattr(value, "tobytes", lambda v=value: v)()
 
             file.visititems(keep)
-    for pattern in ("*.csv", "tables/*.csv", "figures/*.png"):
+    for pattern in ("*.csv", "experiment/*.csv"):
         for path in sorted(results.glob(pattern)):
             found[str(path.relative_to(results))] = path.read_bytes()
+    for path in sorted(results.glob("figures/*.png")):
+        # its pixels: the words in a figure name the run, which is another
+        with Image.open(path) as image:
+            found[str(path.relative_to(results))] = image.tobytes()
     return found
 
 

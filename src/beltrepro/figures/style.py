@@ -7,6 +7,9 @@ from pathlib import Path
 
 import matplotlib.style
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_pdf import FigureCanvasPdf
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
@@ -26,6 +29,7 @@ WIDTH = 7.2  # inches
 _PRINT_SIZE = 6.0  # points
 _LINE_HEIGHT = 1.35 * _PRINT_SIZE / 72  # inches
 _LETTERS_PER_INCH = 20  # at the print size
+_CANVASES = {"png": FigureCanvasAgg, "pdf": FigureCanvasPdf, "svg": FigureCanvasSVG}
 _SHEET = ["default", str(Path(__file__).with_name("beltrepro.mplstyle"))]
 
 
@@ -40,9 +44,11 @@ def styled(draw):
     return with_style
 
 
+@styled
 def page(caption, height) -> Figure:
     """Empty figure of full width and the given height in inches, with the caption at the foot."""
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    dpi = matplotlib.rcParams["savefig.dpi"]
+    figure = Figure(figsize=(WIDTH, height), dpi=dpi, layout="constrained")
     width = int(WIDTH * _LETTERS_PER_INCH)
     lines = [part for line in caption.splitlines() for part in textwrap.wrap(line, width)]
     foot = (len(lines) + 0.5) * _LINE_HEIGHT / height if lines else 0.0
@@ -106,9 +112,10 @@ def save(figure, png, pdf, source="", lineage=None) -> None:
     source : what the files say that they are drawn from.  lineage : what made those datasets.
     Both from `beltrepro.inputs`.
     """
-    write(figure, png, Path(png).stem, source, lineage)
-    # The layout stands now; both files have the same one.
+    # Once, so that both files have the same layout.
+    figure.get_layout_engine().execute(figure)
     figure.set_layout_engine("none")
+    write(figure, png, Path(png).stem, source, lineage)
     write(figure, pdf, Path(png).stem, source, lineage)
 
 
@@ -140,8 +147,11 @@ def write(figure, path, title, source="", lineage=None) -> None:
             "Date": None,
         },
     }
+    # `figure.savefig` draws all twice, the first time for the layout.
+    canvas, dpi = _CANVASES[kind](figure), figure.dpi
     with replacing(path) as unfinished:
-        figure.savefig(unfinished, format=kind, metadata=about[kind])
+        getattr(canvas, f"print_{kind}")(unfinished, metadata=about[kind])
+    figure.set_dpi(dpi)  # that of a PDF is 72
 
 
 def _drawn_by():
