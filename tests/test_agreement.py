@@ -12,7 +12,7 @@ from beltrepro import report
 from beltrepro.analysis import agreement, divergence, samples
 from beltrepro.analysis.lifetimes import STICK_SLIP, labels_of
 from beltrepro.analysis.steps import mean_step
-from beltrepro.claims import measure
+from beltrepro.claims.measuring import measure
 from beltrepro.datasets import checking, quantities, running
 from beltrepro.datasets.kinds import KINDS
 from beltrepro.datasets.plan import make_plan

@@ -8,10 +8,10 @@ import pytest
 import yaml
 
 from alternating import experiments
-from beltrepro.claims import estimates, load_ledger, measure
+from beltrepro.claims import estimates, load_ledger
 from beltrepro.claims.criteria import HOLDS, NOT_MEASURED, NOT_TESTABLE, UNDECIDED, bounds
 from beltrepro.claims.entries import KINDS
-from beltrepro.claims.measuring import COLUMNS, ESTIMATE_COLUMNS, SECTIONS
+from beltrepro.claims.measuring import COLUMNS, ESTIMATE_COLUMNS, SECTIONS, measure
 from beltrepro.claims.registry import REGISTRY
 from beltrepro.model import ChainParameters, spring
 from beltrepro.store import Dataset

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from beltrepro import cli
-from beltrepro.claims import measure
+from beltrepro.claims.measuring import measure
 from test_claims import SETTINGS
 
 

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from beltrepro import inputs, scripting
-from beltrepro.claims import measure
+from beltrepro.claims.measuring import measure
 from beltrepro.tables import files
 
 if TYPE_CHECKING:

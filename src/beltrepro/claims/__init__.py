@@ -1,10 +1,9 @@
 """The ledger of the paper's claims, and the code that turns datasets into verdicts.
 
 The files in `ledger/` hold every claim with its criterion. Each claim that can be measured has one
-function in the module of its section, registered under its id; `measure` calls them all.
+function in the module of its section, registered under its id; `measuring.measure` calls them all.
 """
 
 from beltrepro.claims.entries import Claim, load_ledger
-from beltrepro.claims.measuring import COLUMNS, measure
 
-__all__ = ["COLUMNS", "Claim", "load_ledger", "measure"]
+__all__ = ["Claim", "load_ledger"]
