@@ -90,6 +90,18 @@ def test_noise_light_and_drift_are_as_strong_as_asked():
     assert np.nanmean(ratio[:, 320:330]) == pytest.approx(1.0, abs=0.03)
 
 
+def test_a_frame_does_not_depend_on_those_that_are_drawn_with_it():
+    movement = swaying(6.0)
+    camera = Camera(**IDEAL | {"exposure": 0.02, "blur": 0.8}, metres_per_pixel=0.0015)
+    together = [frame.picture for frame in pictures(movement, camera=camera)]
+    assert len(together) == len(movement.time_s)
+    for index in (0, 63, 64, 65, 100, 143):  # 64 frames are drawn in one go
+        one = slice(index, index + 1)
+        alone = Movement(movement.time_s[one], movement.x_m[one], movement.v_m_s[one])
+        (frame,) = pictures(alone, camera=camera)
+        np.testing.assert_array_equal(together[index], frame.picture)
+
+
 def test_the_film_has_the_instants_of_the_samples_and_gaps_where_frames_are_dropped(tmp_path):
     path = tmp_path / "film.mp4"
     count = film(swaying(4.0), path, camera=Camera(dropped=0.2, width=320, height=64))

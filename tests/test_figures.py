@@ -453,6 +453,14 @@ def test_a_good_entry_is_read(tmp_path):
 # --- parts ----------------------------------------------------------------------------------------
 
 
+def test_a_figure_can_be_written_again_in_any_format(tmp_path):
+    figure = draw("fig06", {})
+    png, _ = written(figure, tmp_path / "first")
+    for name in ("again.pdf", "again.svg", "again.png"):
+        style.write(figure, tmp_path / name, "figure")
+    assert (tmp_path / "again.png").read_bytes() == png.read_bytes()
+
+
 def test_own_style_whatever_the_settings(tmp_path):
     png, pdf = written(draw("fig06", {}), tmp_path / "plain")
     with matplotlib.rc_context({"font.size": 20, "savefig.dpi": 50, "lines.linewidth": 5}):
