@@ -80,6 +80,7 @@ def test_the_camera_of_the_command_is_the_camera():
         (["--block-length=0"], "block_length = 0"),
         (["--mark-spacing=nan"], "mark_spacing"),
         (["--first-mark=inf"], "first_mark"),
+        (["--first-mark=10"], "first_mark = 10: must be from -5 to 5, in metres"),
         (["--output=/no/such/folder/a.csv"], "folder does not exist"),
     ],
 )

@@ -267,7 +267,7 @@ def _scale(
         raise InputError(
             f"{name}: no tape measure with a mark every {100 * scene.mark_spacing:g} cm found: if "
             f"the white block is a rectangle of {size[0]:.0f} x {size[1]:.0f} pixels, give the "
-            f"scale, {1 / guesses[0]:.3g} m per pixel; if not, film a white block and a tape"
+            f"scale, about {1 / guesses[0]:.2g} m per pixel; if not, film a white block and a tape"
         )
     best = max(found, key=lambda measure: measure.clearness)
     return best, scene.mark_spacing / best.spacing
