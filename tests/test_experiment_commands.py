@@ -80,6 +80,7 @@ def test_the_camera_of_the_command_is_the_camera():
         (["--block-length=0"], "block_length = 0"),
         (["--mark-spacing=nan"], "mark_spacing"),
         (["--first-mark=inf"], "first_mark"),
+        (["--first-mark=10"], "first_mark = 10: must be from -5 to 5, in metres"),
         (["--output=/no/such/folder/a.csv"], "folder does not exist"),
     ],
 )
@@ -133,6 +134,11 @@ ROWS = "".join(f"{each / 24},{0.8 + 0.01 * (each % 9)},1e-4\n" for each in range
         (HEADER + ROWS.replace(",0.8", ",-0.8"), "measured from the support"),
         (bytes(range(256)), "not a text file"),
         ("time_s,x_m\n\0\0\0", "not a number|values"),
+        ("t;x\n0;1\n", "lacks the column time_s, x_m; its first line is 't;x'"),
+        ("time_s,x_m,x_m\n0,1,2\n", "2 columns x_m"),
+        (HEADER + ROWS + '9,"0,9",1e-4\n', "x_m: '0,9' is not a number"),
+        (HEADER + ROWS + "1e9,0.9,1e-4\n", "row 61 is 1e+09 s later than in the row before"),
+        ((HEADER + "größe\n").encode("latin-1"), "not a text file in UTF-8"),
     ],
 )
 def test_a_wrong_table_is_refused_in_a_line(tmp_path, capsys, text, words):
@@ -145,12 +151,41 @@ def test_a_wrong_table_is_refused_in_a_line(tmp_path, capsys, text, words):
     assert err.startswith("error: ") and err.count("\n") == 1
 
 
+def german(text):
+    """As a spreadsheet with decimal commas writes it."""
+    return "\ufeff" + text.replace(",", ";").replace(".", ",").replace("\n", "\r\n")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        german(HEADER + ROWS),
+        (HEADER + ROWS).replace(",", ";"),
+        (HEADER + ROWS).replace(",", "\t"),
+        (HEADER + ROWS).replace("time_s,x_m", "Time_s, X_m"),
+        HEADER + ROWS.replace("1e-4", "") + ",,\n,,\n",
+        (HEADER + ROWS).replace("error_m", "note").replace("1e-4", "a hand"),
+        '"# {""angle"": 0,7";""\n' + german(HEADER + ROWS)[1:],
+    ],
+    ids=["German", "semicolons", "tabs", "capitals", "no errors", "words", "quoted remark"],
+)
+def test_a_table_of_a_spreadsheet_is_read(tmp_path, text):
+    (tmp_path / "plain.csv").write_text(HEADER + ROWS)
+    (tmp_path / "other.csv").write_text(text, newline="")
+    plain, other = Track.load(tmp_path / "plain.csv"), Track.load(tmp_path / "other.csv")
+    assert (other.time_s.tolist(), other.x_m.tolist()) == (
+        plain.time_s.tolist(),
+        plain.x_m.tolist(),
+    )
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
         (["--transient=-1"], "transient"),
         (["--transient=500"], "0 samples"),
         (["--window=0"], "window"),
+        (["--window=0.1"], "window = 0.1: it must hold 3 samples or more"),
         (["--quiet=nan"], "quiet"),
         (["--output=figure.mp3"], "must end in .png"),
         (["--output=/no/such/folder/a.png"], "folder does not exist"),

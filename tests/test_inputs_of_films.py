@@ -399,7 +399,7 @@ def table(time_s=TIMES, x_m=PLACES, header="time_s,x_m"):
         (table(x_m=[-0.1, *PLACES[1:]]), "measured from the support"),
         (table(x_m=100 * PLACES), "become metres"),
         (table(x_m=1000 * PLACES), "become metres"),
-        (table().replace(",", ";"), "lacks the column"),
+        (table().replace(",", " "), "lacks the column"),
         (b"\x89PNG\r\n\xff\xfe", "not a text file"),
     ],
 )

@@ -216,6 +216,35 @@ def test_a_track_is_kept_in_a_table(tmp_path):
     assert (plain.x_m.tolist(), plain.time_s.tolist()) == ([0.5, 0.6], [0, 0.1])
 
 
+def test_a_glare_that_the_block_passes_is_not_taken_for_a_spring(tmp_path):
+    movement, camera = swaying(8.0), Camera(metres_per_pixel=0.0012)
+    scene = Scene(white_block=200)
+    film(movement, tmp_path / "film.mp4", scene=scene, camera=camera)
+    frames = list(read_video(tmp_path / "film.mp4"))
+    view = View.of(movement, scene, camera)
+    spot = round(view.left + 0.56 / view.metres_per_pixel), frames[0].picture.shape[0] // 2 - 10
+    for _, picture in frames:
+        cv2.circle(picture, spot, 12, 255, -1)
+    write_video(tmp_path / "glare.mp4", frames, frames_per_second=24)
+    found = track(tmp_path / "glare.mp4")
+    error = errors(found, movement.time_s, movement.x_m[:, -1], view.metres_per_pixel)
+    assert len(found.time_s) > 0.6 * len(frames)
+    assert np.median(np.abs(error)) < 0.2
+
+
+@pytest.mark.parametrize("spacing", [0.0127, 0.0085])
+def test_a_tape_with_marks_at_another_distance_is_told(tmp_path, spacing):
+    movement, scene = swaying(0.6), Scene(mark_spacing=spacing)
+    film(movement, tmp_path / "film.mp4", scene=scene)
+    with pytest.raises(
+        InputError, match=r"the white block has .* cm, and not 4 x 8: .*--mark-spac"
+    ):
+        track(tmp_path / "film.mp4")
+    found = track(tmp_path / "film.mp4", scene=scene)
+    scale = View.of(movement, scene, Camera()).metres_per_pixel
+    assert rms(errors(found, movement.time_s, movement.x_m[:, -1], scale)) < 0.3
+
+
 # --- what is no film of the experiment ------------------------------------------------------------
 
 

@@ -36,6 +36,7 @@ attributes. In Python: beltrepro.Run.load(FILE).
 
 
 _FILM = 20.0  # seconds of a film, if nothing else is said
+_LEAST_IN_WINDOW = 3  # samples that tell an amplitude
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -417,6 +418,11 @@ def _analyse(options: argparse.Namespace) -> int:
         )
     except NotEnoughDataError as error:
         raise InputError(f"{options.recording}: {error}") from None
+    if options.window < _LEAST_IN_WINDOW * found.interval_s:
+        raise InputError(
+            f"window = {options.window:g}: it must hold {_LEAST_IN_WINDOW} samples or more, and "
+            f"{options.recording} has one every {found.interval_s:.3g} s"
+        )
     if options.output:
         from beltrepro.figures.recording import save
 

@@ -16,6 +16,9 @@ from beltrepro.experiment.white_block import Place, Region
 SUPPORTS = ("left", "right", "auto")
 # Things narrower than so many pixels across the belt are wiped off to free the block of them.
 _OPENINGS = (0, 6, 12, 24, 48)
+# Size of the block in the picture over the one that the scale leads to expect, and by how many
+# pixels edges change it. Its top is nearer to the camera than the tape, so it may look larger.
+_SMALLER, _LARGER, _EDGES = 0.88, 1.15, 1.0
 # A spring varies across the belt by so much more than the bare belt beyond the block, and by so
 # many levels of brightness more.
 _SPRING_FACTOR, _SPRING_LEVELS = 2.0, 0.5
@@ -95,6 +98,7 @@ class Survey:
         measure, scale = _scale(mean, angle, regions, scene, metres_per_pixel, name)
         blocks = _one_each(pictures, regions, angle, scale, scene, name)
         along, across = scene.block_length / scale, scene.block_width / scale
+        _check_size(blocks, scale, scene, name)
         towards = {"left": 1, "right": -1}.get(support) or _side(
             pictures, blocks, angle, (along, across), name
         )
@@ -103,7 +107,8 @@ class Survey:
         if measure and not measure.begins and first_mark is None:
             raise InputError(
                 f"{name}: the tape measure goes on beyond the {_edge(towards)} edge of the "
-                f"picture: give what it reads at the first mark there, --first-mark in metres"
+                f"picture, where the chain is held: give what it reads at the first mark there, "
+                f"--first-mark in metres; or --support {_edge(-towards)}, if it is held there"
             )
         height, width = mean.shape
         return cls(
@@ -152,6 +157,21 @@ class Survey:
         return float(np.cos(direction) * x + np.sin(direction) * y)
 
 
+def _check_size(blocks: list[Region | None], scale: float, scene: Scene, name: str) -> None:
+    """Refuse a scale at which the block has another size: of a tape with other marks, mostly."""
+    sides = np.median([(each.along, each.across) for each in blocks if each], axis=0)
+    told = np.array([scene.block_length, scene.block_width])
+    seen, expected = np.sqrt(sides.prod()), np.sqrt(told.prod()) / scale
+    if not _SMALLER * expected - _EDGES < seen < _LARGER * expected + _EDGES:
+        length, width = 100 * scale * sides
+        raise InputError(
+            f"{name}: at {scale:.3g} m per pixel the white block has {length:.1f} x {width:.1f} "
+            f"cm, and not {100 * told[0]:g} x {100 * told[1]:g}: give the distance of the marks, "
+            f"--mark-spacing, or the sizes of the block, --block-length and --block-width, in "
+            f"metres"
+        )
+
+
 def _edge(towards: int) -> str:
     """Side of the picture where the chain is held."""
     return "left" if towards == 1 else "right"
@@ -167,12 +187,20 @@ def _side(
     """1 if the chain extends to the right, -1 if to the left: the white block is the last one."""
     along, across = sides
     half, rows = int(np.ceil(1.5 * along)), max(2, int(0.45 * across))
-    pairs = zip(pictures, blocks, strict=True)
-    # Pictures of the block and its surroundings are laid over each other. The spring stays where it
-    # is, and whatever moves otherwise fades.
-    mean = np.mean([_around(each, at, angle, half, rows) for each, at in pairs if at], axis=0)
     beside = max(2, int(0.4 * along))  # columns; between them and the block there may be a rim
-    left, right = (float(part.mean(axis=1).std()) for part in (mean[:, :beside], mean[:, -beside:]))
+    # Pictures of the block and its surroundings are laid over each other. The spring stays where it
+    # is. What moves otherwise, as a glare that the block passes, is there in fewer than half.
+    around = np.stack(
+        [
+            _around(each, at, angle, half, rows)
+            for each, at in zip(pictures, blocks, strict=True)
+            if at
+        ]
+    )
+    left, right = (
+        float(np.median(part.mean(axis=2), axis=0).std())
+        for part in (around[:, :, :beside], around[:, :, -beside:])
+    )
     for here, there, towards in ((left, right, 1), (right, left, -1)):
         if here > _SPRING_FACTOR * there + _SPRING_LEVELS:
             return towards
@@ -239,7 +267,7 @@ def _scale(
         raise InputError(
             f"{name}: no tape measure with a mark every {100 * scene.mark_spacing:g} cm found: if "
             f"the white block is a rectangle of {size[0]:.0f} x {size[1]:.0f} pixels, give the "
-            f"scale, {1 / guesses[0]:.3g} m per pixel; if not, film a white block and a tape"
+            f"scale, about {1 / guesses[0]:.2g} m per pixel; if not, film a white block and a tape"
         )
     best = max(found, key=lambda measure: measure.clearness)
     return best, scene.mark_spacing / best.spacing

@@ -27,6 +27,7 @@ SPRING = 0.3  # share of the block: what is narrower across the belt is wiped of
 _FASTEST = 3.0  # m/s that the block never reaches
 _LEAST_FRAMES = 2
 _SCALES = (1e-6, 0.1)  # metres per pixel that a camera above a treadmill can have
+_FIRST_MARK = 5.0  # metres: no tape beside a chain reads more where the picture begins
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,14 +149,15 @@ def track(
     Raises
     ------
     InputError
-        The file is no video; no white block, more than one, or no tape measure is found; or it
-        cannot be told where the support or the zero of the tape is.
+        The file is no video; no white block, more than one, or no tape measure is found; the block
+        has another size by the scale; or it cannot be told where the support or the zero of the
+        tape is.
     """
     scene = scene or Scene()
     if metres_per_pixel is not None:
         _check_scale(metres_per_pixel)
     if first_mark is not None:
-        checks.finite_number("first_mark", first_mark)
+        _check_first_mark(first_mark)
     if support not in SUPPORTS:
         raise InputError(f"support = {support!r}: allowed are {', '.join(SUPPORTS)}")
     beginning = itertools.islice(read_video(video), 0, _SURVEY, _EVERY)
@@ -267,3 +269,9 @@ def _check_scale(value: float) -> None:
     if not _SCALES[0] <= checks.positive("metres_per_pixel", value) <= _SCALES[1]:
         low, high = _SCALES
         raise InputError(f"metres_per_pixel = {value:g}: must be from {low:g} to {high:g}")
+
+
+def _check_first_mark(value: float) -> None:
+    if abs(checks.finite_number("first_mark", value)) > _FIRST_MARK:
+        low, high = -_FIRST_MARK, _FIRST_MARK
+        raise InputError(f"first_mark = {value:g}: must be from {low:g} to {high:g}, in metres")
