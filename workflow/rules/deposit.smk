@@ -22,7 +22,7 @@ rule crate:
     params:
         told=told_crate,
         commit=lambda wildcards: provenance.code_version(),
-        code=code_hash("beltrepro.deposit"),
+        code=code_hash("beltrepro.deposit", script="crate.py"),
     message:
         "Describing the run as an RO-Crate"
     script:
@@ -49,7 +49,7 @@ rule archive:
     params:
         told=told_crate,
         commit=lambda wildcards: provenance.code_version(),
-        code=code_hash("beltrepro.deposit"),
+        code=code_hash("beltrepro.deposit", script="archive.py"),
     message:
         "Packing the archive"
     script:
