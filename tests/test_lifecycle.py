@@ -1,5 +1,6 @@
 """Runs that begin side by side, are stopped or are killed, and the jobs that they leave."""
 
+import errno
 import logging
 import os
 import signal
@@ -87,6 +88,27 @@ def test_a_folder_that_cannot_be_written_is_one_line(tmp_path):
     (tmp_path / "a").touch()
     with pytest.raises(InputError, match=r"a: cannot be written \(File exists\)"):
         lifecycle.begin(tmp_path / "a")
+
+
+def test_looking_at_a_folder_that_cannot_be_locked_is_no_error(tmp_path):
+    """A dry run may look where nothing can be written; `begin` says what is wrong."""
+    (tmp_path / "file").touch()
+    (tmp_path / "folder" / lifecycle.LOCK).mkdir(parents=True)
+    for name in ("file", "folder", "n" * 300):
+        assert not lifecycle.is_locked(tmp_path / name)
+        with pytest.raises(InputError, match="cannot be written"):
+            lifecycle.begin(tmp_path / name)
+
+
+def test_a_file_system_without_locks_is_one_line(tmp_path, monkeypatch):
+    def refuse(descriptor, operation):
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    lifecycle.begin(tmp_path / "a")
+    monkeypatch.setattr("fcntl.flock", refuse)
+    assert not lifecycle.is_locked(tmp_path / "a")
+    with pytest.raises(InputError, match=r"b: its file system has no locks \(No locks available\)"):
+        lifecycle.begin(tmp_path / "b")
 
 
 def test_looking_locks_nothing(tmp_path):

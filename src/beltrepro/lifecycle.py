@@ -41,16 +41,16 @@ def is_locked(results: Path) -> bool:
     Returns
     -------
     bool
-        True if another process holds its lock.
+        True if another process holds its lock; False also where nobody can, which `begin` says.
     """
     try:
-        descriptor = os.open(results / LOCK, os.O_RDWR)
-    except FileNotFoundError:
+        descriptor = os.open(results / LOCK, os.O_RDONLY)  # results may be there to be read only
+    except OSError:
         return False
     try:
         fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
+    except OSError as error:
+        return isinstance(error, BlockingIOError)
     finally:
         os.close(descriptor)
     return False
@@ -69,14 +69,18 @@ def begin(results: Path, was_locked: bool = False) -> None:
     Raises
     ------
     InputError
-        Another run is at work there, or nothing can be written.
+        Another run is at work there, or nothing can be written or locked.
     """
     try:
         results.mkdir(parents=True, exist_ok=True)
         descriptor = os.open(results / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
     except OSError as error:
         raise InputError(f"{results}: cannot be written ({error.strerror})") from None
-    if was_locked or not _lock(descriptor):
+    try:
+        is_free = not was_locked and _lock(descriptor)
+    except OSError as error:
+        raise InputError(f"{results}: its file system has no locks ({error.strerror})") from None
+    if not is_free:
         os.close(descriptor)
         raise InputError(
             f"{results}: another run is at work there; wait for its end or give this one a name: "
