@@ -319,6 +319,26 @@ def test_touched_file_without_a_change_reruns_nothing(finished):
 
 
 @pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("name", "rule"),
+    [
+        ("datasets/u1.h5", "join"),
+        ("agreement.csv-metadata.json", "derive"),
+        ("estimates.csv", "claims"),
+        ("figures/fig09.pdf", "draw"),
+    ],
+)
+def test_what_is_deleted_by_hand_is_made_again(finished, name, rule):
+    path = finished / "results" / "smoke" / name
+    path.rename(finished / "gone")
+    try:
+        count = jobs(snakemake(finished, "--dry-run"))
+        assert count[rule] == 1 and "simulate" not in count
+    finally:
+        (finished / "gone").rename(path)
+
+
+@pytest.mark.thorough
 def test_touched_script_reruns_its_rule_and_simulates_nothing(finished):
     scripts = [f"../../workflow/scripts/{name}.py" for name in ("simulate", "join", "claims")]
     dry_run = after_touching(finished, *scripts)

@@ -93,11 +93,12 @@ def table_of(wildcards):
 
 
 def everything():
-    """What the target `all` makes."""
+    """What the target `all` makes: all that is compared and published, so that none stays missing."""
     return [
+        *dataset_files(),
         *drawn("png", "pdf"),
-        *map(file_of, TABLES),
-        "<results>/claims.csv",
+        *(path for name in TABLES for path in with_metadata(name)),
+        *claims_files(),
         "<results>/report.html",
         "<results>/article.pdf",
     ]
@@ -210,13 +211,17 @@ def records():
     for name, entry in FIGURES.items():
         outputs = [f"<results>/figures/{name}.{kind}" for kind in ("png", "pdf")]
         yield "draw", f"figures/{name}", list(map(file_of, entry.uses)), outputs
-    claims = [f"<results>/{name}.csv" for name in ("claims", "estimates")]
-    described = [*claims, *(f"{path}-metadata.json" for path in claims)]
-    yield "claims", "claims", dataset_files(), described
+    claims = [path for path in claims_files() if path.endswith(".csv")]
+    yield "claims", "claims", dataset_files(), claims_files()
     shown = [*dataset_files(), *map(file_of, TABLES), *claims, *drawn("png")]
     yield "report", "report", shown, ["<results>/report.html"]
     told = [*claims, f"{claims[0]}-metadata.json", "CITATION.cff", *drawn("png")]
     yield "article", "article", told, ["<results>/article.pdf"]
+
+
+def claims_files():
+    tables = [f"<results>/{name}.csv" for name in ("claims", "estimates")]
+    return [*tables, *(f"{path}-metadata.json" for path in tables)]
 
 
 def with_metadata(table):

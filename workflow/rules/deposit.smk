@@ -4,7 +4,6 @@
 rule crate:
     "The results as an RO-Crate: what each job read and wrote, with the sources."
     input:
-        dataset_files(),
         everything(),
     output:
         "<results>/ro-crate-metadata.json",
@@ -32,7 +31,6 @@ rule crate:
 rule archive:
     "One ZIP file for a data repository: sources, datasets, figures, report, checksums."
     input:
-        dataset_files(),
         everything(),
     output:
         f"<results>/beltrepro-{PLAN.run}.zip",
