@@ -90,6 +90,18 @@ def test_a_folder_that_cannot_be_written_is_one_line(tmp_path):
         lifecycle.begin(tmp_path / "a")
 
 
+@pytest.mark.parametrize("name", lifecycle.FOLDERS)
+def test_a_file_in_place_of_a_folder_is_one_line(tmp_path, name, monkeypatch):
+    (tmp_path / name).touch()
+    with pytest.raises(InputError, match=rf"/{name}: cannot be written \(Not a directory\)"):
+        lifecycle.begin(tmp_path)
+    (tmp_path / name).unlink()
+    (tmp_path / name).mkdir()
+    monkeypatch.setattr("os.access", lambda path, mode: False)  # root may write everywhere
+    with pytest.raises(InputError, match=rf"/{name}: cannot be written \(Permission denied\)"):
+        lifecycle.begin(tmp_path)
+
+
 def test_looking_at_a_folder_that_cannot_be_locked_is_no_error(tmp_path):
     """A dry run may look where nothing can be written; `begin` says what is wrong."""
     (tmp_path / "file").touch()

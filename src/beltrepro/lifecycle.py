@@ -5,6 +5,7 @@ its results ends with its process. So to stop means to end at once, and to go on
 same command again.
 """
 
+import errno
 import fcntl
 import logging
 import os
@@ -20,6 +21,7 @@ from beltrepro import atomic
 from beltrepro.errors import InputError
 
 LOCK = ".lock"
+FOLDERS = ("batches", "benchmarks", "datasets", "experiment", "figures", "logs", "tables")
 PARENT = "BELTREPRO_PARENT"  # environment of jobs: process that they must not outlive
 STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 # What Snakemake starts jobs with: Ctrl-C goes to Snakemake alone, which ends them.
@@ -74,8 +76,9 @@ def begin(results: Path, was_locked: bool = False) -> None:
     try:
         results.mkdir(parents=True, exist_ok=True)
         descriptor = os.open(results / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
+        _look_at_folders(results)
     except OSError as error:
-        raise InputError(f"{results}: cannot be written ({error.strerror})") from None
+        raise InputError(f"{error.filename}: cannot be written ({error.strerror})") from None
     try:
         is_free = not was_locked and _lock(descriptor)
     except OSError as error:
@@ -88,6 +91,17 @@ def begin(results: Path, was_locked: bool = False) -> None:
         )
     _held[results] = descriptor  # open as long as the process lives
     atomic.clear(results)
+
+
+def _look_at_folders(results: Path) -> None:
+    """Refuse what would end Snakemake with a traceback: files in their place, or no permission."""
+    for path in (results / name for name in FOLDERS):
+        if not path.exists():
+            continue
+        if not path.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), path)
+        if not os.access(path, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
 
 
 def _lock(descriptor: int) -> bool:
