@@ -102,6 +102,19 @@ def test_a_file_in_place_of_a_folder_is_one_line(tmp_path, name, monkeypatch):
         lifecycle.begin(tmp_path)
 
 
+def test_no_file_stays_from_the_future(tmp_path):
+    """As after a wrong clock: Snakemake would delete what it makes from them."""
+    now = time.time()
+    for name, ahead in (("late", 1e6), ("near", 5.0), ("old", -1e6)):
+        (tmp_path / name).touch()
+        os.utime(tmp_path / name, (now + ahead, now + ahead))
+    lifecycle.begin(tmp_path)
+    times = {name: (tmp_path / name).stat().st_mtime - now for name in ("late", "near", "old")}
+    assert 0 <= times["late"] <= time.time() - now + 1
+    assert times["near"] == pytest.approx(5, abs=0.1)
+    assert times["old"] == pytest.approx(-1e6, abs=0.1)
+
+
 def test_looking_at_a_folder_that_cannot_be_locked_is_no_error(tmp_path):
     """A dry run may look where nothing can be written; `begin` says what is wrong."""
     (tmp_path / "file").touch()

@@ -14,6 +14,7 @@ import signal
 import sys
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -27,6 +28,7 @@ STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 # What Snakemake starts jobs with: Ctrl-C goes to Snakemake alone, which ends them.
 JOB_PREFIX = "set -euo pipefail; trap '' INT; "
 _PATIENCE = 0.5  # seconds, for another process that only looks whether a folder is locked
+_SKEW = 60.0  # seconds by which clocks of machines may differ
 _GRACE = 3.0  # seconds that jobs have to end
 
 _held: dict[Path, int] = {}
@@ -59,7 +61,9 @@ def is_locked(results: Path) -> bool:
 
 
 def begin(results: Path, was_locked: bool = False) -> None:
-    """Take a folder of results for this process until it ends, and clear it of unfinished files.
+    """Take a folder of results for this process until it ends, and put it in order.
+
+    Unfinished files are removed, and no file stays from the future.
 
     Parameters
     ----------
@@ -91,6 +95,19 @@ def begin(results: Path, was_locked: bool = False) -> None:
         )
     _held[results] = descriptor  # open as long as the process lives
     atomic.clear(results)
+    _bring_back(results)
+
+
+def _bring_back(results: Path) -> None:
+    """Give files from the future, made by a wrong clock, the time of now.
+
+    Snakemake fails when what it makes is older than what it is made from, and deletes it.
+    """
+    now = time.time()
+    for path in results.rglob("*"):
+        if path.is_file() and path.stat().st_mtime > now + _SKEW:
+            with suppress(PermissionError):  # of another user, in a folder that several share
+                os.utime(path, (now, now))
 
 
 def _look_at_folders(results: Path) -> None:
