@@ -458,10 +458,13 @@ def test_a_dataset_has_not_too_many_points():
         ("presets.own.run=x", """--config 'presets={"own": {"run": "x"}}'"""),
         ("=3", "'' is no name of a setting"),
         ("1=2", "'1' is no name of a setting"),
+        ("run=2026_11_22", "is read as the number 20261122; a name with a letter is needed"),
+        ("run=1.10", "is read as the number 1.1;"),
+        ("run=01", "is read as the number 1;"),
     ],
 )
 def test_settings_that_snakemake_cannot_read(entry, words):
-    snakemake_call.check_settings(["preset=smoke", "run="])
+    snakemake_call.check_settings(["preset=smoke", "run=", "run=f06", "run=6", "run=0.6"])
     with pytest.raises(InputError) as caught:
         snakemake_call.check_settings(["preset=smoke", entry])
     line(caught.value, entry, words)

@@ -401,6 +401,7 @@ def test_a_setting_of_another_kind_is_refused():
         ("seed", -1, "seed = -1: must be at least 0"),
         ("method", "verlett", "did you mean 'verlet'"),
         ("run", "smoke", "run = 'smoke': is the name of another preset"),
+        ("run", "r" * 101, "run has 101 characters: allowed are 100"),
         ("run", "../f06", "must begin with a letter or digit"),
         ("run", "a b", "must begin with a letter or digit"),
         ("model.friction_ratio", 1.5, "must be less than 1"),

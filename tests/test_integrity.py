@@ -264,7 +264,21 @@ def test_a_missing_table_is_named(results):
     assert compare()["t"].words.endswith("table t is missing")
 
 
-@pytest.mark.parametrize("content", [None, "", "{"])
+def test_damaged_tables_are_named(results):
+    folder, compare = results
+    (folder / "claims.csv").write_bytes(b"")
+    assert "claims.csv: not a table of claims" in compare()["claims"].words
+    with pytest.raises(InputError, match=r"claims\.csv: not a table of claims"):
+        verification.make_list(folder)
+    (folder / "tables" / "t.csv").unlink()
+    (folder / "tables" / "t.csv").mkdir()
+    assert "t.csv: cannot be read (Is a directory); to make" in compare()["t"].words
+
+
+EMPTY_ENTRY = '{"preset": "a", "run": "a", "machine": {}, "tables": {}, "datasets": {"a": {}}}'
+
+
+@pytest.mark.parametrize("content", [None, "", "{", "{}", "[]", EMPTY_ENTRY])
 def test_an_unreadable_list_is_one_line(tmp_path, content, capsys):
     if content is not None:
         (tmp_path / "l.json").write_text(content)

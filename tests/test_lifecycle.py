@@ -1,5 +1,6 @@
 """Runs that begin side by side, are stopped or are killed, and the jobs that they leave."""
 
+import errno
 import logging
 import os
 import signal
@@ -87,6 +88,52 @@ def test_a_folder_that_cannot_be_written_is_one_line(tmp_path):
     (tmp_path / "a").touch()
     with pytest.raises(InputError, match=r"a: cannot be written \(File exists\)"):
         lifecycle.begin(tmp_path / "a")
+
+
+@pytest.mark.parametrize("name", lifecycle.FOLDERS)
+def test_a_file_in_place_of_a_folder_is_one_line(tmp_path, name, monkeypatch):
+    (tmp_path / name).touch()
+    with pytest.raises(InputError, match=rf"/{name}: cannot be written \(Not a directory\)"):
+        lifecycle.begin(tmp_path)
+    (tmp_path / name).unlink()
+    (tmp_path / name).mkdir()
+    monkeypatch.setattr("os.access", lambda path, mode: False)  # root may write everywhere
+    with pytest.raises(InputError, match=rf"/{name}: cannot be written \(Permission denied\)"):
+        lifecycle.begin(tmp_path)
+
+
+def test_no_file_stays_from_the_future(tmp_path):
+    """As after a wrong clock: Snakemake would delete what it makes from them."""
+    now = time.time()
+    for name, ahead in (("late", 1e6), ("near", 5.0), ("old", -1e6)):
+        (tmp_path / name).touch()
+        os.utime(tmp_path / name, (now + ahead, now + ahead))
+    lifecycle.begin(tmp_path)
+    times = {name: (tmp_path / name).stat().st_mtime - now for name in ("late", "near", "old")}
+    assert 0 <= times["late"] <= time.time() - now + 1
+    assert times["near"] == pytest.approx(5, abs=0.1)
+    assert times["old"] == pytest.approx(-1e6, abs=0.1)
+
+
+def test_looking_at_a_folder_that_cannot_be_locked_is_no_error(tmp_path):
+    """A dry run may look where nothing can be written; `begin` says what is wrong."""
+    (tmp_path / "file").touch()
+    (tmp_path / "folder" / lifecycle.LOCK).mkdir(parents=True)
+    for name in ("file", "folder", "n" * 300):
+        assert not lifecycle.is_locked(tmp_path / name)
+        with pytest.raises(InputError, match="cannot be written"):
+            lifecycle.begin(tmp_path / name)
+
+
+def test_a_file_system_without_locks_is_one_line(tmp_path, monkeypatch):
+    def refuse(descriptor, operation):
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    lifecycle.begin(tmp_path / "a")
+    monkeypatch.setattr("fcntl.flock", refuse)
+    assert not lifecycle.is_locked(tmp_path / "a")
+    with pytest.raises(InputError, match=r"b: its file system has no locks \(No locks available\)"):
+        lifecycle.begin(tmp_path / "b")
 
 
 def test_looking_locks_nothing(tmp_path):

@@ -327,6 +327,17 @@ def test_code_hash_changes_with_what_it_covers_and_nothing_else(package, touched
     assert {name for name in before if before[name] != after[name]} == reruns
 
 
+def test_code_hash_of_a_script_changes_with_its_text(package, tmp_path):
+    module, script = "beltrepro.figures.one", tmp_path / "draw.py"
+    script.write_text("1")
+    before = provenance.code_hash(module, script=script, root=package)
+    assert before != provenance.code_hash(module, root=package)
+    script.touch()
+    assert before == provenance.code_hash(module, script=script, root=package)
+    script.write_text("2")
+    assert before != provenance.code_hash(module, script=script, root=package)
+
+
 def test_caches_do_not_count_as_code(package):
     before = provenance.code_hash("beltrepro.figures.one", root=package)
     cache = package / "figures" / "__pycache__" / "one.pyc"

@@ -310,8 +310,44 @@ def test_touched_camera_films_again_and_touched_sampling_times_again(finished):
 
 @pytest.mark.thorough
 def test_touched_file_without_a_change_reruns_nothing(finished):
-    (finished / "src/beltrepro/engine/verlet.py").touch()
+    """As after a checkout: all files of the project but the results are younger than these."""
+    for folder in ("src", "workflow"):
+        for path in (finished / folder).rglob("*.*"):
+            path.touch()
+    (finished / "config.yaml").touch()
     assert jobs(snakemake(finished, "--dry-run", "all", "timing")) == {}
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("name", "rule"),
+    [
+        ("datasets/u1.h5", "join"),
+        ("agreement.csv-metadata.json", "derive"),
+        ("estimates.csv", "claims"),
+        ("figures/fig09.pdf", "draw"),
+    ],
+)
+def test_what_is_deleted_by_hand_is_made_again(finished, name, rule):
+    path = finished / "results" / "smoke" / name
+    path.rename(finished / "gone")
+    try:
+        count = jobs(snakemake(finished, "--dry-run"))
+        assert count[rule] == 1 and "simulate" not in count
+    finally:
+        (finished / "gone").rename(path)
+
+
+@pytest.mark.thorough
+def test_touched_script_reruns_its_rule_and_simulates_nothing(finished):
+    scripts = [f"../../workflow/scripts/{name}.py" for name in ("simulate", "join", "claims")]
+    dry_run = after_touching(finished, *scripts)
+    assert jobs(dry_run) == {"claims": 1, "report": 1, "article": 1, "all": 1}
+    scripts = [f"../../workflow/scripts/{name}.py" for name in ("track", "timing", "figure")]
+    count = jobs(after_touching(finished, *scripts, targets=("all", "timing")))
+    assert (count["track"], count["timing"]) == (len(smoke_plan().films), 1)
+    assert count["draw"] == len(FIGURES)
+    assert {"simulate", "join", "film"}.isdisjoint(count)
 
 
 def test_integrator_of_one_dataset_does_not_depend_on_the_other():

@@ -455,6 +455,8 @@ def _verify(options: argparse.Namespace) -> int:
         count = verification.write_list(path, options.results)
         print(f"{path}: {count} datasets")
         return 0
+    if not options.results.is_dir():
+        raise InputError(f"{options.results}: no such folder")
     found = list(verification.compare(options.results, verification.read_list(path)))
     wrong = [each for each in found if each.outcome == verification.WRONG]
     for each in wrong:

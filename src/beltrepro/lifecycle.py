@@ -5,6 +5,7 @@ its results ends with its process. So to stop means to end at once, and to go on
 same command again.
 """
 
+import errno
 import fcntl
 import logging
 import os
@@ -13,6 +14,7 @@ import signal
 import sys
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -20,11 +22,13 @@ from beltrepro import atomic
 from beltrepro.errors import InputError
 
 LOCK = ".lock"
+FOLDERS = ("batches", "benchmarks", "datasets", "experiment", "figures", "logs", "tables")
 PARENT = "BELTREPRO_PARENT"  # environment of jobs: process that they must not outlive
 STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 # What Snakemake starts jobs with: Ctrl-C goes to Snakemake alone, which ends them.
 JOB_PREFIX = "set -euo pipefail; trap '' INT; "
 _PATIENCE = 0.5  # seconds, for another process that only looks whether a folder is locked
+_SKEW = 60.0  # seconds by which clocks of machines may differ
 _GRACE = 3.0  # seconds that jobs have to end
 
 _held: dict[Path, int] = {}
@@ -41,23 +45,25 @@ def is_locked(results: Path) -> bool:
     Returns
     -------
     bool
-        True if another process holds its lock.
+        True if another process holds its lock; False also where nobody can, which `begin` says.
     """
     try:
-        descriptor = os.open(results / LOCK, os.O_RDWR)
-    except FileNotFoundError:
+        descriptor = os.open(results / LOCK, os.O_RDONLY)  # results may be there to be read only
+    except OSError:
         return False
     try:
         fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
+    except OSError as error:
+        return isinstance(error, BlockingIOError)
     finally:
         os.close(descriptor)
     return False
 
 
 def begin(results: Path, was_locked: bool = False) -> None:
-    """Take a folder of results for this process until it ends, and clear it of unfinished files.
+    """Take a folder of results for this process until it ends, and put it in order.
+
+    Unfinished files are removed, and no file stays from the future.
 
     Parameters
     ----------
@@ -69,14 +75,19 @@ def begin(results: Path, was_locked: bool = False) -> None:
     Raises
     ------
     InputError
-        Another run is at work there, or nothing can be written.
+        Another run is at work there, or nothing can be written or locked.
     """
     try:
         results.mkdir(parents=True, exist_ok=True)
         descriptor = os.open(results / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
+        _look_at_folders(results)
     except OSError as error:
-        raise InputError(f"{results}: cannot be written ({error.strerror})") from None
-    if was_locked or not _lock(descriptor):
+        raise InputError(f"{error.filename}: cannot be written ({error.strerror})") from None
+    try:
+        is_free = not was_locked and _lock(descriptor)
+    except OSError as error:
+        raise InputError(f"{results}: its file system has no locks ({error.strerror})") from None
+    if not is_free:
         os.close(descriptor)
         raise InputError(
             f"{results}: another run is at work there; wait for its end or give this one a name: "
@@ -84,6 +95,30 @@ def begin(results: Path, was_locked: bool = False) -> None:
         )
     _held[results] = descriptor  # open as long as the process lives
     atomic.clear(results)
+    _bring_back(results)
+
+
+def _bring_back(results: Path) -> None:
+    """Give files from the future, made by a wrong clock, the time of now.
+
+    Snakemake fails when what it makes is older than what it is made from, and deletes it.
+    """
+    now = time.time()
+    for path in results.rglob("*"):
+        if path.is_file() and path.stat().st_mtime > now + _SKEW:
+            with suppress(PermissionError):  # of another user, in a folder that several share
+                os.utime(path, (now, now))
+
+
+def _look_at_folders(results: Path) -> None:
+    """Refuse what would end Snakemake with a traceback: files in their place, or no permission."""
+    for path in (results / name for name in FOLDERS):
+        if not path.exists():
+            continue
+        if not path.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), path)
+        if not os.access(path, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
 
 
 def _lock(descriptor: int) -> bool:

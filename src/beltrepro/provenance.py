@@ -128,7 +128,9 @@ def instructions() -> str:
     return f"{name} {digest}, LLVM {'.'.join(map(str, binding.llvm_version_info))}"
 
 
-def code_hash(*modules: str, without: tuple[str, ...] = (), root: Path = ROOT) -> str:
+def code_hash(
+    *modules: str, script: Path | None = None, without: tuple[str, ...] = (), root: Path = ROOT
+) -> str:
     """Hash of the modules of this package that the given ones need, found by their imports.
 
     Imports inside the package are followed, also those within functions; a package counts with its
@@ -139,6 +141,8 @@ def code_hash(*modules: str, without: tuple[str, ...] = (), root: Path = ROOT) -
     ----------
     *modules : str
         Dotted names, for instance "beltrepro.simulation".
+    script : path, optional
+        File outside of the package that counts too; its imports are not followed.
     without : tuple of str
         Modules to leave out, with all that only they need.
     root : path
@@ -155,6 +159,9 @@ def code_hash(*modules: str, without: tuple[str, ...] = (), root: Path = ROOT) -
         for path in _files(root, name):
             digest.update(f"{path.relative_to(root).as_posix()}\0".encode())
             digest.update(path.read_bytes())
+    if script is not None:
+        digest.update(f"{script.name}\0".encode())
+        digest.update(script.read_bytes())
     return digest.hexdigest()[:16]
 
 

@@ -51,7 +51,8 @@ def check_settings(entries: Iterable[str]) -> None:
     Raises
     ------
     InputError
-        For the first that is not NAME=VALUE, or whose name Snakemake does not take.
+        For the first that is not NAME=VALUE, or whose name Snakemake does not take, and for the
+        name of a run that it would turn into another: 2026_11_22 is the number 20261122 to it.
     """
     for entry in entries:
         name, equals, value = entry.partition("=")
@@ -59,6 +60,10 @@ def check_settings(entries: Iterable[str]) -> None:
             raise InputError(
                 f"--config {entry}: NAME=VALUE is needed; targets stand before --config, as in "
                 f"snakemake --cores 2 {entry} --config preset=smoke"
+            )
+        if name == "run" and (read := _as_number(value)) not in ("", value):
+            raise InputError(
+                f"--config {entry}: is read as the number {read}; a name with a letter is needed"
             )
         if re.fullmatch(_SETTING, name):
             continue
@@ -113,6 +118,16 @@ def _given() -> argparse.Namespace:
     # the command, or python -m snakemake; a program that uses Snakemake has other words there
     is_command = "snakemake" in Path(sys.argv[0]).parts[-2:]
     return get_argument_parser().parse_known_args(sys.argv[1:] if is_command else [])[0]
+
+
+def _as_number(value: str) -> str:
+    """What Snakemake makes of a text that it takes for a number; empty if it does not."""
+    for number in (int, float):
+        try:
+            return str(number(value))
+        except ValueError:
+            continue
+    return ""
 
 
 def _plain(value: str) -> object:

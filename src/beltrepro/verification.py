@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from jsonschema import Draft202012Validator
 
 from beltrepro import provenance, store
 from beltrepro.atomic import replacing
@@ -26,6 +27,31 @@ from beltrepro.errors import InputError
 SHORT = 500.0  # model time; a distance grows e-fold in 60 and more
 TOLERANCE = 1e-6  # of means in short runs, as a share of mean plus standard deviation
 DEVIATIONS = 6.0  # standard errors between means of long runs
+_LIST = {
+    "type": "object",
+    "required": ["preset", "run", "machine", "datasets", "tables"],
+    "properties": {
+        "datasets": {
+            "type": "object",
+            "additionalProperties": {
+                "type": "object",
+                "required": ["told", "duration", "arrays"],
+                "properties": {
+                    "told": {"type": "object", "required": [*files.IDENTITY, "digest"]},
+                    "duration": {"type": "number"},
+                    "arrays": {
+                        "type": "object",
+                        "additionalProperties": {
+                            "type": "object",
+                            "required": ["checksum", "values"],
+                        },
+                    },
+                },
+            },
+        },
+        **{name: {"type": "object"} for name in ("machine", "tables", "verdicts")},
+    },
+}
 SAME, NEAR, WRONG = "the same bits", "within the bounds of another machine", "wrong"
 
 
@@ -64,7 +90,7 @@ def make_list(results: Path) -> dict:
     Raises
     ------
     InputError
-        There are no datasets, or one is damaged.
+        There are no datasets, or one is damaged, or the claims are.
     """
     paths = sorted((results / "datasets").glob("*.h5"))
     if not paths:
@@ -117,12 +143,19 @@ def read_list(path: Path) -> dict:
     Raises
     ------
     InputError
-        It cannot be read.
+        It cannot be read, or is something else.
     """
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(
+            f"{path}: no such list; --list FILE takes another one, --write makes one"
+        ) from None
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: not a readable list ({error})") from None
+    if fault := next(Draft202012Validator(_LIST).iter_errors(found), None):
+        raise InputError(f"{path}: not a list of results ({fault.message[:80]})")
+    return found
 
 
 def compare(results: Path, known: dict) -> Iterator[Finding]:
@@ -138,8 +171,7 @@ def compare(results: Path, known: dict) -> Iterator[Finding]:
     Yields
     ------
     Finding
-        For each dataset and table of the list, and for each claim that has another verdict.
-    """
+        For each dataset and table of the list, and for each claim that has another verdict."""
     told = {"preset": known["preset"], "run": known["run"]}
     alike = True
     for name, entry in known["datasets"].items():
@@ -165,7 +197,11 @@ def compare(results: Path, known: dict) -> Iterator[Finding]:
             yield _compare_table(tables[name], listed, told, alike)
         else:
             yield Finding(name, WRONG, f"{results}: table {name} is missing")
-    verdicts = _verdicts(results)
+    try:
+        verdicts = _verdicts(results)
+    except InputError as error:
+        yield Finding("claims", WRONG, f"{error}; {files.repair(results / 'claims.csv', told)}")
+        return
     for claim, verdict in known.get("verdicts", {}).items():
         own = verdicts.get(claim, "missing")
         if own != verdict:
@@ -198,7 +234,11 @@ def conclusion(findings: list[Finding]) -> str:
 
 
 def _compare_table(path: Path, listed: str, told: dict, same_machine: bool) -> Finding:
-    own = checksum(path.read_bytes())
+    try:
+        own = checksum(path.read_bytes())
+    except OSError as error:
+        words = f"{path}: cannot be read ({error.strerror}); {files.repair(path, told)}"
+        return Finding(path.stem, WRONG, words)
     try:
         said = json.loads(metadata_path(path).read_text(encoding="utf-8"))["beltrepro:checksum"]
     except (OSError, ValueError, KeyError):
@@ -278,11 +318,14 @@ def _summary(values: np.ndarray) -> list[Any]:
 def _verdicts(results: Path) -> dict[str, str]:
     """Verdict by claim; none where claims were not measured."""
     path = results / "claims.csv"
-    if not path.is_file():
+    if not path.exists():
         return {}
-    rows = pd.read_csv(path, dtype=str, keep_default_na=False)
-    whole = rows[rows["variant"] == ""]
-    return dict(zip(whole["id"], whole["verdict"], strict=True))
+    try:
+        rows = pd.read_csv(path, dtype=str, keep_default_na=False)
+        whole = rows[rows["variant"] == ""]
+        return dict(zip(whole["id"], whole["verdict"], strict=True))
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(f"{path}: not a table of claims ({error})") from None
 
 
 def _tables(results: Path) -> list[Path]:

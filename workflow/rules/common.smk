@@ -93,11 +93,12 @@ def table_of(wildcards):
 
 
 def everything():
-    """What the target `all` makes."""
+    """What the target `all` makes: all that is compared and published, so that none stays missing."""
     return [
+        *dataset_files(),
         *drawn("png", "pdf"),
-        *map(file_of, TABLES),
-        "<results>/claims.csv",
+        *(path for name in TABLES for path in with_metadata(name)),
+        *claims_files(),
         "<results>/report.html",
         "<results>/article.pdf",
     ]
@@ -210,13 +211,17 @@ def records():
     for name, entry in FIGURES.items():
         outputs = [f"<results>/figures/{name}.{kind}" for kind in ("png", "pdf")]
         yield "draw", f"figures/{name}", list(map(file_of, entry.uses)), outputs
-    claims = [f"<results>/{name}.csv" for name in ("claims", "estimates")]
-    described = [*claims, *(f"{path}-metadata.json" for path in claims)]
-    yield "claims", "claims", dataset_files(), described
+    claims = [path for path in claims_files() if path.endswith(".csv")]
+    yield "claims", "claims", dataset_files(), claims_files()
     shown = [*dataset_files(), *map(file_of, TABLES), *claims, *drawn("png")]
     yield "report", "report", shown, ["<results>/report.html"]
     told = [*claims, f"{claims[0]}-metadata.json", "CITATION.cff", *drawn("png")]
     yield "article", "article", told, ["<results>/article.pdf"]
+
+
+def claims_files():
+    tables = [f"<results>/{name}.csv" for name in ("claims", "estimates")]
+    return [*tables, *(f"{path}-metadata.json" for path in tables)]
 
 
 def with_metadata(table):
@@ -246,7 +251,10 @@ def below_project(paths):
     return [path.replace("<results>", f"results/{PLAN.run}") for path in paths]
 
 
-# --- hashes of the code behind a result: Snakemake does not see imported modules ---
+# --- hashes of the code behind a result ---
+
+# Snakemake does not see imported modules. Of a script it compares the time, by which a checkout or a
+# clone would make everything anew: profiles/default turns that off.
 
 INTEGRATORS = {
     "verlet": "beltrepro.engine.verlet_integrators",
@@ -266,8 +274,9 @@ FOLLOWED = (
 
 
 @functools.cache
-def code_hash(*modules, without=()):
-    return provenance.code_hash(*modules, without=without)
+def code_hash(*modules, script=None, without=()):
+    path = script and Path(workflow.basedir, "workflow", "scripts", script)
+    return provenance.code_hash(*modules, script=path, without=without)
 
 
 # What a job is told says which quantities its points have; the words on them change no number, nor
@@ -297,18 +306,19 @@ def batch_code(wildcards):
 
 # The camera is given positions and the tracker a video: the code of simulations does not matter to
 # them. Nor does each to the other: the room itself only lists what it has.
-def experiment_code(*modules):
-    own = [f"beltrepro.experiment.{name}" for name in modules]
-    return code_hash(*own, without=("beltrepro.experiment", "beltrepro.simulation.run"))
+def experiment_code(module, script):
+    without = ("beltrepro.experiment", "beltrepro.simulation.run")
+    return code_hash(f"beltrepro.experiment.{module}", script=script, without=without)
 
 
 def table_code(wildcards):
-    return code_hash(f"beltrepro.tables.{table_of(wildcards)[0]}")
+    return code_hash(f"beltrepro.tables.{table_of(wildcards)[0]}", script="derive.py")
 
 
 def figure_code(wildcards):
     own = f"beltrepro.figures.{wildcards.figure}"
-    return code_hash(own, "beltrepro.figures.style", without=("beltrepro.experiment",))
+    without = ("beltrepro.experiment",)
+    return code_hash(own, "beltrepro.figures.style", script="figure.py", without=without)
 
 
 # --- beginning, stopping, failing ---

@@ -4,7 +4,6 @@
 rule crate:
     "The results as an RO-Crate: what each job read and wrote, with the sources."
     input:
-        dataset_files(),
         everything(),
     output:
         "<results>/ro-crate-metadata.json",
@@ -22,7 +21,7 @@ rule crate:
     params:
         told=told_crate,
         commit=lambda wildcards: provenance.code_version(),
-        code=code_hash("beltrepro.deposit"),
+        code=code_hash("beltrepro.deposit", script="crate.py"),
     message:
         "Describing the run as an RO-Crate"
     script:
@@ -32,7 +31,6 @@ rule crate:
 rule archive:
     "One ZIP file for a data repository: sources, datasets, figures, report, checksums."
     input:
-        dataset_files(),
         everything(),
     output:
         f"<results>/beltrepro-{PLAN.run}.zip",
@@ -49,7 +47,7 @@ rule archive:
     params:
         told=told_crate,
         commit=lambda wildcards: provenance.code_version(),
-        code=code_hash("beltrepro.deposit"),
+        code=code_hash("beltrepro.deposit", script="archive.py"),
     message:
         "Packing the archive"
     script:

@@ -22,7 +22,7 @@ rule film:
     params:
         told=told_film,
         expected=expected_of_film,
-        code=experiment_code("camera"),
+        code=experiment_code("camera", "film.py"),
     message:
         "Filming {wildcards.film}"
     script:
@@ -48,7 +48,7 @@ rule track:
         mem_mb=2000,
         runtime=30,
     params:
-        code=experiment_code("tracking"),
+        code=experiment_code("tracking", "track.py"),
     message:
         "Tracking {wildcards.film}"
     script:

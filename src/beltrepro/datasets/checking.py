@@ -176,6 +176,8 @@ def _explained(error: jsonschema.ValidationError) -> InputError:
             )
         case "multipleOf":
             return complain(f"{where} = {shown(value)}: must be a multiple of {allowed:g}")
+        case "maxLength":
+            return complain(f"{where} has {len(value)} characters: allowed are {allowed}")
         case "minItems" | "minProperties" | "minLength":
             return complain(f"{where} is empty: at least one entry is needed")
         case "uniqueItems":

@@ -38,6 +38,7 @@ def config_schema() -> dict:
                 "description": "Name of the folder below results/; that of the preset if absent.",
                 "type": "string",
                 "pattern": RUN,
+                "maxLength": 100,
             },
             "seed": QUANTITIES["seed"].schema | {"description": QUANTITIES["seed"].description},
             "method": {
