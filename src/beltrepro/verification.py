@@ -171,7 +171,8 @@ def compare(results: Path, known: dict) -> Iterator[Finding]:
     Yields
     ------
     Finding
-        For each dataset and table of the list, and for each claim that has another verdict."""
+        For each dataset and table of the list, and for each claim that has another verdict.
+    """
     told = {"preset": known["preset"], "run": known["run"]}
     alike = True
     for name, entry in known["datasets"].items():
