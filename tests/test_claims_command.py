@@ -1,6 +1,9 @@
 """`beltrepro claims`: the verdicts of a run in the terminal."""
 
 import json
+import os
+import subprocess
+import sys
 
 import pytest
 
@@ -38,6 +41,17 @@ def test_the_table_has_every_claim_with_its_numbers(capsys, results):
     assert any("no force with undeformed springs: yes [yes]" in line for line in lines)
     assert any(line.startswith("u-critical") and "not measured" in line for line in lines)
     assert lines[-1].endswith("4 holds")
+
+
+@pytest.mark.parametrize("words", [["--json"], ["--verdict", "holds"]])
+def test_a_reader_that_has_gone_is_no_error(results, words):
+    """As after `beltrepro claims | head`; much and little output."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "beltrepro", "claims", "--results", str(results), *words]
+    done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (141, "")
 
 
 def test_json_has_intervals_and_ranges(capsys, results):

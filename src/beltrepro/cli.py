@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 import sys
 from collections import Counter
 from pathlib import Path
@@ -50,15 +51,22 @@ def main(arguments: list[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit status: 0, 2 for bad input, 1 for a failed run, 130 when interrupted.
+        Exit status: 0, 2 for bad input, 1 for a failed run, 130 when interrupted, 141 when the
+        reader of the output, `head` say, has gone.
     """
     parser = _parser()
     options = parser.parse_args(arguments)
     try:
-        return options.action(options)
+        status = options.action(options)
+        sys.stdout.flush()
+        return status
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
+    except BrokenPipeError:
+        # What is still to be written at the exit must find a reader.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
     except (ModelStateError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
