@@ -20,7 +20,7 @@ import pytest
 import damages
 import snakemake_calls
 import unpacking
-from beltrepro import lifecycle, provenance, scripting, store
+from beltrepro import cli, lifecycle, provenance, scripting, store
 from beltrepro.datasets import checking
 from beltrepro.datasets.plan import Plan, make_plan
 from beltrepro.datasets.points import columns
@@ -684,6 +684,13 @@ def test_smoke_datasets_hold_every_point_in_order(smoke):
 @pytest.mark.slow
 def test_smoke_has_nothing_left_to_do(tree, smoke):
     assert jobs(snakemake(tree, "--dry-run")) == {}
+
+
+@pytest.mark.slow
+def test_smoke_has_the_numbers_of_the_published_list(smoke, capsys):
+    """On a like machine the same bits; elsewhere within the bounds of docs/integrity.md."""
+    status = cli.main(["verify", str(smoke), "--list", str(ROOT / "docs/results/smoke.json")])
+    assert status == 0, capsys.readouterr()
 
 
 @pytest.mark.slow
