@@ -603,7 +603,7 @@ def test_smoke_writes_an_article_and_can_be_published(smoke, tmp_path):
     from beltrepro import publishing
 
     pages = pypdf.PdfReader(smoke / "article.pdf").pages
-    assert 4 <= len(pages) <= 8
+    assert 3 <= len(pages) <= 8  # 7 where most claims are measured
     folder = publishing.publish(smoke, tmp_path)
     assert {path.stem for path in (folder / "figures").iterdir()} == set(FIGURES)
 
