@@ -66,16 +66,16 @@ deposit: env  ## make and check the crate of a run, and check CITATION.cff; RUN=
 	.venv-deposit/bin/python -m pip install --quiet --require-hashes --no-build-isolation \
 	  -r requirements-deposit.txt
 	.venv-deposit/bin/cffconvert --validate
-	.venv-deposit/bin/python tests/validating.py results/$(RUN)
+	.venv-deposit/bin/python tests/support/validating.py results/$(RUN)
 
 test-pythons: env  ## a quick subset of the tests with each Python from 3.11 on that is there
-	$(BIN)/python tests/pythons.py $(ARGS)
+	$(BIN)/python tests/support/pythons.py $(ARGS)
 
 interruptions: env  ## kill the smoke workflow 20 times and compare the bits: half an hour
-	$(BIN)/python tests/interruptions.py $(ARGS)
+	$(BIN)/python tests/support/interruptions.py $(ARGS)
 
 schema: env  ## the schema of config.yaml for editors, from the code
-	$(BIN)/python -m beltrepro.datasets.schema > workflow/schemas/config.schema.yaml
+	$(BIN)/python -m beltrepro.replication.plan.schema > workflow/schemas/config.schema.yaml
 
 cache: env  ## compile the integrators now, not in the first runs
 	$(BIN)/beltrepro cache

@@ -1,22 +1,18 @@
 """The reference of results: figures and tables by their entries, claims by the ledger."""
 
-from pathlib import Path
-
-import beltrepro.claims
-from beltrepro.claims import load_ledger
-from beltrepro.figures import registry as figures
-from beltrepro.tables import registry as tables
+from beltrepro.replication.plan import registry
+from beltrepro.replication.verdicts.entries import load_ledger
 from extensions import markdown
 
 
 def figure_list() -> str:
     """Every figure by category: its target, what it shows, and what it is drawn from."""
     parts = []
-    for category in figures.CATEGORIES:
+    for category in registry.CATEGORIES:
         parts.append(f"### {category}")
         parts += [
             _figure(name, entry)
-            for name, entry in figures.entries().items()
+            for name, entry in registry.figures().items()
             if entry.category == category
         ]
     return "\n\n".join(parts)
@@ -25,7 +21,7 @@ def figure_list() -> str:
 def table_list() -> str:
     """Every table: what it is, what it is derived from, and its columns."""
     parts = []
-    for name, entry in tables.entries().items():
+    for name, entry in registry.tables().items():
         parts += [
             f"### {entry.file(name)}.csv",
             markdown.plain(entry.title),
@@ -56,7 +52,7 @@ def claim_list() -> str:
     return "\n\n".join(parts)
 
 
-def _figure(name: str, entry: figures.Entry) -> str:
+def _figure(name: str, entry: registry.Figure) -> str:
     number = f"Fig. {entry.number}: " if entry.number else ""
     return "\n\n".join(
         [
@@ -74,10 +70,9 @@ def _made_from(names, word: str = "Made from") -> str:
 
 def setup(app) -> dict:
     """Called by Sphinx."""
-    ledger = sorted(Path(beltrepro.claims.__file__).with_name("ledger").glob("*.yaml"))
-    of_figures = sorted(figures.FOLDER.glob("*.py"))
-    of_tables = sorted(tables.FOLDER.glob("*.py"))
-    app.add_directive("figure-list", markdown.directive(figure_list, *of_figures))
-    app.add_directive("table-list", markdown.directive(table_list, *of_tables))
+    ledger = sorted(registry.STUDIES.rglob("*.yaml"))
+    modules = sorted(registry.STUDIES.rglob("*.py"))
+    app.add_directive("figure-list", markdown.directive(figure_list, *modules))
+    app.add_directive("table-list", markdown.directive(table_list, *modules))
     app.add_directive("claim-list", markdown.directive(claim_list, *ledger))
     return {"parallel_read_safe": True}

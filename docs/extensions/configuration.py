@@ -3,8 +3,8 @@
 import json
 from collections.abc import Iterable
 
-from beltrepro.datasets import kinds, quantities, schema
-from beltrepro.datasets.quantities import REQUIRED
+from beltrepro.replication.plan import kinds, quantities, schema
+from beltrepro.replication.plan.quantities import REQUIRED
 from extensions import markdown
 
 _LIMITS = {

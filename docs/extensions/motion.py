@@ -7,11 +7,11 @@ import yaml
 from docutils import nodes
 from sphinx.util.docutils import SphinxDirective
 
-from beltrepro import report
-from beltrepro.datasets import files, running
-from beltrepro.datasets.plan import make_plan
-from beltrepro.datasets.points import points_of
-from beltrepro.report.sections import player
+from beltrepro.replication import report
+from beltrepro.replication.plan import files, running
+from beltrepro.replication.plan.plan import make_plan
+from beltrepro.replication.plan.points import points_of
+from beltrepro.replication.report.sections import player
 
 CONFIG = Path(__file__).parents[2] / "config.yaml"
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from beltrepro.model.parameters import ChainParameters
 
 if TYPE_CHECKING:
-    from beltrepro.analysis.audit import Audit, audit
+    from beltrepro.base.progress import Progress
     from beltrepro.chaos import (
         LyapunovSpectrum,
         Motion,
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
         separation,
         settling,
     )
-    from beltrepro.grid_scan import GridScan, scan_grid
-    from beltrepro.scripting import Progress
     from beltrepro.simulation import ChainState, Run, catalogue, escapes, scan, simulate
+    from beltrepro.simulation.audit import Audit, audit
+    from beltrepro.simulation.grid_scan import GridScan, scan_grid
 
 __all__ = [
     "Audit",
@@ -70,9 +70,9 @@ _CHAOS = (
 )
 _ROOMS = (
     dict.fromkeys(_CHAOS, "chaos")
-    | dict.fromkeys(("Audit", "audit"), "analysis.audit")
-    | dict.fromkeys(("GridScan", "scan_grid"), "grid_scan")
-    | {"Progress": "scripting"}
+    | dict.fromkeys(("Audit", "audit"), "simulation.audit")
+    | dict.fromkeys(("GridScan", "scan_grid"), "simulation.grid_scan")
+    | {"Progress": "base.progress"}
 )
 
 

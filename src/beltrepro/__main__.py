@@ -2,7 +2,7 @@
 
 import sys
 
-from beltrepro.cli import main
+from beltrepro.cli.app import main
 
 if __name__ == "__main__":
     sys.exit(main())

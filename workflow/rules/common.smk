@@ -10,25 +10,25 @@ from pathlib import Path
 
 from snakemake.logging import logger
 
-from beltrepro import jobs, lifecycle, provenance, snakemake_call
-from beltrepro.datasets import files, plan
-from beltrepro.datasets.films import FILM
-from beltrepro.deposit import manifest
-from beltrepro.entries import check_uses
-from beltrepro.errors import InputError
-from beltrepro.expectations import Expectations
-from beltrepro.figures import registry as figures_registry
-from beltrepro.tables import registry as tables_registry
+from beltrepro.replication.plan import jobs, lifecycle, snakemake_call
+from beltrepro.base import provenance
+from beltrepro.replication.plan import files, plan
+from beltrepro.replication.plan.films import FILM
+from beltrepro.replication.plan import manifest
+from beltrepro.base.errors import InputError
+from beltrepro.replication.plan.expectations import Expectations
+from beltrepro.replication.plan import registry
 
 try:
     PLAN = plan.make_plan(config)
     EXPECTED = Expectations(PLAN)
     FILMED = EXPECTED.filmed
-    TABLES = tables_registry.entries()
-    FIGURES = figures_registry.entries()
-    tables_registry.check_names(PLAN.datasets)
-    for folder, entries in (("tables", TABLES), ("figures", FIGURES)):
-        check_uses(folder, entries, [*PLAN.datasets, *FILMED, *TABLES], f"preset {PLAN.preset}")
+    TABLES = registry.tables()
+    FIGURES = registry.figures()
+    registry.check_names(PLAN.datasets)
+    for entries in (TABLES, FIGURES):
+        known = [*PLAN.datasets, *FILMED, *TABLES]
+        registry.check_uses(entries, known, f"preset {PLAN.preset}")
     DEPOSITED = manifest.datasets(Path(), PLAN.run)
 except InputError as error:
     sys.exit(f"error: {error}")
@@ -282,7 +282,7 @@ def code_hash(*modules, script=None, without=()):
 # What a job is told says which quantities its points have; the words on them change no number, nor
 # does how a run is written to a file of its own, or kept unfinished.
 WORDS = (
-    "beltrepro.datasets.quantities",
+    "beltrepro.replication.plan.quantities",
     "beltrepro.simulation.files",
     "beltrepro.simulation.checkpoints",
 )
@@ -298,27 +298,26 @@ def batch_code(wildcards):
     if dataset.kind.name not in FOLLOWED:
         others += ["beltrepro.chaos", *BUILT_ON_EVENT]
     # of the room of films only its trials are simulated
-    others += ["beltrepro.experiment"]
+    others += ["beltrepro.replication.camera"]
     if dataset.kind.name != "trial":
-        others += ["beltrepro.experiment.trials"]
-    return code_hash("beltrepro.datasets.running", INTEGRATORS[method], without=(*others, *WORDS))
+        others += ["beltrepro.replication.camera.trials"]
+    return code_hash("beltrepro.replication.plan.running", INTEGRATORS[method], without=(*others, *WORDS))
 
 
 # The camera is given positions and the tracker a video: the code of simulations does not matter to
 # them. Nor does each to the other: the room itself only lists what it has.
 def experiment_code(module, script):
-    without = ("beltrepro.experiment", "beltrepro.simulation.run")
-    return code_hash(f"beltrepro.experiment.{module}", script=script, without=without)
+    without = ("beltrepro.replication.camera", "beltrepro.simulation.run")
+    return code_hash(f"beltrepro.replication.camera.{module}", script=script, without=without)
 
 
 def table_code(wildcards):
-    return code_hash(f"beltrepro.tables.{table_of(wildcards)[0]}", script="derive.py")
+    return code_hash(table_of(wildcards)[1].module, script="derive.py")
 
 
 def figure_code(wildcards):
-    own = f"beltrepro.figures.{wildcards.figure}"
-    without = ("beltrepro.experiment",)
-    return code_hash(own, "beltrepro.figures.style", script="figure.py", without=without)
+    without = ("beltrepro.replication.camera",)
+    return code_hash(FIGURES[wildcards.figure].module, "beltrepro.replication.drawing.style", script="figure.py", without=without)
 
 
 # --- beginning, stopping, failing ---

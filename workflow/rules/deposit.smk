@@ -21,7 +21,7 @@ rule crate:
     params:
         told=told_crate,
         commit=lambda wildcards: provenance.code_version(),
-        code=code_hash("beltrepro.deposit", script="crate.py"),
+        code=code_hash("beltrepro.extras.deposit", script="crate.py"),
     message:
         "Describing the run as an RO-Crate"
     script:
@@ -47,7 +47,7 @@ rule archive:
     params:
         told=told_crate,
         commit=lambda wildcards: provenance.code_version(),
-        code=code_hash("beltrepro.deposit", script="archive.py"),
+        code=code_hash("beltrepro.extras.deposit", script="archive.py"),
     message:
         "Packing the archive"
     script:

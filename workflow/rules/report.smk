@@ -23,7 +23,7 @@ rule claims:
     params:
         settings=PLAN.settings(),
         expected=EXPECTED.each(*EXPECTED.judged),
-        code=code_hash("beltrepro.claims", script="claims.py"),
+        code=code_hash("beltrepro.replication.studies.measuring", script="claims.py"),
     message:
         "Measuring the claims"
     script:
@@ -56,7 +56,7 @@ rule report:
         settings=PLAN.settings(),
         benchmarks=f"results/{PLAN.run}/benchmarks",
         expected=expected_of_report(),
-        code=code_hash("beltrepro.report", script="report.py"),
+        code=code_hash("beltrepro.replication.report", script="report.py"),
     message:
         "Writing the report"
     script:
@@ -86,7 +86,7 @@ rule article:
     params:
         settings=PLAN.settings(),
         expected=expected_of_article(),
-        code=code_hash("beltrepro.article", script="article.py"),
+        code=code_hash("beltrepro.replication.report.article", script="article.py"),
     message:
         "Setting the article"
     script:

@@ -21,7 +21,7 @@ rule timing:
     params:
         jobs=SIMULATION_JOBS,
         benchmarks=f"results/{PLAN.run}/benchmarks",
-        code=code_hash("beltrepro.jobs", script="timing.py"),
+        code=code_hash("beltrepro.replication.plan.jobs", script="timing.py"),
     message:
         "Estimating the time of the preset"
     script:

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 
 import yaml
 
-from beltrepro import article, inputs, scripting
+from beltrepro.replication.plan import inputs, scripting
+from beltrepro.replication.report import article
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

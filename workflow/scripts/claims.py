@@ -2,9 +2,9 @@
 
 from typing import TYPE_CHECKING
 
-from beltrepro import inputs, scripting
-from beltrepro.claims.measuring import measure
-from beltrepro.tables import files
+from beltrepro.replication.plan import inputs, scripting
+from beltrepro.replication.plan import tables as files
+from beltrepro.replication.studies.measuring import measure
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from beltrepro import scripting
-from beltrepro.deposit import archive, crate
+from beltrepro.extras.deposit import archive, crate
+from beltrepro.replication.plan import scripting
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

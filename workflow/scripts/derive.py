@@ -4,8 +4,8 @@ import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from beltrepro import inputs, scripting
-from beltrepro.tables import files
+from beltrepro.replication.plan import inputs, registry, scripting
+from beltrepro.replication.plan import tables as files
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
@@ -16,9 +16,9 @@ def derive(name: str, paths: dict, expected: dict, output) -> None:
 
     expected : what the files of datasets must say of themselves, by name.
     """
-    module = importlib.import_module(f"beltrepro.tables.{name}")
+    module = importlib.import_module(registry.tables()[name].module)
     data = inputs.load(paths, expected)
-    table, entry = module.derive(data), module.ENTRY
+    table, entry = module.derive(data), module.TABLE
     files.write(
         output,
         table,

@@ -4,9 +4,9 @@ import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from beltrepro import inputs, scripting
-from beltrepro.figures import style
-from beltrepro.store import Dataset
+from beltrepro.base.store import Dataset
+from beltrepro.replication.drawing import style
+from beltrepro.replication.plan import inputs, registry, scripting
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
@@ -18,7 +18,7 @@ def draw(name: str, files: dict, expected: dict, png, pdf) -> None:
     expected : preset, run and in `sources` what the files must say of themselves, by name.
     """
     data = inputs.load(files, expected["sources"])
-    module = importlib.import_module(f"beltrepro.figures.{name}")
+    module = importlib.import_module(registry.figures()[name].module)
     datasets = [each for each in data.values() if isinstance(each, Dataset)]
     figure = module.draw(data, style.small_print(datasets, expected["preset"]))
     style.save(figure, png, pdf, inputs.source(expected), inputs.lineage(files, data))

@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING
 
 import cv2
 
-from beltrepro import inputs, scripting
-from beltrepro.datasets.described import describe
-from beltrepro.datasets.films import FILM, NEEDED
-from beltrepro.experiment import Camera, Movement, film
+from beltrepro.base.progress import Progress
 from beltrepro.model.units import to_si
+from beltrepro.replication.camera import Camera, Movement, film
+from beltrepro.replication.plan import inputs, scripting
+from beltrepro.replication.plan.described import describe
+from beltrepro.replication.plan.films import FILM, NEEDED
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
@@ -27,7 +28,7 @@ def take(paths: dict, expected: dict, told: dict, output: Path) -> None:
         to_si(samples["positions"], "length"),
         to_si(samples["velocities"], "velocity"),
     )
-    progress = scripting.Progress(f"{told['film']}: {len(movement.time_s)} frames")
+    progress = Progress(f"{told['film']}: {len(movement.time_s)} frames")
     film(movement, output, camera=Camera(**told["camera"]), progress=progress)
     sources = expected | {f"{told['film']}{FILM}": told}
     describe(output, title=TITLE, sources=sources, lineage=inputs.lineage(paths, data), units="SI")

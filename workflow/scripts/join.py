@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from beltrepro import provenance, scripting
-from beltrepro.datasets import files
+from beltrepro.base import provenance
+from beltrepro.replication.plan import files, scripting
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

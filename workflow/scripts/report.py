@@ -3,7 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from beltrepro import inputs, report, scripting
+from beltrepro.replication import report
+from beltrepro.replication.plan import inputs, scripting
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

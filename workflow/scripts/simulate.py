@@ -3,9 +3,10 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from beltrepro import provenance, scripting
-from beltrepro.datasets import files, running
-from beltrepro.datasets.points import points_of
+from beltrepro.base import provenance
+from beltrepro.base.progress import Progress
+from beltrepro.replication.plan import files, running, scripting
+from beltrepro.replication.plan.points import points_of
 from beltrepro.simulation import checkpoints
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ def simulate(told: dict, output, code: str = "", progress=None) -> None:
     lines if not given.
     """
     points = points_of(told["points"])
-    progress = progress or scripting.Progress(f"{told['dataset']}: {len(points)} points")
+    progress = progress or Progress(f"{told['dataset']}: {len(points)} points")
     output = Path(output)
     work = files.digest({"told": told, "code": code, "by": provenance.machine()})
     with checkpoints.keeping(output.with_name(f".{output.name}.checkpoint"), work):

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from beltrepro import scripting
-from beltrepro.jobs import COLUMNS, Job, estimate
-from beltrepro.tables import files
+from beltrepro.replication.plan import scripting
+from beltrepro.replication.plan import tables as files
+from beltrepro.replication.plan.jobs import COLUMNS, Job, estimate
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

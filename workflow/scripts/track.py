@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 
 import cv2
 
-from beltrepro import scripting
-from beltrepro.atomic import replacing
-from beltrepro.datasets.described import describe, origin_of
-from beltrepro.experiment import track
+from beltrepro.base.atomic import replacing
+from beltrepro.replication.camera import track
+from beltrepro.replication.plan import scripting
+from beltrepro.replication.plan.described import describe, origin_of
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

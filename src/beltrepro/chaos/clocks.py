@@ -5,7 +5,7 @@ ends its rest later, its noise is later too: `TangentIntegrator` carries that de
 stays where it is in time, and only its begin is later (docs/chaos.md).
 """
 
-from beltrepro import names
+from beltrepro.base import names
 from beltrepro.engine import tangent
 from beltrepro.engine.simd import load, select, store
 from beltrepro.engine.tangent_integrator import TangentIntegrator

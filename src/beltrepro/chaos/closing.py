@@ -11,13 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltrepro.analysis.recurrence import CLOSED
+from beltrepro.base.errors import InputError
 from beltrepro.chaos.vectors import METHOD, NO_SAMPLES
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent_integrator import TangentIntegrator
-from beltrepro.errors import InputError
 from beltrepro.simulation import Run, simulate
 from beltrepro.simulation.points import Point, observe
+from beltrepro.stats.recurrence import CLOSED
 
 TIME_STEP = 0.001  # of no effect without noise
 _STEPS = 8  # of Newton's method, which needs two or three from a state that has come back to 1e-8

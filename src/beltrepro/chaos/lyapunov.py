@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import checks, names
+from beltrepro.base import checks, names
+from beltrepro.base.errors import InputError
 from beltrepro.chaos.clocks import REST, integrator_by
 from beltrepro.chaos.vectors import (
     METHOD,
@@ -23,7 +24,6 @@ from beltrepro.chaos.vectors import (
 )
 from beltrepro.engine.integrator import Integrator
 from beltrepro.engine.state import ChainState
-from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.observe.stuck import MostStuck
 from beltrepro.simulation import arguments

@@ -8,10 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import checks, names
-from beltrepro.analysis.errors import NotEnoughDataError
-from beltrepro.analysis.motion import name_motion
-from beltrepro.analysis.recurrence import find_recurrence
+from beltrepro.base import checks, names
 from beltrepro.chaos.clocks import REST, integrator_by
 from beltrepro.chaos.vectors import (
     METHOD,
@@ -32,6 +29,9 @@ from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
 from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
+from beltrepro.stats.errors import NotEnoughDataError
+from beltrepro.stats.motion import name_motion
+from beltrepro.stats.recurrence import find_recurrence
 
 _SAMPLES = Sampling(1, 0.1)  # for r
 _VECTORS = 2  # the largest exponents: one may be that of the motion itself
@@ -49,7 +49,7 @@ class Motion:
         The chain.
     state : str
         "equilibrium slip", "periodic", "quasi-periodic", "chaotic", "transient" or, with noise,
-        "noise-driven"; see `beltrepro.analysis.motion.name_motion`.
+        "noise-driven"; see `beltrepro.stats.motion.name_motion`.
     period_time : float
         Length of a period, model time; NaN if the orbit does not close.
     period_events : int

@@ -10,19 +10,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from beltrepro import checks, names
-from beltrepro.analysis.errors import NotEnoughDataError
-from beltrepro.analysis.recurrence import find_recurrence
+from beltrepro.base import checks, names
+from beltrepro.base.errors import InputError
 from beltrepro.chaos.closing import TIME_STEP, closed, follow, most_stuck, multipliers
 from beltrepro.chaos.vectors import METHOD, NO_SAMPLES
 from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.state import ChainState
-from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.returns import ReturnLog
 from beltrepro.simulation import Run, arguments, simulate
 from beltrepro.simulation.points import Point, Progress, integrator_of, observe
+from beltrepro.stats.errors import NotEnoughDataError
+from beltrepro.stats.recurrence import find_recurrence
 
 _SAMPLE_INTERVAL = 0.1  # model time, about: of the samples of x_N for r
 
@@ -127,7 +127,7 @@ def periodic_orbit(
 ) -> PeriodicOrbit:
     """The periodic orbit in which a chain ends.
 
-    The chain is followed until its state comes back (`beltrepro.analysis.recurrence`), and the
+    The chain is followed until its state comes back (`beltrepro.stats.recurrence`), and the
     orbit is closed from there by `close_orbit`. Start and random numbers are as in `classify`.
 
     Parameters

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import checks, names
+from beltrepro.base import checks, names
+from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Chunk
 from beltrepro.engine.noise import stream_key
 from beltrepro.engine.state import ChainState
-from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
@@ -52,7 +52,7 @@ def separation(
     direction, the one that moves most by one of the `distances`. Velocities, and which blocks are
     stuck, stay the same, and so do all random numbers to come. Then all advance. The distance is
     the largest difference of the positions of a block, looked at about every 0.1 time units.
-    Finite-size exponents follow from it (`beltrepro.analysis.growth`). Where small distances
+    Finite-size exponents follow from it (`beltrepro.stats.growth`). Where small distances
     shrink, only twins that begin further away tell at which size distances grow.
 
     Parameters

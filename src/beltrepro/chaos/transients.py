@@ -8,15 +8,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import checks, names
-from beltrepro.analysis.motion import EQUILIBRIUM, PERIODIC
-from beltrepro.analysis.recurrence import CLOSED, Recurrence, find_recurrence
+from beltrepro.base import checks, names
+from beltrepro.base.errors import InputError
 from beltrepro.chaos.disturbance import scatters
 from beltrepro.chaos.vectors import INTERVAL, METHOD, grow, slopes, standard_errors, with_vectors
 from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent_integrator import TangentIntegrator
-from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.order import SlipOrder
@@ -25,6 +23,8 @@ from beltrepro.simulation import arguments, checkpoints
 from beltrepro.simulation.arguments import PerChain
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
 from beltrepro.simulation.sampling import sampling_of
+from beltrepro.stats.motion import EQUILIBRIUM, PERIODIC
+from beltrepro.stats.recurrence import CLOSED, Recurrence, find_recurrence
 
 IRREGULAR = "irregular"
 SETTLED_STATES = (EQUILIBRIUM, PERIODIC, IRREGULAR)

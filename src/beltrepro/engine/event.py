@@ -42,7 +42,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltrepro.accuracy import NOISE_CELL, NOISY_ORDER, ORDER
 from beltrepro.engine.candidates import (
     Candidates,
     find_candidates,
@@ -86,6 +85,7 @@ from beltrepro.engine.taylor import (
     start_springs,
 )
 from beltrepro.engine.vector import inlined, kernel, separate_arrays
+from beltrepro.model.accuracy import NOISE_CELL, NOISY_ORDER, ORDER
 
 # Cells of the noise are shorter where v_r is nearer to zero than so many standard deviations.
 _GRAZING = 2.0

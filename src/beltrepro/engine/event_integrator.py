@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from beltrepro.accuracy import NOISE_SHARE, TOLERANCE
 from beltrepro.engine import event
 from beltrepro.engine.integrator import Chunk
 from beltrepro.engine.memory import aligned, zeros
 from beltrepro.engine.records import STORM
 from beltrepro.engine.series_integrator import SeriesIntegrator
+from beltrepro.model.accuracy import NOISE_SHARE, TOLERANCE
 
 # A chain that takes more steps than these in a chunk is stopped: at any moment, and in a unit of
 # time.

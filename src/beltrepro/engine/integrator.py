@@ -12,13 +12,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.engine import simd
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.memory import aligned, zeros
 from beltrepro.engine.noise import STATE_WORDS
 from beltrepro.engine.records import EVENT_FIELDS, Crossings, Events
 from beltrepro.engine.state import ChainState, Scheme
-from beltrepro.errors import InputError, ModelStateError
 from beltrepro.model.spring import potential_energy
 
 GROUP_SIZE = 32  # chains advanced together, at most

@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltrepro.accuracy import ORDER
 from beltrepro.engine.candidates import (
     Candidates,
     find_candidates,
@@ -59,6 +58,7 @@ from beltrepro.engine.taylor import (
     polynomial,
 )
 from beltrepro.engine.vector import inlined, kernel, separate_arrays
+from beltrepro.model.accuracy import ORDER
 
 _RESOLUTION = 1e-15  # share of a leap by which the instant of an event may be missed
 # Last terms of the series of F_ex allowed at the end of a leap.

@@ -1,14 +1,6 @@
 """The first root of a polynomial on an interval [0, length], for eight polynomials at once."""
 
-from beltrepro.engine.simd import (
-    fma,
-    load,
-    mask_bits,
-    maximum,
-    select,
-    spread,
-    square_root,
-)
+from beltrepro.engine.simd import fma, load, mask_bits, maximum, select, spread, square_root
 from beltrepro.engine.taylor import at, polynomial
 from beltrepro.engine.vector import inlined
 

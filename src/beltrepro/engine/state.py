@@ -8,11 +8,11 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import checks, names
+from beltrepro.base import checks, names
+from beltrepro.base.errors import InputError
 from beltrepro.engine.memory import aligned, zeros
 from beltrepro.engine.noise import normal_deviates, stream_states
 from beltrepro.engine.simd import LANES
-from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.friction import next_direction
 from beltrepro.model.parameters import LONGEST

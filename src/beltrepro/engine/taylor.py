@@ -16,20 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltrepro.accuracy import ORDER
 from beltrepro.engine.law import curved_branch
 from beltrepro.engine.memory import zeros
-from beltrepro.engine.simd import (
-    LANES,
-    fma,
-    load,
-    maximum,
-    minimum,
-    select,
-    spread,
-    store,
-)
+from beltrepro.engine.simd import LANES, fma, load, maximum, minimum, select, spread, store
 from beltrepro.engine.vector import inlined
+from beltrepro.model.accuracy import ORDER
 
 # Functions take the order of the positions as an argument, a constant of the kernel that calls
 # them: the compiler lays out their loops.

@@ -23,7 +23,7 @@ from beltrepro.engine.simd import as_bits, fma, from_bits, select
 def _engine_version():
     """Hash of the sources of this folder, and of those outside it that kernels are made of."""
     here = pathlib.Path(__file__).parent
-    outside = (here.parent / "accuracy.py", here.parent / "model" / "friction.py")
+    outside = (here.parent / "model" / "accuracy.py", here.parent / "model" / "friction.py")
     sources = (*sorted(here.glob("*.py")), *outside)
     return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
 

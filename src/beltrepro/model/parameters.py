@@ -4,9 +4,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from beltrepro import names
-from beltrepro.checks import finite_number, not_negative, positive, shown, whole_number
-from beltrepro.errors import InputError
+from beltrepro.base import names
+from beltrepro.base.checks import finite_number, not_negative, positive, shown, whole_number
+from beltrepro.base.errors import InputError
 
 MAXIMUM_BLOCKS = 64
 LARGEST = 1e9  # of every number: beyond it forces and positions have no digits left for the motion

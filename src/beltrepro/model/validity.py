@@ -1,6 +1,6 @@
 """Where the method "event" has the noise of the paper's scheme (docs/validity.md)."""
 
-from beltrepro.accuracy import START_NOISE
+from beltrepro.model.accuracy import START_NOISE
 from beltrepro.model.friction import start_noise
 from beltrepro.model.parameters import ChainParameters
 

@@ -7,10 +7,10 @@ one value for each chain.
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias, TypeVar
 
-from beltrepro import checks, names
-from beltrepro.checks import finite_number, is_sequence, positive, shown
+from beltrepro.base import checks, names
+from beltrepro.base.checks import finite_number, is_sequence, positive, shown
+from beltrepro.base.errors import InputError
 from beltrepro.engine.state import ChainState
-from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.parameters import LONGEST
 from beltrepro.model.validity import noise_beyond_event

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import checks, names
+from beltrepro.base import checks, names
+from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.state import ChainState
-from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model import section_position as section_rule
 from beltrepro.observe.sections import CrossingLog

@@ -15,8 +15,8 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, TypeVar
 
-from beltrepro.atomic import replacing
-from beltrepro.errors import InputError
+from beltrepro.base.atomic import replacing
+from beltrepro.base.errors import InputError
 
 logger = logging.getLogger("beltrepro")
 

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from beltrepro import store
+from beltrepro.base import store
+from beltrepro.base.errors import InputError
 from beltrepro.engine.state import ChainState, Scheme
-from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.simulation.run import Run
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import checks, names
+from beltrepro.base import checks, names
+from beltrepro.base.errors import InputError
 from beltrepro.engine.state import ChainState
-from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.engine.integrator import Chunk
-from beltrepro.errors import InputError, ModelStateError
 from beltrepro.observe.slips import EventLog
 from beltrepro.simulation.points import Point
 from beltrepro.simulation.sampling import bytes_per_row

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from beltrepro import checks
+from beltrepro.base import checks
+from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import CUT_TIME, GROUP_SIZE, Integrator, Sampling, Section
 from beltrepro.engine.kicked_integrator import KickedIntegrator
 from beltrepro.engine.noise import stream_key
 from beltrepro.engine.state import ChainState
-from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.simulation import arguments, checkpoints
 from beltrepro.simulation.methods import METHODS

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from beltrepro import checks, names
+from beltrepro.base import checks, names
 from beltrepro.engine.state import ChainState, equal_fields
 from beltrepro.model import ChainParameters
 
@@ -127,7 +127,7 @@ class Run:
             The path has another ending, or there is none and no display either.
         """
         # by name: simulations know no figure, and a changed figure reruns none
-        figure = import_module("beltrepro.figures.run")
+        figure = import_module("beltrepro.replication.drawing.run")
         return figure.plot(self, None if path is None else checks.path("path", path))
 
     @names.checked

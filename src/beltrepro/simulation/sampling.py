@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from beltrepro import checks
+from beltrepro.base import checks
+from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Chunk, Sampling
-from beltrepro.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.parameters import LONGEST
 from beltrepro.model.spring import external_force

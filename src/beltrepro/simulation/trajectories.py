@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro import names
+from beltrepro.base import names
 from beltrepro.engine.records import (
     EVENT_BLOCK,
     EVENT_DISSIPATED,

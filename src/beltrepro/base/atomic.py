@@ -1,0 +1,121 @@
+"""Files that appear whole or not at all, whatever happens to the process or the machine."""
+
+import errno
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from beltrepro.base.errors import InputError
+
+UNFINISHED = ".unfinished-"
+# of a disk, a quota or a limit of the process
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
+@contextmanager
+def replacing(path: str | os.PathLike) -> Iterator[Path]:
+    """A file to write that takes its name when it is complete and on the disk.
+
+    Parameters
+    ----------
+    path : path-like
+        The file that is to appear; missing folders are made. Until then an older one stays.
+
+    Yields
+    ------
+    Path
+        Where to write: another name in the same folder, with the same ending.
+
+    Raises
+    ------
+    InputError
+        There is no room for the file.
+    OSError
+        It cannot be written for another reason.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = path.with_name(f"{UNFINISHED}{os.getpid()}-{path.name}")
+    try:
+        yield unfinished
+        _flush(unfinished)
+        unfinished.replace(path)
+        _flush(path.parent)  # the new name too survives a power cut
+    except OSError as error:
+        if reason := lack_of_room(error):
+            raise InputError(
+                f"{path}: cannot be written ({reason}); earlier results are as they were: "
+                "make room and run the same command again"
+            ) from None
+        raise
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+def look_for_room(path: Path, size: int) -> None:
+    """Try whether a file has room, for libraries that end badly on a full disk.
+
+    Parameters
+    ----------
+    path : Path
+        A new file; it is empty afterwards.
+    size : int
+        Bytes that it may need.
+
+    Raises
+    ------
+    OSError
+        There is no room.
+    """
+    with path.open("wb") as file:
+        if size and hasattr(os, "posix_fallocate"):
+            os.posix_fallocate(file.fileno(), 0, size)
+        file.truncate(0)
+
+
+def clear(folder: Path) -> int:
+    """Remove what killed processes have left half written.
+
+    Parameters
+    ----------
+    folder : Path
+        Nobody may write in it meanwhile.
+
+    Returns
+    -------
+    int
+        Number of files removed.
+    """
+    left = list(folder.rglob(f"{UNFINISHED}*"))
+    for path in left:
+        path.unlink(missing_ok=True)
+    return len(left)
+
+
+def lack_of_room(error: OSError) -> str:
+    """Why there was no room, if that is the error; HDF5 gives its number in the text only.
+
+    Parameters
+    ----------
+    error : OSError
+        Of a write.
+
+    Returns
+    -------
+    str
+        "No space left on device" and the like; empty for other errors.
+    """
+    for code in _NO_ROOM:
+        if error.errno == code or f"errno = {code}," in str(error):
+            return os.strerror(code)
+    return ""
+
+
+def _flush(path: Path) -> None:
+    """Wait until a file or folder is on the disk."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

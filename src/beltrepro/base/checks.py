@@ -1,0 +1,143 @@
+"""Checks of values: each failure is one line that names the value and says what is allowed.
+
+Each takes the name of a value and the value, and returns it as it is used.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Set
+from numbers import Integral, Real
+from os import PathLike
+from pathlib import Path
+from typing import Any, TypeGuard
+
+import numpy as np
+
+from beltrepro.base.errors import InputError
+
+_LARGEST_KEY = 2**63 - 1  # what a file can hold
+_LONGEST = 60  # characters of a value in a message
+
+
+def shown(value: Any) -> str:
+    """A value as a message shows it: in one short line."""
+    try:
+        text = " ".join(repr(value).split())
+    except Exception:  # of a class of somebody else, or an int of thousands of digits
+        text = type(value).__name__
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
+
+
+def is_sequence(value: Any) -> TypeGuard[Iterable]:
+    """Whether a value has others in an order; text counts as one value."""
+    unordered = isinstance(value, str | bytes | Mapping | Set)
+    return isinstance(value, Iterable) and not unordered and getattr(value, "ndim", 1) > 0
+
+
+def whole_number(name: str, value: Any) -> int:
+    """The value as an int; InputError names it if it is not a whole number."""
+    is_whole = isinstance(value, Integral) or (isinstance(value, Real) and value % 1 == 0)
+    if isinstance(value, bool) or not is_whole:
+        raise InputError(f"{name} = {shown(value)}: a whole number is needed")
+    return int(value)
+
+
+def finite_number(name: str, value: Any) -> float:
+    """The value as a float; InputError names it if it is not a finite number."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise InputError(f"{name} = {shown(value)}: a number is needed")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise InputError(f"{name} = {number}: a finite number is needed")
+    return number
+
+
+def positive(name: str, value: Any, most: float = math.inf) -> float:
+    """A number greater than 0, and at most `most`."""
+    number = finite_number(name, value)
+    if number <= 0:
+        raise InputError(f"{name} = {number:g}: must be greater than 0")
+    return _at_most(name, number, most)
+
+
+def not_negative(name: str, value: Any, most: float = math.inf) -> float:
+    """A number of 0 or greater, and at most `most`."""
+    number = finite_number(name, value)
+    if number < 0:
+        raise InputError(f"{name} = {number:g}: must be 0 or greater")
+    return _at_most(name, number, most)
+
+
+def key(name: str, value: Any) -> int:
+    """A whole number of 0 or greater: a seed, a replicate, a count."""
+    number = whole_number(name, value)
+    if number < 0:
+        raise InputError(f"{name} = {shown(value)}: a whole number of 0 or greater is needed")
+    if number > _LARGEST_KEY:
+        raise InputError(f"{name} = {shown(value)}: must be at most {_LARGEST_KEY}")
+    return number
+
+
+def several(name: str, value: Any, check: Callable[[str, Any], float]) -> np.ndarray:
+    """An array of at least one number, each of which passes the check."""
+    if not is_sequence(value):
+        raise InputError(f"{name} = {shown(value)}: a sequence of numbers is needed")
+    values = [check(name, each) for each in value]
+    if not values:
+        raise InputError(f"{name} is empty: at least one number is needed")
+    return np.array(values)
+
+
+def series(name: str, value: Any) -> np.ndarray:
+    """An array of numbers along one axis."""
+    array = _as_numbers(value)
+    if array is None or array.ndim != 1:
+        raise InputError(f"{name} = {shown(value)}: a sequence of numbers is needed")
+    return array
+
+
+def numbers(name: str, value: Any, count: int) -> np.ndarray:
+    """An array of so many finite numbers, one for each block."""
+    array = _as_numbers(value)
+    if array is None:
+        raise InputError(f"{name} = {shown(value)}: {count} numbers are needed")
+    if array.shape != (count,):
+        raise InputError(
+            f"{name} of shape {array.shape}: {count} numbers are needed, one for each block"
+        )
+    if not np.all(np.isfinite(array)):
+        raise InputError(f"{name} = {shown(array.tolist())}: finite numbers are needed")
+    return array
+
+
+def positions(name: str, value: Any, n_blocks: int) -> np.ndarray:
+    """Positions (N,) of the blocks of one chain, from the wall outwards."""
+    array = numbers(name, value, n_blocks)
+    if not np.all(np.diff(array, prepend=0.0) > 0):
+        raise InputError(f"{name} = {shown(array.tolist())}: must be positive and increasing")
+    return array
+
+
+def path(name: str, value: Any) -> Path:
+    """Where a file is."""
+    if not isinstance(value, str | PathLike):
+        raise InputError(f"{name} = {shown(value)}: the path of a file is needed")
+    return Path(value)
+
+
+def _at_most(name: str, number: float, most: float) -> float:
+    if number > most:
+        raise InputError(f"{name} = {number:g}: must be at most {most:g}")
+    return number
+
+
+def _as_numbers(value: Any) -> np.ndarray | None:
+    """The value as an array of floats, of any shape; None if it is none of numbers."""
+    try:
+        array = np.asarray(value)
+    except ValueError:  # lists of different lengths
+        return None
+    is_numeric = array.dtype.kind in "iuf" or array.size == 0
+    return array.astype(float) if is_numeric else None

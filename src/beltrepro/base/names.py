@@ -1,0 +1,128 @@
+"""Names of arguments, keys and targets: what is meant by one that is not known."""
+
+import difflib
+import functools
+import inspect
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar, cast
+
+from beltrepro.base.checks import shown
+from beltrepro.base.errors import InputError
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+SYMBOLS = {
+    "N": "n_blocks",
+    "u": "belt_velocity",
+    "sigma": "noise",
+    "dt": "time_step",
+    "F_st0": "static_friction",
+    "f_s": "friction_ratio",
+    "l": "rest_length",
+    "b_1": "compression_rate",
+    "b_2": "extension_rate",
+    "t": "duration",
+}
+"""Names by the symbols of the paper, in plain letters."""
+
+
+def hint(found: str, known: Iterable[str]) -> str:
+    """What may be meant by a name, as the end of a line about it.
+
+    Parameters
+    ----------
+    found : str
+        A name that is not known.
+    known : iterable of str
+        Names that are.
+
+    Returns
+    -------
+    str
+        The name of a symbol of the paper, or else the nearest name; empty if none is near.
+    """
+    known = list(known)
+    near = difflib.get_close_matches(found, known, n=1, cutoff=0.6)
+    meant = [name for name in (SYMBOLS.get(found), *near) if name in known]
+    return f"; did you mean {meant[0]!r}?" if meant else ""
+
+
+def one_of(name: str, value: Any, allowed: Iterable[str]) -> str:
+    """Check that a value is one of some words.
+
+    Parameters
+    ----------
+    name : str
+        Of the value.
+    value : object
+        The value.
+    allowed : iterable of str
+        The words.
+
+    Returns
+    -------
+    str
+        The value.
+
+    Raises
+    ------
+    InputError
+        If it is none of them.
+    """
+    allowed = list(allowed)
+    if isinstance(value, str) and value in allowed:
+        return value
+    meant = hint(value, allowed) if isinstance(value, str) else ""
+    raise InputError(f"{name} = {shown(value)}: allowed are {', '.join(allowed)}{meant}")
+
+
+def checked(called: F) -> F:
+    """Decorate a function or class so that a wrong name of an argument is one clear line.
+
+    Python itself raises a TypeError that suggests nothing. A call with the right names costs
+    nothing more.
+
+    Parameters
+    ----------
+    called : callable
+        A function, or a class, whose `__init__` is then decorated.
+
+    Returns
+    -------
+    callable
+        With the same signature; raises InputError for an argument that is unknown, missing or
+        given twice.
+    """
+    if isinstance(called, type):
+        made: Any = called
+        made.__init__ = checked(made.__init__)
+        return called
+    signature = inspect.signature(called)
+
+    @functools.wraps(called)
+    def _call(*args: Any, **kwargs: Any) -> Any:
+        try:
+            return called(*args, **kwargs)
+        except TypeError:
+            if wrong := _wrong(called, signature, args, kwargs):
+                raise wrong from None
+            raise
+
+    return cast(F, _call)
+
+
+def _wrong(
+    called: Callable, signature: inspect.Signature, args: tuple, kwargs: dict
+) -> InputError | None:
+    """What is wrong with the arguments of a call; None if they fit the signature."""
+    try:
+        signature.bind(*args, **kwargs)
+    except TypeError as error:
+        name = called.__qualname__.removesuffix(".__init__")
+        known = [each for each in signature.parameters if each not in ("self", "cls")]
+        for unknown in kwargs:
+            if unknown not in known:
+                meant = hint(unknown, known) or f": allowed are {', '.join(known)}"
+                return InputError(f"{name} has no argument {unknown!r}{meant}")
+        return InputError(f"{name}: {error}: its arguments are {', '.join(known)}")
+    return None

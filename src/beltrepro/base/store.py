@@ -1,0 +1,188 @@
+"""HDF5 in and out: named arrays with attributes, written whole or not at all.
+
+The same content gives the same bytes: nothing written depends on time, path or order of keys.
+A file has checksums of its content, which readers compare: a damaged file is never taken for whole.
+"""
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from beltrepro.base.atomic import look_for_room, replacing
+from beltrepro.base.errors import InputError
+
+COMPRESS_FROM_BYTES = 1 << 16  # smaller arrays gain nothing
+CHECKSUM = "checksum"  # attribute of the file: over all arrays and attributes
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """Arrays and attributes of one file.
+
+    Everything is in model units; see `beltrepro.replication.plan.kinds` for the arrays of each kind.
+
+    Attributes
+    ----------
+    arrays : dict of arrays
+        By name, any shape; structured ones too.
+    attributes : dict
+        Numbers and texts by name.
+    """
+
+    arrays: dict[str, np.ndarray]
+    attributes: dict
+
+
+def write(
+    path: str | os.PathLike,
+    arrays: Mapping[str, npt.ArrayLike],
+    attributes: Mapping[str, Any],
+    about: Mapping[str, Mapping[str, str]] | None = None,
+) -> None:
+    """Write arrays with attributes; the file appears under its name when it is complete.
+
+    Parameters
+    ----------
+    path : path-like
+        The HDF5 file; missing folders are made.
+    arrays : dict
+        Arrays of any shape by name; structured ones too. "group/array" puts one in a group.
+    attributes : dict
+        Numbers and text on the whole file.
+    about : dict, optional
+        For each array what is said of it alone: unit, dimensions, symbol, description.
+    """
+    with replacing(path) as unfinished:
+        # HDF5 crashes on a full disk
+        look_for_room(unfinished, sum(np.asarray(array).nbytes for array in arrays.values()))
+        with h5py.File(unfinished, "w", track_order=False) as file:
+            for name in sorted(arrays):
+                _write_array(file, name, np.asarray(arrays[name]), (about or {}).get(name, {}))
+            for name in sorted(attributes):
+                file.attrs[name] = attributes[name]
+            file.attrs[CHECKSUM] = _checksum_of(file, _arrays(file))
+
+
+def read(path: str | os.PathLike, *, strict: bool = False) -> Dataset:
+    """Read what `write` wrote: text comes back as str, arrays with their dtype and shape.
+
+    Parameters
+    ----------
+    path : path
+        File to read.
+    strict : bool
+        Whether to refuse a file without a checksum, as older versions wrote it.
+
+    Returns
+    -------
+    Dataset
+        All that the file holds.
+
+    Raises
+    ------
+    InputError
+        When the file is missing, damaged or not HDF5.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            arrays = _arrays(file)
+            attributes = {name: _plain(value) for name, value in file.attrs.items()}
+            found = attributes.pop(CHECKSUM, None)
+            expected = _checksum_of(file, arrays) if found or strict else None
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except (OSError, KeyError, RuntimeError, ValueError, TypeError) as error:
+        raise InputError(f"{path}: not a readable HDF5 file ({error})") from None
+    if found != expected:
+        reason = "its content does not have its checksum" if found else "it has no checksum"
+        raise InputError(f"{path}: damaged or of an older version: {reason}")
+    return Dataset(arrays, attributes)
+
+
+def checksum(array: np.ndarray) -> str:
+    """Text that differs for arrays of different type, shape or bits.
+
+    Parameters
+    ----------
+    array : array
+        Any shape; structured ones too.
+
+    Returns
+    -------
+    str
+        Sixteen hexadecimal digits.
+    """
+    stored = np.ascontiguousarray(array.astype(_with_text(array.dtype, "U", "S")))
+    digest = hashlib.sha256(f"{stored.dtype.descr} {stored.shape}".encode())
+    digest.update(stored.tobytes())
+    return digest.hexdigest()[:16]
+
+
+def _checksum_of(file: h5py.File, arrays: dict[str, np.ndarray]) -> str:
+    """Checksum of an open file: of its arrays, as they are in it, and of all attributes."""
+    content = {
+        name: [checksum(array), _plain_attributes(file[name])] for name, array in arrays.items()
+    }
+    text = json.dumps([content, _plain_attributes(file)], sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def _plain_attributes(item: Any) -> dict:
+    return {name: _plain(value) for name, value in item.attrs.items() if name != CHECKSUM}
+
+
+def _write_array(file: h5py.File, name: str, array: np.ndarray, about: Mapping[str, str]) -> None:
+    stored = array.astype(_with_text(array.dtype, "U", "S"))
+    options = {}
+    if stored.nbytes >= COMPRESS_FROM_BYTES:
+        options = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+    dataset = file.create_dataset(name, data=stored, track_times=False, **options)
+    for key in sorted(about):
+        dataset.attrs[key] = about[key]
+
+
+def _names(file: h5py.File) -> list[str]:
+    """Names of all arrays, with those of the groups they are in: "group/array"."""
+    names: list[str] = []
+    file.visititems(
+        lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None
+    )
+    return names
+
+
+def _arrays(file: h5py.File) -> dict[str, np.ndarray]:
+    return {name: _read_array(file[name]) for name in _names(file)}
+
+
+def _read_array(dataset: h5py.Dataset) -> np.ndarray:
+    array = dataset[()]
+    return array.astype(_with_text(array.dtype, "S", "U"))
+
+
+def _with_text(dtype: np.dtype, kind: str, other: str) -> np.dtype:
+    """The dtype with text of one kind (U: unicode, S: bytes) turned into the other."""
+    if dtype.names:
+        fields = [(name, _with_text(dtype[name], kind, other)) for name in dtype.names]
+        return np.dtype(fields)
+    if dtype.subdtype:
+        base, shape = dtype.subdtype
+        return np.dtype((_with_text(base, kind, other), shape))
+    if dtype.kind == kind:
+        length = dtype.itemsize // (4 if kind == "U" else 1)
+        return np.dtype(f"{other}{length}")
+    return dtype
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, bytes):
+        return value.decode()
+    return value

@@ -1,0 +1,130 @@
+"""`beltrepro claims`: the verdicts of a run in the terminal."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import textwrap
+from collections import Counter
+from dataclasses import asdict
+from math import isfinite, nan
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from beltrepro.base.errors import InputError
+
+if TYPE_CHECKING:
+    from beltrepro.replication.report.findings.results import Result
+
+
+def add(commands: Any) -> None:
+    """Add the command.
+
+    Parameters
+    ----------
+    commands : object
+        What `add_subparsers` returns.
+    """
+    claims = commands.add_parser(
+        "claims",
+        help="print the verdicts of a run on the claims of the paper",
+        description="Print each claim of the paper with its verdict and the numbers it rests on: "
+        "95 % intervals, and in brackets the allowed ranges.",
+    )
+    option = claims.add_argument
+    option("--preset", default="standard", metavar="NAME", help="run to read: results/NAME")
+    option("--results", type=Path, metavar="FOLDER", help="another folder than results/NAME")
+    option("--verdict", metavar="WORD", help="only claims with this verdict, as fails")
+    option("--json", action="store_true", help="print everything as JSON")
+    claims.set_defaults(action=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the table.
+
+    Parameters
+    ----------
+    options : argparse.Namespace
+        Those of the command.
+
+    Returns
+    -------
+    int
+        Exit status.
+
+    Raises
+    ------
+    InputError
+        If the run has no claims, or none with the verdict that is asked for.
+    """
+    from beltrepro.replication.report import findings
+
+    folder = options.results or Path("results", options.preset)
+    found = list(findings.read(folder / "claims.csv", folder / "estimates.csv").values())
+    if options.verdict:
+        known = {each.verdict for each in found}
+        if options.verdict not in known:
+            raise InputError(
+                f"--verdict {options.verdict}: no claim of {folder} has it; "
+                f"they have {', '.join(sorted(known))}"
+            )
+        found = [each for each in found if each.verdict == options.verdict]
+    if options.json:
+        print(json.dumps([_plain(each) for each in found], indent=1))
+        return 0
+    print(_table(found))
+    counts = Counter(each.verdict for each in found)
+    print("\n" + ", ".join(f"{count} {verdict}" for verdict, count in counts.most_common()))
+    return 0
+
+
+def _plain(result: Result) -> dict[str, Any]:
+    """A claim as plain values; JSON has no infinity and no NaN, so such an end is null."""
+    numbers = []
+    for each in result.counted.numbers.values():
+        ends = dict(zip(("allowed_low", "allowed_high"), each.allowed or (nan, nan), strict=True))
+        values = asdict(each.estimate) | ends
+        del values["still_open"]  # not in the tables
+        finite = {
+            key: value if value is None or isfinite(value) else None
+            for key, value in values.items()
+        }
+        numbers.append({"name": each.name} | finite | {"verdict": each.verdict})
+    return {
+        "id": result.id,
+        "figure": result.claim.figure,
+        "kind": result.claim.kind,
+        "statement": result.claim.statement,
+        "paper": result.paper,
+        "criterion": result.criterion,
+        "verdict": result.verdict,
+        "note": result.counted.note,
+        "estimates": numbers,
+    }
+
+
+def _table(results: list[Result]) -> str:
+    from tabulate import tabulate
+
+    width = max(30, shutil.get_terminal_size((110, 24)).columns - 50)
+    rows = [
+        (
+            each.id,
+            each.claim.figure,
+            each.verdict,
+            "\n".join(line for part in _parts(each) for line in textwrap.wrap(part, width)),
+        )
+        for each in results
+    ]
+    return tabulate(rows, headers=("claim", "figure", "verdict", "measured"), tablefmt="simple")
+
+
+def _parts(result: Result) -> list[str]:
+    """One line for each number, or the reason where there are none."""
+    return [
+        (f"{each.name}: " if each.name else "")
+        + each.words
+        + (f" [{each.allowed_words}]" if each.allowed_words else "")
+        for each in result.counted.numbers.values()
+    ] or [result.counted.note]

@@ -1,0 +1,45 @@
+"""`beltrepro publish`: results of a run in docs/results, and their numbers in README.md."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+
+def add(commands: Any) -> None:
+    """Add the command.
+
+    Parameters
+    ----------
+    commands : object
+        What `add_subparsers` returns.
+    """
+    publish = commands.add_parser(
+        "publish",
+        help="copy report, article, figures and tables of a run to docs/results",
+        description="Copy report, article, figures (PNG), tables of claims and a list of checksums "
+        "of a finished run to docs/results, and write its main numbers into README.md. In a clone "
+        "only. At most 20 MB.",
+    )
+    publish.add_argument("results", type=Path, metavar="FOLDER", help="the run: results/paper")
+    publish.set_defaults(action=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Publish.
+
+    Parameters
+    ----------
+    options : argparse.Namespace
+        Those of the command.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
+    from beltrepro.replication.report import publishing
+
+    folder = publishing.publish(options.results)
+    publishing.write_block(Path("README.md"))
+    print(f"{folder}: {publishing.size(folder) / 1e6:.1f} MB; README.md has its numbers")
+    return 0

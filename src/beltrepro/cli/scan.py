@@ -1,0 +1,76 @@
+"""`beltrepro scan`: r over a grid of chains."""
+
+import argparse
+from typing import Any
+
+from beltrepro.cli import options as shared
+from beltrepro.replication.plan.quantities import LAW
+
+_CHAIN = ("n_blocks", "belt_velocity", "noise", *(each.name for each in LAW))
+_SETTINGS = ("duration", "transient", "method", "time_step", "tolerance", "seed")
+_SHOWN = ("disorder_parameter", "mean_length", "section_count", "laminar_fraction")
+
+
+def add(commands: Any) -> None:
+    """Add the command.
+
+    Parameters
+    ----------
+    commands : object
+        What `add_subparsers` returns.
+    """
+    scan = commands.add_parser(
+        "scan",
+        help="measure r over a grid of chains",
+        description="Simulate chains at every combination of some values and measure r, the mean "
+        "length, slips and laminar phases of each. A quantity of the chain is a number, a list "
+        "1,2,5 or a range START:STOP:STEP with both ends.",
+        epilog="All numbers are in model units, as in `beltrepro simulate --help`. In Python: "
+        "beltrepro.scan_grid.",
+    )
+    shared.add_chain(scan, shared.whole_grid, shared.grid)
+    shared.add_numerics(scan, method="event")
+    option = scan.add_argument
+    option("--seed", type=int, default=1, help="fixes the random numbers (1)")
+    option("--replicates", type=int, default=1, help="runs at each combination (1)")
+    option(
+        "--initial-spread",
+        type=float,
+        default=1.0,
+        help="standard deviation of random displacements of the blocks at the start (1); "
+        "replicate 0 has none",
+    )
+    option("--json", action="store_true", help="print the table as JSON")
+    shared.add_output(scan, "write the table to this .csv file, or all arrays to this .h5 file")
+    scan.set_defaults(action=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Scan a grid, and print or write the table.
+
+    Parameters
+    ----------
+    options : argparse.Namespace
+        Those of the command.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
+    shared.check_output(options, ".csv", ".h5")
+    from beltrepro.simulation.grid_scan import scan_grid
+
+    axes = {name: getattr(options, name) for name in _CHAIN}
+    own = {name: getattr(options, name) for name in (*_SETTINGS, "replicates", "initial_spread")}
+    found = scan_grid(**axes, **own, progress=shared.progress_of("scan"))
+    table = found.table()
+    if options.output:
+        found.save(options.output)
+    if options.json:
+        print(table.to_json(orient="records", indent=2, double_precision=15))
+    elif options.output:
+        print(f"{options.output}: {len(table)} points")
+    else:
+        print(table[[*found.axes, *_SHOWN]].to_string(index=False, float_format="{:.6g}".format))
+    return 0

@@ -1,0 +1,1 @@
+"""Beside the library: a window on the chain, the benchmark, the deposit."""

@@ -1,0 +1,92 @@
+"""What is compared: each competitor advances one chain, or several together, by a span of time."""
+
+import functools
+
+import numpy as np
+
+from beltrepro.engine.integrator import Sampling
+from beltrepro.engine.state import ChainState
+from beltrepro.engine.tangent_integrator import TangentIntegrator
+from beltrepro.engine.verlet_integrators import SteppingVerlet
+from beltrepro.extras.bench.plain import PlainChain, c_loop, numba_loop
+from beltrepro.extras.bench.smooth import HeyokaChain, SolveIvpChain, heyoka_version
+from beltrepro.model import ChainParameters
+from beltrepro.simulation import METHODS
+
+BASE = "numba"  # the plain loop that the others are compared with
+LABELS = {
+    "numba": "plain loop, Numba",
+    "c": "plain loop, C",
+    "scipy": "solve_ivp",
+    "heyoka": "heyoka",
+    "steps": "verlet step by step",
+    "verlet": "verlet",
+    "event": "event",
+    "tangent": "event with 1 vector",
+}
+_INTEGRATORS = {
+    "steps": SteppingVerlet,
+    **METHODS,
+    "tangent": functools.partial(TangentIntegrator, n_vectors=1),
+}
+ONE_CHAIN = ("numba", "c", "scipy", "heyoka")
+TIME_STEP = 0.001
+_SAMPLE_STRIDE = 100  # steps between samples of x_N, the same as in a scan
+_SPREAD = 1e-3
+
+
+class GroupRunner:
+    """Several chains advanced together by an integrator of this package.
+
+    method : "verlet", "event", "steps" for `verlet` without leaps, or "tangent" for `event`
+    with a deviation vector for each chain. parameters : the chain; the others start from positions
+    with normal deviations of 0.001. chains : how many.
+    """
+
+    def __init__(self, method: str, parameters: ChainParameters, chains: int):
+        self.chains = chains
+        random = np.random.default_rng(1)
+        spread = _SPREAD * random.standard_normal((chains, parameters.n_blocks))
+        starts = parameters.rest_positions + spread
+        self._integrator = _INTEGRATORS[method](
+            [ChainState.at_rest(parameters, start, replicate=k) for k, start in enumerate(starts)],
+            time_step=TIME_STEP,
+            sampling=Sampling(_SAMPLE_STRIDE, TIME_STEP),
+            sampled_blocks=1,
+        )
+        self._time = 0.0
+
+    def advance(self, span: float) -> None:
+        """Advance all chains by `span` of model time."""
+        self._time += span
+        for _ in self._integrator.advance(self._time):
+            pass
+
+
+def competitor(name: str, parameters: ChainParameters, chains: int, warm_up: float):
+    """One competitor with a chain that is under way; None if it cannot run here or such a chain.
+
+    name : of `LABELS`. chains : advanced together, by the integrators of this package only.
+    warm_up : model time advanced before.
+
+    Returns an object with `chains` and `advance(span)`, span in model time.
+    """
+    if name == "steps" and parameters.noise > 0:
+        return None  # then `verlet` itself goes step by step
+    if name not in ONE_CHAIN:
+        runner = GroupRunner(name, parameters, chains)
+        runner.advance(warm_up)
+        return runner
+    loop = c_loop() if name == "c" else numba_loop
+    smooth = name in ("scipy", "heyoka")
+    if (
+        loop is None
+        or (smooth and parameters.noise > 0)
+        or (name == "heyoka" and heyoka_version() is None)
+    ):
+        return None
+    plain = PlainChain(parameters, loop, time_step=TIME_STEP)
+    plain.advance(warm_up)
+    if smooth:
+        return SolveIvpChain(plain) if name == "scipy" else HeyokaChain(plain)
+    return plain

@@ -1,0 +1,278 @@
+"""What `beltrepro bench` measured, as tables: for the terminal and for the docs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from beltrepro.extras.bench.competitors import BASE, LABELS, TIME_STEP
+
+PAPER_DURATION = 2e6  # model time of a run of the paper
+# Additions, multiplications and comparisons of the printed formulas, for a slipping block and step:
+# deformation 2, branch of the spring 2, F_ex 1, stick and slip rule 4, a 3, x 4, v 7.
+OPERATIONS = 23
+_MISSING = "n/a"
+
+
+@dataclass(frozen=True)
+class Table:
+    """One table: title, what it says in words, header and rows of text."""
+
+    title: str
+    text: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+def tables(result: dict) -> list[Table]:
+    """The tables of a result of `beltrepro.extras.bench.measuring.measure`."""
+    return [
+        table
+        for table in (
+            _conditions(result),
+            _cases(result),
+            _shares(result),
+            _chains(result),
+            _blocks(result),
+            _cores(result),
+            _processes(result),
+        )
+        if table.rows
+    ]
+
+
+def as_text(result: dict) -> str:
+    """All tables for a terminal."""
+    parts = []
+    for table in tables(result):
+        lines = [table.header, *table.rows]
+        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        parts.append(table.title)
+        parts += ["  ".join(map(str.ljust, line, widths)).rstrip() for line in lines]
+        parts.append("")
+    return "\n".join(parts)
+
+
+def as_markdown(result: dict) -> str:
+    """All tables as a page of the documentation."""
+    rounds, timing = result["conditions"]["rounds"], result["conditions"]["timing"]
+    parts = [
+        "# Benchmark",
+        "",
+        f"Made by `{_command(result['conditions'])}`; do not edit.",
+        "All quantities were measured in one interleaved run. In each round, every quantity was",
+        f"timed once, for about {timing:g} s. There were {rounds} rounds. The tables show medians",
+        "over the rounds. A cost is the processor time of one thread, for one chain and one unit",
+        "of model time (0.0765 s). All chains had moved for a while before the first timing.",
+        "",
+    ]
+    for table in tables(result):
+        parts += [f"## {table.title}", "", *([table.text, ""] if table.text else [])]
+        parts.append(_line(table.header))
+        parts.append(_line("---" for _ in table.header))
+        parts += [_line(row) for row in table.rows]
+        parts.append("")
+    return "\n".join(parts)
+
+
+def _command(conditions):
+    flags = f"--rounds {conditions['rounds']}{' --quick' if conditions['quick'] else ''}"
+    only = conditions["only"]
+    flags += f" --only {only}" if only else ""
+    return f"beltrepro bench {flags} --output docs/benchmark.md --force"
+
+
+def _line(cells):
+    return "| " + " | ".join(cells) + " |"
+
+
+def _conditions(result):
+    conditions = result["conditions"]
+    versions = ", ".join(f"{name} {number}" for name, number in conditions["versions"].items())
+    walls = result["wall"]
+    peak = _median(result["peak"]) / 1e9
+    compiler = conditions["compiler"]
+    if compiler:
+        compiler = f"{compiler}; {conditions['compiler_flags']}"
+    solver = conditions["solve_ivp"]
+    rows = [
+        ("processor", f"{conditions['processor']}, {conditions['cores']} cores"),
+        ("code", f"beltrepro {conditions['code_version']}"),
+        ("date", conditions["date"]),
+        ("versions", versions),
+        ("C compiler", compiler or _MISSING),
+        ("heyoka", conditions["heyoka"] or "not installed"),
+        ("solve_ivp", f"{solver['method']}, tolerances {solver['tolerance']:g}"),
+        ("time step", f"{TIME_STEP:g} (plain loops and verlet)"),
+        ("chains together", f"{conditions['width']} (verlet and event), 1 (all others)"),
+        ("peak of one core", f"{peak:.1f} GFlop/s, multiply-adds measured"),
+        (
+            "disturbance",
+            f"clock over processor time: median {np.median(walls):.2f}, largest "
+            f"{np.max(walls):.2f}; largest over smallest cost in the rounds: median "
+            f"{_spread(result):.2f}",
+        ),
+    ]
+    return Table("Conditions", "", ("what", "value"), tuple(rows))
+
+
+def _spread(result):
+    costs = [
+        values
+        for part in ("cases", "chains", "blocks")
+        for row in result[part]
+        for values in row["ns"].values()
+    ]
+    return float(np.median([max(values) / min(values) for values in costs]))
+
+
+def _cases(result):
+    names = result["names"]
+    rows = []
+    for row in result["cases"]:
+        costs = row["ns"]
+        case = (str(row["n_blocks"]), f"{row['noise']:g}", f"{row['belt_velocity']:g}")
+        cost = [_cell(_median(costs.get(name))) for name in names]
+        paper = [_cell(_median(costs.get(name)), PAPER_DURATION / 1e9) for name in names]
+        gains = [_gain(costs, name) for name in names]
+        rows.append((*case, "ns per chain and unit of time", *cost))
+        rows.append((*case, "s per run of the paper", *paper))
+        rows.append((*case, "times faster than the plain loop", *gains))
+    text = (
+        f"A run of the paper lasts {PAPER_DURATION:g} units of time. Its seconds are those of one "
+        "chain of those advanced together. A scan advances smaller groups of chains; the cost of "
+        "those is in the table of the number of chains. The ratios compare with the plain loop in "
+        "Numba and are medians of the ratios within a round. solve_ivp and heyoka follow one "
+        "chain without noise from event to event. The runs of solve_ivp are so short that the "
+        "motion itself makes a part of the spread. solve_ivp chooses its steps, and a step now "
+        "and then hides a pair of events. In a trial, steps of at most 0.05 found these events, "
+        "at 1.3 to 10 times the cost. Without noise, verlet computes many steps at once; the "
+        "column before it shows the scheme step by step. The last column is event with a deviation "
+        "vector for each chain, as Lyapunov exponents need it."
+    )
+    header = ("N", "σ", "u", "quantity", *(LABELS[name] for name in names))
+    return Table("Cost", text, header, tuple(rows))
+
+
+def _shares(result):
+    names = [name for name in ("numba", "c", "steps") if name in result["names"]]
+    peak = _median(result["peak"])
+    rows = []
+    for row in result["cases"]:
+        if row["noise"] > 0:
+            continue
+        cells = []
+        for name in names:
+            cost = _median(row["ns"].get(name))
+            if cost is None:
+                cells.append(_MISSING)
+                continue
+            speed = OPERATIONS * row["n_blocks"] / TIME_STEP / (cost * 1e-9)
+            cells.append(f"{speed / 1e9:.2f} ({100 * speed / peak:.1f} %)")
+        rows.append((str(row["n_blocks"]), f"{row['belt_velocity']:g}", *cells))
+    if rows:
+        rows.append(("peak", "", *[f"{peak / 1e9:.1f} (100 %)"] * len(names)))
+    text = (
+        "Speed in GFlop/s without noise, and its share of the measured peak. The printed formulas "
+        f"count as {OPERATIONS} operations for each block and step. Exponentials do not count, and "
+        "every block counts as if it slipped. The peak was measured with nothing but "
+        "multiply-adds on independent numbers."
+    )
+    header = ("N", "u", *(LABELS[name] for name in names))
+    return Table("Share of the peak", text, header, tuple(rows))
+
+
+def _chains(result):
+    names = [name for name in ("verlet", "event") if name in result["names"]]
+    rows = [
+        (str(row["chains"]), *(_cell(_median(row["ns"].get(name))) for name in names))
+        for row in result["chains"]
+    ]
+    n_blocks, noise, belt_velocity = result["conditions"]["scaling_case"]
+    text = (
+        f"Cost in ns per chain and unit of time at N = {n_blocks}, σ = {noise:g}, "
+        f"u = {belt_velocity:g}, for several numbers of chains advanced together."
+    )
+    header = ("chains", *(LABELS[name] for name in names))
+    return Table("Number of chains", text, header, tuple(rows))
+
+
+def _blocks(result):
+    names = [
+        name for name in result["names"] if any(row["ns"].get(name) for row in result["blocks"])
+    ]
+    rows = []
+    for row in result["blocks"]:
+        cells = [_cell(_median(row["ns"].get(name)), 1 / row["n_blocks"]) for name in names]
+        rows.append((str(row["n_blocks"]), *cells))
+    _, noise, belt_velocity = result["conditions"]["scaling_case"]
+    text = f"Cost in ns per block and unit of time at σ = {noise:g}, u = {belt_velocity:g}."
+    header = ("N", *(LABELS[name] for name in names))
+    return Table("Number of blocks", text, header, tuple(rows))
+
+
+def _cores(result):
+    rows = [
+        (
+            LABELS[name],
+            f"{_median(gains['wall']):.2f}",
+            f"{max(gains['wall']):.2f}",
+            f"{_median(gains['processor']):.2f}",
+        )
+        for name, gains in result["cores"].items()
+        if gains["wall"]
+    ]
+    text = (
+        "Work per time of two processes, divided by that of one process (target 1.9). The clock "
+        "also counts the time that other programs take. The processor time shows only how much "
+        "the two processes slow each other down."
+    )
+    header = ("integrator", "by the clock", "best round", "by processor time")
+    return Table("Two processes", text, header, tuple(rows))
+
+
+def _processes(result):
+    rows = []
+    for name, memory in result["memory"].items():
+        starts = result["first_step"].get(name)
+        rows.append(
+            (
+                LABELS[name],
+                _memory(memory.get("start")),
+                _memory(memory.get("end")),
+                f"{_median(starts):.2f}" if starts else _MISSING,
+            )
+        )
+    n_blocks, width = result["conditions"]["scaling_case"][0], result["conditions"]["width"]
+    text = (
+        f"The first two columns show the peak memory of a process with {width} chains of "
+        f"{n_blocks} blocks, all libraries included: after its warm-up, and after all rounds. The "
+        "last column shows the time from the start of a new process to its first step, with the "
+        "compiled kernels in the cache (target: under 3 s)."
+    )
+    header = ("integrator", "MB at the start", "MB at the end", "s to the first step")
+    return Table("Memory and start", text, header, tuple(rows))
+
+
+def _median(values):
+    return float(np.median(values)) if values else None
+
+
+def _gain(costs, name):
+    if not costs.get(name):
+        return _MISSING
+    return _cell(
+        _median([base / cost for base, cost in zip(costs[BASE], costs[name], strict=True)])
+    )
+
+
+def _memory(size):
+    return _MISSING if size is None else f"{size / 1e6:.0f}"
+
+
+def _cell(value, factor=1.0):
+    """Three digits, without an exponent."""
+    if value is None:
+        return _MISSING
+    value *= factor
+    digits = 2 - int(np.floor(np.log10(value)))
+    return f"{round(value, digits):.{max(digits, 0)}f}"

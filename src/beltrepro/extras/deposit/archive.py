@@ -1,0 +1,95 @@
+"""One ZIP file for a data repository: sources of a commit, results of a run, crate and checksums.
+
+Unpacked anywhere, it is a folder of the project in which the workflow draws all figures from the
+datasets, without git and without a simulation.
+"""
+
+import zipfile
+from collections.abc import Iterable
+from pathlib import Path
+
+from beltrepro.base import provenance
+from beltrepro.base.atomic import replacing
+from beltrepro.extras.deposit.crate import Layout, Run, describe
+from beltrepro.extras.deposit.sources import refuse_changes, source_files
+from beltrepro.replication.plan import manifest
+
+LEFT_OUT = ("batches/", "logs/", "source/", ".")  # of the results
+SOURCES = "source"  # folder of the results for the sources that the crate names
+
+
+def write_crate(top: Path, run: Run) -> None:
+    """Make the folder of a run a crate: its metadata, and a copy of the sources.
+
+    Parameters
+    ----------
+    top : Path
+        Folder of the project.
+    run : Run
+        A finished one.
+
+    Raises
+    ------
+    InputError
+        The sources are unknown, or rocrate is not installed.
+    """
+    results = top / run.folder
+    for name in source_files(top):
+        with replacing(results / SOURCES / name) as unfinished:
+            unfinished.write_bytes((top / name).read_bytes())
+    layout = Layout({f"{run.folder}/": "", "": f"{SOURCES}/"})
+    with replacing(results / manifest.CRATE) as unfinished:
+        unfinished.write_text(describe(top, run, layout), encoding="utf-8")
+
+
+def write(path: Path, top: Path, run: Run) -> int:
+    """Write the archive of a run.
+
+    Parameters
+    ----------
+    path : Path
+        The ZIP file. What it holds lies in a folder of this name without suffix.
+    top : Path
+        Folder of the project.
+    run : Run
+        A finished one.
+
+    Returns
+    -------
+    int
+        Number of files in it.
+
+    Raises
+    ------
+    InputError
+        A source is not as committed, the sources are unknown, or rocrate is not installed.
+    """
+    refuse_changes(top)
+    texts = {
+        provenance.COMMIT_FILE: f"node: {provenance.commit(top)}\n",
+        manifest.CRATE: describe(top, run, Layout({})),
+    }
+    names = [*source_files(top), *_results(top, run)]
+    lines = []
+    with (
+        replacing(path) as unfinished,
+        zipfile.ZipFile(unfinished, "w", strict_timestamps=False) as file,
+    ):
+        for name in sorted({*names} - {*texts}):
+            lines.append(manifest.line(manifest.checksum_of(top / name), name))
+            file.write(top / name, f"{path.stem}/{name}", zipfile.ZIP_DEFLATED)
+        for name, text in texts.items():
+            lines.append(manifest.line(manifest.checksum_of_text(text), name))
+            file.writestr(f"{path.stem}/{name}", text, zipfile.ZIP_DEFLATED)
+        listed = "".join(sorted(lines, key=lambda line: line.split("  ", 1)[1]))
+        file.writestr(f"{path.stem}/{manifest.NAME}", listed, zipfile.ZIP_DEFLATED)
+    return len(lines) + 1
+
+
+def _results(top: Path, run: Run) -> Iterable[str]:
+    folder = top / run.folder
+    for path in sorted(folder.rglob("*")):
+        below = path.relative_to(folder).as_posix()
+        made_here = below == manifest.CRATE or path.suffix == ".zip"
+        if path.is_file() and not below.startswith(LEFT_OUT) and not made_here:
+            yield f"{run.folder}/{below}"

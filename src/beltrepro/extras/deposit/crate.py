@@ -1,0 +1,394 @@
+"""RO-Crate of a run: its files, the jobs that made them, and the code, as JSON-LD.
+
+The profile is Provenance Run Crate 0.5 (https://w3id.org/ro/wfrun/provenance): the workflow has a
+step for each rule, and each job is an action with its inputs, outputs, times and memory.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+import yaml
+
+from beltrepro.base import provenance
+from beltrepro.base.errors import InputError
+from beltrepro.replication.plan.manifest import checksum_of
+
+if TYPE_CHECKING:
+    from rocrate.rocrate import ROCrate
+
+RO_CRATE = "1.1"  # that of the profile
+_TERMS = "https://w3id.org/ro/terms/workflow-run#"
+_PROFILES = {
+    "https://w3id.org/ro/wfrun/process/0.5": "Process Run Crate",
+    "https://w3id.org/ro/wfrun/workflow/0.5": "Workflow Run Crate",
+    "https://w3id.org/ro/wfrun/provenance/0.5": "Provenance Run Crate",
+    "https://w3id.org/workflowhub/workflow-ro-crate/1.0": "Workflow RO-Crate",
+}
+_WORKFLOW_PROFILE = "https://bioschemas.org/profiles/ComputationalWorkflow/1.0-RELEASE"
+_ENGINE = "https://snakemake.github.io"
+_MEDIA = {
+    ".csv": "text/csv",
+    ".h5": "application/x-hdf5",
+    ".html": "text/html",
+    ".json": "application/json",
+    ".md": "text/markdown",
+    ".pdf": "application/pdf",
+    ".png": "image/png",
+    ".py": "text/x-python",
+    ".tsv": "text/tab-separated-values",
+    ".yaml": "application/yaml",
+}
+
+
+@dataclass(frozen=True)
+class Record:
+    """What one job of the workflow read and wrote.
+
+    Attributes
+    ----------
+    rule : str
+        Its rule.
+    name : str
+        Of the job, and of its benchmark file without suffix: "datasets/u1".
+    inputs, outputs : tuple of str
+        Files, below the folder of the project.
+    """
+
+    rule: str
+    name: str
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run as the workflow knows it.
+
+    Attributes
+    ----------
+    name, preset : str
+        Its name and its preset.
+    seed : int
+        That of the configuration.
+    rules : dict
+        By rule its sentence and its script: "workflow/scripts/join.py".
+    records : tuple of Record
+        Its jobs.
+    """
+
+    name: str
+    preset: str
+    seed: int
+    rules: Mapping[str, tuple[str, str]]
+    records: tuple[Record, ...]
+
+    @property
+    def folder(self) -> str:
+        """That of the results."""
+        return f"results/{self.name}"
+
+
+def run_from(told: Mapping[str, Any]) -> Run:
+    """A run from plain values, as a script of the workflow is given them.
+
+    Parameters
+    ----------
+    told : dict
+        Attributes of `Run` by name; records as tuples.
+
+    Returns
+    -------
+    Run
+        With records.
+    """
+    records = (
+        Record(rule, name, tuple(inputs), tuple(outputs))
+        for rule, name, inputs, outputs in told["records"]
+    )
+    return Run(**{**told, "records": tuple(records)})
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the files of the project lie in the crate.
+
+    Attributes
+    ----------
+    moved : dict
+        New beginnings of paths by old ones, tried in their order: {"results/smoke/": "", ...}.
+    """
+
+    moved: Mapping[str, str]
+
+    def place(self, path: str) -> str:
+        """Path of a file in the crate.
+
+        Parameters
+        ----------
+        path : str
+            Below the folder of the project.
+
+        Returns
+        -------
+        str
+            Below the top of the crate.
+        """
+        for old, new in self.moved.items():
+            if path.startswith(old):
+                return new + path.removeprefix(old)
+        return path
+
+
+def describe(top: Path, run: Run, layout: Layout) -> str:
+    """The crate of a run.
+
+    Parameters
+    ----------
+    top : Path
+        Folder of the project.
+    run : Run
+        With files that are there, but for batches, which the crate names only.
+    layout : Layout
+        Where the files lie in the crate.
+
+    Returns
+    -------
+    str
+        Content of ro-crate-metadata.json.
+    """
+    made = _Made(top, run, layout)
+    made.add_top()
+    made.add_workflow()
+    made.add_jobs()
+    metadata = made.crate.metadata.generate()
+    metadata["@graph"] = [_without_lists_of_one(entity) for entity in metadata["@graph"]]
+    return json.dumps(metadata, indent=1, ensure_ascii=False) + "\n"
+
+
+def _without_lists_of_one(entity: Mapping[str, Any]) -> dict[str, Any]:
+    """The same with plain values in place of lists of one, as RO-Crate recommends."""
+    return {
+        name: value[0] if isinstance(value, list) and len(value) == 1 else value
+        for name, value in entity.items()
+    }
+
+
+class _Made:
+    """A crate while it is made: entities by the paths of the project."""
+
+    def __init__(self, top: Path, run: Run, layout: Layout) -> None:
+        self.top, self.run, self.layout = top, run, layout
+        self.crate = _empty_crate()
+        self.crate.metadata.extra_terms |= {
+            name: _TERMS + name for name in ("resourceUsage", "sha256")
+        }
+        self.about = yaml.safe_load((top / "CITATION.cff").read_text(encoding="utf-8"))
+        self.files: dict[str, Any] = {}
+        self.tools: dict[str, Any] = {}
+        self.steps: dict[str, Any] = {}
+
+    def add(self, identifier: str, kind: str | list[str], **properties: Any) -> Any:
+        """A contextual entity, or the one that has this identifier."""
+        if found := self.crate.get(identifier):
+            return found
+        return self.crate.add_jsonld({"@id": identifier, "@type": kind} | properties)
+
+    def file(self, path: str, properties: Mapping[str, Any] | None = None) -> Any:
+        """A file of the project; a batch, which no archive holds, by its name only."""
+        if path not in self.files:
+            if path.startswith(f"{self.run.folder}/batches/"):
+                name = path.removeprefix(f"{self.run.folder}/")
+                self.files[path] = self.add(f"#{name}", "CreativeWork", name=name)
+            else:
+                known = self._of_file(path) | dict(properties or {})
+                place = self.layout.place(path)
+                self.files[path] = self.crate.add_file(dest_path=place, properties=known)
+        return self.files[path]
+
+    def _of_file(self, path: str) -> dict[str, Any]:
+        there = self.top / path
+        return {
+            "name": path.removeprefix(f"{self.run.folder}/"),
+            "contentSize": str(there.stat().st_size),
+            "sha256": checksum_of(there),
+            "encodingFormat": _MEDIA.get(there.suffix, "text/plain"),
+        }
+
+    # --- the parts ---
+
+    def add_top(self) -> None:
+        """The crate itself: title, authors, licence, profiles, and what to read first."""
+        about, root = self.about, self.crate.root_dataset
+        licence = f"https://spdx.org/licenses/{about['license']}"
+        self.add(licence, "CreativeWork", name=f"{about['license']} licence")
+        root["name"] = f"{about['title']}: preset {self.run.preset}, run {self.run.name}"
+        root["description"] = about["abstract"]
+        root["keywords"] = ", ".join(about["keywords"])
+        root["license"] = {"@id": licence}
+        root["version"] = provenance.code_version()
+        root["author"] = [
+            self.add(f"#{each['name'].replace(' ', '-')}", "Organization", name=each["name"])
+            for each in about["authors"]
+        ]
+        for paper in about["references"]:
+            work = self.add(f"https://doi.org/{paper['doi']}", "ScholarlyArticle")
+            work["name"] = paper["title"]
+            root.append_to("citation", work)
+        root["conformsTo"] = [
+            self.add(each, "CreativeWork", name=name, version=each.rpartition("/")[2])
+            for each, name in _PROFILES.items()
+        ]
+        self.file("README.md", {"about": {"@id": root.id}})
+
+    def add_workflow(self) -> None:
+        """The Snakefile with its inputs and outputs, and a step and a tool for each rule."""
+        code = ["File", "SoftwareSourceCode"]
+        workflow = self.crate.add_workflow(
+            dest_path=self.layout.place("Snakefile"),
+            main=True,
+            lang="snakemake",
+            properties=self._of_file("Snakefile")
+            | {
+                "@type": [*code, "ComputationalWorkflow", "HowTo"],
+                "conformsTo": {"@id": _WORKFLOW_PROFILE},
+                "version": provenance.code_version(),
+            },
+        )
+        self.workflow = workflow
+        for position, (rule, (sentence, script)) in enumerate(self.run.rules.items(), 1):
+            tool = self.file(script, {"@type": code, "version": provenance.code_version()})
+            self.tools[rule] = tool
+            self.steps[rule] = self.add(
+                f"#step-{rule}",
+                "HowToStep",
+                name=rule,
+                description=sentence,
+                position=str(position),
+                workExample={"@id": tool.id},
+            )
+        workflow["hasPart"] = list(self.tools.values())
+        workflow["step"] = list(self.steps.values())
+
+    def add_jobs(self) -> None:
+        """The run, and each of its jobs: an action of its tool, and the control of its step."""
+        actions = [self._job(record) for record in self.run.records]
+        run = self._whole_run(actions)
+        controls = [
+            self.add(
+                f"#control-{record.rule}-{record.name}",
+                "ControlAction",
+                name=f"Snakemake runs {record.name}",
+                instrument={"@id": self.steps[record.rule].id},
+                object={"@id": action.id},
+            )
+            for record, action in zip(self.run.records, actions, strict=True)
+        ]
+        engine = self.add(
+            _ENGINE,
+            "SoftwareApplication",
+            name="Snakemake",
+            url=_ENGINE,
+            softwareVersion=version("snakemake"),
+        )
+        whole = self.add("#snakemake", "OrganizeAction", name="Snakemake runs the workflow")
+        whole["instrument"], whole["object"], whole["result"] = engine, controls, run
+        whole["endTime"] = run["endTime"]
+        self.crate.root_dataset["datePublished"] = run["endTime"]
+        self.crate.root_dataset["mentions"] = [run, whole, *actions]
+
+    def _whole_run(self, actions: list[Any]) -> Any:
+        """The run of the workflow, from what it was told to all that it made."""
+        told = [self.file("config.yaml"), *self._settings()]
+        run = self.add("#run", "CreateAction", name=f"Run {self.run.name}")
+        run["description"] = "The workflow, from its configuration to figures and report."
+        run["instrument"], run["object"] = self.workflow, told
+        made = [path for record in self.run.records for path in record.outputs]
+        batches = f"{self.run.folder}/batches/"
+        run["result"] = [self.file(path) for path in made if not path.startswith(batches)]
+        run["startTime"] = min(each.get("startTime", each["endTime"]) for each in actions)
+        run["endTime"] = max(each["endTime"] for each in actions)
+        self._add_parameters(told)
+        return run
+
+    def _settings(self) -> Iterable[Any]:
+        machine = provenance.machine()
+        values = {"preset": self.run.preset, "seed": str(self.run.seed)} | machine
+        for name, value in values.items():
+            yield self.add(f"#{name}", "PropertyValue", name=name, value=value)
+
+    def _add_parameters(self, told: list[Any]) -> None:
+        """Inputs and outputs of the workflow, each with the value that it had."""
+        report = self.files.get(f"{self.run.folder}/report.html")
+        ends = {"input": told[:3], "output": [report] if report else []}
+        for end, values in ends.items():
+            parameters = []
+            for value in values:
+                kind = "File" if "File" in value.type else "Text"
+                name = Path(value.id).stem.lstrip("#")
+                parameter = self.crate.add_formal_parameter(name, kind, f"#parameter-{name}")
+                parameter["workExample"], value["exampleOfWork"] = value, parameter
+                parameters.append(parameter)
+            if parameters:
+                self.workflow[end] = parameters
+
+    def _job(self, record: Record) -> Any:
+        action = self.add(f"#job-{record.rule}-{record.name}", "CreateAction")
+        action["name"] = f"{record.rule}: {record.name}"
+        action["description"] = self.run.rules[record.rule][0]
+        action["instrument"] = self.tools[record.rule]
+        action["object"] = [self.file(path) for path in record.inputs]
+        action["result"] = [self.file(path) for path in record.outputs]
+        self._add_times(action, record)
+        return action
+
+    def _add_times(self, action: Any, record: Record) -> None:
+        """When the job ended, and how long it took where its benchmark file is there."""
+        benchmark = self.top / self.run.folder / "benchmarks" / f"{record.name}.tsv"
+        if not benchmark.is_file():
+            first = self.top / record.outputs[0]
+            ended = first.stat().st_mtime if first.is_file() else 0.0
+            action["endTime"] = _iso(ended)
+            return
+        row = pd.read_csv(benchmark, sep="\t").iloc[-1]
+        ended = benchmark.stat().st_mtime
+        action["startTime"], action["endTime"] = _iso(ended - float(row["s"])), _iso(ended)
+        action["resourceUsage"] = [
+            self.add(
+                f"{action.id}-{name}",
+                "PropertyValue",
+                name=name,
+                propertyID=f"https://snakemake.readthedocs.io/en/stable/tutorial/additional_features.html#{name}",
+                value=f"{float(row[column]):.6g}",
+                unitCode=unit,
+            )
+            for name, column, unit in _USAGE
+            if pd.notna(pd.to_numeric(row[column], errors="coerce"))
+        ]
+
+
+_USAGE = (
+    ("seconds", "s", "https://qudt.org/vocab/unit/SEC"),
+    ("max_rss", "max_rss", "https://qudt.org/vocab/unit/MebiBYTE"),
+)
+
+
+def _empty_crate() -> ROCrate:
+    try:
+        from rocrate.rocrate import ROCrate
+    except ModuleNotFoundError:
+        raise InputError(
+            "the crate needs the package rocrate: pip install 'beltrepro[deposit]', or make env"
+        ) from None
+    return ROCrate(version=RO_CRATE)
+
+
+def _iso(seconds: float) -> str:
+    return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="seconds")

@@ -1,0 +1,166 @@
+"""The whole picture: a line of numbers, the chain on its belt, x_N(t) and r."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import matplotlib.style
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from beltrepro.extras.watch import look
+from beltrepro.extras.watch.clock import Clock
+from beltrepro.extras.watch.picture import ChainPicture
+from beltrepro.extras.watch.player import Player
+from beltrepro.extras.watch.room import signs_explained
+from beltrepro.extras.watch.strips import Strips
+from beltrepro.model.units import LENGTH_M, TIME_S, VELOCITY_M_S
+
+SIZE = (12.8, 7.2)  # inches; at 100 dots an inch a film of 1280 by 720
+DOTS = 100
+_LEFT, _RIGHT = 0.06, 0.97
+
+
+class View:
+    """Draws a player. What stands still is drawn once, the rest again for each frame.
+
+    Parameters
+    ----------
+    player : Player
+        The chain.
+    clock : Clock
+        Its speed is shown.
+    figure : Figure, optional
+        Of a window; one without a window if not given.
+    foot : float
+        Share of the height that is left free below.
+    """
+
+    def __init__(
+        self, player: Player, clock: Clock, figure: Figure | None = None, *, foot: float = 0.0
+    ) -> None:
+        with matplotlib.style.context(look.STYLE):
+            if figure is None:
+                figure = Figure(figsize=SIZE, dpi=DOTS, facecolor=look.ROOM)
+                FigureCanvasAgg(figure)
+            self.figure = figure
+            self._compose(player, foot)
+        self._still: Any = None
+        self.show(player, clock)
+        for artist in self._moving:
+            artist.set_animated(self.canvas.supports_blit)
+        self.canvas.mpl_connect("draw_event", self._drawn)
+
+    def _compose(self, player: Player, foot: float) -> None:
+        width, unit = _RIGHT - _LEFT, 1 - foot
+        belt = self.figure.add_axes((_LEFT, foot + 0.52 * unit, width, 0.31 * unit))
+        length = self.figure.add_axes((_LEFT, foot + 0.27 * unit, width, 0.22 * unit))
+        disorder = self.figure.add_axes((_LEFT, foot + 0.10 * unit, width, 0.14 * unit))
+        self.picture = ChainPicture(belt, player)
+        self.strips = Strips(length, disorder, player)
+        self.settings = self.figure.text(_RIGHT, 0.955, "", fontsize=13, va="center", ha="right")
+        self.numbers = self.figure.text(_LEFT, 0.955, "", fontsize=13, va="center")
+        scale = self.figure.add_axes((_LEFT, 0.875, 0.2, 0.014))
+        self.figure.legend(
+            handles=signs_explained(), loc="upper right", bbox_to_anchor=(_RIGHT, 0.915), ncols=3,
+            frameon=False, fontsize=9, borderaxespad=0, handletextpad=0.2,
+        )  # fmt: skip
+        self.figure.colorbar(self.picture.colours, cax=scale, orientation="horizontal")
+        scale.set_title("pull of a spring (N): below 0 compressed", fontsize=9, pad=3, loc="left")
+        self._moving = [*self.picture.artists, *self.strips.artists, self.numbers]
+
+    @property
+    def canvas(self) -> Any:
+        """The canvas of the figure."""
+        return self.figure.canvas
+
+    def show(self, player: Player, clock: Clock) -> bool:
+        """Move all artists to where the chain is, without drawing.
+
+        Parameters
+        ----------
+        player : Player
+            The chain.
+        clock : Clock
+            Its speed is shown.
+
+        Returns
+        -------
+        bool
+            Whether something changed that otherwise stands still.
+        """
+        self.picture.show(player)
+        self.numbers.set_text(_numbers(player))
+        before = self.settings.get_text()
+        self.settings.set_text(_settings(player, clock))
+        return self.strips.show(player) or self.settings.get_text() != before
+
+    def draw(self, player: Player, clock: Clock) -> None:
+        """Draw a frame on the canvas.
+
+        Parameters
+        ----------
+        player : Player
+            The chain.
+        clock : Clock
+            Its speed is shown.
+        """
+        grown = self.show(player, clock)
+        if grown or self._still is None:
+            self.canvas.draw()  # calls _drawn
+            return
+        self.canvas.restore_region(self._still)
+        self._draw_moving()
+        self.canvas.blit(self.figure.bbox)
+
+    def pixels(self) -> np.ndarray:
+        """The picture that was drawn last.
+
+        Returns
+        -------
+        array (height, width, 3) of uint8
+            Red, green, blue.
+        """
+        return np.asarray(self.canvas.buffer_rgba())[:, :, :3].copy()
+
+    @property
+    def metres_per_pixel(self) -> float:
+        """Scale of the picture of the belt."""
+        axes = self.picture.blocks[0].axes
+        assert axes is not None
+        (begin, _), (end, _) = axes.transData.transform([(0.0, 0.0), (1.0, 0.0)])
+        return 1.0 / (end - begin)
+
+    def _drawn(self, event: Any) -> None:
+        """After a full drawing: keep what stands still, and draw the rest over it."""
+        if not self.canvas.supports_blit:
+            return
+        self._still = self.canvas.copy_from_bbox(self.figure.bbox)
+        self._draw_moving()
+
+    def _draw_moving(self) -> None:
+        for artist in self._moving:
+            self.figure.draw_artist(artist)
+
+
+def _numbers(player: Player) -> str:
+    record = player.record
+    parts = [
+        f"t = {TIME_S * player.time:.1f} s",
+        f"r = {record.disorder_parameter:.3f}",
+        f"mean length {LENGTH_M * record.mean_length:.3f} m",
+    ]
+    return "     ".join(parts)
+
+
+def _settings(player: Player, clock: Clock) -> str:
+    chain = player.parameters
+    parts = [
+        "paused" if clock.paused else "",
+        f"N = {chain.n_blocks}",
+        f"u = {chain.belt_velocity:.4g} ({VELOCITY_M_S * chain.belt_velocity:.2f} m/s)",
+        f"σ = {chain.noise:.3g}",
+        f"speed × {clock.shown_speed:g}",
+    ]
+    return "     ".join(filter(None, parts))

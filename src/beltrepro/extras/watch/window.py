@@ -1,0 +1,195 @@
+"""The window: frames in real time, keys, and sliders for the belt velocity and the noise."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import Any
+
+import matplotlib
+import matplotlib.style
+from matplotlib.backends.registry import BackendFilter, backend_registry
+from matplotlib.figure import Figure
+from matplotlib.widgets import Slider
+
+from beltrepro.base.errors import InputError, ModelStateError
+from beltrepro.extras.watch import look
+from beltrepro.extras.watch.clock import Clock
+from beltrepro.extras.watch.player import Player
+from beltrepro.extras.watch.view import SIZE, View
+
+KEYS = "space: pause     →: one step     ↑ ↓: faster, slower     c: r from here on     q: close"
+NO_DISPLAY = "no display to open a window on: write a film with --output chain.mp4 or chain.gif"
+_SLOWEST = 0.25  # seconds that a late frame catches up with at most
+_VELOCITY, _NOISE = "belt velocity u", "noise σ"
+_FASTEST_BELT, _LOUDEST_NOISE = 50.0, 10.0  # ends of the sliders; those of the paper's scans
+
+
+class Window:
+    """A view that goes on by itself, with keys and sliders.
+
+    Parameters
+    ----------
+    player : Player
+        The chain, with the tick of the clock.
+    clock : Clock
+        Speed, and frames in a second.
+    figure : Figure
+        With a canvas, empty.
+    """
+
+    def __init__(self, player: Player, clock: Clock, figure: Figure) -> None:
+        self.player, self.clock = player, clock
+        self.view = View(player, clock, figure, foot=0.12)
+        with matplotlib.style.context(look.STYLE):
+            chain = player.parameters
+            ends = max(_FASTEST_BELT, chain.belt_velocity), max(_LOUDEST_NOISE, chain.noise)
+            figure.text(0.06, 0.02, KEYS, fontsize=10, color=look.TEXT)
+            self.complaint = figure.text(0.97, 0.02, "", ha="right", color=look.SLIPPING)
+            self.velocity = _slider(figure, 0.16, _VELOCITY, (0.1, ends[0]), chain.belt_velocity)
+            self.noise = _slider(figure, 0.62, _NOISE, (0.0, ends[1]), chain.noise)
+        self._actions = {
+            " ": self._pause,
+            "right": self._step,
+            "up": lambda: self._speed(1),
+            "down": lambda: self._speed(-1),
+            "c": self._begin_means,
+        }
+        figure.canvas.mpl_connect("key_press_event", self._key)
+        self._last = time.monotonic()
+        self._owed = 0.0  # ticks that are due
+
+    def tick(self, seconds: float) -> None:
+        """Go on by a time of the real world, with the sliders as they stand, and draw.
+
+        Parameters
+        ----------
+        seconds : float
+            Since the last frame.
+        """
+        try:
+            self._obey_sliders()
+            clock = self.clock
+            self._owed += min(seconds, _SLOWEST) * clock.frames_per_second * clock.ticks_of_frame
+            ticks = int(self._owed)
+            self._owed -= ticks
+            self.player = self.player.advance(ticks)
+        except ModelStateError as error:
+            self._complain(error)
+        self.view.draw(self.player, self.clock)
+
+    def on_timer(self) -> None:
+        """Go on by the time since the last call."""
+        now = time.monotonic()
+        seconds, self._last = now - self._last, now
+        self.tick(seconds)
+
+    def _obey_sliders(self) -> None:
+        wanted = replace(
+            self.player.parameters, belt_velocity=self.velocity.val, noise=self.noise.val
+        )
+        self.player = self.player.under(wanted)
+
+    def _key(self, event: Any) -> None:
+        action = self._actions.get(event.key)
+        if action:
+            action()
+            self.view.draw(self.player, self.clock)
+
+    def _pause(self) -> None:
+        self.clock = self.clock.toggled()
+
+    def _step(self) -> None:
+        self.clock = self.clock.stopped()
+        try:
+            self._obey_sliders()
+            self.player = self.player.advance(self.clock.ticks_of_step)
+        except ModelStateError as error:
+            self._complain(error)
+
+    def _speed(self, doublings: int) -> None:
+        self.clock = self.clock.changed(doublings)
+
+    def _begin_means(self) -> None:
+        self.player = self.player.anew()
+
+    def _complain(self, error: ModelStateError) -> None:
+        """The chain cannot go on under these parameters: say so and wait for others."""
+        self.clock = self.clock.stopped()
+        self.complaint.set_text(str(error))
+        self.view.canvas.draw_idle()
+
+
+def check_display() -> None:
+    """Check that a window can be opened.
+
+    Raises
+    ------
+    InputError
+        There is no display, or no toolkit for windows.
+    """
+    interactive = backend_registry.list_builtin(BackendFilter.INTERACTIVE)
+    import matplotlib.pyplot as plt
+
+    try:
+        plt.switch_backend(matplotlib.get_backend())
+    except ImportError as error:
+        raise InputError(f"{NO_DISPLAY} ({error})") from None
+    if matplotlib.get_backend().lower() not in interactive:
+        raise InputError(NO_DISPLAY)
+
+
+def open_window(player: Player, clock: Clock) -> None:
+    """Show a chain in a window until it is closed.
+
+    Parameters
+    ----------
+    player : Player
+        The chain, with the tick of the clock.
+    clock : Clock
+        Speed, and frames in a second.
+
+    Raises
+    ------
+    InputError
+        There is no display.
+    """
+    check_display()
+    import matplotlib.pyplot as plt
+
+    # the keys of the window are its own
+    keys: dict[str, Any] = {name: [] for name in matplotlib.rcParams if name.startswith("keymap.")}
+    keys |= {"keymap.quit": ["q"], "toolbar": "None"}
+    matplotlib.rcParams.update(keys)  # type: ignore[arg-type]
+    with matplotlib.style.context(look.STYLE):
+        figure = plt.figure("beltrepro watch", figsize=SIZE)
+    window = Window(player, clock, figure)
+    _compile(player)
+    timer = figure.canvas.new_timer(interval=round(1000 / clock.frames_per_second))
+    timer.add_callback(window.on_timer)
+    figure.canvas.mpl_connect("close_event", lambda event: timer.stop())
+    timer.start()
+    plt.show()
+
+
+def _compile(player: Player) -> None:
+    """Compile the code of chains with and without noise now, not when the slider asks for it."""
+    chain = player.parameters
+    player.under(replace(chain, noise=0.0 if chain.noise > 0 else 1.0))
+
+
+def _slider(figure: Figure, left: float, name: str, ends: tuple[float, float], now: float) -> Any:
+    axes = figure.add_axes((left, 0.065, 0.3, 0.03))
+    slider = Slider(
+        axes,
+        name,
+        *ends,
+        valinit=now,
+        valfmt="%.2f",
+        color=look.STUCK,
+        initcolor="none",
+        track_color=look.BELT,
+        handle_style={"facecolor": look.TEXT, "edgecolor": look.ROOM},
+    )
+    slider.label.set_x(-0.04)  # beside the handle, also where that stands at 0
+    return slider

@@ -1,0 +1,501 @@
+"""A virtual camera above the belt: what it would take of a run, frame by frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import cv2
+import numpy as np
+
+from beltrepro.base import checks
+from beltrepro.base.errors import InputError
+from beltrepro.model.units import LENGTH_M, TIME_S, VELOCITY_M_S
+from beltrepro.replication.camera.coverage import band, step_changes
+from beltrepro.replication.camera.scene import Scene
+from beltrepro.replication.camera.video import Frame, write_video
+
+if TYPE_CHECKING:
+    from beltrepro.simulation.run import Run
+
+# Seen beyond the support and beyond the farthest place of the last block, in metres.
+MARGIN = 0.03
+_NOISE_PICTURES = 4
+_TOGETHER = 64  # frames whose edges are drawn in one go
+_DRIFT_PERIOD = 60.0  # seconds in which the light comes back to where it was
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera that looks straight down on the belt.
+
+    Attributes
+    ----------
+    frames_per_second : float
+        Frames a second (Sec. II: 24).
+    metres_per_pixel : float or None
+        Scale of the picture; None for the scale at which the whole film just fits.
+    width, height : int
+        Of the picture, pixels; even numbers.
+    exposure : float
+        Seconds for which the shutter is open; the instant of a frame is the middle of them.
+    blur : float
+        Standard deviation of the image of a point, pixels.
+    sensor_noise : float
+        Standard deviation of the noise of a pixel, of 255 levels of brightness.
+    light_unevenness : float
+        Share by which the light at one end of the picture exceeds that in its middle.
+    light_drift : float
+        Share by which the light waxes and wanes in a minute, while its direction turns.
+    angle : float
+        By which the belt is turned in the picture, degrees, clockwise.
+    dropped : float
+        Share of the frames that are lost.
+    compression : int
+        Constant rate factor of H.264, from 0 (lossless) to 51.
+    seed : int
+        Fixes the noise and which frames are lost.
+
+    Raises
+    ------
+    InputError
+        A value is not allowed.
+    """
+
+    frames_per_second: float = 24.0
+    metres_per_pixel: float | None = None
+    width: int = 640
+    height: int = 96
+    exposure: float = 0.01
+    blur: float = 0.7
+    sensor_noise: float = 2.0
+    light_unevenness: float = 0.1
+    light_drift: float = 0.05
+    angle: float = 0.0
+    dropped: float = 0.0
+    compression: int = 18
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        checks.positive("frames_per_second", self.frames_per_second)
+        if self.metres_per_pixel is not None:
+            checks.positive("metres_per_pixel", self.metres_per_pixel)
+        for name in ("width", "height"):
+            _within(name, checks.whole_number(name, getattr(self, name)), 16, 8192)
+            if getattr(self, name) % 2:
+                raise InputError(f"{name} = {getattr(self, name)}: must be an even number")
+        _within("exposure", self.exposure, 0, 1 / self.frames_per_second)
+        _within("blur", self.blur, 0, 20)
+        _within("sensor_noise", self.sensor_noise, 0, 255)
+        _within("light_unevenness", self.light_unevenness, 0, 1)
+        _within("light_drift", self.light_drift, 0, 1)
+        _within("angle", self.angle, -45, 45)
+        _within("dropped", self.dropped, 0, 0.9)
+        _within("compression", checks.whole_number("compression", self.compression), 0, 51)
+        checks.key("seed", self.seed)
+
+
+@dataclass(frozen=True, eq=False)
+class Movement:
+    """Where the blocks are at the instants of the frames, in SI.
+
+    Attributes
+    ----------
+    time_s : array (T,)
+        Instants.
+    x_m : array (T, N)
+        Positions of the blocks, from the support.
+    v_m_s : array (T, N)
+        Their velocities; within an exposure they count as constant.
+    """
+
+    time_s: np.ndarray
+    x_m: np.ndarray
+    v_m_s: np.ndarray
+
+    @classmethod
+    def of(cls, run: Run) -> Movement:
+        """The movement that the samples of a run show.
+
+        Parameters
+        ----------
+        run : Run
+            With samples.
+
+        Returns
+        -------
+        Movement
+            In SI.
+
+        Raises
+        ------
+        InputError
+            The run has no samples.
+        """
+        if not len(run.time):
+            raise InputError("the run has no samples to film: simulate with a sample_interval")
+        return cls(run.time * TIME_S, run.positions * LENGTH_M, run.velocities * VELOCITY_M_S)
+
+
+def film(
+    motion: Run | Movement,
+    path: str | Path,
+    *,
+    scene: Scene | None = None,
+    camera: Camera | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> int:
+    """Film a run: each sample becomes a frame, taken at its instant.
+
+    For a film of 24 frames a second simulate with `sample_interval=1 / 24 / TIME_S`; method "event"
+    is exact at any interval.
+
+    Parameters
+    ----------
+    motion : Run or Movement
+        What to film.
+    path : str or Path
+        The video, .mp4, .mov or .mkv.
+    scene : Scene, optional
+        What lies under the camera.
+    camera : Camera, optional
+        How it is filmed.
+    progress : callable, optional
+        Called with the fraction done.
+
+    Returns
+    -------
+    int
+        Number of frames written.
+
+    Raises
+    ------
+    InputError
+        The run has no samples, or others than the camera takes; or the blocks do not fit.
+    """
+    camera = camera or Camera()
+    frames = pictures(motion, scene=scene, camera=camera, progress=progress)
+    return write_video(
+        path,
+        frames,
+        frames_per_second=camera.frames_per_second,
+        compression=camera.compression,
+    )
+
+
+def pictures(
+    motion: Run | Movement,
+    *,
+    scene: Scene | None = None,
+    camera: Camera | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Iterator[Frame]:
+    """The frames of a film, one by one.
+
+    Parameters
+    ----------
+    motion : Run or Movement
+        What to film.
+    scene : Scene, optional
+        What lies under the camera.
+    camera : Camera, optional
+        How it is filmed.
+    progress : callable, optional
+        Called with the fraction done.
+
+    Yields
+    ------
+    Frame
+        The next one; its time counts from the first sample.
+
+    Raises
+    ------
+    InputError
+        As `film`.
+    """
+    scene, camera = scene or Scene(), camera or Camera()
+    movement = motion if isinstance(motion, Movement) else Movement.of(motion)
+    _check_instants(movement.time_s, camera.frames_per_second)
+    view = View.of(movement, scene, camera)
+    drawing, shutter = _Drawing(scene, view, camera.blur), _Shutter(camera, view)
+    half, count = movement.v_m_s * camera.exposure / 2, len(movement.time_s)
+    lights = drawing.frames(movement.x_m - half, movement.x_m + half)
+    for index, light in enumerate(lights):
+        time = float(movement.time_s[index] - movement.time_s[0])
+        # The first one is kept: a video's time begins with it.
+        if not (index and shutter.drops_frame()):
+            yield Frame(time, shutter(light, time))
+        if progress:
+            progress((index + 1) / count)
+
+
+@dataclass(frozen=True)
+class View:
+    """Which part of the scene the picture shows, before it is turned.
+
+    Attributes
+    ----------
+    metres_per_pixel : float
+        Scale.
+    width, height : int
+        Of the picture, pixels.
+    left, top : float
+        Place of the support along the belt, and of the upper edge of the blocks, pixels.
+    """
+
+    metres_per_pixel: float
+    width: int
+    height: int
+    left: float
+    top: float
+
+    @classmethod
+    def of(cls, movement: Movement, scene: Scene, camera: Camera) -> View:
+        """The view of a camera that is put up for a movement.
+
+        Parameters
+        ----------
+        movement : Movement
+            What is filmed.
+        scene : Scene
+            What lies under the camera.
+        camera : Camera
+            Which camera.
+
+        Returns
+        -------
+        View
+            With the chain and the tape in the middle of the picture.
+
+        Raises
+        ------
+        InputError
+            The blocks do not fit in the picture.
+        """
+        extent = movement.x_m.max() + scene.block_length / 2 + 2 * MARGIN
+        scale = camera.metres_per_pixel
+        if scale is None:
+            scale = max(extent / camera.width, 1.1 * scene.width / camera.height)
+        elif extent > scale * camera.width or scene.width > scale * camera.height:
+            raise InputError(
+                f"the chain needs {extent:.3g} m x {scene.width:.3g} m, the picture shows "
+                f"{scale * camera.width:.3g} m x {scale * camera.height:.3g} m: "
+                f"take a larger metres_per_pixel, width or height"
+            )
+        top = (camera.height - scene.width / scale) / 2
+        return cls(scale, camera.width, camera.height, MARGIN / scale, top)
+
+    def along(self, metres: Any) -> Any:
+        """Places along the belt, in metres from the support, as pixels.
+
+        Parameters
+        ----------
+        metres : float or array
+            Places.
+
+        Returns
+        -------
+        float or array
+            Pixels from the left edge of the picture.
+        """
+        return self.left + metres / self.metres_per_pixel
+
+    def across(self, metres: float) -> float:
+        """A place across the belt, in metres from the upper edge of the blocks, as pixels.
+
+        Parameters
+        ----------
+        metres : float
+            The place.
+
+        Returns
+        -------
+        float
+            Pixels from the upper edge of the picture.
+        """
+        return self.top + metres / self.metres_per_pixel
+
+
+class _Drawing:
+    """The light that reaches the picture, with exact coverage of each pixel, and the lens's blur.
+
+    All edges lie along the belt or across it. So the picture is a sum of products of a column
+    (which rows a band of the scene covers) and a row (the brightness along that band). The blur is
+    that of the columns and the rows, each for itself, and it is the same in all directions: it may
+    come before the picture is turned.
+    """
+
+    def __init__(self, scene: Scene, view: View, blur: float) -> None:
+        self._scene, self._view, self._blur = scene, view, blur
+        middle = scene.block_width / 2
+        bands = [
+            (0.0, scene.block_width),
+            (middle - scene.spring_width / 2, middle + scene.spring_width / 2),
+        ]
+        rows = [band(view.across(a), view.across(b), view.height) for a, b in bands]
+        self._rows = self._blurred(np.stack(rows, axis=1), (0, 1))
+        self._still = self._blurred(_still_picture(scene, view), (1, 1))
+
+    def frames(self, begin: np.ndarray, end: np.ndarray) -> Iterator[np.ndarray]:
+        """Brightness (H, W) of each frame, with blocks (T, N) from `begin` to `end`, in metres."""
+        for first in range(0, len(begin), _TOGETHER):
+            together = slice(first, first + _TOGETHER)
+            for profiles in self._profiles(begin[together], end[together]):
+                light = self._rows @ profiles
+                light += self._still
+                yield light
+
+    def _profiles(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """Brightness (T, 2, W) along the lane of the blocks and along that of the springs."""
+        left, right = (self._edges((begin, end), side) for side in (-0.5, 0.5))
+        # Where the model's blocks, which are points, come too near, the outer one hides the inner.
+        right[..., :-1] = np.minimum(right[..., :-1], left[..., 1:])
+        bright = np.full(begin.shape[1], self._scene.block - self._scene.belt)
+        bright[-1] = self._scene.white_block - self._scene.belt
+        blocks = step_changes(*_steps(left, right, bright), self._view.width)
+        changes = np.stack([blocks, self._spring_changes(left, right)], axis=1)
+        rows = changes.cumsum(axis=-1).reshape(-1, self._view.width)
+        return self._blurred(rows, (1, 0)).reshape(changes.shape)
+
+    def _edges(self, places: tuple[np.ndarray, np.ndarray], side: float) -> np.ndarray:
+        """Pixels (2, T, N) of one edge of all blocks, at the beginning and end of the exposure."""
+        return self._view.along(np.stack(places) + side * self._scene.block_length)
+
+    def _spring_changes(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+        """Changes (T, W) of the brightness along the springs, from support to last block."""
+        support = np.full_like(left[..., :1], self._view.left)
+        begin = np.concatenate([support, right[..., :-1]], axis=-1)
+        turn = (left - begin) / self._scene.coils
+        number = np.arange(self._scene.coils)
+        first, last = (
+            (begin[..., np.newaxis] + (number + part) * turn[..., np.newaxis]).reshape(
+                *turn.shape[:2], -1
+            )
+            for part in (0.3, 0.7)
+        )
+        bright = np.full(first.shape[-1], self._scene.spring - self._scene.belt)
+        return step_changes(*_steps(first, last, bright), self._view.width)
+
+    def _blurred(self, light: np.ndarray, ways: tuple[int, int]) -> np.ndarray:
+        """An array, blurred along its rows (1, 0), its columns (0, 1) or both."""
+        light = light.astype(np.float32)
+        if not self._blur:
+            return light
+        size = [2 * int(np.ceil(4 * self._blur)) + 1 if way else 1 for way in ways]
+        return cv2.GaussianBlur(light, size, self._blur, borderType=cv2.BORDER_REPLICATE)
+
+
+def _steps(
+    left: np.ndarray, right: np.ndarray, bright: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Begin, end and heights of the edges of things from `left` to `right`, (2, T, M) each."""
+    edges = np.concatenate([left, right], axis=-1)
+    return edges[0], edges[1], np.concatenate([bright, -bright])
+
+
+def _still_picture(scene: Scene, view: View) -> np.ndarray:
+    """Belt, support and tape measure: brightness (H, W)."""
+    picture = np.full((view.height, view.width), float(scene.belt))
+    lane = band(view.across(0), view.across(scene.block_width), view.height)
+    support = band(0, view.left, view.width)
+    picture += (scene.support - scene.belt) * np.outer(lane, support)
+
+    edge = scene.block_width + scene.tape_gap
+    tape = band(view.across(edge), view.across(edge + scene.tape_width), view.height)
+    # The tape begins a little before its zero mark, and goes on beyond the picture.
+    beginning = view.along(-0.3 * scene.mark_spacing)
+    picture += (scene.tape - scene.belt) * np.outer(tape, band(beginning, view.width, view.width))
+
+    count = int((view.width - view.left) * view.metres_per_pixel / scene.mark_spacing)
+    short = band(view.across(edge), view.across(edge + scene.mark_length), view.height)
+    long = band(view.across(edge), view.across(edge + scene.long_mark_length), view.height)
+    for number in range(count):
+        middle = number * scene.mark_spacing
+        columns = band(
+            view.along(middle - scene.mark_width / 2),
+            view.along(middle + scene.mark_width / 2),
+            view.width,
+        )
+        rows = long if number % 10 == 0 else short
+        picture += (scene.mark - scene.tape) * np.outer(rows, columns)
+    return picture
+
+
+class _Shutter:
+    """What direction, lamp, sensor and recorder make of the light."""
+
+    def __init__(self, camera: Camera, view: View) -> None:
+        self._camera = camera
+        self._random = np.random.default_rng(camera.seed)
+        size = (view.width, view.height)
+        # Each frame takes its noise from a random place of this store: to draw it anew would take
+        # longer than all the rest.
+        store = _NOISE_PICTURES * view.width * view.height
+        self._noise = self._random.standard_normal(store, dtype=np.float32)
+        self._turn = turn_matrix(size, camera.angle) if camera.angle else None
+        self._along = np.linspace(-1, 1, view.width, dtype=np.float32)
+        self._across = np.linspace(-1, 1, view.height, dtype=np.float32)[:, np.newaxis]
+
+    def drops_frame(self) -> bool:
+        """Whether the next frame is lost."""
+        return bool(self._camera.dropped) and self._random.random() < self._camera.dropped
+
+    def __call__(self, light: np.ndarray, time: float) -> np.ndarray:
+        """The recorded picture (H, W), 8 bit."""
+        camera = self._camera
+        if self._turn is not None:
+            size = light.shape[::-1]
+            light = cv2.warpAffine(light, self._turn, size, borderMode=cv2.BORDER_REPLICATE)
+        if camera.light_unevenness or camera.light_drift:
+            light *= self._lamp(time)
+        begin = self._random.integers(self._noise.size - light.size)
+        noise = self._noise[begin : begin + light.size].reshape(light.shape)
+        # rounds, and cuts at black and white
+        return cv2.addWeighted(light, 1.0, noise, camera.sensor_noise, 0.0, dtype=cv2.CV_8U)
+
+    def _lamp(self, time: float) -> np.ndarray:
+        """How bright it is in each pixel (H, W) at an instant, 1 on average."""
+        camera = self._camera
+        phase = 2 * np.pi * time / _DRIFT_PERIOD
+        turned = camera.light_drift * phase
+        brightness = 1 + camera.light_drift * np.sin(phase)
+        slope = np.float32(brightness * camera.light_unevenness)
+        along = np.float32(brightness) + slope * np.float32(np.cos(turned)) * self._along
+        return along + slope * np.float32(np.sin(turned)) * self._across
+
+
+def turn_matrix(size: tuple[int, int], angle: float) -> np.ndarray:
+    """Matrix (2, 3) that turns a picture about its middle.
+
+    Parameters
+    ----------
+    size : tuple of int
+        Width and height, pixels.
+    angle : float
+        Degrees, clockwise as one sees the picture.
+
+    Returns
+    -------
+    array (2, 3)
+        For `cv2.warpAffine`.
+    """
+    middle = ((size[0] - 1) / 2, (size[1] - 1) / 2)
+    return cv2.getRotationMatrix2D(middle, -angle, 1.0)
+
+
+def _check_instants(time: np.ndarray, frames_per_second: float) -> None:
+    """Refuse samples at another distance than that of the frames."""
+    gaps = np.diff(time) * frames_per_second
+    if gaps.size and np.abs(gaps - 1).max() > 1e-3:
+        raise InputError(
+            f"the samples are {gaps.mean() / frames_per_second:.4g} s apart, the frames "
+            f"{1 / frames_per_second:.4g} s: simulate with sample_interval = "
+            f"{1 / frames_per_second / TIME_S:.10g}"
+        )
+
+
+def _within(name: str, value: float, low: float, high: float) -> None:
+    if not low <= checks.finite_number(name, value) <= high:
+        raise InputError(f"{name} = {value:g}: must be from {low:g} to {high:g}")

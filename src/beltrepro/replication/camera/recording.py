@@ -1,0 +1,356 @@
+"""What a measured x_N(t) tells: r, quiet stretches, spectra (Sec. II, Figs. 4 and 5)."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from beltrepro.base import checks, names
+from beltrepro.model.units import TIME_S
+from beltrepro.stats.errors import NotEnoughDataError, require
+from beltrepro.stats.spectra import FIT_BAND, PowerLawFit, fit_power_law, power_spectrum
+
+# The paper tells stretches of small amplitude from those of large amplitude by eye.
+WINDOW_S = 5.0
+QUIET = 0.05
+LASTING_S = 200 * TIME_S  # as laminar phases in simulations
+SMALL, LARGE, WHOLE = "small", "large", "whole"
+# A power law is fitted above the peak of a spectrum, up to where that of Fig. 8 is fitted to.
+FIT_TO_HZ = FIT_BAND[1] / TIME_S
+_SHORTEST_FIT = 3.0  # highest over lowest frequency
+_LEAST_SAMPLES = 32
+_LONGEST_M = 40.0  # mean length of a chain: of 200 blocks, or of five in centimetres
+# Median intervals without a frame from which on a recording has a gap; r leaves gaps out.
+_LONGEST_GAP = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Power spectrum of a stretch of a recording.
+
+    Attributes
+    ----------
+    begin_s, end_s : float
+        The stretch.
+    frequency_hz : array (F,)
+        Frequencies.
+    power : array (F,)
+        Power spectral density, m^2/Hz.
+    law : PowerLawFit or None
+        Power law between the peak and FIT_TO_HZ; None if the peak lies too high for one.
+    """
+
+    begin_s: float
+    end_s: float
+    frequency_hz: np.ndarray
+    power: np.ndarray
+    law: PowerLawFit | None
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A measured x_N(t) and what it tells.
+
+    Attributes
+    ----------
+    time_s, x_m : array (T,)
+        The samples after the transient.
+    interval_s : float
+        Median time between them.
+    observed_s : float
+        Time that they stand for, without gaps.
+    disorder_parameter : float
+        r = standard deviation of x_N over its mean (Eq. 4).
+    mean_length, minimum_length, maximum_length : float
+        Of x_N, metres.
+    small_share : float
+        Share of the time with small amplitude.
+    small_s : array (L, 2)
+        Begin and end of the stretches of small amplitude.
+    lasting_share : float
+        Share of the time in those of them that last longer than `lasting_s`.
+    spectra : dict of Spectrum
+        Of the "whole", and of the longest stretch of "small" and of "large" amplitude, where they
+        are long enough.
+    """
+
+    time_s: np.ndarray
+    x_m: np.ndarray
+    interval_s: float
+    observed_s: float
+    disorder_parameter: float
+    mean_length: float
+    minimum_length: float
+    maximum_length: float
+    small_share: float
+    small_s: np.ndarray
+    lasting_share: float
+    spectra: dict[str, Spectrum]
+
+    def evenly(self, begin_s: float, end_s: float) -> np.ndarray:
+        """Positions within a stretch at equal intervals, straight across gaps.
+
+        Parameters
+        ----------
+        begin_s : float
+            Begin of the stretch.
+        end_s : float
+            Its end.
+
+        Returns
+        -------
+        array (S,)
+            x_N every `interval_s`, metres.
+        """
+        inside = (self.time_s >= begin_s) & (self.time_s <= end_s)
+        return _even(self.time_s[inside], self.x_m[inside], self.interval_s)[1]
+
+
+@dataclass(frozen=True, eq=False)
+class Regimes:
+    """Where x_N(t) has a small amplitude, and its moments; fields as of `Recording`.
+
+    Attributes
+    ----------
+    observed_s, disorder_parameter, mean_length, small_share, lasting_share : float
+        As of `Recording`.
+    small : array (T,) of bool
+        Which samples have a small amplitude.
+    small_s : array (L, 2)
+        Begin and end of the stretches of small amplitude.
+    lasting_s : array (K, 2)
+        Those of them that last.
+    lively_s : array (M, 2)
+        Begin and end of the stretches between those that last.
+    """
+
+    observed_s: float
+    disorder_parameter: float
+    mean_length: float
+    small_share: float
+    lasting_share: float
+    small: np.ndarray
+    small_s: np.ndarray
+    lasting_s: np.ndarray
+    lively_s: np.ndarray
+
+
+@names.checked
+def regimes(
+    time_s: npt.ArrayLike,
+    x_m: npt.ArrayLike,
+    *,
+    window_s: float = WINDOW_S,
+    quiet: float = QUIET,
+    lasting_s: float = LASTING_S,
+) -> Regimes:
+    """r of a recording, and its stretches of small and of large amplitude.
+
+    What `analyse` tells but for the spectra, so that a film and a simulation that is sampled like
+    one are judged alike.
+
+    Parameters
+    ----------
+    time_s : array (T,)
+        Instants, seconds, rising.
+    x_m : array (T,)
+        Position of the last block from the support, metres.
+    window_s : float
+        As of `analyse`.
+    quiet : float
+        As of `analyse`.
+    lasting_s : float
+        As of `analyse`.
+
+    Returns
+    -------
+    Regimes
+        What they tell.
+
+    Raises
+    ------
+    NotEnoughDataError
+        As `analyse`.
+    """
+    time, position = np.asarray(time_s, dtype=float), np.asarray(x_m, dtype=float)
+    require(time.size >= _LEAST_SAMPLES, f"{time.size} samples, {_LEAST_SAMPLES} are needed")
+    gaps = np.diff(time)
+    require(np.all(gaps > 0), "instants time_s must rise")
+    interval = float(np.median(gaps))
+    weight = _weights(gaps, interval)
+    mean = float(np.average(position, weights=weight))
+    lowest = float(position.min())
+    require(lowest >= 0, f"x_N reaches {lowest:.3g} m: it must be measured from the support")
+    require(
+        0 < mean < _LONGEST_M,
+        f"the mean of x_N is {mean:.3g} m: centimetres and millimetres must become metres",
+    )
+    spread = float(np.sqrt(np.average((position - mean) ** 2, weights=weight)))
+    small = _is_small(time, position, interval, window_s, quiet)
+    quiet_s = _stretches(time, small)
+    lasting = quiet_s[np.diff(quiet_s, axis=1)[:, 0] > lasting_s]
+    in_lasting = np.any((time >= lasting[:, :1]) & (time <= lasting[:, 1:]), axis=0)
+    return Regimes(
+        observed_s=float(weight.sum()),
+        disorder_parameter=spread / mean,
+        mean_length=mean,
+        small_share=float(weight[small].sum() / weight.sum()),
+        lasting_share=float(weight[in_lasting].sum() / weight.sum()),
+        small=small,
+        small_s=quiet_s,
+        lasting_s=lasting,
+        lively_s=_stretches(time, ~in_lasting),
+    )
+
+
+@names.checked
+def analyse(
+    time_s: npt.ArrayLike,
+    x_m: npt.ArrayLike,
+    *,
+    transient_s: float = 0.0,
+    window_s: float = WINDOW_S,
+    quiet: float = QUIET,
+    lasting_s: float = LASTING_S,
+) -> Recording:
+    """Analyse a recording of the last block, with frames at any instants.
+
+    Means are over time: a sample stands for the time half-way to its neighbours, and gaps count for
+    nothing. For spectra the samples are interpolated at equal intervals, straight across gaps.
+    The amplitude is small where the standard deviation of x_N within a window is below a share of
+    its mean. That criterion is ours: the paper gives none. A laminar phase of a simulation is
+    something else, a long slip of the last block (docs/experiment.md).
+
+    Parameters
+    ----------
+    time_s : array (T,)
+        Instants, seconds, rising.
+    x_m : array (T,)
+        Position of the last block from the support, metres.
+    transient_s : float
+        Seconds left out at the beginning (Sec. II: 200).
+    window_s : float
+        Length of the window for the amplitude, seconds.
+    quiet : float
+        Share of the mean length below which the amplitude is small.
+    lasting_s : float
+        Seconds that a stretch of small amplitude must exceed to count as lasting; 200 model units
+        if not given, as for laminar phases of simulations.
+
+    Returns
+    -------
+    Recording
+        What they tell.
+
+    Raises
+    ------
+    InputError
+        A value is not a number, or not allowed.
+    NotEnoughDataError
+        Fewer than 32 samples after the transient, no time between them, a position beyond the
+        support, or a mean length that is not one in metres.
+    """
+    time, position = checks.series("time_s", time_s), checks.series("x_m", x_m)
+    transient_s = checks.not_negative("transient_s", transient_s)
+    window_s, quiet = checks.positive("window_s", window_s), checks.positive("quiet", quiet)
+    lasting_s = checks.not_negative("lasting_s", lasting_s)
+    require(
+        time.size == position.size,
+        f"time_s has {time.size} numbers and x_m {position.size}: as many instants as positions "
+        "are needed",
+    )
+    require(
+        np.all(np.isfinite(time)) and np.all(np.isfinite(position)),
+        "numbers of time_s and x_m must be finite",
+    )
+    kept = time >= transient_s + (time[0] if time.size else 0.0)
+    time, position = time[kept], position[kept]
+    require(
+        time.size >= _LEAST_SAMPLES,
+        f"{time.size} samples after the first {transient_s:g} s, {_LEAST_SAMPLES} are needed",
+    )
+    require(np.all(np.diff(time) > 0), "instants time_s must rise")
+    interval = float(np.median(np.diff(time)))
+    found = regimes(time, position, window_s=window_s, quiet=quiet, lasting_s=lasting_s)
+    lively_s = _stretches(time, ~found.small)
+    return Recording(
+        time_s=time,
+        x_m=position,
+        interval_s=interval,
+        observed_s=found.observed_s,
+        disorder_parameter=found.disorder_parameter,
+        mean_length=found.mean_length,
+        minimum_length=float(position.min()),
+        maximum_length=float(position.max()),
+        small_share=found.small_share,
+        small_s=found.small_s,
+        lasting_share=found.lasting_share,
+        spectra=_spectra(time, position, interval, found.small_s, lively_s),
+    )
+
+
+def _weights(gaps: np.ndarray, interval: float) -> np.ndarray:
+    """Seconds (T,) that each sample stands for."""
+    counted = np.where(gaps > _LONGEST_GAP * interval, interval, gaps) / 2
+    return np.pad(counted, (1, 0)) + np.pad(counted, (0, 1))
+
+
+def _even(time: np.ndarray, position: np.ndarray, interval: float) -> tuple[np.ndarray, np.ndarray]:
+    """The samples at equal intervals."""
+    instants = np.arange(time[0], time[-1] + interval / 2, interval)
+    return instants, np.interp(instants, time, position)
+
+
+def _is_small(
+    time: np.ndarray, position: np.ndarray, interval: float, window_s: float, quiet: float
+) -> np.ndarray:
+    """Which samples (T,) lie in a window with a small amplitude."""
+    instants, even = _even(time, position, interval)
+    size = max(3, min(round(window_s / interval), even.size))
+    centred = even - even.mean()
+    mean, square = (ndimage.uniform_filter1d(each, size) for each in (centred, centred**2))
+    amplitude = np.sqrt(np.maximum(square - mean**2, 0))
+    calm = amplitude < quiet * (mean + even.mean())
+    # A window with a burst is not quiet, but samples beside the burst are: give them back.
+    calm = ndimage.maximum_filter1d(calm, 2 * (size // 2) + 1, mode="constant")
+    return calm[np.clip(np.rint((time - time[0]) / interval).astype(int), 0, instants.size - 1)]
+
+
+def _stretches(time: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """Begin and end (L, 2) of the runs of samples that are chosen."""
+    change = np.flatnonzero(np.diff(np.pad(chosen.astype(np.int8), 1)))
+    return np.column_stack([time[change[::2]], time[change[1::2] - 1]])
+
+
+def _spectra(
+    time: np.ndarray,
+    position: np.ndarray,
+    interval: float,
+    quiet_s: np.ndarray,
+    lively_s: np.ndarray,
+) -> dict[str, Spectrum]:
+    """Spectra of the whole, and of the longest stretches of each kind."""
+    spans = {WHOLE: (time[0], time[-1])}
+    for name, stretches in ((SMALL, quiet_s), (LARGE, lively_s)):
+        if len(stretches):
+            spans[name] = tuple(stretches[np.argmax(np.diff(stretches, axis=1))])
+    found = {}
+    for name, (begin, end) in spans.items():
+        inside = (time >= begin) & (time <= end)
+        if inside.sum() >= _LEAST_SAMPLES:
+            found[name] = _spectrum(time[inside], position[inside], interval)
+    return found
+
+
+def _spectrum(time: np.ndarray, position: np.ndarray, interval: float) -> Spectrum:
+    """Spectrum of a stretch."""
+    frequency, power = power_spectrum(_even(time, position, interval)[1], interval)
+    low, law = float(frequency[power.argmax()]), None
+    with suppress(NotEnoughDataError):
+        require(low * _SHORTEST_FIT <= FIT_TO_HZ, "no room above the peak")
+        law = fit_power_law(frequency, power, low=low, high=FIT_TO_HZ)
+    return Spectrum(float(time[0]), float(time[-1]), frequency, power, law)

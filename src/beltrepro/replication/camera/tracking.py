@@ -1,0 +1,277 @@
+"""Where the white block is in each frame of a video, in metres (Sec. II)."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from beltrepro.base import checks
+from beltrepro.base.errors import InputError
+from beltrepro.replication.camera import white_block
+from beltrepro.replication.camera.scene import Scene
+from beltrepro.replication.camera.survey import SUPPORTS, Survey
+from beltrepro.replication.camera.video import Frame, read_video
+from beltrepro.replication.camera.white_block import Place, Region
+
+COLUMNS = ("time_s", "x_m", "error_m")
+# Frames at the beginning in which the belt, the tape and the block are looked for, and of how many
+# each is one that is looked at.
+_SURVEY, _EVERY = 240, 10
+SPRING = 0.3  # share of the block: what is narrower across the belt is wiped off
+_FASTEST = 3.0  # m/s that the block never reaches
+_LEAST_FRAMES = 2
+_SCALES = (1e-6, 0.1)  # metres per pixel that a camera above a treadmill can have
+_FIRST_MARK = 5.0  # metres: no tape beside a chain reads more where the picture begins
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """Places of the white block.
+
+    Attributes
+    ----------
+    time_s : array (T,)
+        Instants of the frames in which it was found, seconds from the beginning of the video.
+    x_m : array (T,)
+        Its middle along the belt, metres from the first mark of the tape (plus what it reads).
+    error_m : array (T,)
+        One standard error within the picture. That of the scale comes on top, for all alike.
+    metres_per_pixel : float
+        Scale of the picture.
+    angle : float
+        By which the belt is turned in the picture, degrees, clockwise.
+    lost_s : array (L, 2)
+        Begin and end of each stretch of frames in which the block was not found.
+    """
+
+    time_s: np.ndarray
+    x_m: np.ndarray
+    error_m: np.ndarray
+    metres_per_pixel: float
+    angle: float
+    lost_s: np.ndarray
+
+    def save(self, path: str | Path) -> None:
+        """Write the track as CSV: a line of settings, which begins with #, and three columns.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+        """
+        settings = {
+            "metres_per_pixel": self.metres_per_pixel,
+            "angle": self.angle,
+            "lost_s": self.lost_s.tolist(),
+        }
+        rows = np.column_stack([self.time_s, self.x_m, self.error_m])
+        with Path(path).open("w", encoding="utf-8") as file:
+            file.write(f"# {json.dumps(settings)}\n{','.join(COLUMNS)}\n")
+            np.savetxt(file, rows, delimiter=",", fmt="%.9g")
+
+    @classmethod
+    def load(cls, path: str | Path) -> Track:
+        """Read a CSV file with the columns time_s, x_m and, if known, error_m.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file, written by `save` or by another program.
+
+        Returns
+        -------
+        Track
+            Settings that the file does not give are NaN.
+
+        Raises
+        ------
+        InputError
+            The file is missing, is no such table, or holds something else than numbers.
+        """
+        from beltrepro.replication.camera.tables import read_track
+
+        (time_s, x_m, error_m), settings = read_track(Path(path))
+        return cls(
+            time_s,
+            x_m,
+            error_m,
+            metres_per_pixel=float(settings.get("metres_per_pixel", np.nan)),
+            angle=float(settings.get("angle", np.nan)),
+            lost_s=np.array(settings.get("lost_s", []), dtype=float).reshape(-1, 2),
+        )
+
+
+def track(
+    video: str | Path,
+    *,
+    metres_per_pixel: float | None = None,
+    first_mark: float | None = None,
+    support: str = "auto",
+    scene: Scene | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Track:
+    """Track the white block in a video from above the belt.
+
+    Belt, tape and block are looked for in the first ten seconds or so. The block is a bright
+    rectangle of the right shape; the tape has marks along the belt, at the distance that the size
+    of the block leads to expect, and their distance is the scale. Then the block is followed from
+    frame to frame (docs/experiment.md).
+
+    Parameters
+    ----------
+    video : str or Path
+        The file.
+    metres_per_pixel : float, optional
+        Scale, if there is no tape measure or another value shall count.
+    first_mark : float, optional
+        What the tape reads at its first mark in the picture, metres; 0 where the end of the tape is
+        seen, and needed where it is not. x is measured from the zero of the tape; without a tape,
+        from the edge of the picture on the side of the support.
+    support : str
+        "left" or "right": on which side of the picture the chain is held; "auto" for the side of
+        the white block on which a spring is seen.
+    scene : Scene, optional
+        Sizes of the blocks and distance of the marks.
+    progress : callable, optional
+        Called with the instant reached, seconds.
+
+    Returns
+    -------
+    Track
+        Frames in which the block was not found are left out and told in `lost_s`.
+
+    Raises
+    ------
+    InputError
+        The file is no video; no white block, more than one, or no tape measure is found; the block
+        has another size by the scale; or it cannot be told where the support or the zero of the
+        tape is.
+    """
+    scene = scene or Scene()
+    if metres_per_pixel is not None:
+        _check_scale(metres_per_pixel)
+    if first_mark is not None:
+        _check_first_mark(first_mark)
+    if support not in SUPPORTS:
+        raise InputError(f"support = {support!r}: allowed are {', '.join(SUPPORTS)}")
+    beginning = itertools.islice(read_video(video), 0, _SURVEY, _EVERY)
+    pictures = [frame.picture for frame in beginning]
+    survey = Survey.of(
+        pictures,
+        scene,
+        metres_per_pixel=metres_per_pixel,
+        first_mark=first_mark,
+        support=support,
+        name=str(video),
+    )
+    found, lost, across = [], [], []
+    for frame, place in _follow(read_video(video), survey):
+        if place is None:
+            lost.append(frame.time_s)
+        else:
+            found.append((frame.time_s, survey.along_belt(place), place.error))
+            across.append(survey.across_belt(place))
+        if progress:
+            progress(frame.time_s)
+    if len(found) < _LEAST_FRAMES:
+        raise InputError(f"{video}: no white block found in more than {len(found)} of the frames")
+    time, along, error = np.array(found).T
+    return Track(
+        time_s=time,
+        x_m=(first_mark or 0.0) + along * survey.metres_per_pixel,
+        error_m=error * survey.metres_per_pixel,
+        metres_per_pixel=survey.metres_per_pixel,
+        angle=survey.angle + survey.towards * _slope(along, np.array(across), survey.along),
+        lost_s=_stretches(np.array(lost), time),
+    )
+
+
+def _follow(frames: Iterator[Frame], survey: Survey) -> Iterator[tuple[Frame, Place | None]]:
+    """Each frame with the place of the block, None where it is not found."""
+    last, last_time = None, 0.0
+    for frame in frames:
+        farthest = _FASTEST * (frame.time_s - last_time) / survey.metres_per_pixel
+        place = None
+        for reach in (min(survey.along, farthest), farthest, None):
+            if place is None and (last is not None or reach is None):
+                place = _look(frame.picture, survey, last, reach)
+        if place is not None:
+            last, last_time = place, frame.time_s
+        yield frame, place
+
+
+def _look(
+    picture: np.ndarray, survey: Survey, last: Place | None, reach: float | None
+) -> Place | None:
+    """The block in a picture, or only within reach of where it was."""
+    window, left, top = picture, 0, 0
+    if last is not None and reach is not None:
+        askew = abs(np.sin(np.radians(survey.angle)))
+        half = (reach + 1.5 * survey.along, reach * askew + survey.across)
+        left, top = (max(0, int(each - by)) for each, by in zip(last[:2], half, strict=True))
+        right, bottom = (int(each + by) + 1 for each, by in zip(last[:2], half, strict=True))
+        window = picture[top:bottom, left:right]
+    regions: Iterable[Region] = _blocks(window, survey, last, (left, top))
+    if last is None:
+        regions = sorted(regions, key=lambda each: -each.along * each.across)
+    elif reach is None:
+        regions = sorted(regions, key=lambda each: _distance(each, last))
+    else:  # others are cut by the edge of the window
+        regions = (each for each in regions if _distance(each, last) < reach + survey.along / 2)
+    for region in regions:
+        place = white_block.place_block(picture, region, survey.angle, survey.along, survey.across)
+        if place is not None:
+            return place
+    return None
+
+
+def _blocks(
+    window: np.ndarray, survey: Survey, last: Place | None, corner: tuple[int, int]
+) -> Iterator[Region]:
+    """Regions of the size of the block in a part of a picture, in the lane of the last place."""
+    lane = None if last is None else survey.across_belt(last)
+    shape, opening = survey.along / survey.across, int(SPRING * survey.across)
+    for region in white_block.bright_rectangles(window, survey.angle, shape, opening):
+        found = region._replace(x=region.x + corner[0], y=region.y + corner[1])
+        if white_block.has_size(found, survey.along, survey.across) and (
+            lane is None or abs(survey.across_belt(found) - lane) < survey.across / 2
+        ):
+            yield found
+
+
+def _distance(one: Region, other: Place) -> float:
+    return math.hypot(one.x - other.x, one.y - other.y)
+
+
+def _slope(along: np.ndarray, across: np.ndarray, length: float) -> float:
+    """Degrees between the way of the block and the lines that the survey saw; 0 for a short way."""
+    if along.std() < length / 2:
+        return 0.0
+    return float(np.degrees(np.arctan(np.polyfit(along, across, 1)[0])))
+
+
+def _stretches(lost: np.ndarray, found: np.ndarray) -> np.ndarray:
+    """Begin and end (L, 2) of runs of lost frames with no frame in between that was found."""
+    if not lost.size:
+        return np.empty((0, 2))
+    place = np.searchsorted(found, lost)
+    parts = np.split(lost, np.flatnonzero(np.diff(place)) + 1)
+    return np.array([(part[0], part[-1]) for part in parts])
+
+
+def _check_scale(value: float) -> None:
+    if not _SCALES[0] <= checks.positive("metres_per_pixel", value) <= _SCALES[1]:
+        low, high = _SCALES
+        raise InputError(f"metres_per_pixel = {value:g}: must be from {low:g} to {high:g}")
+
+
+def _check_first_mark(value: float) -> None:
+    if abs(checks.finite_number("first_mark", value)) > _FIRST_MARK:
+        low, high = -_FIRST_MARK, _FIRST_MARK
+        raise InputError(f"first_mark = {value:g}: must be from {low:g} to {high:g}, in metres")

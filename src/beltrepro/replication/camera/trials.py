@@ -1,0 +1,139 @@
+"""Trials: runs of the length of the experiment, analysed as its recordings are (Sec. II).
+
+A trial keeps the way of the last block at the instants of the frames of a camera. From there on it
+is treated as `beltrepro.replication.camera.recording` treats a film, so that both are judged alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, cast
+
+import numpy as np
+
+from beltrepro.base import checks
+from beltrepro.base.errors import InputError
+from beltrepro.model import ChainParameters, units
+from beltrepro.replication.camera import recording
+from beltrepro.simulation import Run, simulate
+from beltrepro.simulation.checkpoints import once
+
+_AT_ONCE = 32  # runs whose samples are kept at one time
+
+
+def trials(
+    parameters: ChainParameters | Sequence[ChainParameters],
+    *,
+    duration: float,
+    transient: float,
+    sample_interval: float,
+    laminar_time: float = 200.0,
+    progress: Callable[[float], None] | None = None,
+    **how: Any,
+) -> dict[str, np.ndarray]:
+    """What the recording of each of P runs would tell.
+
+    Small amplitudes, and those that last, are as `analysis.recording` defines them.
+
+    Parameters
+    ----------
+    parameters : ChainParameters or sequence of them
+        P chains.
+    duration, transient : float
+        As in `beltrepro.simulation.simulate`; the rest is the recording.
+    sample_interval : float
+        Time between frames, model time.
+    laminar_time : float
+        Length that a stretch of small amplitude exceeds if it lasts, model time.
+    progress : callable, optional
+        Called with the fraction done.
+    **how
+        `method`, `time_step`, `tolerance`, `seed`, `replicate`, `initial_spread`: as in `simulate`,
+        each one value or a sequence of P.
+
+    Returns
+    -------
+    dict of arrays (P,)
+        mean_length, disorder_parameter (of the frames); small_share, lasting_share (of the time);
+        lasting_count, lasting_longest; lively_longest, the longest time between those that last;
+        slip_longest, the longest time in which the last block does not stick; all_slip_longest,
+        that in which no block does. Model units.
+
+    Raises
+    ------
+    InputError
+        A value is not allowed, or the recording has too few frames.
+    ModelStateError
+        A state left the range of the model.
+    """
+    chains = [parameters] if isinstance(parameters, ChainParameters) else list(parameters)
+    lasting_s = units.to_si(checks.positive("laminar_time", laminar_time), "time")
+    span: dict[str, Any] = {"duration": duration, "transient": transient, "sample_start": transient}
+    rows = []
+    for place in _slices(len(chains)):
+        own = {name: _part(value, place) for name, value in how.items()}
+        own |= span | {"sample_interval": sample_interval}
+        rows += once(_trials, chains[place], lasting_s, own)
+        if progress is not None:
+            progress(len(rows) / len(chains))
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def _trials(chains: Sequence[ChainParameters], lasting_s: float, told: dict) -> list[dict]:
+    """What recordings of runs would tell, a row for each."""
+    return [_trial(run, lasting_s) for run in cast(list[Run], simulate(chains, **told))]
+
+
+def _slices(count: int) -> Iterator[slice]:
+    if not count:
+        raise InputError("parameters: at least one chain is needed")
+    for first in range(0, count, _AT_ONCE):
+        yield slice(first, min(first + _AT_ONCE, count))
+
+
+def _part(value: Any, place: slice) -> Any:
+    """The part of a column, or the one value of all."""
+    return value[place] if isinstance(value, list | tuple | range | np.ndarray) else value
+
+
+def _trial(run: Run, lasting_s: float) -> dict[str, float]:
+    """One run as a recording of its last block."""
+    time_s = units.to_si(run.time, "time")
+    x_m = units.to_si(run.positions[:, -1], "length")
+    try:
+        seen = recording.regimes(time_s, x_m, lasting_s=lasting_s)
+    except recording.NotEnoughDataError as reason:
+        raise InputError(f"sample_interval = {run.sample_interval:g}: {reason}") from None
+    return {
+        "mean_length": units.from_si(seen.mean_length, "length"),
+        "disorder_parameter": seen.disorder_parameter,
+        "small_share": seen.small_share,
+        "lasting_share": seen.lasting_share,
+        "lasting_count": len(seen.lasting_s),
+        "lasting_longest": _longest(seen.lasting_s),
+        "lively_longest": _longest(seen.lively_s),
+        "slip_longest": _slip(run, [run.parameters.n_blocks]),
+        "all_slip_longest": _slip(run, range(1, run.parameters.n_blocks + 1)),
+    }
+
+
+def _longest(stretches_s: np.ndarray) -> float:
+    """Length of the longest of them, model time; 0 if there are none."""
+    longest = float(np.max(np.diff(stretches_s, axis=1), initial=0.0))
+    return units.from_si(longest, "time")
+
+
+def _slip(run: Run, blocks: Sequence[int]) -> float:
+    """Longest time after the transient in which none of these blocks is stuck, model time."""
+    start, end = run.initial_state.time, run.initial_state.time + run.duration
+    first = start + run.transient
+    events = run.events[np.isin(run.events["block"], blocks)]
+    stuck_first = sum(run.initial_state.directions[block - 1] == 0 for block in blocks)
+    change = np.where(events["kind"] == "stick", 1, -1)
+    stuck = np.cumsum(np.concatenate([[stuck_first], change]))
+    edges = np.maximum(np.concatenate([[start], events["time"], [end]]), first)
+    # a block that reverses is stuck for no time, so that it goes on slipping
+    lasting = (np.diff(edges) > 0) & (stuck > 0)
+    begins = np.concatenate([[first], edges[1:][lasting]])
+    ends = np.concatenate([edges[:-1][lasting], [end]])
+    return float(np.max(ends - begins))

@@ -1,0 +1,42 @@
+"""Traces of the last block with its laminar phases, as several figures show them."""
+
+import numpy as np
+
+from beltrepro.replication.drawing import panels, style
+from beltrepro.stats import intermittency
+
+
+def phases(series, laminar_time):
+    """Begin and end of the laminar phases of the last block after the transient: (L, 2)."""
+    about = series.attributes
+    span = {"start": about["transient"], "stop": about["duration"]}
+    events, n_blocks = series.arrays["events"], about["n_blocks"]
+    if not np.any(events["block"] == n_blocks) and _slips(series):
+        return np.array([[span["start"], span["stop"]]])
+    return intermittency.last_block_phases(events, n_blocks, laminar_time, **span)
+
+
+def _slips(series):
+    """Whether the last block ever moves against the belt; without an event it then always does."""
+    *_, relative_velocity = panels.last_block(series)
+    return bool(np.any(relative_velocity != 0))
+
+
+def trace(axes, series, laminar_time, window, *, zero=0.0):
+    """x_N(t) within `window` = (begin, end), laminar phases shaded and counted in the title.
+
+    zero : instant from which the time on the axis is counted.
+    """
+    time, position, _ = panels.last_block(series)
+    shown = (time >= window[0]) & (time <= window[1])
+    panels.trace(axes, time[shown] - zero, position[shown], ylabel=panels.POSITION)
+    found = phases(series, laminar_time)
+    for begin, end in np.clip(found, *window) - zero:
+        if end > begin:
+            axes.axvspan(begin, end, color=style.ORANGE, alpha=0.3, linewidth=0, zorder=0)
+    about = series.attributes
+    length = about["duration"] - about["transient"]
+    share = np.diff(found, axis=1).sum() / length if length else 0.0
+    many = "1 laminar phase" if len(found) == 1 else f"{len(found)} laminar phases"
+    point = rf"$u = {about['belt_velocity']:g}$, $\sigma = {about['noise']:g}$"
+    panels.remark(axes, f"{point}: {many}, {share:.0%} of $t$ = {length:g}")

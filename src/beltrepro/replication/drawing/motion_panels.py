@@ -1,0 +1,72 @@
+"""Largest exponents and names of motions, as several figures show them."""
+
+import numpy as np
+
+from beltrepro.replication.drawing import panels, style
+from beltrepro.stats.motion import (
+    CHAOTIC,
+    EQUILIBRIUM,
+    NOISE_DRIVEN,
+    PERIODIC,
+    QUASI_PERIODIC,
+    TRANSIENT,
+)
+
+EXPONENT = r"$\lambda_1$"
+COLOURS = {
+    PERIODIC: style.SKY,
+    QUASI_PERIODIC: style.GREEN,
+    EQUILIBRIUM: style.GREY,
+    TRANSIENT: style.ORANGE,
+    CHAOTIC: style.VERMILION,
+    NOISE_DRIVEN: style.PURPLE,
+}
+LEAST_RANGE = (-0.0005, 0.002)  # of exponents on an axis
+_MARKERS = {CHAOTIC: "o", TRANSIENT: "^"}  # the rest, regular, are squares
+
+
+def exponents(axes, scan, n_blocks, *, size=2.4):
+    """Largest exponent of each run of a number of blocks against u, coloured by its motion."""
+    arrays = scan.arrays
+    own = arrays["n_blocks"] == n_blocks
+    states = np.asarray(arrays["state"], dtype=str)
+    axes.axhline(0, color="0.5", linewidth=0.6, zorder=0)
+    for state, colour in COLOURS.items():
+        chosen = own & (states == state)
+        if chosen.any():
+            axes.errorbar(
+                arrays["belt_velocity"][chosen],
+                arrays["largest_exponent"][chosen],
+                arrays["standard_error"][chosen],
+                fmt=_MARKERS.get(state, "s"),
+                color=colour,
+                markersize=size,
+                markeredgewidth=0,
+                elinewidth=0.5,
+                label=state,
+            )
+    if not own.any():
+        panels.note(axes, f"no run with N = {n_blocks}")
+    low, high = axes.get_ylim()
+    axes.set_ylim(min(low, LEAST_RANGE[0]), max(high, LEAST_RANGE[1]))
+
+
+def limits(scan, sizes):
+    """Range of the largest exponents, with their errors, of these numbers of blocks."""
+    arrays = scan.arrays
+    own = np.isin(arrays["n_blocks"], sizes) & np.isfinite(arrays["largest_exponent"])
+    value, error = (np.nan_to_num(arrays[n][own]) for n in ("largest_exponent", "standard_error"))
+    low = min((value - error).min(initial=0), LEAST_RANGE[0])
+    high = max((value + error).max(initial=0), LEAST_RANGE[1])
+    return low - 0.05 * (high - low), high + 0.05 * (high - low)
+
+
+def legend(figure, panels_with_motions, **place):
+    """The names of the motions that the panels show, once for the figure."""
+    found = {}
+    for axes in panels_with_motions:
+        handles, labels = axes.get_legend_handles_labels()
+        found |= dict(zip(labels, handles, strict=True))
+    names = [name for name in COLOURS if name in found]
+    if names:
+        figure.legend([found[name] for name in names], names, ncols=len(names), **place)

@@ -1,0 +1,270 @@
+"""Parts that several figures share: curves, diagrams, traces, spectra, words on panels."""
+
+import textwrap
+from contextlib import contextmanager
+
+import numpy as np
+from matplotlib.colors import to_rgba
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from beltrepro.base.errors import InputError
+from beltrepro.replication.drawing import style
+from beltrepro.stats.errors import NotEnoughDataError
+from beltrepro.stats.transitions import running_median
+
+# What the axes of the paper show, in its symbols (model units).
+BELT_VELOCITY, NOISE, TIME = "$u$", r"$\sigma$", "$t$"
+POSITION, VELOCITY, RELATIVE_VELOCITY = "$x_N$", "$v_N$", "$v_{rN}$"
+DISORDER = "$r$"
+
+CHECK = "_check"  # suffix of a scan with some of the points by the other integrator
+_SPECTRUM_TO = 2.0  # highest frequency shown: beyond it lies only the smoothness of slips
+_PLAIN = 1e-4  # smaller numbers are written as powers of ten
+_RASTER_FROM = 5000  # more points than this are an image in the PDF
+
+
+# --- data -----------------------------------------------------------------------------------------
+
+
+def require(data, entry):
+    """Raise InputError, in one line, unless `data` has what the entry uses, checks excepted."""
+    missing = [name for name in entry.uses if name not in data and not name.endswith(CHECK)]
+    if missing:
+        given = ", ".join(data) or "none"
+        raise InputError(f"figure needs the dataset {', '.join(missing)}; given: {given}")
+
+
+def layers(data, name):
+    """The scan of this name and "", then, if given, the one to draw over it and words for it."""
+    scans = [(data[name], "")]
+    if name + CHECK in data:
+        over = data[name + CHECK]
+        method = over.attributes["method"]
+        # one that differs with the noise is in the small print
+        scans.append((over, "other integrator" if "," in method else f"method {method}"))
+    return scans
+
+
+def levels(scan, name):
+    """Distinct values of n_blocks, belt_velocity or noise in a scan, rising."""
+    return np.unique(scan.arrays[name])
+
+
+def last_block(series):
+    """(time, x_N, v_rN) of a sampled series."""
+    arrays = series.arrays
+    relative = arrays["velocities"][:, -1] - series.attributes["belt_velocity"]
+    return arrays["time"], arrays["positions"][:, -1], relative
+
+
+def settled(series):
+    """Which samples of a series lie after its transient: (T,) bool."""
+    return series.arrays["time"] >= series.attributes["transient"]
+
+
+# --- words on a panel -----------------------------------------------------------------------------
+
+
+def power(value):
+    """A number in mathematical type, without signs of it, as a power of ten if it is small."""
+    if value == 0 or value >= _PLAIN:
+        return f"{value:g}"
+    digits, exponent = f"{value:e}".split("e")
+    factor = "" if float(digits) == 1 else rf"{float(digits):g} \times "
+    return f"{factor}10^{{{int(exponent)}}}"
+
+
+def letter(axes, text):
+    """Letter of a panel, above its upper left corner."""
+    axes.set_title(f"{text}.", loc="left", weight="bold")
+
+
+def remark(axes, text):
+    """What is to be known of a panel, small, above its upper right corner."""
+    axes.set_title(text, loc="right", size=8, color="0.35")
+
+
+def note(axes, text, *, place=(0.5, 0.5), size=8, width=24):
+    """A remark in the middle of a panel, or at `place` in its coordinates; `width` in letters."""
+    axes.text(
+        *place,
+        textwrap.fill(text, width),
+        transform=axes.transAxes,
+        ha="center",
+        va="center",
+        size=size,
+        zorder=9,
+        style="italic",
+        color="0.25",
+        bbox={"boxstyle": "round", "facecolor": "white", "edgecolor": "0.8", "alpha": 0.9},
+    ).set_in_layout(False)
+
+
+@contextmanager
+def shortage_on(axes, **where):
+    """Where an estimator lacks data within this block, the panel says so."""
+    try:
+        yield
+    except NotEnoughDataError as reason:
+        note(axes, str(reason), **where)
+
+
+# --- ranges, enlarged parts, spectra --------------------------------------------------------------
+
+
+def make_room(axes, *, above=0.0, below=0.0):
+    """Widen the y range so that the data leave these shares of the panel free for words."""
+    low, high = axes.get_ylim()
+    height = (high - low) / (1 - above - below)
+    _widen(axes, low - below * height, high + above * height)
+
+
+def _widen(axes, low, high):
+    """Set the y range; what is added to the present one bears no ticks."""
+    old_low, old_high = axes.get_ylim()
+    axes.set_ylim(low, high)
+    axes.set_yticks([tick for tick in axes.get_yticks() if old_low <= tick <= old_high])
+    axes.set_ylim(low, high)
+
+
+def plain_log(axis):
+    """Label a logarithmic axis of one or two decades with plain numbers."""
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def zoom(axes, inner, time, values, window):
+    """Draw a trace within `window` = (begin, end) in `inner`, and shade the window in `axes`."""
+    axes.axvspan(*window, color=style.ORANGE, alpha=0.35, linewidth=0)
+    inside = (time >= window[0]) & (time <= window[1])
+    inner.plot(time[inside], values[inside], color=style.BLUE, linewidth=0.8)
+    inner.set_xlim(*window)
+    inner.ticklabel_format(axis="x", useOffset=False)
+    inner.locator_params(axis="x", nbins=4)
+    for spine in inner.spines.values():
+        spine.set_color(style.ORANGE)
+    inner.set_title("enlarged", size=8, color="0.35")
+
+
+def spectrum(axes, series, *, printed=None):
+    """Power spectrum of x_N after the transient; with its power law beside a `printed` exponent."""
+    from beltrepro.stats import spectra
+
+    axes.set(xlabel=r"$\nu$", ylabel=r"$S(\nu)$")
+    time, position, _ = last_block(series)
+    chosen = settled(series)
+    with shortage_on(axes):
+        interval = float(np.median(np.diff(time[chosen]))) if chosen.sum() > 1 else np.nan
+        frequency, power = spectra.power_spectrum(position[chosen], interval)
+        axes.loglog(frequency, power, color=style.SKY, linewidth=0.4, rasterized=True)
+        axes.set_xlim(frequency[0], min(_SPECTRUM_TO, frequency[-1]))
+        axes.set_ylim(np.quantile(power[frequency <= _SPECTRUM_TO], 0.02), 5 * power.max())
+        if printed is not None:
+            low, high = spectra.FIT_BAND
+            law = spectra.fit_power_law(frequency, power, low=low, high=high)
+            exponent = rf"{law.exponent:.2f} \pm {law.exponent_error:.2f}"
+            power_law(axes, law, label=rf"$S = {law.prefactor:.2g}\,\nu^{{{exponent}}}$")
+            printed_slope(axes, law, printed)
+            axes.legend(loc="lower left", fontsize=7)
+            half = rf"amplitude $\sqrt{{S}} \propto \nu^{{{law.exponent / 2:.2f}}}$"
+            axes.set_title(half, size=8, color=style.VERMILION)
+
+
+def power_law(axes, law, **look):
+    """A fitted power law, over the range of the fit."""
+    ends = np.array([law.low, law.high])
+    axes.loglog(ends, law(ends), **({"color": style.VERMILION, "linewidth": 1.6} | look))
+
+
+def printed_slope(axes, law, exponent):
+    """A line with the exponent that the paper prints, through the middle of a fitted law."""
+    ends = np.array([law.low, law.high])
+    middle = np.sqrt(law.low * law.high)
+    line = law(middle) * (ends / middle) ** exponent
+    axes.loglog(ends, line, "--", color=style.BLACK, linewidth=1.0, label=f"paper: {exponent:g}")
+
+
+# --- curves and diagrams --------------------------------------------------------------------------
+
+
+def trace(axes, time, values, *, ylabel):
+    """A sampled quantity against time."""
+    axes.plot(time, values, color=style.BLUE, linewidth=0.5, rasterized=time.size > _RASTER_FROM)
+    if not time.size:
+        note(axes, "no samples")
+    elif time.size > 1:
+        axes.set_xlim(time[0], time[-1])
+    axes.set_ylabel(ylabel)
+
+
+def curve(axes, abscissa, disorder, index, *, label="", overlay="", **changes):
+    """r along u or sigma, median over replicates, in the style of this index.
+
+    overlay : words for a scan drawn over another one: crosses of the same colour, without a line.
+    """
+    finite = np.isfinite(disorder)
+    if not finite.any():
+        return
+    look = style.line_style(index) | {"markersize": 2.6, "label": label} | changes
+    # Pale lines: where runs end on different attractors, the points tell more than what joins them.
+    look |= {"markerfacecolor": look["color"], "markeredgecolor": look["color"]}
+    look["color"] = to_rgba(look["color"], 0.5)
+    if overlay:
+        look |= {"linestyle": "none", "marker": "x", "markersize": 4, "label": None}
+        if overlay not in axes.get_legend_handles_labels()[1]:
+            axes.plot([], [], "x", color=changes.get("color", style.GREY), label=overlay)
+    axes.plot(*running_median(abscissa[finite], disorder[finite], 0.0), **look)
+
+
+def finish_curves(axes, *, xlabel, **words):
+    """Axes and legend, beside the panel, of curves of r; says so when there is none."""
+    axes.set_xlabel(xlabel)
+    axes.set_ylabel(DISORDER)
+    if not axes.lines:
+        note(axes, "no points in this scan", **words)
+        return
+    axes.set_ylim(bottom=0)
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+def legend_within(axes, **words):
+    """Legend inside a panel, if anything in it has words."""
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(**({"loc": "best"} | words))
+
+
+def band_diagram(axes, row, *, colour=style.BLUE, label=None, size=1.6):
+    """v_N at the section against u, a dot for each crossing."""
+    velocities = np.asarray(row["section_velocity"], dtype=float)
+    known = np.isfinite(velocities)
+    if not known.any():
+        return
+    abscissa = np.broadcast_to(row["belt_velocity"][:, np.newaxis], velocities.shape)[known]
+    # Few dots can afford to be large, many must let through what lies below.
+    crowd = (abscissa.size / 10000) ** 0.3
+    axes.plot(
+        abscissa,
+        velocities[known],
+        linestyle="none",
+        marker=".",
+        markersize=size * np.clip(1 / crowd, 0.5, 2.0),
+        markeredgewidth=0,
+        color=colour,
+        alpha=np.clip(0.7 / crowd, 0.4, 0.9),
+        label=label,
+        rasterized=abscissa.size > _RASTER_FROM,
+    )
+
+
+def finish_diagram(axes, **words):
+    """Says so when a band diagram has no dots."""
+    if not axes.lines:
+        note(axes, "no crossing of the section in this scan", **words)
+
+
+def section_name(row):
+    """The section of a row in words: "section x_N = 615"; empty for an empty row."""
+    positions = np.unique(row["section_position"])
+    return f"section $x_N = {positions[0]:g}$" if positions.size else ""

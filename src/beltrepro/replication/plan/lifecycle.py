@@ -1,0 +1,258 @@
+"""Runs of the workflow that begin, are stopped or are killed, and their jobs.
+
+A run may end at any instant: files appear whole (`beltrepro.base.atomic`), and the lock on the
+folder of its results ends with its process. So to stop means to end at once, and to go
+on means to run the same command again.
+"""
+
+import errno
+import fcntl
+import logging
+import os
+import select
+import signal
+import sys
+import threading
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NoReturn
+
+from beltrepro.base import atomic
+from beltrepro.base.errors import InputError
+
+LOCK = ".lock"
+FOLDERS = ("batches", "benchmarks", "datasets", "experiment", "figures", "logs", "tables")
+PARENT = "BELTREPRO_PARENT"  # environment of jobs: process that they must not outlive
+STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+# What Snakemake starts jobs with: Ctrl-C goes to Snakemake alone, which ends them.
+JOB_PREFIX = "set -euo pipefail; trap '' INT; "
+_PATIENCE = 0.5  # seconds, for another process that only looks whether a folder is locked
+_SKEW = 60.0  # seconds by which clocks of machines may differ
+_GRACE = 3.0  # seconds that jobs have to end
+
+_held: dict[Path, int] = {}
+
+
+def is_locked(results: Path) -> bool:
+    """Whether a run of the workflow is at work on a folder of results.
+
+    Parameters
+    ----------
+    results : Path
+        Folder of a run; need not exist.
+
+    Returns
+    -------
+    bool
+        True if another process holds its lock; False also where nobody can, which `begin` says.
+    """
+    try:
+        descriptor = os.open(results / LOCK, os.O_RDONLY)  # results may be there to be read only
+    except OSError:
+        return False
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except OSError as error:
+        return isinstance(error, BlockingIOError)
+    finally:
+        os.close(descriptor)
+    return False
+
+
+def begin(results: Path, was_locked: bool = False) -> None:
+    """Take a folder of results for this process until it ends, and put it in order.
+
+    Unfinished files are removed, and no file stays from the future.
+
+    Parameters
+    ----------
+    results : Path
+        Folder of a run; made if missing.
+    was_locked : bool
+        Whether it was locked when this process looked at its files: what it found may have changed.
+
+    Raises
+    ------
+    InputError
+        Another run is at work there, or nothing can be written or locked.
+    """
+    try:
+        results.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(results / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
+        _look_at_folders(results)
+    except OSError as error:
+        raise InputError(f"{error.filename}: cannot be written ({error.strerror})") from None
+    try:
+        is_free = not was_locked and _lock(descriptor)
+    except OSError as error:
+        raise InputError(f"{results}: its file system has no locks ({error.strerror})") from None
+    if not is_free:
+        os.close(descriptor)
+        raise InputError(
+            f"{results}: another run is at work there; wait for its end or give this one a name: "
+            "--config run=NAME"
+        )
+    _held[results] = descriptor  # open as long as the process lives
+    atomic.clear(results)
+    _bring_back(results)
+
+
+def _bring_back(results: Path) -> None:
+    """Give files from the future, made by a wrong clock, the time of now.
+
+    Snakemake fails when what it makes is older than what it is made from, and deletes it.
+    """
+    now = time.time()
+    for path in results.rglob("*"):
+        if path.is_file() and path.stat().st_mtime > now + _SKEW:
+            with suppress(PermissionError):  # of another user, in a folder that several share
+                os.utime(path, (now, now))
+
+
+def _look_at_folders(results: Path) -> None:
+    """Refuse what would end Snakemake with a traceback: files in their place, or no permission."""
+    for path in (results / name for name in FOLDERS):
+        if not path.exists():
+            continue
+        if not path.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), path)
+        if not os.access(path, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
+
+
+def _lock(descriptor: int) -> bool:
+    give_up = time.monotonic() + _PATIENCE
+    while True:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() > give_up:
+                return False
+            time.sleep(0.02)
+        else:
+            return True
+
+
+def stop_at_once(results: Path) -> None:
+    """From now on end with all jobs at Ctrl-C, SIGTERM or SIGHUP, and say how to go on.
+
+    Parameters
+    ----------
+    results : Path
+        Folder of the run.
+    """
+
+    def _stop(number: int, frame: Any) -> NoReturn:
+        """End this process and its jobs; a handler of signals."""
+        # other threads see their jobs fail: nothing of that is to be read
+        logging.disable(logging.CRITICAL)
+        _end_jobs()
+        if results in _held:
+            atomic.clear(results)
+        said = f"stopped; what is finished is kept in {results}: the same command goes on from here"
+        os.write(sys.stderr.fileno(), f"\n{said}\n".encode())
+        os._exit(128 + number)
+
+    for each in STOPPING:
+        if signal.getsignal(each) is not signal.SIG_IGN:  # as under nohup
+            signal.signal(each, _stop)
+
+
+def stop_as_usual() -> None:
+    """Leave it to Snakemake again what it does at Ctrl-C; at SIGTERM it ends after its jobs."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+def _end_jobs() -> None:
+    import psutil  # only a stop needs it
+
+    jobs = psutil.Process().children(recursive=True)
+    for action in (psutil.Process.terminate, psutil.Process.kill):
+        for job in jobs:
+            try:
+                action(job)
+            except psutil.NoSuchProcess:
+                continue
+        _, jobs = psutil.wait_procs(jobs, timeout=_GRACE)
+
+
+def end_with_parent(parent: int | None = None) -> None:
+    """End this process when another ends, even if that is killed.
+
+    Parameters
+    ----------
+    parent : int, optional
+        Number of the other process; if not given, the one named in the environment, if any.
+    """
+    if parent is None and PARENT in os.environ:
+        parent = int(os.environ[PARENT])
+    if parent is not None:
+        threading.Thread(target=_outlive, args=(parent,), daemon=True).start()
+
+
+def _outlive(parent: int) -> None:
+    """Wait for the end of a process and end this one at once: nothing is left half written."""
+    try:
+        if hasattr(os, "pidfd_open"):  # Linux
+            select.select([os.pidfd_open(parent)], [], [])
+        else:
+            while True:
+                os.kill(parent, 0)
+                time.sleep(1)
+    except ProcessLookupError:
+        pass
+    os._exit(1)
+
+
+def shorten(logger: logging.Logger) -> None:
+    """Show one line of a failed job on the screen; Snakemake's log keeps all that it says.
+
+    Parameters
+    ----------
+    logger : Logger
+        That of Snakemake.
+    """
+    for handler in logger.handlers:
+        if not isinstance(handler, logging.FileHandler):
+            handler.addFilter(_Brief())
+
+
+class _Brief(logging.Filter):
+    """Leaves out what Snakemake says of a failed job beside the line of the job itself.
+
+    A job that says nothing, because it was killed, gets a line.
+    """
+
+    _ENDING = (
+        "Exiting because a job execution failed",
+        "WorkflowError:\nAt least one job did not complete",
+    )
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Whether a record is shown, perhaps with other words."""
+        event = getattr(getattr(record, "event", None), "name", "")
+        text = str(record.msg)
+        if event == "JOB_ERROR":
+            return self._is_unsaid(record)
+        failed = getattr(record, "exception", "") == "RuleException"
+        return not (failed and "CalledProcessError" in text) and not text.startswith(self._ENDING)
+
+    def _is_unsaid(self, record: Any) -> bool:
+        if any(_said_in(path) for path in record.log):
+            return False
+        record.event = None
+        record.msg = (
+            f"error in rule {record.rule_name}: the job of {record.output[0]} was killed, perhaps "
+            "for want of memory; run the same command again"
+        )
+        return True
+
+
+def _said_in(log: str) -> bool:
+    """Whether a job has written in its log why it failed."""
+    try:
+        return " ERROR " in Path(log).read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return False

@@ -1,0 +1,135 @@
+"""The list of all files of an archive with their checksums, as `sha256sum --check` reads it.
+
+It lies at the top of an unpacked archive. Datasets that it lists came with the archive, and as long
+as they are there the workflow takes them as they are.
+"""
+
+import hashlib
+from pathlib import Path, PurePosixPath
+
+from beltrepro.base.errors import InputError
+
+NAME = "manifest-sha256.txt"
+CRATE = "ro-crate-metadata.json"  # a name that the format settles
+_RESULTS = "results"
+
+
+def line(checksum: str, name: str) -> str:
+    """One line of the list.
+
+    Parameters
+    ----------
+    checksum : str
+        Of the file, see `checksum_of`.
+    name : str
+        Path below the top of the archive, with "/".
+
+    Returns
+    -------
+    str
+        With its end.
+    """
+    return f"{checksum}  {name}\n"
+
+
+def checksum_of(path: Path) -> str:
+    """SHA-256 of a file.
+
+    Parameters
+    ----------
+    path : Path
+        The file, of any size.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+    """
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def checksum_of_text(text: str) -> str:
+    """SHA-256 of a text in UTF-8, as of its file.
+
+    Parameters
+    ----------
+    text : str
+        The text.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+    """
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def read(top: Path) -> dict[str, str]:
+    """The list at the top of an unpacked archive.
+
+    Parameters
+    ----------
+    top : Path
+        The folder.
+
+    Returns
+    -------
+    dict of str
+        Checksums by path below the top; empty if there is no list.
+
+    Raises
+    ------
+    InputError
+        The list cannot be read.
+    """
+    path = top / NAME
+    if not path.is_file():
+        return {}
+    try:
+        pairs = [each.split("  ", 1) for each in path.read_text(encoding="utf-8").splitlines()]
+        return {name: checksum for checksum, name in pairs}
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: not a readable list of checksums ({error})") from None
+
+
+def sources(top: Path) -> dict[str, str]:
+    """What the list says of the files of the project itself.
+
+    Parameters
+    ----------
+    top : Path
+        As for `read`.
+
+    Returns
+    -------
+    dict of str
+        As of `read`, without results and crate.
+    """
+    return {name: each for name, each in read(top).items() if not _is_made(name)}
+
+
+def datasets(top: Path, run: str) -> set[str]:
+    """Datasets of a run that came with an archive and are still there.
+
+    Parameters
+    ----------
+    top : Path
+        As for `read`.
+    run : str
+        Its name.
+
+    Returns
+    -------
+    set of str
+        Names of datasets.
+    """
+    folder = PurePosixPath(_RESULTS, run, "datasets")
+    listed = [PurePosixPath(name) for name in read(top)]
+    return {each.stem for each in listed if each.parent == folder and (top / each).is_file()}
+
+
+def _is_made(name: str) -> bool:
+    """Whether a file is the crate or in the folder of a run; results/README.md is not."""
+    parts = PurePosixPath(name).parts
+    return name == CRATE or (parts[0] == _RESULTS and len(parts) > 2)

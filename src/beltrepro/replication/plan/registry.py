@@ -1,0 +1,171 @@
+"""Which figures and tables the studies have, and what each says of itself, without importing any.
+
+A module of a study that assigns `FIGURE = Figure(...)` or `TABLE = Table(...)` stands for a figure
+or table of the name of the module. The arguments are literals, so they are read from its text: the
+workflow asks for them in every job and must not wait for pandas and matplotlib.
+"""
+
+import ast
+import functools
+from collections.abc import Iterable
+from dataclasses import MISSING, dataclass, field, fields
+from pathlib import Path
+from typing import Any, TypeVar
+
+from beltrepro.base.errors import InputError
+from beltrepro.base.names import hint
+
+E = TypeVar("E", bound="_Entry")
+STUDIES = Path(__file__).parent.parent / "studies"
+CATEGORIES = ("Figures of the paper", "Integrators compared", "Further studies")
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Entry:
+    """What figures and tables have in common.
+
+    title : one sentence.
+    uses : names of the datasets and tables that it is made from.
+    module : dotted name of its module.
+    """
+
+    title: str
+    uses: tuple[str, ...]
+    module: str = field(default="", compare=False)
+
+    def __post_init__(self):
+        if not isinstance(self.title, str) or not self.title.endswith(".") or "\n" in self.title:
+            raise InputError(f"title = {self.title!r}: must be one sentence with a full stop")
+        if not isinstance(self.uses, tuple) or len(set(self.uses)) < len(self.uses):
+            raise InputError(f"uses = {self.uses!r}: must be a tuple of different names")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table(_Entry):
+    """What a table says of itself.
+
+    columns : what single columns are, with their unit; quantities of a point explain themselves.
+    on_top : whether the file lies at the top of the results, and not in tables/.
+    """
+
+    columns: dict[str, str] = field(default_factory=dict, hash=False)
+    on_top: bool = False
+
+    def file(self, name: str) -> str:
+        """Path of the table of this name below the results, without suffix."""
+        return name if self.on_top else f"tables/{name}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Figure(_Entry):
+    """What a figure says of itself; its title is also that of the target in `snakemake --list`.
+
+    words : what the figure of the paper shows, in our words; for another figure, how to read it.
+    alt : what ours shows, for readers who cannot see it.
+    number : number of the figure in the paper; empty for a figure that the paper does not have.
+    category : one of CATEGORIES.
+    """
+
+    words: str
+    alt: str
+    number: str = ""
+    category: str = CATEGORIES[0]
+
+    def __post_init__(self):
+        super().__post_init__()
+        for name in ("words", "alt"):
+            if not isinstance(getattr(self, name), str) or not getattr(self, name).strip():
+                raise InputError(f"{name} must be text")
+        if self.category not in CATEGORIES:
+            raise InputError(f"category = {self.category!r}: allowed are {', '.join(CATEGORIES)}")
+        if not isinstance(self.number, str):
+            raise InputError(f"number = {self.number!r}: must be text")
+        if bool(self.number) != (self.category == CATEGORIES[0]):
+            raise InputError("number must be given for a figure of the paper, and only for one")
+
+
+@functools.cache
+def figures(folder: Path = STUDIES) -> dict[str, Figure]:
+    """All figures by name, those of the paper first, in its order; InputError for a wrong entry."""
+    read = _read_all(folder, Figure, "FIGURE")
+    return dict(sorted(read.items(), key=lambda item: CATEGORIES.index(item[1].category)))
+
+
+@functools.cache
+def tables(folder: Path = STUDIES) -> dict[str, Table]:
+    """All tables by name; InputError for a wrong entry."""
+    return _read_all(folder, Table, "TABLE")
+
+
+def check_names(datasets: Iterable[str]) -> None:
+    """Raise InputError for a dataset that has the name of a table."""
+    for name in datasets:
+        if name in tables():
+            raise InputError(f"datasets.{name} has the name of a table")
+
+
+def check_uses(entries: dict, known: Iterable[str], where: str) -> None:
+    """Raise InputError for an entry that uses what is not among the known datasets and tables.
+
+    where : what has them, for the message: "preset smoke".
+    """
+    known = list(known)
+    for name, entry in entries.items():
+        for used in entry.uses:
+            if used not in known:
+                raise InputError(f"{name}.py uses {used!r}, which {where} lacks{hint(used, known)}")
+
+
+def _read_all(folder: Path, kind: type[E], label: str) -> dict[str, E]:
+    paths = sorted(folder.rglob("*.py"), key=lambda path: path.stem)
+    entries = {path.stem: _read(path, kind, label) for path in paths}
+    return {name: entry for name, entry in entries.items() if entry is not None}
+
+
+def _read(path: Path, kind: type[E], label: str) -> E | None:
+    """The entry of a module, None if it has none."""
+    tree = ast.parse(path.read_text(encoding="utf-8"), str(path))
+    calls = [
+        node.value
+        for node in tree.body
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == label
+    ]
+    if not calls:
+        return None
+    try:
+        return kind(**_arguments(calls[0], kind), module=_dotted(path))
+    except InputError as error:
+        raise InputError(f"{path.parent.name}/{path.name}: {label}: {error}") from None
+
+
+def _dotted(path: Path) -> str:
+    """Name by which a module is imported."""
+    if not path.is_relative_to(STUDIES):
+        return path.stem
+    parts = path.relative_to(STUDIES).with_suffix("").parts
+    return ".".join(["beltrepro.replication.studies", *parts])
+
+
+def _arguments(call: ast.expr, kind: Any) -> dict:
+    """Keyword arguments of the call, complete and literal."""
+    called = kind.__name__
+    if not isinstance(call, ast.Call) or call.args or ast.unparse(call.func) != called:
+        raise InputError(f"must be {called}(title=..., ...)")
+    given = {keyword.arg: keyword.value for keyword in call.keywords}
+    allowed = [entry.name for entry in fields(kind) if entry.name != "module"]
+    for entry in fields(kind):
+        required = entry.default is MISSING and entry.default_factory is MISSING
+        if entry.name not in given and required:
+            raise InputError(f"{entry.name} is missing")
+    for name in given:
+        if name not in allowed:
+            raise InputError(f"unknown field {name!r}: allowed are {', '.join(allowed)}")
+    return {name: _literal(name, value) for name, value in given.items()}
+
+
+def _literal(name: str | None, value: ast.expr) -> object:
+    try:
+        return ast.literal_eval(value)
+    except ValueError:
+        text = ast.unparse(value)
+        raise InputError(f"{name} = {text}: must be a literal, it is read without import") from None

@@ -1,0 +1,138 @@
+"""What Snakemake was called with: one line for settings and targets that cannot be meant.
+
+Snakemake itself answers `--config preset=smoke fig12` with a traceback, and a misspelt target with
+a line that suggests nothing. It gives no hook for either: a setting is read before the Snakefile,
+and the targets are known after it. So the command line is read once more, by Snakemake's parser.
+"""
+
+import argparse
+import json
+import os
+import re
+import signal
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from beltrepro.base.errors import InputError
+from beltrepro.base.names import hint
+
+_SETTING = r"[a-zA-Z_][\w-]*\w"  # names that Snakemake takes
+
+
+def end_if_unreadable() -> None:
+    """End the process with one line if a setting of `--config` cannot be read.
+
+    The profiles of the workflow call it: Snakemake reads nothing else of a workflow so early.
+    """
+    try:
+        check_settings(_given().config or ())
+    except InputError as error:
+        sys.exit(f"error: {error}")
+
+
+def end_quietly_when_interrupted() -> None:
+    """Let Ctrl-C end the process without a traceback until the workflow takes it over.
+
+    The profiles call it, too. `lifecycle.stop_at_once` comes after it.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def check_settings(entries: Iterable[str]) -> None:
+    """Refuse what Snakemake cannot read as a setting.
+
+    Parameters
+    ----------
+    entries : iterable of str
+        Words after `--config`.
+
+    Raises
+    ------
+    InputError
+        For the first that is not NAME=VALUE, or whose name Snakemake does not take, and for the
+        name of a run that it would turn into another: 2026_11_22 is the number 20261122 to it.
+    """
+    for entry in entries:
+        name, equals, value = entry.partition("=")
+        if not equals:
+            raise InputError(
+                f"--config {entry}: NAME=VALUE is needed; targets stand before --config, as in "
+                f"snakemake --cores 2 {entry} --config preset=smoke"
+            )
+        if name == "run" and (read := _as_number(value)) not in ("", value):
+            raise InputError(
+                f"--config {entry}: is read as the number {read}; a name with a letter is needed"
+            )
+        if re.fullmatch(_SETTING, name):
+            continue
+        first, *keys = name.split(".")
+        if keys and all(re.fullmatch(_SETTING, key) for key in (first, *keys)):
+            meant = _plain(value)
+            for key in reversed(keys):
+                meant = {key: meant}
+            told = f"--config '{first}={json.dumps(meant)}'"
+            raise InputError(f"--config {entry}: a key below another is given as {told}")
+        raise InputError(f"--config {entry}: {name!r} is no name of a setting")
+
+
+def check_targets(
+    targets: Iterable[str], chosen: Iterable[str], is_file: Callable[[str], bool]
+) -> None:
+    """Refuse targets that the workflow does not have.
+
+    Nothing is refused where the workflow was not started from the command line.
+
+    Parameters
+    ----------
+    targets : iterable of str
+        Names of all targets.
+    chosen : iterable of str
+        Names of the other rules, which options such as `--forcerun` may name.
+    is_file : callable
+        Tells whether a path is a file that the workflow makes.
+
+    Raises
+    ------
+    InputError
+        For the first name that is neither a target nor a file.
+    """
+    given, targets = _given(), sorted(targets)
+    options = (given.forcerun, given.until, given.omit_from, given.prioritize)
+    asked = [(each, targets) for each in sorted(given.targets)]
+    rules = [*targets, *chosen]
+    asked += [(each, rules) for option in options for each in sorted(option or ())]
+    for name, known in asked:
+        if name not in known and not is_file(os.path.relpath(name)):
+            raise InputError(
+                f"target {name!r}: allowed are files of this run and {', '.join(known)}"
+                f"{hint(name, known)}"
+            )
+
+
+def _given() -> argparse.Namespace:
+    """The command line, as Snakemake's parser reads it."""
+    from snakemake.cli import get_argument_parser
+
+    # the command, or python -m snakemake; a program that uses Snakemake has other words there
+    is_command = "snakemake" in Path(sys.argv[0]).parts[-2:]
+    return get_argument_parser().parse_known_args(sys.argv[1:] if is_command else [])[0]
+
+
+def _as_number(value: str) -> str:
+    """What Snakemake makes of a text that it takes for a number; empty if it does not."""
+    for number in (int, float):
+        try:
+            return str(number(value))
+        except ValueError:
+            continue
+    return ""
+
+
+def _plain(value: str) -> object:
+    """The value of a setting as JSON has it, or as text."""
+    try:
+        return json.loads(value)
+    except ValueError:
+        return value

@@ -1,0 +1,63 @@
+"""CSV files, and beside each what made it, what its columns are, and its checksum."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from beltrepro.base.atomic import replacing
+from beltrepro.replication.plan.described import describe
+from beltrepro.replication.plan.quantities import QUANTITIES, UNITS
+
+DIGITS = "%.6g"
+
+
+def write(
+    path: str | Path,
+    table: pd.DataFrame,
+    *,
+    title: str,
+    columns: dict[str, str],
+    sources: dict[str, dict],
+    lineage: dict[str, dict] | None = None,
+) -> None:
+    """Write a table and its metadata.
+
+    Parameters
+    ----------
+    path : path-like
+        The CSV file; missing folders are made.
+    table : DataFrame
+        Numbers are written with six digits.
+    title : str
+        One sentence.
+    columns : dict
+        What single columns are; quantities of a point explain themselves.
+    sources : dict
+        What was told to the datasets that it is derived from, by name.
+    lineage : dict, optional
+        What made those datasets, see `beltrepro.replication.plan.inputs`.
+    """
+    path = Path(path)
+    with replacing(path) as unfinished:
+        table.to_csv(unfinished, index=False, float_format=DIGITS)
+    described = {"columns": [_column(name, table[name], columns) for name in table]}
+    describe(path, title=title, sources=sources, lineage=lineage, tableSchema=described)
+
+
+def _column(name: str, values: pd.Series, columns: dict[str, str]) -> dict:
+    described = {"name": name, "datatype": _datatype(values)}
+    if name in columns:
+        return described | {"dc:description": columns[name]}
+    if name in QUANTITIES:
+        each = QUANTITIES[name]
+        titles = {"titles": [name, each.symbol]} if each.symbol else {}
+        return described | titles | {"dc:description": each.description, "unit": UNITS[each.unit]}
+    return described
+
+
+def _datatype(values: pd.Series) -> str:
+    if pd.api.types.is_bool_dtype(values):
+        return "boolean"
+    if pd.api.types.is_integer_dtype(values):
+        return "integer"
+    return "number" if pd.api.types.is_numeric_dtype(values) else "string"

@@ -1,0 +1,1 @@
+"""The studies, a folder a question: numbers, figures, claims and words."""

@@ -1,0 +1,1 @@
+"""Slips and avalanches at small belt velocity (Figs. 8 to 10)."""

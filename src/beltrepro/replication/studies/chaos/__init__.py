@@ -1,0 +1,1 @@
+"""Which motions are chaotic, periodic or transient."""

@@ -1,0 +1,137 @@
+"""Not in the paper: what small disturbances of each slip, as by a time step, do to the motion."""
+
+import numpy as np
+
+from beltrepro.model.disturbance import equivalent_kick
+from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.plan.registry import Figure
+from beltrepro.stats.growth import finite_size_exponents
+from beltrepro.stats.shares import shares
+
+FIGURE = Figure(
+    title="What the time step does: growth by size, and periodic motion under disturbance.",
+    uses=("growth", "steps", "kicked", "weak_noise"),
+    words=(
+        "Not in the paper. (a) Rate at which the distance of two runs grows, against the distance: "
+        "dots by the exact motion (event), crosses by the paper's scheme (verlet); triangles are "
+        "upper limits where no run went further, empty for the scheme. (b) Share of the runs that "
+        "are not on a periodic orbit at the end, against the disturbance of each slip: dots with "
+        "lines for random kicks of the exact motion, squares for the scheme, whose disturbance is "
+        "u dt divided by the square root of 3. Bars are 95 % intervals. (c) r at the end of these "
+        "runs, means. (d) The same for noise, whose disturbance is sigma, at two or more time "
+        "steps, over the line of the kicks."
+    ),
+    alt=(
+        "Four panels: rates of growth against the distance of two runs, shares of irregular runs "
+        "and r against the disturbance of each slip, and r against weak noise."
+    ),
+    category="Further studies",
+)
+
+_FEWEST = 5  # passages that a rate of growth rests on
+_SKIPPED = 1  # levels of a twin in which it turns to the direction that grows
+_DISTURBANCE = "disturbance of a slip"
+
+
+@style.styled
+def draw(data, caption):
+    """Growth by size; irregular runs and r against the disturbance; r against weak noise."""
+    panels.require(data, FIGURE)
+    figure = style.page(caption, 5.6)
+    growth, share, disorder, noise = figure.subplots(2, 2).flat
+    steps, kicked, noisy = (data[name].arrays for name in ("steps", "kicked", "weak_noise"))
+    _draw_growth(growth, data["growth"])
+    velocities = np.unique(np.concatenate([kicked["belt_velocity"], noisy["belt_velocity"]]))
+    scheme = equivalent_kick(steps["belt_velocity"], steps["time_step"])
+    for velocity, colour in zip(velocities, style.COLOURS, strict=False):
+        for arrays, disturbance, look in (
+            (kicked, kicked["kick"], {"fmt": "o-", "linewidth": 0.8}),
+            (steps, scheme, {"fmt": "s", "markerfacecolor": "none"}),
+        ):
+            look |= {"color": colour, "elinewidth": 0.6, "markersize": 3.5}
+            own = (arrays["belt_velocity"] == velocity) & (disturbance > 0)
+            irregular = arrays["state"][own].astype(str) == "irregular"
+            label = f"$u = {velocity:g}$" if arrays is kicked else None
+            _draw_shares(share, disturbance[own], irregular, label=label, **look)
+            _draw_means(disorder, disturbance[own], arrays["disorder_parameter"][own], **look)
+        _draw_noise(noise, noisy, kicked, velocity, colour)
+    _finish(growth, share, disorder, noise)
+    return figure
+
+
+def _finish(growth, share, disorder, noise):
+    for axes, name in zip((growth, share, disorder, noise), "abcd", strict=True):
+        axes.set_xscale("log")
+        panels.letter(axes, name)
+    share.set(xlabel=_DISTURBANCE, ylabel="share of irregular runs", ylim=(-0.05, 1.05))
+    disorder.set(xlabel=_DISTURBANCE, ylabel=panels.DISORDER)
+    noise.set(xlabel=panels.NOISE, ylabel=panels.DISORDER)
+    disorder.set_xlim(share.get_xlim())
+    for axes in (growth, share, disorder, noise):
+        if not axes.has_data():
+            panels.note(axes, "no runs")
+    for axes in (growth, share, noise):
+        if axes.get_legend_handles_labels()[1]:
+            axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
+
+
+def _draw_growth(axes, dataset):
+    """Finite-size exponents of each number of blocks by each method."""
+    arrays = dataset.arrays
+    observed = dataset.attributes["duration"] - dataset.attributes["transient"]
+    levels = arrays["levels"]
+    for index, n_blocks in enumerate(np.unique(arrays["n_blocks"])):
+        for method, marker in (("event", "o"), ("verlet", "x")):
+            own = (arrays["n_blocks"] == n_blocks) & (arrays["method"].astype(str) == method)
+            if not own.any():
+                continue
+            times = arrays["passage_time"][own].reshape(-1, len(levels))
+            look = {"color": style.COLOURS[index], "markersize": 3.5}
+            label = f"$N = {n_blocks}$, {method}"
+            _draw_rates(axes, levels, times, observed, fmt=marker, label=label, **look)
+            none = finite_size_exponents(levels, times, observed)
+            still = none.passed == 0
+            look |= {"linestyle": "none", "markerfacecolor": "none" if marker == "x" else None}
+            axes.plot(none.size[still], none.limit[still], marker="v", **look)
+    axes.set(xlabel="distance of two runs", ylabel="rate of growth", yscale="log")
+    axes.set_xlim(levels[0], levels[-1])
+
+
+def _draw_rates(axes, levels, times, observed, **look):
+    """Finite-size exponents with their errors."""
+    found = finite_size_exponents(levels, times, observed, skipped=_SKIPPED)
+    known = (found.passed >= _FEWEST) & np.isfinite(found.exponent)
+    values = (each[known] for each in (found.size, found.exponent, found.standard_error))
+    axes.errorbar(*values, elinewidth=0.6, **look)
+
+
+def _draw_shares(axes, disturbance, having, **look):
+    """Share of runs with a property at each disturbance."""
+    found = shares(disturbance, having)
+    if found.value.size:
+        error = np.array([found.value - found.lower, found.upper - found.value])
+        axes.errorbar(found.quantity, found.value, error, **look)
+
+
+def _draw_means(axes, values, measured, **look):
+    """Mean of what was measured at each distinct value, with its standard error."""
+    distinct = np.unique(values)
+    groups = [measured[values == value] for value in distinct]
+    errors = [group.std(ddof=1) / np.sqrt(len(group)) if len(group) > 1 else 0 for group in groups]
+    if groups:
+        axes.errorbar(distinct, [group.mean() for group in groups], errors, **look)
+
+
+def _draw_noise(axes, noisy, kicked, velocity, colour):
+    """r against sigma at several time steps, over the line of r against kicks."""
+    own = (kicked["belt_velocity"] == velocity) & (kicked["kick"] > 0)
+    look = {"color": colour, "elinewidth": 0.6, "markersize": 3.5}
+    near = noisy["belt_velocity"] == velocity
+    if not near.any():
+        return
+    _draw_means(axes, kicked["kick"][own], kicked["disorder_parameter"][own], fmt="-", color=colour)
+    for step, marker in zip(np.unique(noisy["time_step"]), style.MARKERS[2:], strict=False):
+        own = near & (noisy["time_step"] == step)
+        label = f"$u = {velocity:g}$, $dt = {panels.power(step)}$"
+        measured = noisy["disorder_parameter"][own]
+        _draw_means(axes, noisy["noise"][own], measured, fmt=marker, label=label, **look)

@@ -1,0 +1,181 @@
+"""Not in the paper: where the motion is periodic, irregular for long, and irregular to the end."""
+
+import numpy as np
+from matplotlib.patches import Patch
+
+from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.plan.registry import Figure
+from beltrepro.stats import motion, survival
+from beltrepro.stats.transitions import running_median
+
+FIGURE = Figure(
+    title="Where the motion without noise is periodic, and where it is irregular to the end.",
+    uses=("motion_map", "mean_lifetimes", "kicked", "steps"),
+    words=(
+        "Not in the paper. a: how runs from different starts move after a long time. Each cell is "
+        "one N and one belt velocity, filled by the shares of the runs. Ring: in longer runs no "
+        "irregular motion ended. Cross: in longer runs it ends, so it is a transient. b: the "
+        "largest exponent, a dot for each run. Lines are medians over the runs. "
+        "c: the end of runs that are disturbed by small kicks, for kicks of several sizes. d: the "
+        "end of runs by the method verlet, for several time steps. Where cells of c and d are "
+        "light at the bottom and dark at the top, errors keep the motion irregular."
+    ),
+    alt=(
+        "Four panels: shares of periodic and irregular runs over belt velocity and N, the largest "
+        "exponent against belt velocity for each N, and shares over belt velocity and the size of "
+        "kicks, and over belt velocity and the time step."
+    ),
+    category="Further studies",
+)
+
+# Colour, hatching and words of each way to move, from the bottom of a cell to its top. The hues are
+# those of `motions.COLOURS`, darker or paler so that they differ in grey too.
+_LOOKS = {
+    motion.CHAOTIC: ("#7a2e00", "", "irregular, exponent above zero"),
+    motion.TRANSIENT: (style.ORANGE, "/////", "irregular, exponent not above zero or not known"),
+    motion.QUASI_PERIODIC: (style.GREEN, "....", "quasi-periodic"),
+    motion.PERIODIC: ("#a5d5f0", "", "periodic"),
+    motion.EQUILIBRIUM: ("#ffffff", "", "equilibrium slip"),
+}
+_MARKS = {
+    survival.LASTING: ("o", "irregular motion lasts in longer runs"),
+    survival.TRANSIENT: ("X", "irregular motion ends in longer runs"),
+}
+_FONT = 10.5  # points: legible where the page is as narrow as a phone
+_TICKS = 8  # most words at an axis of belt velocities
+_FILL = 0.9  # of a cell
+_OUTLINED = 40  # more cells in a row have no outline
+
+
+@style.styled
+def draw(data, caption):
+    """Top: shares over (u, N), exponents; bottom: shares over (u, kick) and (u, time step)."""
+    if "motion_map" not in data:
+        panels.require(data, FIGURE)
+    with style.font(_FONT):
+        figure = style.page(caption, 7.1)
+        (sizes, exponents), (kicks, steps) = figure.subplots(2, 2, width_ratios=(1.25, 1))
+        points = data["motion_map"].arrays
+        _draw_cells(sizes, points, "n_blocks", "$N$")
+        _draw_verdicts(sizes, points, data.get("mean_lifetimes"))
+        _draw_exponents(exponents, points)
+        _draw_dataset(kicks, data, "kicked", "kick", "size of kicks")
+        _draw_dataset(steps, data, "steps", "time_step", "time step $dt$")
+        for axes, name in zip((sizes, exponents, kicks, steps), "abcd", strict=True):
+            panels.letter(axes, name)
+            axes.set_xlabel(panels.BELT_VELOCITY)
+        _draw_legend(figure, sizes)
+    return figure
+
+
+# --- cells ----------------------------------------------------------------------------------------
+
+
+def _draw_dataset(axes, data, name, row, label):
+    """Cells of one of the datasets that may be missing."""
+    axes.set_ylabel(label)
+    if name not in data:
+        panels.note(axes, f"the dataset {name} is not there")
+        return
+    arrays = data[name].arrays
+    _draw_cells(axes, arrays, row, label)
+    blocks, methods = np.unique(arrays["n_blocks"]), np.unique(arrays["method"])
+    words = f"$N = {', '.join(map(str, blocks))}$, method {', '.join(methods)}"
+    axes.set_title(words, loc="right", size=_FONT - 1.5, color="0.35")
+
+
+def _draw_cells(axes, arrays, row, label):
+    """A cell for each u and each level of `row`, filled by the shares of each way to move."""
+    axes.set_ylabel(label)
+    if not arrays["belt_velocity"].size:
+        panels.note(axes, "no points in this dataset")
+        return
+    velocities, column = np.unique(arrays["belt_velocity"], return_inverse=True)
+    levels, line = np.unique(arrays[row], return_inverse=True)
+    place = line * velocities.size + column
+    ways, runs = _ways(arrays), np.bincount(place, minlength=levels.size * velocities.size)
+    there = np.flatnonzero(runs)
+    bottom = there // velocities.size - _FILL / 2
+    outline = 0.3 if velocities.size <= _OUTLINED else 0.0
+    look = {"width": _FILL, "edgecolor": "0.25", "linewidth": outline}
+    for way, (colour, hatch, _) in _LOOKS.items():
+        count = np.bincount(place[ways == way], minlength=runs.size)[there]
+        height = _FILL * count / runs[there]
+        axes.bar(there % velocities.size, height, bottom=bottom, color=colour, hatch=hatch, **look)
+        bottom = bottom + height
+    every = -(-velocities.size // _TICKS)
+    axes.set_xticks(range(0, velocities.size, every), [f"{u:g}" for u in velocities[::every]])
+    axes.set_yticks(range(levels.size), [f"${panels.power(level)}$" for level in levels])
+    axes.set(xlim=(-0.6, velocities.size - 0.4), ylim=(-0.6, levels.size - 0.4))
+    axes.tick_params(length=0)
+
+
+def _ways(arrays):
+    """How each run moves: a key of _LOOKS."""
+    state = arrays["state"].astype("U20")
+    if "irregular_exponent" in arrays:
+        names = ("irregular_exponent", "irregular_error", "irregular_time")
+        chaotic = motion.above_zero(*(arrays[name] for name in names))
+        irregular = ~np.isin(state, (motion.PERIODIC, motion.EQUILIBRIUM))
+        state[irregular] = np.where(chaotic, motion.CHAOTIC, motion.TRANSIENT)[irregular]
+    state[state == motion.NOISE_DRIVEN] = motion.TRANSIENT
+    return state
+
+
+def _draw_verdicts(axes, points, table):
+    """Marks on cells: whether irregular motion ends, by those runs that were observed most."""
+    if table is None:
+        panels.note(axes, "the table mean_lifetimes is not there")
+        return
+    velocities, sizes = (np.unique(points[name]) for name in ("belt_velocity", "n_blocks"))
+    rows = table[np.isin(table["belt_velocity"], velocities) & np.isin(table["n_blocks"], sizes)]
+    observed = (rows["counted"] * rows["horizon"]).sort_values(kind="stable")
+    rows = rows.loc[observed.index].drop_duplicates(["n_blocks", "belt_velocity"], keep="last")
+    for verdict, (marker, words) in _MARKS.items():
+        those = rows[rows["verdict"] == verdict]
+        axes.plot(
+            np.searchsorted(velocities, those["belt_velocity"]),
+            np.searchsorted(sizes, those["n_blocks"]),
+            marker,
+            label=words,
+            color="white",
+            markeredgecolor="black",
+            markeredgewidth=0.7,
+            markersize=5,
+        )
+
+
+def _draw_legend(figure, axes):
+    """Words for the fillings and marks that occur, above the page."""
+    bars = [patch for panel in figure.axes for patch in panel.patches if patch.get_height() > 0]
+    used = {bar.get_facecolor() for bar in bars}
+    handles = [
+        Patch(facecolor=colour, hatch=hatch, edgecolor="0.25", linewidth=0.5, label=words)
+        for colour, hatch, words in _LOOKS.values()
+    ]
+    handles = [each for each in handles if each.get_facecolor() in used]
+    handles += [line for line in axes.lines if len(line.get_xdata())]
+    if handles:
+        figure.legend(handles=handles, loc="outside upper left", ncols=2, fontsize=_FONT - 1.5)
+
+
+# --- exponents ------------------------------------------------------------------------------------
+
+
+def _draw_exponents(axes, points):
+    """A dot for each run; a line for each N, through the medians over its runs."""
+    axes.set_ylabel(r"largest exponent $\lambda_1$")
+    if not points["belt_velocity"].size:
+        panels.note(axes, "no points in this dataset")
+        return
+    axes.axhline(0, color="0.6", linewidth=0.8, zorder=0)
+    sizes = np.unique(points["n_blocks"])
+    for size, colour in zip(sizes, style.shades(sizes.size), strict=True):
+        chosen = points["n_blocks"] == size
+        velocity, value = (points[name][chosen] for name in ("belt_velocity", "largest_exponent"))
+        axes.plot(velocity, value, ".", color=colour, markersize=4, alpha=0.6, markeredgewidth=0)
+        places, medians = running_median(velocity, value, 0.0)
+        axes.plot(places, medians, color=colour, linewidth=1.4, label=f"{size}")
+    axes.legend(
+        title="$N$", reverse=True, loc="upper left", bbox_to_anchor=(1.0, 1.03), handlelength=1.0
+    )

@@ -1,0 +1,161 @@
+"""Catalogue of the attractors that runs at one point reach from different starts."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from beltrepro.stats.errors import require
+from beltrepro.stats.motion import PERIODIC
+from beltrepro.stats.shares import CONFIDENCE, Share, share
+
+# Relative difference up to which two periods are one: states close to 1e-8, while different orbits
+# of equal numbers of slips differ by far more.
+SAME_PERIOD = 1e-6
+# Relative difference up to which two r are one: r is measured over a time that is no multiple of
+# the period, and may be as short as a few periods. It tells large amplitudes from small ones.
+SAME_DISORDER = 0.25
+
+_EXACT = ("state", "period_events", "period_returns")
+_MEDIAN = ("disorder_parameter", "mean_length")
+
+
+@dataclass(frozen=True)
+class Attractor:
+    """A periodic orbit, or the runs of another state.
+
+    Attributes
+    ----------
+    state : str
+        "periodic", "equilibrium slip" or "irregular".
+    runs : int
+        Runs that ended on it.
+    basin : Share
+        Its share of all runs, with interval: of the starts, the part that leads to it.
+    period_time : float
+        Length of a period, median over the runs; NaN if it is not periodic.
+    period_events : int
+        Slips of all blocks in a period; 0 if it is not periodic.
+    period_returns : int
+        Returns to the section in a period; 0 if it is not periodic.
+    disorder_parameter : float
+        r, median over the runs.
+    mean_length : float
+        <x_N>, median over the runs.
+    """
+
+    state: str
+    runs: int
+    basin: Share
+    period_time: float
+    period_events: int
+    period_returns: int
+    disorder_parameter: float
+    mean_length: float
+
+
+def catalogue(
+    runs: Mapping[str, npt.ArrayLike], *, confidence: float = CONFIDENCE
+) -> list[Attractor]:
+    """The attractors that the runs at one point end on.
+
+    Two periodic runs are on one orbit if they have the same number of slips in a period, periods
+    that agree to 1e-6 and r that agree to 25 %. All runs of another state count as one: equilibrium
+    slip keeps the amplitude that it happens to have, and irregular motion has no period. A run that
+    closes after a whole multiple of a shorter period is on that orbit: where a motion alternates
+    about an orbit while it approaches it, its state comes back sooner after two periods.
+
+    Parameters
+    ----------
+    runs : mapping of arrays (M,)
+        state, period_time, period_events, period_returns, disorder_parameter and mean_length at the
+        end of each run, as in `Attractor`; others are ignored.
+    confidence : float
+        Of the intervals of the shares.
+
+    Returns
+    -------
+    list of Attractor
+        The most frequent first; of equals that with the shorter period, then the smaller r. The
+        order of the runs does not matter.
+
+    Raises
+    ------
+    NotEnoughDataError
+        Without runs.
+    """
+    known = {name: np.asarray(runs[name]) for name in (*_EXACT, "period_time", *_MEDIAN)}
+    known["state"] = known["state"].astype(str)
+    count = known["state"].size
+    require(count, "no runs, 1 is needed")
+    found = []
+    for members in _alike(known):
+        exact: dict[str, Any] = {name: known[name][members[0]].item() for name in _EXACT}
+        middle: dict[str, Any] = {name: float(np.median(known[name][members])) for name in _MEDIAN}
+        once = members[known["period_events"][members] == exact["period_events"]]
+        found.append(
+            Attractor(
+                runs=members.size,
+                basin=share(members.size, count, confidence=confidence),
+                period_time=float(np.median(known["period_time"][once])),
+                **exact,
+                **middle,
+            )
+        )
+    return sorted(found, key=_rank)
+
+
+def _rank(one: Attractor) -> tuple:
+    length = np.inf if np.isnan(one.period_time) else one.period_time
+    return -one.runs, length, one.disorder_parameter, one.state
+
+
+def _alike(known: dict[str, np.ndarray]) -> list[np.ndarray]:
+    """Indices of the runs that share an attractor."""
+    others = [
+        np.flatnonzero(known["state"] == name)
+        for name in np.unique(known["state"])
+        if name != PERIODIC
+    ]
+    orbits, runs = [], np.flatnonzero(known["state"] == PERIODIC)
+    for number in np.unique(known["period_events"][runs]):
+        same = runs[known["period_events"][runs] == number]
+        for orbit in _clusters(same, known["period_time"], SAME_PERIOD):
+            orbits += _clusters(orbit, known["disorder_parameter"], SAME_DISORDER)
+    return others + _with_multiples(orbits, known)
+
+
+def _with_multiples(orbits: list[np.ndarray], known: dict[str, np.ndarray]) -> list[np.ndarray]:
+    """Orbits with those that are a whole multiple of them; the first run has the single period."""
+    found: list[list[np.ndarray]] = []
+    for runs in sorted(orbits, key=lambda runs: float(np.median(known["period_time"][runs]))):
+        base = next((base for base in found if _is_multiple(runs, base[0], known)), None)
+        if base is None:
+            found.append([runs])
+        else:
+            base.append(runs)
+    return [np.concatenate(each) for each in found]
+
+
+def _is_multiple(runs: np.ndarray, shorter: np.ndarray, known: dict[str, np.ndarray]) -> bool:
+    time, disorder = (
+        [float(np.median(known[name][each])) for each in (runs, shorter)]
+        for name in ("period_time", "disorder_parameter")
+    )
+    events = [known["period_events"][each[0]] for each in (runs, shorter)]
+    multiple = round(time[0] / time[1])
+    return bool(
+        multiple > 1
+        and np.isclose(time[0], multiple * time[1], rtol=SAME_PERIOD, atol=0)
+        and np.isclose(disorder[0], disorder[1], rtol=SAME_DISORDER, atol=0)
+        and events[0] == multiple * events[1]
+    )
+
+
+def _clusters(runs: np.ndarray, values: np.ndarray, tolerance: float) -> list[np.ndarray]:
+    """Runs in groups: the value of each is within a relative tolerance of the next smaller one."""
+    ordered = runs[np.argsort(values[runs], kind="stable")]
+    sizes = values[ordered]
+    return np.split(ordered, np.flatnonzero(np.diff(sizes) > tolerance * np.abs(sizes[1:])) + 1)

@@ -1,0 +1,219 @@
+"""Not in the paper: how long irregular motion lasts without noise."""
+
+import numpy as np
+
+from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.plan.registry import Figure
+from beltrepro.stats import survival
+
+FIGURE = Figure(
+    title="Survival of irregular motion without noise, and its mean lifetime for each N.",
+    uses=("survival", "survival_many", "survival_long", "mean_lifetimes"),
+    words=(
+        "Not in the paper. a: share of the runs that are still irregular, by Kaplan and Meier, "
+        "with 95 % bands from the first end on. Each N is shown at the belt velocity at which the "
+        "share left at the end is nearest to one half. Dotted curves start from larger "
+        "displacements. b: the same for many runs, on a logarithmic scale. Dashed lines in a and b "
+        "are exponentials with the mean lifetime. c: mean lifetimes against belt velocity, with "
+        "95 % intervals, and d: at all belt velocities, against N. Where no run ended, an arrow "
+        "begins at the lower limit. Open marks in c are longer runs. The grey line is the time up "
+        "to which ends are counted in the others."
+    ),
+    alt=(
+        "Four panels: the share of runs that are still irregular against time, for each number of "
+        "blocks and for many runs, and the mean lifetime of irregular motion against belt velocity "
+        "and against the number of blocks."
+    ),
+    category="Further studies",
+)
+
+_FONT = 9.5  # points: legible where the page is as narrow as a phone
+_SMALL = _FONT - 1.5
+_CLOSE = {"fontsize": _SMALL, "handletextpad": 0.2, "columnspacing": 1.0}
+_POINT = ("n_blocks", "belt_velocity", "initial_spread")
+
+
+@style.styled
+def draw(data, caption):
+    """Top: survival of each N at one u, and of many runs; bottom: mean lifetimes."""
+    panels.require(data, FIGURE)
+    with style.font(_FONT):
+        return _draw(data, caption)
+
+
+def _draw(data, caption):
+    figure = style.page(caption, 6.9)
+    (each, many), (by_velocity, by_size) = figure.subplots(2, 2, width_ratios=(1.35, 1))
+    table, sizes = data["mean_lifetimes"], panels.levels(data["survival"], "n_blocks")
+    colours = dict(zip(sizes, style.shades(sizes.size), strict=True))
+    _draw_each(each, data["survival"], _of(table, "survival"), colours)
+    _draw_many(many, data["survival_many"], _of(table, "survival_many"))
+    _draw_by_velocity(by_velocity, table, colours)
+    _draw_by_size(by_size, table)
+    for axes in (by_velocity, by_size):
+        axes.axhline(_horizon(data["survival"]), color="0.6", linewidth=0.8, zorder=0)
+        axes.set(yscale="log", ylabel=r"mean lifetime $\tau$")
+    each.set(xlabel=panels.TIME, ylabel="share still irregular", ylim=(-0.03, 1.03))
+    many.set(xlabel=panels.TIME, ylabel="share still irregular", yscale="log")
+    by_velocity.set(xlabel=panels.BELT_VELOCITY)
+    by_size.set(xlabel="$N$")
+    for axes, name in zip((each, many, by_velocity, by_size), "abcd", strict=True):
+        panels.letter(axes, name)
+    handles, labels = by_velocity.get_legend_handles_labels()
+    if handles:
+        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), **_CLOSE)
+    return figure
+
+
+def _of(table, name):
+    """Rows of a dataset."""
+    return table[table["dataset"] == name]
+
+
+def _horizon(runs):
+    return survival.SEEN * float(runs.attributes["duration"])
+
+
+def _at(columns, *point):
+    """Which runs, or rows, are at this N, u and initial spread."""
+    return np.all([columns[name] == value for name, value in zip(_POINT, point, strict=True)], 0)
+
+
+# --- survival -------------------------------------------------------------------------------------
+
+
+def _draw_each(axes, runs, table, colours):
+    """A curve for each N, at the u where about half of the runs end."""
+    if not runs.arrays["lifetime"].size:
+        panels.note(axes, "no runs in this dataset")
+        return
+    first, *others = np.unique(runs.arrays["initial_spread"])
+    for size, colour in colours.items():
+        velocity = _half_ends(runs, size, first)
+        point = size, velocity, first
+        _draw_curve(axes, runs, table, point, colour, f"$N = {size}$, $u = {velocity:g}$")
+        for spread in others:
+            if _at(runs.arrays, size, velocity, spread).any():
+                curve = _curve(runs, size, velocity, spread)
+                axes.step(curve.time, curve.share, ":", where="post", color=colour, linewidth=0.9)
+    axes.set_xscale("log")
+    ends = np.concatenate([line.get_xdata() for line in axes.lines])
+    axes.set_xlim(ends[ends > 0].min() / 3, _horizon(runs))
+    axes.legend(loc="lower left", fontsize=_SMALL)
+
+
+def _draw_many(axes, runs, table):
+    """A curve for each point of the dataset with many runs."""
+    if not runs.arrays["lifetime"].size:
+        panels.note(axes, "no runs in this dataset")
+        return
+    points = np.unique(np.column_stack([runs.arrays[name] for name in _POINT]), axis=0)
+    for point, colour in zip(points, style.COLOURS, strict=False):
+        label = f"$N = {point[0]:g}$, $u = {point[1]:g}$, {_at(runs.arrays, *point).sum()} runs"
+        _draw_curve(axes, runs, table, point, colour, label)
+    counted = np.minimum(runs.arrays["lifetime"], _horizon(runs))
+    axes.set_xlim(0, counted.max())
+    axes.set_ylim(0.5 / max(_at(runs.arrays, *point).sum() for point in points), 1.2)
+    axes.locator_params(axis="x", nbins=4)
+    axes.legend(loc="upper right", fontsize=_SMALL)
+
+
+def _draw_curve(axes, runs, table, point, colour, label):
+    """Survival with its band, and the exponential with the mean lifetime."""
+    curve = _curve(runs, *point)
+    axes.step(curve.time, curve.share, where="post", color=colour, label=label, linewidth=1.3)
+    ends = curve.share < 1  # bands of whole shares would lie on each other
+    if ends.any():
+        band = {"step": "post", "color": colour, "alpha": 0.15, "linewidth": 0}
+        axes.fill_between(curve.time[ends], curve.lower[ends], curve.upper[ends], **band)
+    row = table[_at(table, *point)].iloc[0]
+    if np.isfinite(row["lifetime"]):
+        left = curve.share[np.searchsorted(curve.time, row["start"], side="right") - 1]
+        begin, end = max(row["start"], row["lifetime"] / 100), curve.time[-1]
+        time = np.geomspace(begin, max(begin, end), 100)
+        line = left * np.exp(-(time - row["start"]) / row["lifetime"])
+        axes.plot(time, line, "--", color=colour, linewidth=0.8)
+
+
+def _curve(runs, *point):
+    """Survival of the runs at one point."""
+    chosen = _at(runs.arrays, *point)
+    lifetime, settled = runs.arrays["lifetime"][chosen], runs.arrays["settled"][chosen]
+    return survival.kaplan_meier(lifetime, settled, horizon=_horizon(runs))
+
+
+def _half_ends(runs, size, spread):
+    """The u at which about half of the runs of this N end; of equals, that with the longest."""
+    arrays, horizon = runs.arrays, _horizon(runs)
+    chosen = (arrays["n_blocks"] == size) & (arrays["initial_spread"] == spread)
+
+    def unlike(velocity):
+        lifetime = arrays["lifetime"][chosen & (arrays["belt_velocity"] == velocity)]
+        return abs(np.mean(lifetime > horizon) - 0.5), -lifetime.mean()
+
+    return min(np.unique(arrays["belt_velocity"][chosen]), key=unlike)
+
+
+# --- mean lifetimes -------------------------------------------------------------------------------
+
+
+def _draw_by_velocity(axes, table, colours):
+    """A curve for each N, of the smallest initial spread, side by side; longer runs beside it."""
+    known = table[table["lifetime_lower"].notna()]
+    usual = _of(known, "survival")
+    usual = usual[usual["initial_spread"] == usual["initial_spread"].min()]
+    if usual.empty:
+        panels.note(axes, "no mean lifetimes")
+        return
+    step = 0.08 * np.diff(np.unique(usual["belt_velocity"])).min(initial=10.0)
+    for index, (size, colour) in enumerate(colours.items()):
+        shift = step * (index - (len(colours) - 1) / 2)
+        look = {"color": colour, "marker": style.MARKERS[index % len(style.MARKERS)]}
+        rows = usual[usual["n_blocks"] == size]
+        joined = rows["lifetime"].where(np.isfinite(rows["lifetime"]))
+        axes.plot(rows["belt_velocity"] + shift, joined, color=colour, linewidth=0.6)
+        _draw_means(axes, rows, shift, look | {"label": f"$N = {size}$"})
+        longer = _of(known, "survival_long")
+        longer = longer[longer["n_blocks"] == size]
+        open_marks = {"markerfacecolor": "white", "markersize": 6}
+        _draw_means(axes, longer, shift + step / 2, look | open_marks)
+
+
+def _draw_means(axes, rows, shift, look):
+    """Means with intervals; arrows up from lower limits."""
+    ended = np.isfinite(rows["lifetime"])
+    place = rows["belt_velocity"] + shift
+    mean, lower, upper = (
+        rows[name][ended] for name in ("lifetime", "lifetime_lower", "lifetime_upper")
+    )
+    bars = {"linestyle": "none", "elinewidth": 0.9} | {"markersize": 3.5} | look
+    axes.errorbar(place[ended], mean, [mean - lower, upper - mean], **bars)
+    _draw_limits(axes, place[~ended], rows["lifetime_lower"][~ended], look["color"])
+
+
+def _draw_by_size(axes, table):
+    """A dot for each u at each N: full for the smallest initial spread, open for the others."""
+    known = table[table["lifetime_lower"].notna()]
+    if known.empty:
+        panels.note(axes, "no mean lifetimes")
+        return
+    spreads, sizes = np.unique(known["initial_spread"]), np.unique(known["n_blocks"])
+    for index, spread in enumerate(spreads):
+        rows = known[known["initial_spread"] == spread]
+        place = rows["n_blocks"] + 0.25 * (index - (spreads.size - 1) / 2)
+        ended = np.isfinite(rows["lifetime"])
+        look = {"linestyle": "none", "color": style.BLUE, "markersize": 3.5}
+        look |= {"markerfacecolor": "none"} if index else {}
+        label = f"initial spread {spread:g}"
+        axes.plot(place[ended], rows["lifetime"][ended], "o", label=label, **look)
+        _draw_limits(axes, place[~ended], rows["lifetime_lower"][~ended], style.BLUE)
+    axes.set_xticks(sizes)
+    axes.set_xlim(sizes[0] - 0.6, sizes[-1] + 0.6)
+    axes.legend(loc="lower right", fontsize=_SMALL)
+
+
+def _draw_limits(axes, place, lower, colour):
+    """Arrows up from lower limits."""
+    if len(place):
+        look = {"color": colour, "linestyle": "none", "elinewidth": 0.9, "capsize": 2.0}
+        axes.errorbar(place, lower, lower, lolims=True, **look)

@@ -1,0 +1,163 @@
+"""Not in the paper: what trials of its length say about the recordings of the experiment."""
+
+import numpy as np
+from matplotlib.colors import LinearSegmentedColormap
+
+from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.plan.registry import Figure
+from beltrepro.replication.studies.experiment import inference, trials
+
+FIGURE = Figure(
+    title="What trials of the length of the experiment say about its two recordings.",
+    uses=("experiment_odds", "alternation", "trials_free"),
+    words=(
+        "Not in the paper. a: r of trials with the printed constants, at the two belt speeds of "
+        "the experiment. Dots are medians, bars hold 95 % of the trials, and triangles are the "
+        "smallest r of any trial. Lines are the values of the experiment. b: share of the trials "
+        "that show both regimes, each for 15 s or more, with f_s = 0.45, and 95 % intervals. Lines "
+        "are the belt speeds of the experiment. c: which friction ratio and which factor on the "
+        "belt speed agree with both recordings, whatever the noise. The darker, the more probable. "
+        "The cross stands for the printed values. d: how probable each noise is, if one or both of "
+        "them are free. The grey line is what was assumed before. The paper says 1 to 2 (shaded)."
+    ),
+    alt=(
+        "Four panels: r of trials against noise at both belt speeds, share of trials with both "
+        "regimes against belt velocity, posterior over friction ratio and factor on the belt "
+        "speed, and posterior of the noise."
+    ),
+    category="Further studies",
+)
+
+_FONT = 10.5  # points: legible where the page is as narrow as a phone
+_LINES = 4  # most noises shown as lines
+_SHADE = LinearSegmentedColormap.from_list("posterior", ["#ffffff", style.SKY, style.BLUE])
+_COLOURS = (style.BLUE, style.VERMILION)
+_FREE = {
+    ("friction_ratio",): "$f_s$ free",
+    ("speed_factor",): "speed free",
+    ("friction_ratio", "speed_factor"): "both free",
+}
+_PRINTED = {"friction_ratio": trials.FRICTION_RATIO, "speed_factor": 1.0}
+
+
+@style.styled
+def draw(data, caption):
+    """Top: r against noise, alternation against u; bottom: posteriors."""
+    panels.require(data, FIGURE)
+    with style.font(_FONT):
+        figure = style.page(caption, 7.0)
+        (disorder, share), (plane, noise) = figure.subplots(2, 2)
+        _draw_disorder(disorder, data["experiment_odds"])
+        _draw_alternation(share, data["alternation"])
+        with panels.shortage_on(plane):
+            _draw_plane(plane, trials.on_grid(data["trials_free"].arrays))
+        with panels.shortage_on(noise):
+            _draw_noise(noise, trials.on_grid(data["trials_free"].arrays))
+        for axes, name in zip((disorder, share, plane, noise), "abcd", strict=True):
+            panels.letter(axes, name)
+    return figure
+
+
+# --- trials with the printed constants ------------------------------------------------------------
+
+
+def _draw_disorder(axes, odds):
+    """r at each noise, a colour for each speed; the printed r as lines."""
+    axes.set(xlabel=panels.NOISE, ylabel=panels.DISORDER, ylim=(0, 0.16))
+    rows = odds[(odds["dataset"] == "trials") & odds["noise"].notna()]
+    if rows.empty:
+        panels.note(axes, "no trials")
+        return
+    axes.set_xscale("log")
+    panels.plain_log(axes.xaxis)
+    for (speed, own), colour, shift in zip(
+        rows.groupby("speed_m_s"), _COLOURS, (0.96, 1.04), strict=False
+    ):
+        place = own["noise"] * shift
+        bars = np.abs(own[["r_lower", "r_upper"]].to_numpy().T - own["r"].to_numpy())
+        look = {"color": colour, "markersize": 4, "elinewidth": 1.2}
+        axes.errorbar(place, own["r"], bars, fmt="o", label=f"{speed:g} m/s", **look)
+        axes.plot(place, own["r_least"], "v", color=colour, markersize=4, markerfacecolor="none")
+        axes.axhline(own["r_recorded"].iloc[0], color=colour, linestyle="--", linewidth=1.2)
+    axes.legend(loc="lower left", ncols=2, handlelength=1.0, title="lines: experiment")
+
+
+def _draw_alternation(axes, table):
+    """Share of alternating trials against u, a line for each of some noises."""
+    axes.set(xlabel=panels.BELT_VELOCITY, ylabel="share with both regimes", ylim=(-0.03, 1.03))
+    rows = table[np.isclose(table["friction_ratio"], trials.FRICTION_RATIO)]
+    if rows.empty:
+        panels.note(axes, "no trials with the printed friction ratio")
+        return
+    levels = np.unique(rows["noise"])
+    chosen = levels[np.unique(np.linspace(0, levels.size - 1, _LINES).round().astype(int))]
+    for number, (noise, colour) in enumerate(zip(chosen, style.shades(chosen.size), strict=True)):
+        own = rows[rows["noise"] == noise]
+        bars = np.abs(own[["share_lower", "share_upper"]].to_numpy().T - own["share"].to_numpy())
+        look = {"color": colour, "markersize": 4, "linewidth": 1.4, "elinewidth": 0.5}
+        label = rf"$\sigma = {noise:g}$"
+        axes.errorbar(
+            own["belt_velocity"],
+            own["share"],
+            bars,
+            fmt=style.MARKERS[number] + "-",
+            label=label,
+            **look,
+        )
+    for observation, colour in zip(trials.EXPERIMENT, _COLOURS, strict=True):
+        axes.axvline(observation.belt_velocity, color=colour, linestyle="--", linewidth=1.2)
+    axes.legend(loc="upper left", fontsize=_FONT - 2, handlelength=1.2)
+
+
+# --- posteriors -----------------------------------------------------------------------------------
+
+
+def _draw_plane(axes, simulated):
+    """Posterior of friction ratio and factor on the speed, whatever the noise."""
+    axes.set(xlabel="friction ratio $f_s$", ylabel="factor on the belt speed")
+    axes.plot(*_PRINTED.values(), "x", color=style.VERMILION, markersize=8, markeredgewidth=2)
+    found = _posterior(simulated)
+    ratio, factor = (found.levels[name] for name in _PRINTED)
+    probability = found.marginal(*_PRINTED)
+    axes.pcolormesh(_edges(ratio), _edges(factor), probability.T, cmap=_SHADE, vmin=0)
+
+
+def _draw_noise(axes, simulated):
+    """Posterior of the noise, a line for each choice of free parameters."""
+    axes.set(xlabel=panels.NOISE, ylabel="probability")
+    axes.set_xscale("log")
+    axes.axvspan(*trials.ASSIGNED, color="0.9", zorder=0)
+    levels = simulated.levels["noise"]
+    axes.plot(levels, np.full(levels.size, 1 / levels.size), color="0.5", linewidth=1.5)
+    missing = []
+    for index, (free, words) in enumerate(_FREE.items()):
+        own = simulated
+        for name in set(_PRINTED) - set(free):
+            own = own.fixed(name, _PRINTED[name])
+        try:
+            found = _posterior(own)
+        except inference.NotEnoughDataError:
+            missing.append(words)
+            continue
+        axes.plot(levels, found.marginal("noise"), label=words, **style.line_style(index))
+    axes.set_ylim(0, 1.3 * axes.dataLim.y1)  # room for the legend
+    panels.plain_log(axes.xaxis)
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(loc="upper right", fontsize=_FONT - 2)
+    if missing:
+        panels.note(axes, f"too few trials agree: {', '.join(missing)}", place=(0.5, 0.12))
+
+
+def _posterior(simulated):
+    """The posterior, if enough trials agree with each recording."""
+    found = inference.posterior(simulated, trials.RECORDED, trials.TOLERANCE)
+    trials.require_agreed(found)
+    return found
+
+
+def _edges(levels):
+    """Edges of cells about levels."""
+    if levels.size == 1:
+        return np.array([0.95, 1.05]) * levels
+    middle = (levels[1:] + levels[:-1]) / 2
+    return np.concatenate([[2 * levels[0] - middle[0]], middle, [2 * levels[-1] - middle[-1]]])

@@ -1,0 +1,79 @@
+"""Fig. 2: snapshot of the experiment."""
+
+from beltrepro.model.units import to_si
+from beltrepro.replication.camera.scene import Scene
+from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.plan.registry import Figure
+from beltrepro.replication.studies.experiment import filmed
+
+FIGURE = Figure(
+    title="Snapshot of the virtual experiment, from above.",
+    uses=("belt_028", "belt_028_film"),
+    words=(
+        "A frame of the film that a virtual camera takes of the model; the recordings of the paper "
+        "are not published. The chain is held on the left, and the belt runs to the right. The top "
+        "of the last block is white, the others are black like the belt. A tape measure with a "
+        "mark every centimetre gives the length unit."
+    ),
+    alt=(
+        "A grey picture from above: four dark blocks and a white one in a row, joined by springs, "
+        "with a tape measure below. Arrows name the parts."
+    ),
+    number="2",
+)
+
+
+@style.styled
+def draw(data, caption):
+    """The first frame of the film, with the names of its parts."""
+    panels.require(data, FIGURE)
+    run = data["belt_028"]
+    (picture,) = filmed.first_pictures(data["belt_028_film"], 1)
+    figure = style.page(caption, 2.5)
+    filmed.mark(figure)
+    axes = figure.subplots()
+    height, width = picture.brightness.shape
+    axes.imshow(picture.brightness, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
+    places = to_si(run.arrays["positions"], "length")
+    if len(places):
+        _name_parts(axes, picture, places[0])
+    else:
+        panels.note(axes, "no samples")
+    axes.set(xlim=(-0.5, width - 0.5), ylim=(height + 32, -34), xticks=[], yticks=[])
+    axes.set_title(f"{filmed.speed(run)},  {width} x {height} pixels", size=8)
+    axes.spines[:].set_visible(False)
+    return figure
+
+
+def _name_parts(axes, picture, blocks_m):
+    """Blocks are named above the picture, what else there is below it."""
+    scene = Scene()
+    half = scene.block_width / 2
+    for number, place in enumerate(blocks_m, 1):
+        last = number == len(blocks_m)
+        words = f"block {number}, white top" if last else f"{number}"
+        _point(axes, words, picture.place(place, -half), -22)
+    tape = half + scene.tape_gap + scene.tape_width / 2
+    _point(axes, "fixed point, zero of the tape", picture.place(0.0, tape), 26, align="left")
+    _point(axes, "tape measure", picture.place(0.45, tape), 26)
+    middle = (blocks_m[-2] + blocks_m[-1]) / 2
+    _point(axes, "spring", picture.place(middle, scene.spring_width / 2), 26)
+    begin, end = picture.place(blocks_m[-1] + 0.06), picture.place(blocks_m[-1] + 0.16)
+    arrow = {"arrowstyle": "-|>", "color": style.ORANGE, "linewidth": 1.6}
+    axes.annotate("", end, begin, arrowprops=arrow)
+    axes.annotate("belt, $u$", begin, (0, 6), textcoords="offset points", color=style.ORANGE)
+
+
+def _point(axes, words, place, beyond, *, align="center"):
+    """Words above (beyond < 0) or below the picture, with a line to a place in it."""
+    height = axes.images[0].get_array().shape[0]
+    outside = beyond if beyond < 0 else height + beyond
+    axes.annotate(
+        words,
+        place,
+        (place[0], outside),
+        ha=align,
+        va="center",
+        size=8,
+        arrowprops={"arrowstyle": "-", "color": style.SKY, "linewidth": 0.8},
+    )

@@ -1,0 +1,96 @@
+"""Fig. 3: thresholded frames, and the place of the last block in them."""
+
+import numpy as np
+
+from beltrepro.replication.camera.scene import Scene
+from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.plan.registry import Figure
+from beltrepro.replication.studies.experiment import filmed
+
+FIGURE = Figure(
+    title="Thresholded frames at 24 per second, and the position of the last block from them.",
+    uses=("belt_028", "belt_028_film", "belt_028_track"),
+    words=(
+        "One second of the film of the virtual experiment, as the tracker sees it: each strip is a "
+        "frame after the threshold, cut to the lane of the chain, the next one below it. What "
+        "remains is the top of the last block. Dots mark the position that is tracked; to the "
+        "right it is seen over ten seconds, with this second shaded."
+    ),
+    alt=(
+        "Left: twenty-four black strips, in each a white rectangle with a dot, which moves to the "
+        "right and jumps back. Right: a sawtooth of the position against time, one second shaded."
+    ),
+    number="3",
+)
+
+STRIPS = 24
+SHOWN_S = 10.0
+
+
+@style.styled
+def draw(data, caption):
+    """Left: frames about the fastest slip of the first seconds; right: x_5(t)."""
+    panels.require(data, FIGURE)
+    track = data["belt_028_track"]
+    figure = style.page(caption, 4.6)
+    filmed.mark(figure)
+    left, right = figure.subplots(1, 2, width_ratios=(2, 1))
+    if track.time_s.size < STRIPS:
+        for axes in (left, right):
+            panels.note(axes, f"the block is found in {track.time_s.size} frames only")
+        return figure
+    begin = _about_fastest_slip(track)
+    chosen = slice(begin, begin + STRIPS)
+    until = track.time_s[chosen][-1]
+    pictures = filmed.first_pictures(data["belt_028_film"], _frames_until(track, until))
+    pictures = [each for each in pictures if each.time_s >= track.time_s[begin] - 1e-6][:STRIPS]
+
+    panels.letter(left, "a")
+    panels.letter(right, "b")
+    time, position = track.time_s[chosen], 100 * track.x_m[chosen]
+    _draw_strips(left, pictures, position.mean() / 100)
+    left.plot(position, np.arange(len(time)) + 0.5, ".", color=style.VERMILION, markersize=5)
+    left.set_yticks(np.arange(0, len(time), 4) + 0.5, [f"{each:.2f}" for each in time[::4]])
+    left.set(xlabel=filmed.LENGTH, ylabel=filmed.SECONDS)
+    left.set_title(filmed.speed(data["belt_028"]), size=8)
+
+    shown = track.time_s <= SHOWN_S
+    panels.trace(right, track.time_s[shown], 100 * track.x_m[shown], ylabel=filmed.LENGTH)
+    right.axvspan(time[0], time[-1], color=style.ORANGE, alpha=0.35, linewidth=0)
+    right.set_xlabel(filmed.SECONDS)
+    return figure
+
+
+def _about_fastest_slip(track):
+    """Number of the first place of a second, with the fastest way back in its middle."""
+    shown = track.time_s <= SHOWN_S
+    speed = np.diff(track.x_m[shown]) / np.diff(track.time_s[shown])
+    return int(np.clip(speed.argmin() - STRIPS // 2, 0, max(0, shown.sum() - STRIPS)))
+
+
+def _frames_until(track, time_s):
+    """How many frames a film has up to an instant, if none is dropped."""
+    return round(time_s / float(np.median(np.diff(track.time_s)))) + 1
+
+
+def _draw_strips(axes, pictures, middle_m):
+    """Thresholded pictures, cut to the lane of the chain at this place, one below the other."""
+    half = 0.53 * Scene().block_width
+    strips = []
+    for picture in pictures:
+        top, bottom = (round(picture.place(middle_m, side)[1]) for side in (-half, half))
+        strips.append(picture.white[max(0, top) : bottom])
+    width = pictures[0].brightness.shape[1]
+    scale = 100 * pictures[0].survey.metres_per_pixel
+    zero = pictures[0].place(0.0)[0]
+    edges = (np.array([-0.5, width - 0.5]) - zero) * scale
+    axes.imshow(
+        np.vstack(strips),
+        cmap="gray",
+        extent=(*edges, len(strips), 0),
+        aspect="auto",
+        interpolation="nearest",
+    )
+    axes.set_xlim(0, edges[1])
+    for number in range(1, len(strips)):
+        axes.axhline(number, color=style.GREY, linewidth=0.4)

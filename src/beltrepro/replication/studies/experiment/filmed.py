@@ -1,0 +1,175 @@
+"""Parts that the figures of the virtual experiment share (Figs. 2 to 5)."""
+
+import itertools
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from beltrepro.model.units import TIME_S, to_si
+from beltrepro.replication.camera import white_block
+from beltrepro.replication.camera.recording import LARGE, LASTING_S, SMALL, WHOLE, analyse
+from beltrepro.replication.camera.scene import Scene
+from beltrepro.replication.camera.survey import Survey
+from beltrepro.replication.camera.tracking import SPRING
+from beltrepro.replication.camera.white_block import has_size
+from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.studies.experiment import recording_figure as drawing
+from beltrepro.replication.studies.experiment.lines import BAND_HZ, LEAST_PEAKS, lines, spacing
+from beltrepro.stats.errors import NotEnoughDataError
+from beltrepro.stats.intermittency import slips_of_all
+
+SECONDS = r"$t$ (s)"
+LENGTH = "$x_5$ (cm)"
+
+_SURVEYED = 24  # frames from which it is told where things are
+_WORDS = "virtual experiment: a simulated chain, filmed by a simulated camera"
+
+
+def mark(figure):
+    """Say at the top of a page that the experiment is not a real one."""
+    figure.suptitle(_WORDS, size=8, style="italic", color=style.VERMILION)
+
+
+def speed(run):
+    """Belt speed and noise of a run in words."""
+    velocity = run.attributes["belt_velocity"]
+    return (
+        rf"$u$ = {to_si(velocity, 'velocity'):.2f} m/s = {velocity:.2f},  "
+        rf"$\sigma$ = {run.attributes['noise']:g}"
+    )
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A frame with the places of the scene in it.
+
+    Attributes
+    ----------
+    time_s : float
+        When it was taken.
+    brightness : array (H, W) of uint8
+        What it shows.
+    survey : Survey
+        Where things are in it.
+    lane : float
+        Middle of the chain, pixels from that of the picture, across the belt.
+    """
+
+    time_s: float
+    brightness: np.ndarray
+    survey: Survey
+    lane: float
+
+    def place(self, x_m, y_m=0.0):
+        """Pixel of a point, metres along the belt from the support and across it from the chain."""
+        survey = self.survey
+        turn = np.radians(survey.angle)
+        along = survey.towards * (survey.zero + x_m / survey.metres_per_pixel)
+        across = self.lane + y_m / survey.metres_per_pixel
+        return (
+            survey.middle[0] + np.cos(turn) * along - np.sin(turn) * across,
+            survey.middle[1] + np.sin(turn) * along + np.cos(turn) * across,
+        )
+
+    @property
+    def white(self):
+        """The picture (H, W) of bool after the threshold: what is bright and not as thin as a
+        spring."""
+        opening = np.ones((round(SPRING * self.survey.across), 1), np.uint8)
+        opened = cv2.morphologyEx(self.brightness, cv2.MORPH_OPEN, opening)
+        threshold, _ = cv2.threshold(opened, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
+        return opened > threshold
+
+
+def first_pictures(film, count):
+    """The first frames of a film, surveyed as the tracker does."""
+    frames = list(itertools.islice(film(), max(count, _SURVEYED)))
+    survey = Survey.of(
+        [frame.picture for frame in frames[:_SURVEYED]],
+        Scene(),
+        metres_per_pixel=None,
+        first_mark=None,
+        support="auto",
+        name="film",
+    )
+    lane = _lane(frames[0].picture, survey)
+    return [Picture(frame.time_s, frame.picture, survey, lane) for frame in frames[:count]]
+
+
+def _lane(picture, survey):
+    """Where the white block is across the belt."""
+    opening = int(SPRING * survey.across)
+    shape = survey.along / survey.across
+    regions = white_block.bright_rectangles(picture, survey.angle, shape, opening)
+    sizes = survey.along, survey.across
+    return survey.across_belt(next(each for each in regions if has_size(each, *sizes)))
+
+
+def draw_recording(trace, spectra, data, film):
+    """x_5(t) of a film with its stretches of small amplitude, and spectra.
+
+    spectra : axes for the longest stretch of small amplitude and of large amplitude; of one only,
+        for the whole.
+    """
+    track = data[f"{film}_track"]
+    try:
+        recording = analyse(track.time_s, track.x_m)
+    except NotEnoughDataError as reason:
+        for axes in (trace, *spectra):
+            panels.note(axes, str(reason))
+        return
+    drawing.draw_trace(trace, recording)
+    trace.set(xlabel=SECONDS, ylabel=LENGTH)
+    words = f"{speed(data[film])};  {trace.get_title()}"
+    trace.set_title("")
+    trace.set_title(words, loc="right", size=7.5)
+    names = (SMALL, LARGE) if len(spectra) == 2 else (WHOLE,)
+    for axes, name in zip(spectra, names, strict=True):
+        spectrum = recording.spectra.get(name)
+        if name == SMALL and not _lasts(spectrum):
+            longest = 0.0 if spectrum is None else spectrum.end_s - spectrum.begin_s
+            _say_none(axes, longest, recording.observed_s)
+        elif spectrum is None:
+            panels.note(axes, f"no stretch of {name} amplitude")
+        else:
+            drawing.draw_spectrum(axes, spectrum, name)
+            if name == SMALL:
+                _draw_multiples(axes, recording, spectrum)
+
+
+def say_longest_slip(axes, run):
+    """How long all blocks of a run slip at once, at most."""
+    time, velocities, events = (run.arrays[name] for name in ("time", "velocities", "events"))
+    spans = slips_of_all(time, velocities - run.attributes["belt_velocity"], events)
+    longest = TIME_S * np.diff(spans, axis=1).max(initial=0.0)
+    words = f"all blocks slip at once for {longest:.2g} s at most; in the experiment for over 60 s"
+    panels.note(axes, words, place=(0.5, 0.93), size=7, width=90)
+
+
+def _lasts(spectrum):
+    """Whether a stretch of small amplitude lasts."""
+    return spectrum is not None and spectrum.end_s - spectrum.begin_s > LASTING_S
+
+
+def _say_none(axes, longest_s, observed_s):
+    words = (
+        f"The model does not alternate here: no stretch of small amplitude of {LASTING_S:.0f} s or "
+        f"more in {observed_s:.0f} s. The longest has {longest_s:.0f} s."
+    )
+    panels.note(axes, words, width=34)
+    axes.set(xticks=[], yticks=[])
+
+
+def _draw_multiples(axes, recording, spectrum):
+    """The frequency whose multiples lie nearest to the peaks of a spectrum, if it has peaks."""
+    values = recording.evenly(spectrum.begin_s, spectrum.end_s)
+    with panels.shortage_on(axes, place=(0.3, 0.85), size=6.5):
+        peaks = lines(values, recording.interval_s).peaks_hz
+        words = "peaks (Hz): " + (", ".join(f"{each:.2f}" for each in peaks) or "none")
+        if peaks.size >= LEAST_PEAKS:
+            found = spacing(peaks)
+            for number in range(1, int(BAND_HZ[1] / found.step_hz) + 1):
+                axes.axvline(number * found.step_hz, color=style.GREY, linewidth=0.7, linestyle=":")
+            words += f"\nmultiples of {found.step_hz:.3g} Hz: p = {found.p:.2g}"
+        axes.text(0.03, 0.92, words, transform=axes.transAxes, size=6.5, va="top")

@@ -1,0 +1,421 @@
+"""Which values of parameters agree with recordings: approximate Bayesian computation on a grid.
+
+All combinations of some levels are simulated with the same number of trials. Before, each of them
+is equally probable. A trial agrees with a recording if a number lies within a tolerance of the
+recorded one and it shows the same feature. The recordings are independent of each other. So the
+probability that all of them agree is the product of the shares of the trials that agree with each.
+A share of few trials scatters, and the most probable levels would be those of a lucky share. So
+shares are averaged over neighbouring levels, as far as they are known to vary little.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from beltrepro.stats.errors import NotEnoughDataError, require
+from beltrepro.stats.shares import Share, share
+
+CREDIBILITY = 0.9  # of sets of levels, where nothing else is said
+
+
+@dataclass(frozen=True, eq=False)
+class Simulated:
+    """Trials of S recordings at all combinations of the levels of some parameters.
+
+    Attributes
+    ----------
+    levels : dict of arrays
+        Levels of each parameter; their numbers are the shape of the grid, C.
+    summary : array (S, *C, R)
+        The number that is compared, of each of R trials.
+    shown : array (S, *C, R) of bool
+        Whether the trial shows the feature of the recording.
+    smoothing : dict of float
+        By parameter, over how many levels shares are averaged: standard deviation of Gaussian
+        weights. A parameter that is not named is not averaged over.
+    """
+
+    levels: dict[str, np.ndarray]
+    summary: np.ndarray
+    shown: np.ndarray
+    smoothing: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def runs(self) -> int:
+        """Trials of each recording in a cell of the grid."""
+        return self.summary.shape[-1]
+
+    def fixed(self, name: str, value: float, *, tolerance: float = 1e-3) -> Simulated:
+        """The trials at one level of a parameter.
+
+        Parameters
+        ----------
+        name : str
+            The parameter.
+        value : float
+            The level.
+        tolerance : float
+            Share of it by which a level may miss.
+
+        Returns
+        -------
+        Simulated
+            With that level only.
+
+        Raises
+        ------
+        NotEnoughDataError
+            There is no such level.
+        """
+        chosen = np.isclose(self.levels[name], value, rtol=tolerance, atol=0)
+        require(chosen.any(), f"no trial with {name} = {value:g}")
+        axis = 1 + list(self.levels).index(name)
+        return replace(
+            self,
+            levels=self.levels | {name: self.levels[name][chosen]},
+            summary=np.compress(chosen, self.summary, axis=axis),
+            shown=np.compress(chosen, self.shown, axis=axis),
+        )
+
+    def part(self, runs: slice) -> Simulated:
+        """Some of the trials of each cell.
+
+        Parameters
+        ----------
+        runs : slice
+            Which of the R.
+
+        Returns
+        -------
+        Simulated
+            The same grid with fewer trials.
+        """
+        return replace(self, summary=self.summary[..., runs], shown=self.shown[..., runs])
+
+
+class Recorded(NamedTuple):
+    """What was recorded: the number, and whether the feature shows, of each of S recordings."""
+
+    summary: Sequence[float]
+    shown: Sequence[bool]
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """How probable each combination of levels is, given the recordings.
+
+    Attributes
+    ----------
+    levels : dict of arrays
+        Levels of each parameter, with the shape C.
+    probability : array (*C,)
+        Adds up to 1.
+    evidence : float
+        Probability, before, that trials agree with all recordings: mean over all combinations.
+    agreed : tuple of int
+        How many trials agree with each recording.
+    """
+
+    levels: dict[str, np.ndarray]
+    probability: np.ndarray
+    evidence: float
+    agreed: tuple[int, ...]
+
+    def marginal(self, *names: str) -> np.ndarray:
+        """Probability of the levels of some parameters, whatever the others.
+
+        Parameters
+        ----------
+        *names : str
+            The parameters, in the order of the levels.
+
+        Returns
+        -------
+        array
+            Adds up to 1.
+        """
+        others = tuple(axis for axis, name in enumerate(self.levels) if name not in names)
+        return self.probability.sum(axis=others)
+
+    def credible(self, name: str, *, credibility: float = CREDIBILITY) -> np.ndarray:
+        """The smallest set of levels with at least this probability.
+
+        Parameters
+        ----------
+        name : str
+            The parameter.
+        credibility : float
+            Probability of the set.
+
+        Returns
+        -------
+        array of bool
+            Which of the levels belong to it.
+        """
+        return credible_set(self.marginal(name), credibility)
+
+
+def credible_set(probability: np.ndarray, credibility: float = CREDIBILITY) -> np.ndarray:
+    """The most probable levels that together have at least this probability.
+
+    Parameters
+    ----------
+    probability : array (L,)
+        Of the levels; adds up to 1.
+    credibility : float
+        Probability of the set.
+
+    Returns
+    -------
+    array (L,) of bool
+        Which levels belong to it.
+    """
+    order = np.argsort(-probability, kind="stable")
+    before = np.cumsum(probability[order]) - probability[order]
+    chosen = np.zeros(probability.size, dtype=bool)
+    chosen[order[before < credibility - 1e-12]] = True
+    return chosen
+
+
+def agreement(simulated: Simulated, recorded: Recorded, tolerance: float) -> np.ndarray:
+    """Which trials agree with the recordings.
+
+    Parameters
+    ----------
+    simulated : Simulated
+        The trials.
+    recorded : Recorded
+        The recordings.
+    tolerance : float
+        Largest distance of the number.
+
+    Returns
+    -------
+    array (S, *C, R) of bool
+        True where a trial agrees with its recording.
+    """
+    shape = (-1, *[1] * (simulated.summary.ndim - 1))
+    summary, shown = (np.reshape(values, shape) for values in recorded)
+    return (np.abs(simulated.summary - summary) <= tolerance) & (simulated.shown == shown)
+
+
+def posterior(
+    simulated: Simulated, recorded: Recorded, tolerance: float, *, without: np.ndarray | None = None
+) -> Posterior:
+    """How probable each combination of levels is, given the recordings.
+
+    Parameters
+    ----------
+    simulated : Simulated
+        The trials.
+    recorded : Recorded
+        The recordings.
+    tolerance : float
+        Largest distance of the number at which a trial agrees.
+    without : array (S, *C, R) of bool, optional
+        Trials that are left out.
+
+    Returns
+    -------
+    Posterior
+        Over the levels.
+
+    Raises
+    ------
+    NotEnoughDataError
+        No combination has trials that agree with all recordings.
+    """
+    agreed = agreement(simulated, recorded, tolerance)
+    asked = np.ones_like(agreed) if without is None else ~without
+    agreed &= asked
+    likelihood = np.prod(_shares(simulated, agreed, asked), axis=0)
+    counts = tuple(int(each.sum()) for each in agreed)
+    require(
+        likelihood.any(),
+        f"{' and '.join(map(str, counts))} of {agreed[0].size} trials agree with the recordings, "
+        "none with all at one combination of levels",
+    )
+    evidence = float(likelihood.mean())
+    return Posterior(simulated.levels, likelihood / likelihood.sum(), evidence, counts)
+
+
+def _shares(simulated: Simulated, agreed: np.ndarray, asked: np.ndarray) -> np.ndarray:
+    """Shares (S, *C) of the trials asked that agree, averaged over neighbouring levels."""
+    width = (0.0, *(simulated.smoothing.get(name, 0.0) for name in simulated.levels))
+    agreeing, all_asked = (
+        scipy.ndimage.gaussian_filter(each.sum(axis=-1, dtype=float), width, mode="constant")
+        for each in (agreed, asked)
+    )
+    return agreeing / all_asked
+
+
+# --- checks of it ---------------------------------------------------------------------------------
+
+
+def held_out(simulated: Simulated, recorded: Recorded, tolerance: float) -> float:
+    """Probability that fresh trials under the posterior agree with all recordings.
+
+    Half of the trials make the posterior and the other half are asked, then the other way round: a
+    cell is not praised for the chance by which it was chosen.
+
+    Parameters
+    ----------
+    simulated : Simulated
+        The trials.
+    recorded : Recorded
+        The recordings.
+    tolerance : float
+        As of `posterior`.
+
+    Returns
+    -------
+    float
+        Mean of both halves; 0 for a half without a posterior.
+
+    Raises
+    ------
+    NotEnoughDataError
+        There is one trial only in a cell.
+    """
+    require(simulated.runs >= 2, "two trials in a cell are needed, to ask other ones")
+    halves = simulated.part(slice(0, None, 2)), simulated.part(slice(1, None, 2))
+    found = []
+    for made_of, asked in (halves, halves[::-1]):
+        try:
+            own = posterior(made_of, recorded, tolerance).probability
+        except NotEnoughDataError:
+            own = np.zeros(())
+        fresh = np.prod(agreement(asked, recorded, tolerance).mean(axis=-1), axis=0)
+        found.append(float((own * fresh).sum()))
+    return float(np.mean(found))
+
+
+def predicted(found: Posterior, values: np.ndarray, quantiles: Sequence[float]) -> np.ndarray:
+    """Quantiles of a number of trials under the posterior.
+
+    Parameters
+    ----------
+    found : Posterior
+        Over the levels, with the shape C.
+    values : array (*C, R)
+        The number, of each trial.
+    quantiles : sequence of float
+        Between 0 and 1.
+
+    Returns
+    -------
+    array
+        One value for each quantile.
+    """
+    weights = np.broadcast_to(found.probability[..., np.newaxis], values.shape)
+    return np.quantile(values.ravel(), quantiles, weights=weights.ravel(), method="inverted_cdf")
+
+
+class Calibration(NamedTuple):
+    """How posteriors do on trials with known parameters.
+
+    Attributes
+    ----------
+    coverage : dict of Share
+        By parameter, share of the made-up experiments whose true level lies in the credible set.
+    uniform_p : dict of float
+        By parameter, p of the test that the posterior probability below the true level is uniform
+        (Kolmogorov and Smirnov); ties are broken at random.
+    experiments : int
+        Made-up experiments.
+    unanswered : int
+        Further ones with which no trial agreed.
+    """
+
+    coverage: dict[str, Share]
+    uniform_p: dict[str, float]
+    experiments: int
+    unanswered: int
+
+
+def calibrate(
+    simulated: Simulated,
+    tolerance: float,
+    *,
+    shown: Sequence[bool],
+    draws: int = 400,
+    seed: int = 1,
+    credibility: float = CREDIBILITY,
+) -> Calibration:
+    """Treat trials as experiments whose parameters are known, and infer them from the other trials.
+
+    The made-up experiments are drawn from all combinations of levels, as probable as before, out of
+    those that show what the recordings show.
+
+    Parameters
+    ----------
+    simulated : Simulated
+        The trials.
+    tolerance : float
+        As of `posterior`.
+    shown : sequence of S bool
+        Whether the recordings show their feature.
+    draws : int
+        Made-up experiments.
+    seed : int
+        Of the draws.
+    credibility : float
+        Of the credible sets.
+
+    Returns
+    -------
+    Calibration
+        Coverage and uniformity.
+
+    Raises
+    ------
+    NotEnoughDataError
+        In no cell are there trials that show this, or none of the made-up experiments is answered.
+    """
+    generator = np.random.default_rng(seed)
+    alike = simulated.shown == np.reshape(shown, (-1, *[1] * (simulated.shown.ndim - 1)))
+    weight = np.prod(alike.sum(axis=-1), axis=0)
+    require(weight.any(), "no trials show what the recordings show")
+    cells = generator.choice(weight.size, size=draws, p=(weight / weight.sum()).ravel())
+    places: dict[str, list[float]] = {name: [] for name in simulated.levels}
+    covered: dict[str, list[bool]] = {name: [] for name in simulated.levels}
+    for cell in cells:
+        at = np.unravel_index(cell, weight.shape)
+        own = [generator.choice(np.flatnonzero(one[at])) for one in alike]
+        without = np.zeros(simulated.shown.shape, dtype=bool)
+        for number, run in enumerate(own):
+            without[(number, *at, run)] = True
+        found = _answer(simulated, without, tolerance, shown)
+        if found is None:
+            continue
+        for name, level in zip(simulated.levels, at, strict=True):
+            marginal = found.marginal(name)
+            below = marginal[:level].sum() + generator.random() * marginal[level]
+            places[name].append(float(below))
+            covered[name].append(bool(found.credible(name, credibility=credibility)[level]))
+    answered = len(next(iter(places.values())))
+    require(answered, "no made-up experiment has a posterior")
+    return Calibration(
+        {name: share(sum(each), answered) for name, each in covered.items()},
+        {name: float(scipy.stats.kstest(each, "uniform").pvalue) for name, each in places.items()},
+        answered,
+        draws - answered,
+    )
+
+
+def _answer(
+    simulated: Simulated, without: np.ndarray, tolerance: float, shown: Sequence[bool]
+) -> Posterior | None:
+    """The posterior of a made-up experiment from the other trials; None if there is none."""
+    summary = [
+        float(values[out][0]) for values, out in zip(simulated.summary, without, strict=True)
+    ]
+    try:
+        return posterior(simulated, Recorded(summary, shown), tolerance, without=without)
+    except NotEnoughDataError:
+        return None

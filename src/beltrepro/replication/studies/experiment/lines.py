@@ -1,0 +1,252 @@
+"""Lines in a power spectrum: whether there are peaks, and whether they are equally spaced (Fig. 4).
+
+The paper calls a spectrum with peaks at equal distances nearly periodic, and one without
+quasi-continuous. Both are judged by eye there; here by the height of the peaks above their
+surroundings, by a test of their places, and by the flatness of the spectrum.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import scipy
+
+from beltrepro.stats.errors import require
+from beltrepro.stats.spectra import power_spectrum
+
+BAND_HZ = (0.2, 3.9)
+SEGMENT_S = 20.0
+HEIGHT = 10.0
+LEAST_PEAKS = 4
+_SURROUNDINGS_HZ = 0.8
+_APART = 3  # frequencies between peaks, at least: a line is so wide
+_RANDOM_SETS = 1000
+_SEED = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """What stands out of a power spectrum.
+
+    Attributes
+    ----------
+    frequency_hz, power : array (F,)
+        Welch's average over segments.
+    level : array (F,)
+        The level around each frequency: a running median of `power`.
+    flatness : float
+        Geometric over arithmetic mean of power over level, in the band: 1 for a smooth spectrum,
+        near 0 where lines hold nearly all.
+    peaks_hz : array (P,)
+        Where power exceeds HEIGHT times the level.
+    """
+
+    frequency_hz: np.ndarray
+    power: np.ndarray
+    level: np.ndarray
+    flatness: float
+    peaks_hz: np.ndarray
+
+
+@dataclass(frozen=True)
+class Spacing:
+    """The one frequency whose multiples are nearest to the peaks.
+
+    Attributes
+    ----------
+    step_hz : float
+        That frequency.
+    concentration : float
+        Mean of cos(2 pi peak / step): 1 if all peaks are multiples, 0 on average for a fixed step
+        and random peaks.
+    p : float
+        Share of sets of as many random peaks that reach this concentration with their best step.
+    """
+
+    step_hz: float
+    concentration: float
+    p: float
+
+
+def lines(
+    values: npt.ArrayLike, interval_s: float, *, band_hz: tuple[float, float] = BAND_HZ
+) -> Lines:
+    """Find the lines in the spectrum of a series.
+
+    Parameters
+    ----------
+    values : array (T,)
+        Samples at equal intervals.
+    interval_s : float
+        Seconds between them.
+    band_hz : tuple of float
+        Frequencies between which lines are looked for.
+
+    Returns
+    -------
+    Lines
+        What stands out.
+
+    Raises
+    ------
+    NotEnoughDataError
+        Fewer samples than one segment of SEGMENT_S.
+    """
+    values = np.asarray(values, dtype=float)
+    segment = _segment(values, interval_s)
+    return stand_out(*power_spectrum(values, interval_s, segment=segment), band_hz=band_hz)
+
+
+def stand_out(
+    frequency: np.ndarray, power: np.ndarray, *, band_hz: tuple[float, float] = BAND_HZ
+) -> Lines:
+    """Find the lines in a spectrum.
+
+    Parameters
+    ----------
+    frequency : array (F,)
+        Frequencies at equal distances, Hz.
+    power : array (F,)
+        Power spectral density.
+    band_hz : tuple of float
+        Frequencies between which lines are looked for.
+
+    Returns
+    -------
+    Lines
+        What stands out.
+    """
+    size = round(_SURROUNDINGS_HZ / (frequency[1] - frequency[0]))
+    level = np.exp(scipy.ndimage.median_filter(np.log(power), size, mode="nearest"))
+    inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
+    excess = power / level
+    flatness = np.exp(np.log(excess[inside]).mean()) / excess[inside].mean()
+    peaks, _ = scipy.signal.find_peaks(excess, height=HEIGHT, distance=_APART)
+    peaks = peaks[inside[peaks]]
+    return Lines(frequency, power, level, float(flatness), _refined(frequency, power, peaks))
+
+
+def pieces(values: npt.ArrayLike, interval_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """Spectra of the pieces of a series, each of SEGMENT_S; their mean is a spectrum of lines.
+
+    Parameters
+    ----------
+    values : array (T,)
+        Samples at equal intervals.
+    interval_s : float
+        Seconds between them.
+
+    Returns
+    -------
+    frequency : array (F,)
+        Frequencies, Hz.
+    power : array (K, F)
+        Power spectral density of each piece.
+
+    Raises
+    ------
+    NotEnoughDataError
+        Fewer samples than one piece.
+    """
+    values = np.asarray(values, dtype=float)
+    segment = _segment(values, interval_s)
+    count = values.size // segment
+    parts = values[: count * segment].reshape(count, segment)
+    spectra = [power_spectrum(part, interval_s, segment=segment) for part in parts]
+    return spectra[0][0], np.array([power for _, power in spectra])
+
+
+def spacing(peaks_hz: npt.ArrayLike, *, band_hz: tuple[float, float] = BAND_HZ) -> Spacing:
+    """Test whether peaks are multiples of one frequency.
+
+    The step is the one with the highest concentration, from about half the smallest distance of the
+    peaks up to the lowest of them. Random peaks are uniform in the band and as far apart as `lines`
+    finds them; each set has its own best step.
+
+    Parameters
+    ----------
+    peaks_hz : array (P,)
+        Frequencies of the peaks.
+    band_hz : tuple of float
+        Where peaks were looked for.
+
+    Returns
+    -------
+    Spacing
+        The best step and the outcome of the test.
+
+    Raises
+    ------
+    NotEnoughDataError
+        Fewer than LEAST_PEAKS peaks.
+    """
+    peaks = np.sort(np.asarray(peaks_hz, dtype=float))
+    require(peaks.size >= LEAST_PEAKS, f"{peaks.size} peaks, {LEAST_PEAKS} are needed")
+    step, concentration = _best_step(peaks)
+    stream = np.random.default_rng(_SEED)
+    reached = [
+        _best_step(_random_peaks(stream, peaks.size, band_hz))[1] >= concentration
+        for _ in range(_RANDOM_SETS)
+    ]
+    return Spacing(step, concentration, (1 + sum(reached)) / (1 + _RANDOM_SETS))
+
+
+def spectral_ratio(
+    one: Lines, other: Lines, *, band_hz: tuple[float, float] = (0.1, BAND_HZ[1])
+) -> float:
+    """Factor by which two spectra differ, each over its integral: median over a band.
+
+    Parameters
+    ----------
+    one, other : Lines
+        Spectra at the same frequencies.
+    band_hz : tuple of float
+        The band.
+
+    Returns
+    -------
+    float
+        1 if they are the same.
+    """
+    frequency = one.frequency_hz
+    inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
+    first, second = (each.power / each.power.sum() for each in (one, other))
+    return float(np.exp(np.median(np.abs(np.log(first / second))[inside])))
+
+
+def _segment(values: np.ndarray, interval_s: float) -> int:
+    segment = round(SEGMENT_S / interval_s)
+    require(
+        values.size >= segment,
+        f"{values.size * interval_s:.0f} s, a spectrum of lines needs {SEGMENT_S:g} s",
+    )
+    return segment
+
+
+def _refined(frequency: np.ndarray, power: np.ndarray, peaks: np.ndarray) -> np.ndarray:
+    """Places of peaks between the frequencies, by parabolas through the logarithm of the power."""
+    before, at, after = (np.log(power[peaks + shift]) for shift in (-1, 0, 1))
+    shift = (before - after) / (2 * (before - 2 * at + after))
+    return frequency[peaks] + shift * (frequency[1] - frequency[0])
+
+
+def _best_step(peaks: np.ndarray) -> tuple[float, float]:
+    """The step with the highest concentration, and that concentration."""
+    shortest = np.diff(peaks).min() / 2
+    # The lowest peak is some multiple of the step. Which ones the others are follows, and then the
+    # step by least squares.
+    multiple = np.arange(1, max(1, round(peaks[0] / shortest)) + 1)[:, np.newaxis]
+    numbers = np.rint(multiple * peaks / peaks[0])
+    steps = (numbers @ peaks) / (numbers**2).sum(axis=1)
+    concentration = np.cos(2 * np.pi * peaks / steps[:, np.newaxis]).mean(axis=1)
+    best = int(concentration.argmax())
+    return float(steps[best]), float(concentration[best])
+
+
+def _random_peaks(
+    stream: np.random.Generator, count: int, band_hz: tuple[float, float]
+) -> np.ndarray:
+    """Random frequencies (count,) in rising order, as far apart as peaks are."""
+    apart = _APART / SEGMENT_S
+    room = band_hz[1] - band_hz[0] - (count - 1) * apart
+    return band_hz[0] + np.sort(stream.uniform(0, room, count)) + apart * np.arange(count)

@@ -1,0 +1,90 @@
+"""recordings.csv: what films of the model tell, and what is lost on the way."""
+
+import numpy as np
+import pandas as pd
+
+from beltrepro.model.units import TIME_S, to_si
+from beltrepro.replication.camera.recording import analyse
+from beltrepro.replication.plan.registry import Table
+from beltrepro.replication.studies.experiment.tracking_error import tracking_error
+
+TABLE = Table(
+    title="Recordings of the virtual experiment, with the error of each stage.",
+    uses=(
+        "belt_022",
+        "belt_028",
+        "belt_035",
+        "belt_022_track",
+        "belt_028_track",
+        "belt_035_track",
+        "stage_tracker_track",
+        "stage_lens_track",
+        "stage_sensor_track",
+    ),
+    columns={
+        "film": "name of the film",
+        "dataset": "what is filmed",
+        "belt_speed": "belt velocity (m/s)",
+        "seconds": "length of the film (s)",
+        "frames_per_second": "frames a second",
+        "frames": "frames in which the last block was found",
+        "r_run": "r of the run, at all instants; empty if only a part of it is filmed",
+        "r_sampled": "r of the positions at the instants of the frames, lost ones included",
+        "r_tracked": "r as tracked",
+        "mean_sampled": "mean of x_N at the instants of the frames (m)",
+        "mean_tracked": "mean of x_N as tracked (m)",
+        "small_sampled": "share of the time in lasting stretches of small amplitude, positions",
+        "small_tracked": "the same, as tracked",
+        "offset": "mean error of x_N (pixels)",
+        "scatter": "standard deviation of the error (pixels)",
+        "largest": "largest error (pixels)",
+        "told": "error that the tracker tells, root mean square (pixels)",
+        "scale": "relative error of the scale, from x_N",
+        "metres_per_pixel": "scale as measured (m)",
+    },
+)
+TRACK = "_track"
+STAGES_OF = "belt_028"  # the run that the films of single stages show
+
+
+def derive(data) -> pd.DataFrame:
+    """A row for each film."""
+    films = [name.removesuffix(TRACK) for name in TABLE.uses if name.endswith(TRACK)]
+    return pd.DataFrame([_row(data, film) for film in films])
+
+
+def _row(data, film):
+    dataset = film if film in data else STAGES_OF
+    run, track = data[dataset], data[film + TRACK]
+    interval = float(run.attributes["sample_interval"]) * TIME_S
+    whole = to_si(run.arrays["positions"][:, -1], "length")
+    # a film that ends before the run does: what is seen of it
+    count = int(np.rint(track.time_s[-1] / interval)) + 1
+    true = whole[:count]
+    error = tracking_error(track.time_s, track.x_m, true, interval)
+    sampled = analyse(interval * np.arange(count), true)
+    tracked = analyse(track.time_s, track.x_m)
+    pixel = track.metres_per_pixel
+    known = film == dataset
+    return {
+        "film": film,
+        "dataset": dataset,
+        "belt_speed": to_si(run.attributes["belt_velocity"], "velocity"),
+        "noise": run.attributes["noise"],
+        "seconds": count * interval,
+        "frames_per_second": 1 / interval,
+        "frames": error.places,
+        "r_run": float(run.arrays["disorder_parameter"]) if known else np.nan,
+        "r_sampled": sampled.disorder_parameter,
+        "r_tracked": tracked.disorder_parameter,
+        "mean_sampled": sampled.mean_length,
+        "mean_tracked": tracked.mean_length,
+        "small_sampled": sampled.lasting_share,
+        "small_tracked": tracked.lasting_share,
+        "offset": error.offset / pixel,
+        "scatter": error.scatter / pixel,
+        "largest": error.largest / pixel,
+        "told": float(np.sqrt(np.mean(track.error_m**2))) / pixel,
+        "scale": error.scale,
+        "metres_per_pixel": pixel,
+    }

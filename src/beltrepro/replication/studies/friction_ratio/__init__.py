@@ -1,0 +1,1 @@
+"""Where r falls for other friction ratios."""

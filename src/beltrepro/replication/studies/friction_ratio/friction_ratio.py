@@ -1,0 +1,52 @@
+"""Not in the paper: the fall of r for several friction ratios."""
+
+import numpy as np
+
+from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.plan.registry import Figure
+
+FIGURE = Figure(
+    title="Disorder parameter r(u) for several friction ratios, and where it falls.",
+    uses=("friction_ratio", "friction_falls"),
+    words=(
+        "Not in the paper. Left: r against belt velocity, medians over the replicates, for several "
+        "ratios f_s of kinetic to static friction; the paper has 0.45. Right: the belt velocity at "
+        "which r falls, with its standard error, against f_s; bars span the transition region."
+    ),
+    alt=(
+        "Two panels: curves of r against belt velocity, one for each friction ratio, and the belt "
+        "velocity of the fall against the friction ratio."
+    ),
+    category="Further studies",
+)
+
+
+@style.styled
+def draw(data, caption):
+    """Left: r(u), a curve for each f_s; right: u_c against f_s."""
+    panels.require(data, FIGURE)
+    scan, falls = data["friction_ratio"].arrays, data["friction_falls"]
+    figure = style.page(caption, 3.4)
+    left, right = figure.subplots(1, 2, width_ratios=(1.3, 1))
+    for index, ratio in enumerate(np.unique(scan["friction_ratio"])):
+        chosen = scan["friction_ratio"] == ratio
+        label = f"$f_s = {ratio:g}$"
+        velocity, disorder = (
+            scan[name][chosen] for name in ("belt_velocity", "disorder_parameter")
+        )
+        panels.curve(left, velocity, disorder, index, label=label, linewidth=0.9)
+    panels.finish_curves(left, xlabel=panels.BELT_VELOCITY)
+    _draw_falls(right, falls[falls["critical"].notna()])
+    right.set(xlabel="$f_s$", ylabel="$u_c$")
+    return figure
+
+
+def _draw_falls(axes, falls):
+    if falls.empty:
+        panels.note(axes, "r(u) falls nowhere, or has too few points")
+        return
+    ratio = falls["friction_ratio"]
+    axes.vlines(ratio, falls["lower"], falls["upper"], color="0.85", linewidth=4)
+    look = {"color": style.BLUE, "markersize": 3, "elinewidth": 0.8}
+    axes.errorbar(ratio, falls["critical"], falls["error"], fmt="o-", **look)
+    axes.set_xlim(0, 1)

@@ -1,0 +1,105 @@
+"""Comparison of integrators: the disorder parameter with noise."""
+
+import numpy as np
+
+from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.plan.registry import Figure
+from beltrepro.replication.studies.integrators import compared as agreement
+from beltrepro.replication.studies.integrators import samples
+
+FIGURE = Figure(
+    title=(
+        "Disorder parameter with noise by the two integrators, and the tests of their difference."
+    ),
+    uses=("pairs_r_verlet", "pairs_r_event"),
+    words=(
+        "a: r against belt velocity, lines the reference, crosses with standard errors the tested"
+        " integrator. b: difference of the means in standard errors; beyond the dashed lines the "
+        "largest of so many differences would lie in 5 of 100 cases by chance. c: p-values in "
+        "order; on or above the diagonal if nothing differs."
+    ),
+    alt=(
+        "Three panels: r against belt velocity for several noises by both integrators, their "
+        "differences in standard errors, and p-values in order beside the diagonal."
+    ),
+    category="Integrators compared",
+)
+
+
+@style.styled
+def draw(data, caption):
+    """a: mean r of both against u; b: difference in standard errors; c: p-values in order.
+
+    a: lines the reference, crosses with standard errors the tested integrator. b: two and, dashed,
+    the number of standard errors that one of so many normal deviates exceeds in 5 of 100 cases. c:
+    if all points agree, p-values lie along the diagonal.
+    """
+    panels.require(data, FIGURE)
+    sides = [data[name].arrays for name in FIGURE.uses]
+    values = [{agreement.DISORDER: arrays["disorder_parameter"]} for arrays in sides]
+    rows = agreement.compare_points(*sides, *values)
+    figure = style.page(caption, 3.6)
+    left, middle, right = figure.subplots(1, 3)
+    for panel, name in zip((left, middle, right), "abc", strict=True):
+        panels.letter(panel, name)
+    curves = sorted({(row["n_blocks"], row["noise"]) for row in rows})
+    for index, curve in enumerate(curves):
+        chosen = [row for row in rows if (row["n_blocks"], row["noise"]) == curve]
+        _curve(left, middle, chosen, index, rf"$\sigma = {curve[1]:g}$")
+    left.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.DISORDER)
+    left.set_ylim(bottom=0)
+    middle.set(xlabel=panels.BELT_VELOCITY, ylabel="difference / standard error")
+    _limits(middle, len(rows))
+    _p_values(right, rows)
+    if rows:
+        figure.legend(
+            *left.get_legend_handles_labels(), loc="outside upper center", ncols=len(curves)
+        )
+    return figure
+
+
+def _curve(left, middle, rows, index, label):
+    velocity = [row["belt_velocity"] for row in rows]
+    colour = style.line_style(index)["color"]
+    left.plot(velocity, [row["mean_reference"] for row in rows], color=colour, linewidth=0.9)
+    left.errorbar(
+        velocity,
+        [row["mean_tested"] for row in rows],
+        [row["error_tested"] for row in rows],
+        fmt="x",
+        color=colour,
+        markersize=4,
+        elinewidth=0.8,
+        label=label,
+    )
+    middle.plot(
+        velocity,
+        [row["z"] for row in rows],
+        marker=style.line_style(index)["marker"],
+        color=colour,
+        linestyle="none",
+        markersize=3.5,
+    )
+
+
+def _limits(axes, count):
+    axes.axhspan(-2, 2, color="0.92", linewidth=0, zorder=0)
+    if not count:
+        panels.note(axes, "no point by both integrators")
+        return
+    limit = samples.largest_of(count)
+    for side in (-limit, limit):
+        axes.axhline(side, color=style.GREY, linewidth=0.8, linestyle="--")
+    axes.set_ylim(-1.35 * limit, 1.35 * limit)
+
+
+def _p_values(axes, rows):
+    axes.plot([0, 1], [0, 1], color=style.GREY, linewidth=0.8)
+    for name, label, marker in (("p", "distributions", "o"), ("mean_p", "means", "x")):
+        values = np.sort([row[name] for row in rows if np.isfinite(row[name])])
+        if values.size:
+            share = (np.arange(values.size) + 0.5) / values.size
+            axes.plot(share, values, marker, markersize=3.5, label=label)
+    axes.set(xlabel="expected in order", ylabel="p-value")
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend()

@@ -1,0 +1,293 @@
+"""How trajectories of two integrators from the same state part, and how that depends on the step.
+
+Arrays of trajectories are those of a dataset of kind series, with one row for each run: n_blocks,
+belt_velocity, replicate, time_step, allowed_error (NaN for a method without a tolerance) (R,);
+positions (R, T, N), NaN for blocks that a chain lacks, at the instants time (T,); events, a
+structured array with point (the row), time, block and kind, in order of row and time; and step
+(R,), see `with_steps`. Model units.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+import numpy.typing as npt
+import scipy
+
+from beltrepro.model import ChainParameters
+from beltrepro.replication.studies.integrators.steps import mean_step
+
+AFTER_EVENTS = (0, 1, 2, 5, 10, 20, 50)  # numbers of events after which errors are taken
+FIRST_EVENTS = 10
+PARTED = 1.0  # trajectories are apart when a block differs by this; springs are 50 long
+_EVENT_TOLERANCE = 0.5  # events of one block further apart in time than this are different ones
+ROUNDING = 1e-9  # errors below come from rounding, not from the step
+ROUNDING_OF_LONG_STEPS = 1e-11  # of steps that a tolerance allows: there are a thousandth as many
+
+
+@dataclass(frozen=True)
+class Pair:
+    """One run and its reference, which began in the same state.
+
+    Attributes
+    ----------
+    time : array (T,)
+        Instants of the samples, model time.
+    separation : array (T,)
+        Largest distance of any block between the two.
+    event_time : array (K,)
+        Instants of shared events in the reference.
+    event_shift : array (K,)
+        How much later they come in the run.
+    reference_events : array (E,)
+        Instants of all events of the reference.
+    """
+
+    time: np.ndarray = field(repr=False)
+    separation: np.ndarray = field(repr=False)
+    event_time: np.ndarray = field(repr=False)
+    event_shift: np.ndarray = field(repr=False)
+    reference_events: np.ndarray = field(repr=False)
+
+    @property
+    def parting_time(self) -> float:
+        """First instant at which the separation exceeds PARTED; inf if it never does."""
+        beyond = np.flatnonzero(self.separation > PARTED)
+        return float(self.time[beyond[0]]) if beyond.size else np.inf
+
+    def error_after(self, n_events: int) -> float:
+        """Separation at the first sample after so many events.
+
+        Parameters
+        ----------
+        n_events : int
+            Number of events of the reference; 0 asks for the largest separation before any.
+
+        Returns
+        -------
+        float
+            Distance; NaN if the reference has not so many events, or no sample is left.
+        """
+        if n_events == 0:
+            before = self.time < self.reference_events.min(initial=np.inf)
+            return float(self.separation[before].max(initial=0.0))
+        if n_events > self.reference_events.size:
+            return np.nan
+        sample = np.searchsorted(self.time, self.reference_events[n_events - 1], side="right")
+        return float(self.separation[sample]) if sample < self.time.size else np.nan
+
+
+def with_steps(runs: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Add the mean length of the steps that the method chooses.
+
+    That is dt, or what the allowed error permits, for which velocities (R, T, N) are needed.
+
+    Parameters
+    ----------
+    runs : dict of arrays (R, ...)
+        Arrays of trajectories.
+
+    Returns
+    -------
+    dict of arrays (R, ...)
+        The same arrays and `step` (R,), model time.
+    """
+    steps = runs["time_step"].copy()
+    for row in np.flatnonzero(np.isfinite(runs["allowed_error"])):
+        names = [each.name for each in fields(ChainParameters)]
+        chain = ChainParameters(**{name: runs[name][row].item() for name in names})
+        positions, velocities = (
+            runs[name][row][:, : chain.n_blocks] for name in ("positions", "velocities")
+        )
+        steps[row] = mean_step(positions, velocities, chain, runs["allowed_error"][row])
+    return {**runs, "step": steps}
+
+
+def equal(values: np.ndarray, value: float) -> np.ndarray:
+    """Which of the values are this one, up to rounding.
+
+    Parameters
+    ----------
+    values : array (R,)
+        Time steps or tolerances.
+    value : float
+        Wanted one.
+
+    Returns
+    -------
+    array (R,) of bool
+        True where they are equal; NaN is equal to nothing.
+    """
+    return np.isclose(values, value, rtol=1e-9, atol=0)
+
+
+def pairs(
+    runs: Mapping[str, np.ndarray],
+    reference: Mapping[str, np.ndarray],
+    *,
+    rows: np.ndarray,
+    reference_rows: np.ndarray,
+) -> dict[tuple, list[Pair]]:
+    """Some runs beside their references; a run without a reference is left out.
+
+    Parameters
+    ----------
+    runs : dict of arrays (R, ...)
+        Arrays of trajectories.
+    reference : dict of arrays (R', ...)
+        Arrays of the trajectories that they are compared with.
+    rows : array (R,) of bool
+        Which of the runs.
+    reference_rows : array (R',) of bool
+        Which of the references.
+
+    Returns
+    -------
+    dict of lists of Pair
+        By (n_blocks, belt_velocity).
+    """
+    base = {_key(reference, row): row for row in np.flatnonzero(reference_rows).tolist()}
+    found: dict[tuple, list[Pair]] = {}
+    for row in np.flatnonzero(rows).tolist():
+        key = _key(runs, row)
+        if key in base:
+            found.setdefault(key[:2], []).append(_pair(runs, row, reference, base[key]))
+    return found
+
+
+def match_events(tested: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Events that two runs share.
+
+    Block by block, events correspond in their order until the kinds differ or the times by more
+    than 0.5; what comes later in that block is not shared.
+
+    Parameters
+    ----------
+    tested : structured array
+        Events of one run, with time, block and kind, in order of time.
+    reference : structured array
+        Events of the other run.
+
+    Returns
+    -------
+    time : array (K,)
+        Instants of the shared events in the reference, in rising order.
+    shift : array (K,)
+        How much later they come in the tested run.
+    """
+    times, shifts = [np.empty(0)], [np.empty(0)]
+    for block in np.unique(reference["block"]):
+        ours, theirs = (events[events["block"] == block] for events in (tested, reference))
+        count = min(ours.size, theirs.size)
+        shift = ours["time"][:count] - theirs["time"][:count]
+        same = (ours["kind"][:count] == theirs["kind"][:count]) & (np.abs(shift) < _EVENT_TOLERANCE)
+        shared = count if same.all() else int(np.argmin(same))
+        times.append(theirs["time"][:shared])
+        shifts.append(shift[:shared])
+    times, shifts = np.concatenate(times), np.concatenate(shifts)
+    order = np.argsort(times, kind="stable")
+    return times[order], shifts[order]
+
+
+def convergence_order(
+    step: npt.ArrayLike, error: npt.ArrayLike, *, rounding: float = ROUNDING
+) -> tuple[float, float]:
+    """Order q of error = c * step**q, from a straight line through the logarithms.
+
+    Parameters
+    ----------
+    step : array (S,)
+        Lengths of the steps.
+    error : array (S,)
+        Error at each of them.
+    rounding : float
+        Smaller errors are left out: rounding and not the step decides them.
+
+    Returns
+    -------
+    order : float
+        The order q; NaN with fewer than 3 errors above `rounding`.
+    error : float
+        Its standard error, from the scatter about the line.
+    """
+    step, error = np.asarray(step, dtype=float), np.asarray(error, dtype=float)
+    above = error > rounding
+    if above.sum() < 3:
+        return np.nan, np.nan
+    line = scipy.stats.linregress(np.log(step[above]), np.log(error[above]))
+    return float(line.slope), float(line.stderr)
+
+
+def summarise(found: list[Pair]) -> dict[str, float]:
+    """Pairs of one point in numbers, medians over its members.
+
+    Parameters
+    ----------
+    found : list of Pair
+        The pairs of one point.
+
+    Returns
+    -------
+    dict of float
+        members; parting_time (inf where half never part); shared_events; reference_events (all of
+        the reference); first_shift, the largest shift of the first 10 shared events; shift, the
+        largest of all shared ones.
+    """
+    return {
+        "members": len(found),
+        "parting_time": float(np.median([pair.parting_time for pair in found])),
+        "shared_events": float(np.median([pair.event_time.size for pair in found])),
+        "reference_events": float(np.median([pair.reference_events.size for pair in found])),
+        "first_shift": _median_largest([pair.event_shift[:FIRST_EVENTS] for pair in found]),
+        "shift": _median_largest([pair.event_shift for pair in found]),
+    }
+
+
+def errors(found: list[Pair]) -> dict[int, tuple[int, float]]:
+    """Root-mean-square error after each number of AFTER_EVENTS.
+
+    The phase of an event within a step decides its error, so one member alone tells little.
+
+    Parameters
+    ----------
+    found : list of Pair
+        The pairs of one point.
+
+    Returns
+    -------
+    dict of (int, float)
+        Number of members and error, by number of events; only where every pair has an error.
+    """
+    table = {}
+    for n_events in AFTER_EVENTS:
+        values = np.array([pair.error_after(n_events) for pair in found])
+        values = values[np.isfinite(values)]
+        if values.size == len(found):
+            table[n_events] = (values.size, float(np.sqrt(np.mean(values**2))))
+    return table
+
+
+def _pair(
+    runs: Mapping[str, np.ndarray], row: int, reference: Mapping[str, np.ndarray], base: int
+) -> Pair:
+    events = reference["events"][reference["events"]["point"] == base]
+    event_time, event_shift = match_events(runs["events"][runs["events"]["point"] == row], events)
+    n_blocks = int(runs["n_blocks"][row])
+    difference = runs["positions"][row] - reference["positions"][base]
+    return Pair(
+        time=runs["time"],
+        separation=np.abs(difference[:, :n_blocks]).max(axis=1),
+        event_time=event_time,
+        event_shift=event_shift,
+        reference_events=np.sort(events["time"]),
+    )
+
+
+def _key(runs: Mapping[str, np.ndarray], row: int) -> tuple:
+    names = ("n_blocks", "belt_velocity", "replicate")
+    return tuple(runs[name][row].item() for name in names)
+
+
+def _median_largest(parts: list[np.ndarray]) -> float:
+    largest = [np.abs(part).max() for part in parts if part.size]
+    return float(np.median(largest)) if largest else np.nan

@@ -1,0 +1,181 @@
+"""Fig. 7: friction force during one stick-slip event."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.patches import FancyArrowPatch
+
+from beltrepro.model.spring import external_force
+from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.plan import files
+from beltrepro.replication.plan.registry import Figure
+
+FIGURE = Figure(
+    title="Friction force against external force during one stick-slip event, with noise.",
+    uses=("friction_event",),
+    words=(
+        "One stick-slip event with noise: friction follows the external force while the block is "
+        "stuck, drops when it starts to slip, and then fluctuates about the kinetic value. b: the "
+        "slip alone, with the standard deviation that the noise should give it shaded."
+    ),
+    alt=(
+        "Two panels of friction force against external force during one event: a straight line "
+        "while stuck, a jump, and a noisy band while slipping, which is enlarged beside it."
+    ),
+    number="7",
+)
+
+
+@dataclass(frozen=True)
+class Event:
+    """One stick-slip event: stuck from `begin`, slipping from `start` to `stop`; block 1-based."""
+
+    block: int
+    begin: float
+    start: float
+    stop: float
+
+
+@style.styled
+def draw(data, caption):
+    """Friction force of one block against the resultant spring force on it.
+
+    The event is the first slip that is complete in the series, of the last block if it slips at
+    all there, else of the block nearest to it; with the time it was stuck before.
+    """
+    panels.require(data, FIGURE)
+    series = data["friction_event"]
+    figure = style.page(caption, 3.9)
+    axes, enlarged = figure.subplots(1, 2, width_ratios=(1.7, 1))
+    for panel, mark in ((axes, "a"), (enlarged, "b")):
+        panels.letter(panel, mark)
+        panel.set(xlabel="$F_{ex}$", ylabel="$F_f$")
+    axes.axhline(0, color="0.85", linewidth=0.7, zorder=0)
+    axes.axvline(0, color="0.85", linewidth=0.7, zorder=0)
+    chain = files.chain(series)
+    event = _choose_event(series)
+    if event is None:
+        _draw_samples(axes, series, chain)
+        panels.note(axes, "no complete stick-slip event in this series: all samples shown")
+        panels.note(enlarged, "no complete slip")
+        return figure
+    _draw_event(axes, enlarged, series, chain, event)
+    axes.legend(loc="lower left")
+    return figure
+
+
+def _choose_event(series):
+    """The event drawn, or None; see `draw` for the rule."""
+    events, time = series.arrays["events"], series.arrays["time"]
+    for block in range(int(series.attributes["n_blocks"]), 0, -1):
+        begin = time[0] if time.size else np.nan
+        start = None
+        for event in events[events["block"] == block]:
+            if event["kind"] == "slip":
+                start = event["time"]
+                continue
+            if start is not None and _sampled(time, begin, start) and start < event["time"]:
+                return Event(block, float(begin), float(start), float(event["time"]))
+            begin, start = event["time"], None
+    return None
+
+
+def _sampled(time, begin, end, *, least=10):
+    """Whether a stretch of time holds enough samples to be drawn."""
+    return np.searchsorted(time, end) - np.searchsorted(time, begin) >= least
+
+
+def _draw_event(axes, enlarged, series, chain, event):
+    time = series.arrays["time"]
+    column = event.block - 1
+    friction = series.arrays["friction"][:, column]
+    # Samples strictly inside each phase: at the instants themselves either law may hold.
+    stuck = (time > event.begin) & (time < event.start)
+    slips = (time > event.start) & (time < event.stop)
+    external = np.full(time.size, np.nan)
+    shown = stuck | slips
+    external[shown] = external_force(series.arrays["positions"][shown], chain)[:, column]
+    _draw_phases(axes, external, friction, stuck, slips)
+    _draw_noise(enlarged, external[slips], friction[slips], chain)
+    if stuck.any() and slips.any():
+        kinetic = float(np.mean(friction[slips]))
+        first, last = external[np.flatnonzero(slips)[[0, -1]]]
+        _sudden_change(axes, (first, friction[stuck][-1]), (first, kinetic))
+        _sudden_change(axes, (last, kinetic), (last, -last))
+        axes.plot([], [], "--", color=style.GREY, linewidth=1.6, label="sudden change")
+    axes.margins(0.08)
+    axes.autoscale_view()
+    _draw_level(axes, chain.static_friction, "$F_{st_0}$")
+    _draw_level(axes, chain.friction_ratio * chain.static_friction, "$f_s F_{st_0}$")
+    panels.remark(axes, f"block {event.block} of {chain.n_blocks}, slip at $t$ = {event.start:.2f}")
+
+
+def _draw_phases(axes, external, friction, stuck, slips):
+    axes.plot(
+        external[stuck],
+        friction[stuck],
+        "--",
+        color=style.BLUE,
+        linewidth=3.2,
+        dashes=(2.2, 1.1),
+        label="stuck: $F_f = -F_{ex}$",
+        rasterized=True,
+    )
+    axes.plot(
+        external[slips],
+        friction[slips],
+        color=style.VERMILION,
+        linewidth=0.5,
+        label="slipping: $F_f = f_s F_{st}$",
+        rasterized=True,
+    )
+
+
+def _draw_noise(axes, external, friction, chain):
+    """Friction while slipping, on its own scale, over one standard deviation of f_s F_st."""
+    kinetic = chain.friction_ratio * chain.static_friction
+    deviation = chain.friction_ratio * chain.noise
+    axes.axhline(kinetic, color="0.5", linewidth=0.8, linestyle=":", zorder=3)
+    axes.axhspan(kinetic - deviation, kinetic + deviation, color="0.88", linewidth=0, zorder=0)
+    axes.plot(external, friction, color=style.VERMILION, linewidth=0.5, rasterized=True)
+    words = f"measured {np.std(friction):.2f}, $f_s \\sigma$ = {deviation:.2f}"
+    panels.remark(axes, words if friction.size else "no sample of the slip")
+
+
+def _draw_level(axes, level, text):
+    axes.axhline(level, color="0.6", linewidth=0.8, linestyle=":", zorder=0)
+    axes.annotate(
+        text,
+        (0.88, level),
+        xycoords=("axes fraction", "data"),
+        xytext=(-4, -3),
+        textcoords="offset points",
+        ha="right",
+        va="top",
+        color="0.35",
+    )
+
+
+def _draw_samples(axes, series, chain):
+    """All samples of all blocks, thinned."""
+    every = max(series.arrays["time"].size // 5000, 1)
+    external = external_force(series.arrays["positions"][::every], chain)
+    friction = series.arrays["friction"][::every]
+    axes.plot(external.ravel(), friction.ravel(), ".", color=style.BLUE, markersize=2)
+
+
+def _sudden_change(axes, begin, end):
+    axes.add_patch(
+        FancyArrowPatch(
+            begin,
+            end,
+            arrowstyle="-|>",
+            mutation_scale=12,
+            linestyle="--",
+            linewidth=1.6,
+            color=style.GREY,
+            shrinkA=0,
+            shrinkB=0,
+            zorder=4,
+        )
+    )

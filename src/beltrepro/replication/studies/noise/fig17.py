@@ -1,0 +1,114 @@
+"""Fig. 17: natural distribution over belt velocity."""
+
+import numpy as np
+from matplotlib.colors import LogNorm
+from matplotlib.ticker import LogLocator
+
+from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.plan.registry import Figure
+from beltrepro.stats import density, intermittency, replicates, sections
+
+FIGURE = Figure(
+    title=(
+        "Natural distribution over belt velocity and velocity of the last block, for four noises."
+    ),
+    uses=("n5_rows", "n5_replicates"),
+    words=(
+        "The density of section velocities over belt velocity at four noise levels: windows "
+        "vanish, the edge of chaos softens, and at last noise fills the plane. Of each run the "
+        "first crossings after the transient are kept; where independent runs were made at the "
+        "same point, theirs are joined to them. Marks at the foot explain columns that are blank "
+        "but for a narrow band: blue, the last block does not stick any more; orange, both motions "
+        "take turns, and the crossings kept may be of one of them."
+    ),
+    alt=(
+        "Four density maps over belt velocity and velocity of the last block, for rising noise, "
+        "with coloured marks at the foot of columns in which the block does not always stick."
+    ),
+    number="17",
+)
+
+NOISES = (0.0, 1.0, 5.0, 10.0)
+BINS = 120
+FOOT = 0.04  # height of the marks, as a share of the panel
+DECADES = 3  # range of the colours below the largest density, at most
+
+
+@style.styled
+def draw(data, caption):
+    """Density of v_N at the section for each u, on the plane (u, v_N), a panel per noise level."""
+    panels.require(data, FIGURE)
+    rows = {noise: _joined(data, noise) for noise in NOISES}
+    span = _span(rows.values())
+    figure = style.page(caption, 5.6)
+    grid = figure.subplots(2, 2, sharex=True, sharey=True)
+    maps = {
+        noise: density.velocity_density(row, bins=BINS, range=span)
+        for noise, row in rows.items()
+        if np.isfinite(row["section_velocity"]).any()
+    }
+    norm, extend = _colours([found[2] for found in maps.values()])
+    image = None
+    for axes, mark, noise in zip(grid.flat, "abcd", NOISES, strict=True):
+        panels.letter(axes, mark)
+        axes.set_title(rf"$\sigma = {noise:g}$")
+        if noise not in maps:
+            panels.note(axes, "no crossing of the section at this noise in this scan")
+            continue
+        u_edges, v_edges, share = maps[noise]
+        axes.set_facecolor("0.93")
+        image = axes.pcolormesh(
+            u_edges, v_edges, np.where(share > 0, share, np.nan), norm=norm, rasterized=True
+        )
+        _marks(axes, rows[noise], span)
+    for axes in grid[-1]:
+        axes.set_xlabel(panels.BELT_VELOCITY)
+    for axes in grid[:, 0]:
+        axes.set_ylabel(panels.VELOCITY)
+    if image is not None:
+        bar = figure.colorbar(
+            image, ax=grid, pad=0.01, extend=extend, ticks=LogLocator(subs=(1, 2, 5)), format="%g"
+        )
+        bar.minorticks_off()
+        bar.set_label("density of $v_N$ at given $u$")
+    return figure
+
+
+def _joined(data, noise):
+    """The row at a noise, with independent runs at its points; their crossings, joined by u."""
+    row, others = (sections.rows(data[name], n_blocks=5, noise=noise) for name in FIGURE.uses)
+    others = sections.select(others, np.isin(others["belt_velocity"], row["belt_velocity"]))
+    kept = ("belt_velocity", "laminar_fraction", "laminar_count")
+    joined = {name: np.concatenate([row[name], others[name]]) for name in kept}
+    values = [np.asarray(each["section_velocity"], dtype=float) for each in (row, others)]
+    width = max(each.shape[1] for each in values)
+    padded = [np.pad(v, ((0, 0), (0, width - v.shape[1])), constant_values=np.nan) for v in values]
+    return joined | {"section_velocity": np.concatenate(padded)}
+
+
+def _marks(axes, row, span):
+    """At the foot of each u: whether the last block slips on, or both motions take turns."""
+    low, high = intermittency.LAMINAR_SHARE
+    share = replicates.spread(row["belt_velocity"], row["laminar_fraction"])
+    foot = span[0] - FOOT / 2 * (span[1] - span[0])
+    for chosen, colour in (
+        (share.mean > high, style.BLUE),
+        ((share.mean >= low) & (share.mean <= high), style.ORANGE),
+    ):
+        if chosen.any():
+            places = share.place[chosen]
+            axes.plot(places, np.full(places.size, foot), "|", color=colour, markersize=5)
+    axes.set_ylim(span[0] - FOOT * (span[1] - span[0]), span[1])
+
+
+def _span(rows):
+    """Range of v_N that holds all section velocities of these rows."""
+    values = np.concatenate([row["section_velocity"].ravel() for row in rows])
+    return float(np.floor(min(values[np.isfinite(values)], default=-1.0))), 0.0
+
+
+def _colours(densities):
+    """(norm, extend): logarithmic colours for all panels, and whether some densities lie below."""
+    known = np.concatenate([found[found > 0] for found in densities] or [np.ones(1)])
+    lowest = max(known.min(), known.max() / 10**DECADES)
+    return LogNorm(lowest, known.max()), "min" if known.min() < lowest else "neither"

@@ -1,0 +1,1 @@
+"""What the number of blocks does (Figs. 19 to 22)."""

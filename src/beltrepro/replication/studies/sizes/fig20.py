@@ -1,0 +1,72 @@
+"""Fig. 20: ten blocks in their transition region."""
+
+import numpy as np
+
+from beltrepro.replication.drawing import alternation, panels, style
+from beltrepro.replication.plan.registry import Figure
+from beltrepro.stats import sections
+
+FIGURE = Figure(
+    title="Intermittency of ten blocks without noise, at four belt velocities.",
+    uses=("n10_u28", "n10_u31", "n10_u34", "n10_u38", "size_replicates"),
+    words=(
+        "Ten blocks without noise at four belt velocities in their transition region: quiet "
+        "stretches, longer and longer as the belt runs faster. Shaded: laminar phases, that is, "
+        "slips of the last block longer than 200. e: whether the alternation lasts, in runs from "
+        "starts of their own. A run whose last stick comes before its end slips for good: its "
+        "alternation was a transient, which ends at once in some runs and late in others."
+    ),
+    alt=(
+        "Five panels: in four of them the position of the last of ten blocks against time, with "
+        "shaded quiet stretches that lengthen from one to the next. Below, dots for the last stick "
+        "of each of several runs against belt velocity, with the share that sticks to the end."
+    ),
+    number="20",
+)
+
+SHOWN = 10000.0  # first part after the transient that is drawn
+N_BLOCKS = 10
+
+
+@style.styled
+def draw(data, caption):
+    """a to d: x_N(t) after the transient; e: last stick of each run against belt velocity."""
+    panels.require(data, FIGURE)
+    scan = data["size_replicates"]
+    laminar_time = float(scan.attributes["laminar_time"])
+    series = (data[name] for name in FIGURE.uses if name != "size_replicates")
+    every = sorted(series, key=lambda one: one.attributes["belt_velocity"])
+    figure = style.page(caption, 7.0)
+    *stack, below = figure.subplots(len(every) + 1, 1, height_ratios=[1] * len(every) + [1.5])
+    for axes, mark, series in zip(stack, "abcd", every, strict=True):
+        axes.sharex(stack[0])
+        axes.sharey(stack[0])
+        axes.tick_params(labelbottom=axes is stack[-1])
+        start = float(series.attributes["transient"])
+        panels.letter(axes, mark)
+        alternation.trace(axes, series, laminar_time, (start, start + SHOWN), zero=start)
+    stack[-1].set_xlabel(r"$t - t_{\rm trans}$")
+    panels.letter(below, "e")
+    _last_sticks(below, scan, laminar_time)
+    return figure
+
+
+def _last_sticks(axes, scan, laminar_time):
+    """Last stick of the last block of each run, and the share of runs that stick to the end."""
+    row = sections.rows(scan, n_blocks=N_BLOCKS, noise=0.0)
+    velocity, transient = row["belt_velocity"], float(scan.attributes["transient"])
+    duration = float(scan.attributes["duration"])
+    axes.set(xlabel=panels.BELT_VELOCITY, ylabel="last stick / duration", ylim=(-0.05, 1.12))
+    if not velocity.size:
+        panels.note(axes, f"no run with N = {N_BLOCKS}")
+        return
+    # a run that never sticks after the transient has none
+    last = np.where(np.isfinite(row["last_stick_time"]), row["last_stick_time"], transient)
+    lasting = last > duration - laminar_time
+    axes.plot(velocity, last / duration, "o", color=style.BLUE, alpha=0.5, label="a run")
+    places = np.unique(velocity)
+    share = [lasting[velocity == place].mean() for place in places]
+    axes.plot(places, share, color=style.VERMILION, label="share of runs that stick to the end")
+    axes.axhline(transient / duration, color="0.5", linewidth=0.8, linestyle=":")
+    axes.legend(loc="lower left")
+    panels.remark(axes, rf"$\sigma = 0$, duration {duration:g}; dotted: what is left out before")

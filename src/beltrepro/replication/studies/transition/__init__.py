@@ -1,0 +1,1 @@
+"""The transition without noise (Figs. 11 and 12)."""

@@ -1,0 +1,84 @@
+"""Fig. 11: a chaotic transient and what follows it."""
+
+import numpy as np
+
+from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.plan.registry import Figure
+from beltrepro.replication.studies.transition.settling import settled_orbit
+
+FIGURE = Figure(
+    title="Chaotic transient and the motion that follows it at u = 20.",
+    uses=("u20",),
+    words=(
+        "At u = 20 without noise, irregular stick-slip motion ends abruptly. In the paper the last "
+        "block never sticks again, in a small periodic oscillation. On which orbit a run ends "
+        "depends on its start and on rounding: the words above the panels say what this one does. "
+        "Dashed: end of the transient, that is, the first state to which the motion comes back "
+        "after each period; or, if it does not repeat itself, the last stick."
+    ),
+    alt=(
+        "Position and relative velocity of the last block against time: irregular swings up to a "
+        "dashed line and regular ones after it, and beside each an enlarged stretch of these."
+    ),
+    number="11",
+)
+
+PERIODS = 3  # that are enlarged, at the end
+ZOOM = 60.0  # least length of the enlarged part
+AFTER = 0.6  # share of the transient's length that is drawn after it
+
+
+@style.styled
+def draw(data, caption):
+    """a: x_N(t) from the start; b: v_rN(t); right: the end of what is drawn, enlarged."""
+    panels.require(data, FIGURE)
+    series = data["u20"]
+    time, position, relative = panels.last_block(series)
+    orbit = settled_orbit(time, series.arrays["positions"], series.arrays["velocities"])
+    last_stick = _last_stick(time, relative)
+    end = orbit.since if orbit else last_stick
+    length = max(ZOOM, PERIODS * orbit.period) if orbit else ZOOM
+    shown = time <= (1 + AFTER) * end + length
+    time, position, relative = time[shown], position[shown], relative[shown]
+
+    figure = style.page(caption, 4.4)
+    grid = figure.subplots(2, 2, sharex="col", width_ratios=(2, 1))
+    for row, mark, values, label in (
+        (grid[0], "a", position, panels.POSITION),
+        (grid[1], "b", relative, panels.RELATIVE_VELOCITY),
+    ):
+        panels.letter(row[0], mark)
+        panels.trace(row[0], time, values, ylabel=label)
+        if time.size:
+            panels.zoom(*row, time, values, (time[-1] - length, time[-1]))
+            if end < time[-1] - length:
+                row[0].axvline(end, color=style.BLACK, linewidth=1.0, linestyle="--")
+        else:
+            panels.note(row[1], "no samples")
+    for axes in grid[1]:
+        axes.set_xlabel(panels.TIME)
+    if time.size:
+        _say(grid, orbit, last_stick, sticks=last_stick > time[-1] - length)
+    return figure
+
+
+def _say(grid, orbit, last_stick, *, sticks):
+    """What the motion does after its transient, and whether the paper's does the same."""
+    if orbit:
+        panels.remark(
+            grid[0, 0], f"periodic from $t$ = {orbit.since:.0f} on, period {orbit.period:.1f}"
+        )
+    elif sticks:
+        panels.remark(grid[0, 0], "no end of the transient in this series")
+    else:
+        panels.remark(grid[0, 0], f"last stick at $t$ = {last_stick:.0f}, no period found")
+    if sticks:
+        panels.remark(grid[1, 0], "the last block goes on sticking; in the paper it only slips")
+    else:
+        panels.remark(grid[1, 0], "the last block only slips, as in the paper")
+
+
+def _last_stick(time, relative):
+    """Time at which the last block is last seen stuck."""
+    stuck = np.flatnonzero(np.abs(relative) < 1e-9)
+    return float(time[stuck[-1]]) if stuck.size else 0.0

@@ -1,0 +1,1 @@
+"""From the ledger of claims to verdicts."""

@@ -1,0 +1,216 @@
+"""Access of claim functions to datasets and tracks: what is missing is said in one line."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from beltrepro.stats import intermittency, sections, states, transitions_of_runs
+from beltrepro.stats.errors import NotEnoughDataError, require
+from beltrepro.stats.estimates import Estimate
+
+# Chaotic transients last up to 1e4 (inset of Fig. 12). A run that discards less than this shows
+# the transient instead of the state that follows, so it cannot test claims about that state.
+SETTLED_TRANSIENT = 5000.0
+SCANS_WITH_ROWS = ("n5_rows", "size_rows", "n5_map")
+SCANS_WITH_REPLICATES = ("n5_replicates", "size_replicates")
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A row or column of a scan, with what is derived from it once."""
+
+    points: dict = field(hash=False)
+    transient: float
+    duration: float
+
+    @property
+    def belt_velocity(self) -> np.ndarray:
+        """u of the points (P,)."""
+        return self.points["belt_velocity"]
+
+    @property
+    def noise(self) -> np.ndarray:
+        """sigma of the points (P,)."""
+        return self.points["noise"]
+
+    @property
+    def disorder(self) -> np.ndarray:
+        """r of the points (P,)."""
+        return self.points["disorder_parameter"]
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """v_N at the section (P, V), NaN padded."""
+        return self.points["section_velocity"]
+
+    @cached_property
+    def states(self) -> np.ndarray:
+        """Labels of `states.label_states` (P,)."""
+        return states.label_states(self.points, transient=self.transient, duration=self.duration)
+
+    @cached_property
+    def fall(self) -> dict[str, Estimate]:
+        """The fall of r along u (`transitions_of_runs.fall`)."""
+        return transitions_of_runs.fall(self.belt_velocity, self.disorder)
+
+    @cached_property
+    def rise(self) -> dict[str, Estimate]:
+        """The rise of r along sigma (`transitions_of_runs.rise`)."""
+        return transitions_of_runs.rise(self.noise, self.disorder)
+
+    def between(self, low: float, high: float) -> np.ndarray:
+        """Mask of the points with low <= u <= high."""
+        return (self.belt_velocity >= low - 1e-9) & (self.belt_velocity <= high + 1e-9)
+
+
+class Evidence:
+    """The datasets of a preset, and the tracks of its films, by name.
+
+    Missing data raise NotEnoughDataError with the reason. `used` lists what has been asked for
+    since `start` was called.
+    """
+
+    def __init__(self, datasets: dict, settings: dict):
+        self._datasets = datasets
+        self._cuts: dict[tuple, Cut] = {}
+        self.settings = settings
+        self.used: list[str] = []
+        self.claim = None
+
+    def start(self, claim) -> None:
+        """Begin with a claim: forget what was used for the last one."""
+        self.claim, self.used = claim, []
+
+    def dataset(self, name: str):
+        """One dataset, e.g. "u1"."""
+        require(name in self._datasets, f"this preset has no {name}")
+        if name not in self.used:
+            self.used.append(name)
+        return self._datasets[name]
+
+    def track(self, name: str):
+        """The track of the last block in a film, e.g. of "belt_028": an `experiment.Track`."""
+        return self.dataset(f"{name}_track")
+
+    def has(self, name: str) -> bool:
+        """Whether a dataset is there."""
+        return name in self._datasets
+
+    def runs(self, *names: str, **where: float) -> tuple[dict[str, np.ndarray], dict]:
+        """Runs with these values of quantities, from the first of the datasets that has any.
+
+        Returns the arrays of these runs, and the attributes of the dataset. Runs are refused, as in
+        `row`, if they discard a transient that is too short.
+        """
+        for name in filter(self.has, names):
+            arrays = self._datasets[name].arrays
+            own = np.all([np.isclose(arrays[key], value) for key, value in where.items()], axis=0)
+            if own.any():
+                attributes = self.dataset(name).attributes
+                _require_settled(attributes.get("transient", np.inf), name)
+                return sections.select(arrays, own), attributes
+        place = ", ".join(f"{key} = {value:g}" for key, value in where.items())
+        raise NotEnoughDataError(f"no run with {place} in {' or '.join(names)}")
+
+    @property
+    def laminar_time(self) -> float:
+        """Shortest laminar phase, from the configuration."""
+        return float(self.settings["defaults"]["laminar_time"])
+
+    def row(self, n_blocks: int, noise: float, *, scan: str | None = None, settled=True) -> Cut:
+        """The row of a number of blocks and a noise, from the first scan that has it.
+
+        settled : refuse runs whose discarded transient is shorter than SETTLED_TRANSIENT.
+        """
+        for name in (scan,) if scan else SCANS_WITH_ROWS:
+            if self.has(name):
+                cut = self._cut(name, n_blocks=n_blocks, noise=noise)
+                if len(cut.belt_velocity):
+                    self.dataset(name)
+                    return _settled(cut, name) if settled else cut
+        place = scan if scan else "any scan of this preset"
+        raise NotEnoughDataError(f"no row with N = {n_blocks}, sigma = {noise:g} in {place}")
+
+    def replicates(self, n_blocks: int, noise: float, *, scan: str | None = None) -> Cut:
+        """The row of a number of blocks and a noise with independent runs at each point.
+
+        scan : its name; if not given, the first of SCANS_WITH_REPLICATES that has the row, which
+        are by one method for all noise levels.
+        """
+        for name in (scan,) if scan else SCANS_WITH_REPLICATES:
+            if self.has(name):
+                cut = self._cut(name, n_blocks=n_blocks, noise=noise)
+                if len(cut.belt_velocity):
+                    self.dataset(name)
+                    return _settled(cut, name)
+        place = scan if scan else "this preset"
+        raise NotEnoughDataError(
+            f"no independent runs with N = {n_blocks}, sigma = {noise:g} in {place}"
+        )
+
+    def column(self, scan: str, n_blocks: int, belt_velocity: float, *, settled=True) -> Cut:
+        """The column of a number of blocks and a belt velocity in a scan."""
+        self.dataset(scan)
+        cut = self._cut(scan, n_blocks=n_blocks, belt_velocity=belt_velocity)
+        require(len(cut.noise), f"no column with N = {n_blocks}, u = {belt_velocity:g} in {scan}")
+        return _settled(cut, scan) if settled else cut
+
+    def values(self, scan: str, name: str) -> np.ndarray:
+        """Distinct values of an array of a scan, e.g. the noise levels."""
+        return np.unique(self.dataset(scan).arrays[name])
+
+    def table(self, scan: str, *, settled=True) -> Cut:
+        """All points of a scan."""
+        dataset = self.dataset(scan)
+        cut = Cut(dataset.arrays, *_lengths(dataset))
+        return _settled(cut, scan) if settled else cut
+
+    def laminar_phases(self, name: str, *, shortest=0.0, laminar_time: float | None = None):
+        """Laminar phases of a series after its transient: ((L, 2) begin and end, length of series).
+
+        shortest : refuse a series shorter than this after its transient.
+        laminar_time : length that a phase must exceed; that of the configuration if not given.
+        """
+        dataset = self.dataset(name)
+        transient, duration = _lengths(dataset)
+        length = duration - transient
+        require(length >= shortest, f"{name} covers {length:g}, {shortest:g} are needed")
+        slips, sticks = last_block_events(dataset)
+        least = self.laminar_time if laminar_time is None else laminar_time
+        phases = intermittency.laminar_phases(
+            slips["time"], sticks["time"], least, start=transient, stop=duration
+        )
+        return phases, length
+
+    def _cut(self, scan, **where) -> Cut:
+        key = (scan, *where.items())
+        if key not in self._cuts:
+            dataset = self._datasets[scan]
+            take = sections.columns if "belt_velocity" in where else sections.rows
+            self._cuts[key] = Cut(take(dataset, **where), *_lengths(dataset))
+        return self._cuts[key]
+
+
+def last_block_events(dataset):
+    """Slips and sticks of the last block of a series: two arrays of events in order of time."""
+    events = dataset.arrays["events"]
+    own = events[events["block"] == dataset.attributes["n_blocks"]]
+    return own[own["kind"] == "slip"], own[own["kind"] == "stick"]
+
+
+def _lengths(dataset):
+    return float(dataset.attributes["transient"]), float(dataset.attributes["duration"])
+
+
+def _settled(cut, name):
+    _require_settled(cut.transient, name)
+    return cut
+
+
+def _require_settled(transient, name):
+    require(
+        transient >= SETTLED_TRANSIENT,
+        f"{name} discards a transient of {transient:g}; chaotic transients last longer, "
+        f"{SETTLED_TRANSIENT:g} is the least",
+    )

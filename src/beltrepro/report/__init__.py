@@ -1,6 +1,0 @@
-"""The report: one HTML page with verdicts, figures and what was run, that needs no network."""
-
-from beltrepro.report.material import Material
-from beltrepro.report.rendering import part, render
-
-__all__ = ["Material", "part", "render"]

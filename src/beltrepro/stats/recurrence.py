@@ -1,0 +1,114 @@
+"""Periodic orbits, told from sequences of full states: the motion closes, whatever its period.
+
+A deterministic motion whose state comes back has been periodic from there on. So a sequence of
+states at successive crossings of a surface settles the question that a sequence of one of its
+coordinates leaves open, to a distance that is far below the size of the orbit and above rounding.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from beltrepro.stats.errors import require
+
+# Distance of two states, as a share of their largest coordinate, at which they count as one. An
+# orbit that attracts approaches itself by a constant factor each period and soon is as near as
+# rounding, 1e-12, allows; the states of an irregular motion of 1e5 crossings come no nearer to each
+# other than 1e-5.
+CLOSED = 1e-8
+NEAR = 1e-6  # the same of two states of an orbit that is still approached
+
+
+@dataclass(frozen=True)
+class Recurrence:
+    """A closed orbit.
+
+    Attributes
+    ----------
+    crossings : int
+        Crossings of the surface in a period.
+    time : float
+        Length of a period, the unit of the times given.
+    distance : float
+        Greatest distance of a state from that a period earlier, as a share of the largest
+        coordinate.
+    since : int
+        Index of the first state from which on all states are a period apart.
+    """
+
+    crossings: int
+    time: float
+    distance: float
+    since: int
+
+
+def find_recurrence(
+    states: npt.ArrayLike,
+    times: npt.ArrayLike,
+    *,
+    closed: float = CLOSED,
+    distance: float = 0.0,
+    crossings: int = 1,
+) -> Recurrence | None:
+    """The period of a sequence of states at successive crossings, None if it does not close.
+
+    The smallest number p of crossings is sought after which every state of the last p comes back,
+    so that a period up to half the sequence can be found.
+
+    Disturbances, for instance by a scheme that moves events to its steps, keep a motion from coming
+    nearer to an earlier state than some `distance`. Irregular motion comes as near to one of many
+    earlier states now and then, but does not stay there. So then many `crossings` must come back.
+
+    Parameters
+    ----------
+    states : array (K, D)
+        States at the crossings, in the order of time.
+    times : array (K,)
+        Instants of the crossings.
+    closed : float
+        Distance of two states that count as one, as a share of the largest coordinate.
+    distance : float
+        The same as a difference of coordinates; the larger of both counts.
+    crossings : int
+        States that must come back at least, however short the period.
+
+    Returns
+    -------
+    Recurrence or None
+        None if the motion does not close.
+
+    Raises
+    ------
+    NotEnoughDataError
+        Fewer than three crossings.
+    """
+    states, times = np.asarray(states, dtype=float), np.asarray(times, dtype=float)
+    require(len(states) >= 3, f"{len(states)} crossings of the section, 3 are needed")
+    size = float(np.abs(states).max())
+    limit = max(closed * size, distance)
+    last = np.abs(states[:-1] - states[-1]).max(axis=1)[::-1]
+    for period in (np.flatnonzero(last[: len(states) // 2] <= limit) + 1).tolist():
+        apart = np.abs(states[period:] - states[:-period]).max(axis=1)
+        latest = apart[-max(period, crossings) :]
+        if len(latest) >= crossings and np.all(latest <= limit):
+            broken = np.flatnonzero(apart > limit)
+            least = _least_period(states, period, max(NEAR * size, limit))
+            return Recurrence(
+                crossings=least,
+                time=float(times[-1] - times[-1 - least]),
+                distance=float(latest.max() / size),
+                since=int(broken[-1]) + 1 if broken.size else 0,
+            )
+    return None
+
+
+def _least_period(states: np.ndarray, period: int, near: float) -> int:
+    """The least part of a period after which states come near to each other all the same."""
+    # an orbit that is approached from alternate sides closes after two periods first
+    for part in range(1, period // 2 + 1):
+        if period % part == 0:
+            apart = np.abs(states[-period:] - states[-period - part : -part]).max(axis=1)
+            if np.all(apart <= near):
+                return part
+    return period

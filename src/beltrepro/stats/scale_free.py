@@ -1,0 +1,340 @@
+"""Whether values are scale-free: power laws with ends, with a cutoff, and tests of them (Fig. 9).
+
+Laws are densities c * x**exponent * exp(-decay * x) between two ends. Fits are by maximum
+likelihood, which needs the means of ln x and x only.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+import scipy
+
+from beltrepro.stats.errors import require
+
+LEAST_VALUES = 50
+LEAST_P = 0.1  # from which on a power law is not refused (Clauset, Shalizi and Newman 2009)
+_NODES = 200  # of the integral over a law
+
+
+@dataclass(frozen=True)
+class Law:
+    """Density c * x**exponent * exp(-decay * x) for low <= x <= high.
+
+    Attributes
+    ----------
+    exponent : float
+        Power of the law; 0 for an exponential.
+    decay : float
+        Inverse of the cutoff; 0 for a power law, below 0 where the density bends upwards.
+    low, high : float
+        Ends.
+    """
+
+    exponent: float
+    decay: float
+    low: float
+    high: float
+
+    def log_density(self, values: npt.ArrayLike) -> np.ndarray:
+        """Logarithm of the density.
+
+        Parameters
+        ----------
+        values : array, any shape
+            Between the ends.
+
+        Returns
+        -------
+        array
+            Of the same shape.
+        """
+        nodes, weights = _integral(self.low, self.high)
+        log = self._log_shape(nodes)
+        norm = log.max() + np.log(np.sum(weights * np.exp(log - log.max())))
+        return self._log_shape(np.asarray(values, dtype=float)) - norm
+
+    def _log_shape(self, values: np.ndarray) -> np.ndarray:
+        return self.exponent * np.log(values) - self.decay * values
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How well a power law fits.
+
+    Attributes
+    ----------
+    law : Law
+        The power law that comes nearest.
+    distance : float
+        Of Kolmogorov and Smirnov, between the values from `law.low` on and the law.
+    p : float
+        Share of samples of the law that are as far from their own fits.
+    """
+
+    law: Law
+    distance: float
+    p: float
+
+
+def fit_law(
+    mean_log: float,
+    mean: float,
+    low: float,
+    high: float,
+    *,
+    power: bool = True,
+    decay: bool = False,
+) -> Law:
+    """Law of maximum likelihood for values of which two means are known.
+
+    Parameters
+    ----------
+    mean_log : float
+        Mean of ln x over the values.
+    mean : float
+        Mean of x.
+    low, high : float
+        Ends of the law; the values lie between them.
+    power : bool
+        Whether the exponent is free; 0 otherwise.
+    decay : bool
+        Whether the cutoff is free; none otherwise.
+
+    Returns
+    -------
+    Law
+        The law whose means are these.
+
+    Raises
+    ------
+    NotEnoughDataError
+        If the ends are one, or all values lie at one of them.
+    """
+    require(0 < low < high, f"values from {low:.3g} to {high:.3g} span no range")
+    inside = np.log(low) < mean_log < np.log(high)
+    require(bool(inside), "all values lie at one end of the range")
+    nodes, weights = _integral(low, high)
+    kept = np.array([power, decay])
+    terms = np.stack([np.log(nodes), nodes])[kept]
+    wanted = np.array([mean_log, mean])[kept]
+    centre = terms.mean(axis=1, keepdims=True)
+    scale = terms.std(axis=1, keepdims=True)
+    terms, wanted = (terms - centre) / scale, (wanted - centre[:, 0]) / scale[:, 0]
+
+    factors = np.zeros(2)
+    factors[kept] = _best_factors(terms, weights, wanted) / scale[:, 0]
+    return Law(float(factors[0]), float(-factors[1]), float(low), float(high))
+
+
+def fit_values(
+    values: npt.ArrayLike, low: float, high: float, *, power: bool = True, decay: bool = False
+) -> Law:
+    """`fit_law` of the values in [low, high].
+
+    Parameters
+    ----------
+    values : array (S,)
+        The sample.
+    low, high : float
+        Ends of the law.
+    power : bool
+        As of `fit_law`.
+    decay : bool
+        As of `fit_law`.
+
+    Returns
+    -------
+    Law
+        The law.
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than LEAST_VALUES values in the range.
+    """
+    values = inside(values, low, high)
+    means = float(np.log(values).mean()), float(values.mean())
+    return fit_law(*means, low, high, power=power, decay=decay)
+
+
+def inside(values: npt.ArrayLike, low: float, high: float) -> np.ndarray:
+    """Values in a range.
+
+    Parameters
+    ----------
+    values : array (S,)
+        The sample.
+    low, high : float
+        Ends, which count.
+
+    Returns
+    -------
+    array (I,)
+        Those inside.
+
+    Raises
+    ------
+    NotEnoughDataError
+        If they are fewer than LEAST_VALUES.
+    """
+    values = np.asarray(values, dtype=float)
+    values = values[(values >= low) & (values <= high)]
+    found = f"{values.size} values between {low:.3g} and {high:.3g}"
+    require(values.size >= LEAST_VALUES, f"{found}, {LEAST_VALUES} are needed")
+    return values
+
+
+def independent_values(values: np.ndarray, chain: np.ndarray) -> float:
+    """How many independent values tell as much as these, which repeat themselves within a chain.
+
+    By the scatter of the means of chains, against that of means of independent values.
+
+    Parameters
+    ----------
+    values : array (S,)
+        Values.
+    chain : array (S,)
+        Number of the chain of each.
+
+    Returns
+    -------
+    float
+        At most S.
+    """
+    _, place = np.unique(chain, return_inverse=True)
+    count = np.bincount(place)
+    if len(count) < 2 or values.std() == 0:
+        return float(len(count))
+    means = np.bincount(place, values) / count
+    excess = np.average((means - values.mean()) ** 2, weights=count) * count.mean() / values.var()
+    return float(values.size / max(1.0, excess * len(count) / (len(count) - 1)))
+
+
+def goodness_of_fit(
+    values: npt.ArrayLike,
+    lows: npt.ArrayLike,
+    *,
+    independent: float | None = None,
+    samples: int = 200,
+) -> Fit:
+    """Power law that comes nearest to values, from one of some lower ends up to the largest value.
+
+    The p-value is that of A. Clauset, C. R. Shalizi and M. E. J. Newman, SIAM Review 51, 661
+    (2009), Sec. 4: samples have the law above its lower end and the values below it, and each is
+    fitted anew, its lower end too. The law here ends at the largest value.
+
+    Parameters
+    ----------
+    values : array (S,)
+        The sample, above zero.
+    lows : array (L,)
+        Lower ends to try.
+    independent : float, optional
+        As many independent values the sample is worth (`independent_values`); all by default.
+    samples : int
+        Samples for the p-value.
+
+    Returns
+    -------
+    Fit
+        The law, and how far it is from the values.
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than LEAST_VALUES values above a lower end, or worth fewer in all.
+    """
+    values, lows = np.sort(np.asarray(values, dtype=float)), np.unique(lows)
+    values = values[values >= lows.min()]
+    count = np.count_nonzero(values >= lows.max())
+    require(
+        count >= LEAST_VALUES, f"{count} values above {lows.max():.3g}, {LEAST_VALUES} are needed"
+    )
+    high = float(values[-1])
+    law, distance = _nearest(values, lows, high)
+    size = values.size if independent is None else round(min(independent, values.size))
+    require(size >= LEAST_VALUES, f"as good as {size} values, {LEAST_VALUES} are needed")
+    below = values[values < law.low]
+    rng = np.random.default_rng(0)
+    further = 0
+    for _ in range(samples):
+        count = rng.binomial(size, below.size / values.size)
+        drawn = _draw(law, rng.random(size - count))
+        made = np.r_[np.sort(rng.choice(below, count)), np.sort(drawn)] if count else np.sort(drawn)
+        further += _nearest(made, lows, high)[1] >= distance
+    return Fit(law, distance, further / samples)
+
+
+def _best_factors(terms: np.ndarray, weights: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Where the likelihood has no slope."""
+    start = np.zeros(len(terms))
+    best = scipy.optimize.root(
+        lambda factors: _likelihood(factors, terms, weights, wanted)[1:], start, jac=True
+    )
+    if not best.success:  # the valley is narrow: downhill, which takes longer and is less exact
+        best = scipy.optimize.minimize(
+            lambda factors: _likelihood(factors, terms, weights, wanted)[:2],
+            start,
+            jac=True,
+            hess=lambda factors: _likelihood(factors, terms, weights, wanted)[2],
+            method="trust-exact",
+        )
+    return best.x
+
+
+def _likelihood(
+    factors: np.ndarray, terms: np.ndarray, weights: np.ndarray, wanted: np.ndarray
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """Minus the log-likelihood of a value, its slopes and their slopes: convex."""
+    log = factors @ terms
+    share = weights * np.exp(log - log.max())
+    total = share.sum()
+    share /= total
+    found = terms @ share
+    curvature = (terms * share) @ terms.T - np.outer(found, found)
+    return float(np.log(total) + log.max() - factors @ wanted), found - wanted, curvature
+
+
+def _nearest(values: np.ndarray, lows: np.ndarray, high: float) -> tuple[Law, float]:
+    """The law of least distance; values and lower ends in rising order."""
+    found: list[tuple[Law, float]] = []
+    for low in lows:
+        own = values[np.searchsorted(values, low) :]
+        if own.size < LEAST_VALUES and found:  # of a small sample
+            continue
+        law = fit_law(np.log(own).mean(), own.mean(), low, high)
+        share = _cumulative(law, own)
+        rank = np.arange(own.size + 1) / own.size
+        distance = float(max((rank[1:] - share).max(), (share - rank[:-1]).max()))
+        found.append((law, distance))
+    return min(found, key=lambda each: each[1])
+
+
+def _cumulative(law: Law, values: np.ndarray) -> np.ndarray:
+    """Share of a power law below values."""
+    rate, length = law.exponent + 1, np.log(law.high / law.low)
+    place = np.log(values / law.low)
+    return place / length if abs(rate) < 1e-9 else np.expm1(rate * place) / np.expm1(rate * length)
+
+
+def _draw(law: Law, shares: np.ndarray) -> np.ndarray:
+    """Values of a power law below which these shares lie."""
+    rate, length = law.exponent + 1, np.log(law.high / law.low)
+    if abs(rate) < 1e-9:
+        return law.low * np.exp(shares * length)
+    return law.low * np.exp(np.log1p(shares * np.expm1(rate * length)) / rate)
+
+
+def _integral(low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights of an integral over x from low to high, evenly in ln x."""
+    nodes, weights = _legendre()
+    half = np.log(high / low) / 2
+    values = np.sqrt(low * high) * np.exp(half * nodes)
+    return values, weights * half * values
+
+
+@cache
+def _legendre() -> tuple[np.ndarray, np.ndarray]:
+    return np.polynomial.legendre.leggauss(_NODES)

@@ -1,0 +1,258 @@
+"""Cuts through scans, and what the velocities at section crossings say (Figs. 12, 14 and 22)."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import scipy
+
+from beltrepro.stats.errors import require
+
+# Velocities at the section repeat to this much on a periodic orbit: the paper's scheme locates
+# crossings and sticks to one step, in which v changes by up to F_st*dt ~ 0.07 (model units), and
+# the orbit passes on such errors enlarged, in proportion to its size.
+PERIOD_TOLERANCE = 0.1
+RELATIVE_TOLERANCE = 0.02
+# Quasi-periodic motion comes back to within the tolerance too, after some 100 crossings.
+MAXIMUM_PERIOD = 40
+# Share of the extent of the states: an orbit of the paper's scheme comes back to less, and chaotic
+# motion of some thousand crossings hardly ever as near.
+NEAR = 0.005
+MINIMUM_CROSSINGS = 12
+
+_SAME = 1e-9
+_PIECE = 1000  # states that are compared with each other at once
+
+
+def rows(scan: Any, *, n_blocks: int, noise: float) -> dict[str, np.ndarray]:
+    """The points of a scan with this n_blocks and noise, in order of u.
+
+    Parameters
+    ----------
+    scan : Dataset or dict of arrays (P, ...)
+        The keys of `simulation.scan`.
+    n_blocks : int
+        Number of blocks N.
+    noise : float
+        Noise sigma.
+
+    Returns
+    -------
+    dict of arrays (R, ...)
+        Points at one u are in order of replicate. Every array is empty without a match.
+    """
+    arrays = getattr(scan, "arrays", scan)
+    chosen = (arrays["n_blocks"] == n_blocks) & _equal(arrays["noise"], noise)
+    return _cut(arrays, chosen, "belt_velocity")
+
+
+def columns(scan: Any, *, n_blocks: int, belt_velocity: float) -> dict[str, np.ndarray]:
+    """The points of a scan with this n_blocks and u, in order of noise.
+
+    Parameters
+    ----------
+    scan : Dataset or dict of arrays (P, ...)
+        The keys of `simulation.scan`.
+    n_blocks : int
+        Number of blocks N.
+    belt_velocity : float
+        Belt velocity u.
+
+    Returns
+    -------
+    dict of arrays (C, ...)
+        Points at one noise are in order of replicate. Every array is empty without a match.
+    """
+    arrays = getattr(scan, "arrays", scan)
+    chosen = (arrays["n_blocks"] == n_blocks) & _equal(arrays["belt_velocity"], belt_velocity)
+    return _cut(arrays, chosen, "noise")
+
+
+def select(points: Mapping[str, np.ndarray], chosen: np.ndarray) -> dict[str, np.ndarray]:
+    """Some of the points of a row or column.
+
+    Parameters
+    ----------
+    points : dict of arrays (P, ...)
+        Row or column of a scan.
+    chosen : array of bool (P,) or of int
+        Which points.
+
+    Returns
+    -------
+    dict of arrays
+        The same arrays, of these points only.
+    """
+    return {name: values[chosen] for name, values in points.items()}
+
+
+def find_period(values: npt.ArrayLike, *, tolerance: float | None = None) -> int:
+    """Period of a sequence, in crossings: the smallest p with |v[i+p] - v[i]| <= tolerance.
+
+    The condition must hold for every i, and the sequence must be seen at least three times over,
+    so periods up to a third of its length, and at most 40, can be found.
+
+    Parameters
+    ----------
+    values : array (M,)
+        Successive velocities at the section; NaN padding is left out.
+    tolerance : float, optional
+        0.1 model units or 2 % of the spread of the values, whichever is larger, unless given.
+
+    Returns
+    -------
+    int
+        The period, or 0 for an aperiodic sequence (quasi-periodic, chaotic, or of a longer
+        period).
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than 12 crossings.
+    """
+    values = _crossings(values)
+    tolerance = _tolerance(values) if tolerance is None else tolerance
+    for period in range(1, min(values.size // 3, MAXIMUM_PERIOD) + 1):
+        if np.max(np.abs(values[period:] - values[:-period])) <= tolerance:
+            return period
+    return 0
+
+
+def repeated(states: npt.ArrayLike, *, near: float = NEAR) -> np.ndarray:
+    """Which states at a section lie near one that is listed before: they say nothing new.
+
+    A run comes back to its states on a periodic orbit, and runs that have not parted yet visit the
+    same ones. The states that are new are further than `near` from each other.
+
+    Parameters
+    ----------
+    states : array (K, D)
+        Full states at the section, of any number of runs.
+    near : float
+        Distance of two states that count as one, as a share of the largest extent of a coordinate.
+
+    Returns
+    -------
+    array (K,) of bool
+        True where a new state that is listed before is near.
+    """
+    states = np.asarray(states, dtype=float)
+    again = np.zeros(len(states), dtype=bool)
+    limit = near * float(np.ptp(states, axis=0).max()) if len(states) else 0.0
+    # Piece by piece: all pairs of an orbit that is passed ten thousand times would fill the memory.
+    for begin in range(0, len(states), _PIECE):
+        piece = slice(begin, begin + _PIECE)
+        known = states[:begin][~again[:begin]]
+        if len(known):
+            distance, _ = scipy.spatial.cKDTree(known).query(
+                states[piece], distance_upper_bound=limit
+            )
+            again[piece] = np.isfinite(distance)
+        rest = begin + np.flatnonzero(~again[piece])
+        for first, second in sorted(scipy.spatial.cKDTree(states[rest]).query_pairs(limit)):
+            again[rest[second]] |= not again[rest[first]]
+    return again
+
+
+def occupied_share(
+    values: npt.ArrayLike, *, range: tuple[float, float], bins: int = 100, mass: float = 0.9
+) -> float:
+    """Smallest share of the bins in `range` that holds `mass` of the values.
+
+    A measure of how a band diagram is filled that also serves with noise: a periodic orbit fills
+    few bins, noise widens its lines, a chaotic band fills a good part of the range.
+
+    Parameters
+    ----------
+    values : array (M,)
+        Velocities at the section; NaN padding is left out.
+    range : (float, float)
+        Lowest and highest value; values beyond count in the first and last bin.
+    bins : int
+        Number of bins.
+    mass : float
+        Share of the values, 0 to 1.
+
+    Returns
+    -------
+    float
+        Share of the bins, 0 to 1.
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than 12 crossings.
+    """
+    values = np.clip(_crossings(values), *range)
+    count, _ = np.histogram(values, bins=bins, range=range)
+    filled = np.cumsum(np.sort(count)[::-1])
+    return float(np.searchsorted(filled, mass * values.size) + 1) / bins
+
+
+def zero_one_test(values: npt.ArrayLike, *, n_frequencies: int = 60, seed: int = 0) -> float:
+    """0-1 test for chaos (Gottwald and Melbourne 2009): K near 1 for chaos, 0 for regular motion.
+
+    The values drive a walk in the plane for each of n_frequencies random frequencies; K is the
+    median correlation of its mean-square displacement, oscillating term removed, with time.
+
+    Parameters
+    ----------
+    values : array (M,)
+        Successive velocities at the section; NaN padding is left out.
+    n_frequencies : int
+        Number of random frequencies.
+    seed : int
+        Fixes the frequencies.
+
+    Returns
+    -------
+    float
+        The number K.
+
+    Raises
+    ------
+    NotEnoughDataError
+        Below 50 values: short sequences cannot tell quasi-periodic from weakly chaotic motion.
+    """
+    values = _crossings(values)
+    require(values.size >= 50, f"{values.size} crossings, the 0-1 test needs 50")
+    values = values - values.mean()
+    if np.std(values) == 0:
+        return 0.0
+    frequencies = np.random.default_rng(seed).uniform(np.pi / 5, 4 * np.pi / 5, n_frequencies)
+    phase = np.exp(1j * np.outer(frequencies, np.arange(1, values.size + 1)))
+    walk = np.cumsum(values * phase, axis=1)
+    lags = np.arange(1, values.size // 10 + 1)
+    span = values.size - lags[-1]
+    displacement = np.stack(
+        [np.mean(np.abs(walk[:, lag : lag + span] - walk[:, :span]) ** 2, axis=1) for lag in lags],
+        axis=1,
+    )
+    # The bounded oscillating term of the displacement is proportional to the mean: removed above.
+    correlations = [np.corrcoef(lags, one)[0, 1] for one in displacement]
+    return float(np.median(correlations))
+
+
+def _tolerance(values: np.ndarray) -> float:
+    return max(PERIOD_TOLERANCE, RELATIVE_TOLERANCE * float(np.ptp(values)))
+
+
+def _crossings(values: npt.ArrayLike) -> np.ndarray:
+    values = np.asarray(values, dtype=float)
+    values = values[np.isfinite(values)]
+    require(
+        values.size >= MINIMUM_CROSSINGS,
+        f"{values.size} crossings of the section, {MINIMUM_CROSSINGS} are needed",
+    )
+    return values
+
+
+def _equal(values: npt.ArrayLike, wanted: float) -> np.ndarray:
+    return np.abs(np.asarray(values, dtype=float) - wanted) <= _SAME * max(1.0, abs(wanted))
+
+
+def _cut(arrays: Mapping[str, np.ndarray], chosen: np.ndarray, order: str) -> dict[str, np.ndarray]:
+    keys = [arrays["replicate"], arrays[order]] if "replicate" in arrays else [arrays[order]]
+    index = np.lexsort([key[chosen] for key in keys])
+    return {name: values[chosen][index] for name, values in arrays.items()}

@@ -1,0 +1,121 @@
+"""Power spectra of sampled series and the power laws in them (Figs. 8 and 16)."""
+
+import numpy as np
+import numpy.typing as npt
+from scipy import signal
+
+from beltrepro.stats.errors import require
+from beltrepro.stats.fits import PowerLawFit, fit_log_log
+
+__all__ = ["FIT_BAND", "PowerLawFit", "amplitude_spectrum", "fit_power_law", "power_spectrum"]
+
+# The paper prints no fit range for Fig. 8. Below the lower bound lie times longer than the
+# stick-slip cycle of the whole chain (a plateau), above the upper one single slips (a steep fall).
+FIT_BAND = (0.003, 0.3)
+
+
+def power_spectrum(
+    values: npt.ArrayLike,
+    sample_interval: float,
+    *,
+    segment: int | None = None,
+    window: str = "hann",
+) -> tuple[np.ndarray, np.ndarray]:
+    """One-sided power spectral density of a sampled series, mean removed.
+
+    Parameters
+    ----------
+    values : array (T,)
+        Samples, e.g. x_N in model units.
+    sample_interval : float
+        Time between samples, model units.
+    segment : int, optional
+        Samples per segment of Welch's average. Without it the whole series is one periodogram,
+        which keeps the lowest frequencies.
+    window : str
+        Name of a `scipy.signal` window; "boxcar" is none.
+
+    Returns
+    -------
+    frequency : array (F,)
+        Cycles per time unit, without zero.
+    power : array (F,)
+        Squared units of the values per frequency.
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than 16 samples.
+    """
+    values = np.asarray(values, dtype=float)
+    require(values.size >= 16, f"{values.size} samples, a spectrum needs 16")
+    length = values.size if segment is None else min(int(segment), values.size)
+    frequency, power = signal.welch(
+        values, fs=1 / sample_interval, window=window, nperseg=length, detrend="constant"
+    )
+    return frequency[1:], power[1:]
+
+
+def amplitude_spectrum(frequency: np.ndarray, power: np.ndarray) -> np.ndarray:
+    """Amplitude per frequency bin from a power spectral density: sqrt(S * bin width).
+
+    Parameters
+    ----------
+    frequency : array (F,)
+        Frequencies at equal distances, from `power_spectrum`.
+    power : array (F,)
+        Power spectral density S.
+
+    Returns
+    -------
+    array (F,)
+        Amplitudes in the units of the samples.
+    """
+    return np.sqrt(power * (frequency[1] - frequency[0]))
+
+
+def fit_power_law(
+    frequency: npt.ArrayLike,
+    power: npt.ArrayLike,
+    *,
+    low: float,
+    high: float,
+    bins_per_decade: int = 10,
+) -> PowerLawFit:
+    """S(nu) = prefactor * nu**exponent for low <= nu <= high.
+
+    The spectrum is averaged in bins of equal width in log nu first, so that each decade counts
+    alike and the logarithm of a noisy periodogram does not bias the level; the line through the
+    bins is unweighted.
+
+    Parameters
+    ----------
+    frequency : array (F,)
+        Frequencies nu.
+    power : array (F,)
+        Power spectral density S.
+    low : float
+        Lowest frequency of the fit.
+    high : float
+        Highest frequency of the fit.
+    bins_per_decade : int
+        Bins per factor of ten in nu.
+
+    Returns
+    -------
+    PowerLawFit
+        The law.
+
+    Raises
+    ------
+    NotEnoughDataError
+        With fewer than 4 filled bins.
+    """
+    frequency, power = np.asarray(frequency, dtype=float), np.asarray(power, dtype=float)
+    used = (frequency >= low) & (frequency <= high)
+    require(used.any(), f"no frequency between {low:.3g} and {high:.3g}")
+    place = np.floor(np.log10(frequency[used]) * bins_per_decade).astype(int)
+    _, place, count = np.unique(place, return_inverse=True, return_counts=True)
+    centre = np.exp(np.bincount(place, np.log(frequency[used])) / count)
+    mean = np.bincount(place, power[used]) / count
+    return fit_log_log(centre, mean, low=low, high=high)

@@ -1,0 +1,78 @@
+"""Names for the long-time state of each point of a scan (Figs. 12, 18 and 22)."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from beltrepro.stats import sections
+from beltrepro.stats.errors import NotEnoughDataError
+from beltrepro.stats.intermittency import intermittent_mask
+
+CONTINUOUS = "continuous slip"
+PERIODIC = "periodic stick-slip"
+INTERMITTENT = "intermittent"
+CHAOTIC = "chaotic"
+QUASI_PERIODIC = "quasi-periodic stick-slip"
+TRANSIENT = "transient"
+UNDECIDED = "undecided"
+STATES = (CONTINUOUS, PERIODIC, QUASI_PERIODIC, INTERMITTENT, CHAOTIC, TRANSIENT, UNDECIDED)
+
+CHAOS = 0.8
+REGULAR = 0.2
+
+
+def label_states(
+    points: Mapping[str, np.ndarray], *, transient: float, duration: float
+) -> np.ndarray:
+    """State of every point of a scan, from what was recorded after the transient.
+
+    Criteria, in this order; N is the last block:
+    - "transient": N stuck after the transient, but not in the last half of the time after it: the
+      run leaves a chaotic transient while it is measured;
+    - "continuous slip": N never sticks after the transient;
+    - "intermittent": `intermittent_mask`;
+    - "periodic stick-slip": the section velocities repeat (`sections.find_period`);
+    - "chaotic" or "quasi-periodic stick-slip": they do not, and the 0-1 test gives K > 0.8 or
+      K < 0.2 (`sections.zero_one_test`);
+    - "undecided": K in between, or too few crossings of the section.
+
+    Parameters
+    ----------
+    points : dict of arrays (P, ...)
+        Row or column of a scan, see `sections.rows`.
+    transient : float
+        Time before recording began, model time.
+    duration : float
+        Time at the end of the run.
+
+    Returns
+    -------
+    array (P,) of str
+        Labels out of STATES.
+    """
+    n_points = len(points["belt_velocity"])
+    mask = intermittent_mask(points)
+    states = np.empty(n_points, dtype=object)
+    for index in range(n_points):
+        last_stick = np.nan_to_num(points["last_stick_time"][index], nan=-1.0)
+        if last_stick <= transient:
+            states[index] = CONTINUOUS
+        elif last_stick < transient + 0.5 * (duration - transient):
+            states[index] = TRANSIENT
+        elif mask[index]:
+            states[index] = INTERMITTENT
+        else:
+            states[index] = _stick_slip(points["section_velocity"][index])
+    return states.astype(str)
+
+
+def _stick_slip(velocities: np.ndarray) -> str:
+    try:
+        if sections.find_period(velocities):
+            return PERIODIC
+        chaos = sections.zero_one_test(velocities)
+    except NotEnoughDataError:
+        return UNDECIDED
+    if chaos > CHAOS:
+        return CHAOTIC
+    return QUASI_PERIODIC if chaos < REGULAR else UNDECIDED

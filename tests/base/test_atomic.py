@@ -1,0 +1,102 @@
+"""Files appear whole or not at all: kills, failures and a full disk."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from beltrepro.base import atomic, store
+from beltrepro.base.atomic import replacing
+
+LIMITED = """
+import resource, sys
+import numpy as np
+import pandas as pd
+from beltrepro import store
+from beltrepro.errors import InputError
+from beltrepro.figures import style
+from beltrepro.tables import files
+
+resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
+values = np.random.default_rng(1).random(100_000)
+try:
+    if sys.argv[1].endswith(".h5"):
+        store.write(sys.argv[1], {"values": values}, {})
+    elif sys.argv[1].endswith(".csv"):
+        table = pd.DataFrame({"values": values})
+        files.write(sys.argv[1], table, title="Numbers.", columns={}, sources={})
+    else:
+        figure = style.page("", 3)
+        figure.add_subplot().imshow(values[:10000].reshape(100, 100))
+        style.save(figure, sys.argv[1], sys.argv[1] + ".pdf")
+except InputError as error:
+    sys.exit(f"error: {error}")
+"""
+
+
+def test_a_file_appears_when_it_is_complete(tmp_path):
+    path = tmp_path / "new" / "a.txt"
+    with replacing(path) as unfinished:
+        unfinished.write_text("all of it")
+        assert not path.exists()
+        assert unfinished.suffix == path.suffix
+    assert path.read_text() == "all of it"
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_failure_leaves_the_earlier_file(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_text("before")
+    with pytest.raises(ZeroDivisionError), replacing(path) as unfinished:
+        unfinished.write_text("half")
+        1 / 0  # noqa: B018
+    assert path.read_text() == "before"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_what_a_kill_leaves_is_cleared(tmp_path):
+    folder = tmp_path / "datasets"
+    kill = (
+        "import os, sys; from beltrepro.base.atomic import replacing\n"
+        "with replacing(sys.argv[1]) as part: part.write_text('half'); os.kill(os.getpid(), 9)"
+    )
+    subprocess.run([sys.executable, "-c", kill, str(folder / "a.h5")], check=False)
+    assert len(list(folder.iterdir())) == 1
+    (folder / "b.h5").write_text("whole")
+    assert atomic.clear(tmp_path) == 1
+    assert [path.name for path in folder.iterdir()] == ["b.h5"]
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", ["a.h5", "a.csv", "a.png"])
+def test_a_full_disk_is_one_line_and_harms_nothing(tmp_path, name):
+    path = Path(tmp_path, name)
+    path.write_text("before")
+    done = subprocess.run(
+        [sys.executable, "-c", LIMITED, str(path)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1
+    (line,) = done.stderr.splitlines()
+    assert line.startswith(f"error: {path}: cannot be written (File too large); earlier results")
+    assert path.read_text() == "before"
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_other_failures_to_write_keep_their_words(tmp_path):
+    with pytest.raises(IsADirectoryError), replacing(tmp_path / "a") as unfinished:
+        unfinished.mkdir()
+        unfinished.write_text("no")
+
+
+@pytest.mark.parametrize("error", [OSError(28, "x"), OSError("write failed: errno = 28, error")])
+def test_hdf5_and_the_system_say_alike_that_the_disk_is_full(error):
+    assert atomic.lack_of_room(error) == "No space left on device"
+    assert atomic.lack_of_room(OSError(13, "x")) == ""
+
+
+def test_a_dataset_of_the_same_content_has_the_same_bytes(tmp_path):
+    for name in ("a", "b"):
+        store.write(tmp_path / name, {"x": np.arange(20000.0), "t": np.array(["text"])}, {"n": 1})
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()

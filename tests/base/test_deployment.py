@@ -1,0 +1,62 @@
+"""Container recipes copy what exists and suffices; the profile for Slurm fits the workflow."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import yaml
+
+ROOT = Path(__file__).parents[2]
+DOCKERFILE = (ROOT / "container" / "Dockerfile").read_text()
+DEFINITION = (ROOT / "container" / "apptainer.def").read_text()
+
+
+def copied_by_docker():
+    lines = re.findall(r"^COPY (.+) (\S+)$", DOCKERFILE, re.M)
+    return {name for names, _ in lines for name in names.split()}
+
+
+def copied_by_apptainer():
+    files = DEFINITION.split("%files\n")[1].split("%post")[0]
+    return {line.split()[0] for line in files.splitlines() if line.strip()}
+
+
+def test_both_copy_the_same_and_it_exists():
+    assert copied_by_docker() == copied_by_apptainer()
+    assert all((ROOT / name).exists() for name in copied_by_docker())
+
+
+def test_they_copy_all_that_the_environment_is_made_of():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    stamp = re.search(r"^\$\(STAMP\): (.+)$", (ROOT / "Makefile").read_text(), re.M)[1]
+    needed = {"Makefile", "src", project["readme"], *project["license-files"], *stamp.split()}
+    assert needed <= copied_by_docker()
+    kept = set(re.findall(r"^!(\S+)$", (ROOT / ".dockerignore").read_text(), re.M))
+    assert copied_by_docker() <= kept
+
+
+def test_both_have_a_python_that_the_project_allows():
+    least = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["requires-python"]
+    images = re.findall(r"^(?:FROM|From:) (\S+)$", DOCKERFILE + DEFINITION, re.M)
+    assert len(images) == 2 and len(set(images)) == 1
+    version = re.match(r"python:3\.(\d+)-", images[0])[1]
+    assert int(version) >= int(least.removeprefix(">=3."))
+    assert f"PYTHON=python3.{version}" in DOCKERFILE and f"PYTHON=python3.{version}" in DEFINITION
+
+
+def test_pins_of_slurm_have_hashes():
+    pins = (ROOT / "requirements-slurm.txt").read_text()
+    names = [n for n in (ROOT / "requirements-slurm.in").read_text().split("\n") if n[:1].isalpha()]
+    for name in names:
+        assert re.search(rf"^{name}==\S+ \\\n +--hash=sha256:[0-9a-f]{{64}}", pins, re.M)
+
+
+def test_profile_of_slurm_groups_rules_that_exist():
+    profile = yaml.safe_load((ROOT / "profiles" / "slurm" / "profile.yaml").read_text())
+    text = "".join(path.read_text() for path in (ROOT / "workflow" / "rules").glob("*.smk"))
+    rules = set(re.findall(r"^rule (\w+):$", text, re.M))
+    groups = dict(entry.split("=") for entry in profile["groups"])
+    assert profile["executor"] == "slurm"
+    assert groups.keys() <= rules - {"simulate"}, "batches take minutes: each is a job of its own"
+    sizes = dict(entry.split("=") for entry in profile["group-components"])
+    assert set(groups.values()) == sizes.keys()

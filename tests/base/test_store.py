@@ -1,0 +1,471 @@
+"""Files: what is written comes back, the same content gives the same bytes, never half a file."""
+
+import ast
+import importlib
+import inspect
+import json
+import re
+import subprocess
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+
+from beltrepro.base import provenance, store
+from beltrepro.base.errors import InputError
+from beltrepro.engine import vector
+from beltrepro.replication.plan import files, inputs, tables
+from beltrepro.replication.plan.plan import make_plan
+from beltrepro.replication.plan.points import columns, points_of
+
+ENGINE = Path(vector.__file__).parent
+EVENT = np.dtype([("time", "f8"), ("block", "i8"), ("kind", "U5"), ("place", "f8", (3,))])
+EVENTS = np.array([(0.5, 1, "slip", (1, 2, 3)), (0.7, 5, "stick", (4, 5, 6))], dtype=EVENT)
+ARRAYS = {
+    "velocity": np.array([[1.5, np.nan], [0.0, -2.0]], dtype="f4"),
+    "count": np.arange(3),
+    "long": np.linspace(0, 1, 40_000),
+    "escaped": np.array([True, False]),
+    "events": EVENTS,
+    "empty": np.empty((0, 4)),
+}
+ATTRIBUTES = {"kind": "series", "n_blocks": 5, "noise": 2.2, "units": "model units"}
+
+
+def test_what_is_written_comes_back(tmp_path):
+    path = tmp_path / "deep" / "er" / "data.h5"
+    store.write(path, ARRAYS, ATTRIBUTES)
+    dataset = store.read(path)
+    assert dataset.attributes == ATTRIBUTES
+    assert {type(value) for value in dataset.attributes.values()} == {str, int, float}
+    assert set(dataset.arrays) == set(ARRAYS)
+    for name, array in ARRAYS.items():
+        assert dataset.arrays[name].dtype == array.dtype
+        np.testing.assert_array_equal(dataset.arrays[name], array)
+
+
+def test_same_content_gives_same_bytes(tmp_path):
+    store.write(tmp_path / "a.h5", ARRAYS, ATTRIBUTES)
+    backwards = dict(reversed(ARRAYS.items())), dict(reversed(ATTRIBUTES.items()))
+    store.write(tmp_path / "b.h5", *backwards)
+    assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
+
+
+def test_failed_write_leaves_the_old_file_and_no_litter(tmp_path):
+    path = tmp_path / "data.h5"
+    store.write(path, {"a": np.arange(3)}, {})
+    before = path.read_bytes()
+    with pytest.raises(TypeError):
+        store.write(path, {"a": np.arange(4), "b": np.array([object()])}, {})
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_unreadable_file_is_one_line(tmp_path):
+    text = tmp_path / "text.h5"
+    text.write_text("no HDF5")
+    for path in (text, tmp_path / "missing.h5"):
+        with pytest.raises(InputError, match=re.escape(str(path))):
+            store.read(path)
+
+
+def test_arrays_say_what_they_are(tmp_path):
+    about = {"velocity": {"unit": "model velocity", "dimensions": "point, crossing"}}
+    store.write(tmp_path / "a.h5", ARRAYS, {}, about)
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert dict(file["velocity"].attrs) == about["velocity"]
+        assert dict(file["count"].attrs) == {}
+
+
+# --- files of datasets ---
+
+
+def told(batch=None, **changes):
+    """What the file of a small scan, or of one of its batches, is told."""
+    point = {"kind": "scan", "n_blocks": [2, 5], "belt_velocity": [10, 20], "points_per_job": 3}
+    defaults = {"duration": 100, "transient": 50}
+    presets = {"own": {"defaults": defaults, "datasets": {"rows": point | changes}}}
+    config = {"preset": "own", "seed": 3, "datasets": {}, "presets": presets}
+    plan = make_plan(config)
+    return plan.told("rows") if batch is None else plan.told_batch("rows", batch)
+
+
+def arrays_of(told_batch, **more):
+    count = told_batch["points"]["count"]
+    recorded = {"disorder_parameter": np.arange(count) / 7, "slip_count": np.ones((count, 10), int)}
+    return columns(points_of(told_batch["points"])) | recorded | more
+
+
+def written(path, batch):
+    files.write(path, told(batch), arrays_of(told(batch)))
+    return files.read(path, files.expected(told(batch)))
+
+
+def test_a_file_says_what_it_holds(tmp_path):
+    found = written(tmp_path / "0000.h5", 0)
+    said = found.attributes
+    assert (said["dataset"], said["kind"], said["preset"], said["run"]) == (
+        "rows", "scan", "own", "own",
+    )  # fmt: skip
+    assert (said["duration"], said["seed"], said["method"]) == (100.0, 3, "verlet")
+    assert "n_blocks" not in said and "section_position" not in said
+    assert json.loads(said["config"]) == told(0)
+    assert said["units"] == "model units" and "numpy" in json.loads(said["library_versions"])
+    with h5py.File(tmp_path / "0000.h5") as file:
+        for array in file.values():
+            assert array.attrs["unit"] and array.attrs["dimensions"] and array.attrs["description"]
+        assert file["belt_velocity"].attrs["symbol"] == "u"
+        assert file["belt_velocity"].attrs["unit"] == "model velocity (0.0183 m/s)"
+
+
+def test_a_file_holds_no_path_of_this_machine(tmp_path):
+    written(tmp_path / "data.h5", 0)
+    content = (tmp_path / "data.h5").read_bytes()
+    for place in (provenance.ROOT.parents[1], tmp_path):
+        assert str(place).encode() not in content
+
+
+def test_methods_by_noise_are_words():
+    values = arrays_of(told(0))
+    values["noise"] = np.array([0.0, 1, 1])
+    values["method"] = np.array(["verlet", "event", "event"])
+    assert files._methods(values) == "verlet (sigma = 0), event (sigma > 0)"
+    values["noise"][:] = 0
+    assert files._methods(values) == "event, verlet"
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [
+        ({"dataset": "columns"}, "holds dataset columns (scan) of preset own, run own"),
+        (
+            {"preset": "smoke", "run": "smoke"},
+            "holds dataset rows (scan) of preset smoke, run smoke",
+        ),
+        ({"run": "f06"}, "of preset own, run f06"),
+        ({"kind": "escapes"}, "holds dataset rows (escapes)"),
+        ({"settings": told()["settings"] | {"duration": 200.0}}, "run own with other settings"),
+    ],
+)
+def test_a_file_of_something_else_is_refused_with_the_remedy(tmp_path, other, words):
+    path = tmp_path / "rows.h5"
+    values = {} if "kind" in other else {"disorder_parameter": np.ones(4)}
+    whole = told() | other
+    points = columns(points_of(told(0)["points"]))
+    files.write(path, whole, points | {name: array[:3] for name, array in values.items()})
+    with pytest.raises(InputError) as caught:
+        files.read(path, files.expected(told()))
+    message = str(caught.value)
+    assert "\n" not in message and words in message
+    assert "expected dataset rows (scan) of preset own, run own" in message
+    assert message.endswith(f"rm {path} && snakemake --cores 2 --config preset=own")
+
+
+def test_a_damaged_file_is_one_line_with_the_remedy(tmp_path):
+    path = tmp_path / "rows.h5"
+    files.write(path, told(0), arrays_of(told(0)))
+    path.write_bytes(path.read_bytes()[:2000])
+    with pytest.raises(InputError) as caught:
+        files.read(path, files.expected(told(0) | {"run": "f06"}))
+    message = str(caught.value)
+    assert message.startswith(f"{path}: not a readable HDF5 file") and "\n" not in message
+    assert message.endswith(f"rm {path} && snakemake --cores 2 --config preset=own run=f06")
+
+
+def test_batches_are_joined_in_their_order(tmp_path):
+    parts = [written(tmp_path / f"{number}.h5", number) for number in (0, 1)]
+    whole = files.join(parts, "scan")
+    assert whole["n_blocks"].tolist() == [2, 2, 5, 5]
+    np.testing.assert_array_equal(whole["disorder_parameter"], [0, 1 / 7, 2 / 7, 0])
+    assert whole["slip_count"].shape == (4, 10)
+
+
+def test_joining_counts_points_on_and_fills_up_smaller_chains():
+    def part(n_blocks, n_points, n_events):
+        events = np.zeros(n_events, [("point", "i4"), ("time", "f8"), ("at", "f8", (n_blocks,))])
+        events["point"], events["at"] = np.arange(n_events) % n_points, 1.0
+        arrays = {
+            "n_blocks": np.full(n_points, n_blocks),
+            "time": np.arange(3.0),
+            "positions": np.ones((n_points, 3, n_blocks)),
+            "events": events,
+        }
+        return store.Dataset(arrays, {})
+
+    whole = files.join([part(2, 2, 3), part(5, 1, 2)], "series")
+    assert whole["time"].tolist() == [0, 1, 2]
+    assert whole["positions"].shape == (3, 3, 5)
+    assert np.isnan(whole["positions"][:2, :, 2:]).all() and (whole["positions"][2] == 1).all()
+    assert whole["events"]["point"].tolist() == [0, 1, 0, 2, 2]
+    assert whole["events"]["at"].shape == (5, 5) and np.isnan(whole["events"]["at"][0, 2:]).all()
+    late = part(2, 1, 0)
+    late.arrays["time"] += 1
+    with pytest.raises(InputError, match="differ in time"):
+        files.join([part(2, 1, 0), late], "series")
+
+
+def test_a_series_of_one_point_is_that_run():
+    events = np.zeros(2, [("point", "i4"), ("time", "f8"), ("block", "i8"), ("kind", "U5")])
+    arrays = {
+        "n_blocks": np.array([5]),
+        "time": np.arange(3.0),
+        "positions": np.ones((1, 3, 5)),
+        "events": events,
+    }
+    series = store.Dataset(arrays, {"kind": "series", "n_blocks": 5})
+    assert files.is_single_run(series)
+    run = files.single_run(series)
+    assert run.arrays["positions"].shape == (3, 5) and run.arrays["time"].shape == (3,)
+    assert run.arrays["events"].dtype.names == ("time", "block", "kind")
+    assert run.attributes == series.attributes
+
+
+def test_origin_of_what_was_made_in_parts_names_every_version():
+    other = provenance.origin() | {"code_version": "0.0.1"}
+    assert provenance.of_all([other, provenance.origin(), other])["code_version"] == (
+        f"0.0.1, {provenance.code_version()}"
+    )
+
+
+# --- tables ---
+
+
+def test_a_table_stays_plain_and_has_its_origin_beside_it(tmp_path):
+    table = pd.DataFrame({"belt_velocity": [1.5], "runs": [3], "test": ["t"], "r": [1 / 3]})
+    path = tmp_path / "deep" / "some.csv"
+    sources = {"rows": files.expected(told())}
+    tables.write(path, table, title="A table.", columns={"runs": "number"}, sources=sources)
+    assert path.read_text() == "belt_velocity,runs,test,r\n1.5,3,t,0.333333\n"
+    about = json.loads((tmp_path / "deep" / "some.csv-metadata.json").read_text())
+    assert about["@context"] == "http://www.w3.org/ns/csvw" and about["url"] == "some.csv"
+    assert about["dc:source"]["rows"]["dataset"] == "rows"
+    assert about["beltrepro:origin"] == provenance.origin()
+    velocity, runs, test, r = about["tableSchema"]["columns"]
+    assert velocity["titles"] == ["belt_velocity", "u"] and "0.0183 m/s" in velocity["unit"]
+    assert runs == {"name": "runs", "datatype": "integer", "dc:description": "number"}
+    assert (test["datatype"], r["datatype"]) == ("string", "number")
+
+
+def test_figures_and_tables_read_datasets_and_tables(tmp_path):
+    written(tmp_path / "rows.h5", 0)
+    tables.write(tmp_path / "t.csv", pd.DataFrame({"a": [1]}), title="T.", columns={}, sources={})
+    paths = {"rows": tmp_path / "rows.h5", "t": str(tmp_path / "t.csv")}
+    found = inputs.load(paths, {"rows": files.expected(told(0))})
+    assert found["rows"].attributes["dataset"] == "rows" and found["t"]["a"].tolist() == [1]
+    with pytest.raises(InputError, match="with other settings"):
+        inputs.load(paths, {"rows": files.expected(told(1))})
+
+
+# --- provenance ---
+
+
+def test_code_version_is_a_version():
+    assert re.fullmatch(r"\d+\.\d+\.\d+\S*(\+g[0-9a-f]{12}(\.dirty)?)?", provenance.code_version())
+
+
+@pytest.fixture
+def package(tmp_path):
+    """A package of the project's name: simulation -> engine -> two kernels; figures -> style."""
+    root = tmp_path / "beltrepro"
+    sources = {
+        "__init__.py": "from beltrepro.simulation import simulate",
+        "simulation.py": "from beltrepro.engine import driver\nimport numpy",
+        "engine/__init__.py": "",
+        "engine/driver.py": "def go():\n    from . import fast\n    from .slow import step",
+        "engine/fast.py": "",
+        "engine/slow.py": "from beltrepro.law import force",
+        "law.py": "",
+        "figures/__init__.py": "",
+        "figures/style.py": "import beltrepro.law",
+        "figures/one.py": "from beltrepro.figures.style import save",
+        "figures/two.py": "from beltrepro.figures import style",
+        "figures/paper.mplstyle": "",
+    }
+    for name, text in sources.items():
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return root
+
+
+def test_code_hash_follows_imports(package):
+    closure = provenance.module_closure("beltrepro.simulation", root=package)
+    names = ["engine", "engine.driver", "engine.fast", "engine.slow", "law", "simulation"]
+    assert closure == {f"beltrepro.{name}" for name in names}
+
+
+@pytest.mark.parametrize(
+    ("touched", "reruns"),
+    [
+        ("engine/fast.py", {"simulation"}),
+        ("engine/slow.py", {"simulation", "simulation without fast"}),
+        ("law.py", {"simulation", "simulation without fast", "one", "two"}),
+        ("figures/one.py", {"one"}),
+        ("figures/paper.mplstyle", {"one", "two"}),
+        ("__init__.py", set()),
+    ],
+)
+def test_code_hash_changes_with_what_it_covers_and_nothing_else(package, touched, reruns):
+    def hashes():
+        code_hash = provenance.code_hash
+        simulation, fast = "beltrepro.simulation", ("beltrepro.engine.fast",)
+        return {
+            "simulation": code_hash(simulation, root=package),
+            "simulation without fast": code_hash(simulation, without=fast, root=package),
+            "one": code_hash("beltrepro.figures.one", root=package),
+            "two": code_hash("beltrepro.figures.two", root=package),
+        }
+
+    before = hashes()
+    assert before == hashes()
+    with (package / touched).open("a") as file:
+        file.write("\n# touched\n")
+    after = hashes()
+    assert {name for name in before if before[name] != after[name]} == reruns
+
+
+def test_code_hash_of_a_script_changes_with_its_text(package, tmp_path):
+    module, script = "beltrepro.figures.one", tmp_path / "draw.py"
+    script.write_text("1")
+    before = provenance.code_hash(module, script=script, root=package)
+    assert before != provenance.code_hash(module, root=package)
+    script.touch()
+    assert before == provenance.code_hash(module, script=script, root=package)
+    script.write_text("2")
+    assert before != provenance.code_hash(module, script=script, root=package)
+
+
+def test_caches_do_not_count_as_code(package):
+    before = provenance.code_hash("beltrepro.figures.one", root=package)
+    cache = package / "figures" / "__pycache__" / "one.pyc"
+    cache.parent.mkdir()
+    cache.write_text("")
+    (package / "figures" / "kernel.nbi").write_text("")
+    assert provenance.code_hash("beltrepro.figures.one", root=package) == before
+
+
+@pytest.fixture
+def checkout(tmp_path, monkeypatch):
+    """A git checkout with the package in src/beltrepro; functions that remember forget."""
+    root = tmp_path / "src" / "beltrepro"
+    root.mkdir(parents=True)
+    (root / "a.py").write_text("")
+    monkeypatch.setattr(provenance, "ROOT", root)
+    monkeypatch.setattr(provenance, "version", lambda package: "1.2")
+    provenance.code_version.cache_clear()
+    yield root
+    provenance.code_version.cache_clear()
+
+
+def git(tree, *arguments):
+    names = ["-c", "user.name=a", "-c", "user.email=a@b"]
+    done = subprocess.run(
+        ["git", "-C", str(tree), *names, *arguments], capture_output=True, text=True, check=True
+    )
+    return done.stdout.strip()
+
+
+def test_code_version_names_the_commit_and_changes_to_it(checkout):
+    tree = checkout.parents[1]
+    assert provenance.code_version() == "1.2"  # no checkout
+    git(tree, "init", "-q")
+    git(tree, "add", ".")
+    git(tree, "commit", "-qm", "first")
+    commit = git(tree, "rev-parse", "HEAD")[:12]
+    for text, ending in ((None, ""), ("new = 1\n", ".dirty")):
+        if text:
+            (checkout / "a.py").write_text(text)
+        provenance.code_version.cache_clear()
+        assert provenance.code_version() == f"1.2+g{commit}{ending}"
+    git(tree, "commit", "-qam", "second")
+    (tree / "notes.txt").write_text("files that git does not follow change nothing")
+    provenance.code_version.cache_clear()
+    assert provenance.code_version() == f"1.2+g{git(tree, 'rev-parse', 'HEAD')[:12]}"
+
+
+def test_a_hash_knows_names_of_modules_and_of_files(package):
+    """The same texts elsewhere are other code; a module that is not there counts by its name."""
+    hashes = {provenance.code_hash("beltrepro.law", root=package)}
+    hashes.add(provenance.code_hash("beltrepro.engine.fast", root=package))
+    hashes.add(provenance.code_hash("beltrepro.missing", root=package))
+    hashes.add(provenance.code_hash("beltrepro.missing2", root=package))
+    assert len(hashes) == 4 and {len(each) for each in hashes} == {16}
+    before = provenance.code_hash("beltrepro.figures.one", root=package)
+    (package / "figures" / "paper.mplstyle").rename(package / "figures" / "other.mplstyle")
+    assert provenance.code_hash("beltrepro.figures.one", root=package) != before
+
+
+def test_imports_of_every_form_are_followed(package):
+    forms = {
+        "import beltrepro.law": {"law"},
+        "import beltrepro.engine.fast as quick, json": {"engine", "engine.fast"},
+        "from beltrepro.engine import fast, driver": {
+            "engine", "engine.fast", "engine.driver", "engine.slow", "law"
+        },
+        "from .engine import slow": {"engine", "engine.slow", "law"},
+        "from . import law": {"law"},
+        "from .law import force": {"law"},
+        "import numpy\nfrom scipy import stats\nfrom beltreprox import a": set(),
+        "if True:\n    class A:\n        from beltrepro import law": {"law"},
+    }  # fmt: skip
+    for text, expected in forms.items():
+        (package / "new.py").write_text(text)
+        found = provenance.module_closure("beltrepro.new", root=package)
+        names = {name.removeprefix("beltrepro.") for name in found} - {"new", "beltrepro"}
+        assert names == expected, text
+    deep = package / "engine" / "deep.py"
+    deep.write_text("from ..law import force\nfrom .fast import step")
+    found = provenance.module_closure("beltrepro.engine.deep", root=package)
+    assert found == {f"beltrepro.{n}" for n in ("engine", "engine.deep", "engine.fast", "law")}
+
+
+def test_data_of_a_package_count_wherever_they_lie(package):
+    def touched(*parts):
+        path = package.joinpath("figures", *parts)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        before = provenance.code_hash("beltrepro.figures.one", root=package)
+        path.write_text("text")
+        return provenance.code_hash("beltrepro.figures.one", root=package) != before
+
+    assert touched("templates", "page.j2") and touched("style.css")
+    assert not any(touched(name) for name in (".hidden", "x.pyc", "x.nbc", "not_imported.py"))
+    assert not touched(".cache", "page.j2") and not touched("__pycache__", "x.txt")
+
+
+# What numba compiles, by the decorators of `beltrepro.engine.vector` or by calls of them.
+COMPILED = re.compile(r"^@(kernel|allocating_kernel|inlined)$|= inlined\(", re.M)
+
+
+def outside_sources():
+    """Files outside the engine whose functions and constants its kernels are made of.
+
+    A class of Python cannot be in a kernel; what else a module with kernels imports may be.
+    """
+    found = set()
+    for path in ENGINE.glob("*.py"):
+        text = path.read_text()
+        if not COMPILED.search(text):
+            continue
+        for node in ast.walk(ast.parse(text)):
+            origin = getattr(node, "module", None) or ""
+            if not origin.startswith("beltrepro.") or origin.startswith("beltrepro.engine"):
+                continue
+            module = importlib.import_module(origin)
+            if any(not inspect.isclass(getattr(module, alias.name)) for alias in node.names):
+                found.add(Path(module.__file__))
+    return found
+
+
+def test_compiled_kernels_are_keyed_by_all_sources_they_are_made_of(monkeypatch):
+    contents = {path: path.read_bytes() for path in {*ENGINE.glob("*.py"), *outside_sources()}}
+    assert {path.name for path in outside_sources()} == {"accuracy.py", "friction.py"}
+    changed = None
+    monkeypatch.setattr(
+        Path, "read_bytes", lambda path: contents[path] + (b"#" if path == changed else b"")
+    )
+    version = vector._engine_version.__wrapped__
+    usual = version()
+    for changed in contents:
+        assert version() != usual, changed

@@ -1,0 +1,439 @@
+"""What people give to the commands: each input is measured right, or refused in one line."""
+
+import json
+import os
+import time
+from fractions import Fraction
+
+import av
+import cv2
+import numpy as np
+import pytest
+
+from beltrepro.cli import app as cli
+from beltrepro.replication.camera import Camera, Scene
+from beltrepro.replication.camera.camera import View, pictures
+from beltrepro.replication.camera.tables import read_track
+from beltrepro.replication.camera.video import Frame, write_video
+from filming import FRAMES_PER_SECOND, swaying
+
+MOVEMENT = swaying(2.0)
+CAMERA = Camera(width=480, height=88)
+SCALE = View.of(MOVEMENT, Scene(), CAMERA).metres_per_pixel
+LEFT = View.of(MOVEMENT, Scene(), CAMERA).left
+WHOLE = np.array([f.picture for f in pictures(MOVEMENT, camera=CAMERA)])
+TRUE = MOVEMENT.x_m[:, -1]
+SECONDS = 5.0  # in which a command must answer
+
+
+def run(capsys, *words):
+    """Exit status, and what the command wrote to stdout and stderr."""
+    begin = time.process_time()
+    try:
+        status = cli.main([str(word) for word in words])
+    except SystemExit as stop:  # argparse
+        status = stop.code
+    assert time.process_time() - begin < SECONDS
+    return (status, *capsys.readouterr())
+
+
+def refused(answer, path, words):
+    """Check that the answer is one line that names the file and says `words`."""
+    status, out, err = answer
+    assert (status, out) == (2, ""), err
+    assert err.startswith("error: ")
+    assert err.count("\n") == 1
+    assert str(path) in err
+    assert any(word in err for word in words.split("|")), err
+
+
+def written(path, frames, times=None):
+    """A film of some pictures."""
+    times = np.arange(len(frames)) / FRAMES_PER_SECOND if times is None else times
+    film = (Frame(t, np.ascontiguousarray(f)) for t, f in zip(times, frames, strict=True))
+    write_video(path, film, frames_per_second=FRAMES_PER_SECOND)
+    return path
+
+
+def encoded(path, frames, codec, pixels, *, container=None, **options):
+    """A film by any codec."""
+    with av.open(str(path), "w", options=container or {}) as container:
+        stream = container.add_stream(codec, rate=24, options=options)
+        stream.height, stream.width = frames[0].shape[:2]
+        stream.pix_fmt = pixels
+        for picture in frames:
+            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="gray")
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    return path
+
+
+def tracked(capsys, path, folder, *options):
+    """The table of a film that is tracked: x in metres, and what the command told."""
+    output = ["--output", folder / "a.csv", "--force"]
+    status, out, err = run(capsys, "track", path, *output, "--json", *options)
+    assert status == 0, err
+    (time_s, x_m, _), _ = read_track(folder / "a.csv")
+    return time_s, x_m, json.loads(out)
+
+
+# --- films that are measured right ----------------------------------------------------------------
+
+
+def shaded(frames):
+    """A lens that darkens the corners and shows a square as a trapezium, by a little."""
+    height, width = frames[0].shape
+    corners = np.array([[0, 0], [width, 0], [width, height], [0, height]], np.float32)
+    moved = corners + np.array([[0, 0.2], [0, -0.2], [0, 0.2], [0, -0.2]], np.float32)
+    tilt = cv2.getPerspectiveTransform(corners, moved)
+    across, along = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
+    dark = 1 - 0.15 * (along**2 + across**2)
+    return [
+        (cv2.warpPerspective(f, tilt, (width, height), borderMode=1) * dark).astype(np.uint8)
+        for f in frames
+    ]
+
+
+def covered(frames):
+    """A hand over the block in some frames."""
+    frames = frames.copy()
+    frames[20:26, :60, 200:] = 150
+    return frames
+
+
+def tape_partly_hidden(frames):
+    """Something dark on the tape."""
+    frames = frames.copy()
+    frames[:, 64:, 200:260] = 40
+    return frames
+
+
+QUIET = {"x265-params": "log-level=none", "preset": "superfast"}
+LIVE = {"cpu-used": "8", "deadline": "realtime", "crf": "20", "b": "0"}
+DEEP = "yuv420p10le"
+FINE = {"qmin": "2", "qmax": "3"}
+RIGHT = {
+    "as it is": lambda path: written(path, WHOLE),
+    "upside down": lambda path: written(path, WHOLE[:, ::-1, ::-1]),
+    "mirrored": lambda path: written(path, WHOLE[:, :, ::-1]),
+    "upside down and mirrored": lambda path: written(path, WHOLE[:, ::-1]),
+    "odd sizes": lambda p: encoded(p.with_suffix(".mkv"), WHOLE[:, :87, :479], "ffv1", "gray"),
+    "hand": lambda path: written(path, covered(WHOLE)),
+    "tape partly hidden": lambda path: written(path, tape_partly_hidden(WHOLE)),
+    "vignetting and perspective": lambda path: written(path, shaded(WHOLE)),
+    "gif": lambda path: encoded(path.with_suffix(".gif"), WHOLE, "gif", "gray"),
+    "h265": lambda p: encoded(p, WHOLE, "libx265", "yuv420p", **QUIET),
+    "h265 10 bit": lambda p: encoded(p.with_suffix(".mov"), WHOLE, "libx265", DEEP, **QUIET),
+    "vp9": lambda p: encoded(p.with_suffix(".webm"), WHOLE, "libvpx-vp9", "yuv420p", **LIVE),
+    "mjpeg": lambda p: encoded(p.with_suffix(".avi"), WHOLE, "mjpeg", "yuvj420p", **FINE),
+    "mpeg4": lambda p: encoded(p.with_suffix(".avi"), WHOLE, "mpeg4", "yuv420p", **FINE),
+    "transport stream": lambda p: encoded(p.with_suffix(".ts"), WHOLE, "libx264", "yuv420p"),
+}  # fmt: skip
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("kind", RIGHT)
+def test_films_that_are_measured_right(tmp_path, capsys, kind):
+    path = RIGHT[kind](tmp_path / "film.mp4")
+    time_s, x_m, told = tracked(capsys, path, tmp_path)
+    assert len(x_m) >= len(TRUE) - 6
+    # A gif tells instants in hundredths of a second.
+    times = np.round(time_s * FRAMES_PER_SECOND) / FRAMES_PER_SECOND
+    true = np.interp(times, MOVEMENT.time_s, TRUE)
+    error = (x_m - true) / SCALE
+    assert abs(error.mean()) < 0.5
+    assert error.std() < 0.3
+    assert told["metres_per_pixel"] == pytest.approx(SCALE, rel=2e-3)
+    assert x_m.std() / x_m.mean() == pytest.approx(true.std() / true.mean(), rel=5e-3)
+
+
+# --- films that are not ---------------------------------------------------------------------------
+
+
+def shape(kind, size=(88, 480), value=0):
+    """Pictures of one brightness."""
+    return np.full((kind, *size), value, np.uint8)
+
+
+def cut(path, share, *, index_first):
+    """A film of which only the beginning was copied, with its index before or after the frames."""
+    options = {"movflags": "faststart"} if index_first else {}
+    encoded(path, WHOLE, "libx264", "yuv420p", container=options)
+    whole = path.read_bytes()
+    return kept(path, whole[: int(share * len(whole))])
+
+
+def without_tape(frames):
+    """Without the tape."""
+    frames = frames.copy()
+    frames[:, 64:] = 28
+    return frames
+
+
+def without_springs():
+    """Springs as bright as the belt."""
+    hidden = Scene(spring=Scene().belt)
+    return [each.picture for each in pictures(MOVEMENT, scene=hidden, camera=CAMERA)]
+
+
+def second_white(frames):
+    """With another white block, ahead of the last one."""
+    frames = frames.copy()
+    frames[:, 9:61, 440:466] = 235
+    return frames
+
+
+def always_covered(frames):
+    """A hand over all of the blocks' way."""
+    frames = frames.copy()
+    frames[:, :60, 100:] = 150
+    return frames
+
+
+def without_white(frames):
+    """All blocks as dark as the others."""
+    return np.where(frames > 215, 10, frames).astype(np.uint8)
+
+
+def packets(path, frames, times):
+    """A film whose packets have the instants that are told, whatever they are."""
+    path = path.with_suffix(".mkv")
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mjpeg", rate=24)
+        stream.height, stream.width, stream.pix_fmt = 88, 480, "yuvj420p"
+        for order, (picture, pts) in enumerate(zip(frames, times, strict=True)):
+            encoder = av.CodecContext.create("mjpeg", "w")
+            encoder.height, encoder.width = picture.shape
+            encoder.pix_fmt, encoder.time_base = "yuvj420p", Fraction(1, 24)
+            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="gray")
+            for packet in encoder.encode(frame) + encoder.encode():
+                packet.stream, packet.time_base = stream, Fraction(1, 24)
+                packet.pts, packet.dts = pts, min(order, pts)
+                container.mux(packet)
+    return path
+
+
+def changing(path):
+    """A film whose pictures get larger on the way."""
+    frames = [*WHOLE[:4], *(np.tile(each, (2, 2)) for each in WHOLE[:4])]
+    return packets(path, frames, range(8))
+
+
+def backwards(path):
+    """Instants that go back."""
+    times = np.arange(len(WHOLE)) + 60
+    times[20] = 70
+    return packets(path, WHOLE, times.tolist())
+
+
+def sound(path):
+    """Only sound."""
+    path = path.with_suffix(".m4a")
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("aac", rate=8000, layout="mono")
+        samples = av.AudioFrame.from_ndarray(np.zeros((1, 4096), np.float32), "fltp", "mono")
+        samples.sample_rate = 8000
+        container.mux(stream.encode(samples))
+        container.mux(stream.encode())
+    return path
+
+
+def kept(path, content):
+    """A file with some bytes."""
+    path.write_bytes(content)
+    return path
+
+
+def picture_file(path, suffix):
+    """A still picture."""
+    path = path.with_suffix(suffix)
+    cv2.imwrite(str(path), WHOLE[0])
+    return path
+
+
+WRONG = {
+    "missing": (lambda path: path, "No such file"),
+    "a folder": (lambda path: path.parent, "directory"),
+    "text": (lambda path: kept(path, b"time_s,x_m\n0,1\n"), "not a video"),
+    "empty": (lambda path: kept(path, b""), "not a video"),
+    "random bytes": (lambda p: kept(p, np.random.default_rng(1).bytes(20000)), "not a video"),
+    "only the header": (lambda path: cut(path, 0.2, index_first=True), "no frame|not a video"),
+    "broken off": (lambda path: cut(path, 0.6, index_first=False), "not a video"),
+    "sound": (sound, "no video"),
+    "png": (lambda path: picture_file(path, ".png"), "a single picture"),
+    "jpg": (lambda path: picture_file(path, ".jpg"), "a single picture"),
+    "one frame": (lambda path: written(path, WHOLE[:1]), "1 of the frames"),
+    "black": (lambda path: written(path, shape(12)), "no white block"),
+    "white": (lambda path: written(path, shape(12, value=255)), "no white block"),
+    "tiny": (lambda path: written(path, shape(12, (16, 16), 99)), "no white block"),
+    "huge": (
+        lambda p: encoded(p.with_suffix(".mkv"), shape(1, (6000, 6000)), "ffv1", "gray"),
+        "6000 x 6000",
+    ),
+    "changing size": (changing, "another size"),
+    "no white block": (lambda path: written(path, without_white(WHOLE)), "film a white block"),
+    "two white blocks": (lambda path: written(path, second_white(WHOLE)), "2 white blocks"),
+    "a hand all the time": (
+        lambda path: written(path, always_covered(WHOLE)),
+        "film a white block",
+    ),
+    "no spring": (lambda path: written(path, without_springs()), "--support left or right"),
+    "no tape": (lambda path: written(path, without_tape(WHOLE)), "no tape measure"),
+    "tape without its end": (lambda path: written(path, WHOLE[:, :, 60:]), "--first-mark"),
+    "on its side": (lambda path: written(path, np.rot90(WHOLE, axes=(1, 2))), "left to right"),
+    "time goes back": (backwards, "earlier than"),
+}
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("kind", WRONG)
+def test_films_that_are_refused(tmp_path, capsys, kind):
+    make, words = WRONG[kind]
+    path = make(tmp_path / "film.mp4")
+    refused(run(capsys, "track", path, "--output", tmp_path / "a.csv"), path, words)
+    assert not (tmp_path / "a.csv").exists()
+
+
+def test_a_film_that_breaks_off_is_measured_up_to_there(tmp_path, capsys):
+    path = cut(tmp_path / "film.mp4", 0.7, index_first=True)
+    _, x_m, _ = tracked(capsys, path, tmp_path)
+    assert 12 <= len(x_m) < len(TRUE)
+    np.testing.assert_allclose(x_m, TRUE[: len(x_m)], atol=0.3 * SCALE)
+
+
+def test_two_frames_are_measured(tmp_path, capsys):
+    _, x_m, _ = tracked(capsys, written(tmp_path / "film.mp4", WHOLE[:2]), tmp_path)
+    np.testing.assert_allclose(x_m, TRUE[:2], atol=0.3 * SCALE)
+
+
+def test_a_block_that_leaves_the_picture_is_told(tmp_path, capsys):
+    edge = int(LEFT + TRUE.mean() / SCALE) + 14
+    frames = WHOLE[:, :, : edge - edge % 2]
+    time_s, x_m, told = tracked(capsys, written(tmp_path / "film.mp4", frames), tmp_path)
+    np.testing.assert_allclose(x_m, np.interp(time_s, MOVEMENT.time_s, TRUE), atol=0.3 * SCALE)
+    beyond = frames.shape[2] < LEFT + (TRUE + 0.02) / SCALE
+    lost = np.zeros(len(TRUE), bool)
+    for begin, end in told["lost_s"]:
+        lost |= (MOVEMENT.time_s > begin - 1e-3) & (MOVEMENT.time_s < end + 1e-3)
+    assert lost[beyond].all()
+    assert lost.sum() < beyond.sum() + 12
+
+
+def test_frames_that_are_repeated_count_once(tmp_path, capsys):
+    numbers = [each for each in range(len(WHOLE)) for _ in range(1 + (each % 7 == 0))]
+    path = packets(tmp_path / "film.mkv", WHOLE[numbers], numbers)
+    _, x_m, _ = tracked(capsys, path, tmp_path)
+    assert len(x_m) == len(WHOLE)
+    np.testing.assert_allclose(x_m, TRUE, atol=0.3 * SCALE)
+
+
+def test_a_frozen_film_stands_still(tmp_path, capsys):
+    path = written(tmp_path / "film.mp4", np.repeat(WHOLE[:1], 30, axis=0))
+    _, x_m, _ = tracked(capsys, path, tmp_path)
+    np.testing.assert_allclose(x_m, TRUE[0], atol=0.3 * SCALE)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--scale=0"], "metres_per_pixel = 0"),
+        (["--scale=-0.002"], "metres_per_pixel = -0.002"),
+        (["--scale=nan"], "metres_per_pixel"),
+        ([f"--scale={SCALE * 100}"], "metres_per_pixel"),
+        ([f"--scale={SCALE / 100}"], "no white block"),
+        (["--output=film.mp4"], "must end in .csv"),
+        (["--output=."], "folder"),
+        (["--output=/proc/a.csv"], "/proc/a.csv"),
+        (["--output=no/such/folder/a.csv"], "folder"),
+        (["--support=up"], "left, right, auto"),
+    ],
+)
+def test_options_of_track_that_are_refused(tmp_path, capsys, monkeypatch, options, words):
+    monkeypatch.chdir(tmp_path)
+    written(tmp_path / "film.mp4", WHOLE[:12])
+    before = (tmp_path / "film.mp4").read_bytes()
+    refused(run(capsys, "track", "film.mp4", "--output=a.csv", *options), "", words)
+    assert (tmp_path / "film.mp4").read_bytes() == before
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
+def test_a_film_without_permission_is_refused(tmp_path, capsys):
+    path = written(tmp_path / "film.mp4", WHOLE[:2])
+    path.chmod(0)
+    refused(run(capsys, "track", path, "--output", tmp_path / "a.csv"), path, "Permission")
+
+
+def test_a_table_that_exists_is_replaced_only_by_force(tmp_path, capsys):
+    (tmp_path / "a.csv").write_text("old\n")
+    path = written(tmp_path / "film.mp4", WHOLE[:12])
+    found = run(capsys, "track", path, "--output", tmp_path / "a.csv")
+    refused(found, tmp_path / "a.csv", "--force overwrites it")
+    assert (tmp_path / "a.csv").read_text() == "old\n"
+    _, x_m, _ = tracked(capsys, path, tmp_path)
+    assert len(x_m) == 12
+
+
+# --- tables ---------------------------------------------------------------------------------------
+
+TIMES = np.arange(80) / 24
+PLACES = 0.8 + 0.01 * (np.arange(80) % 9)
+
+
+def table(time_s=TIMES, x_m=PLACES, header="time_s,x_m"):
+    """The text of a recording."""
+    rows = (f"{t},{x}" for t, x in zip(time_s, x_m, strict=True))
+    return "\n".join([header, *rows]) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "lacks the column"),
+        (table(header="t,x"), "lacks the column time_s, x_m"),
+        (table(header="time_s,x_cm"), "lacks the column x_m"),
+        (table(x_m=["fast", *PLACES[1:]]), "'fast' is not a number"),
+        (table(x_m=["nan", *PLACES[1:]]), "x_m in row 1"),
+        (table(TIMES[:1], PLACES[:1]), "1 sample"),
+        (table(TIMES[::-1]), "time_s in row 2 is not later"),
+        (table(np.repeat(TIMES[::2], 2)), "time_s in row 2 is not later"),
+        (table(x_m=[-0.1, *PLACES[1:]]), "measured from the support"),
+        (table(x_m=100 * PLACES), "become metres"),
+        (table(x_m=1000 * PLACES), "become metres"),
+        (table().replace(",", " "), "lacks the column"),
+        (b"\x89PNG\r\n\xff\xfe", "not a text file"),
+    ],
+)
+def test_tables_that_are_refused(tmp_path, capsys, text, words):
+    path = tmp_path / "a.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    refused(run(capsys, "analyse", path), path, words)
+
+
+def test_a_film_is_no_table(tmp_path, capsys):
+    path = written(tmp_path / "film.mp4", WHOLE[:2])
+    refused(run(capsys, "analyse", path), path, "not a text file")
+
+
+# --- what is written ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", ["film", "watch"])
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--output=a.txt"], "must end in"),
+        (["--output=."], "folder|must end in"),
+        (["--output=no/such/folder/a.mp4"], "folder"),
+        (["--output=/proc/a.mp4"], "/proc/a.mp4"),
+        (["--duration=nan", "--output=a.mp4"], "duration"),
+        (["--duration=-5", "--output=a.mp4"], "duration"),
+        (["--belt-velocity=nan", "--output=a.mp4"], "belt_velocity"),
+        (["--n-blocks=0", "--output=a.mp4"], "n_blocks"),
+        (["--transient=-1", "--output=a.mp4"], "transient"),
+    ],
+)
+def test_films_that_are_not_made(tmp_path, capsys, monkeypatch, command, options, words):
+    monkeypatch.chdir(tmp_path)
+    chain = ["--n-blocks=2", "--belt-velocity=15", "--duration=5"]
+    refused(run(capsys, command, *chain, *options), "", words)
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,134 @@
+"""Recordings of the last block: r, quiet stretches and spectra of series with known answers."""
+
+import numpy as np
+import pytest
+
+from beltrepro.replication.camera.recording import FIT_TO_HZ, analyse, regimes
+from beltrepro.replication.studies.experiment.recording_figure import draw_recording
+from beltrepro.stats.errors import NotEnoughDataError
+
+RATE = 24.0
+
+
+def instants(seconds):
+    return np.arange(round(seconds * RATE)) / RATE
+
+
+def bursts(seconds=200.0, quiet=((40.0, 100.0), (150.0, 158.0))):
+    """Swings of 15 cm about 90 cm, of 5 mm in the quiet stretches."""
+    time = instants(seconds)
+    calm = np.any([(time >= begin) & (time < end) for begin, end in quiet], axis=0)
+    return time, 0.9 + np.where(calm, 0.005, 0.15) * np.sin(2 * np.pi * 0.5 * time)
+
+
+def test_r_of_a_sine_is_its_amplitude_over_root_two_and_the_mean():
+    time = instants(100.0)
+    found = analyse(time, 0.9 + 0.1 * np.sin(2 * np.pi * 0.5 * time))
+    assert found.disorder_parameter == pytest.approx(0.1 / np.sqrt(2) / 0.9, rel=1e-3)
+    assert found.mean_length == pytest.approx(0.9, rel=1e-4)
+    assert found.observed_s == pytest.approx(100.0, rel=1e-3)
+    assert (found.minimum_length, found.maximum_length) == pytest.approx((0.8, 1.0), abs=1e-4)
+
+
+def test_means_are_over_time_and_not_over_frames():
+    # Twenty frames a second for the first half at 0.8 m, forty for the other at 1 m; then a gap.
+    time = np.concatenate([np.arange(0, 50, 0.05), np.arange(50, 100, 0.025), [200.0]])
+    position = np.where(time < 50, 0.8, 1.0)
+    found = analyse(time, position)
+    assert found.mean_length == pytest.approx(0.9, rel=2e-3)
+    assert found.disorder_parameter == pytest.approx(0.1 / 0.9, rel=5e-3)
+    assert found.observed_s == pytest.approx(100, rel=2e-3)  # the gap counts for nothing
+
+
+def test_dropped_frames_change_r_by_less_than_a_percent():
+    time, position = bursts()
+    kept = np.random.default_rng(3).random(time.size) > 0.1
+    whole, part = analyse(time, position), analyse(time[kept], position[kept])
+    assert part.disorder_parameter == pytest.approx(whole.disorder_parameter, rel=0.01)
+    assert part.small_share == pytest.approx(whole.small_share, abs=0.01)
+
+
+def test_regimes_are_those_of_the_analysis():
+    whole, part = analyse(*bursts()), regimes(*bursts())
+    for name in ("disorder_parameter", "mean_length", "observed_s", "small_share", "lasting_share"):
+        assert getattr(part, name) == getattr(whole, name)
+    np.testing.assert_array_equal(part.small_s, whole.small_s)
+    # the quiet stretch of 8 s is too short to last and belongs to what lies around it
+    np.testing.assert_allclose(part.lasting_s, [[40, 100]], atol=1.3)
+    np.testing.assert_allclose(part.lively_s, [[0, 40], [100, 200]], atol=1.3)
+    with pytest.raises(NotEnoughDataError, match="10 samples, 32 are needed"):
+        regimes(np.arange(10.0), np.ones(10))
+
+
+def test_quiet_stretches_are_found_and_only_long_ones_last():
+    found = analyse(*bursts())
+    # A window of 5 s that holds a second of the burst can still be quiet.
+    np.testing.assert_allclose(found.small_s, [[40, 100], [150, 158]], atol=1.3)
+    assert found.small_share == pytest.approx(68 / 200, abs=0.03)
+    assert found.lasting_share == pytest.approx(60 / 200, abs=0.015)
+    assert analyse(*bursts(), lasting_s=5.0).lasting_share == found.small_share
+    assert analyse(*bursts(), quiet=0.2).small_share == 1.0
+    assert analyse(*bursts(), quiet=0.001).small_share == 0.0
+
+
+def test_the_transient_is_left_out():
+    time, position = bursts()
+    found = analyse(time + 7, np.where(time < 40, 3.0, position), transient_s=40.0)
+    assert found.time_s[0] == pytest.approx(47.0)
+    assert found.maximum_length < 1.1
+
+
+def test_spectra_of_the_parts_have_their_frequencies():
+    time, position = bursts()
+    quiet = (time >= 40) & (time < 100)
+    position[quiet] = 0.9 + 0.005 * np.sin(2 * np.pi * 1.5 * time[quiet])
+    found = analyse(time, position)
+    assert set(found.spectra) == {"whole", "small", "large"}
+    small, large = found.spectra["small"], found.spectra["large"]
+    assert small.frequency_hz[small.power.argmax()] == pytest.approx(1.5, abs=0.02)
+    assert large.frequency_hz[large.power.argmax()] == pytest.approx(0.5, abs=0.03)
+    assert small.begin_s == pytest.approx(40, abs=1.3)
+
+
+@pytest.mark.parametrize("exponent", [-1.0, -2.0])
+def test_the_exponent_of_coloured_noise_is_found(exponent):
+    # 12 draws, error of each about 0.06: a mean off by 0.1 is five of its standard errors.
+    time, random = instants(400.0), np.random.default_rng(8)
+    frequency = np.fft.rfftfreq(time.size, 1 / RATE)[1:]
+    exponents = []
+    for _ in range(12):
+        waves = frequency ** (exponent / 2) * random.normal(size=(2, frequency.size))
+        noise = np.fft.irfft(np.concatenate([[0], waves[0] + 1j * waves[1]]), time.size)
+        law = analyse(time, 0.9 + 0.05 * noise / noise.std()).spectra["whole"].law
+        assert law.high == FIT_TO_HZ
+        exponents.append(law.exponent)
+    assert np.mean(exponents) == pytest.approx(exponent, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("time", "position", "words"),
+    [
+        (np.arange(20.0), np.ones(20), "32 are needed"),
+        (np.arange(40.0), np.ones(39), "as many instants"),
+        (np.arange(40.0), np.full(40, np.nan), "finite"),
+        (np.zeros(40), np.ones(40), "rise"),
+        (np.arange(40.0), -np.ones(40), "measured from the support"),
+    ],
+)
+def test_too_few_or_wrong_data_are_refused_in_a_line(time, position, words):
+    with pytest.raises(NotEnoughDataError, match=words) as caught:
+        analyse(time, position)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_figure_shows_the_track_above_spectra_of_its_parts():
+    found = analyse(*bursts())
+    figure = draw_recording(found)
+    above, *below = figure.axes
+    assert len(below) == 3
+    time, position = above.lines[0].get_data()
+    np.testing.assert_array_equal(time, found.time_s)
+    np.testing.assert_allclose(position, 100 * found.x_m)
+    for axes in below:
+        assert axes.get_xscale() == axes.get_yscale() == "log"
+    assert len(draw_recording(analyse(*bursts(quiet=()))).axes) == 2  # one part, which is the whole

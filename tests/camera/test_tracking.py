@@ -1,0 +1,376 @@
+"""Tracking: places to parts of a pixel, in films of the package and of another renderer."""
+
+import math
+
+import av
+import cv2
+import numpy as np
+import pytest
+
+from beltrepro import ChainParameters, simulate
+from beltrepro.base.errors import InputError
+from beltrepro.model.units import TIME_S
+from beltrepro.replication.camera import Camera, Movement, Scene, film, track
+from beltrepro.replication.camera.camera import View
+from beltrepro.replication.camera.video import Frame, read_video, write_video
+from filming import OtherRenderer, swaying
+
+CLEAN = Camera(blur=0, sensor_noise=0, light_unevenness=0, light_drift=0, compression=10)
+POOR = Camera(
+    blur=1.2, sensor_noise=6, light_unevenness=0.3, light_drift=0.3, dropped=0.02, angle=1.5
+)
+
+
+def errors(found, time_s, x_m, scale):
+    """Errors of a track in pixels, at the frames it has."""
+    frame = np.searchsorted(time_s, found.time_s - 1e-3)
+    np.testing.assert_allclose(time_s[frame], found.time_s, atol=1e-3)
+    return (found.x_m - x_m[frame]) / scale
+
+
+def rms(values):
+    return math.sqrt(np.mean(np.square(values)))
+
+
+def tracked(movement, camera, path, **how):
+    """The track of a film of a movement, its errors in pixels, and the true scale."""
+    film(movement, path, camera=camera)
+    found = track(path, **how)
+    scale = View.of(movement, Scene(), camera).metres_per_pixel
+    return found, errors(found, movement.time_s, movement.x_m[:, -1], scale), scale
+
+
+@pytest.mark.parametrize(("camera", "limit"), [(CLEAN, 0.2), (Camera(), 0.2), (POOR, 1.0)])
+def test_the_block_is_placed_to_parts_of_a_pixel(tmp_path, camera, limit):
+    movement = swaying(4.0)
+    found, error, scale = tracked(movement, camera, tmp_path / "film.mp4")
+    assert rms(error) < limit
+    assert len(found.time_s) > 0.9 * len(movement.time_s)
+    assert found.metres_per_pixel == pytest.approx(scale, rel=2e-3)
+    assert found.angle == pytest.approx(camera.angle, abs=0.1)
+    # The error told is that of the scatter about the mean, within a factor of three.
+    assert rms(error - error.mean()) < 3 * np.median(found.error_m) / scale
+    assert np.median(found.error_m) / scale < 0.2
+
+
+def test_r_of_the_film_is_r_of_the_run(tmp_path):
+    run = simulate(
+        ChainParameters(5, 15.3, 1.0),
+        duration=340.0,
+        transient=200.0,
+        method="event",
+        sample_interval=1 / 24 / TIME_S,
+        sample_start=200.0,
+    )
+    film(run, tmp_path / "film.mp4", camera=POOR)
+    found = track(tmp_path / "film.mp4")
+    frame = np.rint(found.time_s * 24).astype(int)
+    x = run.positions[frame, -1]
+    r = found.x_m.std() / found.x_m.mean()
+    assert r == pytest.approx(x.std() / x.mean(), rel=0.01)
+    assert run.positions[:, -1].std() / run.positions[:, -1].mean() == pytest.approx(r, rel=0.05)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("angle", [2.0, -6.0])
+def test_the_film_of_another_renderer_is_tracked_as_well(tmp_path, angle):
+    movement = swaying(1.4, frames_per_second=30.0, farthest=0.65)
+    other = OtherRenderer(angle)
+    other.film(movement.x_m, tmp_path / "other.mp4")
+    found = track(tmp_path / "other.mp4")
+    error = errors(found, movement.time_s, movement.x_m[:, -1], other.SCALE)
+    assert len(found.time_s) == len(movement.time_s)
+    assert found.metres_per_pixel == pytest.approx(other.SCALE, rel=1e-3)
+    assert found.angle == pytest.approx(angle, abs=0.1)
+    assert rms(error - error.mean()) < 0.2
+    assert abs(error.mean()) < 0.5  # the zero mark is at the end of the tape
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        Scene(tape=30, mark=240, belt=30),  # bright marks on a dark tape
+        Scene(belt=160, block=30, white_block=250, tape=230),  # a bright belt
+        Scene(belt=90, block=60, white_block=170, tape=150, mark=80, spring=110),  # little contrast
+        Scene(white_block=255, tape=255, spring=250),  # springs as bright as the block
+    ],
+)
+def test_other_colours(tmp_path, scene):
+    movement = swaying(0.6)
+    film(movement, tmp_path / "film.mp4", scene=scene)
+    found = track(tmp_path / "film.mp4")
+    scale = View.of(movement, scene, Camera()).metres_per_pixel
+    assert len(found.time_s) == len(movement.time_s)
+    assert rms(errors(found, movement.time_s, movement.x_m[:, -1], scale)) < 0.3
+
+
+def test_a_film_that_a_phone_has_marked_as_turned(tmp_path):
+    movement = swaying(0.6)
+    film(movement, tmp_path / "film.mp4")
+    upright = [
+        Frame(time, np.ascontiguousarray(np.rot90(picture)))
+        for time, picture in read_video(tmp_path / "film.mp4")
+    ]
+    path = tmp_path / "upright.mp4"
+    write_video(path, upright, frames_per_second=24)
+    # The matrix of the track header: turn by a quarter, clockwise, to show it.
+    content = bytearray(path.read_bytes())
+    place = content.index(b"tkhd") + 4 + 40
+    assert content[place : place + 4] == (1 << 16).to_bytes(4)  # the unit matrix
+    matrix = np.array([0, 1 << 16, 0, -(1 << 16), 0, 0, 0, 0, 1 << 30], ">i4")
+    content[place : place + 36] = matrix.tobytes()
+    path.write_bytes(content)
+    found = track(path)
+    scale = View.of(movement, Scene(), Camera()).metres_per_pixel
+    assert rms(errors(found, movement.time_s, movement.x_m[:, -1], scale)) < 0.3
+
+
+def test_a_block_that_stops_is_tracked(tmp_path):
+    time = np.arange(30) / 24
+    still = Movement(time, np.full((30, 1), 0.4321), np.zeros((30, 1)))
+    found, error, _ = tracked(still, Camera(width=300), tmp_path / "film.mp4")
+    assert len(found.time_s) == 30
+    assert rms(error) < 0.2
+
+
+def test_cropped_mirrored_and_upright_films(tmp_path):
+    movement, camera = swaying(1.5), Camera()
+    film(movement, tmp_path / "film.mp4", camera=camera)
+    view = View.of(movement, Scene(), camera)
+    frames = list(read_video(tmp_path / "film.mp4"))
+    # The first 120 pixels are cut off: the first mark that is left reads something else.
+    cut = math.ceil((120 - view.left) * view.metres_per_pixel / 0.01) * 0.01
+    variants = {
+        "cropped": ([each.picture[4:92, 120:] for each in frames], {"first_mark": cut}),
+        "turned": ([each.picture[::-1, ::-1] for each in frames], {"support": "right"}),
+    }
+    for name, (pictures, how) in variants.items():
+        path = tmp_path / f"{name}.mp4"
+        write_video(
+            path,
+            [
+                Frame(frame.time_s, np.ascontiguousarray(each))
+                for frame, each in zip(frames, pictures, strict=True)
+            ],
+            frames_per_second=24,
+        )
+        found = track(path, **how)
+        error = errors(found, movement.time_s, movement.x_m[:, -1], view.metres_per_pixel)
+        assert rms(error) < 0.3, name
+
+
+def test_frames_at_uneven_instants_keep_them(tmp_path):
+    movement = swaying(2.0, frames_per_second=60.0)
+    chosen = np.sort(np.random.default_rng(5).choice(120, 60, replace=False))
+    film(movement, tmp_path / "all.mp4", camera=Camera(frames_per_second=60))
+    frames = list(read_video(tmp_path / "all.mp4"))
+    write_video(tmp_path / "some.mp4", [frames[each] for each in chosen], frames_per_second=30)
+    found = track(tmp_path / "some.mp4")
+    time = movement.time_s[chosen] - movement.time_s[chosen[0]]
+    np.testing.assert_allclose(found.time_s, time, atol=1e-3)
+    scale = View.of(movement, Scene(), Camera()).metres_per_pixel
+    assert rms(errors(found, time, movement.x_m[chosen, -1], scale)) < 0.2
+
+
+def test_a_hand_in_the_picture_is_told_with_its_instants(tmp_path):
+    movement = swaying(3.0)
+    film(movement, tmp_path / "film.mp4")
+    frames = list(read_video(tmp_path / "film.mp4"))
+    for number, (_, picture) in enumerate(frames):
+        if 30 <= number < 42:  # comes from above and covers half of the blocks' lane
+            cv2.ellipse(picture, (380, 10), (300, 45), 0, 0, 360, 150, -1)
+    write_video(tmp_path / "hand.mp4", frames, frames_per_second=24)
+    found = track(tmp_path / "hand.mp4")
+    np.testing.assert_allclose(found.lost_s, [[30 / 24, 41 / 24]], atol=1e-3)
+    assert len(found.time_s) == len(frames) - 12
+    scale = View.of(movement, Scene(), Camera()).metres_per_pixel
+    assert rms(errors(found, movement.time_s, movement.x_m[:, -1], scale)) < 0.2
+
+
+@pytest.mark.thorough
+def test_a_given_scale_counts(tmp_path):
+    movement = swaying(1.0)
+    film(movement, tmp_path / "film.mp4")
+    scale = View.of(movement, Scene(), Camera()).metres_per_pixel
+    found = track(tmp_path / "film.mp4", metres_per_pixel=1.02 * scale)
+    assert found.metres_per_pixel == 1.02 * scale
+    assert found.x_m.mean() == pytest.approx(1.02 * movement.x_m[:, -1].mean(), rel=1e-3)
+    other = OtherRenderer(tape=False)
+    other.film(movement.x_m[:, :], tmp_path / "other.mp4")
+    with pytest.raises(InputError, match=r"no tape measure .*give the scale.* 0.0012\d* m per pix"):
+        track(tmp_path / "other.mp4")
+    found = track(tmp_path / "other.mp4", metres_per_pixel=other.SCALE)
+    assert np.ptp(found.x_m) == pytest.approx(np.ptp(movement.x_m[:, -1]), rel=0.01)
+
+
+def test_a_track_is_kept_in_a_table(tmp_path):
+    film(swaying(1.0), tmp_path / "film.mp4")
+    found = track(tmp_path / "film.mp4")
+    found.save(tmp_path / "track.csv")
+    again = type(found).load(tmp_path / "track.csv")
+    for name in ("time_s", "x_m", "error_m"):
+        np.testing.assert_allclose(getattr(again, name), getattr(found, name), rtol=1e-8)
+    assert (again.metres_per_pixel, again.angle) == (found.metres_per_pixel, found.angle)
+    (tmp_path / "plain.csv").write_text("x_m, time_s\n0.5, 0\n0.6, 0.1\n")
+    plain = type(found).load(tmp_path / "plain.csv")
+    assert (plain.x_m.tolist(), plain.time_s.tolist()) == ([0.5, 0.6], [0, 0.1])
+
+
+def test_a_glare_that_the_block_passes_is_not_taken_for_a_spring(tmp_path):
+    movement, camera = swaying(8.0), Camera(metres_per_pixel=0.0012)
+    scene = Scene(white_block=200)
+    film(movement, tmp_path / "film.mp4", scene=scene, camera=camera)
+    frames = list(read_video(tmp_path / "film.mp4"))
+    view = View.of(movement, scene, camera)
+    spot = round(view.left + 0.56 / view.metres_per_pixel), frames[0].picture.shape[0] // 2 - 10
+    for _, picture in frames:
+        cv2.circle(picture, spot, 12, 255, -1)
+    write_video(tmp_path / "glare.mp4", frames, frames_per_second=24)
+    found = track(tmp_path / "glare.mp4")
+    error = errors(found, movement.time_s, movement.x_m[:, -1], view.metres_per_pixel)
+    assert len(found.time_s) > 0.6 * len(frames)
+    assert np.median(np.abs(error)) < 0.2
+
+
+@pytest.mark.parametrize("spacing", [0.0127, 0.0085])
+def test_a_tape_with_marks_at_another_distance_is_told(tmp_path, spacing):
+    movement, scene = swaying(0.6), Scene(mark_spacing=spacing)
+    film(movement, tmp_path / "film.mp4", scene=scene)
+    with pytest.raises(
+        InputError, match=r"the white block has .* cm, and not 4 x 8: .*--mark-spac"
+    ):
+        track(tmp_path / "film.mp4")
+    found = track(tmp_path / "film.mp4", scene=scene)
+    scale = View.of(movement, scene, Camera()).metres_per_pixel
+    assert rms(errors(found, movement.time_s, movement.x_m[:, -1], scale)) < 0.3
+
+
+# --- what is no film of the experiment ------------------------------------------------------------
+
+
+def encoded(path, pictures, *, codec, pixels, layout):
+    """A film with any codec and format of pixels."""
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream(codec, rate=24)
+        stream.height, stream.width = pictures[0].shape[:2]
+        stream.pix_fmt = pixels
+        for picture in pictures:
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format=layout)))
+        container.mux(stream.encode())
+    return path
+
+
+@pytest.fixture(scope="module")
+def frames():
+    """A second of film, as pictures in memory."""
+    from beltrepro.replication.camera.camera import pictures
+
+    return [frame.picture for frame in pictures(swaying(1.0))]
+
+
+@pytest.mark.thorough
+def test_alpha_channels_and_16_bits_are_read(tmp_path, frames):
+    movement = swaying(1.0)
+    scale = View.of(movement, Scene(), Camera()).metres_per_pixel
+    clear = [np.dstack([each, each, each, np.full_like(each, 128)]) for each in frames]
+    deep = [each.astype(np.uint16) * 257 for each in frames]
+    films = (
+        encoded(tmp_path / "alpha.mov", clear, codec="png", pixels="rgba", layout="rgba"),
+        encoded(tmp_path / "deep.mkv", deep, codec="ffv1", pixels="gray16le", layout="gray16le"),
+    )
+    for path in films:
+        found = track(path)
+        assert rms((found.x_m - movement.x_m[:, -1]) / scale) < 0.2, path
+
+
+def broken(kind, folder, frames):
+    """A file, or something else, that is no film of the experiment."""
+    path = folder / "film.mp4"
+    if kind == "folder":
+        return folder
+    if kind == "text":
+        path.write_text("time_s,x_m\n0,1\n")
+    elif kind == "empty":
+        path.touch()
+    elif kind == "garbage":
+        path.write_bytes(np.random.default_rng(1).bytes(50_000))
+    elif kind == "truncated":
+        whole = folder / "whole.mp4"
+        write_video(
+            whole, [Frame(k / 24, each) for k, each in enumerate(frames)], frames_per_second=24
+        )
+        path.write_bytes(whole.read_bytes()[:10_000])
+    elif kind == "picture":
+        path = folder / "film.png"
+        cv2.imwrite(str(path), frames[0])
+    elif kind == "sound":
+        path = folder / "sound.wav"
+        with av.open(str(path), "w") as container:
+            stream = container.add_stream("pcm_s16le", rate=8000, layout="mono")
+            sound = av.AudioFrame.from_ndarray(np.zeros((1, 4000), np.int16), layout="mono")
+            sound.sample_rate = 8000
+            container.mux(stream.encode(sound))
+    elif kind == "one frame":
+        write_video(path, [Frame(0.0, frames[0])], frames_per_second=24)
+    elif kind == "black":
+        dark = [np.full((96, 640), 20, np.uint8)] * 10
+        write_video(
+            path, [Frame(k / 24, each) for k, each in enumerate(dark)], frames_per_second=24
+        )
+    elif kind == "noise":
+        random = np.random.default_rng(2)
+        pictures = [random.integers(0, 255, (96, 640), dtype=np.uint8) for _ in range(10)]
+        write_video(
+            path, [Frame(k / 24, each) for k, each in enumerate(pictures)], frames_per_second=24
+        )
+    elif kind == "no white block":
+        OtherRenderer(whites=0).film(swaying(0.5).x_m, path)
+    elif kind == "two white blocks":
+        OtherRenderer(whites=2).film(swaying(0.5).x_m, path)
+    elif kind == "huge":
+        path = folder / "huge.mkv"
+        encoded(
+            path, [np.zeros((6000, 6000), np.uint8)], codec="ffv1", pixels="gray", layout="gray"
+        )
+    elif kind == "unreadable":
+        path.touch(mode=0o000)
+    return path
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ("missing", "No such file"),
+        ("folder", "directory"),
+        ("text", "not a video"),
+        ("empty", "not a video"),
+        ("garbage", "not a video"),
+        ("truncated", "not a video"),
+        ("picture", "single picture"),
+        ("sound", "no video"),
+        ("one frame", "single frame|1 of the frames"),
+        ("black", "no white block"),
+        ("noise", "no white block|no tape"),
+        ("no white block", "no white block"),
+        ("two white blocks", "2 white blocks found, at the pixels"),
+        ("huge", "6000 x 6000"),
+        ("unreadable", "Permission|not a video"),
+    ],
+)
+def test_what_is_no_film_of_the_experiment_is_refused_in_a_line(tmp_path, frames, kind, words):
+    with pytest.raises(InputError, match=words) as caught:
+        track(broken(kind, tmp_path, frames))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("scale", [0, -0.002, float("nan"), float("inf"), 1e-9, 5.0, 0.008, "much"])
+def test_a_wrong_scale_is_refused_in_a_line(tmp_path, frames, scale):
+    write_video(
+        tmp_path / "film.mp4",
+        [Frame(k / 24, each) for k, each in enumerate(frames[:8])],
+        frames_per_second=24,
+    )
+    with pytest.raises(InputError, match=r"metres_per_pixel|would be a bright rectangle") as caught:
+        track(tmp_path / "film.mp4", metres_per_pixel=scale)
+    assert "\n" not in str(caught.value)

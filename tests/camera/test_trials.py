@@ -1,0 +1,120 @@
+"""Trials: runs judged as recordings of the experiment, against naive twins."""
+
+import numpy as np
+import pytest
+
+from beltrepro import ChainParameters, simulate
+from beltrepro.base.errors import InputError
+from beltrepro.model import units
+from beltrepro.replication.camera import recording
+from beltrepro.replication.camera.trials import trials
+
+FRAME = 0.54484  # model time between frames, 24 in a second
+SPAN = {"duration": 1500.0, "transient": 500.0}
+CHAINS = [
+    ChainParameters(5, 20.0, 1.0, friction_ratio=0.6),
+    ChainParameters(5, 12.0, 1.0),
+    ChainParameters(3, 15.0, 1.0, friction_ratio=0.6),
+]
+HOW = {"method": "event", "seed": 4, "replicate": [3, 4, 5]}
+
+
+@pytest.fixture(scope="module")
+def found():
+    return trials(CHAINS, **SPAN, sample_interval=FRAME, **HOW)
+
+
+def naive_slip(run, blocks):
+    """Longest time without a stuck block, event by event."""
+    stuck, since, longest = set(blocks), None, 0.0
+    for event in run.events:
+        if event["block"] not in blocks:
+            continue
+        time = max(event["time"], run.transient)
+        if event["kind"] == "slip":
+            stuck.discard(event["block"])
+            if not stuck and since is None:
+                since = time
+        else:
+            at_once = [
+                other
+                for other in run.events[run.events["time"] == event["time"]]
+                if other["block"] == event["block"] and other["kind"] == "slip"
+            ]
+            if not at_once:
+                if since is not None:
+                    longest = max(longest, time - since)
+                stuck.add(event["block"])
+                since = None
+    return max(longest, run.duration - since) if since is not None else longest
+
+
+def test_a_trial_is_what_the_analysis_of_a_recording_says_of_the_frames(found):
+    for row, chain in enumerate(CHAINS):
+        run = simulate(
+            chain,
+            **SPAN,
+            sample_interval=FRAME,
+            sample_start=500.0,
+            method="event",
+            seed=4,
+            replicate=HOW["replicate"][row],
+        )
+        film = recording.analyse(
+            units.to_si(run.time, "time"), units.to_si(run.positions[:, -1], "length")
+        )
+        assert found["disorder_parameter"][row] == film.disorder_parameter
+        assert found["small_share"][row] == film.small_share
+        assert found["lasting_share"][row] == film.lasting_share
+        lengths = units.from_si(np.diff(film.small_s, axis=1)[:, 0], "time")
+        assert found["lasting_longest"][row] == pytest.approx(lengths.max(initial=0.0)) or (
+            lengths.max(initial=0.0) <= 200
+        )
+        assert found["lasting_count"][row] == np.sum(lengths > 200)
+        edges = units.from_si(film.small_s, "time")
+        phases = edges[np.diff(edges, axis=1)[:, 0] > 200]
+        between = np.diff([run.time[0], *phases.ravel(), run.time[-1]])[::2]
+        assert found["lively_longest"][row] == pytest.approx(between.max(), abs=2 * FRAME)
+        every = range(1, chain.n_blocks + 1)
+        assert found["slip_longest"][row] == pytest.approx(naive_slip(run, [chain.n_blocks]))
+        assert found["all_slip_longest"][row] == pytest.approx(naive_slip(run, every))
+    assert (found["lasting_count"] > 0).any() and (found["lasting_count"] == 0).any()
+
+
+def test_r_of_the_frames_is_that_of_the_run(found):
+    run = simulate(CHAINS[0], **SPAN, method="event", seed=4, replicate=3)
+    assert found["disorder_parameter"][0] == pytest.approx(run.disorder_parameter, rel=0.02)
+    assert found["mean_length"][0] == pytest.approx(run.mean_length, rel=1e-3)
+
+
+def test_trials_do_not_depend_on_how_many_are_made_at_once(found, monkeypatch):
+    monkeypatch.setattr("beltrepro.replication.camera.trials._AT_ONCE", 2)
+    again = trials(CHAINS, **SPAN, sample_interval=FRAME, **HOW)
+    for name, values in found.items():
+        np.testing.assert_array_equal(values, again[name])
+
+
+def test_a_laminar_phase_lasts_longer_than_the_limit(found):
+    short = trials(CHAINS, **SPAN, sample_interval=FRAME, laminar_time=20.0, **HOW)
+    assert np.all(short["lasting_share"] >= found["lasting_share"])
+    assert np.any(short["lasting_count"] > found["lasting_count"])
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"sample_interval": 900.0}, "samples"),
+        ({"laminar_time": -1.0}, "laminar_time"),
+        ({"transient": 1500.0}, "transient"),
+    ],
+)
+def test_bad_values_are_refused_in_one_line(changes, words):
+    told = SPAN | {"sample_interval": FRAME} | changes
+    with pytest.raises(InputError, match=words) as caught:
+        trials(CHAINS[0], **told, method="event")
+    assert "\n" not in str(caught.value)
+
+
+def test_no_chain_is_refused():
+    with pytest.raises(InputError, match="at least one chain"):
+        trials([], **SPAN, sample_interval=FRAME)

@@ -1,0 +1,370 @@
+"""Names of motions: maps and flows whose motion is known, and chains followed by `simulate`."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from beltrepro import ChainParameters, ChainState, classify, motions, simulate
+from beltrepro.base.errors import InputError
+from beltrepro.chaos import naming
+from beltrepro.chaos.vectors import slopes, standard_errors
+from beltrepro.engine.records import EVENT_SLIP, EVENT_TIME
+from beltrepro.model.spring import spring_extension
+from beltrepro.observe.length import LengthMoments
+from beltrepro.observe.returns import ReturnLog
+from beltrepro.stats.motion import (
+    CHAOTIC,
+    EQUILIBRIUM,
+    NOISE_DRIVEN,
+    PERIODIC,
+    QUASI_PERIODIC,
+    TRANSIENT,
+    name_motion,
+)
+from beltrepro.stats.recurrence import find_recurrence
+
+# --- maps and flows with known answers ---
+
+
+def named(states, growth, *, time, times=None, **settings):
+    """What a sequence of states (T, D) and rates of growth (T, K) of its vectors is called."""
+    times = np.arange(len(states)) if times is None else times
+    exponents, errors = slopes(growth[None])[0], standard_errors(growth[None])[0]
+    closed = find_recurrence(states, times)
+    name = name_motion(
+        turns=True,
+        closed=closed is not None,
+        exponents=exponents,
+        standard_error=errors,
+        time=time,
+        returns=len(states),
+        **settings,
+    )
+    return name, exponents, errors
+
+
+def of_map(step, jacobian, start, *, steps, skip=1000, **settings):
+    """Name, exponents and errors of a map: its tangent map is applied to vectors and made QR."""
+    state = np.atleast_1d(np.asarray(start, dtype=float))
+    vectors = np.eye(len(state))
+    states, growth = [], []
+    for number in range(skip + steps):
+        vectors, triangle = np.linalg.qr(np.atleast_2d(jacobian(state)) @ vectors)
+        state = np.atleast_1d(step(state))
+        if number >= skip:
+            states.append(state)
+            growth.append(np.log(np.abs(np.diag(triangle)) + 1e-300))
+    return named(np.array(states), np.array(growth), time=steps, n_trivial=0, **settings)
+
+
+def logistic(rate, noise=None, **settings):
+    kicks = iter([]) if noise is None else iter(noise)
+    return of_map(
+        lambda x: rate * x * (1 - x) + next(kicks, 0.0),
+        lambda x: rate * (1 - 2 * x),
+        0.3,
+        steps=5000,
+        **settings,
+    )
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("rate", [2.9, 3.2, 3.5, 3.55, 3.83, 3.739])
+def test_logistic_map_in_its_windows_is_periodic(rate):
+    name, exponents, errors = logistic(rate, skip=20000)
+    assert name == PERIODIC
+    assert exponents[0] < -3 * errors[0]
+
+
+@pytest.mark.parametrize(
+    ("rate", "exponent"), [(4.0 - 1e-12, np.log(2)), (3.7, 0.3552), (3.9, 0.4945)]
+)
+def test_logistic_map_is_chaotic(rate, exponent):
+    name, exponents, errors = logistic(rate)
+    assert name == CHAOTIC
+    assert abs(exponents[0] - exponent) < 4 * errors[0] + 2e-4
+
+
+def test_a_noisy_periodic_orbit_is_not_chaotic():
+    noise = 1e-5 * np.random.default_rng(6).standard_normal(6000)
+    name, exponents, _ = logistic(3.5, noise, noisy=True)
+    assert name == NOISE_DRIVEN
+    assert exponents[0] == pytest.approx(logistic(3.5)[1][0], abs=0.01)
+
+
+def test_noise_on_a_chaotic_map_leaves_it_chaotic():
+    noise = 1e-4 * np.random.default_rng(6).standard_normal(6000)
+    assert logistic(3.7, noise, noisy=True)[0] == CHAOTIC
+
+
+@pytest.mark.thorough
+def test_henon_map_is_chaotic():
+    name, exponents, errors = of_map(
+        lambda z: np.array([1 - 1.4 * z[0] ** 2 + z[1], 0.3 * z[0]]),
+        lambda z: np.array([[-2.8 * z[0], 1.0], [0.3, 0.0]]),
+        [0.1, 0.1],
+        steps=20000,
+    )
+    assert name == CHAOTIC
+    assert abs(exponents[0] - 0.4192) < 4 * errors[0]
+    assert exponents.sum() == pytest.approx(np.log(0.3), abs=1e-9)  # its determinant
+
+
+@pytest.mark.parametrize(
+    ("coupling", "rotation", "expected"),
+    [(0.8, 0.6180339887498949, QUASI_PERIODIC), (0.8, 0.5, PERIODIC)],
+)
+def test_circle_map(coupling, rotation, expected):
+    """x -> x + rotation - coupling/2pi sin(2pi x), invertible for coupling < 1; on the circle."""
+    turn = 2 * np.pi
+    phase, states, growth = 0.2, [], []
+    for _ in range(20000):
+        growth.append([np.log(1 - coupling * np.cos(turn * phase))])
+        phase += rotation - coupling / turn * np.sin(turn * phase)
+        states.append([np.cos(turn * phase), np.sin(turn * phase)])
+    name, _, _ = named(np.array(states), np.array(growth), time=20000, n_trivial=0)
+    assert name == expected
+
+
+def lorenz(state):
+    x, y, z = state
+    return np.array([10 * (y - x), x * (28 - z) - y, x * y - 8 / 3 * z])
+
+
+def lorenz_jacobian(state):
+    x, y, z = state
+    return np.array([[-10, 10, 0], [28 - z, -1, -x], [y, x, -8 / 3]])
+
+
+def lorenz_with_vectors(bundle):
+    state, vectors = bundle[:, 0], bundle[:, 1:]
+    return np.column_stack([lorenz(state), lorenz_jacobian(state) @ vectors])
+
+
+@pytest.mark.thorough
+def test_lorenz_flow_is_chaotic():
+    """States at z = 27 coming down, vectors by RK4; exponents 0.9056, 0, -14.572 (Sprott 2003)."""
+    step, every, count = 0.005, 40, 40000
+    bundle = np.column_stack([np.array([1.0, 2.0, 20.0]), np.eye(3)])
+    states, times, growth = [], [], []
+    for number in range(1, count + 1):
+        before = bundle[:, 0]
+        k1 = lorenz_with_vectors(bundle)
+        k2 = lorenz_with_vectors(bundle + step / 2 * k1)
+        k3 = lorenz_with_vectors(bundle + step / 2 * k2)
+        k4 = lorenz_with_vectors(bundle + step * k3)
+        bundle = bundle + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        if before[2] >= 27 > bundle[2, 0]:
+            share = (before[2] - 27) / (before[2] - bundle[2, 0])
+            states.append(before + share * (bundle[:, 0] - before))
+            times.append((number - 1 + share) * step)
+        if number % every == 0:
+            directions, triangle = np.linalg.qr(bundle[:, 1:])
+            bundle[:, 1:] = directions
+            growth.append(np.log(np.abs(np.diag(triangle))) / (every * step))
+    name, exponents, errors = named(
+        np.array(states), np.array(growth[20:]), time=count * step, times=np.array(times)
+    )
+    assert name == CHAOTIC
+    assert abs(exponents[0] - 0.9056) < 4 * errors[0]
+    assert abs(exponents[1]) < 4 * errors[1]
+    assert exponents.sum() == pytest.approx(-41 / 3, abs=1e-3)
+
+
+def test_a_period_of_700_is_periodic_though_it_looks_irregular():
+    once = np.random.default_rng(3).normal(size=(700, 3))
+    states = np.concatenate([once, once, once[:50]])
+    growth = np.tile([0.0, -0.01], (1450, 1))
+    assert named(states, growth, time=1450)[0] == PERIODIC
+    assert named(states[:1300], growth[:1300], time=1300)[0] == TRANSIENT
+
+
+COMMON = {"turns": True, "closed": False, "standard_error": [1e-5, 1e-5], "time": 1e6}
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"exponents": [0.01, 0.0]}, CHAOTIC),
+        ({"exponents": [0.0, -0.01]}, TRANSIENT),
+        ({"exponents": [0.0, 0.0]}, QUASI_PERIODIC),
+        ({"exponents": [0.0, 0.0], "time": 1000.0, "returns": 50}, TRANSIENT),  # too short to tell
+        ({"exponents": [0.002, 0.0], "time": 1000.0, "returns": 50}, TRANSIENT),
+        ({"exponents": [0.01, 0.0], "standard_error": [0.004, 0.004]}, TRANSIENT),
+        ({"exponents": [0.01, 0.0], "closed": True}, PERIODIC),
+        ({"exponents": [0.01, 0.0], "turns": False}, EQUILIBRIUM),
+        ({"exponents": [0.01, 0.0], "noisy": True}, CHAOTIC),
+        ({"exponents": [-0.01, -0.02], "noisy": True}, NOISE_DRIVEN),
+        ({"exponents": [0.0, -0.02], "noisy": True}, NOISE_DRIVEN),
+        ({"exponents": [0.0, -0.02], "noisy": True, "time": 1000.0, "returns": 50}, TRANSIENT),
+    ],
+)
+def test_criteria(changes, expected):
+    assert name_motion(**(COMMON | {"returns": 10**5} | changes)) == expected
+
+
+# --- chains ---
+
+
+def test_two_blocks_have_a_short_period():
+    found = classify(ChainParameters(2, 5.0), duration=4000, transient=2000)
+    assert found.state == PERIODIC
+    assert found.period_time == pytest.approx(29.2705, abs=1e-4)
+    assert found.period_events == 3
+    assert abs(found.largest_exponent) < 3 * found.standard_error
+
+
+def found_and_followed(chain, duration, transient, replicates):
+    """Motions of several starts, and the runs of `simulate` to the same instants."""
+    start = {"replicate": replicates, "initial_spread": 1.0, "seed": 1}
+    chains = [chain] * len(replicates)
+    found = motions(chains, duration=duration, transient=transient, **start)
+    runs = simulate(chains, duration=duration, method="event", sample_interval=None, **start)
+    return found, runs
+
+
+def test_five_blocks_end_on_one_of_two_periods():
+    """Each run goes on by itself for one period, and comes back to where it was."""
+    chain, replicates = ChainParameters(5, 16.0), range(8)
+    found, runs = found_and_followed(chain, 60000.0, 50000.0, replicates)
+    periods = set(zip(found["period_time"].round(3), found["period_events"], strict=True))
+    assert set(found["state"]) == {PERIODIC}
+    assert periods <= {(41.047, 18), (105.962, 57)}
+    assert (41.047, 18) in periods
+    assert np.all(np.abs(found["largest_exponent"]) < 3 * found["standard_error"])
+    for run, period, slips in zip(runs, found["period_time"], found["period_events"], strict=True):
+        goes_on = {"initial_state": run.final_state, "sample_interval": None, "method": "event"}
+        later = simulate(chain, duration=float(period), **goes_on)
+        moved = np.abs(later.final_state.positions - run.final_state.positions).max()
+        assert moved < 1e-6
+        assert np.sum(later.events["kind"] == "slip") == slips
+        half = simulate(chain, duration=float(period) / 2, **goes_on)
+        assert np.abs(half.final_state.positions - run.final_state.positions).max() > 1.0
+
+
+@pytest.mark.thorough
+def test_seven_blocks_are_chaotic():
+    found = classify(ChainParameters(7, 10.0), duration=30000, transient=3000)
+    assert found.state == CHAOTIC
+    assert np.isnan(found.period_time)
+    assert found.period_events == 0
+    assert found.largest_exponent > 3 * found.standard_error
+
+
+def test_continuous_slip_is_equilibrium_slip():
+    chain = ChainParameters(3, 60.0)
+    kinetic = chain.friction_ratio * chain.static_friction
+    balance = np.cumsum(spring_extension(kinetic * np.array([3.0, 2.0, 1.0]), chain) + 50.0)
+    state = ChainState.in_motion(chain, balance + np.array([0.5, -1.0, 1.5]), np.zeros(3))
+    found = motions(chain, duration=400, transient=100, initial_state=state)
+    assert found["state"].tolist() == [EQUILIBRIUM]
+    assert found["period_events"].tolist() == [0]
+
+
+@pytest.mark.parametrize("chain", [ChainParameters(4, 12.0), ChainParameters(7, 10.0)])
+def test_what_is_measured_beside_is_what_simulate_measures(chain):
+    start = {"duration": 3000.0, "transient": 1000.0, "replicate": 1, "initial_spread": 1.0}
+    found = motions(chain, **start)
+    run = simulate(chain, method="event", **start)
+    # the sample at the end of the transient counts in one of them
+    assert found["disorder_parameter"][0] == pytest.approx(run.disorder_parameter, rel=2e-4)
+    assert found["mean_length"][0] == pytest.approx(run.mean_length, rel=2e-5)
+
+
+def test_noise_is_told_to_the_name():
+    """One block slips and sticks for ever; its only finite exponent is that of its phase."""
+    found = motions(ChainParameters(1, 10.0, 1.0), duration=60000, transient=100)
+    assert found["state"].tolist() == [NOISE_DRIVEN]
+    assert np.isnan(found["period_time"][0])
+
+
+def test_whether_there_is_noise_is_told_to_the_name(monkeypatch):
+    told = []
+
+    def name(noisy, **settings):
+        told.append(noisy)
+        return name_motion(noisy=noisy, **settings)
+
+    monkeypatch.setattr(naming, "name_motion", name)
+    chains = [ChainParameters(2, 5.0), ChainParameters(2, 5.0, 1.0)]
+    motions(chains, duration=40.0, transient=10.0)
+    assert told == [False, True]
+
+
+@pytest.mark.parametrize("transient", [0.0, 0.05, 100.0])
+def test_returns_are_noted_without_a_mean_length_too(transient):
+    """In a transient shorter than the time between two samples no length is measured."""
+    found = motions(ChainParameters(1, 3.0), duration=transient + 400.0, transient=transient)
+    assert found["state"].tolist() == [PERIODIC]
+    assert found["period_returns"].tolist() == [1]
+    assert found["period_events"].tolist() == [1]
+
+
+def test_the_mean_length_is_that_of_the_transient_of_this_run(monkeypatch):
+    """A run that goes on from a state does not count from time 0."""
+    begun = []
+
+    class Noted(LengthMoments):
+        def __init__(self, width, start):
+            begun.append(start)
+            super().__init__(width, start)
+
+    monkeypatch.setattr(naming, "LengthMoments", Noted)
+    chain = ChainParameters(2, 5.0)
+    state = simulate(chain, duration=250.0, method="event").final_state
+    motions(chain, duration=100.0, transient=40.0, initial_state=state)
+    assert begun == [270.0, 290.0]  # half of the transient, and all after it
+
+
+def test_returns_keep_states_slips_and_the_last_event():
+    log = ReturnLog(1)
+    rows = np.zeros((1, 4, 6))
+    rows[0, :, EVENT_TIME] = [1.0, 2.0, 3.0, 4.0]
+    rows[0, :, EVENT_SLIP] = [1, 0, 1, 0]
+    states = np.array([[[0.5, 1.0, 2.0], [3.5, 3.0, 4.0]]])
+    chunk = {"events": rows, "event_count": [4], "crossings": states, "crossing_count": [2]}
+    log.observe(SimpleNamespace(**chunk))
+    log.observe(SimpleNamespace(**chunk | {"event_count": [0], "crossing_count": [1]}))
+    assert log.last_event == [4.0]
+    times, found, slips = log.returns(0)
+    assert times.tolist() == [0.5, 3.5, 0.5]
+    assert found.tolist() == [[1.0, 2.0], [3.0, 4.0], [1.0, 2.0]]
+    assert slips.tolist() == [0, 2, 2]
+
+
+def test_the_seed_decides_the_start():
+    chain, lengths = ChainParameters(7, 10.0), {"duration": 600, "transient": 100}
+    exponents = {classify(chain, seed=seed, **lengths).largest_exponent for seed in (1, 2, 2)}
+    assert len(exponents) == 2
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"method": "verlet"}, "method = 'verlet': only 'event' has a tangent dynamics"),
+        ({"transient": 5000}, "transient = 5000: must be at least 0 and less than"),
+        ({"initial_spread": -1}, "initial_spread = -1: must be 0 or greater"),
+        ({"parameters": [ChainParameters(2, 5.0)]}, "a ChainParameters is needed"),
+    ],
+)
+def test_bad_input_is_one_line(changes, message):
+    settings = {"parameters": ChainParameters(2, 5.0), "duration": 4000, "transient": 0} | changes
+    with pytest.raises(InputError) as caught:
+        classify(settings.pop("parameters"), **settings)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_clock_of_the_noise_is_told_to_the_vectors():
+    """By the clock of the rest the largest exponent is that of the motion itself, zero."""
+    chain = ChainParameters(5, 7.0, 2.2)
+    runs = {"duration": 20000, "transient": 4000, "replicate": range(1, 9)}
+    rest, laboratory = (
+        motions([chain] * 8, noise_clock=clock, **runs)["largest_exponent"]
+        for clock in ("rest", "laboratory")
+    )
+    apart = laboratory - rest
+    assert apart.mean() > 3 * apart.std(ddof=1) / np.sqrt(apart.size)
+    with pytest.raises(InputError, match="noise_clock = 'wall'"):
+        motions(chain, duration=100, transient=10, noise_clock="wall")

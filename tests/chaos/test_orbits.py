@@ -1,0 +1,221 @@
+"""Periodic orbits: closed forms, differences, exponents, continuation, and what has no orbit."""
+
+import dataclasses
+from math import atan, pi
+
+import numpy as np
+import pytest
+
+from beltrepro import (
+    ChainParameters,
+    ChainState,
+    close_orbit,
+    exponents,
+    motions,
+    periodic_orbit,
+    simulate,
+)
+from beltrepro.base.errors import InputError
+from beltrepro.model.spring import spring_extension
+
+LENGTHS = {"duration": 4000.0, "transient": 2000.0}
+
+
+@pytest.fixture(scope="module")
+def two():
+    return periodic_orbit(ChainParameters(2, 5.0), **LENGTHS)
+
+
+@pytest.fixture(scope="module")
+def five():
+    return periodic_orbit(ChainParameters(5, 16.0), duration=60000, transient=50000)
+
+
+def after(state, time):
+    return simulate(
+        state.parameters, duration=time, method="event", initial_state=state, sample_interval=None
+    ).final_state
+
+
+def numbers(state):
+    return np.concatenate([state.displacements, state.relative_velocities])
+
+
+@pytest.mark.parametrize("belt_velocity", [0.5, 3.0, 20.0])
+def test_one_block_on_a_linear_spring_has_the_period_of_the_closed_form(belt_velocity):
+    """From F_st the block swings about k to 2 k - F_st, then the belt carries it back."""
+    chain = ChainParameters(1, belt_velocity, linear_limit=1000.0)
+    reach = chain.static_friction * (1 - chain.friction_ratio)
+    period = 2 * (pi - atan(reach / belt_velocity)) + 2 * reach / belt_velocity
+    found = periodic_orbit(chain, duration=12 * period, transient=6 * period)
+    assert found.period_time == pytest.approx(period, rel=1e-12)
+    assert (found.period_events, found.period_returns, found.erased) == (1, 1, 1)
+    # no deviation but that of the instant outlives the first stick
+    assert found.multipliers.tolist() == [1, 0]
+    assert (found.largest_multiplier, found.exponent) == (0, -np.inf)
+
+
+def test_the_orbit_closes(five):
+    """At rest on the belt together, five blocks have no velocity of their own: 5 of 10 remain."""
+    assert (five.period_time, five.period_events) == (pytest.approx(41.0466877, abs=1e-6), 18)
+    assert five.residual < 1e-13
+    run = five.run(sample_interval=None)
+    moved = np.abs(numbers(run.final_state) - numbers(five.state)).max()
+    assert moved < 1e-13 * np.abs(numbers(five.state)).max()
+    assert np.sum(run.events["kind"] == "slip") == 18
+    assert five.erased == np.sum(five.multipliers == 0) == 5
+    assert five.multipliers[five.trivial] == 1
+    assert abs(five.largest_multiplier) < 1
+
+
+def test_it_is_the_orbit_that_the_motion_is_named_by(two):
+    found = motions(two.parameters, replicate=1, initial_spread=1.0, **LENGTHS)
+    assert found["period_time"][0] == pytest.approx(two.period_time, abs=1e-9)
+    for name in ("period_events", "period_returns"):
+        assert found[name][0] == getattr(two, name)
+
+
+def test_r_and_mean_length_are_those_of_a_run_of_whole_periods(two):
+    """Samples every 0.1 in one, samples that divide the period in the other."""
+    run = simulate(
+        two.parameters,
+        duration=100 * two.period_time,
+        method="event",
+        initial_state=two.state,
+        sample_interval=None,
+    )
+    assert run.disorder_parameter == pytest.approx(two.disorder_parameter, rel=1e-4)
+    assert run.mean_length == pytest.approx(two.mean_length, rel=1e-5)
+
+
+def test_the_monodromy_is_that_of_central_differences(five):
+    """One coordinate at a time, 1e-5 to either side; all blocks are stuck at the state."""
+    apart = 1e-5
+    for block in range(5):
+        shift = apart * np.eye(5)[block]
+        ahead, behind = (
+            after(five.state.moved(positions=five.state.positions + side * shift), five.period_time)
+            for side in (1, -1)
+        )
+        column = (ahead.displacements - behind.displacements) / (2 * apart)
+        assert np.abs(column - five.monodromy[:, block]).max() < 1e-6
+
+
+def test_deviations_shrink_by_the_multiplier_in_each_period(two):
+    """A run from beside the orbit is a shift of time, and what comes from the multiplier."""
+    values, vectors = np.linalg.eig(two.monodromy)
+    own = vectors[:, np.argmin(np.abs(values - two.largest_multiplier))].real
+    state = two.state.moved(positions=two.state.positions + 1e-4 * own)
+    across = np.array([two.state.velocities[1], -two.state.velocities[0]])
+    distance = [across @ (state.displacements - two.state.displacements)]
+    for _ in range(5):
+        state = after(state, two.period_time)
+        distance.append(across @ (state.displacements - two.state.displacements))
+    ratios = np.array(distance[1:]) / distance[:-1]
+    assert ratios == pytest.approx(np.full(5, two.largest_multiplier.real), abs=1e-4)
+
+
+def test_the_exponent_is_the_second_of_the_spectrum(two):
+    """That of many periods; the part of a period at the ends is a hundredth of it."""
+    found = exponents(
+        two.parameters, duration=200 * two.period_time, n_exponents=2, initial_state=two.state
+    )
+    assert found["exponents"][0, 1] == pytest.approx(two.exponent, rel=0.02)
+
+
+def test_newton_comes_back_from_beside_the_orbit(five):
+    shift = 1e-3 * np.array([1.0, -0.5, 0.3, 0.8, -1.0])
+    beside = five.state.moved(positions=five.state.positions + shift)
+    found = close_orbit(beside, five.period_time + 1e-3)
+    assert found.residual < 1e-13
+    assert found.period_time == pytest.approx(five.period_time, abs=1e-10)
+    assert found.multipliers == pytest.approx(five.multipliers, abs=1e-8)
+
+
+def test_any_instant_of_the_orbit_will_do(five):
+    """States of the orbit by turns of a period, with some blocks slipping."""
+    states = [after(five.state, share * five.period_time) for share in (0.21, 0.55, 0.83)]
+    assert any(np.any(state.directions != 0) for state in states)
+    for state in states:
+        found = close_orbit(state, five.period_time)
+        assert found.period_time == pytest.approx(five.period_time, abs=1e-10)
+        assert found.multipliers == pytest.approx(five.multipliers, abs=1e-9)
+
+
+def test_two_periods_have_the_squares_of_the_multipliers(two):
+    twice = close_orbit(two.state, 2 * two.period_time)
+    assert twice.period_events == 2 * two.period_events
+    assert np.sort_complex(twice.multipliers) == pytest.approx(
+        np.sort_complex(two.multipliers**2), abs=1e-9
+    )
+    assert twice.exponent == pytest.approx(two.exponent, rel=1e-9)
+
+
+def test_an_orbit_that_does_not_attract_is_followed_to(two):
+    """The orbit of three slips at u = 5, followed to u = 1: its multiplier passes -1 on the way.
+
+    There a run from beside it moves away, to one side and the other in turn.
+    """
+    orbit = two
+    for belt_velocity in (4.0, 3.0, 2.5, 2.0, 1.75, 1.5, 1.25, 1.1, 1.0):
+        state = orbit.state.under(ChainParameters(2, belt_velocity))
+        orbit = close_orbit(state, orbit.period_time)
+        assert orbit.period_events == 3 and orbit.residual < 1e-13
+        assert (abs(orbit.largest_multiplier) > 1) == (belt_velocity < 1.24)
+    assert orbit.largest_multiplier.real < -1 and orbit.exponent > 0
+    assert orbit.trivial == 1  # the trivial one is not the largest
+    beside = orbit.state.moved(positions=orbit.state.positions + np.array([0.0, 1e-3]))
+    stretch = [np.diff(beside.displacements)[0]]
+    for _ in range(40):
+        beside = after(beside, orbit.period_time)
+        stretch.append(np.diff(beside.displacements)[0])
+    apart = np.array(stretch) - np.diff(orbit.state.displacements)[0]
+    assert np.all(apart[1:] * apart[:-1] < 0)
+    ratio = (apart[-1] / apart[0]) ** (1 / 40)
+    assert ratio == pytest.approx(abs(orbit.largest_multiplier), abs=1e-3)
+
+
+def test_one_line_says_what_it_is():
+    found = periodic_orbit(ChainParameters(1, 3.0), duration=200, transient=100)
+    assert repr(found).startswith("PeriodicOrbit(N=1, u=3, sigma=0: period 24.0")
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        found.period_time = 1.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"parameters": ChainParameters(2, 5.0, 1.0)}, "noise = 1: must be 0"),
+        ({"parameters": ChainParameters(7, 10.0)}, "N=7, u=10, sigma=0: no state comes back"),
+        ({"duration": 2010.0}, "N=2, u=5, sigma=0: no state comes back in the last 10 time units"),
+        ({"parameters": 2}, "parameters = 2: a ChainParameters is needed"),
+        ({"transient": 0.0}, "transient = 0: must be greater than 0"),
+        ({"transient": 5000.0}, "transient = 5000: must be at least 0 and less than"),
+        ({"tolerance": -1.0}, "tolerance = -1: must be"),
+    ],
+)
+def test_bad_input_is_one_line(changes, message):
+    settings = {"parameters": ChainParameters(2, 5.0), **LENGTHS} | changes
+    with pytest.raises(InputError) as caught:
+        periodic_orbit(settings.pop("parameters"), **settings)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_what_does_not_come_back_is_one_line(five):
+    chain = ChainParameters(7, 10.0)
+    state = after(ChainState.at_rest(chain, chain.rest_positions + np.arange(7.0)), 3000.0)
+    with pytest.raises(InputError, match="no orbit closes near the state after about the time 50"):
+        close_orbit(state, 50.0)
+    with pytest.raises(InputError, match="period_time = 0: must be greater than 0"):
+        close_orbit(five.state, 0.0)
+    with pytest.raises(InputError, match="state = 3: a ChainState is needed"):
+        close_orbit(3, 10.0)
+
+
+def test_equilibrium_slip_has_no_orbit():
+    chain = ChainParameters(3, 60.0)
+    kinetic = chain.friction_ratio * chain.static_friction
+    balance = np.cumsum(spring_extension(kinetic * np.array([3.0, 2.0, 1.0]), chain) + 50.0)
+    state = ChainState.in_motion(chain, balance + np.array([0.5, -1.0, 1.5]), np.zeros(3))
+    with pytest.raises(InputError, match="equilibrium slip"):
+        close_orbit(state, 20.0)

@@ -1,0 +1,168 @@
+"""How long irregular motion lasts: against runs of `simulate` that are judged after the fact."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from beltrepro import ChainParameters, ChainState, exponents, motions, settling, simulate
+from beltrepro.base.errors import InputError
+from beltrepro.chaos.transients import _windows
+from beltrepro.model.spring import spring_extension
+
+FIVE = ChainParameters(5, 16.0)
+
+
+def several(chain, count, **settings):
+    return settling([chain] * count, replicate=range(1, count + 1), initial_spread=10.0, **settings)
+
+
+def one_run(chain, replicate):
+    return simulate(
+        chain, duration=20_000, method="event", replicate=replicate, initial_spread=10.0
+    )
+
+
+@pytest.fixture(scope="module")
+def five():
+    return several(FIVE, 4, duration=60_000)
+
+
+@pytest.mark.thorough
+def test_five_blocks_settle_on_the_orbit_that_a_late_look_finds(five):
+    late = motions(
+        [FIVE] * 4, duration=50_000, transient=45_000, replicate=range(1, 5), initial_spread=10.0
+    )
+    assert five["settled"].all()
+    assert (five["state"] == "periodic").all()
+    assert np.array_equal(five["period_events"], late["period_events"])
+    assert np.allclose(five["period_time"], late["period_time"], rtol=1e-9)
+    assert np.allclose(five["disorder_parameter"], late["disorder_parameter"], rtol=0.01)
+
+
+def test_lifetime_is_that_of_the_order_of_slips(five):
+    slowest = int(np.argmin(five["lifetime"]))
+    run = simulate(
+        FIVE, duration=20_000, replicate=slowest + 1, initial_spread=10.0, method="event"
+    )
+    slips = run.events[run.events["kind"] == "slip"]
+    period = five["period_events"][slowest]
+    broken = max(
+        number
+        for number in range(len(slips) - period)
+        if slips["block"][number] != slips["block"][number + period]
+    )
+    assert five["lifetime"][slowest] == pytest.approx(slips["time"][broken + 1], abs=1e-9)
+
+
+def test_a_run_does_not_depend_on_its_company(five):
+    alone = settling(FIVE, duration=60_000, replicate=3, initial_spread=10.0)
+    for name in ("lifetime", "period_time", "irregular_exponent", "return_state"):
+        assert np.array_equal(alone[name][0], five[name][2], equal_nan=True)
+
+
+def test_a_run_that_is_given_up_counts_as_irregular(five):
+    first = int(np.argmax(five["lifetime"]))
+    found = settling(FIVE, duration=5000, replicate=first + 1, initial_spread=10.0)
+    assert five["lifetime"][first] > 5000
+    assert not found["settled"][0]
+    assert (found["state"][0], found["lifetime"][0]) == ("irregular", 5000)
+    assert np.isnan(found["period_time"][0])
+
+
+def test_continuous_slip_is_settled_from_its_start():
+    chain = ChainParameters(3, 40.0)
+    kinetic = chain.friction_ratio * chain.static_friction
+    balance = np.cumsum(spring_extension(kinetic * np.array([3.0, 2.0, 1.0]), chain) + 50.0)
+    state = ChainState.in_motion(chain, balance + 3 * np.array([1.0, -2.0, 2.0]), np.zeros(3))
+    found = settling(chain, duration=5000, initial_state=state)
+    assert (found["state"][0], found["lifetime"][0]) == ("equilibrium slip", 0.0)
+
+
+def test_one_block_is_regular_from_its_first_slip():
+    found = settling(ChainParameters(1, 5.0), duration=5000)
+    assert found["settled"][0]
+    assert found["period_events"][0] == 1
+    assert found["lifetime"][0] < found["period_time"][0]
+    assert np.isnan(found["irregular_exponent"][0])
+
+
+@pytest.mark.thorough
+def test_irregular_motion_of_ten_blocks_has_the_exponent_of_a_run():
+    chain = ChainParameters(10, 10.0)
+    found = several(chain, 4, duration=20_000)
+    known = exponents(
+        [chain] * 4,
+        duration=20_000,
+        transient=500,
+        n_exponents=1,
+        replicate=range(1, 5),
+        initial_spread=10.0,
+    )
+    assert not found["settled"].any()
+    error = np.hypot(found["irregular_error"], known["standard_error"][:, 0])
+    apart = (found["irregular_exponent"] - known["exponents"][:, 0]) / error
+    assert np.abs(apart).max() < 3
+    assert np.all(found["irregular_exponent"] > 5 * found["irregular_error"])
+
+
+DISTURBED = [
+    {"method": "verlet", "time_step": 1e-3},
+    {"method": "verlet", "time_step": 4e-3},
+    {"kick": 1e-4},
+    {"kick": 1e-2},
+]
+
+
+@pytest.mark.parametrize("how", DISTURBED)
+def test_a_disturbed_orbit_is_recognised(five, how):
+    """No run that begins on an attracting orbit is missed."""
+    states = [start_of(values) for values in five["return_state"]]
+    found = settling([FIVE] * 4, duration=3000, initial_state=states, **how)
+    assert found["settled"].all()
+    assert found["period_events"].tolist() == five["period_events"].tolist()
+    assert np.all(found["lifetime"] <= 1000)
+
+
+def start_of(values):
+    """The state at a return of five blocks."""
+    displacements, relative = values[:5], values[5:]
+    belt = FIVE.belt_velocity
+    return ChainState.in_motion(FIVE, FIVE.rest_positions + displacements, relative + belt)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("how", DISTURBED)
+@pytest.mark.parametrize("n_blocks", [7, 10])
+def test_irregular_motion_is_not_taken_for_a_disturbed_orbit(n_blocks, how):
+    """None of 16 runs with 8 looks each: fewer than one of 42 looks errs (95 %)."""
+    found = several(ChainParameters(n_blocks, 10.0), 16, duration=15_000, **how)
+    assert (found["state"] == "irregular").all()
+
+
+def test_noise_disturbs_as_a_kick_of_its_size():
+    found = several(ChainParameters(5, 7.0, noise=1e-3), 4, duration=30_000)
+    assert (found["state"] == "periodic").all()
+
+
+@pytest.mark.parametrize("duration", [10.0, 1000.0, 2500.0, 1e6, 1e7])
+def test_windows_follow_each_other_to_the_end(duration):
+    windows = list(_windows(duration))
+    assert windows[0][0] == 0
+    assert windows[-1][1] == duration
+    assert all(before[1] == after[0] for before, after in pairwise(windows))
+    assert all(begin % 250 == 0 for begin, _ in windows)  # where runs can be cut without a trace
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"duration": 0.0}, "duration = 0"),
+        ({"duration": 10.0, "closed": 0.0}, "closed = 0"),
+        ({"duration": 10.0, "closed": 1.0}, "closed = 1"),
+        ({"duration": 10.0, "method": "leapfrog"}, "method = 'leapfrog'"),
+    ],
+)
+def test_wrong_values_are_named(wrong, words):
+    with pytest.raises(InputError, match=words):
+        settling(FIVE, **wrong)

@@ -1,0 +1,168 @@
+"""The command `beltrepro`: results as JSON or file, and errors in one line."""
+
+import json
+import subprocess
+import sys
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from beltrepro import ChainParameters, classify, simulate
+from beltrepro.base import store
+from beltrepro.cli import app as cli
+
+CHAIN = {"n-blocks": 3, "belt-velocity": 20, "noise": 1, "duration": 30, "transient": 10}
+
+
+def words(*flags, action="simulate", **changes):
+    settings = CHAIN | {name.replace("_", "-"): value for name, value in changes.items()}
+    return [action, *(f"--{name}={value}" for name, value in settings.items()), *flags]
+
+
+def command(*flags, **changes):
+    """What the command says and returns, without a process of its own."""
+    stdout, stderr = StringIO(), StringIO()
+    with redirect_stdout(stdout), redirect_stderr(stderr):
+        try:
+            code = cli.main(words(*flags, **changes))
+        except SystemExit as end:
+            code = end.code
+    return SimpleNamespace(returncode=code, stdout=stdout.getvalue(), stderr=stderr.getvalue())
+
+
+def test_json_is_what_simulate_returns():
+    done = command("--json", seed=4)
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    run = simulate(
+        ChainParameters(3, 20.0, 1.0), duration=30.0, transient=10.0, seed=4, sample_interval=None
+    )
+    assert result["disorder_parameter"] == run.disorder_parameter
+    assert result["mean_length"] == run.mean_length
+    assert result["energy_residual"] == run.energy_residual
+    assert result["events"] == len(run.events) > 0
+    assert (result["n_blocks"], result["method"], result["seed"]) == (3, "verlet", 4)
+
+
+def test_tolerance_is_told_and_stored(tmp_path):
+    done = command("--json", method="event", tolerance=1e-4, output=tmp_path / "run.h5")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["tolerance"] == 1e-4
+    assert store.read(tmp_path / "run.h5").attributes["tolerance"] == 1e-4
+
+
+@pytest.mark.thorough
+def test_console_script_prints_a_table():
+    script = Path(sys.executable).with_name("beltrepro")
+    if not script.exists():
+        pytest.skip("the package is not installed beside this Python")
+    done = subprocess.run([script, *words()], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert "disorder_parameter" in done.stdout
+
+
+def test_output_file_holds_the_samples(tmp_path):
+    done = command("--json", output=tmp_path / "run.h5", sample_interval=0.5)
+    assert done.returncode == 0, done.stderr
+    data = store.read(tmp_path / "run.h5")
+    assert data.arrays["positions"].shape == (61, 3)
+    assert data.attributes["belt_velocity"] == 20
+    assert len(data.arrays["events"]) == json.loads(done.stdout)["events"]
+
+
+def test_classify_prints_the_motion():
+    settings = {"action": "classify", "n_blocks": 2, "belt_velocity": 5, "noise": 0}
+    done = command("--json", duration=2000, transient=1000, seed=4, **settings)
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert (result["state"], result["period_events"]) == ("periodic", 3)
+    assert result["period_time"] == pytest.approx(29.2705, abs=1e-4)
+    assert {"largest_exponent", "standard_error", "disorder_parameter", "mean_length"} <= set(
+        result
+    )
+    assert (result["method"], result["seed"], result["replicate"]) == ("event", 4, 1)
+    motion = classify(ChainParameters(2, 5.0), duration=2000, transient=1000, seed=4)
+    assert result["largest_exponent"] == motion.largest_exponent
+
+
+def test_classify_has_null_where_there_is_no_period():
+    settings = {"action": "classify", "n_blocks": 7, "belt_velocity": 10, "noise": 0}
+    done = command("--json", duration=400, transient=100, **settings)
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert result["period_time"] is None
+    table = command(duration=400, transient=100, **settings)
+    assert "largest_exponent" in table.stdout
+    verlet = command(method="verlet", **settings)
+    assert verlet.returncode == 2
+    assert verlet.stderr == "error: method = 'verlet': only 'event' has a tangent dynamics\n"
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"belt_velocity": -20}, "belt_velocity = -20"),
+        ({"n_blocks": 0}, "n_blocks = 0"),
+        ({"noise": -1}, "noise = -1"),
+        ({"transient": 31}, "transient = 31"),
+        ({"method": "euler"}, "method = 'euler'"),
+        ({"tolerance": 1e-8}, "tolerance = 1e-08: method 'verlet' has none"),
+        (
+            {"method": "event", "tolerance": 2},
+            "tolerance = 2: must be at least 1e-16 and at most 1",
+        ),
+        ({"output": "no/such/folder/run.h5"}, "output = no/such/folder/run.h5"),
+    ],
+)
+def test_bad_input_is_one_line(changes, message):
+    done = command(**changes)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert message in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_help_explains_the_units():
+    done = command("--help")
+    assert done.returncode == 0
+    assert "0.0765 s" in done.stdout
+
+
+def test_constants_of_the_law_are_options():
+    constants = {
+        "static_friction": 80.0,
+        "friction_ratio": 0.3,
+        "rest_length": 40.0,
+        "linear_limit": 15.0,
+        "compression_rate": 0.1,
+        "extension_rate": 0.02,
+    }
+    done = command("--json", method="event", **constants)
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    run = simulate(
+        ChainParameters(3, 20.0, 1.0, **constants), duration=30.0, transient=10.0, method="event"
+    )
+    assert result["disorder_parameter"] == run.disorder_parameter
+    assert {name: result[name] for name in constants} == constants
+
+
+def test_a_range_belongs_to_scan():
+    done = command(belt_velocity="1:5:1")
+    assert done.returncode == 2
+    assert "a number is needed; `beltrepro scan` takes lists and ranges" in done.stderr
+
+
+def test_a_file_that_is_there_stays_unless_forced(tmp_path):
+    path = tmp_path / "run.h5"
+    path.write_text("mine")
+    done = command(output=path)
+    assert done.returncode == 2 and path.read_text() == "mine"
+    assert done.stderr == f"error: output = {path}: is there already; --force overwrites it\n"
+    done = command("--force", output=path)
+    assert done.returncode == 0 and store.read(path).attributes["kind"] == "run"
+    done = command(output=tmp_path / "run.csv")
+    assert done.returncode == 2 and "must end in .h5" in done.stderr

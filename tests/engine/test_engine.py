@@ -1,0 +1,544 @@
+"""The integrator: closed forms, naive twin, order, energy, random streams, invariance."""
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.stats import chi2, kstest
+
+import naive
+from beltrepro import ChainParameters, ChainState, catalogue, escapes, scan, simulate
+from beltrepro.base.errors import InputError, ModelStateError
+from beltrepro.engine.integrator import Sampling, Section
+from beltrepro.engine.law import law_constants, tension
+from beltrepro.engine.noise import normal_deviates, normal_pairs_wide, stream_states
+from beltrepro.engine.simd import load_wide, store
+from beltrepro.engine.vector import exp2, kernel
+from beltrepro.engine.verlet_integrators import SteppingVerlet
+from beltrepro.model.spring import (
+    chain_deformations,
+    external_force,
+    spring_energy,
+    spring_extension,
+    spring_force,
+)
+
+SINGLE = ChainParameters(1, 1.0)
+
+
+def limit_cycle():
+    """Period and r of one block (N=1, u=1, sigma=0) by quadrature of the energy integral.
+
+    In the frame of the belt... the block starts to slip at F_e = F_st with v = u. While it slips,
+    v^2/2 + U(x) - F_k x is constant; it sticks where v = u again; in between v_r < 0.
+    """
+    kinetic = 0.45 * 71.4
+    high = float(spring_extension(71.4))
+
+    def effective(x):
+        return float(spring_energy(x)) - kinetic * x
+
+    energy = 0.5 + effective(high)
+    # v = +1 at `high`, turns, moves to lower x, turns again and reaches v = 1 at the same
+    # effective potential below the minimum
+    from scipy.optimize import brentq
+
+    middle = float(spring_extension(kinetic))
+    top = brentq(lambda x: effective(x) - energy, high, high + 50)
+    bottom = brentq(lambda x: effective(x) - energy, -200, middle)
+    low = brentq(lambda x: effective(x) - energy + 0.5, -200, middle)
+
+    def moments(a, b):
+        # substitution x = m + w sin(theta) removes the root at a turning point
+        m, w = (a + b) / 2, (b - a) / 2
+
+        def integrand(theta, power):
+            x = m + w * np.sin(theta)
+            speed = np.sqrt(max(2 * (energy - effective(x)), 1e-300))
+            return (50 + x) ** power * w * np.cos(theta) / speed
+
+        return np.array(
+            [
+                quad(integrand, -np.pi / 2, np.pi / 2, (p,), epsabs=1e-11, limit=400)[0]
+                for p in range(3)
+            ]
+        )
+
+    slip = moments(high, top) + moments(bottom, top) + moments(bottom, low)
+    stuck = np.array([((50 + high) ** (p + 1) - (50 + low) ** (p + 1)) / (p + 1) for p in range(3)])
+    time, first, second = slip + stuck
+    mean = first / time
+    return slip[0], time, np.sqrt(second / time - mean**2) / mean
+
+
+def test_one_block_follows_the_closed_form():
+    slip_time, period, disorder = limit_cycle()
+    assert period == pytest.approx(65.895, rel=1e-4)
+    run = simulate(SINGLE, duration=65.895 * 61, transient=65.895, sample_interval=0.01)
+    slips = run.events["time"][run.events["kind"] == "slip"]
+    sticks = run.events["time"][run.events["kind"] == "stick"]
+    assert slips[0] == pytest.approx(20 + 100 * np.log(1.514), abs=0.0011)
+    assert np.diff(slips).mean() == pytest.approx(period, rel=1e-3)
+    assert (sticks - slips[: len(sticks)]).mean() == pytest.approx(slip_time, rel=1e-3)
+    assert run.disorder_parameter == pytest.approx(disorder, rel=1e-3)
+    assert disorder == pytest.approx(0.2297, rel=1e-3)
+
+
+@pytest.mark.parametrize(("n_blocks", "belt_velocity"), [(1, 15.0), (3, 20.0), (5, 30.0)])
+def test_kernel_is_the_naive_loop(n_blocks, belt_velocity):
+    steps = 12000
+    positions, events = naive.verlet(n_blocks, belt_velocity, steps)
+    run = simulate(
+        ChainParameters(n_blocks, belt_velocity),
+        duration=steps * 0.001,
+        sample_interval=0.001,
+    )
+    assert len(events) >= 2
+    expected = np.array(positions)
+    # 2x(t) - x(t-dt) loses digits in every step that the kernel keeps: 1e-14 a step, 12000 steps
+    assert np.abs(run.positions[1:] - expected).max() < 2e-9
+    found = [(round(e["time"], 6), e["block"], str(e["kind"])) for e in run.events]
+    assert found == [(round(t, 6), block, kind) for t, block, kind in events]
+
+
+def test_first_order_convergence_in_the_time_step():
+    """Instant of the first stick, which is found to one step: where in the step it falls decides.
+
+    So root mean squares over 80 steps in each octave; their standard errors of 5 % leave one of
+    0.04 for the order over three octaves.
+    """
+    stretch = 57.0
+    exact = float(spring_extension(71.4)) - stretch + limit_cycle()[0]
+    octaves = 0.00125 * 2 ** (np.arange(320) / 80).reshape(4, 80)
+
+    def error(step):
+        start = {"duration": 10.0, "initial_positions": [50 + stretch], "sample_interval": None}
+        return simulate(SINGLE, time_step=step, **start).events["time"][1] - exact
+
+    errors = [np.sqrt(np.mean([error(step) ** 2 for step in octave])) for octave in octaves]
+    order = np.polyfit(np.arange(4), np.log2(errors), 1)[0]
+    assert order == pytest.approx(1, abs=0.15)
+    assert errors[0] < octaves[0, -1]
+
+
+def test_without_samples_any_time_step_will_do():
+    """The samples behind r are then about 0.1 apart, whatever the step."""
+    odd, even = (
+        simulate(ChainParameters(3, 20.0), duration=30, time_step=step, sample_interval=None)
+        for step in (0.0013, 0.001)
+    )
+    assert odd.mean_length == pytest.approx(even.mean_length, rel=1e-3)
+    with pytest.raises(InputError, match=r"sample_interval = 0\.1: method .verlet. needs"):
+        simulate(ChainParameters(3, 20.0), duration=30, time_step=0.0013, sample_interval=0.1)
+
+
+def test_energy_audit_closes_and_improves_with_the_step():
+    chain = ChainParameters(5, 20.0, 1.0)
+    coarse, fine = (
+        abs(simulate(chain, duration=200, time_step=dt, sample_interval=None).energy_residual)
+        for dt in (0.01, 0.001)
+    )
+    assert fine < 1e-4
+    assert fine < coarse
+
+
+def test_exponential_is_good_to_two_units_in_the_last_place():
+    @kernel
+    def fill(x, y):
+        for i in range(len(x)):
+            y[i] = exp2(x[i], 1.0)
+
+    x = np.linspace(-30, 30, 100001)
+    y = np.empty_like(x)
+    fill(x, y)
+    exact = np.exp2(x.astype(np.longdouble))
+    assert np.max(np.abs((y - exact) / np.spacing(y))) < 2
+    fill(np.zeros(1), y[:1])
+    assert y[0] == 1.0
+
+
+def test_kernel_spring_law_is_the_model():
+    @kernel
+    def fill(x, law, y):
+        for i in range(len(x)):
+            y[i] = tension(x[i], law)
+
+    x = np.linspace(-60, 300, 3601)
+    y = np.empty_like(x)
+    fill(x, law_constants(SINGLE), y)
+    np.testing.assert_allclose(y, -spring_force(x), rtol=2e-14, atol=2e-13)
+    np.testing.assert_allclose(y, [-naive.spring_force(value) for value in x], atol=1e-10)
+
+
+def deviates(rows=200_000, lanes=16, seed=7):
+    chain = ChainParameters(5, 20.0, 1.0)
+    normals = np.empty((rows, lanes))
+    normal_deviates(stream_states([chain] * lanes, seed, range(lanes)), normals)
+    return normals
+
+
+def test_normal_deviates_have_the_right_law():
+    # 3.2 million numbers; every bound is at 5 standard errors (error rate 6e-7 each)
+    normals = deviates()
+    count = normals.size
+    for power, expected, variance in ((1, 0, 1), (2, 1, 2), (3, 0, 15), (4, 3, 96)):
+        assert abs((normals**power).mean() - expected) < 5 * np.sqrt(variance / count)
+    edges = np.array([-4.5, -4, -3, -2, -1, 0, 1, 2, 3, 4, 4.5])
+    from scipy.stats import norm
+
+    probability = np.diff(norm.cdf(np.concatenate([[-np.inf], edges, [np.inf]])))
+    observed = np.histogram(normals, np.concatenate([[-np.inf], edges, [np.inf]]))[0]
+    statistic = ((observed - count * probability) ** 2 / (count * probability)).sum()
+    assert chi2.sf(statistic, len(probability) - 1) > 1e-5
+    assert kstest(normals[:, 0], "norm").pvalue > 1e-5
+
+
+def test_streams_are_independent():
+    normals = deviates(100_000)
+    # neighbours in one stream and across streams: correlation 0 within 5 standard errors
+    for lag in (1, 2, 3, 4, 5, 10):
+        assert abs((normals[lag:] * normals[:-lag]).mean()) < 5 / np.sqrt(normals.size)
+        assert abs((normals[lag:, 1:] * normals[:-lag, :-1]).mean()) < 5 / np.sqrt(normals.size)
+    correlation = np.corrcoef(normals.T) - np.eye(normals.shape[1])
+    assert np.abs(correlation).max() < 6 / np.sqrt(len(normals))
+    squares = np.corrcoef(normals.T**2) - np.eye(normals.shape[1])
+    assert np.abs(squares).max() < 6 / np.sqrt(len(normals))
+
+
+def points(chains, **options):
+    return scan(chains, duration=60.0, transient=20.0, section_position=615.0, **options)
+
+
+def test_points_do_not_depend_on_order_or_company():
+    chains = [ChainParameters(n, u, s) for n in (3, 5) for u in (7, 20, 33) for s in (0, 1, 5)]
+    together = points(chains)
+    backwards = points(chains[::-1])
+    alone = [points([chain]) for chain in chains[::4]]
+    for name, values in together.items():
+        np.testing.assert_array_equal(values, backwards[name][::-1], err_msg=name)
+        for single, expected in zip(alone, values[::4], strict=True):
+            np.testing.assert_array_equal(single[name][0], expected, err_msg=name)
+
+
+def test_replicates_and_seeds_differ():
+    chain = ChainParameters(5, 20.0, 1.0)
+    table = points([chain] * 3, replicate=[0, 1, 0])
+    assert table["mean_length"][0] == table["mean_length"][2]
+    assert table["mean_length"][0] != table["mean_length"][1]
+    assert points([chain], seed=2)["mean_length"][0] != table["mean_length"][0]
+
+
+def test_a_stuck_block_keeps_its_threshold():
+    # one block: it slips exactly where the spring reaches the threshold drawn when it stuck, so
+    # between stick and slip nothing but the belt moves it
+    run = simulate(ChainParameters(1, 5.0, 5.0), duration=400, sample_interval=0.001, seed=3)
+    stuck = run.velocities[:, 0] == 5.0
+    steps = np.diff(run.positions[:, 0])[stuck[:-1] & stuck[1:]]
+    np.testing.assert_allclose(steps, 0.005, atol=1e-10)
+    slips = run.events[run.events["kind"] == "slip"]
+    thresholds = np.abs(slips["force"])
+    # redrawn every step while stuck, the smallest of thousands would win: mean - 3.5 sigma
+    assert abs(thresholds.mean() - 71.4) < 4 * 5 / np.sqrt(len(thresholds))
+
+
+def test_measured_points_are_what_the_samples_say():
+    chain = ChainParameters(5, 12.0)
+    table = scan([chain], duration=300, transient=100, section_position=615.0)
+    run = simulate(chain, duration=300, transient=100, sample_interval=0.001)
+    length = run.positions[run.time >= 100, -1]
+    assert table["mean_length"][0] == pytest.approx(length.mean(), rel=1e-3)
+    assert table["disorder_parameter"][0] == pytest.approx(length.std() / length.mean(), rel=2e-2)
+    down = (length[:-1] >= 615) & (length[1:] < 615)
+    assert table["section_count"][0] == down.sum() > 5
+    velocity = run.velocities[run.time >= 100, -1][1:][down]
+    np.testing.assert_allclose(table["section_velocity"][0, : down.sum()], velocity, atol=0.1)
+    late = run.events[run.events["time"] >= 100]
+    for block in range(1, 6):
+        slips = (late["block"] == block) & (late["kind"] == "slip")
+        assert table["slip_count"][0, block - 1] == slips.sum()
+
+
+def test_catalogue_is_what_the_events_say():
+    chain = ChainParameters(3, 2.0)
+    recorded = catalogue(chain, duration=400, transient=0, section_position=180.0)
+    run = simulate(chain, duration=400, sample_interval=None)
+    slips, avalanches = recorded["slips"], recorded["avalanches"]
+    sticks = run.events[run.events["kind"] == "stick"]
+    assert len(slips) == len(sticks)
+    np.testing.assert_array_equal(slips["stop_time"], sticks["time"])
+    np.testing.assert_array_equal(slips["stop_position"], sticks["position"])
+    # friction takes f_s F_st for every length slipped over the belt
+    slipped = np.abs(
+        slips["stop_position"]
+        - slips["start_position"]
+        - 2.0 * (slips["stop_time"] - slips["start_time"])
+    )
+    np.testing.assert_allclose(slips["dissipated"], 0.45 * 71.4 * slipped, rtol=0.02, atol=0.5)
+    assert avalanches["slips"].sum() <= len(slips)
+    assert np.all(avalanches["start_time"][1:] >= avalanches["stop_time"][:-1])
+    # all stuck before and after: belt work = loss - drop of spring energy, and it is positive
+    assert np.all(avalanches["dissipated"] > 0)
+
+
+def test_escape_of_a_calm_chain():
+    result = escapes(
+        [ChainParameters(5, 45.0)] * 3,
+        replicate=range(3),
+        initial_spread=1e-3,
+        duration=3000,
+        settle_time=500,
+        laminar_time=200,
+    )
+    assert result["final_stick_rate"].shape == (3, 5)
+    escaped = result["escaped"]
+    assert np.all(result["lifetime"][~escaped] == 3000)
+    assert np.all(result["final_stick_rate"][escaped, -1] == 0)
+
+
+def test_friction_balances_stuck_blocks():
+    run = simulate(ChainParameters(3, 2.0), duration=150, sample_interval=0.1)
+    force = external_force(run.positions, run.parameters)
+    stuck = run.velocities == 2.0
+    np.testing.assert_allclose(run.friction[stuck], -force[stuck])
+    slipping = np.abs(run.friction[~stuck])
+    np.testing.assert_allclose(slipping, 0.45 * 71.4)
+    assert np.all(np.abs(force[stuck]) <= 71.4 + 0.01)
+    assert chain_deformations(run.positions, run.parameters).shape == run.positions.shape
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"duration": 10, "transient": 10}, "transient = 10: must be"),
+        ({"duration": -1}, "duration = -1: must be"),
+        ({"duration": 10, "method": "euler"}, "method = 'euler': allowed are"),
+        ({"duration": 10, "time_step": 0}, "time_step = 0: must be"),
+        ({"duration": 10, "sample_interval": 0.00015}, "sample_interval = 0.00015: method"),
+        ({"duration": 10, "seed": -1}, "seed = -1: a whole number"),
+        ({"duration": 10, "initial_positions": [1.0, 2.0]}, "initial_positions"),
+    ],
+)
+def test_bad_input_is_one_clear_line(options, message):
+    with pytest.raises(InputError) as error:
+        simulate(SINGLE, **options)
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_broken_state_names_the_parameters():
+    with pytest.raises(ModelStateError, match=r"N=3, u=20000.*time_step = 0.1"):
+        simulate(ChainParameters(3, 20000.0), duration=200, time_step=0.1, sample_interval=None)
+
+
+def small_buffers(integrator, events, crossings):
+    """Leave an integrator room for a few records of each chain only."""
+    for name, rows in (("_events", events), ("_crossings", crossings)):
+        buffer = getattr(integrator, name)
+        setattr(integrator, name, buffer._replace(rows=buffer.rows[:, :rows].copy()))
+
+
+def recorded(chains, width, events=None, crossings=None):
+    """Samples, crossings and audit of integrators of `width` chains, event records per chain."""
+    rest = chains[0].rest_positions
+    starts = rest + np.random.default_rng(5).uniform(-1, 1, (len(chains), len(rest)))
+    states = [
+        ChainState.at_rest(chain, start, replicate=number)
+        for number, (chain, start) in enumerate(zip(chains, starts, strict=True))
+    ]
+    records, crossed, samples, audit = [], [], [], []
+    for first in range(0, len(chains), width):
+        part = slice(first, first + width)
+        integrator = SteppingVerlet(
+            states[part],
+            time_step=0.01,
+            sampling=Sampling(7, 0.01),
+            sampled_blocks=2,
+            section=Section(3, np.full(len(chains[part]), 330.0)),
+        )
+        if events:
+            small_buffers(integrator, events, crossings)
+        chunks = []
+        for chunk in integrator.advance(120.0):
+            chunks.append(
+                (
+                    [
+                        rows[:n].copy()
+                        for rows, n in zip(chunk.events, chunk.event_count, strict=True)
+                    ],
+                    [
+                        rows[:n].copy()
+                        for rows, n in zip(chunk.crossings, chunk.crossing_count, strict=True)
+                    ],
+                    np.stack(
+                        [chunk.displacement, chunk.relative_velocity, chunk.kinetic_friction]
+                    ).transpose(3, 0, 1, 2),
+                )
+            )
+        assert not events or len(chunks) > 3
+        own, cut, rows = zip(*chunks, strict=True)
+        records += [np.concatenate(parts) for parts in zip(*own, strict=True)]
+        crossed += [np.concatenate(parts) for parts in zip(*cut, strict=True)]
+        samples.append(np.concatenate(rows, axis=2))
+        audit.append(integrator.energy_residual())
+    return records, crossed, np.concatenate(samples), np.concatenate(audit)
+
+
+@pytest.mark.parametrize("noise", [0.0, 3.0])
+def test_width_and_buffers_change_nothing(noise):
+    chains = [ChainParameters(3, 12.0 + i % 7, noise) for i in range(37)]
+    expected = recorded(chains, 32)
+    assert min(map(len, expected[0])) > 10
+    assert sum(map(len, expected[1])) > 10
+    assert np.abs(expected[3]).max() < 1e-2
+    for found in (recorded(chains, 37), recorded(chains, 5), recorded(chains, 32, 30, 6)):
+        for one, other in zip(found, expected, strict=True):
+            for a, b in zip(one, other, strict=True):
+                np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("time_step", [0.05, 0.1])
+def test_hundreds_of_events_follow_the_naive_loop(time_step):
+    steps = 3000
+    positions, events = naive.verlet(5, 30.0, steps, time_step=time_step)
+    run = simulate(
+        ChainParameters(5, 30.0),
+        duration=steps * time_step,
+        time_step=time_step,
+        sample_interval=time_step,
+    )
+    assert len(events) > 80
+    assert np.abs(run.positions[1:] - np.array(positions)).max() < 1e-9
+    found = [(round(e["time"], 6), e["block"], str(e["kind"])) for e in run.events]
+    assert found == [(round(t, 6), block, kind) for t, block, kind in events]
+
+
+def assert_naive(chain, steps, time_step, atol, least_events):
+    """The run is that of the naive loop, with the same events; returns its positions."""
+    positions, events = naive.verlet(
+        chain.n_blocks,
+        chain.belt_velocity,
+        steps,
+        time_step,
+        chain.static_friction,
+        limit=chain.linear_limit,
+    )
+    run = simulate(
+        chain, duration=steps * time_step, time_step=time_step, sample_interval=time_step
+    )
+    assert len(events) >= least_events
+    np.testing.assert_allclose(run.positions[1:], positions, rtol=0, atol=atol)
+    found = [(round(e["time"], 6), e["block"], str(e["kind"])) for e in run.events]
+    assert found == [(round(t, 6), block, kind) for t, block, kind in events]
+    return np.array(positions), events
+
+
+@pytest.mark.parametrize(("n_blocks", "time_step"), [(5, 0.004), (3, 0.02), (64, 0.01)])
+def test_other_time_steps_follow_the_naive_loop(n_blocks, time_step):
+    assert_naive(ChainParameters(n_blocks, 30.0), 3000, time_step, 1e-9, 10)
+
+
+@pytest.mark.parametrize("time_step", [0.004, 0.01])
+def test_reversals_follow_the_naive_loop(time_step):
+    # so little friction that a block often turns where |F_ex| > F_st
+    chain = ChainParameters(3, 20.0, static_friction=3.05)
+    _, events = assert_naive(chain, round(80 / time_step), time_step, 1e-8, 8)
+    pairs = itertools.pairwise(events)
+    reversals = [a for a, b in pairs if a[:2] == b[:2] and (a[2], b[2]) == ("stick", "slip")]
+    assert len(reversals) >= 3
+
+
+@pytest.mark.parametrize("time_step", [0.004, 0.01])
+def test_ends_of_the_branches_follow_the_naive_loop(time_step):
+    # with a short linear branch, springs pass its ends all the time
+    chain = ChainParameters(4, 15.0, static_friction=30.0, linear_limit=2.0)
+    positions, _ = assert_naive(chain, round(60 / time_step), time_step, 1e-8, 4)
+    deformations = chain_deformations(positions, chain)
+    branch = np.sign(deformations) * (np.abs(deformations) > 2.0)
+    assert np.abs(np.diff(branch, axis=0)).sum() > 20
+    assert (branch < 0).any()
+
+
+def followed(chains, strides, noise_keys):
+    """Events, crossings, last state and audit of an integrator, and its samples every 700 steps."""
+    rest = chains[0].rest_positions
+    starts = rest + np.random.default_rng(6).uniform(-1, 1, (len(noise_keys), len(rest)))
+    integrator = SteppingVerlet(
+        [
+            ChainState.at_rest(chain, start, replicate=key)
+            for chain, start, key in zip(chains, starts, noise_keys, strict=False)
+        ],
+        time_step=0.004,
+        sampling=Sampling(strides, 0.004),
+        sampled_blocks=len(rest),
+        section=Section(2, np.full(len(chains), 190.0)),
+    )
+    events, crossings, samples = ([[] for _ in chains] for _ in range(3))
+    for chunk in integrator.advance(56.0):
+        row = np.isclose(np.round(chunk.time / 0.004) % 700, 0)
+        for lane in range(len(chains)):
+            events[lane].append(chunk.events[lane, : chunk.event_count[lane]].copy())
+            crossings[lane].append(chunk.crossings[lane, : chunk.crossing_count[lane]].copy())
+            values = chunk.displacement, chunk.relative_velocity, chunk.kinetic_friction
+            samples[lane].append(np.stack(values, axis=1)[row, :, :, lane])
+    parts = [[np.concatenate(own) for own in every] for every in (events, crossings, samples)]
+    return [
+        (*own, *last)
+        for *own, last in zip(
+            *parts,
+            zip(
+                integrator.positions(),
+                integrator.velocities(),
+                integrator.energy_residual(),
+                strict=True,
+            ),
+            strict=True,
+        )
+    ]
+
+
+KINDS = [(0.3, 0.0), (12.0, 0.0), (30.0, 0.0), (45.0, 2.0), (20.0, 15.0), (90.0, 0.0), (8.0, 1.0)]
+
+
+def test_neither_sample_stride_nor_neighbours_change_a_bit():
+    # chains of all kinds: nearly always stuck, laminar, noisy, beyond the reach of the series
+    chains = [ChainParameters(4, u, sigma) for u, sigma in KINDS]
+    keys = range(len(chains))
+    expected = followed(chains, 700, keys)
+    assert sum(len(chain[0]) for chain in expected) > 50
+    assert sum(len(chain[1]) for chain in expected) > 5
+    for stride in (1, 7, 10, 100):
+        for one, other in zip(followed(chains, stride, keys), expected, strict=True):
+            for a, b in zip(one, other, strict=True):
+                np.testing.assert_array_equal(a, b)
+    for last in range(1, len(chains)):
+        for one, other in zip(followed(chains[:last], 50, keys), expected, strict=False):
+            for a, b in zip(one, other, strict=True):
+                np.testing.assert_array_equal(a, b)
+
+
+def test_wide_vectors_round_like_one_chain():
+    @kernel
+    def fill(states, law, x, y, normals):
+        for first in range(0, len(x), 16):
+            deformation = load_wide(x, (first,))
+            store(y, (first,), tension(deformation, law))
+        for row in range(0, len(normals), 2):
+            first, second = normal_pairs_wide(states, 0)
+            store(normals, (row, 0), first)
+            store(normals, (row + 1, 0), second)
+
+    @kernel
+    def fill_one(law, x, y):
+        for i in range(len(x)):
+            y[i] = tension(x[i], law)
+
+    x = np.linspace(-60, 300, 3600)
+    wide, one, normals = np.empty_like(x), np.empty_like(x), np.empty((10, 16))
+    states = stream_states([SINGLE] * 16, 7, range(16))
+    fill(states, law_constants(SINGLE), x, wide, normals)
+    fill_one(law_constants(SINGLE), x, one)
+    np.testing.assert_array_equal(wide, one)
+    expected = np.empty((10, 16))
+    normal_deviates(stream_states([SINGLE] * 16, 7, range(16)), expected)
+    np.testing.assert_array_equal(normals, expected)

@@ -1,0 +1,810 @@
+"""The event integrator: exact references, roots, energy, identity of bits, events, the noise."""
+
+import json
+from itertools import pairwise
+from types import SimpleNamespace
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+from scipy.stats import chi2, ks_2samp, kstest
+from test_engine import limit_cycle
+
+import exact
+import reference
+from beltrepro import ChainParameters, ChainState, simulate
+from beltrepro.base.errors import ModelStateError
+from beltrepro.engine import event
+from beltrepro.engine import integrator as engine_integrator
+from beltrepro.engine.event_integrator import EventIntegrator
+from beltrepro.engine.integrator import Sampling, Section
+from beltrepro.engine.records import EVENT_SLIP, EVENT_TIME
+from beltrepro.engine.roots import first_roots
+from beltrepro.engine.simd import LANES, load, select, spread, store
+from beltrepro.engine.taylor import LEVELS
+from beltrepro.engine.vector import inlined, kernel
+from beltrepro.model.accuracy import ORDER
+from beltrepro.model.spring import external_force, spring_extension
+
+EXACT = json.loads(exact.DATA.read_text())
+
+
+def integrator(
+    chains,
+    starts=None,
+    *,
+    kind=EventIntegrator,
+    replicates=None,
+    section=None,
+    seed=1,
+    stride=100,
+    **settings,
+):
+    """An integrator that samples all blocks every `stride` ms; starts: displacements."""
+    positions = np.array([chain.rest_positions for chain in chains])
+    if starts is not None:
+        positions = positions + starts
+    replicates = [0] * len(chains) if replicates is None else replicates
+    states = [
+        ChainState.at_rest(chain, place, seed=seed, replicate=replicate)
+        for chain, place, replicate in zip(chains, positions, replicates, strict=True)
+    ]
+    return kind(
+        states,
+        time_step=0.001,
+        sampling=Sampling(stride, 0.001),
+        sampled_blocks=chains[0].n_blocks,
+        section=section,
+        **settings,
+    )
+
+
+def advanced(chains, until, starts=None, **options):
+    """End state of `integrator`, and copies of what its chunks hold."""
+    chain = integrator(chains, starts, **options)
+    chunks = []
+    for chunk in chain.advance(until):
+        lanes = range(len(chains))
+        chunks.append(
+            SimpleNamespace(
+                time=chunk.time.copy(),
+                displacement=chunk.displacement.copy(),
+                relative_velocity=chunk.relative_velocity.copy(),
+                events=[chunk.events[i, : chunk.event_count[i]].copy() for i in lanes],
+                crossings=[chunk.crossings[i, : chunk.crossing_count[i]].copy() for i in lanes],
+            )
+        )
+    return chain, chunks
+
+
+def run_from(n_blocks, belt_velocity, displacements, duration):
+    """Events of several starts: one list of (time, block, kind) for each."""
+    chain = ChainParameters(n_blocks, belt_velocity)
+    runs = simulate(
+        [chain] * len(displacements),
+        duration=duration,
+        method="event",
+        initial_positions=[chain.rest_positions + start for start in displacements],
+        sample_interval=None,
+    )
+    return [
+        [(float(e["time"]), int(e["block"]), str(e["kind"])) for e in run.events] for run in runs
+    ]
+
+
+def sequence(events):
+    return [single[1:] for single in events]
+
+
+def times(events):
+    return np.array([single[0] for single in events])
+
+
+# --- against the references ---
+
+
+@pytest.mark.parametrize("case", EXACT, ids=lambda c: f"N{c['n_blocks']}-u{c['belt_velocity']:g}")
+def test_events_and_state_of_forty_digits(case):
+    n_blocks, n_events = case["n_blocks"], case["n_events"]
+    chain = ChainParameters(n_blocks, case["belt_velocity"])
+    last = case["events"][-1][0]
+    start = np.array(case["displacement"])
+    events = run_from(n_blocks, case["belt_velocity"], [start], last + 1e-6)[0]
+    assert sequence(events) == [(block, kind) for _, block, kind in case["events"]]
+    assert len(events) == n_events
+    np.testing.assert_allclose(times(events), times(case["events"]), rtol=0, atol=1e-10)
+    end = advanced([chain], last, [start])[0]
+    np.testing.assert_allclose(end.positions()[0], case["positions"], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(end.velocities()[0], case["velocities"], rtol=0, atol=1e-9)
+
+
+def test_error_falls_with_the_tolerance():
+    case = EXACT[0]
+    chain = ChainParameters(case["n_blocks"], case["belt_velocity"])
+    errors = []
+    for tolerance in (1e-4, 1e-6, 1e-8, 1e-10):
+        chunks = advanced([chain], case["events"][-1][0] + 1e-3, tolerance=tolerance)[1]
+        instants = np.concatenate([chunk.events[0] for chunk in chunks])[:, EVENT_TIME]
+        errors.append(np.abs(instants[: len(case["events"])] - times(case["events"])).max())
+    assert errors[0] < 1e-5
+    assert np.all(np.array(errors[1:]) < 0.2 * np.array(errors[:-1]))
+    assert errors[-1] < 1e-11
+
+
+def compare_random_starts(seed, count, duration=40.0):
+    """`count` random chains and starts against `event_reference`; returns the largest error."""
+    rng = np.random.default_rng(seed)
+    worst = 0.0
+    for _ in range(count):
+        n_blocks = int(rng.integers(2, 9))
+        belt_velocity = rng.uniform(2, 30)
+        start = rng.normal(0, 3, n_blocks)
+        expected, _ = reference.event_reference(
+            n_blocks, belt_velocity, start, duration, longest=0.5
+        )
+        events = run_from(n_blocks, belt_velocity, [start], duration)[0]
+        assert sequence(events) == sequence(expected), (n_blocks, belt_velocity, start.tolist())
+        worst = max(worst, np.abs(times(events) - times(expected)).max(initial=0))
+    assert worst < 1e-8
+    return worst
+
+
+def test_random_starts_follow_the_reference():
+    compare_random_starts(11, 24)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", range(10))
+def test_no_grazing_contact_is_lost_in_a_thousand_starts(part):
+    compare_random_starts(100 + part, 100)
+
+
+def boundary(rng, duration, width):
+    """Two starts, `width` apart on a line, with different events: by sections of a random line.
+
+    Between them one contact is gained or lost, two events change places, or a block that stuck
+    slips on.
+    """
+    while True:
+        n_blocks = int(rng.integers(2, 7))
+        belt_velocity = rng.uniform(2, 30)
+        start = rng.normal(0, 3, n_blocks)
+        way = rng.normal(0, 1, n_blocks)
+        low, high = 0.0, 0.3
+        while high - low > width:
+            # events that only the end of the run cuts off count as no difference
+            places = np.linspace(low, high, 32)
+            found = run_from(n_blocks, belt_velocity, [start + s * way for s in places], duration)
+            length = min(map(len, found))
+            changes = [
+                i
+                for i, (a, b) in enumerate(pairwise(found))
+                if sequence(a)[: length - 2] != sequence(b)[: length - 2]
+            ]
+            if not changes:
+                break
+            low, high = places[changes[0]], places[changes[0] + 1]
+        else:
+            return n_blocks, belt_velocity, (start + low * way, start + high * way)
+
+
+def compare_boundaries(seed, count, *, duration=20.0, width=1e-9):
+    """Sequences on both sides of `count` boundaries; returns (least distance or rate, error)."""
+    rng = np.random.default_rng(seed)
+    found = []
+    for _ in range(count):
+        n_blocks, belt_velocity, sides = boundary(rng, duration, width)
+        both = run_from(n_blocks, belt_velocity, sides, duration)
+        distances, rates, errors = [], [], []
+        for start, events in zip(sides, both, strict=True):
+            expected, contacts = reference.event_reference(
+                n_blocks, belt_velocity, start, duration, longest=0.5
+            )
+            case = (n_blocks, belt_velocity, start.tolist())
+            assert sequence(events) == sequence(expected), case
+            distances.append(min(contact[0] for contact in contacts))
+            rates.append(min((contact[3] for contact in contacts[:-1]), default=np.inf))
+            errors.append(np.abs(times(events) - times(expected)).max(initial=0))
+        found.append((min(distances), min(rates), max(errors)))
+    return np.array(found)
+
+
+def test_boundaries_between_sequences_lie_where_the_reference_has_them():
+    distance, rate, error = compare_boundaries(5, 3).T
+    grazing = distance < 1e-6
+    assert grazing.sum() >= 2
+    # an event at a small rate takes its time from a small difference
+    assert np.all(error < 1e-8 / np.minimum(rate, 1))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", range(4))
+def test_no_grazing_contact_is_lost_at_boundaries(part):
+    distance, rate, error = compare_boundaries(50 + part, 60).T
+    assert (distance < 1e-6).sum() >= 15
+    assert np.all(error < 1e-8 / np.minimum(rate, 1))
+
+
+# --- roots ---
+
+
+NO_ROOT = 2.0
+
+
+@kernel
+def all_first_roots(polynomials, roots):
+    length = spread(1.0)
+    for column in range(roots.size // LANES):
+        place, found, _ = first_roots(ORDER, 1e-15, polynomials, column, length, length > 0.0)
+        store(roots, (column * LANES,), select(found, place, NO_ROOT))
+
+
+def roots_of(coefficients):
+    """`first_roots` of polynomials in the rows of (P, K), K <= LEVELS."""
+    count = len(coefficients)
+    padded = np.zeros((-(-count // LANES) * LANES, LEVELS))
+    padded[:, 0] = 1.0
+    padded[:count] = 0.0
+    padded[:count, : coefficients.shape[1]] = coefficients
+    roots = np.empty(len(padded))
+    flat = padded.reshape(-1, LANES, LEVELS).transpose(0, 2, 1).ravel()
+    all_first_roots(np.ascontiguousarray(flat), roots)
+    return roots[:count]
+
+
+def series_like(rng, count, decay):
+    """Random coefficients that fall as those of a series at the end of its step; positive at 0."""
+    coefficients = rng.normal(0, 1, (count, LEVELS)) * decay ** np.arange(LEVELS)
+    coefficients[:, 0] = np.abs(coefficients[:, 0])
+    return coefficients
+
+
+def test_first_root_is_that_of_all_roots():
+    rng = np.random.default_rng(1)
+    for decay in (0.2, 0.5, 0.9):
+        coefficients = series_like(rng, 2000, decay)
+        found = roots_of(coefficients)
+        for row, root in zip(coefficients, found, strict=True):
+            everything = np.roots(row[::-1])
+            real = everything[np.abs(everything.imag) < 1e-9].real
+            inside = real[(real >= 0) & (real <= 1)]
+            if inside.size:
+                assert root == pytest.approx(inside.min(), abs=1e-9)
+            else:
+                assert root == NO_ROOT
+
+
+def test_every_root_found_is_a_zero():
+    rng = np.random.default_rng(8)
+    for decay in (0.2, 0.4, 0.6):
+        coefficients = series_like(rng, 40_000, decay)
+        coefficients[:, 0] *= 10.0 ** rng.uniform(-8, 0, len(coefficients))
+        found = roots_of(coefficients)
+        inside = found <= 1
+        assert inside.mean() > 0.4
+        powers = found[inside, None] ** np.arange(LEVELS)
+        value = (coefficients[inside] * powers).sum(axis=1)
+        assert np.all(np.abs(value) < 1e-14 * np.abs(coefficients[inside]).sum(axis=1))
+
+
+def test_first_root_is_that_of_bernstein_subdivision():
+    rng = np.random.default_rng(2)
+    coefficients = series_like(rng, 240, 0.6)
+    # the lowest point of every other one is put close to zero, above or below
+    for row in coefficients[::2]:
+        polynomial = np.polynomial.Polynomial(row)
+        lowest = minimize_scalar(polynomial, bounds=(0, 1), method="bounded").fun
+        row[0] -= lowest + rng.choice([-1, 1]) * 10.0 ** rng.uniform(-10, -2)
+    coefficients = coefficients[coefficients[:, 0] > 0]
+    found = roots_of(coefficients)
+    for row, root in zip(coefficients, found, strict=True):
+        place = float(exact.real(exact.first_root([exact.fixed(c) for c in row.tolist()])))
+        if place > 1:
+            assert root == NO_ROOT
+            continue
+        # what the rounding of the value means for the place of the root
+        slope = abs(np.polynomial.Polynomial(row).deriv()(place))
+        assert abs(root - place) < 1e-14 * np.abs(row).sum() / slope + 1e-14
+
+
+@pytest.mark.parametrize("depth", [1e-4, 1e-8, 1e-12])
+def test_two_close_roots_are_neither_lost_nor_invented(depth):
+    rng = np.random.default_rng(3)
+    place = rng.uniform(0.05, 0.95, 400)
+    factor = series_like(rng, 400, 0.4)[:, : LEVELS - 2]
+    factor[:, 0] = np.abs(factor[:, 1:]).sum(axis=1) + 0.1  # positive on [0, 1]
+
+    def touching(gap):
+        pairs = [
+            np.convolve([p * p + gap, -2 * p, 1.0], row)
+            for p, row in zip(place, factor, strict=True)
+        ]
+        return roots_of(np.array(pairs))
+
+    assert np.all(touching(depth) == NO_ROOT)
+    # the value is rounded to about 1e-16, and d(root)/d(value) = 1/(2 sqrt(depth))
+    np.testing.assert_allclose(
+        touching(-depth), place - np.sqrt(depth), rtol=0, atol=1e-14 / np.sqrt(depth) + 1e-14
+    )
+
+
+def test_roots_at_the_ends_and_none():
+    coefficients = np.array(
+        [
+            [0.0, 1.0, 0.0],  # zero at the start
+            [-1e-30, 1.0, 0.0],  # has just passed
+            [1.0, 0.0, 0.0],
+            [1.0, -0.999, 0.0],  # beyond the end
+            [1.0, -4.0, 4.0],  # double root at 1/2
+            [1e-16, -1.0, 0.0],
+            [1.0, 5.0, -3.0],
+            [0.0, 0.0, 0.0],
+            [2.0, -4.0, 0.0],
+        ]
+    )
+    found = roots_of(coefficients)
+    expected = [0, 0, NO_ROOT, NO_ROOT, 0.5, 1e-16, NO_ROOT, 0, 0.5]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7)
+    assert found[0] == found[1] == found[7] == 0
+
+
+# --- energy, closed forms ---
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+@pytest.mark.parametrize("n_blocks", [1, 5, 10])
+def test_energy_audit_closes_to_rounding(n_blocks, noise):
+    for belt_velocity in (1.0, 12.0, 30.0):
+        run = simulate(
+            ChainParameters(n_blocks, belt_velocity, noise),
+            duration=600,
+            method="event",
+            sample_interval=None,
+        )
+        assert len(run.events) > 6
+        # the steps of chains with noise may leave more
+        assert abs(run.energy_residual) < (1e-7 if noise else 1e-12)
+        if noise:
+            strict = advanced([run.parameters], 600.0, noise_share=0.0)[0]
+            assert abs(strict.energy_residual()) < 1e-12
+
+
+def test_one_block_follows_the_closed_form():
+    slip_time, period, disorder = limit_cycle()
+    assert period == pytest.approx(65.895, abs=5e-4)
+    assert disorder == pytest.approx(0.2297, abs=5e-5)
+    run = simulate(
+        ChainParameters(1, 1.0),
+        duration=round(period * 61, 2),
+        transient=round(period, 2),
+        method="event",
+        sample_interval=0.01,
+    )
+    slips = run.events["time"][run.events["kind"] == "slip"]
+    sticks = run.events["time"][run.events["kind"] == "stick"]
+    assert slips[0] == pytest.approx(20 + 100 * np.log(1.514), rel=1e-14)
+    np.testing.assert_allclose(np.diff(slips), period, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(sticks - slips[: len(sticks)], slip_time, rtol=0, atol=1e-8)
+    assert run.disorder_parameter == pytest.approx(disorder, rel=1e-4)
+
+
+# --- the same bits ---
+
+
+def company(count):
+    """Chains of five blocks with different u and sigma."""
+    rng = np.random.default_rng(4)
+    velocities = rng.uniform(2, 40, count)
+    noises = rng.choice([0.0, 0.5, 1.0, 5.0], count)
+    return [ChainParameters(5, u, s) for u, s in zip(velocities, noises, strict=True)]
+
+
+def bits(run):
+    return [
+        run.events.tobytes(),
+        run.positions.tobytes(),
+        run.velocities.tobytes(),
+        run.energy_residual,
+        run.disorder_parameter,
+    ]
+
+
+def test_company_changes_no_bit():
+    options = {"duration": 60.0, "method": "event", "sample_interval": 0.5}
+    others = company(40)
+    for chain in (ChainParameters(5, 20.0), ChainParameters(5, 7.0, 1.0)):
+        alone = bits(simulate(chain, **options))
+        for lane in range(10):
+            runs = simulate([*others[:lane], chain, *others[lane:9]], **options)
+            assert bits(runs[lane]) == alone
+        for lane in (0, 17, 31, 32, 40):
+            runs = simulate([*others[:lane], chain, *others[lane:]], **options)
+            assert bits(runs[lane]) == alone
+
+
+def test_growing_buffers_change_no_bit(monkeypatch):
+    chains = company(9)
+    section = Section(5, np.full(9, 615.0))
+
+    def everything():
+        end, chunks = advanced(chains, 200.0, section=section)
+        arrays = [end.positions(), end.velocities(), end.energy_residual()]
+        for chunk in chunks:
+            arrays += [chunk.displacement, chunk.relative_velocity, *chunk.events, *chunk.crossings]
+        assert max(map(len, chunks[0].crossings)) > 9
+        return [array.tobytes() for array in arrays]
+
+    wide = everything()
+    monkeypatch.setattr(engine_integrator, "_EVENTS", 1)
+    monkeypatch.setattr(engine_integrator, "_CROSSINGS", 1)
+    assert everything() == wide
+
+
+# --- events that need care ---
+
+
+def test_the_first_slip_of_a_chain_at_rest_on_the_belt():
+    rng = np.random.default_rng(6)
+    for n_blocks in (1, 2, 5):
+        for belt_velocity in (0.01, 3.0):
+            start = rng.normal(0, 3, n_blocks)
+            chain = ChainParameters(n_blocks, belt_velocity)
+            # F_ex = -F_st of the first block, whose next spring stays as it is
+            next_pull = start[1] - start[0] if n_blocks > 1 else 0.0
+            goal = float(spring_extension(71.4 + next_pull))
+            expected = (goal - start[0]) / belt_velocity
+            events = run_from(n_blocks, belt_velocity, [start], expected * 1.001)[0]
+            assert events[0][1:] == (1, "slip")
+            assert events[0][0] == pytest.approx(expected, rel=1e-14)
+            end, chunks = advanced([chain], expected * 0.999, [start])
+            np.testing.assert_allclose(
+                end.positions()[0],
+                chain.rest_positions + start + belt_velocity * expected * 0.999,
+                rtol=1e-14,
+            )
+            assert np.all(end.velocities() == belt_velocity)
+            assert all(np.all(chunk.relative_velocity == 0) for chunk in chunks)
+
+
+def test_a_block_that_reverses_slips_straight_on():
+    chain = ChainParameters(20, 80.0)
+    run = simulate(chain, duration=1000, method="event", sample_interval=None)
+    events = run.events
+    at_once = (
+        (events["kind"][:-1] == "stick")
+        & (events["kind"][1:] == "slip")
+        & (events["block"][:-1] == events["block"][1:])
+        & (events["time"][:-1] == events["time"][1:])
+    )
+    assert at_once.sum() >= 3
+    for field in ("force", "position", "dissipated"):
+        np.testing.assert_array_equal(events[field][:-1][at_once], events[field][1:][at_once])
+    assert np.all(np.abs(events["force"][:-1][at_once]) >= 71.4)
+    # any other stick holds; any other slip starts at the threshold
+    held = events["kind"] == "stick"
+    held[:-1] &= ~at_once
+    assert np.all(np.abs(events["force"][held]) <= 71.4)
+    started = events["kind"] == "slip"
+    started[1:] &= ~at_once
+    np.testing.assert_allclose(np.abs(events["force"][started]), 71.4, rtol=0, atol=1e-11)
+    # slips and sticks of a block alternate
+    for block in range(1, 21):
+        kinds = events["kind"][events["block"] == block]
+        assert np.all(kinds[::2] == "slip")
+        assert np.all(kinds[1::2] == "stick")
+
+
+def test_two_blocks_that_slip_at_one_time():
+    # linear springs: the second block stands exactly at its threshold from the start, the first
+    # reaches its own at t = 28 exactly; from then on both move, which pulls neither back
+    law = {"static_friction": 64.0, "friction_ratio": 0.5, "linear_limit": 1e6}
+    chain = ChainParameters(2, 1.0, **law)
+    options = {"method": "event", "sample_interval": 0.5}
+    start = [150.0, 264.0]
+    run = simulate(chain, duration=29.5, initial_positions=start, **options)
+    assert [(e["time"], e["block"], e["kind"]) for e in run.events[:2]] == [
+        (28.0, 1, "slip"),
+        (28.0, 2, "slip"),
+    ]
+    assert len(run.events) == 2
+    # x'' = -K (x - x_k) with friction +32 on both, from x = (128, 192), v = (1, 1)
+    stiffness = np.array([[2.0, -1.0], [-1.0, 1.0]])
+    square, modes = np.linalg.eigh(stiffness)
+    rest = np.linalg.solve(stiffness, [32.0, 32.0])
+    frequency, elapsed = np.sqrt(square), 1.5
+    a, b = modes.T @ ([128.0, 192.0] - rest), modes.T @ [1.0, 1.0] / frequency
+    motion = modes @ (a * np.cos(frequency * elapsed) + b * np.sin(frequency * elapsed)) + rest
+    np.testing.assert_allclose(run.positions[-1] - chain.rest_positions, motion, rtol=0, atol=1e-10)
+
+
+def test_a_block_beyond_its_threshold_slips_at_once():
+    for start in ([0.0, 100.0], [0.0, -45.0], [-45.0, 0.0]):
+        events = run_from(2, 1.0, [np.array(start)], 20.0)[0]
+        expected, _ = reference.event_reference(2, 1.0, np.array(start), 20.0)
+        # the order of slips at one time is nobody's business
+        assert sorted(sequence(events)) == sorted(sequence(expected))
+        np.testing.assert_allclose(times(events), times(expected), rtol=0, atol=1e-9)
+
+
+def test_a_storm_of_events_names_the_parameters():
+    with pytest.raises(ModelStateError) as error:
+        simulate(ChainParameters(3, 1e5), duration=20, method="event", sample_interval=None)
+    message = str(error.value)
+    assert "N=3, u=100000, sigma=0" in message
+    assert "\n" not in message
+
+
+def test_a_run_that_ends_with_a_block_behind_the_wall_is_an_error():
+    with pytest.raises(ModelStateError, match="N=3, u=1000, sigma=0: blocks pass"):
+        simulate(ChainParameters(3, 1000.0), duration=2.5, method="event", sample_interval=None)
+
+
+# --- samples and section ---
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+def test_samples_are_the_states_of_shorter_runs(noise):
+    chain = ChainParameters(4, 15.0, noise)
+    chunks = advanced([chain], 30.0, stride=700, noise_share=0.0)[1]
+    assert len(chunks) == 1
+    for k, time in enumerate(chunks[0].time):
+        end = advanced([chain], time, noise_share=0.0)[0]
+        positions = chunks[0].displacement[k, :, 0] + chain.rest_positions
+        np.testing.assert_allclose(positions, end.positions()[0], rtol=0, atol=1e-10)
+        velocities = chunks[0].relative_velocity[k, :, 0] + 15.0
+        np.testing.assert_allclose(velocities, end.velocities()[0], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+def test_a_run_in_pieces_goes_on_where_it_stopped(noise):
+    # noise cells go on across the ends of the pieces; the steps are cut there, by rounding only
+    chain = ChainParameters(3, 20.0, noise)
+    whole = advanced([chain], 40.0, noise_share=0.0)[0]
+    pieces = integrator([chain], noise_share=0.0)
+    for until in (0.3, 7.77, 40.0):
+        assert list(pieces.advance(until))[-1].end == until
+    np.testing.assert_allclose(pieces.positions(), whole.positions(), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(pieces.velocities(), whole.velocities(), rtol=0, atol=1e-9)
+
+
+def test_friction_samples_balance_stuck_blocks():
+    chain = ChainParameters(3, 2.0)
+    run = simulate(chain, duration=150, method="event", sample_interval=0.1)
+    force = external_force(run.positions, chain)
+    stuck = run.velocities == 2.0
+    assert 0 < stuck.mean() < 1
+    np.testing.assert_allclose(run.friction[stuck], -force[stuck], rtol=0, atol=1e-11)
+    np.testing.assert_allclose(np.abs(run.friction[~stuck]), 0.45 * 71.4, rtol=1e-14)
+    assert np.abs(force[stuck]).max() <= 71.4 + 1e-11
+
+
+def test_crossings_lie_on_the_section():
+    chains = [ChainParameters(5, u) for u in (12.0, 20.0, 31.0)]
+    places = np.array([590.0, 615.0, 640.0])
+    chunks = advanced(chains, 400.0, section=Section(5, places), stride=2)[1]
+    for lane, chain in enumerate(chains):
+        rows = np.concatenate([chunk.crossings[lane] for chunk in chunks])
+        positions = rows[:, 1:6] + chain.rest_positions
+        velocities = rows[:, 6:] + chain.belt_velocity
+        assert np.abs(positions[:, 4] - places[lane]).max() < 1e-9
+        assert np.all(velocities[:, 4] < 0)
+        assert np.all(np.diff(rows[:, 0]) > 0)
+        time = np.concatenate([chunk.time for chunk in chunks])
+        length = np.concatenate([chunk.displacement[:, 4, lane] for chunk in chunks]) + 250.0
+        down = np.flatnonzero((length[:-1] >= places[lane]) & (length[1:] < places[lane]))
+        assert len(rows) == len(down) > 10
+        assert np.all((time[down] <= rows[:, 0]) & (rows[:, 0] <= time[down + 1]))
+        # the other blocks there, from the samples beside
+        share = ((rows[:, 0] - time[down]) / (time[down + 1] - time[down]))[:, None]
+        samples = np.concatenate([chunk.displacement[:, :, lane] for chunk in chunks])
+        between = samples[down] * (1 - share) + samples[down + 1] * share
+        np.testing.assert_allclose(rows[:, 1:6], between, rtol=0, atol=1e-3)
+
+
+# --- hooks ---
+
+
+class Followed(NamedTuple):
+    """What `FollowedIntegrator` keeps of W chains."""
+
+    events: np.ndarray  # (4, W) of each kind
+    travel: np.ndarray  # (2, W) model time by series, and by steps
+    impulse: np.ndarray  # (N, W) of the noise on slipping blocks
+
+
+@inlined
+def follow_series(order, lane, active, sliding, group, scratch, companion):
+    now = load(group.chains.time, (lane,))
+    store(companion.travel, (0, lane), select(active, now, load(companion.travel, (0, lane))))
+
+
+@inlined
+def follow_move(order, lane, active, sliding, step, group, scratch, companion):
+    store(companion.travel, (1, lane), load(companion.travel, (1, lane)) + step)
+    for block in range(companion.impulse.shape[0]):
+        level = load(group.chains.noise_force, (0, block, lane))
+        slope = load(group.chains.noise_force, (1, block, lane))
+        slipping = load(group.chains.direction, (block, lane)) != 0.0
+        added = select(slipping, (level - 0.5 * slope * step) * step, 0.0)
+        store(companion.impulse, (block, lane), load(companion.impulse, (block, lane)) + added)
+
+
+@inlined
+def follow_event(kind, block, lane, i, group, scratch, companion):
+    companion.events[kind, lane + i] += 1.0
+
+
+class FollowedIntegrator(EventIntegrator):
+    _hooks = event.Hooks(follow_series, follow_move, follow_event)
+
+    def __init__(self, parameters, **settings):
+        super().__init__(parameters, **settings)
+        lanes = self._chains.time.size
+        n_blocks = self.n_blocks
+        self._companion = Followed(*(np.zeros((rows, lanes)) for rows in (4, 2, n_blocks)))
+
+
+@pytest.mark.slow  # a kernel of its own is compiled
+def test_hooks_see_every_step_and_event_and_change_no_bit():
+    chains = [ChainParameters(5, u, 1.0) for u in (3.0, 20.0, 45.0)]
+    duration = 90.0
+    plain, expected = advanced(chains, duration)
+    followed, chunks = advanced(chains, duration, kind=FollowedIntegrator)
+    np.testing.assert_array_equal(followed.positions(), plain.positions())
+    np.testing.assert_array_equal(followed.velocities(), plain.velocities())
+    seen = followed._companion
+    np.testing.assert_allclose(seen.travel[1, :3], duration, rtol=1e-12)
+    assert np.all((seen.travel[0, :3] > 0) & (seen.travel[0, :3] < duration))
+    for lane in range(3):
+        slips = np.concatenate([chunk.events[lane][:, EVENT_SLIP] for chunk in chunks])
+        np.testing.assert_array_equal(
+            slips, np.concatenate([chunk.events[lane][:, EVENT_SLIP] for chunk in expected])
+        )
+        counted = seen.events[:, lane]
+        assert counted[event.SLIP] + counted[event.REVERSAL] == (slips > 0).sum() >= 6
+        assert counted[event.STICK] + counted[event.REVERSAL] == (slips == 0).sum() >= 6
+    assert seen.events[event.BRANCH, :3].sum() >= 6
+
+
+@pytest.mark.slow  # a kernel of its own is compiled
+def test_impulses_of_the_noise_are_those_that_move_a_block():
+    # one block that slips from t = 0 on: its momentum is what spring, friction and noise gave it
+    until, start = 2.0, 80.0
+    chains = [ChainParameters(1, 5.0, noise) for noise in (1.0, 4.0)]
+    end, chunks = advanced(chains, until, np.full((2, 1), start), kind=FollowedIntegrator)
+    assert all(np.all(rows[:, EVENT_TIME] == 0) for chunk in chunks for rows in chunk.events)
+    given = 0.45 * 71.4 * until - end._wall_impulses()[:2] + end._companion.impulse[0, :2]
+    np.testing.assert_allclose(end.velocities()[:, 0] - 5.0, given, rtol=0, atol=1e-9)
+    assert np.abs(end._companion.impulse[0, :2]).max() > 1e-2
+
+
+# --- noise ---
+
+
+def test_thresholds_are_drawn_once_for_each_stick():
+    # One slow block sticks far from its threshold, so |F_ex| where it starts to slip is the draw.
+    # Drawn anew while it is stuck, the smallest of many would win. Error rate of each bound 1e-6.
+    chains = [ChainParameters(1, u, 5.0) for u in np.linspace(1, 2, 32)]
+    runs = simulate(chains, duration=10_000, method="event", sample_interval=None, seed=3)
+    forces, before = [], []
+    for run in runs:
+        slips = run.events[run.events["kind"] == "slip"]
+        stretch = slips["position"] - 50.0
+        tension = np.where(stretch > 20, 20 + 100 * np.expm1(0.01 * (stretch - 20)), stretch)
+        np.testing.assert_allclose(slips["force"], -tension, rtol=1e-12)
+        forces.append(-slips["force"])
+        before.append(run.events["force"][run.events["kind"] == "stick"])
+    assert np.abs(np.concatenate(before)).max() < 71.4 - 7 * 5
+    thresholds = np.concatenate(forces)
+    assert len(thresholds) > 5000
+    assert kstest(thresholds, "norm", (71.4, 5.0)).pvalue > 1e-6
+    following = np.concatenate([values[1:] - 71.4 for values in forces])
+    preceding = np.concatenate([values[:-1] - 71.4 for values in forces])
+    correlation = (following * preceding).mean() / 25
+    assert abs(correlation) < 5 / np.sqrt(len(following))
+
+
+def slipping_blocks(count, until):
+    """End states of `count` replicates of one block with a linear spring that slips from t = 0.
+
+    Returns deviations (count, 2) of position and velocity from the motion without noise.
+    """
+    belt_velocity, noise, start = 5.0, 1.0, 80.0  # 8 sigma beyond the mean threshold
+    chain = ChainParameters(1, belt_velocity, noise, linear_limit=1e6)
+    kinetic = 0.45 * 71.4
+    end, chunks = advanced(
+        [chain] * count,
+        until,
+        np.full((count, 1), start),
+        replicates=range(count),
+        stride=500,
+    )
+    for chunk in chunks:
+        assert all(np.all(events[:, 0] == 0) for events in chunk.events)  # still in the first slip
+    cosine, sine = np.cos(until), np.sin(until)
+    position = kinetic + (start - kinetic) * cosine + belt_velocity * sine
+    velocity = -(start - kinetic) * sine + belt_velocity * cosine
+    return np.column_stack(
+        [end.positions()[:, 0] - 50.0 - position, end.velocities()[:, 0] - velocity]
+    )
+
+
+@pytest.mark.parametrize(
+    "until",
+    [
+        pytest.param(0.5, marks=pytest.mark.slow),
+        pytest.param(1.5, marks=pytest.mark.thorough),
+        pytest.param(2.5, marks=pytest.mark.slow),
+    ],
+)
+def test_kinetic_noise_has_the_law_of_an_oscillator_in_white_noise(until, monkeypatch):
+    # intensity q = f_s^2 sigma^2 dt; at the end of a cell the variances are 1e-4 too small,
+    # invisible here. Bounds at 5 standard errors: error rate 6e-7 each.
+    monkeypatch.setattr(engine_integrator, "_EVENTS", 16)
+    count = 12_000
+    deviations = slipping_blocks(count, until)
+    power = 0.45**2 * 0.001
+    covariance = power * np.array(
+        [
+            [until / 2 - np.sin(2 * until) / 4, np.sin(until) ** 2 / 2],
+            [np.sin(until) ** 2 / 2, until / 2 + np.sin(2 * until) / 4],
+        ]
+    )
+    assert np.all(np.abs(deviations.mean(axis=0)) < 5 * np.sqrt(np.diag(covariance) / count))
+    for column in range(2):
+        ratio = (deviations[:, column] ** 2).sum() / covariance[column, column]
+        assert 3e-7 < chi2.cdf(ratio, count) < 1 - 3e-7
+    # independent of each other after whitening
+    white = np.linalg.solve(np.linalg.cholesky(covariance), deviations.T)
+    assert abs((white[0] * white[1]).mean()) < 5 / np.sqrt(count)
+    assert 3e-7 < chi2.cdf((white**2).sum(), 2 * count) < 1 - 3e-7
+    assert kstest(white.ravel(), "norm").pvalue > 1e-6
+
+
+@pytest.mark.parametrize("noise", [0.25, 2.2, 10.0])
+def test_truncation_is_far_below_the_noise(noise):
+    # Same numbers, other steps: after the first slips the velocities differ by a small share of
+    # what the noise adds in one cell.
+    chains = [ChainParameters(5, u, noise) for u in (15.0, 20.0, 30.0, 45.0)]
+    usual, strict = (advanced(chains, 6.0, noise_share=share)[0] for share in (1e-2, 0.0))
+    in_a_cell = np.sqrt((0.45 * noise) ** 2 * 0.001 * 0.5)
+    difference = np.abs(usual.velocities() - strict.velocities()).max()
+    assert 0 < difference < 0.01 * in_a_cell
+
+
+def test_noise_goes_on_from_chunk_to_chunk(monkeypatch):
+    chains = [ChainParameters(n, u, 1.0) for n, u in ((3, 20.0),) * 3]
+    options = {"replicates": range(3), "noise_share": 0.0}
+    whole = advanced(chains, 30.0, **options)[0]
+    monkeypatch.setattr(engine_integrator, "CUT_TIME", 0.3)
+    pieces, chunks = advanced(chains, 30.0, **options)
+    assert len(chunks) == 100
+    np.testing.assert_allclose(pieces.positions(), whole.positions(), rtol=0, atol=1e-8)
+    np.testing.assert_allclose(pieces.velocities(), whole.velocities(), rtol=0, atol=1e-8)
+    assert len({*whole.positions()[:, 0]}) == 3
+
+
+def test_slips_of_one_noisy_block_are_those_of_the_time_step_scheme():
+    # Two samples of about 3000 slips each, two tests: error rate 1e-5 each. The scheme sees slip
+    # and stick in the first step after them; so do the instants of the other sample here.
+    chains = [ChainParameters(1, u, 1.0) for u in np.linspace(1, 1.2, 32)]
+    durations, sizes = {}, {}
+    for method in ("event", "verlet"):
+        runs = simulate(chains, duration=6000, method=method, sample_interval=None, seed=5)
+        both = [one_block_slips(run) for run in runs]
+        durations[method], sizes[method] = np.concatenate(both).T
+    assert len(durations["event"]) > 2500
+    assert ks_2samp(*durations.values()).pvalue > 1e-5
+    assert ks_2samp(*sizes.values()).pvalue > 1e-5
+
+
+def one_block_slips(run):
+    """Duration, in whole steps of 0.001, and distance over the belt of the slips of one block."""
+    slips = run.events[run.events["kind"] == "slip"]
+    sticks = run.events[run.events["kind"] == "stick"]
+    slips = slips[: len(sticks)]
+    duration = sticks["time"] - slips["time"]
+    moved = sticks["position"] - slips["position"] - run.parameters.belt_velocity * duration
+    start, stop = (np.ceil(events["time"] / 0.001 - 1e-6) for events in (slips, sticks))
+    return np.column_stack([stop - start, moved])

@@ -1,0 +1,187 @@
+"""The cache of kernels: what one process saves, others load; one compiles while the others wait."""
+
+import itertools
+import json
+import os
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from beltrepro.engine import kernel_cache
+from beltrepro.engine.kernel_cache import KernelCacheFile
+
+KEY = ("float64", "x86_64", "some processor")
+OTHER = ("float64", "x86_64", "another processor")
+ROOT = Path(__file__).parents[2]
+
+
+def cache(folder, stamp=("source", 1)):
+    return KernelCacheFile(str(folder), "kernel", stamp)
+
+
+def test_what_was_saved_is_loaded_by_key(tmp_path):
+    one = cache(tmp_path / "new")
+    assert one.load(KEY) is None
+    one.save(KEY, {"code": b"abc"})
+    one.save(OTHER, {"code": b"xyz"})
+    assert cache(tmp_path / "new").load(KEY) == {"code": b"abc"}
+    assert cache(tmp_path / "new").load(OTHER) == {"code": b"xyz"}
+    assert not list(tmp_path.glob("**/*.tmp.*"))
+
+
+def test_two_that_save_at_once_keep_their_own(tmp_path):
+    one, other = cache(tmp_path), cache(tmp_path)
+    assert one.load(KEY) is None and other.load(OTHER) is None
+    one.save(KEY, "for one")
+    other.save(OTHER, "for the other")
+    assert cache(tmp_path).load(KEY) == "for one"
+    assert cache(tmp_path).load(OTHER) == "for the other"
+
+
+def test_another_source_and_a_damaged_file_count_as_missing(tmp_path):
+    cache(tmp_path).save(KEY, "code")
+    assert cache(tmp_path, ("source", 2)).load(KEY) is None
+    (path,) = tmp_path.glob("*.nbc")
+    whole = path.read_bytes()
+    for damaged in (whole[:-1], whole[:10], b"", whole[:-1] + bytes([whole[-1] ^ 1])):
+        path.write_bytes(damaged)
+        assert cache(tmp_path).load(KEY) is None
+    path.write_bytes(whole)
+    assert cache(tmp_path).load(KEY) == "code"
+
+
+def test_the_second_waits_for_the_first(tmp_path):
+    first, second = cache(tmp_path), cache(tmp_path)
+    assert first.load(KEY) is None
+    found = []
+    waiting = threading.Thread(target=lambda: found.append(second.load(KEY)))
+    waiting.start()
+    time.sleep(0.5)
+    assert waiting.is_alive()
+    first.save(KEY, "code")
+    waiting.join(10)
+    assert found == ["code"]
+
+
+def test_a_compilation_that_failed_can_be_tried_again(tmp_path):
+    one = cache(tmp_path)
+    assert one.load(KEY) is None
+    assert one.load(KEY) is None
+
+
+def test_a_process_that_died_holds_nobody_up(tmp_path):
+    words = (
+        "import os, sys\n"
+        "from beltrepro.engine.kernel_cache import KernelCacheFile\n"
+        "KernelCacheFile(sys.argv[1], 'kernel', ('source', 1)).load(eval(sys.argv[2]))\n"
+        "os._exit(9)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", words, str(tmp_path), repr(KEY)], check=False)
+    assert done.returncode == 9
+    assert len(list(tmp_path.glob("*.lock"))) == 1
+    began = time.monotonic()
+    assert cache(tmp_path).load(KEY) is None
+    assert time.monotonic() - began < 1
+
+
+def test_patience_has_an_end(tmp_path, monkeypatch):
+    monkeypatch.setattr(kernel_cache, "PATIENCE", 0.3)
+    holder = cache(tmp_path)
+    assert holder.load(KEY) is None
+    assert cache(tmp_path).load(KEY) is None
+
+
+def test_without_a_folder_or_locks_each_compiles_for_itself(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    assert cache(tmp_path / "file" / "folder").load(KEY) is None
+    monkeypatch.setattr(kernel_cache, "fcntl", None)
+    one, other = cache(tmp_path), cache(tmp_path)
+    assert one.load(KEY) is None and other.load(KEY) is None
+
+
+def test_flush_forgets(tmp_path):
+    cache(tmp_path).save(KEY, "code")
+    cache(tmp_path).flush()
+    assert cache(tmp_path).load(KEY) is None
+
+
+@pytest.mark.slow
+def test_of_several_processes_one_compiles(tmp_path):
+    (tmp_path / "small.py").write_text(
+        "import json\n"
+        "from beltrepro.engine.vector import kernel\n\n\n"
+        "@kernel\n"
+        "def twice(x):\n"
+        "    return 2.0 * x\n\n\n"
+        "assert twice(3.0) == 6.0\n"
+        "print(sum(twice.stats.cache_misses.values()))\n"
+    )
+    path = os.pathsep.join([str(ROOT / "src"), os.environ.get("PYTHONPATH", "")])
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": path}
+    command = [sys.executable, str(tmp_path / "small.py")]
+    running = [
+        subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
+        for _ in range(4)
+    ]
+    misses = [json.loads(each.communicate()[0]) for each in running]
+    assert sorted(misses) == [0, 0, 0, 1]
+
+
+@pytest.mark.thorough
+def test_a_process_that_compiles_says_so_once(tmp_path):
+    (tmp_path / "small.py").write_text(
+        "from beltrepro.engine.vector import kernel\n\n\n"
+        "@kernel\n"
+        "def twice(x):\n"
+        "    return 2.0 * x\n\n\n"
+        "assert twice(3.0) == 6.0 and twice(3) == 6.0\n"
+    )
+    path = os.pathsep.join([str(ROOT / "src"), os.environ.get("PYTHONPATH", "")])
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": path}
+    command = [sys.executable, str(tmp_path / "small.py")]
+    said = [
+        subprocess.run(command, env=environment, stderr=subprocess.PIPE, text=True, check=True)
+        for _ in range(2)
+    ]
+    assert [each.stderr for each in said] == [kernel_cache.COMPILING + "\n", ""]
+
+
+def test_a_job_says_it_in_its_log(tmp_path):
+    words = (
+        "import sys, types\n"
+        "from beltrepro.replication.plan import scripting\n"
+        "from beltrepro.engine.kernel_cache import KernelCacheFile\n"
+        "job = types.SimpleNamespace(log=[sys.argv[1] + '/job.log'], rule='simulate')\n"
+        "cache = KernelCacheFile(sys.argv[1], 'kernel', ('source', 1))\n"
+        "scripting.run(lambda job: cache.load(eval(sys.argv[2])), job)\n"
+    )
+    command = [sys.executable, "-c", words, str(tmp_path), repr(KEY)]
+    done = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=True)
+    assert done.stderr == ""
+    assert kernel_cache.COMPILING in (tmp_path / "job.log").read_text()
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(3600)  # it compiles every kernel, on a machine that may be busy
+def test_after_the_command_cache_nothing_is_compiled(tmp_path):
+    path = os.pathsep.join([str(ROOT / "src"), os.environ.get("PYTHONPATH", "")])
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": path}
+
+    def run(*words):
+        command = [sys.executable, "-m", "beltrepro", *words]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        assert kernel_cache.COMPILING not in done.stderr, words
+        return done
+
+    assert len(run("cache").stdout.splitlines()) == 8
+    saved = sorted(path.name for path in (tmp_path / "cache").rglob("*.nbc"))
+    chain = ["--n-blocks=3", "--duration=50", "--belt-velocity=5"]
+    for noise, method in itertools.product(("0", "1"), ("verlet", "event")):
+        for command in ("simulate", "scan"):
+            run(command, *chain, f"--noise={noise}", f"--method={method}")
+        run("classify", *chain, f"--noise={noise}", "--transient=10")
+    assert sorted(path.name for path in (tmp_path / "cache").rglob("*.nbc")) == saved

@@ -1,0 +1,149 @@
+"""The scheme in leaps: the same numbers as step by step."""
+
+import numpy as np
+import pytest
+from test_engine import small_buffers
+
+from beltrepro import ChainParameters, ChainState, simulate
+from beltrepro.engine import verlet_integrators
+from beltrepro.engine.integrator import Sampling, Section
+from beltrepro.engine.verlet_integrators import LeapingVerlet, SteppingVerlet, verlet_integrator
+
+
+def integrator(kind, chains, *, spread=0.3, time_step=0.001, stride=100, section=0.9):
+    rest = chains[0].rest_positions
+    n_blocks = len(rest)
+    deviates = np.random.default_rng(3).standard_normal((len(chains), n_blocks))
+    starts = rest + spread * deviates
+    # balanced by kinetic friction the chain is longer than at rest
+    level = section * rest[-1] + 0.64 * 71.4 * 0.45 * n_blocks * (n_blocks + 1) / 2
+    return kind(
+        [ChainState.at_rest(chain, start) for chain, start in zip(chains, starts, strict=True)],
+        time_step=time_step,
+        sampling=Sampling(stride, time_step),
+        sampled_blocks=n_blocks,
+        section=Section(n_blocks, np.full(len(chains), level)),
+    )
+
+
+def recorded(advanced, duration):
+    """Events, crossings and samples of every chain of an integrator over one or more chunks."""
+    width = len(advanced.parameters)
+    events, crossings, samples = ([[] for _ in range(width)] for _ in range(3))
+    for chunk in advanced.advance(duration):
+        for lane in range(width):
+            events[lane].append(chunk.events[lane, : chunk.event_count[lane]].copy())
+            crossings[lane].append(chunk.crossings[lane, : chunk.crossing_count[lane]].copy())
+            values = chunk.displacement, chunk.relative_velocity, chunk.kinetic_friction
+            samples[lane].append(np.stack(values, axis=1)[..., lane].copy())
+    parts = ([np.concatenate(own) for own in every] for every in (events, crossings, samples))
+    return list(zip(*parts, advanced.energy_residual(), strict=True))
+
+
+def assert_same(chains, duration, atol, **settings):
+    """Both ways give the same events at the same steps, and all else within `atol`."""
+    steps = recorded(integrator(SteppingVerlet, chains, **settings), duration)
+    leaps = recorded(integrator(LeapingVerlet, chains, **settings), duration)
+    for one, other in zip(leaps, steps, strict=True):
+        np.testing.assert_array_equal(one[0][:, :3], other[0][:, :3])
+        # losses grow to some thousands; the force follows a position where springs are stiff
+        np.testing.assert_allclose(one[0][:, 3:], other[0][:, 3:], rtol=1e-9, atol=100 * atol)
+        np.testing.assert_allclose(one[1], other[1], rtol=0, atol=100 * atol)
+        np.testing.assert_allclose(one[2][:, 0], other[2][:, 0], rtol=0, atol=atol)
+        np.testing.assert_allclose(one[2][:, 1], other[2][:, 1], rtol=0, atol=10 * atol)
+        np.testing.assert_allclose(one[2][:, 2], other[2][:, 2], rtol=1e-15)
+        assert one[3] == pytest.approx(other[3], abs=1e-8)
+    return steps
+
+
+@pytest.mark.parametrize(
+    ("n_blocks", "duration", "least_events"),
+    [(1, 200, 500), (2, 100, 400), (5, 60, 500), (10, 40, 500)],
+)
+def test_leaps_are_the_steps(n_blocks, duration, least_events):
+    chains = [ChainParameters(n_blocks, float(u)) for u in np.linspace(1, 45, 16)]
+    # displacements: the scheme in other words, times what chaos makes of it
+    steps = assert_same(chains, duration, 2e-8)
+    assert sum(len(chain[0]) for chain in steps) > least_events
+    assert n_blocks > 2 or sum(len(chain[1]) for chain in steps) > 20
+
+
+@pytest.mark.parametrize("time_step", [0.0005, 0.001])
+def test_reversals_and_slips_that_go_on(time_step):
+    # so little friction that a block often turns where |F_ex| > F_st
+    chains = [ChainParameters(3, float(u), static_friction=3.05) for u in range(12, 28)]
+    steps = assert_same(chains, 30, 2e-8, time_step=time_step)
+    events = [chain[0] for chain in steps]
+    again = [np.all(a[1:, :2] == a[:-1, :2], axis=1).sum() for a in events]
+    assert sum(again) > 20
+
+
+def test_ends_of_the_branches():
+    # with a short linear branch, springs pass its ends all the time
+    chains = [
+        ChainParameters(4, float(u), static_friction=30.0, linear_limit=2.0) for u in range(8, 24)
+    ]
+    assert_same(chains, 30, 2e-8, stride=10)
+
+
+def test_starts_beyond_the_threshold_and_in_the_middle_of_a_step():
+    # springs stretched by far more than friction holds, every sample taken
+    chains = [ChainParameters(3, 5.0 + i) for i in range(8)]
+    assert_same(chains, 5, 1e-8, spread=8.0, stride=1)
+
+
+def test_what_leaps_neglect_is_of_fourth_order(monkeypatch):
+    monkeypatch.setattr(verlet_integrators, "_IMPACT_LIMIT", np.inf)
+    # dt^4/240 a'''': far above rounding at these time steps, far below it at the paper's
+    chains = [ChainParameters(5, float(u)) for u in np.linspace(20, 45, 16)]
+    errors = []
+    for time_step in (0.016, 0.008, 0.004):
+        stride = round(0.08 / time_step)
+        states = [
+            recorded(integrator(kind, chains, time_step=time_step, stride=stride), 8.0)
+            for kind in (SteppingVerlet, LeapingVerlet)
+        ]
+        errors.append([np.abs(a[2][:, 0] - b[2][:, 0]).max() for a, b in zip(*states, strict=True)])
+    orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    np.testing.assert_allclose(np.median(orders, axis=1), 4, atol=0.2)
+    assert np.median(errors[-1]) < 1e-7
+
+
+@pytest.mark.parametrize("widths", [(5, 8, 3), (16,), (1, 15)])
+def test_neighbours_and_buffers_change_no_bit(widths):
+    chains = [ChainParameters(5, 3.0 + 2.5 * i) for i in range(16)]
+    whole = integrator(LeapingVerlet, chains)
+    expected = recorded(whole, 300)
+    rest = chains[0].rest_positions
+    first, found = 0, []
+    for width in widths:
+        part = slice(first, first + width)
+        own = integrator(LeapingVerlet, chains[part])
+        places = own._chains.displacement
+        places[:, :width] = integrator(LeapingVerlet, chains)._chains.displacement[:, part]
+        places[:, width:] = places[:, [width - 1]]
+        small_buffers(own, 50, 10)
+        found += recorded(own, 300)
+        first += width
+    assert len(rest) == 5
+    for one, other in zip(found, expected, strict=True):
+        for a, b in zip(one[:3], other[:3], strict=True):
+            np.testing.assert_array_equal(a, b)
+
+
+def test_noise_and_long_steps_go_step_by_step():
+    quiet, noisy = ChainParameters(3, 5.0), ChainParameters(3, 5.0, 1.0)
+    assert isinstance(integrator(verlet_integrator, [quiet]), LeapingVerlet)
+    assert isinstance(integrator(verlet_integrator, [quiet, noisy]), SteppingVerlet)
+    assert isinstance(integrator(verlet_integrator, [quiet], time_step=0.002), SteppingVerlet)
+    stiff = ChainParameters(3, 5.0, compression_rate=2.0)
+    assert isinstance(integrator(verlet_integrator, [stiff]), SteppingVerlet)
+
+
+def test_chains_with_noise_beside_it_change_no_bit():
+    quiet, noisy = ChainParameters(3, 15.0), ChainParameters(3, 15.0, 1.0)
+    alone = simulate(quiet, duration=60.0)
+    beside, _ = simulate([quiet, noisy], duration=60.0)
+    assert len(alone.events) > 20
+    np.testing.assert_array_equal(alone.events, beside.events)
+    np.testing.assert_array_equal(alone.positions, beside.positions)

@@ -1,0 +1,257 @@
+"""Outside the paper's law: a wrong number is never given without a word."""
+
+import dataclasses
+import warnings
+from functools import partial
+
+import numpy as np
+import pytest
+from test_leaps import integrator as both
+from test_leaps import recorded
+
+import naive
+from beltrepro import ChainParameters, ChainState, escapes, scan, simulate
+from beltrepro.base.errors import InputError, ModelStateError
+from beltrepro.engine import event_integrator
+from beltrepro.engine.event_integrator import EventIntegrator
+from beltrepro.engine.friction import slip_direction
+from beltrepro.engine.integrator import Sampling
+from beltrepro.engine.vector import exp2, kernel
+from beltrepro.engine.verlet_integrators import LeapingVerlet, SteppingVerlet
+from beltrepro.model.accuracy import START_NOISE
+from beltrepro.model.friction import next_direction, start_noise
+from beltrepro.model.spring import external_force
+
+METHODS = ("verlet", "event")
+
+
+def failure(*arguments, **options):
+    """The one line with which a run stops."""
+    with pytest.raises(ModelStateError) as error:
+        simulate(*arguments, sample_interval=None, **options)
+    assert "\n" not in str(error.value)
+    return str(error.value)
+
+
+def time_of(message):
+    return float(message.split("at t = ")[1].split()[0])
+
+
+# --- blocks that meet ---
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+@pytest.mark.parametrize(("n_blocks", "belt_velocity"), [(1, 500.0), (3, 300.0)])
+def test_blocks_that_meet_stop_the_run_where_they_do(n_blocks, belt_velocity, noise, method):
+    positions, _ = naive.verlet(n_blocks, belt_velocity, 8000)
+    gaps = np.diff(np.array(positions), axis=1, prepend=0.0)
+    meeting = 0.001 * (1 + np.flatnonzero((gaps <= 0).any(axis=1))[0])
+    chain = ChainParameters(n_blocks, belt_velocity, noise)
+    for duration in (20.0, 200.0):
+        message = failure(chain, duration=duration, method=method)
+        assert message.startswith(f"{chain.describe()}: blocks pass through each other")
+        assert time_of(message) == pytest.approx(meeting, abs=0.005)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+def test_a_contact_within_a_chunk_is_not_missed(noise, method):
+    # without friction between blocks and belt that slip, they meet again and again and part again
+    chain = ChainParameters(5, 500.0, noise, friction_ratio=0.0)
+    assert "blocks pass" in failure(chain, duration=200, method=method)
+
+
+def test_the_chain_that_stops_the_run_is_named():
+    chains = [ChainParameters(3, 10.0 + number) for number in range(12)]
+    chains[5] = ChainParameters(3, 400.0)
+    for method in METHODS:
+        assert failure(chains, duration=50, method=method).startswith("N=3, u=400, sigma=0")
+
+
+# --- numbers that are too large ---
+
+
+def test_the_exponential_overflows_instead_of_wrapping_round():
+    @kernel
+    def fill(x, y):
+        for i in range(len(x)):
+            y[i] = exp2(x[i], 1.0)
+
+    x = np.concatenate([np.linspace(1020.0, 2100.0, 2001), [1e5, 1e300, np.inf, np.nan]])
+    y = np.empty_like(x)
+    fill(x, y)
+    with np.errstate(over="ignore"):
+        exact = np.exp2(x)
+    finite = x < 1023.9
+    np.testing.assert_allclose(y[finite], exact[finite], rtol=5e-16)
+    assert not np.isfinite(y[x > 1024.5]).any()
+    assert np.isnan(y[-1])
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+@pytest.mark.parametrize("start", [3e3, 1e4, 3e4])
+def test_a_start_far_out_has_no_finite_result(start, noise, method):
+    chain = ChainParameters(1, 5.0, noise)
+    assert failure(chain, duration=20, method=method, initial_positions=[start])
+
+
+def test_a_start_without_a_finite_energy_is_refused():
+    chain = ChainParameters(2, 5.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for start in ([50.0, 1e5], [50.0, 1e300]):
+            with pytest.raises(InputError, match="beyond all numbers"):
+                simulate(chain, duration=20, initial_positions=start)
+        with pytest.raises(InputError, match="beyond all numbers"):
+            ChainState.in_motion(chain, velocities=[1e200, 0.0])
+
+
+# --- chains that hardly advance ---
+
+
+def test_a_storm_names_its_own_chain_and_time():
+    sound = ChainParameters(1, 5.0)
+    chains = [sound] * 3 + [ChainParameters(1, 6.0)] + [sound] * 17
+    positions = [chain.rest_positions for chain in chains]
+    positions[3] = np.array([1e4])
+    message = failure(chains, duration=250, method="event", initial_positions=positions)
+    assert message.startswith("N=1, u=6, sigma=0: more than")
+    assert 0 <= time_of(message) < 1e-9
+
+
+def test_steps_are_counted_over_full_buffers(monkeypatch):
+    # a chain of many events with room for few: the count of its steps goes on
+    monkeypatch.setattr(event_integrator, "_PASSES_AT_ONCE", 50)
+    monkeypatch.setattr(event_integrator, "_PASSES_PER_TIME", 0)
+    chain = EventIntegrator(
+        [ChainState.at_rest(ChainParameters(5, 20.0))],
+        time_step=0.001,
+        sampling=Sampling(100, 0.001),
+        sampled_blocks=1,
+    )
+    chain._events = chain._events._replace(rows=chain._events.rows[:, :4].copy())
+    with pytest.raises(ModelStateError, match="more than"):
+        list(chain.advance(200.0))
+    assert chain._chains.passes.max() == 51
+
+
+# --- noise ---
+
+
+def test_the_range_of_event_with_noise_ends_where_it_is_said():
+    for ratio in (0.0, 0.45, 0.8, 0.95):
+        chain = ChainParameters(1, 5.0, 1.0, friction_ratio=ratio)
+        edge = START_NOISE / start_noise(chain)
+        below, above = (dataclasses.replace(chain, noise=edge * share) for share in (0.999, 1.001))
+        simulate(below, duration=5, method="event")
+        simulate(above, duration=5, method="verlet")
+        with pytest.raises(InputError, match=rf"^noise = {above.noise:g}: .*'verlet'$"):
+            simulate(above, duration=5, method="event")
+    # the strongest noise of the paper, and the study of the friction ratio
+    assert start_noise(ChainParameters(5, 20.0, 10.0)) < START_NOISE
+    assert start_noise(ChainParameters(5, 20.0, 1.0, friction_ratio=0.9)) < START_NOISE
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("friction_ratio", [0.45, 0.8])
+def test_slips_at_the_edge_of_the_range_are_as_frequent_as_in_steps(friction_ratio):
+    # about 25 000 slips each; standard error of the ratio 0.3 %
+    chain = ChainParameters(1, 5.0, 1.0, friction_ratio=friction_ratio)
+    chain = dataclasses.replace(chain, noise=START_NOISE / start_noise(chain))
+    counts = []
+    for method, seed in (("verlet", 1), ("event", 2)):
+        own = {"method": method, "seed": seed, "replicate": range(32)}
+        counts.append(scan([chain] * 32, duration=1e4, **own)["slip_count"].sum())
+    assert counts[1] == pytest.approx(counts[0], rel=0.012)
+
+
+def test_without_kinetic_friction_thresholds_are_still_drawn():
+    chain = ChainParameters(1, 5.0, 5.0, friction_ratio=0.0)
+    runs = [simulate(chain, duration=900, method=method) for method in METHODS]
+    for run in runs:
+        slips = run.events["force"][(run.events["kind"] == "slip") & (run.events["time"] > 0)]
+        assert len(slips) >= 5
+        assert np.std(slips) > 1.0
+
+
+def test_friction_of_a_noisy_run_is_the_one_that_moves_the_blocks():
+    chain = ChainParameters(3, 15.0, 5.0)
+    run = simulate(chain, duration=20, method="event", sample_interval=1e-4, sample_start=10)
+    force = external_force(run.positions, chain) + run.friction
+    slips = (run.friction[:-1] != 0) & (np.abs(np.diff(run.friction, axis=0)) < 1e-2)
+    slips &= (run.velocities[:-1] != 15.0) & (run.velocities[1:] != 15.0)
+    gained = np.diff(run.velocities, axis=0)
+    expected = 1e-4 * (force[1:] + force[:-1]) / 2
+    assert slips.mean() > 0.5
+    # the noise of a cell gives 1e-4 sqrt(q / 0.5) = 1e-5; the trapezoid is good to 1e-9
+    assert np.abs((gained - expected)[slips]).max() < 2e-7
+
+
+# --- a threshold that holds nothing ---
+
+
+def test_a_block_without_force_and_threshold_slips_one_way_in_kernels_and_model():
+    @kernel
+    def fill(forces, ways):
+        for i in range(len(forces)):
+            ways[i] = slip_direction(forces[i], -1.0)
+
+    forces = np.array([0.0, -0.0, 1e-300, -1e-300])
+    ways = np.empty(4)
+    fill(forces, ways)
+    np.testing.assert_array_equal(ways, [1, 1, 1, -1])
+    np.testing.assert_array_equal(next_direction(0 * forces, 0 * forces, forces, -1.0), ways)
+
+
+# --- r ---
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_r_does_not_depend_on_the_samples_that_are_kept(method):
+    chain, lengths = ChainParameters(5, 20.0), {"duration": 700.0, "transient": 100.0}
+    runs = {
+        interval: simulate(chain, method=method, sample_interval=interval, **lengths)
+        for interval in (None, 0.1, 0.2, 0.7, 7.0, 300.0)
+    }
+    for interval, run in runs.items():
+        assert run.disorder_parameter == pytest.approx(runs[0.1].disorder_parameter, rel=2e-3)
+        assert run.mean_length == pytest.approx(runs[0.1].mean_length, rel=1e-4)
+        if interval is not None:
+            expected = interval * np.arange(int(700 / interval + 1e-6) + 1)
+            np.testing.assert_allclose(run.time, expected, rtol=0, atol=1e-9)
+    coarse, fine = runs[7.0], runs[0.1]
+    np.testing.assert_allclose(coarse.positions, fine.positions[::70], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(coarse.friction, fine.friction[::70], rtol=0, atol=1e-6)
+
+
+def test_too_few_samples_for_r_are_said():
+    chain = ChainParameters(2, 5.0)
+    for lengths in ({"duration": 0.5}, {"duration": 20.0, "transient": 19.5}):
+        for simulated in (simulate, scan):
+            with pytest.warns(UserWarning, match=r"r and <x_N> are NaN: the 0\.5 of model time"):
+                found = simulated(chain, **lengths)
+            read = found.__getitem__ if simulated is scan else partial(getattr, found)
+            assert np.isnan(read("disorder_parameter")) and np.isnan(read("mean_length"))
+    with pytest.warns(UserWarning, match="r and <x_N> are NaN"):
+        assert np.isnan(escapes(chain, duration=20.0, settle_time=0.5)["final_disorder"])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert simulate(chain, duration=21.0, transient=20.0).disorder_parameter > 0
+        assert scan(chain, duration=21.0, transient=20.0)["disorder_parameter"] > 0
+
+
+# --- leaps ---
+
+
+def test_leaps_are_the_steps_where_impacts_compress_springs_further():
+    # beyond what friction can hold: slopes to 200, where leaps alone would be off by 6e-7
+    chains = [ChainParameters(n, u) for n, u in ((1, 120.0), (1, 100.0), (1, 90.0))]
+    steps, leaps = (
+        recorded(both(kind, chains, stride=10), 20.0) for kind in (SteppingVerlet, LeapingVerlet)
+    )
+    for one, other in zip(steps, leaps, strict=True):
+        np.testing.assert_array_equal(one[0][:, :3], other[0][:, :3])
+        assert one[2][:, 0].min() < -40  # displacement: how far the spring is compressed
+        np.testing.assert_allclose(one[2][:, 0], other[2][:, 0], rtol=0, atol=1.5e-7)

@@ -1,0 +1,154 @@
+"""The benchmark: what it compares with computes the same motion; the command; no speeds."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import naive
+from beltrepro import ChainParameters, simulate
+from beltrepro.base.errors import InputError
+from beltrepro.engine.memory import zeros
+from beltrepro.extras.bench import plain, smooth, table
+from beltrepro.extras.bench.competitors import LABELS
+from beltrepro.extras.bench.measuring import measure
+from beltrepro.extras.bench.peak import multiply_add
+
+EXACT = (*plain.FLAGS, "-ffp-contract=off")  # no fused operations, as in Numba
+
+
+def c_loop(flags=plain.FLAGS):
+    loop = plain.c_loop(flags)
+    if loop is None:
+        pytest.skip("no C compiler")
+    return loop
+
+
+def advanced(loop, span, n_blocks=5, belt_velocity=20.0, noise=0.0):
+    chain = plain.PlainChain(ChainParameters(n_blocks, belt_velocity, noise), loop)
+    chain.advance(span)
+    return chain
+
+
+@pytest.mark.parametrize(("n_blocks", "belt_velocity"), [(1, 10.0), (3, 20.0), (5, 20.0)])
+def test_plain_loop_is_the_naive_twin(n_blocks, belt_velocity):
+    n_steps = 12000
+    positions, events = naive.verlet(n_blocks, belt_velocity, n_steps)
+    assert {kind for *_, kind in events} == {"slip", "stick"}
+    chain = advanced(plain.numba_loop, n_steps / 1000, n_blocks, belt_velocity)
+    np.testing.assert_allclose(chain.state[plain.POSITION], positions[-1], rtol=0, atol=1e-9)
+    last = np.array(positions)[:, -1]
+    assert chain.disorder_parameter() == pytest.approx(last.std() / last.mean(), rel=1e-6)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+def test_loop_in_c_does_what_the_loop_in_numba_does(noise):
+    expected = advanced(plain.numba_loop, 20.0, noise=noise)
+    found = advanced(c_loop(EXACT), 20.0, noise=noise)
+    np.testing.assert_allclose(found.state, expected.state, rtol=1e-9, atol=1e-9)
+
+
+def test_loop_in_c_as_it_is_timed():
+    expected = advanced(plain.numba_loop, 8.0)
+    found = advanced(c_loop(), 8.0)
+    np.testing.assert_allclose(found.state, expected.state, rtol=1e-6, atol=1e-6)
+
+
+def test_random_numbers_of_the_plain_loop_are_normal():
+    carry, stream = np.zeros(4), np.arange(1, 5, dtype=np.uint64)
+    deviates = np.array([plain._normal(stream, carry) for _ in range(20000)])
+    assert abs(deviates.mean()) < 0.03
+    assert deviates.std() == pytest.approx(1.0, abs=0.03)
+    assert np.mean(np.abs(deviates) > 2) == pytest.approx(0.0455, abs=0.007)
+
+
+def test_no_compiler_is_no_error(monkeypatch):
+    monkeypatch.setattr(plain.shutil, "which", lambda program: None)
+    assert plain.c_loop.__wrapped__() is None
+    assert plain.compiler.__wrapped__() is None
+
+
+@pytest.mark.parametrize(("solver", "error"), [("SolveIvpChain", 1e-5), ("HeyokaChain", 1e-9)])
+def test_general_solvers_follow_the_exact_dynamics(solver, error):
+    if solver == "HeyokaChain" and smooth.heyoka_version() is None:
+        pytest.skip("heyoka is not installed")
+    parameters = ChainParameters(5, 20.0)
+    chain = getattr(smooth, solver)(plain.PlainChain(parameters, plain.numba_loop))
+    chain.advance(12.0)
+    run = simulate(parameters, duration=12.0, method="event")
+    assert len(run.events) > 3
+    np.testing.assert_allclose(chain.positions, run.positions[-1], rtol=0, atol=error)
+
+
+def test_general_solvers_begin_between_events():
+    """The plain loop decides one step late; a solver that only sees roots must not miss those."""
+    for span in np.arange(40.0, 60.0, 0.5):
+        chain = smooth.SolveIvpChain(advanced(plain.numba_loop, span))
+        slip = chain._state[5:] - 20.0
+        assert np.all((chain.direction == 0) == (slip == 0))
+        assert np.all(chain.direction * slip >= 0)
+
+
+def test_solve_ivp_leaves_no_block_beyond_its_threshold():
+    chain = smooth.SolveIvpChain(advanced(plain.numba_loop, 500.0, belt_velocity=1.0))
+    for _ in range(40):  # at 164 a pair of events hides in the step that ends a slip
+        chain.advance(5.0)
+        functions = [chain._event(block) for block in range(5)]
+        assert min(function(chain.time, chain._state) for function in functions) > -1e-6
+
+
+def test_peak_kernel_multiplies_and_adds():
+    values = zeros((12, 8))
+    multiply_add(values, 2)
+    np.testing.assert_allclose(values, 0.999 * 0.1 + 0.1)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        pytest.param(("numba", "event"), marks=pytest.mark.thorough),
+        pytest.param(LABELS, marks=pytest.mark.slow),
+    ],
+)
+def test_quick_run_shows_every_table(tmp_path, names):
+    page = tmp_path / "benchmark.md"
+    command = [sys.executable, "-m", "beltrepro.cli.app", "bench", "--quick", "--rounds=1"]
+    command.append(f"--only={','.join(names)}")
+    done = subprocess.run(
+        [*command, "--json", f"--output={page}"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    # a cold cache is told
+    told = [line for line in done.stderr.splitlines() if not line.startswith("compiling for")]
+    assert told == []
+    result = json.loads(done.stdout)
+    assert result["names"] == list(names)
+    for row in result["cases"]:
+        assert set(row["ns"]) >= {"numba", "verlet", "event"} & set(names)
+        assert ("scipy" in row["ns"]) == ("scipy" in names and row["noise"] == 0)
+    text = table.as_text(result)
+    for title in ("Cost", "Share of the peak", "Number of blocks", "Two processes"):
+        assert f"\n{title}\n" in text
+        assert f"\n## {title}\n" in page.read_text()
+    assert "/tmp" not in page.read_text()
+
+
+def test_missing_competitors_are_not_available():
+    costs = {"numba": [100.0, 300.0], "verlet": [10.0, 20.0]}
+    case = {"n_blocks": 5, "noise": 0.0, "belt_velocity": 20.0, "ns": costs}
+    names = ["numba", "c", "verlet"]
+    cost = table._cases({"names": names, "cases": [case]})
+    assert cost.rows[0][4:] == ("200", "n/a", "15.0")
+    assert cost.rows[1][4:] == ("0.400", "n/a", "0.0300")
+    assert cost.rows[2][4:] == ("1.00", "n/a", "12.5")
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [({"rounds": 0}, "rounds = 0"), ({"only": ["euler"]}, "only = 'euler'")],
+)
+def test_bad_input_names_what_is_allowed(settings, message):
+    with pytest.raises(InputError, match=message):
+        measure(**settings)

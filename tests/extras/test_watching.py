@@ -1,0 +1,428 @@
+"""Watching a chain: the model without a display, what is drawn, keys and sliders, films."""
+
+import json
+import time
+from dataclasses import replace
+
+import av
+import numpy as np
+import pytest
+from matplotlib.backend_bases import KeyEvent
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from PIL import Image
+
+from beltrepro import ChainParameters, ChainState, simulate
+from beltrepro.base.errors import InputError, ModelStateError
+from beltrepro.cli import app as cli
+from beltrepro.extras.watch import Clock, Player, View, Window, begin, look, write_film
+from beltrepro.extras.watch.picture import BLOCK_ALONG
+from beltrepro.model.spring import chain_deformations, spring_force
+from beltrepro.model.units import FORCE_N, LENGTH_M, TIME_S
+
+CHAIN = ChainParameters(3, 15.0, 1.0)
+CLOCK = Clock(speed=2.0)
+FRAME = CLOCK.ticks_of_frame
+# Where a run is cut off the grid of 250, the method shows its truncation (docs/states.md).
+CUT = 1e-6
+
+
+def player(chain=CHAIN, clock=CLOCK, seed=4):
+    return Player.begin(ChainState.at_rest(chain, seed=seed), clock.tick)
+
+
+@pytest.fixture(scope="module")
+def later():
+    """A chain that has slipped for a while."""
+    return player().advance(60 * FRAME)
+
+
+# --- the model ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+def test_pieces_are_one_long_run_bit_for_bit(noise):
+    chain = replace(CHAIN, noise=noise)
+    now, pieces = player(chain), [1, FRAME, 7, 3 * FRAME, 2500, FRAME, 5000, 1, 900]
+    run = simulate(chain, duration=750, method="event", seed=4, sample_interval=CLOCK.tick)
+    row = 0
+    for ticks in pieces:
+        now, row = now.advance(ticks), row + ticks
+        assert now.time == run.time[row]
+        assert np.array_equal(now.positions, run.positions[row])
+        slips = run.velocities[row] != chain.belt_velocity
+        assert np.array_equal(now.directions != 0, slips)
+    assert now.time > 500  # two cuts have been passed
+    assert now.advance(0).time == now.time
+
+
+def test_the_state_shown_is_that_of_the_run(later):
+    state = later.state
+    assert state.time == pytest.approx(later.time, rel=1e-12)
+    assert np.allclose(state.positions, later.positions, rtol=0, atol=CUT)
+    assert np.array_equal(state.directions, later.directions)
+
+
+def test_other_parameters_keep_positions_and_act_at_once(later):
+    faster = replace(CHAIN, belt_velocity=30.0, noise=0.0)
+    changed = later.under(faster)
+    assert changed.time == pytest.approx(later.time, rel=1e-12)
+    assert np.allclose(changed.positions, later.positions, rtol=0, atol=CUT)
+    assert np.array_equal(changed.directions == 0, later.directions == 0)
+    run = simulate(
+        faster, duration=50, method="event", initial_state=later.state.under(faster),
+        sample_interval=CLOCK.tick,
+    )  # fmt: skip
+    after = changed.advance(20)
+    assert after.time == pytest.approx(later.time + 20 * CLOCK.tick, rel=1e-12)
+    assert np.allclose(after.positions, run.positions[19], rtol=0, atol=CUT)
+    stuck = (later.directions == 0) & (after.directions == 0)
+    assert later.under(CHAIN) is later
+    moved = after.positions - later.positions
+    assert np.allclose(moved[stuck], 30.0 * 20 * CLOCK.tick, rtol=0, atol=CUT)
+
+
+def test_no_change_of_parameters_skips_or_repeats_an_instant():
+    random, now = np.random.default_rng(1), player()
+    for _ in range(40):
+        chain = replace(
+            CHAIN, belt_velocity=random.uniform(1, 40), noise=random.choice([0.0, 1.0, 4.0])
+        )
+        changed = now.under(chain)
+        assert changed.advance(1).time - now.time == pytest.approx(CLOCK.tick, rel=1e-6)
+        now = changed.advance(int(random.integers(1, 400)))
+
+
+def test_a_stretch_may_be_shorter_than_a_tick():
+    tick = 400.0
+    now = Player.begin(ChainState.at_rest(CHAIN, seed=4), tick).advance(3)
+    assert now.time == 3 * tick
+    run = simulate(CHAIN, duration=1250, method="event", seed=4, sample_interval=tick)
+    assert np.array_equal(now.positions, run.positions[3])
+
+
+def test_r_and_mean_length_are_those_of_what_was_shown():
+    now = player().advance(2000)
+    lengths = simulate(
+        CHAIN, duration=750, method="event", seed=4, sample_interval=CLOCK.tick
+    ).positions[:, -1]
+    shown = lengths[:2001]
+    assert now.record.disorder_parameter == pytest.approx(shown.std() / shown.mean(), rel=1e-9)
+    assert now.record.mean_length == pytest.approx(shown.mean(), rel=1e-12)
+    later = now.anew().advance(1500)
+    shown = lengths[2001:3501]
+    assert later.record.disorder_parameter == pytest.approx(shown.std() / shown.mean(), rel=1e-9)
+    assert later.record.mean_length == pytest.approx(shown.mean(), rel=1e-12)
+    recent = lengths[:3501][-len(later.record.length) :]
+    assert np.array_equal(later.record.length, recent) and len(recent) > 1000
+    again = later.under(replace(CHAIN, noise=2.0)).advance(1)
+    assert again.record.count == 1
+    assert len(again.record.length) > 1000
+
+
+def test_the_belt_moves_with_its_velocity(later):
+    assert later.belt == pytest.approx(15.0 * later.time)
+    after = later.under(replace(CHAIN, belt_velocity=3.0)).advance(100)
+    assert after.belt == pytest.approx(15.0 * later.time + 3.0 * 100 * CLOCK.tick)
+
+
+def test_a_clock_pauses_steps_and_changes_speed():
+    clock = Clock(speed=0.5, frames_per_second=30)
+    assert clock.ticks_of_frame * clock.tick * TIME_S == pytest.approx(0.5 / 30)
+    paused = clock.toggled()
+    assert paused.ticks_of_frame == 0 and paused.ticks_of_step == clock.ticks_of_frame
+    assert paused.toggled() == clock and clock.stopped() == paused.stopped() == paused
+    fast, slow = clock.changed(1), clock.changed(-1)
+    assert fast.shown_speed == 1.0 and slow.shown_speed == 0.25
+    assert (fast.ticks_of_frame, slow.ticks_of_frame) == (
+        2 * clock.ticks_of_frame, clock.ticks_of_frame // 2
+    )  # fmt: skip
+    assert fast.tick == slow.tick == clock.tick
+    assert clock.changed(-9).ticks_of_frame == 1 and clock.changed(9).shown_speed == 8.0
+
+
+# --- the picture ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("n_blocks", [1, 12])
+def test_artists_are_where_the_chain_is(n_blocks):
+    chain = ChainParameters(n_blocks, 15.0, 1.0)
+    now = player(chain)
+    view = View(now, CLOCK)
+    now = now.advance(70 * FRAME)
+    view.draw(now, CLOCK)
+    picture, places = view.picture, LENGTH_M * now.positions
+    centres = [block.get_x() + block.get_width() / 2 for block in picture.blocks]
+    assert np.allclose(centres, places, rtol=0, atol=1e-12)
+    colours = [block.get_edgecolor()[:3] for block in picture.blocks]
+    expected = [look.STUCK if each == 0 else look.SLIPPING for each in now.directions]
+    assert colours == [to_rgb(colour) for colour in expected]
+    for shape, direction in (("s", 0), ("<", -1), (">", 1)):
+        assert np.allclose(picture.signs[shape].get_xdata(), places[now.directions == direction])
+    white = [block.get_facecolor()[:3] == (1, 1, 1) for block in picture.blocks]
+    assert white == [False] * (n_blocks - 1) + [True]
+    pull = -FORCE_N * spring_force(chain_deformations(now.positions, chain), chain)
+    assert np.allclose(picture.springs.get_array(), pull)
+    ends = np.array([line[[0, -1], 0] for line in picture.springs.get_segments()])
+    assert np.allclose(ends[:, 1], places - BLOCK_ALONG / 2)
+    assert np.allclose(ends[:, 0], np.append(0, places[:-1] + BLOCK_ALONG / 2))
+    time, length = view.strips.length.get_data()
+    assert time[-1] == 0 and length[-1] == places[-1]
+    assert view.strips.disorder.get_ydata()[-1] == now.record.disorder_parameter
+    assert f"r = {now.record.disorder_parameter:.3f}" in view.numbers.get_text()
+
+
+def test_belt_marks_move_with_the_belt(later):
+    view = View(later, CLOCK)
+    first = view.picture.marks.get_segments()[0][0, 0]
+    after = later.advance(1)
+    view.show(after, CLOCK)
+    second = view.picture.marks.get_segments()[0][0, 0]
+    step = LENGTH_M * 15.0 * CLOCK.tick
+    spacing = np.diff([line[0, 0] for line in view.picture.marks.get_segments()[:2]])[0]
+    assert (second - first - step) % spacing == pytest.approx(0, abs=1e-9) or (
+        second - first - step
+    ) % spacing == pytest.approx(spacing, abs=1e-9)
+
+
+def test_a_frame_drawn_over_the_last_one_is_that_drawn_afresh(later):
+    one, other = View(later, CLOCK), View(later.advance(5 * FRAME), CLOCK)
+    one.draw(later, CLOCK)
+    before = one.pixels()
+    one.draw(later.advance(5 * FRAME), CLOCK)
+    other.draw(later.advance(5 * FRAME), CLOCK)
+    assert np.array_equal(one.pixels(), other.pixels())
+    assert not np.array_equal(one.pixels(), before)
+
+
+def test_the_white_block_is_where_it_is_in_the_pixels(later):
+    """A film can be measured: the block is white, alone, and at its place by the tape."""
+    view = View(later, CLOCK)
+    view.draw(later, CLOCK)
+    zero, row = view.picture.rim.axes.transData.transform((0.0, 0.0))
+    for ticks in (0, 37, 111, 250, 400):
+        now = later.advance(ticks)
+        view.draw(now, CLOCK)
+        line = view.pixels()[-1 - round(row) - 30].min(axis=1).astype(float)  # beside the spring
+        line[: round(zero)] = 0.0  # the wall
+        white = np.maximum(line - 100, 0.0)  # the coloured edges have less of some colour
+        middle = (white * (np.arange(len(line)) + 0.5)).sum() / white.sum()
+        place = (middle - zero) * view.metres_per_pixel
+        assert place == pytest.approx(LENGTH_M * now.positions[-1], abs=0.2 * view.metres_per_pixel)
+
+
+# --- the window -----------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def window(later):
+    figure = Figure(figsize=(8, 5))
+    FigureCanvasAgg(figure)
+    return Window(later, CLOCK, figure)
+
+
+def press(window, key):
+    KeyEvent("key_press_event", window.view.canvas, key)._process()
+
+
+def test_a_window_goes_on_in_real_time(window, later):
+    for _ in range(6):
+        window.tick(1 / 24)
+    assert window.player.time - later.time == pytest.approx(2.0 * 6 / 24 / TIME_S)
+    window.tick(0.0)
+    assert window.player.time - later.time == pytest.approx(2.0 * 6 / 24 / TIME_S)
+    for _ in range(7):  # frames that come at other times than planned
+        window.tick(0.011)
+    assert window.player.time - later.time == pytest.approx(
+        2.0 * (0.25 + 0.077) / TIME_S, abs=CLOCK.tick
+    )
+    before = window.player.time
+    window.tick(100.0)  # the machine slept: no leap
+    assert window.player.time - before < 2.0 * 0.3 / TIME_S
+
+
+@pytest.mark.thorough
+def test_keys(window):
+    press(window, " ")
+    before = window.player.time
+    window.tick(0.1)
+    assert window.player.time == before
+    assert "paused" in window.view.settings.get_text()
+    press(window, "right")
+    assert window.player.time - before == pytest.approx(FRAME * CLOCK.tick)
+    press(window, " ")
+    press(window, "up")
+    assert window.clock.shown_speed == 4.0 and not window.clock.paused
+    press(window, "down")
+    press(window, "down")
+    assert "speed × 1" in window.view.settings.get_text()
+    press(window, "right")
+    assert window.clock.paused
+    assert window.player.record.count > 1
+    press(window, "c")
+    assert window.player.record.count == 0
+    press(window, "x")  # no key of the window
+
+
+def test_sliders_act_at_once_and_keep_the_positions(window):
+    assert (window.velocity.val, window.noise.val) == (15.0, 1.0)
+    before = window.player
+    window.velocity.set_val(31.5)
+    window.noise.set_val(0.0)
+    window.tick(0.0)
+    assert window.player.parameters == replace(CHAIN, belt_velocity=31.5, noise=0.0)
+    assert np.allclose(window.player.positions, before.positions, rtol=0, atol=CUT)
+    assert "u = 31.5" in window.view.settings.get_text()
+
+
+def test_a_chain_that_cannot_go_on_says_so(window, monkeypatch):
+    def fail(self, ticks):
+        raise ModelStateError("blocks passed through each other")
+
+    monkeypatch.setattr(Player, "advance", fail)
+    window.tick(0.1)
+    assert window.clock.paused
+    assert window.complaint.get_text() == "blocks passed through each other"
+
+
+# --- films ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.thorough
+def test_an_mp4_has_its_frames_and_duration(tmp_path, later):
+    path, clock = tmp_path / "a.mp4", replace(CLOCK, frames_per_second=25.0)
+    begin = Player.begin(later.state, clock.tick)
+    shares = []
+    view = write_film(path, begin, clock, 0.32, shares.append)
+    with av.open(str(path)) as film:
+        (stream,) = film.streams
+        frames = list(film.decode(video=0))
+        assert (stream.width, stream.height) == (1280, 720)
+        assert float(stream.duration * stream.time_base) == pytest.approx(0.32)
+    assert [frame.time for frame in frames] == pytest.approx(np.arange(8) / 25)
+    assert shares == [(number + 1) / 8 for number in range(8)]
+    view.draw(begin.advance(7 * clock.ticks_of_frame), clock)
+    shown = frames[-1].to_ndarray(format="rgb24").astype(float)
+    assert np.abs(shown - view.pixels()).mean() < 3  # the last frame, as far as the codec keeps it
+
+
+def test_a_gif_has_its_frames_and_duration(tmp_path, later):
+    path = tmp_path / "a.gif"
+    write_film(path, later, CLOCK, 0.25)
+    with Image.open(path) as film:
+        assert film.n_frames == 6
+        lengths = []
+        for number in range(film.n_frames):
+            film.seek(number)
+            lengths.append(film.info["duration"])
+    assert sum(lengths) == 250 and set(lengths) == {40, 50}
+
+
+@pytest.mark.thorough
+def test_every_frame_of_a_gif_has_the_colours_that_tell_something(tmp_path, later):
+    clock = Clock()
+    write_film(tmp_path / "a.gif", later, clock, 0.25)
+    with Image.open(tmp_path / "a.gif") as film:
+        for number in range(film.n_frames):
+            film.seek(number)
+            packed = np.unique(np.asarray(film.convert("RGB")).astype(int) @ [65536, 256, 1])
+            colours = np.stack([packed >> 16, packed >> 8 & 255, packed & 255], axis=-1)
+            for name in (look.STUCK, look.SLIPPING):  # at least those of the legend
+                exact = np.round(255 * np.array(to_rgb(name)))
+                assert np.abs(colours - exact).max(axis=1).min() <= 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n_blocks", [5, 10])
+def test_a_core_draws_24_frames_in_a_second(n_blocks):
+    clock = Clock()
+    player = begin(ChainParameters(n_blocks, 15.3, 1.0), clock, 250.0, 1)
+    figure = Figure(figsize=(12.8, 7.2))
+    FigureCanvasAgg(figure)
+    window = Window(player, clock, figure)
+    window.tick(1 / 24)  # draws all, the next ones what moves
+    start = time.process_time()
+    for _ in range(48):
+        window.tick(1 / 24)
+    assert time.process_time() - start < 2.0
+
+
+@pytest.mark.thorough
+def test_a_film_of_the_window_is_tracked_and_analysed(tmp_path, capsys):
+    movie, table = tmp_path / "a.mp4", tmp_path / "a.csv"
+    chain = ("--n-blocks=2", "--belt-velocity=15", "--transient=250")
+    assert cli.main(["watch", *chain, "--duration=4", f"--output={movie}"]) == 0
+    assert cli.main(["track", str(movie), f"--output={table}"]) == 0
+    capsys.readouterr()
+    assert cli.main(["analyse", str(table), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    every = 1 / 24 / TIME_S
+    run = simulate(
+        ChainParameters(2, 15.0),
+        duration=250 + 95 * every,
+        transient=250.0,
+        method="event",
+        seed=1,
+        sample_interval=every,
+        sample_start=250.0,
+    )
+    last = run.positions[:, -1]
+    assert told["disorder_parameter"] == pytest.approx(last.std() / last.mean(), rel=0.02)
+    assert told["mean_length"] == pytest.approx(LENGTH_M * last.mean(), rel=2e-3)
+    assert told["samples"] == 96
+
+
+def test_the_command_writes_a_film(tmp_path, capsys):
+    path = tmp_path / "a.mp4"
+    words = ["watch", "--n-blocks=2", "--belt-velocity=15", "--fps=10", "--duration=0.3"]
+    assert cli.main([*words, "--transient=30", f"--output={path}"]) == 0
+    said = capsys.readouterr()
+    assert said.out.startswith(f"{path}: ") and said.err == ""
+    with av.open(str(path)) as film:
+        assert len(list(film.decode(video=0))) == 3
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"output": "a.avi"}, "output = a.avi: must end in .mp4 or .gif"),
+        ({"output": "no/such/folder/a.mp4"}, "its folder does not exist"),
+        ({"output": "a.mp4", "duration": "0"}, "duration = 0: must be greater than 0"),
+        ({"output": "a.mp4", "duration": "nan"}, "duration = nan: a finite number is needed"),
+        ({"output": "a.mp4", "duration": "0.01"}, "a film of at least one frame needs 0.0417 s"),
+        ({"output": "a.gif", "fps": "60"}, "fps = 60: a gif has at most 50"),
+        ({"fps": "0"}, "fps = 0: must be from 1 to 120"),
+        ({"speed": "-1"}, "speed = -1: must be from 0.05 to 50"),
+        ({"n-blocks": "0"}, "n_blocks = 0"),
+        ({"output": "a.mp4", "transient": "-1"}, "transient = -1"),
+        ({"output": "a.mp4", "seed": "-1"}, "seed = -1"),
+        ({"duration": "5"}, "only a film has one, give --output too"),
+        ({}, "no display to open a window on: write a film with --output"),
+    ],
+)
+def test_bad_input_is_one_line(changes, message, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    settings = {"n-blocks": "2", "belt-velocity": "15"} | changes
+    assert cli.main(["watch", *(f"--{name}={value}" for name, value in settings.items())]) == 2
+    said = capsys.readouterr()
+    assert said.out == "" and message in said.err and len(said.err.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_toolkit_without_a_display_is_one_line(capsys, monkeypatch):
+    import matplotlib
+
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    with matplotlib.rc_context({"backend": "agg"}):
+        matplotlib.rcParams["backend"] = "tkagg"
+        status = cli.main(["watch", "--n-blocks=2", "--belt-velocity=15"])
+    said = capsys.readouterr()
+    assert status == 2 and "no display" in said.err and len(said.err.splitlines()) == 1
+
+
+def test_a_clock_takes_finite_numbers():
+    with pytest.raises(InputError, match="speed = inf"):
+        Clock(speed=np.inf)

@@ -1,0 +1,224 @@
+"""Units, spring law, friction rule and parameters against the paper (Sec. III)."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+import naive
+from beltrepro import ChainParameters
+from beltrepro.base.errors import InputError
+from beltrepro.model import section_position, units
+from beltrepro.model.friction import friction_force, next_direction
+from beltrepro.model.spring import (
+    chain_deformations,
+    external_force,
+    potential_energy,
+    spring_energy,
+    spring_extension,
+    spring_force,
+)
+
+
+def test_units_are_those_of_the_paper():
+    assert round(units.TIME_S, 4) == 0.0765
+    assert round(units.VELOCITY_M_S, 4) == 0.0183
+    assert round(units.FORCE_N, 4) == 0.0277
+    assert units.from_si(1.98, "force") == pytest.approx(71.4, abs=0.05)
+    assert units.to_si(19.0, "velocity") == pytest.approx(0.35, abs=0.005)
+    assert units.to_si(units.from_si(0.28, "velocity"), "velocity") == pytest.approx(0.28)
+
+
+@pytest.mark.parametrize("join", [-20.0, 20.0])
+def test_spring_law_joins_smoothly(join):
+    step = 1e-6
+    below, above = spring_force(join - step), spring_force(join + step)
+    assert above - below == pytest.approx(-2 * step, rel=1e-5)
+    slopes = np.diff(spring_force(join + step * np.array([-1, 0, 1]))) / step
+    np.testing.assert_allclose(slopes, -1, atol=1e-6)
+
+
+def test_spring_law_beyond_the_joins():
+    assert spring_force(10.0) == -10.0
+    assert spring_force(-30.0) == pytest.approx(20 + (np.exp(2.0) - 1) / 0.2)
+    assert spring_force(120.0) == pytest.approx(-(20 + (np.e - 1) / 0.01))
+
+
+@pytest.mark.parametrize("deformation", [-35.0, -20.0, -7.0, 0.0, 12.0, 20.0, 150.0])
+def test_energy_is_the_integral_of_the_force(deformation):
+    breaks = [point for point in (-20.0, 20.0) if abs(point) < abs(deformation)]
+    work = -quad(spring_force, 0, deformation, points=breaks or None)[0]
+    assert spring_energy(deformation) == pytest.approx(work, rel=1e-9, abs=1e-12)
+
+
+def test_extension_inverts_the_force():
+    deformation = np.linspace(-45, 300, 200)
+    np.testing.assert_allclose(spring_extension(-spring_force(deformation)), deformation)
+
+
+@pytest.mark.parametrize(
+    ("direction", "relative_velocity", "force", "expected"),
+    [
+        (0, 0.0, 71.3, 0),  # stuck, below the threshold
+        (0, 0.0, -71.5, -1),  # slips towards the external force
+        (0, 0.0, 71.5, 1),
+        (-1, -3.0, 50.0, -1),  # slips on while v_r keeps its sign
+        (-1, 0.1, 50.0, 0),  # sign change with |F_ex| < F_st: sticks
+        (-1, 0.1, 80.0, 1),  # sign change with |F_ex| > F_st: slips on towards F_ex
+        (1, -0.1, -80.0, -1),
+    ],
+)
+def test_friction_rule(direction, relative_velocity, force, expected):
+    assert next_direction(direction, relative_velocity, force, 71.4) == expected
+
+
+def test_a_negative_threshold_holds_nothing():
+    assert next_direction(0, 0.0, [0.0, -0.0, 2.0, -2.0], -1.0).tolist() == [1, 1, 1, -1]
+
+
+def test_friction_force():
+    assert friction_force(0, 30.0, 71.4, 0.45) == -30.0
+    assert friction_force(-1, 30.0, 71.4, 0.45) == pytest.approx(0.45 * 71.4)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"n_blocks": 0}, "n_blocks = 0"),
+        ({"n_blocks": 2.5}, "n_blocks = 2.5"),
+        ({"belt_velocity": -1}, "belt_velocity = -1"),
+        ({"belt_velocity": "fast"}, "belt_velocity = 'fast'"),
+        ({"noise": -0.1}, "noise = -0.1"),
+        ({"noise": float("nan")}, "noise = nan"),
+        ({"friction_ratio": 1}, "friction_ratio = 1"),
+    ],
+)
+def test_bad_parameters_are_named(arguments, message):
+    with pytest.raises(InputError, match=message):
+        ChainParameters(**({"n_blocks": 5, "belt_velocity": 1.0} | arguments))
+
+
+# --- other laws, edges ----------------------------------------------------------------------------
+
+OTHER = ChainParameters(
+    3, 2.0, linear_limit=7.0, compression_rate=0.5, extension_rate=0.04, rest_length=30.0
+)
+
+
+@pytest.mark.parametrize("deformation", [-20.0, -7.5, -7.0, -1.0, 0.0, 7.0, 7.5, 40.0])
+def test_the_spring_law_follows_its_constants(deformation):
+    force = naive.spring_force(deformation, limit=7.0, compression=0.5, extension=0.04)
+    assert spring_force(deformation, OTHER) == pytest.approx(force)
+    assert spring_extension(-force, OTHER) == pytest.approx(deformation)
+    breaks = [point for point in (-7.0, 7.0) if abs(point) < abs(deformation)]
+    work = -quad(spring_force, 0, deformation, args=(OTHER,), points=breaks or None)[0]
+    assert spring_energy(deformation, OTHER) == pytest.approx(work, rel=1e-9, abs=1e-12)
+
+
+def test_forces_and_energies_of_a_chain_are_those_of_its_springs():
+    positions = np.array([[25.0, 70.0, 95.0], [30.0, 60.0, 90.0]])
+    lengths = np.array([[25.0, 45.0, 25.0], [30.0, 30.0, 30.0]])
+    np.testing.assert_array_equal(chain_deformations(positions, OTHER), lengths - 30)
+    one, two, three = (
+        naive.spring_force(length - 30, limit=7.0, compression=0.5, extension=0.04)
+        for length in (25.0, 45.0, 25.0)
+    )
+    np.testing.assert_allclose(
+        external_force(positions, OTHER), [[one - two, two - three, three], [0, 0, 0]]
+    )
+    energy = sum(spring_energy(length - 30, OTHER) for length in (25.0, 45.0, 25.0))
+    np.testing.assert_allclose(potential_energy(positions, OTHER), [energy, 0])
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_friction_at_its_edges(sign):
+    # exactly at the threshold a block stays; at zero relative velocity it is decided anew
+    assert next_direction(0, 0.0, sign * 71.4, 71.4) == 0
+    assert next_direction(0, 0.0, sign * 71.5, 71.4) == sign
+    assert next_direction(sign, 0.0, 0.0, 71.4) == 0
+    assert next_direction(sign, sign * 0.1, 0.0, 71.4) == sign
+    assert friction_force(sign, 30.0, 70.0, 0.5) == -sign * 35
+    arrays = next_direction(np.array([0, sign]), np.zeros(2), np.full(2, 80.0 * sign), 71.4)
+    assert arrays.tolist() == [sign, sign]
+
+
+def test_every_unit_has_its_dimension():
+    base = {"mass": 0.1158, "length": 1.4e-3, "time": np.sqrt(0.1158 / 19.8)}
+    base |= {"velocity": base["length"] / base["time"]}
+    base |= {"force": base["mass"] * base["length"] / base["time"] ** 2}
+    base |= {"energy": base["mass"] * base["velocity"] ** 2}
+    for quantity, unit in base.items():
+        assert units.to_si(2.0, quantity) == pytest.approx(2 * unit)
+        assert units.from_si(2 * unit, quantity) == pytest.approx(2.0)
+    assert pytest.approx(0.45, abs=0.005) == units.KINETIC_FRICTION_N / units.STATIC_FRICTION_N
+
+
+def test_constants_of_the_paper_are_the_defaults():
+    chain = ChainParameters(5, 1.0)
+    assert (chain.noise, chain.static_friction, chain.friction_ratio) == (0, 71.4, 0.45)
+    assert (chain.rest_length, chain.linear_limit) == (50, 20)
+    assert (chain.compression_rate, chain.extension_rate) == (0.2, 0.01)
+    assert chain.law == (71.4, 0.45, 50, 20, 0.2, 0.01)
+    assert chain.rest_positions.tolist() == [50, 100, 150, 200, 250]
+    assert ChainParameters(5, 7.5, 2.2).describe() == "N=5, u=7.5, sigma=2.2"
+
+
+POSITIVE = ("belt_velocity", "static_friction", "rest_length", "linear_limit")
+POSITIVE += ("compression_rate", "extension_rate")
+
+
+@pytest.mark.parametrize("name", POSITIVE)
+def test_what_must_be_positive_is_refused_at_zero(name):
+    with pytest.raises(InputError, match=f"{name} = 0: must be greater than 0"):
+        ChainParameters(**{"n_blocks": 5, "belt_velocity": 1.0, name: 0})
+    with pytest.raises(InputError, match=f"{name} = inf: a finite number"):
+        ChainParameters(**{"n_blocks": 5, "belt_velocity": 1.0, name: np.inf})
+
+
+def test_parameters_at_the_ends_of_their_ranges():
+    for n_blocks in (1, 64, 5.0, np.int64(5)):
+        chain = ChainParameters(n_blocks, 1)
+        assert chain.n_blocks == n_blocks and type(chain.n_blocks) is int
+        assert type(chain.belt_velocity) is float
+    assert ChainParameters(5, 1.0, noise=0, friction_ratio=0).friction_ratio == 0
+    for n_blocks in (0, 65, True, "five", None, np.nan):
+        with pytest.raises(InputError, match="n_blocks = "):
+            ChainParameters(n_blocks, 1.0)
+    for ratio in (-0.01, 1.0):
+        with pytest.raises(InputError, match="at least 0 and below 1"):
+            ChainParameters(5, 1.0, friction_ratio=ratio)
+
+
+def balance_by_search(chain):
+    """Length at which the springs hold the blocks against kinetic friction, spring by spring."""
+    kinetic = chain.friction_ratio * chain.static_friction
+    lengths = [
+        brentq(lambda stretch, pull=kinetic * carried: spring_force(stretch, chain) + pull, 0, 1e4)
+        for carried in range(1, chain.n_blocks + 1)
+    ]
+    return chain.n_blocks * chain.rest_length + sum(lengths)
+
+
+@pytest.mark.parametrize(
+    ("n_blocks", "position"),
+    [(2, 187.7), (3, 314.3), (4, 457.5), (5, 615.0), (6, 785.0), (7, 966.2), (10, 1566.1)],
+)
+def test_the_section_of_each_size(n_blocks, position):
+    chain = ChainParameters(n_blocks, 3.0, 2.0)
+    assert section_position(chain) == position
+    # 0.998 of the balance (Sec. IV.A), to one digit
+    share = 615 / balance_by_search(ChainParameters(5, 1.0))
+    assert round(share, 3) == 0.998
+    assert abs(section_position(chain) - share * balance_by_search(chain)) <= 0.05 + 1e-9
+
+
+@pytest.mark.parametrize("field", [field.name for field in fields(ChainParameters)[3:]])
+def test_the_section_follows_every_constant_of_the_law(field):
+    usual = ChainParameters(5, 20.0)
+    # the springs of a chain in balance are stretched, so the compressed branch does not matter
+    other = replace(usual, **{field: 0.9 * getattr(usual, field)})
+    share = 615 / balance_by_search(usual)
+    assert abs(section_position(other) - share * balance_by_search(other)) <= 0.05 + 1e-9
+    assert (section_position(other) != 615.0) == (field != "compression_rate")

@@ -1,0 +1,48 @@
+"""What files must say of themselves: whether it changes with what they are made from."""
+
+import copy
+from pathlib import Path
+
+import pytest
+
+from beltrepro.replication.plan import checking
+from beltrepro.replication.plan.expectations import Expectations
+from beltrepro.replication.plan.plan import make_plan
+
+CONFIG = checking.load(Path(__file__).parents[2] / "config.yaml")
+
+
+def expectations(dataset=None, compression=None):
+    """Those of a smoke run, whose dataset is longer or whose camera is another."""
+    config = copy.deepcopy(CONFIG) | {"preset": "smoke"}
+    if dataset:
+        own = config["presets"]["smoke"]["datasets"].setdefault(dataset, {})
+        own["duration"] = 4321
+    if compression:
+        config["camera"]["compression"] = compression
+    return Expectations(make_plan(config))
+
+
+@pytest.mark.parametrize("name", ["belt_028", "belt_028_film", "belt_028_track", "recordings"])
+def test_a_file_must_name_the_dataset_that_it_comes_from(name):
+    asked = expectations().each(name)
+    assert asked == expectations("u1").each(name)
+    assert asked != expectations("belt_028").each(name)
+
+
+def test_what_is_filmed_and_how_is_told_of_films_and_tracks_only():
+    one, other = expectations(), expectations(compression=30)
+    for name in ("belt_028_film", "belt_028_track", "recordings"):
+        assert one.each(name) != other.each(name)
+    assert one.each("belt_028", "lifetimes") == other.each("belt_028", "lifetimes")
+
+
+def test_claims_are_measured_from_all_datasets_and_all_tracks():
+    plan = make_plan(CONFIG | {"preset": "smoke"})
+    found = Expectations(plan)
+    assert set(found.judged) == {*plan.datasets, *(f"{name}_track" for name in plan.films)}
+    assert found.made_from(*found.judged) == {
+        "preset": "smoke",
+        "run": "smoke",
+        "sources": found.each(*found.judged),
+    }

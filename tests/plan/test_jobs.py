@@ -1,0 +1,154 @@
+"""How long a preset takes, judged from a sample of its jobs."""
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from beltrepro.replication.plan import checking
+from beltrepro.replication.plan.jobs import Job, draw, estimate, simulation_jobs
+from beltrepro.replication.plan.plan import make_plan
+
+ROOT = Path(__file__).parents[2]
+
+
+def plan(preset):
+    return make_plan(checking.load(ROOT / "config.yaml") | {"preset": preset})
+
+
+def made_up(count, cost_class=("scan", "event", True)):
+    return [Job(*cost_class, f"{cost_class[0]}/{number}", 1.0 + number) for number in range(count)]
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("preset", ["smoke", "standard", "paper"])
+def test_sample_is_a_tenth_of_every_class_and_no_job_twice(preset):
+    jobs = simulation_jobs(plan(preset))
+    assert len({job.name for job in jobs}) == len(jobs)
+    sample = draw(jobs, seed=1)
+    assert len(set(sample)) == len(sample)
+    for cost_class in {job.cost_class for job in jobs}:
+        alike = [job for job in jobs if job.cost_class == cost_class]
+        assert len([job for job in sample if job.cost_class == cost_class]) >= len(alike) / 10
+
+
+def test_work_is_chains_times_blocks_times_time():
+    paper = plan("paper")
+    work = {job.name: job.work for job in simulation_jobs(paper)}
+    assert work["batches/n5_rows/0000"] == 32 * 5 * 2e6
+    assert work["batches/u1/0000"] == 5 * 210000
+    of_map = sum(value for name, value in work.items() if name.startswith("batches/size_rows/"))
+    assert of_map == sum(500000 * point.n_blocks for point in paper.datasets["size_rows"].points)
+
+
+def test_short_steps_weigh_for_the_scheme_that_takes_them():
+    datasets = plan("paper").datasets
+    short = [p._replace(time_step=0.0005) for p in datasets["pairs_states_verlet"].points[:3]]
+    usual = [point._replace(time_step=0.001) for point in short]
+    for method, ratio in (("verlet", 2), ("event", 1)):
+        by_method = [[p._replace(method=method) for p in each] for each in (short, usual)]
+        work = [datasets["pairs_states_verlet"].work(points) for points in by_method]
+        assert work[0] == ratio * work[1]
+
+
+def test_classes_tell_noise():
+    jobs = simulation_jobs(plan("paper"))
+    assert {job.noise for job in jobs if job.name.startswith("batches/n5_u7/")} == {False, True}
+    assert {job.noise for job in jobs if "slips_u1" in job.name} == {False}
+    assert {job.noise for job in jobs if "n5_map" in job.name and job.method == "event"} == {True}
+
+
+def test_chances_are_proportional_to_work():
+    jobs = made_up(23)
+    work = np.array([job.work for job in jobs])
+    counts = np.zeros(23)
+    for seed in range(4000):
+        for job in draw(jobs, seed):
+            counts[int(job.name.split("/")[1])] += 1
+    # three draws; 5 standard errors of a share are at most 0.04
+    assert np.all(np.abs(counts / 4000 - 3 * work / work.sum()) < 0.04)
+
+
+def test_a_large_job_is_always_drawn():
+    jobs = [*made_up(9), Job("scan", "event", True, "scan/9", 1e9)]
+    assert all(draw(jobs, seed)[-1].work == 1e9 for seed in range(20))
+
+
+def test_estimate_is_exact_where_time_is_proportional_to_work():
+    jobs = made_up(40)
+    table = estimate(jobs, {job.name: 3600 * 0.5 * job.work for job in jobs[3::10]})
+    assert table["hours"].iloc[0] == pytest.approx(0.5 * sum(job.work for job in jobs))
+    assert table["standard_error"].iloc[0] == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.thorough
+def test_estimate_covers_the_truth_within_its_error():
+    """Scatter of 20 %: the estimate is within 2 standard errors in 95 % of samples, about."""
+    random = np.random.default_rng(1)
+    jobs = made_up(200)
+    seconds = {job.name: 100 * job.work * random.normal(1, 0.2) for job in jobs}
+    truth = sum(seconds.values()) / 3600
+    within = []
+    for seed in range(300):
+        row = estimate(jobs, {job.name: seconds[job.name] for job in draw(jobs, seed)}).iloc[0]
+        within.append(abs(row["hours"] - truth) < 2 * row["standard_error"])
+    assert np.mean(within) > 0.85
+
+
+def test_estimate_sums_kinds_and_knows_what_is_missing():
+    jobs = made_up(10) + made_up(1, ("series", "verlet", False))
+    known = {job.name: 3600.0 for job in jobs}
+    table = estimate(jobs, known)
+    assert list(table["kind"]) == ["scan", "series", "sum"]
+    assert table["hours"].iloc[-1] == pytest.approx(11)
+    assert table["standard_error"].iloc[-1] == 0
+    del known["series/0"]
+    assert np.isnan(estimate(jobs, known)["hours"].iloc[-1])
+
+
+def test_the_error_of_a_sum_is_that_over_all_samples():
+    """Over all samples of jobs of equal work the mean square of the error is the one stated."""
+    jobs = [Job("scan", "event", True, f"scan/{number}", 2.0) for number in range(7)]
+    hours = np.array([1.0, 2.0, 4.0, 4.5, 7.0, 9.0, 20.0])
+    for size in (2, 3, 6):
+        misses, errors = [], []
+        for sample in itertools.combinations(range(7), size):
+            ran = {f"scan/{number}": 3600 * hours[number] for number in sample}
+            row = estimate(jobs, ran).iloc[0]
+            assert (row["jobs"], row["jobs_run"]) == (7, size)
+            assert row["hours_run"] == pytest.approx(hours[list(sample)].sum())
+            misses.append(row["hours"] - hours.sum())
+            errors.append(row["standard_error"])
+        assert np.mean(misses) == pytest.approx(0, abs=1e-9)
+        assert np.mean(np.square(misses)) == pytest.approx(np.mean(np.square(errors)))
+
+
+def test_errors_of_classes_add_as_squares_and_one_of_several_jobs_has_none():
+    classes = [("catalogue", "event", True), ("scan", "event", True), ("series", "event", True)]
+    jobs = [job for each in classes for job in made_up(4, each)]
+    seconds = {f"{kind}/{k}": 3600.0 * (k + 1) ** 2 for kind, *_ in classes[:2] for k in (0, 2, 3)}
+    seconds["series/1"] = 3600.0
+    table = estimate(jobs, seconds)
+    one, other, unknown, total = table["standard_error"]
+    assert one == other > 0 and np.isnan(unknown)
+    assert total == pytest.approx(np.sqrt(2) * one)
+    # of work 1, 3, 4 and times 1, 9, 16, with a ratio of 26/8
+    by_hand = sum((t - 3.25 * w) ** 2 for w, t in ((1, 1), (3, 9), (4, 16))) / 2
+    assert one == pytest.approx(4 * np.sqrt((1 / 3 - 1 / 4) * by_hand))
+    assert table["hours"].iloc[2] == pytest.approx(10 / 2)
+
+
+def test_estimate_of_memory_and_disk():
+    """Size is proportional to work here, so its estimate is exact; memory is the largest seen."""
+    jobs = made_up(40) + made_up(1, ("series", "verlet", False))
+    ran = [*jobs[3:40:10], jobs[-1]]
+    seconds = {job.name: 1.0 for job in ran}
+    memory = {job.name: 100 + job.work for job in ran}
+    table = estimate(jobs, seconds, memory, {job.name: 2e6 * job.work for job in ran})
+    total = table.iloc[-1]
+    assert total["megabytes"] == pytest.approx(2 * sum(job.work for job in jobs))
+    assert total["megabytes_error"] == pytest.approx(0, abs=1e-6)
+    assert list(table["memory_mb"]) == [134.0, 101.0, 134.0]
+    unknown = estimate(jobs, seconds).iloc[-1]
+    assert np.isnan(unknown["megabytes"]) and np.isnan(unknown["memory_mb"])

@@ -1,0 +1,232 @@
+"""Runs that begin side by side, are stopped or are killed, and the jobs that they leave."""
+
+import errno
+import logging
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from beltrepro.base.errors import InputError
+from beltrepro.replication.plan import lifecycle
+
+HOLD = """
+import sys, time
+from pathlib import Path
+from beltrepro.replication.plan import lifecycle
+lifecycle.begin(Path(sys.argv[1]))
+print("begun", flush=True)
+time.sleep(60)
+"""
+# a run with a job, which is a shell with a process of its own
+RUN = """
+import os, subprocess, sys, time
+from pathlib import Path
+from beltrepro.replication.plan import lifecycle
+results = Path(sys.argv[1])
+lifecycle.begin(results)
+lifecycle.stop_at_once(results)
+os.environ[lifecycle.PARENT] = str(os.getpid())
+job = "from beltrepro.replication.plan import lifecycle; import time; lifecycle.end_with_parent(); "
+job += "print('job', flush=True); time.sleep(60)"
+command = lifecycle.JOB_PREFIX + sys.executable + ' -c "' + job + '"; true'
+subprocess.run(["bash", "-c", command])
+"""
+
+
+def as_from_a_terminal():
+    """Heed signals that whoever runs the tests may ignore, as nohup and shells in scripts do."""
+    for each in lifecycle.STOPPING:
+        signal.signal(each, signal.SIG_DFL)
+
+
+def started(code: str, results: Path) -> subprocess.Popen:
+    """A process of its own group that has begun its work on results."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, str(results)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=as_from_a_terminal,
+    )
+    assert process.stdout.readline()
+    return process
+
+
+def ended(process: subprocess.Popen) -> str:
+    """What it said last; waits until all that have its output are gone, its jobs too."""
+    return process.communicate(timeout=30)[1]
+
+
+def test_a_second_run_in_a_folder_is_refused_and_a_kill_frees_it(tmp_path):
+    first = started(HOLD, tmp_path / "a")
+    assert lifecycle.is_locked(tmp_path / "a")
+    with pytest.raises(InputError, match="another run is at work there; wait for its end or give"):
+        lifecycle.begin(tmp_path / "a")
+    other = started(HOLD, tmp_path / "b")  # side by side
+    for process in (first, other):
+        process.kill()
+        ended(process)
+    assert not lifecycle.is_locked(tmp_path / "a")
+    other = started(HOLD, tmp_path / "a")
+    other.kill()
+    ended(other)
+
+
+def test_a_folder_that_was_locked_at_first_is_refused(tmp_path):
+    # its files may have changed since they were looked at
+    with pytest.raises(InputError, match="another run"):
+        lifecycle.begin(tmp_path / "a", was_locked=True)
+
+
+def test_a_folder_that_cannot_be_written_is_one_line(tmp_path):
+    (tmp_path / "a").touch()
+    with pytest.raises(InputError, match=r"a: cannot be written \(File exists\)"):
+        lifecycle.begin(tmp_path / "a")
+
+
+@pytest.mark.parametrize("name", lifecycle.FOLDERS)
+def test_a_file_in_place_of_a_folder_is_one_line(tmp_path, name, monkeypatch):
+    (tmp_path / name).touch()
+    with pytest.raises(InputError, match=rf"/{name}: cannot be written \(Not a directory\)"):
+        lifecycle.begin(tmp_path)
+    (tmp_path / name).unlink()
+    (tmp_path / name).mkdir()
+    monkeypatch.setattr("os.access", lambda path, mode: False)  # root may write everywhere
+    with pytest.raises(InputError, match=rf"/{name}: cannot be written \(Permission denied\)"):
+        lifecycle.begin(tmp_path)
+
+
+def test_no_file_stays_from_the_future(tmp_path):
+    """As after a wrong clock: Snakemake would delete what it makes from them."""
+    now = time.time()
+    for name, ahead in (("late", 1e6), ("near", 5.0), ("old", -1e6)):
+        (tmp_path / name).touch()
+        os.utime(tmp_path / name, (now + ahead, now + ahead))
+    lifecycle.begin(tmp_path)
+    times = {name: (tmp_path / name).stat().st_mtime - now for name in ("late", "near", "old")}
+    assert 0 <= times["late"] <= time.time() - now + 1
+    assert times["near"] == pytest.approx(5, abs=0.1)
+    assert times["old"] == pytest.approx(-1e6, abs=0.1)
+
+
+def test_looking_at_a_folder_that_cannot_be_locked_is_no_error(tmp_path):
+    """A dry run may look where nothing can be written; `begin` says what is wrong."""
+    (tmp_path / "file").touch()
+    (tmp_path / "folder" / lifecycle.LOCK).mkdir(parents=True)
+    for name in ("file", "folder", "n" * 300):
+        assert not lifecycle.is_locked(tmp_path / name)
+        with pytest.raises(InputError, match="cannot be written"):
+            lifecycle.begin(tmp_path / name)
+
+
+def test_a_file_system_without_locks_is_one_line(tmp_path, monkeypatch):
+    def refuse(descriptor, operation):
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    lifecycle.begin(tmp_path / "a")
+    monkeypatch.setattr("fcntl.flock", refuse)
+    assert not lifecycle.is_locked(tmp_path / "a")
+    with pytest.raises(InputError, match=r"b: its file system has no locks \(No locks available\)"):
+        lifecycle.begin(tmp_path / "b")
+
+
+def test_looking_locks_nothing(tmp_path):
+    assert not lifecycle.is_locked(tmp_path / "a")
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / lifecycle.LOCK).touch()
+    assert not lifecycle.is_locked(tmp_path / "a")
+    process = started(HOLD, tmp_path / "a")
+    process.kill()
+    ended(process)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_stop_ends_jobs_and_says_how_to_go_on(tmp_path, number):
+    run = started(RUN, tmp_path / "a")
+    (tmp_path / "a" / ".unfinished-1-x.h5").touch()
+    if number == signal.SIGINT:
+        os.killpg(run.pid, number)  # as a terminal does
+    else:
+        run.send_signal(number)
+    said = ended(run).strip()
+    assert run.returncode == 128 + number
+    assert said == (
+        f"stopped; what is finished is kept in {tmp_path / 'a'}: the same command goes on from here"
+    )
+    assert [path.name for path in (tmp_path / "a").iterdir()] == [lifecycle.LOCK]
+
+
+def test_jobs_do_not_outlive_a_killed_run(tmp_path):
+    run = started(RUN, tmp_path / "a")
+    run.kill()
+    begun = time.monotonic()
+    ended(run)  # its output is open as long as the job lives
+    assert time.monotonic() - begun < 20
+
+
+def test_what_begins_clears_what_a_kill_has_left(tmp_path):
+    left = tmp_path / "a" / "datasets" / ".unfinished-1-x.h5"
+    left.parent.mkdir(parents=True)
+    left.touch()
+    process = started(HOLD, tmp_path / "a")
+    process.kill()
+    ended(process)
+    assert not left.exists()
+
+
+# --- what is shown of a failure ---
+
+
+def shown(**record) -> list[str]:
+    """What Snakemake's logger shows after `shorten`."""
+    lines = []
+    handler = logging.StreamHandler()
+    handler.emit = lambda one: lines.append(str(one.msg))
+    logger = logging.Logger("like Snakemake's")
+    logger.addHandler(handler)
+    lifecycle.shorten(logger)
+    logger.error(record.pop("msg", ""), extra=record)
+    return lines
+
+
+class Event:
+    """As Snakemake's `LogEvent`."""
+
+    def __init__(self, name):
+        self.name = name
+
+
+def of_job(log: Path) -> dict:
+    return {
+        "event": Event("JOB_ERROR"),
+        "rule_name": "simulate",
+        "output": ["results/smoke/batches/u1/0000.h5"],
+        "log": [str(log)],
+    }
+
+
+def test_a_job_that_has_said_why_is_not_explained_again(tmp_path):
+    (tmp_path / "log").write_text("10:00:00 ERROR N=5: went wrong\n")
+    assert shown(**of_job(tmp_path / "log")) == []
+    called = "RuleException:\nCalledProcessError in file x, line 3: returned status 1"
+    assert shown(msg=called, exception="RuleException") == []
+    assert shown(msg="Exiting because a job execution failed. Look above") == []
+
+
+def test_a_killed_job_is_one_line(tmp_path):
+    (tmp_path / "log").write_text("10:00:00 INFO u1: started\n")
+    (line,) = shown(**of_job(tmp_path / "log"))
+    assert line.startswith("error in rule simulate: the job of results/smoke/batches/u1/0000.h5")
+    assert "\n" not in line
+
+
+def test_other_words_of_snakemake_stay(tmp_path):
+    words = "MissingInputException in rule draw"
+    assert shown(msg=words, exception="RuleException") == [words]

@@ -1,0 +1,746 @@
+"""The workflow: targets, reruns after a change of code, errors, and (slow) the smoke preset."""
+
+import base64
+import html
+import json
+import logging
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import h5py
+import numpy as np
+import pytest
+
+import damages
+import snakemake_calls
+import unpacking
+from beltrepro.base import progress, provenance, store
+from beltrepro.base.errors import InputError, ModelStateError
+from beltrepro.cli import app as cli
+from beltrepro.replication.plan import checking, lifecycle, manifest, registry, scripting
+from beltrepro.replication.plan.jobs import simulation_jobs
+from beltrepro.replication.plan.plan import Plan, make_plan
+from beltrepro.replication.plan.points import columns
+from beltrepro.replication.verdicts.entries import load_ledger
+
+ROOT = Path(__file__).parents[2]
+CONFIG = checking.load(ROOT / "config.yaml")
+FIGURES = registry.figures()
+TABLES = registry.tables()
+RULES = sorted((ROOT / "workflow" / "rules").glob("*.smk"))
+
+
+def snakemake(tree: Path, *arguments: str, settings=("preset=smoke",)):
+    """The finished process of Snakemake on a copy of the project, with the package of that copy."""
+    return snakemake_calls.call(tree, *arguments, "--config", *settings)
+
+
+def jobs(dry_run: subprocess.CompletedProcess) -> dict[str, int]:
+    """Number of jobs by rule that a dry run announces."""
+    assert dry_run.returncode == 0, dry_run.stderr
+    table = re.search(r"^job +count\n[- ]+\n(.*?)^total ", dry_run.stdout, re.M | re.S)
+    return (
+        {}
+        if table is None
+        else {name: int(count) for name, count in map(str.split, table[1].splitlines())}
+    )
+
+
+def smoke_plan() -> Plan:
+    return make_plan(CONFIG | {"preset": "smoke"})
+
+
+def drawn(dry_run: subprocess.CompletedProcess) -> set[str]:
+    """Figures that a dry run would draw."""
+    return set(re.findall(r": Drawing (\w+)", dry_run.stdout))
+
+
+def derived(dry_run: subprocess.CompletedProcess) -> set[str]:
+    """Tables that a dry run would derive."""
+    return set(re.findall(r": Deriving (\S+)\.csv", dry_run.stdout))
+
+
+def simulated(dry_run: subprocess.CompletedProcess) -> set[str]:
+    """Batches that a dry run would simulate."""
+    found = re.findall(r": Simulating batch (\d+) of (\S+)", dry_run.stdout)
+    return {f"batches/{dataset}/{number}" for number, dataset in found}
+
+
+def batches_by(method: str) -> set[str]:
+    """Batches of the smoke preset whose points are integrated by this method."""
+    return {job.name for job in simulation_jobs(smoke_plan()) if job.method == method}
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
+    """A copy of the project without results."""
+    place = tmp_path_factory.mktemp("project")
+    for name in ("src", "workflow", "profiles"):
+        litter = shutil.ignore_patterns("__pycache__", "*.egg-info")
+        shutil.copytree(ROOT / name, place / name, ignore=litter)
+    for name in ("Snakefile", "config.yaml", "CITATION.cff"):
+        shutil.copy(ROOT / name, place / name)
+    return place
+
+
+@pytest.fixture(scope="module")
+def summary(tree):
+    """What Snakemake knows of each file of a run and of its timing: values by column."""
+    rows = snakemake(tree, "--summary", "all", "timing").stdout.splitlines()
+    header, *others = (row.split("\t") for row in rows if "\t" in row)
+    return [dict(zip(header, row, strict=True)) for row in others]
+
+
+@pytest.fixture(scope="module")
+def finished(tree, summary):
+    """The same, as after a complete run: every file is there (but empty) and known to Snakemake."""
+    benchmark = "results/smoke/benchmarks/timing.tsv"  # Snakemake wants that of a target, too
+    for name in (*(row["output_file"] for row in summary), benchmark):
+        path = tree / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    done = snakemake(tree, "--touch", "--forceall", "--cores", "1", "all", "timing")
+    assert done.returncode == 0, done.stderr
+    return tree
+
+
+# --- targets ---
+
+
+@pytest.mark.thorough
+def test_list_shows_each_figure_with_its_title(tree):
+    listed = snakemake(tree, "--list").stdout.splitlines()
+    for name, entry in FIGURES.items():
+        assert f"{name} ({entry.title})" in listed
+    for target in (
+        "all",
+        "figures",
+        "agreement",
+        "report",
+        "article",
+        "claims",
+        "timing",
+        "crate",
+        "archive",
+    ):
+        assert any(line.startswith(f"{target} (") for line in listed)
+    assert [line for line in listed if "(" not in line] == []
+
+
+def test_every_target_dry_runs_in_the_folder_of_the_run(tree):
+    others = ["agreement", "claims", "report", "article", "timing", "crate", "archive"]
+    targets = [*FIGURES, "figures", *others, "all"]
+    dry_run = snakemake(tree, "--dry-run", *targets, settings=["preset=standard", "run=f06"])
+    count = jobs(dry_run)
+    assert all(count[target] == 1 for target in targets)
+    assert count["draw"] == len(FIGURES)
+    assert count["derive"] == len(TABLES)
+    assert "results/f06/report.html" in dry_run.stdout
+    assert "results/standard/" not in dry_run.stdout
+
+
+@pytest.mark.slow
+def test_preset_paper_dry_runs(tree):
+    dry_run = snakemake(tree, "--dry-run", settings=["preset=paper"])
+    assert jobs(dry_run)["draw"] == len(FIGURES)
+    assert "results/paper/report.html" in dry_run.stdout
+    assert "results/smoke/" not in dry_run.stdout
+
+
+@pytest.mark.thorough
+def test_timing_knows_the_files_of_all_simulation_jobs(summary):
+    files = {row["output_file"] for row in summary if row["rule"] == "simulate"}
+    expected = simulation_jobs(smoke_plan())
+    assert files == {f"results/smoke/{job.name}.h5" for job in expected}
+
+
+@pytest.mark.thorough
+def test_figures_need_their_datasets_tables_and_films_only(tree):
+    """One of scans, a study with its table, and a recording that is filmed and tracked."""
+    datasets = smoke_plan().datasets
+    used = [*FIGURES["fig12"].uses, "friction_ratio", "belt_022"]
+    count = jobs(snakemake(tree, "--dry-run", "fig12", "friction_ratio", "fig05"))
+    assert count == {
+        **dict.fromkeys(("fig12", "friction_ratio", "fig05", "derive", "film", "track"), 1),
+        "draw": 3,
+        "join": len(used),
+        "simulate": sum(len(datasets[name].batches) for name in used),
+    }
+
+
+@pytest.mark.slow
+def test_lint_is_clean(tree):
+    lint = snakemake(tree, "--lint")
+    assert lint.returncode == 0, lint.stdout + lint.stderr
+
+
+def test_every_rule_that_runs_declares_what_it_needs():
+    needed = ("output", "log", "benchmark", "threads", "resources", "params", "message")
+    count = 0
+    for path in RULES:
+        for rule in re.split(r"^rule ", path.read_text(), flags=re.M)[1:]:
+            if "    script:" not in rule:
+                continue
+            count += 1
+            for directive in needed:
+                assert f"\n    {directive}:" in rule, (path.name, rule.splitlines()[0], directive)
+            assert "mem_mb=" in rule and "runtime=" in rule
+    assert count == 12
+
+
+def test_every_script_is_used():
+    scripts = {path.name for path in (ROOT / "workflow" / "scripts").glob("*.py")}
+    used = set(re.findall(r'"\.\./scripts/(.*?)"', "".join(path.read_text() for path in RULES)))
+    assert scripts == used
+
+
+@pytest.mark.slow
+def test_snakemake_report_holds_every_figure_with_its_words(finished):
+    done = snakemake(finished, "--report", "made.html")
+    assert done.returncode == 0, done.stderr
+    page = (finished / "made.html").read_text()
+    results, categories = (
+        json.loads(re.search(rf"var {name} = (\{{.*\}});\n", page)[1])
+        for name in ("results", "categories")
+    )
+    for name, entry in FIGURES.items():
+        shown = results[f"results/smoke/figures/{name}.png"]
+        assert shown["labels"] == {"figure": name, "title": entry.title}
+        paragraphs = re.findall(r"<p>(.*?)</p>", html.unescape(shown["caption"]), re.S)
+        assert [" ".join(words.split()) for words in paragraphs] == [entry.title, entry.words]
+        assert f"results/smoke/figures/{name}.png" in categories[entry.category]["Other"]
+    assert categories["Claims"]["Other"] == ["results/smoke/claims.csv"]
+    assert categories["Report"]["Other"] == ["results/smoke/report.html"]
+    assert categories["Article"]["Other"] == ["results/smoke/article.pdf"]
+    assert len(results) == len(FIGURES) + 3
+
+
+# --- reruns ---
+
+RESULTS = {"derive", "draw", "claims", "report", "article", "all"}
+
+
+def after_touching(
+    tree: Path, *names: str, targets: tuple[str, ...] = ()
+) -> subprocess.CompletedProcess:
+    """Dry run after a change of modules, which is undone again.
+
+    Changes that have no effect in common are tried in one dry run: it takes seconds.
+    """
+    paths = [tree / "src" / "beltrepro" / name for name in names]
+    before = [path.read_bytes() for path in paths]
+    try:
+        for path, content in zip(paths, before, strict=True):
+            path.write_bytes(content + b"\n# touched\n")
+        return snakemake(tree, "--dry-run", *targets)
+    finally:
+        for path, content in zip(paths, before, strict=True):
+            path.write_bytes(content)
+
+
+@pytest.mark.thorough
+def test_touched_kernel_reruns_all_that_uses_it(finished):
+    dry_run = after_touching(finished, "engine/verlet.py")
+    assert set(jobs(dry_run)) == {"simulate", "join"} | RESULTS
+    # the series of fig16 have noise and are integrated by `event`, and so are those that are filmed
+    # and three more studies
+    exact = {"fig02", "fig03", "fig04", "fig05", "fig16"}
+    exact |= {"friction_ratio", "survival", "experiment_noise"}
+    assert drawn(dry_run) == set(FIGURES) - {"fig01", "fig06"} - exact
+    assert simulated(dry_run) == batches_by("verlet")
+    dry_run = after_touching(finished, "engine/event.py")
+    assert {"fig02", "fig05", "fig12", "fig13", "fig16"} <= drawn(dry_run)
+    assert jobs(dry_run)["film"] == jobs(dry_run)["track"] == len(smoke_plan().films)
+    assert {"fig09", "fig11"}.isdisjoint(drawn(dry_run))
+    assert simulated(dry_run) == batches_by("event")
+
+
+@pytest.mark.thorough
+def test_touched_plot_table_and_claims_rerun_themselves_and_the_report(finished):
+    names = (
+        "replication/studies/transition/fig12.py",
+        "replication/studies/friction_ratio/friction_falls.py",
+        "replication/studies/measuring.py",
+    )
+    dry_run = after_touching(finished, *names)
+    made = {"derive": 1, "draw": 2, "claims": 1, "report": 1, "article": 1, "all": 1}
+    assert jobs(dry_run) == made
+    assert derived(dry_run) == {"tables/friction_falls"}
+    assert drawn(dry_run) == {"fig12", "friction_ratio"}
+
+
+@pytest.mark.thorough
+def test_touched_style_redraws_every_figure_and_simulates_nothing(finished):
+    dry_run = after_touching(finished, "replication/drawing/style.py")
+    assert jobs(dry_run) == {"draw": len(FIGURES), "report": 1, "article": 1, "all": 1}
+
+
+@pytest.mark.thorough
+def test_touched_housekeeping_simulates_nothing(finished):
+    rooms = (
+        "cli/app.py",
+        "base/store.py",
+        "replication/plan/scripting.py",
+        "base/provenance.py",
+        "replication/plan/lifecycle.py",
+        "base/atomic.py",
+    )
+    words = ("plan", "kinds", "schema", "quantities", "grids", "checking", "files")
+    names = [*rooms, "verification.py", *(f"datasets/{name}.py" for name in words)]
+    names += ["simulation/files.py", "simulation/checkpoints.py"]
+    assert {"simulate", "join"}.isdisjoint(jobs(after_touching(finished, *names)))
+
+
+@pytest.mark.thorough
+def test_touched_analysis_derives_its_tables_and_touched_tracker_tracks_again(finished):
+    dry_run = after_touching(
+        finished, "replication/studies/integrators/compared.py", "replication/camera/tracking.py"
+    )
+    assert {"simulate", "join", "film"}.isdisjoint(jobs(dry_run))
+    of_agreement = {"agreement", "tables/families", "tables/partings", "tables/convergence"}
+    assert derived(dry_run) == of_agreement | {"tables/recordings"}
+    assert jobs(dry_run)["track"] == len(smoke_plan().films)
+    assert drawn(dry_run) >= {"fig03", "fig04", "fig05"}
+
+
+@pytest.mark.thorough
+def test_touched_camera_films_again_and_touched_sampling_times_again(finished):
+    films = len(smoke_plan().films)
+    names = ("replication/camera/camera.py", "replication/plan/jobs.py")
+    dry_run = after_touching(finished, *names, targets=("all", "timing"))
+    count = jobs(dry_run)
+    assert (count["film"], count["track"], count["timing"]) == (films, films, 1)
+    assert {"simulate", "join"}.isdisjoint(count)
+    assert drawn(dry_run) == {"fig02", "fig03", "fig04", "fig05"}
+
+
+@pytest.mark.thorough
+def test_touched_file_without_a_change_reruns_nothing(finished):
+    """As after a checkout: all files of the project but the results are younger than these."""
+    for folder in ("src", "workflow"):
+        for path in (finished / folder).rglob("*.*"):
+            path.touch()
+    (finished / "config.yaml").touch()
+    assert jobs(snakemake(finished, "--dry-run", "all", "timing")) == {}
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("name", "rule"),
+    [
+        ("datasets/u1.h5", "join"),
+        ("agreement.csv-metadata.json", "derive"),
+        ("estimates.csv", "claims"),
+        ("figures/fig09.pdf", "draw"),
+    ],
+)
+def test_what_is_deleted_by_hand_is_made_again(finished, name, rule):
+    path = finished / "results" / "smoke" / name
+    path.rename(finished / "gone")
+    try:
+        count = jobs(snakemake(finished, "--dry-run"))
+        assert count[rule] == 1 and "simulate" not in count
+    finally:
+        (finished / "gone").rename(path)
+
+
+@pytest.mark.thorough
+def test_touched_script_reruns_its_rule_and_simulates_nothing(finished):
+    scripts = [f"../../workflow/scripts/{name}.py" for name in ("simulate", "join", "claims")]
+    dry_run = after_touching(finished, *scripts)
+    assert jobs(dry_run) == {"claims": 1, "report": 1, "article": 1, "all": 1}
+    scripts = [f"../../workflow/scripts/{name}.py" for name in ("track", "timing", "figure")]
+    count = jobs(after_touching(finished, *scripts, targets=("all", "timing")))
+    assert (count["track"], count["timing"]) == (len(smoke_plan().films), 1)
+    assert count["draw"] == len(FIGURES)
+    assert {"simulate", "join", "film"}.isdisjoint(count)
+
+
+def test_integrator_of_one_dataset_does_not_depend_on_the_other():
+    kernels = {
+        "verlet": "beltrepro.engine.verlet_integrators",
+        "event": "beltrepro.engine.event_integrator",
+    }
+    simulation = provenance.module_closure("beltrepro.simulation")
+    for kernel in kernels.values():
+        rest = provenance.module_closure("beltrepro.simulation", without=(kernel,))
+        assert kernel not in rest
+        assert rest <= simulation
+
+
+# --- datasets that came with an archive ---
+
+
+@pytest.mark.thorough
+def test_datasets_of_an_archive_are_never_simulated(tree):
+    """They need no batches, no age and no memory of Snakemake; a missing one is made as usual."""
+    settings = ["preset=smoke", "run=came"]
+    folder = tree / "results" / "came" / "datasets"
+    folder.mkdir(parents=True)
+    names = smoke_plan().datasets
+    for name in names:
+        (folder / f"{name}.h5").touch()
+    listed = [f"{'0' * 64}  results/came/datasets/{name}.h5\n" for name in names]
+    (tree / manifest.NAME).write_text("".join(listed))
+    (folder / "u20.h5").unlink()
+    try:
+        assert jobs(snakemake(tree, "--dry-run", settings=settings)) == {
+            "simulate": len(names["u20"].batches),
+            "join": 1,
+            "film": len(smoke_plan().films),
+            "track": len(smoke_plan().films),
+            "derive": len(TABLES),
+            "draw": len(FIGURES),
+            "claims": 1,
+            "report": 1,
+            "article": 1,
+            "all": 1,
+        }
+        target = "results/other/datasets/u1.h5"
+        count = jobs(snakemake(tree, "--dry-run", target, settings=["preset=smoke", "run=other"]))
+        assert (count["simulate"], count["join"]) == (len(names["u1"].batches), 1)
+    finally:
+        (tree / manifest.NAME).unlink()
+        shutil.rmtree(folder)
+
+
+# --- two at once ---
+
+
+@pytest.mark.thorough
+def test_a_second_run_is_refused_in_one_line(tree):
+    target = "results/held/datasets/u20.h5"
+    settings = ["preset=smoke", "run=held"]
+    lifecycle.begin(tree / "results" / "held")
+    done = snakemake(tree, "--cores", "1", target, settings=settings)
+    assert done.returncode == 1
+    errors = [line for line in done.stderr.splitlines() if "rror" in line]
+    assert errors == [
+        "error: results/held: another run is at work there; wait for its end or give this one a "
+        "name: --config run=NAME"
+    ]
+    assert not (tree / target).exists()
+    # looking is allowed, and Snakemake's lock is not taken
+    assert jobs(snakemake(tree, "--dry-run", target, settings=settings)) != {}
+    assert list((tree / ".snakemake" / "locks").glob("*")) == []
+
+
+# --- errors ---
+
+
+def test_bad_configuration_is_one_line(tree):
+    """Which values are bad, and what is said of each: test_config."""
+    setting = 'presets={"smoke": {"datasets": {"n5_map": {"belt_velocity": -3}}}}'
+    done = snakemake(tree, "--dry-run", settings=["preset=smoke", setting])
+    lines = [line for line in done.stderr.splitlines() if "profile" not in line]
+    assert done.returncode == 1
+    assert len(lines) == 1, done.stderr
+    assert lines[0].startswith("error: config.yaml: ") and "greater than 0" in lines[0]
+    assert "Traceback" not in done.stdout + done.stderr
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("arguments", "settings", "words"),
+    [
+        (["fig2"], ["preset=smoke"], "did you mean 'fig22'?"),
+        (["results/smoke/batches/u1/9999.h5"], ["preset=smoke"], "u1/9999.h5': allowed are files"),
+        (["--forcerun", "simulat"], ["preset=smoke"], "did you mean 'simulate'?"),
+        ([], ["preset=smoke", "fig12"], "targets stand before --config"),
+        (["--profile", "profiles/slurm"], ["fig12"], "targets stand before --config"),
+        (["--workflow-profile", "profiles/slurm"], ["fig12"], "targets stand before --config"),
+        ([], ["model.friction_ratio=0.6"], """--config 'model={"friction_ratio": 0.6}'"""),
+    ],
+)
+def test_wrong_command_line_is_one_line(tree, arguments, settings, words):
+    done = snakemake(tree, "--dry-run", *arguments, settings=settings)
+    lines = [line for line in done.stderr.splitlines() if "profile" not in line]
+    assert done.returncode == 1
+    assert len(lines) == 1 and lines[0].startswith("error: ") and words in lines[0], done.stderr
+    assert "Traceback" not in done.stdout + done.stderr
+
+
+def heeds_ctrl_c():
+    """As in a terminal: a process in the background of a shell would ignore it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+@pytest.mark.thorough
+def test_ctrl_c_before_the_workflow_is_read_leaves_no_traceback(tree, tmp_path):
+    """Snakemake waits for a configuration: it has read nothing but the profile."""
+    os.mkfifo(tmp_path / "late.yaml")
+    command = [sys.executable, "-m", "snakemake", "--dry-run", "--configfile"]
+    environment = os.environ | {"PYTHONPATH": str(tree / "src")}
+    process = subprocess.Popen(
+        [*command, tmp_path / "late.yaml"],
+        cwd=tree,
+        env=environment,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=heeds_ctrl_c,
+    )
+    with (tmp_path / "late.yaml").open("w"):  # when Snakemake opens it
+        process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=60)[1]
+    assert process.returncode == -signal.SIGINT
+    assert [line for line in said.splitlines() if "profile" not in line] == []
+
+
+@pytest.mark.thorough
+def test_figure_of_an_unknown_dataset_is_one_line(tree):
+    module = tree / "src/beltrepro/figures/fig13.py"
+    before = module.read_text()
+    try:
+        module.write_text(before.replace('"n5_rows_check"', '"n5_rows_chek"'))
+        done = snakemake(tree, "--dry-run", "fig12")
+    finally:
+        module.write_text(before)
+    lines = [line for line in done.stderr.splitlines() if "profile" not in line]
+    assert done.returncode == 1 and len(lines) == 1, done.stderr
+    assert lines[0].startswith("error: fig13.py uses 'n5_rows_chek', which preset")
+    assert lines[0].endswith("smoke lacks; did you mean 'n5_rows_check'?")
+
+
+@pytest.fixture
+def job(tmp_path):
+    yield SimpleNamespace(log=[str(tmp_path / "logs" / "job.log")], rule="simulate", threads=1)
+    progress._lines_only = False
+    logging.captureWarnings(False)
+    logging.basicConfig(force=True)
+
+
+@pytest.mark.parametrize("kind", [InputError, ModelStateError])
+def test_expected_error_of_a_job_is_one_line(job, kind):
+    def main(job):
+        raise kind("N=5, u=1, sigma=0: went wrong")
+
+    with pytest.raises(SystemExit) as caught:
+        scripting.run(main, job)
+    assert caught.value.code == "error in rule simulate: N=5, u=1, sigma=0: went wrong"
+    log = Path(job.log[0]).read_text()
+    assert len(log.splitlines()) == 1 and log.endswith("went wrong\n")
+
+
+def test_unexpected_error_of_a_job_leaves_its_traceback_in_the_log(job):
+    def main(job):
+        raise ZeroDivisionError("oops\nand more")
+
+    with pytest.raises(SystemExit) as caught:
+        scripting.run(main, job)
+    assert caught.value.code == (
+        f"error in rule simulate: ZeroDivisionError: oops (traceback in {job.log[0]})"
+    )
+    assert "Traceback" in Path(job.log[0]).read_text()
+
+
+# --- progress ---
+
+
+def test_progress_of_a_job_goes_to_the_log(job):
+    def main(job):
+        shown = progress.Progress("five points", every=0.1, pause=0)
+        for step in range(101):
+            shown(step / 100)
+
+    scripting.run(main, job)
+    lines = Path(job.log[0]).read_text().splitlines()
+    assert len(lines) == 12
+    assert lines[0].endswith("five points: started")
+    assert re.search(r"five points: 50% done, 0 s left$", lines[5])
+    assert lines[-2].endswith("100% done, 0 s left") and lines[-1].endswith("done")
+
+
+def test_progress_by_hand_is_a_bar(capsys):
+    shown = progress.Progress("five points", bar=True)
+    shown(0.5)
+    shown(1.0)
+    assert "five points: 100%" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(0, "0 s"), (59.6, "1 min 0 s"), (200, "3 min 20 s"), (7500, "2 h 5 min")]
+)
+def test_time_left_in_words(seconds, text):
+    assert progress._duration(seconds) == text
+
+
+# --- the whole, slow ---
+
+
+@pytest.fixture(scope="module")
+def smoke(tree):
+    """Results of the smoke preset, made in the copy of the project."""
+    shutil.rmtree(tree / "results", ignore_errors=True)
+    command = [sys.executable, "-m", "snakemake", "--cores", "2", "--config", "preset=smoke"]
+    environment = os.environ | {"PYTHONPATH": str(tree / "src")}
+    done = subprocess.run(command, cwd=tree, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return tree / "results" / "smoke"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FIGURES)
+def test_smoke_draws_every_figure(smoke, name):
+    from matplotlib.image import imread
+
+    image = imread(smoke / "figures" / f"{name}.png")[..., :3]
+    assert min(image.shape[:2]) > 300
+    ink = (image < 0.9).any(axis=-1)
+    assert 0.005 < ink.mean() < 0.95
+    assert (smoke / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.slow
+def test_smoke_writes_claims_and_a_report_that_needs_no_network(smoke):
+    import pandas
+
+    assert len(pandas.read_csv(smoke / "claims.csv")) >= 40
+    report = (smoke / "report.html").read_text()
+    assert report.count("data:image/png;base64,") >= len(FIGURES)
+    assert (
+        re.findall(r'(?:src|href)="(?:https?:)?//[^"]*\.(?:js|css|png|svg|woff2?)"', report) == []
+    )
+
+
+@pytest.mark.slow
+def test_smoke_writes_an_article_and_can_be_published(smoke, tmp_path):
+    import pypdf
+
+    from beltrepro.replication.report import publishing
+
+    pages = pypdf.PdfReader(smoke / "article.pdf").pages
+    assert 3 <= len(pages) <= 4  # 7 where most claims are measured
+    words = "".join(page.extract_text() for page in pages)
+    assert not [name for name in load_ledger() if name not in words]
+    folder = publishing.publish(smoke, tmp_path)
+    assert {path.stem for path in (folder / "figures").iterdir()} == set(FIGURES)
+
+
+@pytest.mark.slow
+def test_smoke_datasets_say_where_they_come_from(smoke):
+    plan = smoke_plan()
+    paths = {path.stem: path for path in (smoke / "datasets").glob("*.h5")}
+    assert set(paths) == set(plan.datasets)
+    for name, path in paths.items():
+        said = store.read(path).attributes
+        assert (said["dataset"], said["preset"], said["run"]) == (name, "smoke", "smoke")
+        assert said["units"] == "model units" and said["code_version"]
+
+
+@pytest.mark.slow
+def test_snakemake_report_holds_the_figures_of_smoke_themselves(tree, smoke):
+    done = snakemake(tree, "--report", "made.html")
+    assert done.returncode == 0, done.stderr
+    page = (tree / "made.html").read_text()
+    shown = json.loads(re.search(r"var results = (\{.*\});\n", page)[1])
+    for name in FIGURES:
+        picture = shown[f"results/smoke/figures/{name}.png"]["data_uri"]
+        content = base64.b64decode(picture.partition("base64,")[2])
+        assert content == (smoke / "figures" / f"{name}.png").read_bytes()
+
+
+@pytest.mark.slow
+def test_an_archive_of_smoke_is_drawn_again_without_a_simulation(tree, smoke, tmp_path):
+    project = tmp_path / "project"
+    shutil.copytree(tree, project)
+    for name in ("CITATION.cff", "README.md", "pyproject.toml"):
+        shutil.copy(ROOT / name, project)
+    own = ["git", "-c", "user.name=someone", "-c", "user.email=someone@example.org"]
+    for arguments in (
+        ["init", "-q"],
+        ["add", "src", "workflow", "profiles", "Snakefile", "config.yaml"],
+        ["add", "CITATION.cff", "README.md"],
+        ["commit", "-qm", "First"],
+    ):
+        subprocess.run([*own, *arguments], cwd=project, check=True)
+    done = snakemake(project, "--cores", "2", "archive", "all", "--forcerun", "draw")
+    assert done.returncode == 0, done.stdout + done.stderr
+    found = unpacking.main(project / "results" / "smoke" / "beltrepro-smoke.zip")
+    assert found.jobs == {"simulate": 0, "join": 0, "draw": len(FIGURES)}
+    assert (found.other, len(found.same_bits)) == ([], 2 * len(FIGURES))
+
+
+@pytest.mark.slow
+def test_smoke_arrays_say_what_they_are(smoke):
+    for path in (smoke / "datasets").glob("*.h5"):
+        with h5py.File(path) as file:
+            for name, array in file.items():
+                said = dict(array.attrs)
+                assert said["unit"] and said["description"], (path, name)
+                assert len(said["dimensions"].split(", ")) == array.ndim, (path, name)
+
+
+@pytest.mark.slow
+def test_smoke_tables_have_their_origin_beside_them(smoke):
+    paths = {*smoke.glob("*.csv"), *(smoke / "tables").glob("*.csv")}
+    assert {path.stem for path in paths} >= {*TABLES, "claims"}
+    for path in paths:
+        about = json.loads(path.with_name(f"{path.name}-metadata.json").read_text())
+        with path.open() as file:
+            header = file.readline().strip().split(",")
+        assert [each["name"] for each in about["tableSchema"]["columns"]] == header
+
+
+@pytest.mark.slow
+def test_smoke_datasets_hold_every_point_in_order(smoke):
+    for name, dataset in smoke_plan().datasets.items():
+        arrays = store.read(smoke / "datasets" / f"{name}.h5").arrays
+        for quantity, expected in columns(dataset.points).items():
+            np.testing.assert_array_equal(arrays[quantity], expected)
+
+
+@pytest.mark.slow
+def test_smoke_has_nothing_left_to_do(tree, smoke):
+    assert jobs(snakemake(tree, "--dry-run")) == {}
+
+
+@pytest.mark.slow
+def test_smoke_has_the_numbers_of_the_published_list(smoke, capsys):
+    """On a like machine the same bits; elsewhere within the bounds of docs/integrity.md."""
+    status = cli.main(["verify", str(smoke), "--list", str(ROOT / "docs/results/smoke.json")])
+    assert status == 0, capsys.readouterr()
+
+
+@pytest.mark.slow
+def test_a_file_copied_over_another_is_refused_with_the_remedy(tree, smoke):
+    path = smoke / "datasets" / "n5_rows.h5"
+    before = path.read_bytes()
+    target = "results/smoke/figures/fig17.png"
+    try:
+        shutil.copy(smoke / "datasets" / "n5_map.h5", path)
+        done = snakemake(tree, "--cores", "1", target)
+    finally:
+        path.write_bytes(before)
+    line = done.stderr.strip().splitlines()[-1]
+    assert done.returncode == 1
+    assert "holds dataset n5_map (scan) of preset smoke, run smoke" in line
+    assert line.endswith("rm results/smoke/datasets/n5_rows.h5 && "
+                         "snakemake --cores 2 --config preset=smoke")  # fmt: skip
+
+
+@pytest.mark.slow
+def test_no_damaged_file_of_smoke_is_taken_for_whole(smoke, monkeypatch):
+    monkeypatch.chdir(smoke.parents[1])
+    counts, wrong = damages.run(smoke, smoke_plan())
+    assert wrong == []
+    assert {kind for kind, *_ in counts} == {".h5", ".csv", ".png"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["n5_columns", "pairs_paths_event", "slips_u1"])
+def test_a_dataset_does_not_depend_on_how_it_is_cut_and_on_the_cores(tree, smoke, name):
+    target = f"results/smoke/datasets/{name}.h5"
+    whole = store.read(tree / target).arrays
+    cut = f'presets={{"smoke": {{"datasets": {{"{name}": {{"points_per_job": 5}}}}}}}}'
+    done = snakemake(tree, "--cores", "1", target, settings=["preset=smoke", cut])
+    assert done.returncode == 0, done.stdout + done.stderr
+    batches = list((tree / f"results/smoke/batches/{name}").glob("*.h5"))
+    assert len(batches) > len(smoke_plan().datasets[name].batches)
+    for array, values in store.read(tree / target).arrays.items():
+        np.testing.assert_array_equal(values, whole[array], err_msg=array)

@@ -1,0 +1,229 @@
+"""The section on the integrators says what its tables say: every row, every count."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+from test_report import PIXEL, SETTINGS, cells, part, words
+
+import made_up_results
+from beltrepro.replication import report
+from beltrepro.replication.studies.integrators import samples
+from beltrepro.replication.studies.integrators import words as described
+
+DISORDER = "disorder parameter r"
+STICKING = "share that still sticks at the end"
+AT_THE_END = "disorder parameter r at the end"
+
+
+def row(**given):
+    """A row of the comparisons: its numbers are all different."""
+    usual = {
+        "part": "disorder", "quantity": DISORDER, "n_blocks": 5, "belt_velocity": 8.0, "noise": 1.0,
+        "initial_spread": None, "time_step": None, "n_tested": 31, "n_reference": 32,
+        "mean_tested": 0.1234, "mean_reference": 0.4321, "error_tested": 0.01,
+        "error_reference": 0.02, "z": -1.75, "p": 0.25, "corrected_p": 0.75, "distance": 0.034,
+        "verdict": "agree", "tested": "verlet", "reference": "event",
+    }  # fmt: skip
+    return usual | given
+
+
+COMPARISONS = [
+    row(),
+    row(quantity="mean length"),
+    row(belt_velocity=14.0, noise=2.2, z=None, p=1e-13, corrected_p=1e-13, verdict="differ"),
+    row(part="attractors", quantity=STICKING, noise=0.0, initial_spread=1.0, time_step=0.001),
+] + [
+    row(part="attractors", quantity=AT_THE_END, noise=0.0, belt_velocity=u, initial_spread=spread,
+        time_step=step, n_tested=64, verdict=verdict)
+    for u, spread, step, verdict in (
+        (7.0, 0.001, 0.001, "differ"), (13.0, 0.001, 0.001, "agree"),
+        (16.0, 0.001, 0.001, "differ"), (7.0, 1.0, 0.001, "agree"),
+        (13.0, 1.0, 0.001, "differ by less than 1 %"),
+        (7.0, 0.001, 0.002, "agree"), (13.0, 0.001, 0.002, "agree"),
+    )
+]  # fmt: skip
+
+
+def family(**given):
+    usual = {
+        "part": "disorder", "quantity": DISORDER, "time_step": None, "initial_spread": None,
+        "runs": 32, "points": 11, "agree": 6, "differ by less than 1 %": 3, "differ": 2,
+        "not measured": 0, "test": "Kolmogorov-Smirnov", "smallest_p": 0.004, "chi2": 12.34,
+        "degrees": 9, "chi2_p": 0.19, "uniform_p": 0.53, "shift": 0.0123, "shift_error": 0.0045,
+    }  # fmt: skip
+    return usual | given
+
+
+FAMILIES = [
+    family(),
+    family(part="slips", quantity="section points", agree=8, **{"differ by less than 1 %": 0},
+           differ=0, **{"not measured": 3}, degrees=0, shift=None),
+    family(part="attractors", quantity="lifetime", time_step=0.002, initial_spread=1.0),
+    family(part="attractors", quantity="lifetime", time_step=0.001, initial_spread=1.0, points=4,
+           agree=4, **{"differ by less than 1 %": 0}, differ=0),
+]  # fmt: skip
+PARTINGS = [
+    {"method": "verlet", "n_blocks": 5, "belt_velocity": u, "time_step": step, "members": 8,
+     "parting_time": parting, "shared_events": 17.0, "reference_events": 29.0,
+     "first_shift": first, "shift": 0.5}
+    for u, step, parting, first in ((3.0, 0.001, 77.0, 0.002), (20.0, 0.001, float("inf"), 0.0031),
+                                    (3.0, 0.002, 55.0, 0.9))
+]  # fmt: skip
+CONVERGENCE = [
+    {"method": method, "varied": "time_step", "n_blocks": 5, "belt_velocity": 3.0,
+     "time_step": step, "tolerance": None, "step": step, "after_events": events, "error": error,
+     "order": order, "order_error": 0.1}
+    for method, step, events, error, order in (
+        ("verlet", 0.001, 0, 3e-12, None), ("verlet", 0.002, 0, 4e-12, None),
+        ("verlet", 0.001, 1, 0.01, 0.9), ("verlet", 0.002, 1, 0.02, 0.9),
+        ("verlet", 0.001, 5, 0.03, 1.3), ("verlet", 0.002, 5, 0.06, 1.3),
+        ("verlet", 0.002, 20, 0.09, 7.0), ("event", 0.002, 5, 6e-13, None),
+    )
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def section(tmp_path_factory):
+    """The section as HTML."""
+    folder = tmp_path_factory.mktemp("integrators")
+    files = {}
+    for name, rows in (("agreement", COMPARISONS), ("families", FAMILIES),
+                       ("partings", PARTINGS), ("convergence", CONVERGENCE)):  # fmt: skip
+        files[name] = [folder / f"{name}.csv"]
+        pd.DataFrame(rows).to_csv(files[name][0], index=False)
+    claims, estimates = made_up_results.write(folder)
+    files |= {"claims": [claims], "estimates": [estimates]}
+    files["figures"] = [folder / "agreement_disorder.png"]
+    files["figures"][0].write_bytes(PIXEL)
+    lengths = {"duration": 1000.0, "transient": 400.0, "replicate": list(range(32))}
+    settings = SETTINGS | {
+        "defaults": SETTINGS["defaults"] | {"time_step": 0.001},
+        "datasets": {
+            name: lengths | {"duration": 1000.0 + number}
+            for number, name in enumerate(described.DATASETS.values())
+        },
+    }
+    output = folder / "report.html"
+    report.render(output, report.Material("smoke", settings, files, Path("none")))
+    return part(output.read_text(encoding="utf-8"), "agreement")
+
+
+def tables(section):
+    """Rows of the three tables, without their heads."""
+    found = section.split("<table>")[1:]
+    assert len(found) == 3
+    return [cells(table)[1:] for table in found]
+
+
+def test_every_family_has_its_row(section):
+    whole = "agree: 6 differ by less than 1 %: 3 differ: 2"
+    ks, shift = "Kolmogorov-Smirnov", "+1.23 ± 0.45 %"
+    assert tables(section)[0] == [
+        ["With noise", f"{DISORDER} {ks}", "", "32", whole, "0.004", "12.3 (9)", "0.19", "0.53",
+         shift],
+        ["Slips and section points", f"section points {ks}", "", "32",
+         "agree: 8 not measured: 3", "0.004", "", "0.19", "0.53", ""],
+        ["Attractors and lifetimes without noise", f"lifetime {ks}",
+         "dt = 0.002, initial spread 1", "32", whole, "0.004", "12.3 (9)", "0.19", "0.53", shift],
+        ["Attractors and lifetimes without noise", f"lifetime {ks}",
+         "dt = 0.001, initial spread 1", "32", "agree: 4", "0.004", "12.3 (9)", "0.19", "0.53",
+         shift],
+    ]  # fmt: skip
+
+
+def test_every_point_of_r_and_of_the_states_has_its_row(section):
+    rows = tables(section)[1]
+    shown = [each for each in COMPARISONS if each["quantity"] != "mean length"]
+    assert f"point by point ({len(shown)} rows" in section
+    values = ["0.1234 ± 0.01", "0.4321 ± 0.02"]
+    assert rows[:3] == [
+        [DISORDER, "5", "8", "1", "", "31, 32", *values, "-1.8", "0.25", "0.75", "3.4 %", "agree"],
+        [DISORDER, "5", "14", "2.2", "", "31, 32", *values, "", "< 1e-12", "< 1e-12", "3.4 %",
+         "differ"],
+        [STICKING, "5", "8", "0", "dt = 0.001, initial spread 1", "31, 32", *values, "-1.8",
+         "0.25", "0.75", "3.4 %", "agree"],
+    ]  # fmt: skip
+    found = [(each[0], each[2], each[4], each[12]) for each in rows[3:]]
+    assert found == [
+        (each["quantity"], f"{each['belt_velocity']:g}",
+         f"dt = {each['time_step']:g}, initial spread {each['initial_spread']:g}", each["verdict"])
+        for each in shown[3:]
+    ]  # fmt: skip
+
+
+def test_every_parting_has_its_row(section):
+    assert tables(section)[2] == [
+        ["verlet", "0.001", "5", "3", "8", "77", "17", "29", "0.002", "0.5"],
+        ["verlet", "0.001", "5", "20", "8", "not", "17", "29", "0.0031", "0.5"],
+        ["verlet", "0.002", "5", "3", "8", "55", "17", "29", "0.9", "0.5"],
+    ]
+
+
+def sentences(section):
+    """Sentences by heading, with the words on lengths."""
+    blocks = section.split("<h3>")[1:5]
+    return {
+        words(block.split("</h3>")[0]): (words(block.split("</h3>")[1].split("<ul>")[0]),
+                                         [words(each) for each in block.split("<li>")[1:]])
+        for block in blocks
+    }  # fmt: skip
+
+
+def test_sentences_stand_under_their_part_with_its_lengths(section):
+    found = sentences(section)
+    assert list(found) == list(described.PARTS.values())
+    for number, (lengths, _) in enumerate(found.values()):
+        assert lengths.startswith(f"t = {1000 + number}, of which 400 discarded, 32 runs at each")
+    assert found["With noise"][1] == [
+        f"{DISORDER}: agree at 6 of 11 points, differ by less than 1 % at 3, differ at 2 "
+        "(Kolmogorov-Smirnov, 32 runs a side, smallest corrected p = 0.004). All means together: "
+        "χ² = 12.3 for 9 degrees of freedom, p = 0.19; mean relative difference (+1.23 ± 0.45) %."
+    ]
+    (slips,) = found["Slips and section points"][1]
+    assert slips.startswith("section points: agree at 8 of 8 points (")
+    assert "χ²" not in slips
+
+
+def test_sentences_on_trajectories_count_runs_points_and_fits(section):
+    sentence, order, before, own = sentences(section)["Trajectories without noise"][1]
+    assert "median of 8 runs a point" in sentence
+    assert "N = 5, u = 3 at t = 77; not within the run: N = 5, u = 20." in sentence
+    assert "differ by at most 0.0031 in time" in sentence
+    # two fits, 0.9 and 1.3; that after 20 events is none of them
+    assert "to the power 1.10 ± 0.20" in order and "over 2 fits, from 0.90 to 1.30" in order
+    assert "2 steps from 0.001 to 0.002" in order
+    assert before == "Before the first event all runs agree to 4e-12."
+    assert own.startswith("event with time step 0.002 differs from itself with 0.001 by at most")
+    assert own.endswith("6e-13 in any of these errors.")
+
+
+def test_sentences_on_attractors_count_points(section):
+    found = sentences(section)["Attractors and lifetimes without noise"][1]
+    lifetime, near, far, steps, conclusion = found
+    assert lifetime.startswith("lifetime, dt = 0.001, initial spread 1: agree at 4 of 4 points (")
+    assert "within 0.001 " in near and "agree at u = 13; differ at u = 7, 16 " in near
+    assert "within 1 " in far
+    assert "agree at u = 7; differ by less than 1 % at u = 13 " in far
+    assert "64 runs a side" in near and "64 runs a side" in far
+    assert "2 of 5 at dt = 0.001, 2 of 2 at dt = 0.002" in steps
+    assert "does not hold at 2 of 5 points" in conclusion
+    assert "but not, within the resolution of these samples" in conclusion
+
+
+@pytest.mark.parametrize("runs", [32, 64, 300])
+def test_the_visible_difference_is_where_the_test_becomes_significant(runs):
+    """Two samples of which one is shifted by k places differ by k/n; the exact test decides."""
+    places = np.arange(runs)
+    shifts = (k for k in places if stats.ks_2samp(places, places + k + 0.5).pvalue < samples.LEVEL)
+    first = (next(shifts) + 1) / runs
+    # the formula is that of large samples; both steps of the statistic are 1/n wide
+    assert abs(described._visible(runs) - first) < 2 / runs
+
+
+def test_the_difference_that_the_samples_see_stands_in_the_sentence(section):
+    _, near, far, *_ = sentences(section)["Attractors and lifetimes without noise"][1]
+    for sentence in (near, far):
+        assert f"differ by {described._visible(64):.2f}, before the correction" in sentence

@@ -1,0 +1,115 @@
+"""What a newcomer tries first: the README, the examples, the notebook, the table of functions."""
+
+import re
+import runpy
+import sys
+from pathlib import Path
+
+import nbformat
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+import beltrepro
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+LONG = ("basins", "thousand_chains")
+NOTEBOOKS = sorted((ROOT / "examples").glob("*.ipynb"))
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+PYTHON = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path, monkeypatch):
+    """A folder of its own, without a display."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    import matplotlib.pyplot as plt
+
+    plt.switch_backend("agg")
+    yield
+    plt.close("all")
+
+
+def check_picture(path: Path) -> None:
+    """That something is drawn."""
+    pixels = imread(path)[..., :3]
+    assert min(pixels.shape[:2]) > 300
+    assert 0.02 < np.mean(pixels.min(axis=-1) < 0.9) < 0.98
+
+
+def test_python_of_the_readme_runs(tmp_path):
+    names: dict = {}
+    blocks = PYTHON.findall(README)
+    for block in blocks:
+        exec(compile(block, "README.md", "exec"), names)
+    assert len(blocks) == 3
+    check_picture(tmp_path / "run.png")
+    check_picture(tmp_path / "friction_ratio.png")
+    assert names["later"].initial_state == names["run"].final_state
+    # less kinetic friction, longer slips
+    means = names["r"].mean().to_numpy()
+    assert means[0] > 2 * means[-1]
+
+
+def test_the_figure_of_the_readme_takes_ten_lines():
+    lines = PYTHON.findall(README)[1].rstrip().splitlines()
+    assert len([line for line in lines if line]) <= 10
+    assert lines[0].startswith("import") and "savefig" in lines[-1]
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, marks=pytest.mark.slow if path.stem in LONG else pytest.mark.thorough)
+        for path in EXAMPLES
+    ],
+    ids=lambda path: path.stem,
+)
+def test_example_runs_and_draws(path, tmp_path, capsys):
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 40
+    runpy.run_path(str(path), run_name="__main__")
+    check_picture(tmp_path / f"{path.stem}.png")
+    assert capsys.readouterr().out.strip()
+
+
+def test_examples_need_no_workflow():
+    for path in EXAMPLES:
+        imports = re.findall(r"^from beltrepro(\S*) import", path.read_text("utf-8"), re.MULTILINE)
+        assert imports == [""]  # public names only
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_notebook_has_no_output_and_runs(path, monkeypatch):
+    notebook = nbformat.read(path, as_version=4)
+    nbformat.validate(notebook)
+    cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    assert not any(cell.outputs or cell.execution_count for cell in cells)
+    # in a notebook a figure shows itself
+    monkeypatch.setattr("beltrepro.replication.drawing.run._toolkit", lambda: False)
+    names: dict = {}
+    for cell in cells:
+        exec(compile(cell.source, path.name, "exec"), names)
+    assert set(names["table"]["belt_velocity"]) == {5.0, 10.0, 20.0}
+    assert len(names["axes"].containers) == 3
+
+
+def test_documents_list_scripts_and_public_functions():
+    page = (ROOT / "docs" / "examples.md").read_text(encoding="utf-8")
+    for path in (*EXAMPLES, *NOTEBOOKS):
+        assert f"](../examples/{path.name})" in page
+    table = page.partition("## Public functions")[2]
+    listed = re.findall(r"`(\w+)`", "".join(re.findall(r"^\|(.*?)\|", table, re.MULTILINE)))
+    assert sorted(listed) == sorted(beltrepro.__all__)
+    for name in listed:
+        assert (getattr(beltrepro, name).__doc__ or "").strip()
+
+
+def test_the_module_is_the_command(capsys, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["beltrepro", "--version"])
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_module("beltrepro", run_name="__main__")
+    assert ended.value.code == 0
+    assert capsys.readouterr().out == f"beltrepro {beltrepro.__version__}\n"

@@ -1,0 +1,202 @@
+"""Kicks at the starts of slips: their size, what they stand for, and what they leave alone."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from beltrepro import ChainParameters
+from beltrepro.base.errors import InputError
+from beltrepro.chaos.vectors import check_method
+from beltrepro.engine.integrator import Sampling
+from beltrepro.engine.kicked_integrator import KickedIntegrator
+from beltrepro.engine.records import EVENT_BLOCK, EVENT_POSITION, EVENT_SLIP, EVENT_TIME
+from beltrepro.model.disturbance import equivalent_kick
+from beltrepro.simulation.points import integrator_of, observe, points
+
+SAMPLING = Sampling(1000, 0.001)
+
+
+class EventLog:
+    """All events of W chains."""
+
+    def __init__(self, width):
+        self._rows = [[] for _ in range(width)]
+
+    def observe(self, chunk):
+        for lane, rows in enumerate(self._rows):
+            rows.append(chunk.events[lane, : chunk.event_count[lane]].copy())
+
+    def of(self, lane):
+        return np.concatenate(self._rows[lane])
+
+
+def chains_of(chain, replicates, kick, *, method="event", time_step=0.001, **told):
+    start = {"initial_positions": None, "initial_spread": 1.0, "initial_state": None} | told
+    return points(
+        [chain] * len(replicates),
+        method=method,
+        time_step=time_step,
+        tolerance=None,
+        seed=1,
+        replicate=list(replicates),
+        kick=kick,
+        **start,
+    )
+
+
+def run(members, duration):
+    integrator = integrator_of(members, sampling=SAMPLING, sampled_blocks=1)
+    log = EventLog(len(members))
+    observe(integrator, duration, [log], lambda fraction: None)
+    return integrator, log
+
+
+def first_slips(members, duration):
+    """How far on the belt the first slip of a chain of one block brings it (W,)."""
+    _, log = run(members, duration)
+    ends = []
+    for lane, point in enumerate(members):
+        rows = log.of(lane)
+        stick = rows[rows[:, EVENT_SLIP] == 0][0]
+        moved = stick[EVENT_POSITION] - point.state.displacements[0]
+        ends.append(moved - point.parameters.belt_velocity * stick[EVENT_TIME])
+    return np.array(ends)
+
+
+def of_scheme_and_kicks(chain, time_step):
+    """Places of the first stick, by the scheme and kicked; 320 starts each."""
+    found = {"verlet": [], "event": []}
+    for first in range(1, 320, 32):
+        for method, kick in ("verlet", 0.0), ("event", equivalent_kick(3.0, time_step)):
+            told = {"method": method, "time_step": time_step}
+            members = chains_of(chain, range(first, first + 32), kick, **told)
+            found[method].append(first_slips(members, 40.0))
+    return np.concatenate(found["verlet"]), np.concatenate(found["event"])
+
+
+def test_a_kick_scatters_the_places_of_sticks_as_late_starts_do():
+    """One block: the scheme lets it stick 2 u t less far on the belt, t within half a step."""
+    step, chain = 0.001, ChainParameters(1, 3.0)
+    exact = first_slips(chains_of(chain, [1], 0.0), 40.0)[0]
+    late, kicked = of_scheme_and_kicks(chain, step)
+    # 2 t / dt is uniform, beside a dt^2 / 2 = 2e-5 at the stick, one part in 150
+    shift = (late - exact) / (3.0 * step)
+    assert stats.kstest(shift, stats.uniform(-1.0, 2.0).cdf).pvalue > 1e-3
+    assert stats.kstest((kicked - exact) / (3.0 * step), stats.norm(0, 3**-0.5).cdf).pvalue > 1e-3
+    # five standard errors of a ratio of standard deviations
+    assert late.std() / kicked.std() == pytest.approx(1.0, abs=5 / np.sqrt(320))
+
+
+def test_a_threshold_scatters_them_as_a_kick_of_twice_its_size_for_one_spring():
+    """A threshold larger by f lets one spring stretch f further: u t = f, and s = 2 u t."""
+    size, places = 0.01, {"noise": [], "kick": []}
+    exact = first_slips(chains_of(ChainParameters(1, 3.0), [1], 0.0), 40.0)[0]
+    for first in range(1, 320, 32):
+        many = range(first, first + 32)
+        # in so short a step noise does nothing to a block that slips
+        noisy = chains_of(ChainParameters(1, 3.0, noise=size), many, 0.0, time_step=1e-9)
+        kicked = chains_of(ChainParameters(1, 3.0), many, 2 * size)
+        places["noise"].append(first_slips(noisy, 40.0) - exact)
+        places["kick"].append(first_slips(kicked, 40.0) - exact)
+    for found in places.values():
+        assert stats.kstest(np.concatenate(found) / (2 * size), "norm").pvalue > 1e-3
+
+
+def moves_of_stuck_blocks(integrator, log, lane):
+    """How far blocks are from where they stuck, on the belt, at the start of their next slip."""
+    rows, belt = log.of(lane), integrator.parameters[lane].belt_velocity
+    moves = []
+    for block in range(integrator.n_blocks):
+        own = rows[rows[:, EVENT_BLOCK] == block]
+        place = own[:, EVENT_POSITION] - belt * own[:, EVENT_TIME]
+        ends = np.flatnonzero(own[:-1, EVENT_SLIP] == 0)
+        moves.append(place[ends + 1] - place[ends])
+    return np.concatenate(moves)
+
+
+def test_blocks_rest_on_the_belt_until_they_are_kicked():
+    """The record of a start is that of the event itself, before the kick."""
+    integrator, log = run(chains_of(ChainParameters(5, 7.0), [1], 0.1), 200.0)
+    assert np.abs(moves_of_stuck_blocks(integrator, log, 0)).max() < 1e-11
+
+
+def test_a_kick_of_zero_gives_the_bits_of_event_and_the_energy_balance_closes():
+    sizes = np.array([0.0, 1e-8, 1e-3, 0.1, 1.0])
+    chain = ChainParameters(5, 7.0)
+    members = [chains_of(chain, [2], size)[0] for size in sizes]
+    kicked = KickedIntegrator(
+        [point.state for point in members],
+        sizes=sizes,
+        time_step=0.001,
+        sampling=SAMPLING,
+        sampled_blocks=1,
+    )
+    observe(kicked, 500.0, [], lambda fraction: None)
+    assert np.abs(kicked.energy_residual()).max() < 1e-13
+    plain, _ = run([members[0]], 500.0)
+    assert kicked.state()[0] == plain.state()[0]
+    later = [state.positions for state in kicked.state()]
+    apart = [np.abs(place - later[0]).max() for place in later]
+    assert 0 < apart[1] < 1e-5 < apart[2] < apart[4]
+
+
+def displaced(size, count):
+    """Moves of block 1 of `count` chains at its first start, on the series of the next instant."""
+    chain = ChainParameters(2, 1.0)
+    exact, log = run(chains_of(chain, [0], 0.0), 100.0)
+    begins = log.of(0)[0, EVENT_TIME]
+    soon = begins + 1e-9
+    exact, _ = run(chains_of(chain, [0], 0.0), soon)
+    moved, _ = run(chains_of(chain, range(1, count + 1), size, initial_spread=0.0), soon)
+    return moved.positions()[:, 0] - exact.positions()[0, 0]
+
+
+def test_kicks_are_normal_with_the_size_given():
+    moves = displaced(0.01, 32)
+    assert stats.kstest(moves / 0.01, "norm").pvalue > 1e-3
+    np.testing.assert_allclose(displaced(0.02, 32), 2 * moves, rtol=1e-5, atol=1e-9)
+
+
+def test_a_kicked_run_does_not_depend_on_its_company_nor_on_where_it_was_cut():
+    chain = ChainParameters(5, 7.0)
+    company = [
+        chains_of(chain, [replicate], kick)[0] for replicate, kick in ((1, 0.1), (2, 1e-3), (3, 0))
+    ]
+    together = KickedIntegrator(
+        [point.state for point in company],
+        sizes=[point.kick for point in company],
+        time_step=0.001,
+        sampling=SAMPLING,
+        sampled_blocks=1,
+    )
+    observe(together, 500.0, [], lambda fraction: None)
+    for lane in 0, 1:
+        first, _ = run([company[lane]], 250.0)
+        rest = {"initial_spread": 0.0, "initial_state": first.state()[0]}
+        again = chains_of(chain, [lane + 1], company[lane].kick, **rest)
+        alone, _ = run(again, 250.0)
+        assert alone.state()[0] == together.state()[lane]
+
+
+def test_kicked_chains_have_an_identity_of_their_own():
+    chain = ChainParameters(5, 7.0)
+    told = {"initial_spread": 0.0}
+    one, other = chains_of(chain, [1, 2], 0.1, **told)
+    assert one.identity != other.identity
+    assert one.identity == chains_of(chain, [1], 0.1, **told)[0].identity
+    assert one.identity != chains_of(chain, [1], 0.2, **told)[0].identity
+
+
+def test_kicks_with_noise_keep_the_energy_balance():
+    integrator, _ = run(chains_of(ChainParameters(5, 7.0, noise=2.2), range(1, 9), 0.1), 500.0)
+    assert np.abs(integrator.energy_residual()).max() < 1e-8
+
+
+def test_refused_with_one_line():
+    chain = ChainParameters(5, 7.0)
+    with pytest.raises(InputError, match=r"^kick = 0.1: method 'verlet' has none, only 'event'$"):
+        chains_of(chain, [1], 0.1, method="verlet")
+    with pytest.raises(InputError, match=r"^kick = -1: must be 0 or greater$"):
+        chains_of(chain, [1], -1.0)
+    with pytest.raises(InputError, match=r"^kick = 0.1: the kicked motion has no tangent dynamics"):
+        check_method(chains_of(chain, [1], 0.1))

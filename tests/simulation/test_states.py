@@ -1,0 +1,820 @@
+"""States and runs as values: a run that is cut goes on as if it had not been."""
+
+import dataclasses
+import os
+import subprocess
+import sys
+from itertools import product
+
+import numpy as np
+import pytest
+
+from beltrepro import ChainParameters, ChainState, Run, catalogue, escapes, scan, simulate
+from beltrepro.base.errors import InputError
+from beltrepro.model.spring import potential_energy
+from beltrepro.simulation import arguments, memory
+from beltrepro.simulation.points import integrator_of, points
+from beltrepro.simulation.sampling import checked, sampling_of
+
+METHODS = ("verlet", "event")
+BELT_VELOCITIES = {1: 1.0, 5: 7.5, 10: 30.0}
+CASES = [
+    (method, ChainParameters(n_blocks, BELT_VELOCITIES[n_blocks], noise))
+    for method, noise, n_blocks in product(METHODS, (0.0, 1.0), (1, 5, 10))
+]
+SLIDING = ChainParameters(1, 5.0, static_friction=10.0)  # slips for ever once its spring is linear
+
+
+def names(case):
+    method, chain = case
+    return f"{method}-{chain.n_blocks}-{chain.noise:g}"
+
+
+def joined(parts, name):
+    return np.concatenate([getattr(part, name) for part in parts])
+
+
+def assert_joined(parts, whole):
+    """That pieces of a run have the bits of the whole, and its end."""
+    for name in ("time", "positions", "velocities", "friction", "events"):
+        np.testing.assert_array_equal(joined(parts, name), getattr(whole, name), err_msg=name)
+    assert parts[-1].energy_residual == whole.energy_residual
+    assert parts[-1].final_state == whole.final_state
+
+
+# --- a run that is cut ---
+
+
+@pytest.mark.parametrize(("method", "chain"), CASES, ids=map(names, CASES))
+def test_cut_and_continued_equals_uncut(method, chain):
+    # cut in other company than that in which it goes on
+    others = [ChainParameters(chain.n_blocks, u, chain.noise) for u in (2.0, 20.0)]
+    whole = simulate(chain, duration=600, method=method, seed=3)
+    first = simulate([*others, chain], duration=250, method=method, seed=3)[-1]
+    second = simulate(chain, duration=250, method=method, initial_state=first.final_state)
+    third = simulate(chain, duration=100, method=method, initial_state=second.final_state)
+    assert len(whole.events) > 10 and third.final_state.time == 600
+    assert (second.seed, second.replicate) == (3, 0)
+    assert_joined([first, second, third], whole)
+
+
+CONTINUE = """
+import sys
+from beltrepro import Run, simulate
+for first, second in zip(sys.argv[1::2], sys.argv[2::2]):
+    run = Run.load(first)
+    simulate(
+        run.parameters, duration=250, method=run.method, initial_state=run.final_state
+    ).save(second)
+"""
+
+
+def test_saved_and_loaded_in_a_fresh_process_it_goes_on_with_the_same_bits(tmp_path):
+    cases = [case for case in CASES if case[1].n_blocks == 5]
+    files = []
+    for number, (method, chain) in enumerate(cases):
+        files.append((tmp_path / f"{number}.h5", tmp_path / f"{number}-continued.h5"))
+        simulate(chain, duration=250, method=method).save(files[-1][0])
+    call = [sys.executable, "-c", CONTINUE, *(str(path) for pair in files for path in pair)]
+    done = subprocess.run(call, capture_output=True, text=True, timeout=500, check=False)
+    assert done.returncode == 0, done.stderr
+    for (method, chain), pair in zip(cases, files, strict=True):
+        whole = simulate(chain, duration=500, method=method)
+        assert_joined([Run.load(path) for path in pair], whole)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_grid_of_cuts_does_not_depend_on_the_sampling(method):
+    # more samples than a chunk holds, and an interval of which 250 is no multiple
+    chain = ChainParameters(2, 6.0)
+    for interval in (0.02, 0.3):
+        options = {"method": method, "sample_interval": interval}
+        whole = simulate(chain, duration=500, **options)
+        first = simulate(chain, duration=250, **options)
+        second = simulate(chain, duration=250, initial_state=first.final_state, **options)
+        assert_joined([first, second], whole)
+
+
+@pytest.mark.parametrize(
+    ("method", "noise", "cut"),
+    [
+        ("event", 0.0, 33.3333),
+        ("event", 1.0, 33.3333),
+        ("verlet", 0.0, 33.333),
+        ("verlet", 1.0, 33.333),  # not a multiple of ten steps
+        ("verlet", 1.0, 33.33),
+    ],
+)
+def test_cut_elsewhere_equals_uncut_to_rounding(method, noise, cut):
+    chain = ChainParameters(5, 7.5, noise)
+    whole = simulate(chain, duration=cut + 10.0, method=method)
+    first = simulate(chain, duration=cut, method=method)
+    second = simulate(chain, duration=10.0, method=method, initial_state=first.final_state)
+    for name in ("time", "positions", "velocities"):
+        np.testing.assert_allclose(
+            joined([first, second], name), getattr(whole, name), rtol=0, atol=1e-8, err_msg=name
+        )
+    kinds = joined([first, second], "events")
+    assert kinds[["block", "kind"]].tolist() == whole.events[["block", "kind"]].tolist()
+    # with noise a step of the event method ends at the cut, where its truncation shows
+    tolerance = 1e-6 if (method, noise) == ("event", 1.0) else 1e-9
+    np.testing.assert_allclose(kinds["time"], whole.events["time"], rtol=0, atol=tolerance)
+
+
+def test_what_is_measured_of_the_pieces_adds_up():
+    chain = ChainParameters(5, 20.0, 1.0)
+    options = {"method": "event", "transient": 0.0, "section_position": 600.0}
+    whole = scan(chain, duration=500, **options)
+    first = simulate(chain, duration=250, method="event")
+    parts = [
+        scan(chain, duration=250, **options),
+        scan(chain, duration=250, initial_state=first.final_state, **options),
+    ]
+    for name in ("section_count", "slip_count"):
+        np.testing.assert_array_equal(sum(part[name] for part in parts), whole[name])
+    assert whole["section_count"][0] > 10
+    crossings = [part["section_velocity"][0, : part["section_count"][0]] for part in parts]
+    kept = whole["section_velocity"][0, : whole["section_count"][0]]
+    np.testing.assert_array_equal(np.concatenate(crossings), kept)
+    assert parts[1]["last_stick_time"] == whole["last_stick_time"]
+    assert parts[1]["energy_residual"] == whole["energy_residual"]
+    mean = np.mean([part["mean_length"] for part in parts])
+    assert mean == pytest.approx(whole["mean_length"][0], rel=1e-13)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_transient_counts_from_the_state(method):
+    chain = ChainParameters(3, 12.0)
+    state = simulate(chain, duration=250, method=method, sample_interval=None).final_state
+    options = {"duration": 250, "method": method, "initial_state": state}
+    run = simulate(chain, transient=100, sample_start=60, **options)
+    assert run.time[0] == pytest.approx(310) and run.time[-1] == pytest.approx(500)
+    length = run.positions[run.time > 349.95, -1]
+    assert len(length) == 1501
+    assert run.mean_length == pytest.approx(length.mean(), rel=1e-12)
+    table = scan(chain, transient=100, section_position=300.0, **options)
+    assert table["mean_length"][0] == run.mean_length
+    late = run.events[run.events["time"] >= 350]
+    slips = late["block"][late["kind"] == "slip"]
+    counts = np.bincount(slips, minlength=4)[1:]
+    np.testing.assert_array_equal(table["slip_count"][0, :3], counts)
+    assert counts.min() > 3
+    x = run.positions[:, -1]
+    down = (x[:-1] >= 300) & (x[1:] < 300) & (run.time[1:] > 350)
+    assert table["section_count"][0] == down.sum() > 3
+    every, some = (catalogue(chain, transient=first, **options) for first in (0, 100))
+    for name, key in (("slips", "start_time"), ("avalanches", "start_time"), ("section", "time")):
+        expected = every[name][every[name][key] >= 350]
+        np.testing.assert_array_equal(some[name], expected)
+        assert 0 < len(expected) < len(every[name])
+    table = escapes(chain, settle_time=150, **options)
+    assert table["final_mean_length"][0] == run.mean_length
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_catalogue_from_a_state_is_the_rest_of_the_catalogue(method):
+    chain = ChainParameters(3, 12.0)
+    state = simulate(chain, duration=250, method=method, sample_interval=None).final_state
+    # slips and avalanches that are under way at the cut belong to neither
+    assert state.directions.any()
+    rest = catalogue(chain, duration=250, method=method, initial_state=state)
+    whole = catalogue(chain, duration=500, transient=250, method=method)
+    assert len(rest["avalanches"]) > 3
+    for name, table in whole.items():
+        np.testing.assert_array_equal(rest[name], table, err_msg=name)
+
+
+def test_laminar_phases_and_lifetimes_count_from_the_state():
+    # the block slips from the state on, and never sticks
+    state = ChainState.in_motion(SLIDING, [57.0], [0.0], time=40.0)
+    table = scan(SLIDING, duration=300, method="event", initial_state=state, laminar_time=100)
+    assert table["laminar_count"][0] == 1 and table["laminar_longest"][0] == 300
+    table = escapes(SLIDING, duration=300, method="event", initial_state=state, laminar_time=100)
+    assert table["escaped"][0] and table["lifetime"][0] == 0
+    stuck = escapes(ChainParameters(1, 0.01), duration=300, laminar_time=100, settle_time=50)
+    assert not stuck["escaped"][0] and stuck["lifetime"][0] == 300
+
+
+# --- states from anywhere ---
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_fresh_run_is_one_from_a_state_at_rest(method):
+    chain = ChainParameters(3, 20.0, 1.0)
+    start = [50.0, 101.0, 149.0]
+    options = {"duration": 30, "method": method}
+    fresh = simulate(chain, seed=4, replicate=2, initial_positions=start, **options)
+    state = ChainState.at_rest(chain, start, seed=4, replicate=2)
+    again = simulate(chain, initial_state=state, **options)
+    assert fresh == again and fresh.initial_state == state
+    assert (again.seed, again.replicate) == (4, 2)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("block", [1, 2, 3])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_block_at_rest_slips_at_once_where_its_own_threshold_is_passed(method, block, sign):
+    """Of blocks at rest that are pulled those slip whose own thresholds are lower, and no other."""
+    # kinetic friction below all forces: what slips goes on; with noise thresholds differ
+    chain = ChainParameters(3, 1.0, noise=0.01, friction_ratio=0.1)
+    start = chain.rest_positions
+    start[block - 1] -= sign * 19.0
+    state = ChainState.at_rest(chain, start)
+    force = state.forces
+    assert np.sign(force[block - 1]) == sign
+    low = 0.9 * abs(force[block - 1])
+    high = 2 * np.abs(force).max()
+    for threshold, slips in ((low, True), (high, False)):
+        thresholds = np.full(3, high)
+        thresholds[block - 1] = threshold
+        own = dataclasses.replace(state, thresholds=thresholds)
+        run = simulate(chain, duration=0.02, method=method, initial_state=own)
+        events = run.events[["block", "kind"]].tolist()
+        assert events == ([(block, "slip")] if slips else [])
+        assert np.all(run.events["time"] <= 0.001)
+        assert run.final_state.directions[block - 1] == (sign if slips else 0.0)
+    # with the others' thresholds low, and its own high, the others slip
+    thresholds = 0.9 * np.abs(force)
+    thresholds[block - 1] = high
+    thresholds[force == 0] = high
+    own = dataclasses.replace(state, thresholds=thresholds)
+    run = simulate(chain, duration=0.02, method=method, initial_state=own)
+    assert set(run.events["block"]) == set(1 + np.flatnonzero(thresholds < high))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_slipping_block_follows_the_closed_form(method):
+    # kinetic friction 4.5 along the belt; about its balance the block swings with frequency 1,
+    # never as fast as the belt
+    amplitude = 3.0
+    state = ChainState.in_motion(SLIDING, [50 + 4.5 + amplitude], [0.0])
+    run = simulate(SLIDING, duration=30, method=method, initial_state=state)
+    exact = 54.5 + amplitude * np.cos(run.time)
+    error = np.abs(run.positions[:, 0] - exact).max()
+    # the scheme's frequency is (dt^2 / 24) too high
+    assert error < {"verlet": 2 * amplitude * 30 * 1e-6 / 24, "event": 1e-10}[method]
+    assert run.time[0] == 0 and run.velocities[0, 0] == 0
+    np.testing.assert_array_equal(run.friction, 4.5)
+    assert len(run.events) == 0
+    assert abs(run.energy_residual) < {"verlet": 1e-5, "event": 1e-12}[method]
+
+
+def test_the_scheme_starts_from_a_state_to_second_order():
+    chain = ChainParameters(3, 20.0)
+    state = simulate(chain, duration=13, method="event", sample_interval=None).final_state
+    assert state.directions.all()
+    exact = simulate(chain, duration=0.5, method="event", tolerance=1e-13, initial_state=state)
+    assert len(exact.events) == 0
+    errors = []
+    for time_step in (0.004, 0.002, 0.001):
+        run = simulate(chain, duration=0.5, time_step=time_step, initial_state=state)
+        assert len(run.events) == 0
+        errors.append(np.abs(run.final_state.positions - exact.final_state.positions).max())
+    order = np.log2(np.array(errors[:-1]) / errors[1:])
+    np.testing.assert_allclose(order, 2, atol=0.1)
+
+
+@pytest.mark.parametrize(("before", "after"), [METHODS, METHODS[::-1]])
+def test_the_other_method_goes_on_where_one_has_ended(before, after):
+    chain = ChainParameters(5, 7.5)
+    for duration in (50.0, 61.0):
+        state = simulate(chain, duration=duration, method=before).final_state
+        there = simulate(chain, duration=1.0, method=after, initial_state=state)
+        same = simulate(chain, duration=1.0, method=before, initial_state=state)
+        assert there.initial_state.time == duration and there.time[0] == duration + 0.1
+        np.testing.assert_allclose(there.positions, same.positions, rtol=0, atol=0.01)
+        # the audit goes on over both parts
+        assert abs(there.energy_residual) < 1e-4
+
+
+def test_another_belt_velocity_takes_the_stuck_blocks_along():
+    old, new = ChainParameters(5, 7.5), ChainParameters(5, 9.0)
+    run = simulate(old, duration=19, method="event")
+    state = run.final_state.under(new)
+    stuck = run.final_state.directions == 0
+    assert 0 < stuck.sum() < 5
+    np.testing.assert_array_equal(state.positions, run.final_state.positions)
+    np.testing.assert_array_equal(state.velocities[stuck], 9.0)
+    np.testing.assert_allclose(
+        state.velocities[~stuck], run.final_state.velocities[~stuck], rtol=0, atol=1e-14
+    )
+    assert run.final_state.under(old) is run.final_state
+    for method, residual in (("event", 1e-12), ("verlet", 1e-4)):
+        later = simulate(new, duration=100, method=method, initial_state=run.final_state)
+        assert later.initial_state == state
+        assert abs(later.energy_residual) < residual
+        np.testing.assert_allclose(
+            later.positions[0], state.positions + 0.1 * state.velocities, rtol=0, atol=1.0
+        )
+
+
+KEPT = ("displacements", "relative_velocities", "directions", "thresholds", "friction_losses",
+        "wall_impulse", "initial_energy", "initial_momentum", "stream", "time")  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("method", "time_step", "noise"),
+    [
+        ("verlet", 0.001, 0.0),  # in leaps
+        ("verlet", 0.004, 0.0),  # step by step
+        ("verlet", 0.002, 1.0),
+        ("event", 0.001, 0.0),
+        ("event", 0.002, 1.0),
+    ],
+)
+def test_an_integrator_that_takes_over_holds_the_state_that_it_was_given(method, time_step, noise):
+    """Nothing of a state of another scheme is lost or changes its unit before the first step."""
+    chain = ChainParameters(5, 7.5, noise)
+    before = METHODS[method == "verlet"]
+    state = simulate(chain, duration=50.0, method=before).final_state.settled()
+    assert 0 < np.count_nonzero(state.directions) < 5
+    assert state.friction_losses.max() > 100 and abs(state.wall_impulse) > 100
+    (point,) = points(
+        chain, method=method, time_step=time_step, tolerance=None, seed=None, replicate=None,
+        initial_positions=None, initial_spread=0.0, initial_state=state,
+    )  # fmt: skip
+    sampling = sampling_of(None, method, time_step)
+    integrator = integrator_of([point], sampling=sampling, sampled_blocks=5)
+    (held,) = integrator.state()
+    for name in KEPT:
+        np.testing.assert_allclose(
+            getattr(held, name), getattr(state, name), rtol=1e-12, err_msg=name
+        )
+    # the same balance of energy as by hand
+    work = 7.5 * (state.velocities.sum() - state.initial_momentum + state.wall_impulse)
+    energy = potential_energy(state.positions, chain) + (state.velocities**2).sum() / 2
+    missing = work - state.friction_losses.sum() - (energy - state.initial_energy)
+    assert integrator.energy_residual()[0] == pytest.approx(missing / work, abs=1e-12)
+
+
+CHANGES = [("belt_velocity", 9.0), ("belt_velocity", 2.0), ("noise", 2.0), ("noise", 0.0),
+           ("static_friction", 80.0), ("friction_ratio", 0.3), ("rest_length", 47.0),
+           ("linear_limit", 15.0), ("compression_rate", 0.1), ("extension_rate", 0.02)]  # fmt: skip
+
+
+def test_every_constant_is_changed():
+    fields = {field.name for field in dataclasses.fields(ChainParameters)}
+    assert {name for name, _ in CHANGES} == fields - {"n_blocks"}
+
+
+@pytest.mark.parametrize(("field", "value"), CHANGES)
+def test_a_state_under_another_constant_is_the_same_motion(field, value):
+    old = ChainParameters(5, 7.5, 1.0)
+    new = dataclasses.replace(old, **{field: value})
+    state = simulate(old, duration=65.0, method="event", seed=3, replicate=2).final_state
+    stuck = state.directions == 0
+    assert 0 < stuck.sum() < 5
+    there = state.under(new)
+    assert there.parameters == new and there.scheme is None
+    np.testing.assert_allclose(there.positions, state.positions, rtol=1e-14)
+    np.testing.assert_allclose(there.velocities[~stuck], state.velocities[~stuck], rtol=1e-12)
+    np.testing.assert_array_equal(there.velocities[stuck], new.belt_velocity)
+    np.testing.assert_array_equal(there.relative_velocities[stuck], 0.0)
+    # a slower belt may be overtaken by a block that lagged behind
+    np.testing.assert_array_equal(there.directions, np.sign(there.relative_velocities))
+    overtakes = (there.directions > 0) & (state.directions < 0)
+    assert overtakes.any() == (value == 2.0 and field == "belt_velocity")
+    deviates = (state.thresholds - old.static_friction) / old.noise
+    np.testing.assert_allclose(there.thresholds, new.static_friction + new.noise * deviates)
+    assert (there.time, there.seed, there.replicate) == (state.time, 3, 2)
+    np.testing.assert_array_equal(there.stream, state.stream)
+    assert there.wall_impulse == 0 and not there.friction_losses.any()
+    energy = potential_energy(there.positions, new) + (there.velocities**2).sum() / 2
+    assert there.initial_energy == pytest.approx(energy, rel=1e-12)
+    assert there.initial_momentum == pytest.approx(there.velocities.sum(), rel=1e-12)
+
+
+def test_thresholds_keep_their_deviates_under_other_noise():
+    state = simulate(ChainParameters(5, 20.0, 2.0), duration=30, method="event").final_state
+    deviates = (state.thresholds - 71.4) / 2.0
+    assert np.abs(deviates).min() > 0
+    stronger = state.under(ChainParameters(5, 20.0, 4.0))
+    np.testing.assert_allclose(stronger.thresholds, 71.4 + 4.0 * deviates)
+    np.testing.assert_array_equal(stronger.under(ChainParameters(5, 20.0)).thresholds, 71.4)
+    for method in METHODS:
+        quiet = simulate(ChainParameters(5, 20.0), duration=50, method=method, initial_state=state)
+        forces = np.abs(quiet.events["force"][quiet.events["kind"] == "slip"])
+        assert abs(quiet.energy_residual) < 1e-4
+        # from its second slip on each starts at the mean
+        assert np.all(forces[10:] < 71.4 + 0.1) and len(forces) > 15
+
+
+def test_a_state_goes_on_with_its_own_random_numbers_or_with_others():
+    chain = ChainParameters(2, 20.0, 1.0)
+    first = simulate(chain, duration=20, method="event", seed=5, sample_interval=None)
+    runs = simulate(
+        [chain] * 4,
+        duration=20,
+        method="event",
+        initial_state=first.final_state,
+        seed=[5, 5, 5, 6],
+        replicate=[0, 1, 2, 0],
+        sample_interval=None,
+    )
+    own = simulate(chain, duration=20, method="event", initial_state=first.final_state)
+    assert runs[0].final_state == own.final_state
+    ends = np.array([run.final_state.positions for run in runs])
+    assert len(np.unique(ends, axis=0)) == 4
+    assert [run.seed for run in runs] == [5, 5, 5, 6]
+
+
+def test_moved_blocks_begin_a_new_audit():
+    chain = ChainParameters(3, 20.0)
+    run = simulate(chain, duration=20, method="event")
+    moved = run.final_state.moved(positions=run.final_state.positions + np.array([0.0, 0.0, 2.0]))
+    later = simulate(chain, duration=20, method="event", initial_state=moved)
+    assert abs(later.energy_residual) < 1e-12
+    stopped = run.final_state.moved(velocities=[20.0, 0.0, 21.0])
+    np.testing.assert_array_equal(stopped.directions, [0, -1, 1])
+
+
+# --- runs ---
+
+
+def test_final_state_is_where_the_samples_end():
+    for method, noise in product(METHODS, (0.0, 1.0)):
+        run = simulate(ChainParameters(4, 10.0, noise), duration=20, method=method)
+        for name in ("positions", "velocities"):
+            values = getattr(run.final_state, name)
+            assert type(values) is np.ndarray and values.shape == (4,)
+            np.testing.assert_allclose(values, getattr(run, name)[-1], rtol=0, atol=1e-10)
+        last = {}
+        for event in run.events:
+            last[event["block"]] = event["kind"] == "slip"
+        for block, slips in last.items():
+            assert bool(run.final_state.directions[block - 1]) == slips
+
+
+def test_a_run_is_equal_to_what_it_saved(tmp_path):
+    path = tmp_path / "run.h5"
+    for method, interval in product(METHODS, (0.5, None)):
+        run = simulate(
+            ChainParameters(3, 20.0, 1.0, friction_ratio=0.5),
+            duration=40,
+            transient=10,
+            method=method,
+            seed=7,
+            replicate=3,
+            initial_spread=0.1,
+            sample_interval=interval,
+            sample_start=5.0,
+        )
+        run.save(path)
+        loaded = Run.load(path)
+        assert loaded == run
+        assert (loaded.duration, loaded.transient, loaded.time_step) == (40, 10, 0.001)
+        assert (loaded.seed, loaded.replicate, loaded.sample_interval) == (7, 3, interval)
+        assert loaded.version == "0.1.0"
+        again = simulate(
+            run.parameters,
+            duration=40,
+            transient=10,
+            method=method,
+            initial_state=loaded.initial_state,
+            sample_interval=interval,
+            sample_start=5.0,
+        )
+        assert again == run
+    assert len(repr(run)) < 150 and "\n" not in repr(run)
+    assert len(repr(run.final_state)) < 100
+
+
+@pytest.mark.parametrize("change", ["positions", "events", "seed", "final_state"])
+def test_runs_that_differ_are_not_equal(change):
+    run = simulate(ChainParameters(2, 20.0), duration=10)
+    value = getattr(run, change)
+    if change == "seed":
+        other = value + 1
+    elif change == "final_state":
+        other = dataclasses.replace(value, wall_impulse=np.nextafter(value.wall_impulse, np.inf))
+    else:
+        other = value.copy()
+        other[-1] = other[-2]
+    assert run != dataclasses.replace(run, **{change: other})
+    assert run == dataclasses.replace(run, **{change: value})
+
+
+def test_a_file_that_holds_no_run_is_refused_in_one_line(tmp_path):
+    from beltrepro.base import store
+
+    (tmp_path / "text.h5").write_text("no")
+    store.write(tmp_path / "scan.h5", {"x": np.zeros(3)}, {"kind": "scan"})
+    store.write(tmp_path / "part.h5", {"x": np.zeros(3)}, {"kind": "run"})
+    for name, words in (
+        ("missing.h5", "no such file"),
+        ("text.h5", "not a readable HDF5 file"),
+        ("scan.h5", "not a run, but of kind 'scan'"),
+        ("part.h5", "a run without 'n_blocks'"),
+    ):
+        with pytest.raises(InputError) as caught:
+            Run.load(tmp_path / name)
+        assert words in str(caught.value) and "\n" not in str(caught.value)
+
+
+# --- many chains ---
+
+
+def test_each_chain_has_its_own_settings():
+    chains = [
+        ChainParameters(2, 10.0, 1.0),
+        ChainParameters(3, 20.0),
+        ChainParameters(2, 10.0, 1.0),
+    ]
+    settings = {
+        "method": ["event", "verlet", "verlet"],
+        "time_step": [0.001, 0.002, 0.001],
+        "tolerance": [1e-8, None, None],
+        "seed": [1, 2, 3],
+        "replicate": [0, 4, 5],
+        "initial_spread": [0.0, 0.5, 1e-3],
+    }
+    together = simulate(chains, duration=20, sample_interval=0.2, **settings)
+    for index, chain in enumerate(chains):
+        own = {name: values[index] for name, values in settings.items()}
+        assert simulate(chain, duration=20, sample_interval=0.2, **own) == together[index]
+    assert together[1].initial_state.positions[0] != 50 and together[0].tolerance == 1e-8
+
+
+def test_runs_that_repeat_each_other_do_not_pass_silently(recwarn):
+    noisy, quiet = ChainParameters(2, 20.0, 1.0), ChainParameters(2, 20.0)
+    options = {"duration": 1, "sample_interval": None}
+    with pytest.warns(UserWarning, match=r"7 of 8 chains repeat.*replicate=range\(8\)$"):
+        simulate([noisy] * 8, **options)
+    with pytest.warns(UserWarning, match=r"replicate=range\(2\) and an initial_spread$"):
+        simulate([quiet] * 2, replicate=[0, 1], **options)
+    recwarn.clear()
+    simulate([noisy] * 8, replicate=range(8), **options)
+    simulate([noisy] * 2, seed=[1, 2], **options)
+    simulate([quiet] * 2, replicate=[0, 1], initial_spread=1e-3, **options)
+    simulate([quiet, noisy], **options)
+    simulate([quiet] * 2, time_step=[0.001, 0.002], **options)
+    assert not recwarn.list
+
+
+@pytest.mark.parametrize(
+    "field", ["displacements", "relative_velocities", "directions", "thresholds", "stream", "time"]
+)
+def test_runs_that_go_on_from_different_states_repeat_nothing(field, recwarn):
+    """A change in any field that a run depends on makes another run of it, and no warning."""
+    chain = ChainParameters(2, 20.0, 1.0)
+    state = simulate(chain, duration=5, method="event", sample_interval=None).final_state
+    value = getattr(state, field)
+    changed = value + np.ones_like(value) if field == "stream" else value + 0.5
+    other = dataclasses.replace(state, **{field: changed})
+    told = {"method": "event", "time_step": 0.001, "tolerance": None, "seed": None,
+            "replicate": None, "initial_positions": None, "initial_spread": 0.0}  # fmt: skip
+    points([chain] * 2, initial_state=[state, other], **told)
+    assert not recwarn.list
+    # without noise nothing is drawn, so the random stream does not matter
+    quiet = ChainParameters(2, 20.0)
+    states = [each.under(quiet) for each in (state, other)]
+    if field == "stream":
+        with pytest.warns(UserWarning, match="1 of 2 chains repeat"):
+            points([quiet] * 2, initial_state=states, **told)
+    with pytest.warns(UserWarning, match="1 of 2 chains repeat"):
+        points([chain] * 2, initial_state=[state, state], **told)
+
+
+# --- sampling ---
+
+
+def test_event_samples_at_any_interval():
+    chain = ChainParameters(3, 20.0, 1.0)
+    frame = 0.544518  # 24 a second
+    run = simulate(chain, duration=300, method="event", sample_interval=frame)
+    np.testing.assert_array_equal(run.time, np.arange(len(run.time)) * frame)
+    assert run.time[-1] > 300 - frame
+    half = simulate(chain, duration=300, method="event", sample_interval=frame / 2)
+    np.testing.assert_allclose(half.positions[::2], run.positions, rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(half.events, run.events)
+    with pytest.raises(InputError, match="method 'verlet' needs a multiple of time_step"):
+        simulate(chain, duration=300, sample_interval=frame)
+
+
+def test_samples_that_do_not_fit_are_refused_before_the_start(monkeypatch):
+    chain = ChainParameters(5, 20.0)
+    monkeypatch.setattr(memory, "available", lambda: 10**9)
+    with pytest.raises(InputError) as caught:
+        simulate([chain] * 2, duration=2e6, replicate=[0, 1], initial_spread=1e-3)
+    words = str(caught.value)
+    # 2 chains, 2e7 samples of 1 + 3 * 5 numbers of 8 bytes
+    assert "sample_interval = 0.1" in words and "5.12 GB" in words and "\n" not in words
+    fits = float(words.split("from ")[1].split()[0])
+    samples = {"sample_start": 0.0}
+    points = [type("Point", (), {"parameters": chain})] * 2
+    memory.check_samples(points, 2e6, sample_interval=fits, **samples)
+    with pytest.raises(InputError):
+        memory.check_samples(points, 2e6, sample_interval=fits / 1.3, **samples)
+    memory.check_samples(points, 2e6, sample_interval=0.1, sample_start=1.9e6)
+
+
+def test_memory_of_this_machine_is_known_in_bytes():
+    """Between the pages that nothing uses and all there are, or less by a limit of its own."""
+    page = os.sysconf("SC_PAGE_SIZE")
+    unused, present = (os.sysconf(f"SC_{name}_PAGES") * page for name in ("AVPHYS", "PHYS"))
+    assert 0.5 * unused < memory._of_machine() <= present
+    assert 0 < memory.available() <= memory._of_machine() * 1.2
+
+
+def test_memory_that_the_system_tells_in_kilobytes_becomes_bytes(monkeypatch):
+    files = {"/proc/meminfo": "MemTotal: 9000 kB\nMemAvailable:    1000 kB\n"}
+    monkeypatch.setattr(memory.Path, "read_text", lambda path: files[str(path)])
+    assert memory._of_machine() == 1024 * 1000
+
+
+# --- the section ---
+
+
+def test_the_section_follows_from_the_chain():
+    chains = [ChainParameters(n_blocks, 20.0) for n_blocks in (2, 5, 8)]
+    table = scan(chains, duration=5)
+    assert table["section_position"].tolist() == [187.7, 615.0, 1157.3]
+    assert np.isfinite(table["disorder_parameter"]).all()
+
+
+def test_a_catalogue_of_chains_of_several_sizes():
+    chains = [ChainParameters(2, 3.0), ChainParameters(3, 2.0, 1.0), ChainParameters(2, 2.0)]
+    options = {"duration": 200, "method": "event", "seed": [1, 2, 3], "replicate": [3, 0, 1]}
+    together = catalogue(chains, section_block=1, section_position=80.0, **options)
+    for index, chain in enumerate(chains):
+        own = {
+            name: value[index] for name, value in options.items() if name in ("seed", "replicate")
+        }
+        alone = catalogue(
+            chain, duration=200, method="event", section_block=1, section_position=80.0, **own
+        )
+        for name, table in alone.items():
+            rows = together[name][together[name]["point"] == index]
+            assert len(rows) == len(table) > 0
+            for column in set(table.dtype.names) - {"point"}:
+                values = rows[column]
+                if values.ndim > 1:
+                    assert np.isnan(values[:, chain.n_blocks :]).all()
+                    values = values[:, : chain.n_blocks]
+                np.testing.assert_array_equal(values, table[column])
+    assert together["section"]["positions"].shape[1] == 3
+    assert np.all(np.diff(together["slips"]["point"]) >= 0)
+
+
+# --- bad input ---
+
+CHAIN = ChainParameters(2, 20.0)
+STATE = ChainState.at_rest(CHAIN, time=0.5)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "options", "words"),
+    [
+        ([], {}, "parameters = []: a ChainParameters, or a sequence of at least one"),
+        ("chain", {}, "parameters = 'chain': a ChainParameters"),
+        (3, {}, "parameters = 3: a ChainParameters"),
+        ([CHAIN, 3], {}, "a ChainParameters, or a sequence"),
+        (CHAIN, {"duration": "ten"}, "duration = 'ten': a number is needed"),
+        (CHAIN, {"duration": float("nan")}, "duration = nan: a finite number"),
+        (CHAIN, {"duration": True}, "duration = True: a number is needed"),
+        (CHAIN, {"duration": [10, 20]}, "duration = [10, 20]: a number is needed"),
+        (CHAIN, {"transient": -1}, "transient = -1: must be at least 0 and less than"),
+        (CHAIN, {"transient": None}, "transient = None: a number is needed"),
+        (CHAIN, {"seed": [1, 2]}, "seed of length 2: one value for all chains is needed"),
+        ([CHAIN] * 2, {"seed": [1, 2, 3]}, "seed of length 3: one value for all chains is needed"),
+        ([CHAIN] * 2, {"seed": [1, 2.5]}, "seed = 2.5: a whole number"),
+        (CHAIN, {"seed": True}, "seed = True: a whole number"),
+        (CHAIN, {"seed": "1"}, "seed = '1': a whole number"),
+        (CHAIN, {"seed": float("nan")}, "seed = nan: a whole number"),
+        (CHAIN, {"seed": 2**63}, "must be at most 9223372036854775807"),
+        (CHAIN, {"replicate": -1}, "replicate = -1: a whole number of 0 or greater"),
+        (CHAIN, {"method": ["verlet", "event"]}, "method of length 2"),
+        (CHAIN, {"method": 3}, "method = 3: allowed are verlet, event"),
+        (CHAIN, {"time_step": float("inf")}, "time_step = inf: a finite number"),
+        (CHAIN, {"initial_spread": -0.1}, "initial_spread = -0.1: must be 0 or greater"),
+        (CHAIN, {"initial_spread": 1e3, "replicate": 3}, "on the wrong side of each other"),
+        (CHAIN, {"sample_interval": 0}, "sample_interval = 0: must be greater than 0"),
+        (CHAIN, {"sample_interval": float("nan")}, "sample_interval = nan: a finite number"),
+        (CHAIN, {"sample_interval": float("inf")}, "sample_interval = inf: a finite number"),
+        (CHAIN, {"sample_start": 11}, "sample_start = 11: must be at most duration = 10"),
+        (CHAIN, {"initial_positions": [60.0, 55.0]}, "must be positive and increasing"),
+        (CHAIN, {"initial_positions": [60.0]}, "initial_positions of shape (1,): 2 numbers"),
+        (CHAIN, {"initial_positions": [60.0, "far"]}, "2 numbers are needed"),
+        (CHAIN, {"initial_positions": [60.0, float("nan")]}, "finite numbers are needed"),
+        (CHAIN, {"initial_positions": 3.0}, "initial_positions of shape (): 2 numbers"),
+        (
+            [CHAIN] * 2,
+            {"initial_positions": [[60.0, 110.0]]},
+            "initial_positions of length 1: one array for each of 2 chains",
+        ),
+        (CHAIN, {"initial_state": [50.0, 100.0]}, "initial_state of length 2"),
+        (CHAIN, {"initial_state": 3}, "initial_state = 3: a ChainState is needed"),
+        (
+            ChainParameters(3, 20.0),
+            {"initial_state": STATE},
+            "initial_state of 2 blocks: a chain of n_blocks = 3",
+        ),
+        (
+            CHAIN,
+            {"initial_state": STATE, "initial_positions": [60.0, 110.0]},
+            "initial_positions: not together with initial_state",
+        ),
+        (
+            CHAIN,
+            {"initial_state": STATE, "initial_spread": 0.1},
+            "initial_spread: not together with initial_state",
+        ),
+        (
+            CHAIN,
+            {"initial_state": STATE, "time_step": 0.003},
+            "initial_state at t = 0.5: method 'verlet' needs a multiple of time_step = 0.003",
+        ),
+    ],
+)
+def test_bad_input_is_one_line(parameters, options, words):
+    with pytest.raises(InputError) as caught:
+        simulate(parameters, **{"duration": 10} | options)
+    assert words in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("function", "options", "words"),
+    [
+        (scan, {"section_values": -1}, "section_values = -1: a whole number of 0 or greater"),
+        (scan, {"laminar_time": "long"}, "laminar_time = 'long': a number is needed"),
+        (scan, {"section_position": [600.0, 610.0]}, "section_position of length 2"),
+        (scan, {"section_position": float("nan")}, "section_position = nan: a finite number"),
+        (catalogue, {"section_block": 3}, "section_block = 3: allowed are 1 to 2"),
+        (catalogue, {"section_block": 1.5}, "section_block = 1.5: a whole number"),
+        (catalogue, {"section_block": 1}, "section_position is needed with section_block = 1"),
+        (escapes, {"settle_time": 11}, "settle_time = 11: must be greater than 0 and at most"),
+        (escapes, {"duration": 0}, "duration = 0: must be greater than 0"),
+    ],
+)
+def test_bad_input_of_the_other_kinds_is_one_line(function, options, words):
+    with pytest.raises(InputError) as caught:
+        function(CHAIN, **{"duration": 10} | options)
+    assert words in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("check", "allowed", "refused"),
+    [
+        (arguments.step, [1e-9, 0.1], [0.0, -1e-3, 0.1000001]),
+        (arguments.tolerance, [None, 1e-16, 1.0], [0.0, 0.99e-16, 1.0000001]),
+        (arguments.optional_key, [None, 0, 2**63 - 1], [-1, 2**63]),
+        (lambda name, value: arguments.lengths(10.0, value), [0.0, 9.999], [-1e-9, 10.0]),
+        (lambda name, value: arguments.lengths(value, 0.0), [1e-9], [0.0, -1.0]),
+        (lambda name, value: checked(0.1, value, 10.0, []), [0.0, 10.0], [-1e-9, 10.001]),
+        (lambda name, value: arguments.whole_steps(name, value, 1e-3), [0.0, 0.5], [0.50001]),
+        (lambda name, value: arguments.method_has_tolerance(name, value), [None], [1e-8]),
+    ],
+)
+def test_arguments_at_the_ends_of_their_ranges(check, allowed, refused):
+    for value in allowed:
+        check("verlet", value)
+    for value in refused:
+        with pytest.raises(InputError):
+            check("verlet", value)
+
+
+@pytest.mark.parametrize(
+    ("function", "options", "refused"),
+    [
+        (scan, {"section_position": 1e-9}, {"section_position": 0.0}),
+        (scan, {"section_values": 0}, {"section_values": -1}),
+        (scan, {"laminar_time": 0.0}, {"laminar_time": -1e-9}),
+        (catalogue, {"section_block": 2}, {"section_block": 0}),
+        (catalogue, {"section_position": 1e-9}, {"section_position": -1.0}),
+        (escapes, {"settle_time": 0.5}, {"settle_time": 0.0}),
+        (escapes, {"laminar_time": 0.0}, {"laminar_time": -1e-9}),
+    ],
+)
+def test_what_each_kind_is_told_at_the_ends_of_its_range(function, options, refused):
+    found = function(CHAIN, duration=0.5, **options)
+    assert all(values.dtype != object for values in found.values())
+    with pytest.raises(InputError, match=next(iter(refused))):
+        function(CHAIN, duration=0.5, **refused)
+
+
+def test_a_scan_takes_ten_blocks_and_no_more():
+    assert scan(ChainParameters(10, 3.0), duration=0.5)["slip_count"].shape == (1, 10)
+    with pytest.raises(InputError, match="n_blocks = 11: a scan takes at most 10"):
+        scan([CHAIN, ChainParameters(11, 3.0)], duration=0.5)
+
+
+@pytest.mark.parametrize("sizes", [(2, 3), (3, 2)])
+def test_a_section_block_is_one_that_every_chain_has(sizes):
+    chains = [ChainParameters(n_blocks, 20.0) for n_blocks in sizes]
+    with pytest.raises(InputError, match="section_block = 3: allowed are 1 to 2"):
+        catalogue(chains, duration=1.0, section_block=3, section_position=80.0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (([50.0],), "positions of shape (1,): 2 numbers"),
+        (([100.0, 50.0],), "positions = [100.0, 50.0]: must be positive and increasing"),
+        (([50.0, 100.0], [1.0]), "velocities of shape (1,): 2 numbers"),
+        (([50.0, 100.0], [1.0, float("nan")]), "velocities = [1.0, nan]: finite numbers"),
+    ],
+)
+def test_bad_states_are_refused_in_one_line(arguments, words):
+    with pytest.raises(InputError) as caught:
+        ChainState.in_motion(CHAIN, *arguments)
+    assert words in str(caught.value) and "\n" not in str(caught.value)

@@ -1,0 +1,153 @@
+"""Intervals of estimates: closed forms, and how often they cover what they estimate."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from beltrepro.stats import estimates
+from beltrepro.stats.errors import NotEnoughDataError
+from beltrepro.stats.estimates import Estimate
+
+TRIALS = 400
+# of 400 trials at 95 %, 359 to 396 cover with a probability of 99.999 %
+FEWEST, MOST = stats.binom.ppf([5e-6, 1 - 5e-6], TRIALS, 0.95)
+
+
+def covered(truth, found):
+    return sum(each.low <= truth <= each.high for each in found)
+
+
+def test_a_mean_covers_its_expectation_in_95_percent():
+    rng = np.random.default_rng(1)
+    found = [estimates.mean(rng.normal(3.0, 2.0, 8)) for _ in range(TRIALS)]
+    assert FEWEST <= covered(3.0, found) <= MOST
+    assert found[0].runs == 8
+    with pytest.raises(NotEnoughDataError, match="1 runs"):
+        estimates.mean([1.0])
+
+
+@pytest.mark.thorough
+def test_a_share_covers_at_least_that():
+    rng = np.random.default_rng(2)
+    found = [estimates.share(rng.binomial(12, 0.3), 12) for _ in range(TRIALS)]
+    assert covered(0.3, found) >= FEWEST
+    low, high = estimates.share(3, 8), estimates.share(5, 8)
+    open_ = estimates.share(3, 8, still_open=2)
+    assert (open_.low, open_.high, open_.value) == (low.low, high.high, 3 / 8)
+
+
+@pytest.mark.thorough
+def test_bootstrap_of_groups():
+    """A ratio of two means."""
+    rng = np.random.default_rng(3)
+
+    def ratio(one, other):
+        return one.mean() / other.mean()
+
+    found = [
+        estimates.bootstrap(ratio, (rng.normal(4, 1, 16), rng.normal(2, 0.3, 24)), resamples=200)
+        for _ in range(TRIALS)
+    ]
+    assert FEWEST <= covered(2.0, found) <= MOST
+    assert found[0].runs == 16
+
+
+def test_bootstrap_of_eight_runs_covers_in_95_percent():
+    """With percentiles of 2.5 and 97.5 % it would be 90 %."""
+    rng = np.random.default_rng(6)
+    found = [
+        estimates.bootstrap(np.mean, [rng.normal(3, 2, 8)], resamples=250) for _ in range(TRIALS)
+    ]
+    assert FEWEST <= covered(3.0, found) <= MOST
+
+
+def test_groups_are_drawn_by_themselves():
+    """Groups that differ among themselves but not within have no error."""
+    constant = estimates.bootstrap(lambda *g: float(np.ptp(g)), [np.full(8, k) for k in range(5)])
+    assert (constant.value, constant.low, constant.high) == (4, 4, 4)
+    spaced = estimates.bootstrap(lambda *g: 1.0, [np.zeros(8)], grid_spacing=0.5)
+    assert (spaced.low, spaced.high) == (0.75, 1.25)
+
+
+def test_what_is_often_not_found_has_no_interval():
+    samples = np.r_[np.ones(94), np.full(6, math.nan)]
+    assert math.isnan(estimates.from_resamples(1.0, samples, 8).low)
+    samples[94] = 1.0
+    assert estimates.from_resamples(1.0, samples, 8).low == 1.0
+    assert math.isnan(estimates.from_resamples(math.nan, samples, 8).value)
+
+
+def test_differences_and_ratios():
+    one, other = Estimate(5.0, 4.0, 8.0, 9), Estimate(2.0, 1.0, 6.0, 8)
+    found = estimates.difference(one, other)
+    assert found == Estimate(3.0, 3 - math.hypot(1, 4), 3 + math.hypot(3, 1), 8)
+    assert estimates.ratio(one, one).value == 1.0
+    wide = estimates.ratio(Estimate(8.0, 4.0, 16.0, 9), Estimate(2.0, 2.0, 2.0))
+    assert (wide.value, wide.low, wide.high) == pytest.approx((4, 2, 8))
+
+
+def test_a_slope_covers_and_scatter_widens_it():
+    rng = np.random.default_rng(4)
+    places = np.arange(6.0)
+
+    def line(error, said):
+        values = 1 + 0.5 * places + rng.normal(0, error, 6)
+        points = [Estimate(v, v - 1.96 * said, v + 1.96 * said, 8) for v in values]
+        return estimates.slope(places, points)
+
+    found = [line(0.2, 0.2) for _ in range(TRIALS)]
+    assert covered(0.5, found) >= FEWEST
+    assert covered(0.5, [line(0.2, 0.05) for _ in range(TRIALS)]) >= 0.88 * TRIALS
+    with pytest.raises(NotEnoughDataError, match="2 points"):
+        estimates.slope([1, 2], [Estimate(1, 0, 2), Estimate(1, 0, 2)])
+
+
+def test_a_trend_is_the_slope_of_least_squares_with_the_errors_of_its_points():
+    places = [5, 6, 7, 10]
+    points = [Estimate(v, v - 0.1, v + 0.3, 8) for v in (1.0, 3.0, 2.0, 0.0)]
+    found = estimates.trend(places, points)
+    shares = (np.array(places) - 7) / 14
+    assert found.value == pytest.approx(np.polyfit(places, [1, 3, 2, 0], 1)[0])
+    assert found.high - found.value == pytest.approx(
+        math.hypot(*(0.3 * shares[shares > 0]), *(0.1 * shares[shares < 0]))
+    )
+    assert found.value - found.low == pytest.approx(
+        math.hypot(*(0.1 * shares[shares > 0]), *(0.3 * shares[shares < 0]))
+    )
+    # one in the middle has no weight, one elsewhere has
+    unknown = Estimate(1.0, -math.inf, math.inf, 1)
+    middle = estimates.trend(places, [*points[:2], unknown, points[3]])
+    assert math.isfinite(middle.low) and middle.runs == 1
+    assert estimates.trend(places, [unknown, *points[1:]]).high == math.inf
+    with pytest.raises(NotEnoughDataError, match="2 points, 3 are needed for a trend"):
+        estimates.trend([1, 2], points[:2])
+
+
+def test_a_trend_covers():
+    rng = np.random.default_rng(5)
+    places = np.array([5, 6, 7, 10])
+    truth = np.array([0.0, 3.0, 1.0, 2.0])  # on no line
+    errors = np.array([0.1, 0.5, 0.2, 0.3])
+
+    def drawn():
+        values = truth + errors * rng.standard_normal(4)
+        points = [
+            Estimate(v, v - 1.96 * e, v + 1.96 * e, 8) for v, e in zip(values, errors, strict=True)
+        ]
+        return estimates.trend(places, points)
+
+    expected = np.polyfit(places, truth, 1)[0]
+    assert covered(expected, [drawn() for _ in range(TRIALS)]) >= FEWEST
+
+
+def test_single_runs_have_no_error_to_resample():
+    found = estimates.bootstrap(lambda *groups: float(sum(map(np.mean, groups))), [[1.0], [2, 3]])
+    assert (found.value, found.low, found.high, found.runs) == (3.5, -math.inf, math.inf, 1)
+
+
+def test_open_runs_are_counted_in_a_share():
+    found = estimates.share(3, 10, 4)
+    assert found.still_open == 4 and estimates.share(3, 10).still_open == 0
+    assert found.high == estimates.share(7, 10).high and found.low == estimates.share(3, 10).low

@@ -1,0 +1,436 @@
+"""Survival of irregular motion: known answers, and how often the statistics are wrong."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from beltrepro.stats import survival
+from beltrepro.stats.errors import NotEnoughDataError
+from beltrepro.stats.motion import above_zero, margin
+from beltrepro.stats.shares import share
+
+RNG = np.random.default_rng
+
+
+def followed(lifetime, duration):
+    """Lifetimes of runs that are given up at `duration`, and which of them ended."""
+    return np.minimum(lifetime, duration), lifetime < duration
+
+
+def within(count, runs, chance, *, errors=4.0):
+    """Whether a count is that of a chance, to four standard errors of the binomial: 1 in 16000."""
+    return abs(count / runs - chance) <= errors * np.sqrt(chance * (1 - chance) / runs)
+
+
+# --- shares ---------------------------------------------------------------------------------------
+
+
+def test_a_share_has_the_interval_of_clopper_and_pearson():
+    found = share(3, 16)
+    assert found.value == 3 / 16
+    assert stats.binom.sf(2, 16, found.lower) == pytest.approx(0.025)
+    assert stats.binom.cdf(3, 16, found.upper) == pytest.approx(0.025)
+    assert share(0, 16) == pytest.approx((0, 0, 1 - 0.025 ** (1 / 16)))
+    assert share(16, 16) == pytest.approx((1, 0.025 ** (1 / 16), 1))
+    with pytest.raises(NotEnoughDataError, match="no runs, 1 is needed"):
+        share(0, 0)
+
+
+@pytest.mark.parametrize("chance", [0.02, 0.3, 0.9])
+def test_the_interval_of_a_share_is_wrong_in_at_most_5_of_100(chance):
+    """Exactly: the chances of all counts whose interval misses are summed."""
+    missed = [
+        stats.binom.pmf(count, 16, chance)
+        for count in range(17)
+        if not share(count, 16).lower <= chance <= share(count, 16).upper
+    ]
+    assert sum(missed) <= 0.05
+
+
+# --- curves ---------------------------------------------------------------------------------------
+
+
+def naive_kaplan_meier(lifetime, ended):
+    """Instant by instant: the share left is multiplied by the part that does not end."""
+    share_left, curve = 1.0, [(0.0, 1.0)]
+    for time in sorted(set(lifetime)):
+        at_risk = sum(one >= time for one in lifetime)
+        ends = sum(one == time and did for one, did in zip(lifetime, ended, strict=True))
+        share_left *= 1 - ends / at_risk
+        curve.append((time, share_left))
+    return np.array(curve).T
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_survival_agrees_with_a_naive_twin(seed):
+    rng = RNG(seed)
+    lifetime = np.round(rng.exponential(10, 40))  # rounded, so that there are ties
+    ended = rng.random(40) < 0.6
+    curve = survival.kaplan_meier(lifetime, ended)
+    time, left = naive_kaplan_meier(lifetime.tolist(), ended.tolist())
+    assert curve.time.tolist() == time.tolist()
+    np.testing.assert_allclose(curve.share, left, atol=1e-12)
+    assert np.all((curve.lower <= curve.share) & (curve.share <= curve.upper))
+    assert np.isfinite(curve.lower).all() and np.isfinite(curve.upper).all()
+
+
+def test_without_censoring_before_the_end_survival_is_the_share_left():
+    lifetime, ended = followed(np.array([5.0, 1, 2, 10, 12]), 10.0)
+    curve = survival.kaplan_meier(lifetime, ended)
+    assert curve.time.tolist() == [0, 1, 2, 5, 10]
+    np.testing.assert_allclose(curve.share, [1, 0.8, 0.6, 0.4, 0.4])
+
+
+def test_survival_of_runs_that_all_last_or_all_end():
+    lasting = survival.kaplan_meier([7.0, 7.0, 9.0], [False, False, False])
+    assert set(lasting.share) == {1.0} and set(lasting.upper) == {1.0}
+    np.testing.assert_allclose(lasting.lower, 0.025 ** (1 / 3))
+    ending = survival.kaplan_meier([7.0, 7.0, 7.0], [True, True, True])
+    assert ending.time.tolist() == [0, 7] and ending.share.tolist() == [1, 0]
+    assert ending.lower[-1] == 0 and ending.upper[-1] == pytest.approx(1 - 0.025 ** (1 / 3))
+    with pytest.raises(NotEnoughDataError, match="no runs"):
+        survival.kaplan_meier([], [])
+
+
+def test_the_band_of_survival_holds_95_of_100_times():
+    rng, trials, hits = RNG(1), 150, 0
+    for _ in range(trials):
+        ends, given_up = rng.exponential(1.0, 40), rng.uniform(0.5, 3, 40)
+        curve = survival.kaplan_meier(np.minimum(ends, given_up), ends < given_up)
+        last = np.searchsorted(curve.time, 0.5, side="right") - 1
+        hits += curve.lower[last] <= np.exp(-0.5) <= curve.upper[last]
+    # The band is an approximation: 94 to 96 %.
+    assert within(hits, trials, 0.95)
+
+
+# --- mean lifetime --------------------------------------------------------------------------------
+
+
+def test_a_mean_lifetime_is_time_observed_over_ends():
+    lifetime, ended = followed(np.array([2.0, 4, 6, 8, 99]), 10.0)
+    found = survival.mean_lifetime(lifetime, ended)
+    assert (found.mean, found.time, found.ended, found.runs) == (30 / 4, 30, 4, 5)
+    assert found.error == found.mean / 2
+    later = survival.mean_lifetime(lifetime, ended, start=4.0)
+    assert (later.mean, later.ended, later.runs) == ((0 + 2 + 4 + 6) / 3, 3, 4)
+
+
+def test_without_an_end_there_is_a_lower_limit_only():
+    """The exact one: 16 runs of the least mean lifetime all last with a chance of 2.5 %."""
+    found = survival.mean_lifetime(np.full(16, 1000.0), np.zeros(16, bool))
+    assert found.mean == found.upper == found.error == np.inf
+    assert np.exp(-1000 / found.lower) ** 16 == pytest.approx(0.025)
+
+
+def test_a_mean_lifetime_needs_a_run_after_the_start():
+    with pytest.raises(NotEnoughDataError, match="no run is irregular at t = 5, 1 is needed"):
+        survival.mean_lifetime([1.0, 2.0], [True, True], start=5.0)
+    with pytest.raises(NotEnoughDataError, match="2 lifetimes of 3 runs"):
+        survival.mean_lifetime([1.0, 2.0], [True, True, True])
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("runs", "duration"), [(5, 1.0), (16, 0.1), (16, 0.5), (16, 3.0), (64, 1)])
+def test_each_end_of_the_interval_is_wrong_in_at_most_25_of_1000(runs, duration):
+    """Exponential lifetimes of mean 1, given up at `duration`."""
+    rng, trials = RNG(runs), 2000
+    above = below = 0
+    for _ in range(trials):
+        lifetime, ended = followed(rng.exponential(1.0, runs), duration)
+        found = survival.mean_lifetime(lifetime, ended)
+        above += found.lower > 1
+        below += found.upper < 1
+    most = 0.025 * trials + 4 * np.sqrt(0.025 * 0.975 * trials)
+    assert above <= most and below <= most
+    # It is not needlessly wide either: 95 to 98.6 %.
+    assert above + below >= 0.01 * trials - 4 * np.sqrt(0.01 * trials)
+
+
+def test_the_interval_of_runs_that_all_end_is_exact_above():
+    """2T / mean follows chi2 with 2n degrees of freedom."""
+    rng, trials = RNG(8), 2000
+    below = sum(
+        survival.mean_lifetime(rng.exponential(1.0, 10), np.ones(10, bool)).upper < 1
+        for _ in range(trials)
+    )
+    assert within(below, trials, 0.025)
+
+
+def test_the_error_of_a_mean_lifetime_is_its_spread():
+    rng = RNG(7)
+    found = [survival.mean_lifetime(*followed(rng.exponential(50, 60), 80.0)) for _ in range(500)]
+    means, errors = np.array([(each.mean, each.error) for each in found]).T
+    assert np.std(means) == pytest.approx(np.mean(errors), rel=0.1)
+
+
+def test_counting_begins_when_runs_have_spread():
+    """Nothing ends in the first 30: counted from 0 the mean is 80, from 30 it is 50."""
+    lifetime, ended = followed(30 + RNG(2).exponential(50, 4000), 200.0)
+    found = survival.mean_lifetime(lifetime, ended, start=30)
+    assert found.lower < 50 < found.upper and found.upper - found.lower < 4
+    assert survival.mean_lifetime(lifetime, ended).lower > 70
+
+
+@pytest.mark.parametrize(("mean", "runs"), [(0.15, 24), (0.4, 48), (0.4, 400)])
+def test_escapes_are_known_though_some_runs_never_escape(mean, runs):
+    """The interval of the runs that ended holds the mean in 95 of 100; that of all never does."""
+    rng = RNG(runs)
+    held, of_all, samples = 0, 0, 400
+    for _ in range(samples):
+        lifetime = np.where(rng.random(runs) < 0.4, np.inf, rng.exponential(mean, runs))
+        ended, lifetime = lifetime <= 1, np.minimum(lifetime, 1)
+        found = survival.mean_of_ended(lifetime, ended, horizon=1.0)
+        held += found.lower <= mean <= found.upper
+        every = survival.mean_lifetime(lifetime, ended, horizon=1.0)
+        of_all += every.lower <= mean <= every.upper
+    assert within(held, samples, 0.95)
+    assert of_all / samples < 0.2
+
+
+def test_a_mean_of_ended_runs_by_hand():
+    """The exponential distribution that is cut off at the horizon has the mean of the ends."""
+    for part in (0.2, 0.4):
+        ends = np.array([0.5, 1.0, 1.5]) * part
+        found = survival.mean_of_ended(100 * ends, np.full(3, True), horizon=100.0)
+        rate = 100 / found.mean
+        assert 1 / rate - 1 / np.expm1(rate) == pytest.approx(part, abs=1e-9)
+        assert (found.ended, found.runs, found.time) == (3, 3, pytest.approx(300 * part))
+
+
+def test_ends_that_do_not_fall_off_have_no_mean():
+    even = survival.mean_of_ended(np.linspace(1, 99, 50), np.full(50, True), horizon=100.0)
+    assert even.mean == np.inf and even.upper == np.inf and 30 < even.lower < 300
+    with pytest.raises(NotEnoughDataError, match="2 runs ended, 3 are needed"):
+        survival.mean_of_ended([1.0, 2.0, 3.0], [True, True, False], horizon=4.0)
+
+
+def test_ends_before_the_start_and_after_the_horizon_do_not_count():
+    rng = RNG(3)
+    lifetime = rng.exponential(20.0, 3000)
+    ended = lifetime < 90
+    shifted = np.where(lifetime < 10, 1.0, lifetime)  # whatever they did before the start
+    found = survival.mean_of_ended(shifted, ended, start=10.0, horizon=60.0)
+    assert found.mean == pytest.approx(20, rel=0.1)
+    assert found.ended == np.sum((lifetime >= 10) & (lifetime <= 60))
+    assert found.runs == np.sum(lifetime >= 10)
+
+
+# --- exponential or not ---------------------------------------------------------------------------
+
+
+def test_the_weibull_test_by_hand():
+    """The likelihood that it maximises, on a grid of shapes; the scale is then a formula."""
+    lifetime, ended = followed(RNG(3).exponential(40, 30), 60.0)
+    shapes = np.linspace(0.5, 2, 3001)[:, np.newaxis]
+    scale = (np.sum(lifetime**shapes, axis=1) / ended.sum()) ** (1 / shapes[:, 0])
+    log_hazard = np.log(shapes) - shapes * np.log(scale)[:, np.newaxis]
+    log_hazard = log_hazard + (shapes - 1) * np.log(lifetime[ended])
+    likelihood = log_hazard.sum(axis=1) - ended.sum()  # sum of (t / scale)^shape = number of ends
+    best = int(np.argmax(likelihood))
+    exponential = np.flatnonzero(np.isclose(shapes[:, 0], 1))[0]
+    found = survival.weibull_test(lifetime, ended)
+    assert found.shape == pytest.approx(shapes[best, 0], abs=1e-3)
+    expected = stats.chi2.sf(2 * (likelihood[best] - likelihood[exponential]), 1)
+    assert found.p == pytest.approx(expected, rel=1e-3)
+
+
+def test_the_unit_of_time_does_not_matter():
+    lifetime, ended = followed(RNG(4).exponential(1, 20), 1.5)
+    small, large = (survival.weibull_test(lifetime * unit, ended) for unit in (1e-3, 1e6))
+    assert small.p == pytest.approx(large.p, rel=1e-6)
+    assert small.shape == pytest.approx(large.shape, rel=1e-6)
+
+
+def rejections(draw, duration, trials, *, runs, start=0.0, seed=5):
+    rng = RNG(seed)
+    found = [
+        survival.weibull_test(*followed(draw(rng, runs), duration), start=start)
+        for _ in range(trials)
+    ]
+    return sum(each.p < survival.LEVEL for each in found), found
+
+
+@pytest.mark.slow
+def test_exponential_lifetimes_are_rejected_in_5_of_100():
+    count, found = rejections(lambda rng, runs: rng.exponential(1, runs), 1.5, 400, runs=50)
+    assert within(count, 400, 0.05)
+    shapes = [each.shape for each in found]
+    assert np.mean(shapes) == pytest.approx(1, abs=0.1)
+
+
+@pytest.mark.thorough
+def test_a_weibull_of_shape_one_half_is_rejected():
+    count, found = rejections(lambda rng, runs: rng.weibull(0.5, runs), 3.0, 20, runs=50)
+    assert count >= 19
+    assert np.median([each.shape for each in found]) == pytest.approx(0.5, abs=0.1)
+
+
+@pytest.mark.thorough
+def test_a_mixture_is_rejected_until_the_count_begins_after_it():
+    """A third of the runs settles at once, the others at a constant rate."""
+
+    def mixture(rng, runs):
+        soon = rng.random(runs) < 1 / 3
+        return np.where(soon, rng.exponential(0.003, runs), rng.exponential(1, runs))
+
+    from_zero, found = rejections(mixture, 2.0, 15, runs=60)
+    assert from_zero == 15 and all(each.shape < 1 for each in found)
+    later, _ = rejections(mixture, 2.0, 15, runs=60, start=0.05)
+    assert later <= 4  # of 15 with a chance of 5 %: more in 1 of 1600 cases
+
+
+def test_the_distance_from_an_exponential_by_hand():
+    """Ends at 1 and 2 of four runs given up at 3: the mean is 9 / 2."""
+    expected = 1 - np.exp(-np.array([1, 2, 3]) / 4.5)
+    steps = [(0, 0.25), (0.25, 0.5), (0.5, 0.5)]
+    distance = max(abs(f - step) for f, pair in zip(expected, steps, strict=True) for step in pair)
+    found = survival._distance(np.array([[3.0, 1, 3, 2]]), 3.0)
+    assert found == pytest.approx([distance])
+
+
+@pytest.mark.parametrize(("runs", "critical"), [(10, 0.325), (20, 0.234)])
+def test_distances_are_those_of_the_table_of_lilliefors(runs, critical):
+    """Table 1 of the paper of 1969, level 0.05, from 5000 samples: to 0.005."""
+    distance = survival._distance(RNG(20).exponential(3.0, (20000, runs)), np.inf)
+    assert np.quantile(distance, 0.95) == pytest.approx(critical, abs=0.008)
+
+
+@pytest.mark.parametrize(("runs", "duration"), [(16, 1.5), (50, 0.7)])
+def test_exponential_lifetimes_are_called_other_in_5_of_100(runs, duration):
+    rng, trials = RNG(21), 300
+    count = sum(
+        survival.exponential_test(*followed(rng.exponential(1, runs), duration), samples=199)
+        <= survival.LEVEL
+        for _ in range(trials)
+    )
+    assert within(count, trials, 0.05)
+
+
+def test_lifetimes_of_two_lengths_are_not_exponential():
+    """Half of the runs end soon, half at about one time: no trend of the rate, but a bump."""
+    rng, found = RNG(22), []
+    for _ in range(10):
+        short = rng.random(100) < 0.5
+        lifetime = np.where(short, rng.exponential(0.5, 100), rng.normal(3.0, 0.4, 100))
+        found.append(survival.exponential_test(*followed(np.abs(lifetime), 20.0), samples=199))
+    assert max(found) <= survival.LEVEL
+
+
+def test_the_tests_need_three_ends():
+    with pytest.raises(NotEnoughDataError, match="2 runs ended, 3 are needed"):
+        survival.weibull_test([0.0, 1, 2, 5, 5], [True, True, True, False, False])
+    with pytest.raises(NotEnoughDataError, match="2 runs ended, 3 are needed"):
+        survival.exponential_test([1.0, 2, 5, 5], [True, True, False, False])
+
+
+# --- verdict --------------------------------------------------------------------------------------
+
+
+def test_verdicts_by_hand():
+    lasting = np.zeros(4, bool)
+    assert survival.decide([3.0, 4, 5], [True] * 3, start=6) == survival.REGULAR
+    assert survival.decide([3.0, 4, 9], [True] * 3, start=6) == survival.TRANSIENT
+    assert survival.decide(np.full(4, 100.0), lasting) == survival.LASTING
+    assert survival.decide(np.full(3, 100.0), lasting[:3]) == survival.OPEN
+    # Two ends of 16: too few to tell one rate from two kinds of motion.
+    ended = np.arange(16) < 2
+    assert survival.decide(np.where(ended, 50.0, 100.0), ended) == survival.OPEN
+    # What ended before the start does not count.
+    assert survival.decide(np.where(ended, 5.0, 100.0), ended, start=10) == survival.LASTING
+
+
+def test_four_runs_are_the_least_for_lasting_motion():
+    """The lower limit of the mean is the length of a run times 4 / 3.69."""
+    found = survival.mean_lifetime(np.full(4, 100.0), np.zeros(4, bool))
+    assert found.lower == pytest.approx(100 * 4 / np.log(40))
+
+
+def test_transient_motion_is_found_while_most_of_it_lasts():
+    """Mean lifetime of twice the observation; 5 % of the verdicts may be "open"."""
+    rng = RNG(6)
+    verdicts = [
+        survival.decide(*followed(rng.exponential(2.0, 32), 1.0), start=0.05) for _ in range(20)
+    ]
+    assert verdicts.count(survival.TRANSIENT) >= 16
+    assert set(verdicts) <= {survival.TRANSIENT, survival.OPEN}
+
+
+def test_a_rate_that_rises_does_not_keep_motion_from_being_transient():
+    """Half of the runs end, at a rate that rises with time: the others will end too."""
+    lifetime, ended = followed(RNG(13).gamma(6.0, 1.0, 60), 5.7)
+    found = survival.weibull_test(lifetime, ended)
+    assert found.p < survival.LEVEL and found.shape > 1
+    assert 20 < ended.sum() < 40 and survival.decide(lifetime, ended) == survival.TRANSIENT
+
+
+def test_two_kinds_of_motion_stay_open():
+    """Half of the runs settle early, half last: their rate of ends falls with time."""
+    rng = RNG(9)
+    for _ in range(10):
+        lifetime = np.where(np.arange(16) < 8, rng.exponential(0.05, 16), np.inf)
+        assert survival.decide(*followed(lifetime, 1.0)) == survival.OPEN
+
+
+def test_runs_spread_in_five_e_foldings():
+    def start(value, error, time, horizon=1e5):
+        return survival.spreading_time(survival.PooledExponent(value, error, time, 9), horizon)
+
+    assert start(0.01, 0.001, 1e4) == pytest.approx(500)
+    assert start(0.01, 0.001, 1e4, horizon=3000) == 300  # at most a tenth of it
+    assert start(0.01, 0.004, 1e4) == 0  # not above zero
+    assert start(0.01, 0.001, 400) == 0  # not seen long enough
+    assert start(np.nan, np.nan, 0.0) == 0
+    assert margin(0.001, 400) == 0.0125 and above_zero([0.013, 0.012], 0.001, 400).tolist() == [
+        True,
+        False,
+    ]
+
+
+# --- exponent of the irregular part ---------------------------------------------------------------
+
+
+def test_exponents_are_weighted_by_their_time():
+    found = survival.pool_exponents([0.02, 0.01, np.nan], [1e-3, 1e-3, np.nan], [100, 300, 5])
+    assert found.value == pytest.approx(0.0125)
+    assert (found.runs, found.time) == (2, 200)
+    one = survival.pool_exponents([0.02], [1e-3], [100])
+    assert (one.value, one.error, one.runs) == (0.02, 1e-3, 1)
+    none = survival.pool_exponents([np.nan], [np.nan], [0])
+    assert np.isnan(none.value) and none.runs == 0
+
+
+def test_the_error_of_a_pooled_exponent_is_its_spread():
+    """Each part of length t has an exponent with an error that falls with the root of t."""
+    rng, times = RNG(10), np.geomspace(100, 1000, 16)
+    found = [
+        survival.pool_exponents(0.01 + rng.normal(0, 0.02 / np.sqrt(times)), times, times)
+        for _ in range(400)
+    ]
+    spread = np.std([each.value for each in found])
+    assert np.sqrt(np.mean([each.error**2 for each in found])) == pytest.approx(spread, rel=0.15)
+
+
+# --- ends that become known late ------------------------------------------------------------------
+
+
+def test_ends_that_are_known_late_do_not_bias_what_ends_before_the_horizon():
+    """Mean 1, given up at 1, and an end is known 0.4 later: counted to 0.5, the mean is found."""
+    lifetime = RNG(12).exponential(1.0, 4000)
+    known = lifetime + 0.4 < 1
+    seen = np.where(known, lifetime, 1.0)
+    found = survival.mean_lifetime(seen, known, horizon=0.5)
+    assert found.lower < 1 < found.upper and found.upper / found.lower < 1.15
+    assert survival.mean_lifetime(seen, known).lower > 1.3
+    assert survival.weibull_test(seen, known, horizon=0.5).p > 1e-3
+    assert survival.weibull_test(seen, known).p < 1e-6
+    curve = survival.kaplan_meier(seen, known, horizon=0.5)
+    assert curve.time[-1] == 0.5 and curve.lower[-1] < np.exp(-0.5) < curve.upper[-1]
+
+
+def test_an_end_after_the_horizon_keeps_motion_from_being_lasting():
+    lifetime, ended = np.full(16, 1.0), np.zeros(16, bool)
+    assert survival.decide(lifetime, ended, horizon=0.5) == survival.LASTING
+    assert survival.decide(lifetime, ended, start=0.6, horizon=0.5) == survival.OPEN
+    lifetime[3], ended[3] = 0.9, True
+    assert survival.decide(lifetime, ended, horizon=0.5) == survival.OPEN
+    assert survival.decide(np.full(4, 0.9), np.ones(4, bool), horizon=0.5) == survival.TRANSIENT

@@ -1,0 +1,181 @@
+"""The catalogue of attractors, and the tables of attractors and mean lifetimes."""
+
+import numpy as np
+import pytest
+
+from beltrepro.replication.studies.chaos import attractors, mean_lifetimes
+from beltrepro.replication.studies.chaos.orbits import catalogue
+from beltrepro.stats import survival
+from beltrepro.stats.errors import NotEnoughDataError
+from beltrepro.stats.shares import share
+from irregular import exponent, settling
+
+# state, period, slips in it, returns in it, r
+ENDS = [
+    ("periodic", 41.047, 18, 2, 0.05),
+    ("periodic", 41.047 * (1 + 3e-7), 18, 2, 0.055),
+    ("periodic", 41.047 * (1 - 3e-7), 18, 2, 0.045),
+    ("periodic", 41.047, 18, 2, 0.08),  # another orbit of the same period
+    ("periodic", 41.047 * (1 + 1e-5), 18, 2, 0.05),  # and of nearly the same
+    ("periodic", 41.047, 19, 2, 0.05),
+    ("irregular", np.nan, 0, 0, 0.13),
+    ("irregular", np.nan, 0, 0, 0.12),
+    ("equilibrium slip", np.nan, 0, 0, 0.002),
+    ("equilibrium slip", np.nan, 0, 0, 0.02),
+]
+
+
+def ends(rows):
+    names = ("state", "period_time", "period_events", "period_returns", "disorder_parameter")
+    columns = dict(zip(names, map(np.array, zip(*rows, strict=True)), strict=True))
+    return columns | {"mean_length": 300 + np.arange(len(rows))}
+
+
+def test_runs_are_grouped_by_orbit():
+    found = catalogue(ends(ENDS))
+    assert [(each.state, each.runs, each.period_events) for each in found] == [
+        ("periodic", 3, 18),
+        ("equilibrium slip", 2, 0),
+        ("irregular", 2, 0),
+        ("periodic", 1, 19),
+        ("periodic", 1, 18),
+        ("periodic", 1, 18),
+    ]
+    assert [each.disorder_parameter for each in found[3:]] == [0.05, 0.08, 0.05]
+    first = found[0]
+    assert first.period_time == pytest.approx(41.047, rel=1e-9) and first.period_returns == 2
+    assert first.disorder_parameter == 0.05 and first.mean_length == 301
+    assert first.basin == share(3, 10)
+    assert np.isnan(found[1].period_time) and found[1].disorder_parameter == pytest.approx(0.011)
+
+
+def test_a_multiple_of_a_period_is_the_same_orbit():
+    orbit = ("periodic", 23.585351, 9, 1, 0.0638)
+    found = catalogue(
+        ends(
+            [
+                ("periodic", 2 * 23.585351 * (1 + 2e-8), 18, 2, 0.0639),
+                orbit,
+                ("periodic", 3 * 23.585351, 27, 3, 0.0637),
+                ("periodic", 2 * 23.585351 * (1 + 1e-5), 18, 2, 0.0638),  # a doubled period
+                ("periodic", 2 * 23.585351, 19, 2, 0.0638),
+            ]
+        )
+    )
+    assert [(each.runs, each.period_events) for each in found] == [(3, 9), (1, 19), (1, 18)]
+    assert found[0].period_time == pytest.approx(23.585351, rel=1e-7)
+    assert found[0].period_returns == 1
+
+
+def test_the_order_of_the_runs_does_not_matter():
+    rng = np.random.default_rng(0)
+    expected = repr(catalogue(ends(ENDS)))
+    for _ in range(20):
+        order = rng.permutation(len(ENDS))
+        assert repr(catalogue({name: each[order] for name, each in ends(ENDS).items()})) == expected
+
+
+def test_a_catalogue_needs_runs():
+    with pytest.raises(NotEnoughDataError, match="no runs, 1 is needed"):
+        catalogue({name: column[:0] for name, column in ends(ENDS).items()})
+
+
+# --- tables ---------------------------------------------------------------------------------------
+
+NONE = settling(n_blocks=[], belt_velocity=[], initial_spread=[])
+
+
+def derive(module, runs, **others):
+    """The table of one dataset, the others without runs unless given."""
+    names = dict.fromkeys(module.TABLE.uses, NONE)
+    return module.derive(names | {"survival": runs} | others)
+
+
+LEVELS = {"n_blocks": [4, 6, 10], "belt_velocity": [7.0, 12.0], "initial_spread": [1.0, 10.0]}
+
+
+def test_the_table_of_attractors_counts_every_run_once():
+    data = settling(**LEVELS, runs=20)
+    table = derive(attractors, data)
+    assert set(attractors.TABLE.columns) <= set(table)
+    points = table.groupby(["n_blocks", "belt_velocity", "initial_spread"], sort=False)
+    assert len(points) == 12
+    for (n, u, spread), rows in points:
+        assert rows["number"].tolist() == list(range(1, len(rows) + 1))
+        assert rows["reached"].sum() == 20 and rows["share"].sum() == pytest.approx(1)
+        assert rows["reached"].is_monotonic_decreasing
+        here = (data.arrays["n_blocks"] == n) & (data.arrays["belt_velocity"] == u)
+        here &= data.arrays["initial_spread"] == spread
+        for _, row in rows[rows["state"] == "periodic"].iterrows():
+            same = here & (data.arrays["period_events"] == row["period_events"])
+            assert row["reached"] == same.sum()
+            period = np.median(data.arrays["period_time"][same])
+            assert row["period_time"] == pytest.approx(period, rel=1e-12)
+
+
+def test_the_table_of_mean_lifetimes_finds_what_was_put_in():
+    """Lifetimes of mean 5e4, and a third of the runs that settle before they have spread."""
+    data = settling(
+        lasts=lambda n, u: np.full(n.size, 5e4),
+        duration=1e5,
+        runs=200,
+        n_blocks=[7, 8],
+        belt_velocity=[12.0],
+        initial_spread=[1.0],
+    )
+    early = data.arrays["replicate"] % 3 == 0
+    data.arrays["lifetime"][early] = 100.0
+    data.arrays["settled"][early] = True
+    table = derive(mean_lifetimes, data)
+    assert set(mean_lifetimes.TABLE.columns) <= set(table)
+    assert table["n_blocks"].tolist() == [7, 8] and table["runs"].tolist() == [200, 200]
+    for _, row in table.iterrows():
+        time = data.arrays["irregular_time"][data.arrays["n_blocks"] == row["n_blocks"]]
+        error = 0.02 / np.sqrt(time[time > 2000].sum())
+        assert row["exponent_error"] == pytest.approx(error, rel=0.3)
+        assert row["exponent"] == pytest.approx(exponent(row["n_blocks"], 12.0), abs=4 * error)
+        assert row["start"] == pytest.approx(5 / row["exponent"])
+        assert row["start"] > 100 and row["counted"] < 140
+        assert row["lifetime_lower"] < 5e4 < row["lifetime_upper"]
+        assert row["share_lower"] < np.exp(-2) * 2 / 3 < row["share_upper"]
+        assert row["exponential_p"] > 0.01 and row["verdict"] == survival.TRANSIENT
+        assert row["share"] == pytest.approx(1 - row["settled"] / row["runs"])
+
+
+def test_lasting_and_regular_points_have_rows_too():
+    def lasts(n, u):
+        return np.where(n == 10, np.inf, 10.0)
+
+    data = settling(lasts=lasts, n_blocks=[4, 10], belt_velocity=[12.0], initial_spread=[1.0])
+    table = derive(mean_lifetimes, data).set_index("n_blocks")
+    assert table.loc[10, "verdict"] == survival.LASTING
+    assert table.loc[10, "horizon"] == 5e5
+    assert table.loc[10, "lifetime"] == table.loc[10, "lifetime_upper"] == np.inf
+    assert table.loc[10, "lifetime_lower"] == pytest.approx(
+        16 * (5e5 - table.loc[10, "start"]) / np.log(40)
+    )
+    assert table.loc[10, "attractor"] == "irregular" and table.loc[10, "share"] == 1
+    # Nothing irregular was long enough for an exponent: all lifetimes count.
+    assert np.isnan(table.loc[4, "exponent"]) and table.loc[4, "start"] == 0
+    assert table.loc[4, "lifetime"] == pytest.approx(10, rel=1) and table.loc[4, "ended"] == 16
+    assert table.loc[4, "verdict"] == survival.REGULAR
+
+
+def test_each_dataset_has_rows_with_its_own_horizon():
+    point = {"n_blocks": [5], "belt_velocity": [7.0], "initial_spread": [10.0]}
+    runs = {
+        name: settling(**point, duration=duration)
+        for name, duration in zip(mean_lifetimes.TABLE.uses, (1e5, 2e5, 1e7), strict=True)
+    }
+    lifetimes, orbits = mean_lifetimes.derive(runs), attractors.derive(runs)
+    assert lifetimes["dataset"].tolist() == list(runs)
+    assert lifetimes["horizon"].tolist() == [5e4, 1e5, 5e6]
+    assert orbits.groupby("dataset")["reached"].sum().tolist() == [16, 16, 16]
+    for table in (lifetimes, orbits):
+        assert list(table.columns[:4]) == ["dataset", "n_blocks", "belt_velocity", "initial_spread"]
+
+
+def test_datasets_without_runs_make_empty_tables():
+    for module in (attractors, mean_lifetimes):
+        table = derive(module, NONE)
+        assert table.empty and set(module.TABLE.columns) <= set(table)

@@ -1,0 +1,218 @@
+"""Claims on the model and its scheme: forces, series and paths with a known answer."""
+
+import math
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from beltrepro.base.store import Dataset
+from beltrepro.model import ChainParameters, spring, units
+from beltrepro.stats import estimates
+from beltrepro.stats.errors import NotEnoughDataError
+from judging import SETTINGS, few_resamples, judged, scan  # noqa: F401
+from made_up import LAW, LEDGER
+
+# --- what is put in -------------------------------------------------------------------------------
+
+
+def test_units_and_constants_hold_and_are_counted_apart():
+    for name in ("units", "friction-constants", "spring-law", "setup"):
+        assert judged(name)[0] == "holds" and not LEDGER[name].finding
+    used = SETTINGS | {"model": LAW | {"friction_ratio": 0.46}}
+    verdict, parts, _ = judged("friction-constants", settings=used)
+    assert verdict == "partly"
+    assert [name for name, part in parts.items() if part == "fails"] == [
+        "the runs used friction_ratio = 0.45"
+    ]
+
+
+def test_other_units_are_noticed(monkeypatch):
+    monkeypatch.setattr(units, "TIME_S", 0.0766)
+    assert judged("units")[1] == {"time_s": "fails", "velocity_m_s": "holds", "force_N": "holds"}
+
+
+@pytest.mark.parametrize(
+    ("change", "failing"),
+    [
+        (lambda x, force: force - 1e-4 * (abs(x) < 20) * x, {"linear inside"}),
+        (lambda x, force: force * np.where(x < -20, 1 + 0.001 * x, 1), {"compressed"}),
+        (lambda x, force: force + 1e-3 * (x > 20), {"continuous, stretched"}),
+        (lambda x, force: force - 0.01 * np.maximum(x - 20, 0), {"continuous slope, stretched"}),
+        (lambda x, force: force - 0.01 * np.minimum(x + 20, 0), {"continuous slope, compressed"}),
+        (lambda x, force: force - 1e-3 * np.maximum(x - 20, 0) ** 2, {"exponential, stretched"}),
+    ],
+)
+def test_another_spring_law_is_noticed(monkeypatch, change, failing):
+    own = spring.spring_force
+    monkeypatch.setattr(spring, "spring_force", lambda x, chain: change(x, own(x, chain)))
+    parts = judged("spring-law")[1]
+    fails = {name for name, part in parts.items() if part == "fails"}
+    assert len(parts) == 7 and fails
+    assert all(any(word in name for name in fails) for word in failing)
+
+
+def test_the_springs_of_a_chain_with_another_scheme_are_noticed(monkeypatch):
+    own = spring.external_force
+
+    def with_(change):
+        monkeypatch.setattr(spring, "external_force", lambda x, c: change(x, own(x, c)))
+        return [part == "holds" for part in judged("setup")[1].values()]
+
+    assert with_(lambda x, force: force + 1.0) == [0, 0, 0]
+    rest = ChainParameters(5, 1.0).rest_positions
+    # a spring from the last block to a wall; one from the first to the third block
+    assert with_(lambda x, force: force - np.eye(5)[4] * (x - rest)[4]) == [1, 0, 0]
+    assert with_(lambda x, force: force + 0.1 * np.eye(5)[2] * (x - rest)[0]) == [1, 1, 0]
+
+
+def friction_series(*, shift=0.0, spread=1.0, imbalance=0.0, memory=0.0, before=71.4, size=8000):
+    rng = np.random.default_rng(0)
+    chain = ChainParameters(2, 1.0, noise=2.0)
+    slipping = np.arange(size) % 200 >= 100
+    positions = chain.rest_positions + rng.uniform(-5, 5, (size, 2))
+    drawn = rng.standard_normal((size, 2))
+    for index in range(1, size):
+        drawn[index] = memory * drawn[index - 1] + math.sqrt(1 - memory**2) * drawn[index]
+    kinetic = 0.45 * 71.4 * (1 + shift) + 0.45 * 2.0 * spread * drawn
+    stuck = -spring.external_force(positions, chain) + imbalance
+    kinds = [("kind", "U5"), ("force", "f8")]
+    arrays = {
+        "positions": positions,
+        "velocities": np.where(slipping[:, None], -20.0, 1.0) * np.ones(2),
+        "friction": np.where(slipping[:, None], kinetic, stuck),
+        "events": np.array([("slip", -before), ("stick", 0), ("slip", before)], dtype=kinds),
+    }
+    about = {"n_blocks": 2, "belt_velocity": 1.0, "noise": 2.0}
+    return {"friction_event": Dataset(arrays, about)}
+
+
+@pytest.mark.parametrize(
+    ("change", "failing"),
+    [
+        ({}, None),
+        ({"imbalance": 0.75}, 0),
+        ({"imbalance": -0.75}, 0),
+        ({"shift": 0.013}, 1),
+        ({"shift": -0.013}, 1),
+        ({"spread": 1.25}, 2),
+        ({"spread": 0.75}, 2),
+        ({"memory": 0.2}, 3),
+        ({"memory": -0.2}, 3),
+        ({"before": 47.0}, 4),
+    ],
+)
+def test_the_friction_law_is_read_off_the_samples(change, failing):
+    _, parts, found = judged("friction-law", friction_series(**change))
+    holds = [part == "holds" for part in parts.values()]
+    assert holds == [number != failing for number in range(5)]
+    assert found.judged["slip: mean / (f_s F_st0)"].runs == 20
+
+
+def test_the_friction_law_needs_samples():
+    with pytest.raises(NotEnoughDataError, match="too few samples"):
+        judged("friction-law", friction_series(size=1000))
+
+
+def test_the_chain_length_is_that_of_the_runs_nearest_in_speed():
+    made = scan([11, 12, 15, 15.5], lambda u, rng: 0.1, noise=1.0)
+    length = {11: 1.0, 12: 600.0, 15: 1.0, 15.5: 650.0}
+    made.arrays["mean_length"] = np.array([length[u] for u in made.arrays["belt_velocity"]])
+    verdict, _, found = judged("chain-length", {"n5_replicates": made})
+    assert verdict == "not testable here"
+    assert [each.value for each in found.also.values()] == pytest.approx([0.84, 0.91])
+    assert list(found.also) == ["0.22 m/s", "0.28 m/s"]
+
+
+# --- collisions -----------------------------------------------------------------------------------
+
+
+def sampled(smallest, *, size=4000, seed=0):
+    """Distances of three blocks of which the smallest there can be is given."""
+    rng = np.random.default_rng(seed)
+    gaps = smallest + np.column_stack([60 + rng.random(size), 30 * rng.random(size)])
+    return Dataset({"positions": np.cumsum(np.column_stack([gaps[:, :1], gaps]), axis=1)}, {})
+
+
+CONTACT = 0.04 / 1.4e-3
+
+
+@pytest.mark.parametrize(
+    ("distance", "verdict"),
+    [(CONTACT + 5, "holds"), (CONTACT - 5, "fails"), (CONTACT + 1e-6, "undecided")],
+)
+def test_collisions_of_blocks(distance, verdict):
+    made = {"u1": sampled(60.0), "n10_u38": sampled(distance), "belt_022": sampled(70.0)}
+    found = judged("no-collisions", made)
+    assert found[0] == verdict and "of 3 runs, in n10_u38" in found[2].note
+    gap = found[2].judged["smallest gap"]
+    assert gap.value == pytest.approx(distance - CONTACT, abs=0.1) and gap.high == gap.value
+    assert judged("no-collisions", made, "distance of faces")[0] == "holds"
+    assert found[2].also["at the speeds of the experiment"].value == pytest.approx(
+        70 - CONTACT, abs=0.1
+    )
+    with pytest.raises(NotEnoughDataError, match="no sampled run"):
+        judged("no-collisions")
+
+
+def test_the_interval_of_the_smallest_value_covers_it():
+    rng = np.random.default_rng(7)
+    for shape in (1.0, 1.5):  # of the density at the end
+        found = [estimates.smallest(rng.random(20) ** (1 / shape)) for _ in range(400)]
+        covered = np.mean([each.low <= 0 <= each.high for each in found])
+        assert 0.9 <= covered <= 1 and (shape != 1 or covered <= 0.98)
+
+
+# --- the order of the scheme ----------------------------------------------------------------------
+
+
+def paths(order, *, n_blocks=5, belt_velocity=20.0, starts=8, events=30, scatter=0.2):
+    """Paths by both methods: an error of an order in dt after each event, different by start."""
+    rng = np.random.default_rng(1)
+    time = 0.5 * np.arange(100)
+    law = {each.name: getattr(ChainParameters(n_blocks, belt_velocity), each.name)
+           for each in fields(ChainParameters)}  # fmt: skip
+    kinds = [("point", "i4"), ("time", "f8"), ("block", "i4"), ("kind", "U5")]
+
+    def dataset(steps, errors):
+        size = starts * len(steps)
+        arrays = {name: np.full(size, value) for name, value in law.items()}
+        arrays["replicate"] = np.tile(np.arange(starts), len(steps))
+        arrays["time_step"] = np.repeat(steps, starts)
+        arrays["time"] = time
+        arrays["positions"] = errors[:, None, None] * np.ones((1, time.size, n_blocks))
+        rows = [(row, 1.2 * number, 1, "slip") for row in range(size) for number in range(events)]
+        arrays["events"] = np.array(rows, dtype=kinds)
+        return Dataset(arrays, {})
+
+    steps = np.array([0.004, 0.002, 0.001, 0.0005])
+    factor = np.exp(scatter * rng.standard_normal(4 * starts))
+    tested = 1e3 * factor * np.repeat(steps, starts) ** order
+    return {
+        "pairs_paths_verlet": dataset(steps, tested),
+        "pairs_paths_event": dataset(np.array([0.001, 0.002]), np.repeat([0.0, 5.0], starts)),
+    }
+
+
+@pytest.mark.parametrize(
+    ("order", "verdict"), [(3, "holds"), (1, "fails"), (2, "fails"), (2.5, "undecided")]
+)
+def test_the_order_of_the_scheme(order, verdict):
+    found = judged("scheme-order", paths(order))
+    assert found[0] == verdict and found[2].runs == 8
+    assert found[2].judged["order"].value == pytest.approx(order, abs=0.2)
+    assert "at dt = 0.0005" in found[2].note
+
+
+def test_the_readings_of_the_order():
+    made = paths(1, n_blocks=2)
+    assert judged("scheme-order", made, "N = 2")[0] == "fails"
+    with pytest.raises(NotEnoughDataError, match="no paths with N = 5, u = 20"):
+        judged("scheme-order", made)
+    with pytest.raises(NotEnoughDataError, match="0 starts with so many events"):
+        judged("scheme-order", paths(1, events=10), "after 20")
+    in_run = judged("scheme-order", {}, "the formula, in a run")[2].judged["order"]
+    assert in_run.value == pytest.approx(2, abs=0.1)
+    # an error of dt^4 in a step of dt
+    in_step = judged("scheme-order", {}, "the formula, in a step and per time")
+    assert in_step[0] == "holds" and in_step[2].judged["order"].value == pytest.approx(3, abs=0.1)

@@ -1,0 +1,212 @@
+"""Approximate Bayesian computation on a grid: known posteriors, coverage, pairs of recordings."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from beltrepro.replication.studies.experiment import inference, trials
+from beltrepro.replication.studies.experiment.inference import (
+    Recorded,
+    Simulated,
+    calibrate,
+    posterior,
+)
+from beltrepro.stats.errors import NotEnoughDataError
+
+LEVELS = np.linspace(-2, 2, 9)
+
+
+def gaussian(runs=4000, recordings=(1.0, 2.0), seed=3):
+    """Recordings that scatter about a mean by these standard deviations; the feature always shows.
+
+    The second parameter has no effect.
+    """
+    generator = np.random.default_rng(seed)
+    scatter = np.reshape(recordings, (-1, 1, 1, 1))
+    shape = (len(recordings), LEVELS.size, 3, runs)
+    summary = LEVELS[:, np.newaxis, np.newaxis] + scatter * generator.standard_normal(shape)
+    levels = {"mean": LEVELS, "idle": np.arange(3.0)}
+    return Simulated(levels, summary, np.ones(shape, dtype=bool))
+
+
+def test_the_posterior_of_a_gaussian_mean_is_known():
+    recorded, tolerance = Recorded([0.6, -1.2], [True, True]), 0.2
+    found = posterior(gaussian(), recorded, tolerance)
+    likelihood = np.prod(
+        [
+            stats.norm.cdf(x + tolerance, LEVELS, s) - stats.norm.cdf(x - tolerance, LEVELS, s)
+            for x, s in ((0.6, 1.0), (-1.2, 2.0))
+        ],
+        axis=0,
+    )
+    known = likelihood / likelihood.sum()
+    np.testing.assert_allclose(found.marginal("mean"), known, atol=0.025)
+    np.testing.assert_allclose(found.marginal("idle"), 1 / 3, atol=0.03)
+    assert found.evidence == pytest.approx(likelihood.mean(), rel=0.03)
+    assert found.probability.sum() == pytest.approx(1)
+    np.testing.assert_allclose(found.marginal("mean", "idle"), found.probability)
+    # the held-out probability of agreement is the mean likelihood under the posterior
+    fresh = inference.held_out(gaussian(), recorded, tolerance)
+    assert fresh == pytest.approx((known * likelihood).sum(), rel=0.05)
+
+
+def test_the_feature_must_show_as_recorded():
+    simulated = gaussian(runs=200)
+    only_first = simulated.shown.copy()
+    only_first[1, 4:] = False
+    simulated = Simulated(simulated.levels, simulated.summary, only_first)
+    shown = posterior(simulated, Recorded([0.0, 0.0], [True, True]), 1.0)
+    hidden = posterior(simulated, Recorded([0.0, 0.0], [True, False]), 1.0)
+    assert shown.marginal("mean")[4:].sum() == 0 and hidden.marginal("mean")[:4].sum() == 0
+    with pytest.raises(NotEnoughDataError, match="none with all at one combination"):
+        posterior(simulated, Recorded([0.0, 0.0], [False, True]), 1.0)
+
+
+def test_trials_can_be_left_out():
+    simulated = gaussian(runs=50)
+    recorded = Recorded([0.0, 0.0], [True, True])
+    half = np.zeros(simulated.shown.shape, dtype=bool)
+    half[..., ::2] = True
+    left = posterior(simulated, recorded, 1.0, without=half)
+    own = posterior(simulated.part(slice(1, None, 2)), recorded, 1.0)
+    np.testing.assert_allclose(left.probability, own.probability)
+    assert left.evidence == pytest.approx(own.evidence) and left.agreed == own.agreed
+
+
+def test_shares_are_averaged_over_neighbouring_levels():
+    generator = np.random.default_rng(8)
+    # agreement is equally probable at all levels, so that all else is scatter of few trials
+    shape = (1, 9, 3, 4)
+    summary = generator.choice([0.0, 5.0], size=shape)
+    levels, shown = {"mean": LEVELS, "idle": np.arange(3.0)}, np.ones(shape, dtype=bool)
+    recorded = Recorded([0.0], [True])
+    rough = posterior(Simulated(levels, summary, shown), recorded, 1.0)
+    smooth = posterior(Simulated(levels, summary, shown, {"mean": 1.5}), recorded, 1.0)
+    assert np.ptp(smooth.marginal("mean")) < 0.5 * np.ptp(rough.marginal("mean"))
+    # the other parameter is not averaged over
+    agreed = (summary == 0).sum(axis=-1)[0]
+    weights = np.exp(-0.5 * ((LEVELS - LEVELS[:, np.newaxis]) / 0.5 / 1.5) ** 2)
+    expected = weights @ agreed / weights.sum(axis=1, keepdims=True)
+    np.testing.assert_allclose(smooth.probability, expected / expected.sum(), atol=2e-4)
+
+
+def test_credible_sets_hold_the_most_probable_levels():
+    probability = np.array([0.05, 0.3, 0.5, 0.1, 0.05])
+    for credibility, levels in ((0.5, [2]), (0.51, [1, 2]), (0.8, [1, 2]), (0.9, [1, 2, 3])):
+        chosen = inference.credible_set(probability, credibility)
+        assert np.flatnonzero(chosen).tolist() == levels
+
+
+def test_credible_sets_cover_the_truth_as_often_as_they_say():
+    done = calibrate(gaussian(runs=150), 0.15, shown=[True, True], draws=600)
+    for name in ("mean", "idle"):
+        # levels are few, so that sets hold somewhat more than 90 %
+        assert done.coverage[name].upper > 0.9 and done.uniform_p[name] > 0.01
+    assert done.experiments + done.unanswered == 600 and done.unanswered < 30
+
+
+def test_calibration_sees_a_wrong_simulator():
+    simulated = gaussian(runs=150)
+    # the made-up experiments come from trials whose levels are mislabelled
+    wrong = Simulated(
+        simulated.levels | {"mean": LEVELS}, simulated.summary.copy(), simulated.shown
+    )
+    wrong.summary[0] += 3.0 * (np.arange(150) % 2)
+    right = calibrate(simulated, 0.15, shown=[True, True], draws=300)
+    assert right.uniform_p["mean"] > 0.01
+    biased = _told_by_odd_runs(wrong)
+    assert biased < 1e-3
+
+
+def _told_by_odd_runs(simulated):
+    """p of uniformity where experiments are odd runs and the trials to compare with even ones."""
+    generator, below = np.random.default_rng(1), []
+    even = simulated.part(slice(0, None, 2))
+    for _ in range(200):
+        cell = tuple(generator.integers(size) for size in (LEVELS.size, 3))
+        summary = simulated.summary[(slice(None), *cell, 2 * generator.integers(75) + 1)]
+        try:
+            marginal = posterior(even, Recorded(summary, [True, True]), 0.3).marginal("mean")
+        except NotEnoughDataError:
+            continue
+        below.append(marginal[: cell[0]].sum() + generator.random() * marginal[cell[0]])
+    return stats.kstest(below, "uniform").pvalue
+
+
+def test_quantiles_under_the_posterior():
+    simulated = gaussian()
+    found = posterior(simulated, Recorded([1.0, 1.0], [True, True]), 0.2)
+    mean = (found.marginal("mean") * LEVELS).sum()
+    lower, median, upper = inference.predicted(found, simulated.summary[0], (0.16, 0.5, 0.84))
+    assert median == pytest.approx(mean, abs=0.1) and upper - lower > 2.0
+
+
+def test_fixed_levels():
+    simulated = gaussian(runs=10)
+    one = simulated.fixed("mean", 1.0)
+    assert one.levels["mean"].tolist() == [1.0] and one.summary.shape == (2, 1, 3, 10)
+    np.testing.assert_array_equal(one.summary[:, 0], simulated.summary[:, 6])
+    with pytest.raises(NotEnoughDataError, match=r"no trial with mean = 0\.3"):
+        simulated.fixed("mean", 0.3)
+
+
+# --- trials of the experiment ---------------------------------------------------------------------
+
+
+def grid(velocities, noises=(1.0, 2.0), ratios=(0.4, 0.45, 0.5), runs=3):
+    """Trials whose r tells their point and number, in shuffled order."""
+    rows = np.array(
+        [(s, f, u, k) for s in noises for f in ratios for u in velocities for k in range(runs)]
+    )
+    noise, ratio, velocity, number = np.random.default_rng(2).permutation(rows).T
+    return {
+        "noise": noise,
+        "friction_ratio": ratio,
+        "belt_velocity": velocity,
+        "disorder_parameter": np.exp(noise + 10 * ratio + 0.01 * velocity + 1e-4 * number),
+        "lasting_longest": 100 * velocity,
+        "lively_longest": np.full(noise.size, 2000.0),
+    }
+
+
+def test_trials_at_speeds_in_the_ratio_of_the_recordings_are_pairs():
+    first = trials.EXPERIMENT[0].belt_velocity
+    velocities = first * np.array([1.0, 14 / 11, (14 / 11) ** 2, 1.1])
+    found = trials.on_grid(grid(velocities))
+    np.testing.assert_allclose(found.levels["speed_factor"], [1, 14 / 11])
+    assert found.summary.shape == (2, 2, 3, 2, 3) and found.runs == 3
+    for recording, shift in ((0, 1.0), (1, 14 / 11)):
+        u = first * shift * found.levels["speed_factor"]
+        expected = 2.0 + 10 * 0.5 + 0.01 * u
+        np.testing.assert_allclose(found.summary[recording, 1, 2].min(axis=-1), expected)
+    # 60 s are 784.6 model units at the first speed, 200 at the second
+    assert found.shown[0, 0, 0].all(axis=-1).tolist() == [True, True] and found.shown[1].all()
+
+
+def test_what_is_no_grid_is_refused():
+    arrays = grid(trials.EXPERIMENT[0].belt_velocity * np.array([1.0, 14 / 11]))
+    short = {name: values[:-1] for name, values in arrays.items()}
+    with pytest.raises(NotEnoughDataError, match="no grid"):
+        trials.on_grid(short)
+    uneven = arrays | {"noise": np.where(np.arange(36) == 0, 3.0, arrays["noise"])}
+    with pytest.raises(NotEnoughDataError, match="grid"):
+        trials.on_grid(uneven)
+    with pytest.raises(NotEnoughDataError, match="ratio of those of the experiment"):
+        trials.on_grid(grid([10.0, 11.0]))
+
+
+def test_a_trial_agrees_in_r_and_in_both_regimes():
+    first, second = trials.EXPERIMENT
+    arrays = {
+        "disorder_parameter": np.array([0.072, 0.079, 0.080, 0.072, 0.072, 0.052]),
+        "lasting_longest": np.array([800.0, 800, 800, 700, 800, 300]),
+        "lively_longest": np.array([2000.0, 2000, 2000, 2000, 1500, 300]),
+    }
+    assert trials.agrees(first, arrays).tolist() == [1, 1, 0, 0, 0, 0]
+    assert trials.agrees(first, arrays, 0.12).tolist() == [1, 1, 1, 0, 0, 0]
+    assert trials.agrees(second, arrays).tolist() == [0, 0, 0, 0, 0, 1]
+    assert trials.alternates(arrays).all()
+    assert first.belt_velocity == pytest.approx(12.0176, abs=1e-3)
+    velocity = {"belt_velocity": np.array([12.0176, 12.1, 15.2951])}
+    assert trials.at_speed(first, velocity).tolist() == [True, False, False]
+    assert trials.at_speed(second, velocity).tolist() == [False, False, True]

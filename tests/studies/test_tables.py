@@ -1,0 +1,183 @@
+"""Tables: which there are, and that of the study of the friction ratio."""
+
+import importlib
+
+import numpy as np
+import pytest
+
+from alternating import posterior_table, studies
+from beltrepro.base.errors import InputError
+from beltrepro.base.store import Dataset
+from beltrepro.replication.plan import registry
+from beltrepro.replication.plan.registry import check_uses
+from beltrepro.replication.studies.friction_ratio import friction_falls
+from beltrepro.replication.studies.transition import critical_velocities
+
+TABLES = registry.tables()
+
+
+def falling(ratios, velocities, place):
+    """r that falls from 0.3 to 0.05 at u = place * f_s, twice at every u."""
+    grid = np.array([(f, u) for f in ratios for u in velocities for _ in range(2)])
+    ratio, velocity = grid.T
+    disorder = np.where(velocity < place * ratio, 0.3, 0.05)
+    arrays = {"friction_ratio": ratio, "belt_velocity": velocity, "disorder_parameter": disorder}
+    return {"friction_ratio": Dataset(arrays, {})}
+
+
+def test_every_table_is_a_module_with_a_function():
+    of_integrators = {"agreement", "families", "partings", "convergence"}
+    of_chaos = {"motions", "noisy_motions", "mean_lifetimes", "attractors"}
+    of_experiment = {"experiment_odds", "experiment_posterior", "alternation", "recordings"}
+    others = {"friction_falls", "critical_velocities", "audit"}
+    assert of_integrators | of_chaos | of_experiment | others == set(TABLES)
+    for name, entry in TABLES.items():
+        module = importlib.import_module(registry.tables()[name].module)
+        assert entry == module.TABLE and callable(module.derive)
+        assert entry.file(name) == (name if name == "agreement" else f"tables/{name}")
+
+
+def test_falls_are_found_for_each_friction_ratio():
+    table = friction_falls.derive(falling([0.2, 0.4], np.arange(1.0, 41), 50.0))
+    assert table["friction_ratio"].tolist() == [0.2, 0.4]
+    assert table["points"].tolist() == [80, 80]
+    np.testing.assert_allclose(table["critical"], [10, 20], atol=1.5)
+    assert (table["lower"] <= table["critical"]).all() and (table["error"] > 0).all()
+    assert table["r_high"].tolist() == [0.3, 0.3] and table["r_low"].tolist() == [0.05, 0.05]
+    assert set(TABLES["friction_falls"].columns) <= set(table)
+
+
+def test_too_few_points_leave_the_row_empty():
+    table = friction_falls.derive(falling([0.2], [1.0, 2.0], 50.0))
+    assert table["points"].tolist() == [4] and table["critical"].isna().all()
+
+
+def replicates(n_blocks, noises, falls):
+    """r that falls from 0.12 to 0.01 at falls(N, sigma, replicate), at 40 belt velocities."""
+    grid = [(n, s, k, u) for n in n_blocks for s in noises for k in range(4) for u in range(1, 41)]
+    n, noise, replicate, u = np.array(grid, dtype=float).T
+    place = np.array([falls(*point[:3]) for point in grid])
+    arrays = {"n_blocks": n.astype(int), "noise": noise, "replicate": replicate.astype(int)}
+    arrays |= {"belt_velocity": u, "disorder_parameter": np.where(u < place, 0.12, 0.01)}
+    return Dataset(arrays, {})
+
+
+def test_critical_velocities_over_replicates():
+    """Without noise all fall at 18; with it, between 16 and 25; ten blocks never do."""
+    five = replicates([5], [0.0, 1.0], lambda n, s, k: 18 if s == 0 else 16 + 3 * k)
+    sizes = replicates([6, 10], [0.0], lambda n, s, k: 26 if n == 6 else 99)
+    data = dict.fromkeys(critical_velocities.TABLE.uses, five) | {"size_replicates": sizes}
+    table = critical_velocities.derive(data)
+    assert set(TABLES["critical_velocities"].columns) <= set(table)
+    assert table["dataset"].tolist() == [
+        n for n in data if n != "size_replicates" for _ in "01"
+    ] + [
+        "size_replicates",
+        "size_replicates",
+    ]
+    assert table["runs"].tolist() == [4] * 8
+    assert table["falls"].tolist() == [4] * 7 + [0]
+    quiet, noisy, *_, six, ten = (table.iloc[row] for row in range(len(table)))
+    assert quiet["critical"] == pytest.approx(17.5, abs=0.6) and quiet["error"] == 0
+    assert six["critical"] == pytest.approx(25.5, abs=0.6) and six["n_blocks"] == 6
+    assert 16 < noisy["lower"] <= noisy["critical"] <= noisy["upper"] < 26
+    # places 16, 19, 22, 25: their mean is uncertain by 1.7, their median by more
+    assert 1 < noisy["error"] < 4
+    assert np.isnan([ten["critical"], ten["error"], ten["lower"], ten["upper"]]).all()
+
+
+def test_one_replicate_has_no_error():
+    data = {
+        name: replicates([5], [0.0], lambda n, s, k: 18) for name in critical_velocities.TABLE.uses
+    }
+    for each in data.values():
+        each.arrays["replicate"][:] = 3
+    table = critical_velocities.derive(data)
+    assert table["runs"].tolist() == 4 * [1]
+    assert table["critical"].notna().all() and table["error"].isna().all()
+
+
+def test_odds_of_what_the_experiment_saw():
+    made = studies(noises=[1.0, 2.0], ratios=[0.6])
+    table = made["experiment_odds"]
+    assert set(TABLES["experiment_odds"].columns) == set(table)
+    assert table["dataset"].tolist() == 6 * ["trials"] + 6 * ["trials_short"]
+    assert table["speed_m_s"].tolist() == 2 * (3 * [0.22] + 3 * [0.28])
+    np.testing.assert_allclose(table["recorded_s"].iloc[[0, -1]], [1000, 300], rtol=1e-3)
+    one, two, both = (table.iloc[row] for row in range(3))
+    assert (one["noise"], two["noise"]) == (1, 2) and np.isnan(both["noise"])
+    assert (one["runs"], both["runs"]) == (4, 8)
+    # at noise 1 two of four trials agree with the recording, at noise 2 all
+    for name in ("below", "alternates", "shows", "agrees", "both"):
+        assert (one[name], two[name], both[name]) == (0.5, 1.0, 0.75)
+        assert one[f"{name}_lower"] == pytest.approx(0.0676, abs=1e-4)
+        assert one[f"{name}_upper"] == pytest.approx(0.9324, abs=1e-4)
+    assert (two["r"], two["r_least"], one["lasting_share"]) == (0.072, 0.072, 0.125)
+    assert one["all_slip_longest_s"] == pytest.approx(8 * 0.0765, rel=1e-3)
+    assert one["lasting_longest_s"] == pytest.approx(900 * 0.0765, rel=1e-3)
+
+
+def test_how_many_trials_alternate_at_each_point():
+    table = studies(noises=[1.0, 2.0])["alternation"]
+    assert len(table) == 2 * 2 * 4 and table["runs"].eq(4).all()
+    chosen = table[(table["friction_ratio"] == 0.6) & (table["alternating"] > 0)]
+    np.testing.assert_allclose(chosen["belt_velocity"], [12.0176, 15.2951] * 2, rtol=1e-4)
+    assert chosen["alternating"].tolist() == [2, 2, 4, 4]
+    assert chosen["share"].tolist() == [0.5, 0.5, 1, 1]
+    assert chosen["share_lower"].iloc[2] == pytest.approx(0.025 ** (1 / 4))
+    assert table["share_upper"].max() == 1 and set(TABLES["alternation"].columns) <= set(table)
+
+
+def test_posteriors_of_what_is_free(monkeypatch):
+    monkeypatch.setattr("beltrepro.replication.studies.experiment.trials.BANDWIDTH", {})
+    table = posterior_table(studies(runs=16))
+    assert set(TABLES["experiment_posterior"].columns) == set(table)
+    assert table["tolerance"].tolist() == 4 * [0.1, 0.05, 0.2]
+    by_free = table[table["tolerance"] == 0.1].set_index("free")
+    # no trial agrees with the printed friction ratio
+    for free in ("noise", "noise, speed_factor"):
+        row = by_free.loc[free]
+        assert (row["evidence"], row["agreed_022"]) == (0, 0) and np.isnan(row["best_noise"])
+    # 0, 8, 16 and 4 of 16 trials agree with each recording at the four noises
+    likelihood = np.array([0, 2, 4, 1]) ** 2 / 16
+    row = by_free.loc["noise, friction_ratio"]
+    assert row["evidence"] == pytest.approx(likelihood.sum() / 8)
+    assert row["sigma_1_to_2"] == pytest.approx(20 / 21) and row["sigma_1_to_2_before"] == 0.5
+    assert (row["best_noise"], row["noise_levels"]) == (2, "1; 2")
+    assert (row["best_friction_ratio"], row["friction_ratio_levels"]) == (0.6, "0.6")
+    assert row[["combinations", "runs", "agreed_022"]].tolist() == [8, 16, 28]
+    assert (row["r_022"], row["r_028"]) == pytest.approx((0.072, 0.052))
+    # too few trials agree to tell a set of noises
+    few = posterior_table(studies()).set_index(["free", "tolerance"])
+    assert few.loc[("noise, friction_ratio", 0.1), "agreed_022"] == 7
+    assert np.isnan(few.loc[("noise, friction_ratio", 0.1), "best_noise"])
+    # fresh trials agree with both in a quarter of the pairs at noise 1, always at noise 2
+    assert 0.5 < row["held_out"] < 1
+    row = by_free.loc["noise, friction_ratio, speed_factor"]
+    assert row["combinations"] == 4 * 2 * 3 and row["best_speed_factor"] == pytest.approx(1)
+    assert row["made_up"] + row["unanswered"] == 400
+
+
+def test_a_table_that_uses_what_is_not_there_is_one_line():
+    with pytest.raises(InputError) as caught:
+        check_uses(TABLES, [*TABLES, "friction_rato", "pairs_r_verlet"], "preset own")
+    assert str(caught.value).startswith("agreement.py uses 'pairs_r_event', which preset own")
+    with pytest.raises(InputError, match="agreement has the name of a table"):
+        registry.check_names(["u1", "agreement"])
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("TABLE = Table(uses=())", "title is missing"),
+        ("TABLE = Table(title='A.', uses=(), colums={})", "unknown field 'colums'"),
+        ("TABLE = Table(title='A', uses=())", "must be one sentence"),
+        ("TABLE = Table(title='A.', uses=('a', 'a'))", "must be a tuple of different names"),
+        ("TABLE = Table(title='A.', uses=NAMES)", "must be a literal"),
+    ],
+)
+def test_a_bad_entry_is_one_line(tmp_path, text, words):
+    (tmp_path / "some.py").write_text(text)
+    with pytest.raises(InputError) as caught:
+        registry.tables(tmp_path)
+    assert "some.py: TABLE: " in str(caught.value) and words in str(caught.value)

@@ -1,0 +1,125 @@
+"""Made-up datasets on the end of irregular motion, in the form of the kinds settling and motion."""
+
+import numpy as np
+
+from beltrepro.base.store import Dataset
+
+HOW = {
+    "preset": "smoke",
+    "method": "event",
+    "time_step": 0.001,
+    "duration": 1e6,
+    "noise": 0.0,
+    "seed": 1,
+    "code_version": "0.0+gabc",
+}
+
+
+def mean_lifetime(n_blocks, belt_velocity):
+    """Grows with N, longest at u = 12: between 1e2 for N = 2 and 1e9 for N = 10."""
+    return 10 ** (0.9 * n_blocks) * np.exp(-(((belt_velocity - 12) / 20) ** 2))
+
+
+def exponent(n_blocks, belt_velocity):
+    """Zero for N below 5, 0.012 for N = 10."""
+    return np.maximum(0, 0.0023 * (n_blocks - 4.5)) * np.exp(-(((belt_velocity - 12) / 25) ** 2))
+
+
+def grid(**levels):
+    """Columns of all combinations of levels."""
+    values = np.meshgrid(*map(np.asarray, levels.values()), indexing="ij")
+    return {name: column.ravel() for name, column in zip(levels, values, strict=True)}
+
+
+def settling(*, duration=1e6, lasts=None, errors=None, runs=16, seed=11, **levels):
+    """Runs that settle at a constant rate, on one of two orbits, or in equilibrium slip.
+
+    lasts : mean lifetime as a function of the columns. errors : name of the level that keeps the
+    motion irregular if it is above 1e-4.
+    """
+    columns = grid(**levels, replicate=np.arange(1, runs + 1))
+    rng = np.random.default_rng(seed)
+    n, u = columns["n_blocks"], columns["belt_velocity"]
+    lifetime = rng.exponential((lasts or mean_lifetime)(n, u))
+    if errors:
+        lifetime[columns[errors] > 1e-4] = np.inf
+    settled = lifetime < duration
+    lifetime = np.minimum(lifetime, duration)
+    state = np.where(settled, np.where(u > 30, "equilibrium slip", "periodic"), "irregular")
+    periodic, other = state == "periodic", rng.random(n.size) < 0.3
+    long_enough = lifetime > 2000
+    error = 0.02 / np.sqrt(np.maximum(lifetime, 1.0))
+    measured = exponent(n, u) + error * rng.standard_normal(n.size)
+    period = 40.0 + 3.1 * u + 65 * other
+    ends = {
+        "settled": settled,
+        "lifetime": lifetime,
+        "state": state,
+        "period_time": np.where(periodic, period * (1 + 1e-9 * rng.random(n.size)), np.nan),
+        "period_events": np.where(periodic, 18 + 39 * other, 0),
+        "period_returns": np.where(periodic, 2 + 3 * other, 0),
+        "disorder_parameter": np.where(settled, 0.03 + 0.02 * other, 0.13),
+        "mean_length": 60.0 * n,
+        "irregular_exponent": np.where(long_enough, measured, np.nan),
+        "irregular_error": np.where(long_enough, error, np.nan),
+        "irregular_time": lifetime,
+    }
+    return Dataset(columns | ends, HOW | {"kind": "settling", "duration": duration})
+
+
+def survivals(**levels):
+    """Datasets of the survival of irregular motion, by name."""
+    return {
+        "survival": settling(**levels),
+        "survival_many": settling(
+            lasts=lambda n, u: 3e3 + 200 * u,
+            n_blocks=[5],
+            belt_velocity=levels["belt_velocity"][:2],
+            initial_spread=[10.0],
+            duration=2e5,
+            runs=150,
+        ),
+        "survival_long": settling(
+            n_blocks=[6], belt_velocity=levels["belt_velocity"][:1], initial_spread=[10.0],
+            duration=1e7,
+        ),
+    }  # fmt: skip
+
+
+def motion(*, runs=8, transient=2e5, seed=12, **levels):
+    """Motions after a transient; chaotic where the mean lifetime is long and the exponent is."""
+    columns = grid(**levels, replicate=np.arange(1, runs + 1))
+    rng = np.random.default_rng(seed)
+    n, u = columns["n_blocks"], columns["belt_velocity"]
+    irregular = rng.exponential(mean_lifetime(n, u)) > transient
+    value = np.where(irregular, exponent(n, u), 0) + 1e-5 * rng.standard_normal(n.size)
+    regular = np.where(u > 30, "equilibrium slip", "periodic")
+    found = {
+        "state": np.where(irregular, np.where(value > 1e-4, "chaotic", "transient"), regular),
+        "period_time": np.where(irregular, np.nan, 100.0),
+        "period_events": np.where(irregular, 0, 50),
+        "period_returns": np.where(irregular, 0, 5),
+        "largest_exponent": value,
+        "standard_error": np.full(n.size, 1e-5),
+        "disorder_parameter": np.full(n.size, 0.1),
+        "mean_length": 60.0 * n,
+    }
+    return Dataset(columns | found, HOW | {"kind": "motion", "transient": transient})
+
+
+def separation(*, distances=(1e-12, 1e-6), seed=13, runs=12, **levels):
+    """Twins that part at a rate of 0.005 by `event`, and never by `verlet`."""
+    columns = grid(**levels, method=["event", "verlet"], replicate=np.arange(1, runs + 1))
+    rng = np.random.default_rng(seed)
+    sizes = 10.0 ** np.arange(-12, 1.5, 0.5)
+    first = np.array(distances)[:, None]
+    time = np.log(sizes / first) / 0.005 * rng.uniform(0.8, 1.2, (columns["method"].size, 1, 1))
+    time = np.where(sizes < first, 0.0, time)
+    late = (time > 5000) | (columns["method"] == "verlet")[:, None, None] & (time > 0)
+    arrays = columns | {
+        "levels": sizes,
+        "distances": np.array(distances),
+        "passage_time": np.where(late, np.nan, time),
+    }
+    told = {"kind": "separation", "duration": 6000.0, "transient": 1000.0}
+    return Dataset(arrays, HOW | told)

@@ -1,0 +1,109 @@
+"""Tables of claims of a made-up run: every claim of the ledger, with all verdicts in turn."""
+
+import math
+from pathlib import Path
+
+import pandas as pd
+
+from beltrepro.replication.studies.measuring import COLUMNS, ESTIMATE_COLUMNS
+from beltrepro.replication.verdicts.criteria import (
+    FAILS,
+    HOLDS,
+    NOT_MEASURED,
+    NOT_TESTABLE,
+    PARTLY,
+    UNDECIDED,
+    Measurement,
+    bounds,
+    judge,
+    show,
+)
+from beltrepro.replication.verdicts.entries import load_ledger
+from beltrepro.stats.estimates import Estimate, sure
+
+WHY = "the measured reason in words has number"
+VERDICTS = (HOLDS, FAILS, PARTLY, UNDECIDED, HOLDS, NOT_MEASURED, HOLDS)
+
+
+def tables(verdicts=None) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Claims and estimates as `measure` makes them.
+
+    verdicts : of single claims by id, in place of the one whose turn it is.
+    """
+    claims, estimates = [], []
+    for index, claim in enumerate(load_ledger().values()):
+        wanted = (verdicts or {}).get(claim.id, VERDICTS[index % len(VERDICTS)])
+        if not claim.testable:
+            wanted = NOT_TESTABLE
+        readings = {"": wanted}
+        if claim.open and wanted != NOT_MEASURED:
+            readings |= {f"reading {k} of {index}": VERDICTS[k] for k in range(1 + index % 3)}
+        for number, (variant, verdict) in enumerate(readings.items()):
+            row, rows = _reading(claim, index, number, variant, verdict)
+            claims.append(row)
+            estimates += rows
+    return (
+        pd.DataFrame(claims, columns=list(COLUMNS)),
+        pd.DataFrame(estimates, columns=list(ESTIMATE_COLUMNS)),
+    )
+
+
+def write(folder: Path, verdicts=None) -> tuple[Path, Path]:
+    """Write both tables, and return their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = folder / "claims.csv", folder / "estimates.csv"
+    for path, table in zip(paths, tables(verdicts), strict=True):
+        table.to_csv(path, index=False, float_format="%.6g")
+    return paths
+
+
+def _reading(claim, index, number, variant, wanted):
+    allowed = claim.criterion.get("allowed", {})
+    found = {}
+    if wanted not in (NOT_MEASURED, NOT_TESTABLE):
+        for place, (name, ends) in enumerate(allowed.items()):
+            grade = wanted
+            if wanted == PARTLY:
+                grade = (FAILS, HOLDS)[place > 0]
+            found[name] = _estimate(grade, *bounds(ends), index + 10 * number, 8 + index)
+    also = {f"also {index}": sure(-index)} if found else {}
+    measurement = Measurement(found, also)
+    judged = judge(claim.criterion if found else {}, measurement)
+    verdict = judged.verdict if found else wanted
+    reasons = {NOT_MEASURED: f"this preset has no dataset_{index}", NOT_TESTABLE: claim.reason}
+    row = {
+        "id": claim.id,
+        "figure": "" if claim.figure is None else str(claim.figure),
+        "kind": claim.kind,
+        "variant": variant,
+        "statement": claim.statement,
+        "paper": show(claim.paper),
+        "measured": measurement.words,
+        "runs": "" if measurement.runs is None else str(measurement.runs),
+        "criterion": claim.criterion["text"],
+        "verdict": verdict,
+        "note": f"{judged.reason}. {WHY} {index}" if judged.reason else reasons.get(wanted, ""),
+        "dataset": ", ".join(claim.needs),
+    }
+    rows = []
+    for name, each in (found | also).items():
+        low, high = bounds(allowed[name]) if name in allowed else (math.nan, math.nan)
+        numbers = {"value": each.value, "low": each.low, "high": each.high, "runs": each.runs}
+        ends = {"allowed_low": low, "allowed_high": high}
+        grade = {"verdict": judged.components.get(name, "")}
+        rows.append({"id": claim.id, "variant": variant, "name": name} | numbers | ends | grade)
+    return row, rows
+
+
+def _estimate(grade, low, high, index, runs):
+    """An estimate that this range grades so; different for every claim."""
+    if low == high:
+        return sure(low if grade == HOLDS else 1 - low)
+    if math.isinf(low) and math.isinf(high):
+        raise ValueError("a range without ends decides nothing")
+    end, side = (high, -1) if math.isinf(low) else (low, 1)
+    width = 1.0 if math.isinf(high - low) else high - low
+    inside = side * width * (0.5 + 0.003 * (index % 50))
+    centre = {HOLDS: end + inside, FAILS: end - inside, UNDECIDED: end}[grade]
+    reach = 0.2 * width
+    return Estimate(centre, centre - reach, centre + reach, runs)

@@ -1,0 +1,128 @@
+"""Made-up recordings of the virtual experiment: runs, their tracks and films, without a simulation.
+
+x_5 is irregular and swings widely, but for one stretch in which it is small and periodic and no
+block sticks.
+"""
+
+from functools import partial
+
+import numpy as np
+
+from beltrepro.base.store import Dataset
+from beltrepro.model.units import LENGTH_M, TIME_S, VELOCITY_M_S
+from beltrepro.replication.camera import Camera, Movement, Track
+from beltrepro.replication.camera.camera import pictures
+
+RATE = 24.0
+EVENTS = [("time", "f8"), ("block", "i8"), ("kind", "U5")]
+FUNDAMENTAL = 0.6  # Hz
+PIXEL = 0.0021
+
+
+def place(seconds, calm, seed):
+    """x_5 (T,) in metres: a smooth random motion, and a periodic one within `calm`."""
+    time = np.arange(round(seconds * RATE)) / RATE
+    random = np.random.default_rng(seed)
+    noise = random.normal(size=time.size)
+    x = np.zeros(time.size)
+    for index in range(1, time.size):
+        x[index] = 0.93 * x[index - 1] + 0.37 * noise[index]
+    x = 0.7 + 0.1 * np.clip(x, -3, 3)
+    if calm:
+        inside = (time >= calm[0]) & (time < calm[1])
+        turn = 2 * np.pi * FUNDAMENTAL * time[inside]
+        waves = sum(np.cos(k * turn + k**2) / k**2 for k in range(1, 7))
+        x[inside] = 0.7 + 0.01 * waves + random.normal(0, 2e-6, inside.sum())
+    return time, x
+
+
+def run(speed, noise, *, seconds=1000.0, calm=None, seed=1, transient=2616.0):
+    """A series of one point as `inputs.load` gives it; blocks stick twice a second but for calm."""
+    time, x = place(seconds, calm, seed)
+    share = np.arange(1, 6) / 5
+    velocity = speed / VELOCITY_M_S
+    positions = x[:, np.newaxis] * share / LENGTH_M
+    velocities = np.gradient(positions, 1 / RATE / TIME_S, axis=0)
+    arrays = {
+        "time": transient + time / TIME_S,
+        "positions": positions,
+        "velocities": velocities,
+        "events": _events(seconds, calm, transient),
+        "disorder_parameter": np.float64(x.std() / x.mean()),
+    }
+    attributes = {
+        "kind": "series",
+        "method": "event",
+        "preset": "smoke",
+        "n_blocks": 5,
+        "belt_velocity": velocity,
+        "noise": noise,
+        "sample_interval": 1 / RATE / TIME_S,
+        "time_step": 0.001,
+        "transient": transient,
+        "duration": transient + seconds / TIME_S,
+        "seed": 1,
+        "code_version": "0.0+gabc",
+    }
+    return Dataset(arrays, attributes)
+
+
+def _events(seconds, calm, transient):
+    """Every half second all blocks stick for a tenth of a second, one after the other."""
+    rows = []
+    for instant in np.arange(0.25, seconds, 0.5):
+        if calm and calm[0] <= instant < calm[1]:
+            continue
+        for block in range(1, 6):
+            stick = transient + (instant + 0.02 * block) / TIME_S
+            rows += [(stick, block, "stick"), (stick + 0.1 / TIME_S, block, "slip")]
+    return np.sort(np.array(rows, EVENTS), order="time")
+
+
+def track(of, *, seed=20, error_m=1e-4, scale=1.0, every=1, lost=0):
+    """What a tracker would make of a run; `lost` frames in the middle in which it finds nothing."""
+    x = of.arrays["positions"][:, -1] * LENGTH_M
+    number = np.arange(0, x.size, every)
+    kept = np.abs(2 * number - x.size) >= lost
+    gone = number[~kept] / RATE
+    number = number[kept]
+    noise = np.random.default_rng(seed).normal(0, error_m, number.size)
+    return Track(
+        number / RATE,
+        scale * x[number] + noise,
+        np.full(number.size, error_m),
+        metres_per_pixel=PIXEL,
+        angle=0.7,
+        lost_s=np.array([[gone[0], gone[-1]]]) if gone.size else np.empty((0, 2)),
+    )
+
+
+def film(of, *, frames=260):
+    """A film as `inputs.load` gives it: a function that yields the first frames."""
+    arrays = of.arrays
+    seen = Movement(
+        np.arange(frames) / RATE,
+        arrays["positions"][:frames] * LENGTH_M,
+        arrays["velocities"][:frames] * VELOCITY_M_S,
+    )
+    camera = Camera(metres_per_pixel=PIXEL, width=640, height=80, angle=0.7)
+    return partial(pictures, seen, camera=camera)
+
+
+def recordings(*, seconds=1000.0, calm=(400.0, 520.0)):
+    """Runs, tracks and films by the names that figures, tables and claims ask for."""
+    runs = {
+        "belt_022": run(0.22, 1.0, seconds=seconds, calm=calm, seed=1),
+        "belt_028": run(0.28, 1.0, seconds=seconds, calm=calm, seed=2),
+        "belt_035": run(0.35, 2.2, seconds=seconds, calm=calm, seed=3),
+    }
+    made = runs | {f"{name}_track": track(each) for name, each in runs.items()}
+    for stage in ("tracker", "lens", "sensor"):
+        made[f"stage_{stage}_track"] = cut(made["belt_028_track"], 720)
+    return made | {"belt_028_film": film(runs["belt_028"])}
+
+
+def cut(of, count):
+    """The first places of a track."""
+    columns = (each[:count] for each in (of.time_s, of.x_m, of.error_m))
+    return Track(*columns, metres_per_pixel=PIXEL, angle=0.7, lost_s=np.empty((0, 2)))
