@@ -38,7 +38,6 @@ lint: env  ## style, imports, type hints, docstrings, and the Snakemake files
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports --no-logo
 	$(BIN)/mypy
-	$(BIN)/numpydoc lint $$(find src -name '*.py')
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(IN_ENV) snakemake --lint
 

@@ -15,25 +15,7 @@ _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 @contextmanager
 def replacing(path: str | os.PathLike) -> Iterator[Path]:
-    """A file to write that takes its name when it is complete and on the disk.
-
-    Parameters
-    ----------
-    path : path-like
-        The file that is to appear; missing folders are made. Until then an older one stays.
-
-    Yields
-    ------
-    Path
-        Where to write: another name in the same folder, with the same ending.
-
-    Raises
-    ------
-    InputError
-        There is no room for the file.
-    OSError
-        It cannot be written for another reason.
-    """
+    """A file to write that takes its name when it is complete and on the disk."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     unfinished = path.with_name(f"{UNFINISHED}{os.getpid()}-{path.name}")
@@ -54,20 +36,7 @@ def replacing(path: str | os.PathLike) -> Iterator[Path]:
 
 
 def look_for_room(path: Path, size: int) -> None:
-    """Try whether a file has room, for libraries that end badly on a full disk.
-
-    Parameters
-    ----------
-    path : Path
-        A new file; it is empty afterwards.
-    size : int
-        Bytes that it may need.
-
-    Raises
-    ------
-    OSError
-        There is no room.
-    """
+    """Try whether a file has room, for libraries that end badly on a full disk."""
     with path.open("wb") as file:
         if size and hasattr(os, "posix_fallocate"):
             os.posix_fallocate(file.fileno(), 0, size)
@@ -75,18 +44,7 @@ def look_for_room(path: Path, size: int) -> None:
 
 
 def clear(folder: Path) -> int:
-    """Remove what killed processes have left half written.
-
-    Parameters
-    ----------
-    folder : Path
-        Nobody may write in it meanwhile.
-
-    Returns
-    -------
-    int
-        Number of files removed.
-    """
+    """Remove what killed processes have left half written."""
     left = list(folder.rglob(f"{UNFINISHED}*"))
     for path in left:
         path.unlink(missing_ok=True)
@@ -94,18 +52,7 @@ def clear(folder: Path) -> int:
 
 
 def lack_of_room(error: OSError) -> str:
-    """Why there was no room, if that is the error; HDF5 gives its number in the text only.
-
-    Parameters
-    ----------
-    error : OSError
-        Of a write.
-
-    Returns
-    -------
-    str
-        "No space left on device" and the like; empty for other errors.
-    """
+    """Why there was no room, if that is the error; HDF5 gives its number in the text only."""
     for code in _NO_ROOM:
         if error.errno == code or f"errno = {code}," in str(error):
             return os.strerror(code)

@@ -27,20 +27,7 @@ SYMBOLS = {
 
 
 def hint(found: str, known: Iterable[str]) -> str:
-    """What may be meant by a name, as the end of a line about it.
-
-    Parameters
-    ----------
-    found : str
-        A name that is not known.
-    known : iterable of str
-        Names that are.
-
-    Returns
-    -------
-    str
-        The name of a symbol of the paper, or else the nearest name; empty if none is near.
-    """
+    """What may be meant by a name, as the end of a line about it."""
     known = list(known)
     near = difflib.get_close_matches(found, known, n=1, cutoff=0.6)
     meant = [name for name in (SYMBOLS.get(found), *near) if name in known]
@@ -48,27 +35,7 @@ def hint(found: str, known: Iterable[str]) -> str:
 
 
 def one_of(name: str, value: Any, allowed: Iterable[str]) -> str:
-    """Check that a value is one of some words.
-
-    Parameters
-    ----------
-    name : str
-        Of the value.
-    value : object
-        The value.
-    allowed : iterable of str
-        The words.
-
-    Returns
-    -------
-    str
-        The value.
-
-    Raises
-    ------
-    InputError
-        If it is none of them.
-    """
+    """Check that a value is one of some words."""
     allowed = list(allowed)
     if isinstance(value, str) and value in allowed:
         return value
@@ -81,17 +48,6 @@ def checked(called: F) -> F:
 
     Python itself raises a TypeError that suggests nothing. A call with the right names costs
     nothing more.
-
-    Parameters
-    ----------
-    called : callable
-        A function, or a class, whose `__init__` is then decorated.
-
-    Returns
-    -------
-    callable
-        With the same signature; raises InputError for an argument that is unknown, missing or
-        given twice.
     """
     if isinstance(called, type):
         made: Any = called

@@ -39,18 +39,7 @@ def machine() -> dict[str, str]:
 
 
 def of_all(parts: Iterable[dict]) -> dict[str, str]:
-    """The origin of what was made in parts.
-
-    Parameters
-    ----------
-    parts : iterable of dict
-        Attributes of the parts, with those of `origin`.
-
-    Returns
-    -------
-    dict of str
-        Every value of each attribute of `origin`, joined by commas.
-    """
+    """The origin of what was made in parts."""
     parts = list(parts)
     values = {name: dict.fromkeys(part[name] for part in parts) for name in origin()}
     return {name: ", ".join(found) for name, found in values.items()}
@@ -68,18 +57,7 @@ def code_version() -> str:
 
 
 def commit(tree: Path) -> str:
-    """The commit of a source tree, from git or from the file of an archive.
-
-    Parameters
-    ----------
-    tree : Path
-        Its folder.
-
-    Returns
-    -------
-    str
-        40 digits; empty if unknown.
-    """
+    """The commit of a source tree, from git or from the file of an archive."""
     if found := _git(tree, "rev-parse", "HEAD"):
         return found
     try:
@@ -112,11 +90,6 @@ def instructions() -> str:
     """Instructions for which kernels are compiled: LLVM's name of a processor, hash of features.
 
     The variables NUMBA_CPU_NAME and NUMBA_CPU_FEATURES stand over what the processor has.
-
-    Returns
-    -------
-    str
-        Both, and the version of LLVM.
     """
     from llvmlite import binding  # a job without kernels waits for it once, to say so
 
@@ -136,22 +109,6 @@ def code_hash(
     Imports inside the package are followed, also those within functions; a package counts with its
     data files (templates, styles). A module that is missing counts by its name: the job that needs
     it will say so.
-
-    Parameters
-    ----------
-    *modules : str
-        Dotted names, for instance "beltrepro.simulation".
-    script : path, optional
-        File outside of the package that counts too; its imports are not followed.
-    without : tuple of str
-        Modules to leave out, with all that only they need.
-    root : path
-        Folder of the package.
-
-    Returns
-    -------
-    str
-        16 hexadecimal digits.
     """
     digest = hashlib.sha256()
     for name in sorted(module_closure(*modules, without=without, root=root)):
@@ -168,22 +125,7 @@ def code_hash(
 def module_closure(
     *modules: str, without: tuple[str, ...] = (), root: Path = ROOT
 ) -> frozenset[str]:
-    """Names of the modules that `code_hash` covers.
-
-    Parameters
-    ----------
-    *modules : str
-        As for `code_hash`.
-    without : tuple of str
-        As for `code_hash`.
-    root : path
-        As for `code_hash`.
-
-    Returns
-    -------
-    frozenset of str
-        Dotted names.
-    """
+    """Names of the modules that `code_hash` covers."""
     found: set[str] = set()
     waiting = list(modules)
     while waiting:

@@ -26,18 +26,11 @@ CHECKSUM = "checksum"  # attribute of the file: over all arrays and attributes
 class Dataset:
     """Arrays and attributes of one file.
 
-    Everything is in model units; see `beltrepro.replication.plan.kinds` for the arrays of each kind.
-
-    Attributes
-    ----------
-    arrays : dict of arrays
-        By name, any shape; structured ones too.
-    attributes : dict
-        Numbers and texts by name.
+    Everything is in model units; see `replication.plan.kinds` for the arrays of each kind.
     """
 
-    arrays: dict[str, np.ndarray]
-    attributes: dict
+    arrays: dict[str, np.ndarray]  # by name, any shape; structured ones too
+    attributes: dict  # numbers and texts by name
 
 
 def write(
@@ -46,19 +39,7 @@ def write(
     attributes: Mapping[str, Any],
     about: Mapping[str, Mapping[str, str]] | None = None,
 ) -> None:
-    """Write arrays with attributes; the file appears under its name when it is complete.
-
-    Parameters
-    ----------
-    path : path-like
-        The HDF5 file; missing folders are made.
-    arrays : dict
-        Arrays of any shape by name; structured ones too. "group/array" puts one in a group.
-    attributes : dict
-        Numbers and text on the whole file.
-    about : dict, optional
-        For each array what is said of it alone: unit, dimensions, symbol, description.
-    """
+    """Write arrays with attributes; the file appears under its name when it is complete."""
     with replacing(path) as unfinished:
         # HDF5 crashes on a full disk
         look_for_room(unfinished, sum(np.asarray(array).nbytes for array in arrays.values()))
@@ -71,25 +52,7 @@ def write(
 
 
 def read(path: str | os.PathLike, *, strict: bool = False) -> Dataset:
-    """Read what `write` wrote: text comes back as str, arrays with their dtype and shape.
-
-    Parameters
-    ----------
-    path : path
-        File to read.
-    strict : bool
-        Whether to refuse a file without a checksum, as older versions wrote it.
-
-    Returns
-    -------
-    Dataset
-        All that the file holds.
-
-    Raises
-    ------
-    InputError
-        When the file is missing, damaged or not HDF5.
-    """
+    """Read what `write` wrote: text comes back as str, arrays with their dtype and shape."""
     try:
         with h5py.File(path, "r") as file:
             arrays = _arrays(file)
@@ -107,18 +70,7 @@ def read(path: str | os.PathLike, *, strict: bool = False) -> Dataset:
 
 
 def checksum(array: np.ndarray) -> str:
-    """Text that differs for arrays of different type, shape or bits.
-
-    Parameters
-    ----------
-    array : array
-        Any shape; structured ones too.
-
-    Returns
-    -------
-    str
-        Sixteen hexadecimal digits.
-    """
+    """Text that differs for arrays of different type, shape or bits."""
     stored = np.ascontiguousarray(array.astype(_with_text(array.dtype, "U", "S")))
     digest = hashlib.sha256(f"{stored.dtype.descr} {stored.shape}".encode())
     digest.update(stored.tobytes())

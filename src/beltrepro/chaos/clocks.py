@@ -39,21 +39,5 @@ _INTEGRATORS = {REST: TangentIntegrator, LABORATORY: LaboratoryIntegrator}
 
 
 def integrator_by(noise_clock: str) -> type[TangentIntegrator]:
-    """The integrator for a clock of the noise.
-
-    Parameters
-    ----------
-    noise_clock : str
-        "rest" or "laboratory".
-
-    Returns
-    -------
-    type
-        Of chains with deviations.
-
-    Raises
-    ------
-    InputError
-        It is another word.
-    """
+    """The integrator for a clock of the noise."""
     return _INTEGRATORS[names.one_of("noise_clock", noise_clock, _INTEGRATORS)]

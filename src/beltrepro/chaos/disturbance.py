@@ -19,16 +19,6 @@ def disturbance(point: Point) -> float:
     By kicks as they are, by the steps of "verlet" and by the thresholds under noise as
     `beltrepro.model.disturbance` says. What the noise does during a slip is left out: it is less by
     a factor of about sqrt(dt).
-
-    Parameters
-    ----------
-    point : Point
-        A chain, and by what means it is simulated.
-
-    Returns
-    -------
-    float
-        Model length; 0 for the exact motion.
     """
     chain = point.parameters
     steps = equivalent_kick(chain.belt_velocity, point.time_step) * (point.method == "verlet")
@@ -36,18 +26,7 @@ def disturbance(point: Point) -> float:
 
 
 def scatters(point: Point) -> tuple[float, ...]:
-    """Distances at which two states of a disturbed motion may count as one.
-
-    Parameters
-    ----------
-    point : Point
-        A chain, and by what means it is simulated.
-
-    Returns
-    -------
-    tuple of float
-        Model lengths, increasing; none for the exact motion.
-    """
+    """Distances at which two states of a disturbed motion may count as one."""
     size = disturbance(point)
     widest = WIDEST * point.parameters.static_friction
     return tuple(sorted({min(each * size, widest) for each in SCATTERS})) if size else ()

@@ -149,40 +149,19 @@ def settling(
 
 @dataclass
 class _Run:
-    """One chain on its way, and what is remembered of it.
+    """One chain on its way, and what is remembered of it."""
 
-    Attributes
-    ----------
-    point : Point
-        It, in its state now.
-    start : float
-        Instant at which it began.
-    section : float
-        Length of the chain at which its returns are noted.
-    times, blocks : list of arrays
-        Instants of all slips, and the blocks that slip.
-    growth : list of arrays
-        Rates of growth of its deviation.
-    deviation : array (D, 1) or None
-        The deviation now.
-    last_event : float
-        Instant of the last slip or stick.
-    settled : bool
-        Whether its motion has settled.
-    found : dict
-        What is known of the motion.
-    """
-
-    point: Point
-    start: float
-    section: float = np.nan
+    point: Point  # it, in its state now
+    start: float  # instant at which it began
+    section: float = np.nan  # length of the chain at which its returns are noted
+    # instants of all slips, and the blocks that slip
     times: list[np.ndarray] = field(default_factory=list)
     blocks: list[np.ndarray] = field(default_factory=list)
-    growth: list[np.ndarray] = field(default_factory=list)
-    deviation: np.ndarray | None = None
-    last_event: float = -np.inf
-    settled: bool = False
-    found: dict = field(default_factory=dict)
+    growth: list[np.ndarray] = field(default_factory=list)  # rates of growth of its deviation
+    deviation: np.ndarray | None = None  # the deviation now
+    last_event: float = -np.inf  # instant of the last slip or stick
+    settled: bool = False  # whether its motion has settled
+    found: dict = field(default_factory=dict)  # what is known of the motion
 
     @property
     def followed(self) -> bool:

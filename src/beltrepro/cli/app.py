@@ -41,19 +41,7 @@ _LEAST_IN_WINDOW = 3  # samples that tell an amplitude
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Words after the command's name; those of the shell if not given.
-
-    Returns
-    -------
-    int
-        Exit status: 0, 2 for bad input, 1 for a failed run, 130 when interrupted, 141 when the
-        reader of the output, `head` say, has gone.
-    """
+    """Run the command."""
     parser = _parser()
     options = parser.parse_args(arguments)
     try:

@@ -8,13 +8,7 @@ from typing import Any
 
 
 def add(commands: Any) -> None:
-    """Add the command.
-
-    Parameters
-    ----------
-    commands : object
-        What `add_subparsers` returns.
-    """
+    """Add the command."""
     cache = commands.add_parser(
         "cache",
         help="compile all integrators now, not when they are first needed",
@@ -25,18 +19,7 @@ def add(commands: Any) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Simulate something of each kind for a moment.
-
-    Parameters
-    ----------
-    options : argparse.Namespace
-        Those of the command.
-
-    Returns
-    -------
-    int
-        Exit status.
-    """
+    """Simulate something of each kind for a moment."""
     logging.getLogger("beltrepro").addHandler(logging.NullHandler())  # it is told here
     for words, call in _kinds().items():
         began = time.monotonic()

@@ -19,13 +19,7 @@ if TYPE_CHECKING:
 
 
 def add(commands: Any) -> None:
-    """Add the command.
-
-    Parameters
-    ----------
-    commands : object
-        What `add_subparsers` returns.
-    """
+    """Add the command."""
     claims = commands.add_parser(
         "claims",
         help="print the verdicts of a run on the claims of the paper",
@@ -41,23 +35,7 @@ def add(commands: Any) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the table.
-
-    Parameters
-    ----------
-    options : argparse.Namespace
-        Those of the command.
-
-    Returns
-    -------
-    int
-        Exit status.
-
-    Raises
-    ------
-    InputError
-        If the run has no claims, or none with the verdict that is asked for.
-    """
+    """Print the table."""
     from beltrepro.replication.report import findings
 
     folder = options.results or Path("results", options.preset)

@@ -21,13 +21,7 @@ from beltrepro.replication.plan.quantities import LAW
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that says in one line what is wrong, and takes no shortened options.
-
-    Parameters
-    ----------
-    **settings : object
-        As of `ArgumentParser`.
-    """
+    """A parser that says in one line what is wrong, and takes no shortened options."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(allow_abbrev=False, **settings)
@@ -35,20 +29,7 @@ class Parser(argparse.ArgumentParser):
         self.register("type", int, _whole_number)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """As of `ArgumentParser`, but a misspelt option is an error here, before a missing one.
-
-        Parameters
-        ----------
-        args : list of str, optional
-            As of `ArgumentParser`.
-        namespace : argparse.Namespace, optional
-            As of `ArgumentParser`.
-
-        Returns
-        -------
-        tuple
-            Options, and the words that are none: an empty list.
-        """
+        """As of `ArgumentParser`, but a misspelt option is an error here, before a missing one."""
         args = sys.argv[1:] if args is None else list(args)
         own: Iterable[str] = args
         if self._subparsers is not None:  # the rest is for the parser of a command
@@ -63,13 +44,7 @@ class Parser(argparse.ArgumentParser):
         return options, unknown
 
     def error(self, message: str) -> NoReturn:
-        """End with one line on stderr, and status 2.
-
-        Parameters
-        ----------
-        message : str
-            What is wrong.
-        """
+        """End with one line on stderr, and status 2."""
         said = message.removeprefix("argument ")
         self.exit(2, f"error: {said}; see {self.prog} --help\n")
 
@@ -90,44 +65,12 @@ def _whole_number(text: str) -> int:
 
 
 def grid(text: str) -> tuple[float, ...]:
-    """Numbers of an option: one, a list 1,2,5, or a range 1:50:1 with both ends.
-
-    Parameters
-    ----------
-    text : str
-        What follows the option.
-
-    Returns
-    -------
-    tuple of float
-        The numbers, as they are listed.
-
-    Raises
-    ------
-    argparse.ArgumentTypeError
-        It is nothing of the kind.
-    """
+    """Numbers of an option: one, a list 1,2,5, or a range 1:50:1 with both ends."""
     return tuple(number for part in text.split(",") for number in _part(text, part))
 
 
 def whole_grid(text: str) -> tuple[int, ...]:
-    """As `grid`, for whole numbers.
-
-    Parameters
-    ----------
-    text : str
-        What follows the option.
-
-    Returns
-    -------
-    tuple of int
-        The numbers, as they are listed.
-
-    Raises
-    ------
-    argparse.ArgumentTypeError
-        It is nothing of the kind.
-    """
+    """As `grid`, for whole numbers."""
     numbers = grid(text)
     if not all(number % 1 == 0 for number in numbers):
         raise argparse.ArgumentTypeError(f"{shown(text)}: whole numbers are needed")
@@ -155,17 +98,7 @@ def _part(text: str, part: str) -> tuple[float, ...]:
 def add_run(
     command: argparse.ArgumentParser, *, method: str, seed: int | None, replicate: int | None
 ) -> None:
-    """Options of a command that follows one chain.
-
-    Parameters
-    ----------
-    command : argparse.ArgumentParser
-        Its parser.
-    method : str
-        Default.
-    seed, replicate : int or None
-        Defaults; None where a state may have them.
-    """
+    """Options of a command that follows one chain."""
     add_chain(command)
     add_numerics(command, method=method)
     add = command.add_argument
@@ -180,15 +113,7 @@ def add_run(
 
 
 def add_numerics(command: argparse.ArgumentParser, *, method: str) -> None:
-    """Options that say how long a chain is followed, and by what means.
-
-    Parameters
-    ----------
-    command : argparse.ArgumentParser
-        Its parser.
-    method : str
-        Default.
-    """
+    """Options that say how long a chain is followed, and by what means."""
     add = command.add_argument
     add("--duration", type=float, required=True, help="time simulated, transient included")
     add("--transient", type=float, default=0.0, help="time left out of what is measured")
@@ -206,15 +131,7 @@ def add_chain(
     whole: Callable[[str], Any] = int,
     number: Callable[[str], Any] = float,
 ) -> None:
-    """Options that say which chain.
-
-    Parameters
-    ----------
-    command : argparse.ArgumentParser
-        Its parser.
-    whole, number : callable
-        What makes a value of the text of an option: `whole_grid` and `grid` where there are many.
-    """
+    """Options that say which chain."""
     add = command.add_argument
     add("--n-blocks", type=whole, required=True, help="number of blocks N")
     add("--belt-velocity", type=number, required=True, help="belt velocity u, units of 0.0183 m/s")
@@ -226,86 +143,32 @@ def add_chain(
 
 
 def add_output(command: argparse.ArgumentParser, words: str, **settings: Any) -> None:
-    """Options that name a file to write.
-
-    Parameters
-    ----------
-    command : argparse.ArgumentParser
-        Its parser.
-    words : str
-        What is written.
-    **settings : object
-        As of `add_argument`.
-    """
+    """Options that name a file to write."""
     command.add_argument("--output", type=Path, metavar="FILE", help=words, **settings)
     command.add_argument("--force", action="store_true", help="overwrite the file of --output")
 
 
 def chain_of(options: argparse.Namespace) -> ChainParameters:
-    """The chain that the options describe.
-
-    Parameters
-    ----------
-    options : argparse.Namespace
-        With those of `add_chain`.
-
-    Returns
-    -------
-    ChainParameters
-        The chain.
-    """
+    """The chain that the options describe."""
     names = [each.name for each in fields(ChainParameters)]
     return ChainParameters(**{name: getattr(options, name) for name in names})
 
 
 def own_constants(chain: ChainParameters) -> dict[str, float]:
-    """Constants of the law that differ from those of the paper.
-
-    Parameters
-    ----------
-    chain : ChainParameters
-        A chain.
-
-    Returns
-    -------
-    dict of float
-        By name.
-    """
+    """Constants of the law that differ from those of the paper."""
     found = {each.name: getattr(chain, each.name) for each in LAW}
     return {each.name: found[each.name] for each in LAW if found[each.name] != each.default}
 
 
 def numerics(options: argparse.Namespace) -> dict[str, Any]:
-    """How a chain is followed.
-
-    Parameters
-    ----------
-    options : argparse.Namespace
-        With those of `add_run`.
-
-    Returns
-    -------
-    dict
-        Arguments of `simulate`.
-    """
+    """How a chain is followed."""
     names = ("duration", "transient", "method", "time_step", "tolerance", "seed", "replicate")
     progress = progress_of(chain_of(options).describe())
     return {name: getattr(options, name) for name in names} | {"progress": progress}
 
 
 def progress_of(label: str) -> Progress | None:
-    """A bar, where somebody can see it.
-
-    Parameters
-    ----------
-    label : str
-        What is computed.
-
-    Returns
-    -------
-    Progress or None
-        None without a terminal.
-    """
+    """A bar, where somebody can see it."""
     return Progress(label) if sys.stderr.isatty() else None
 
 
@@ -314,15 +177,7 @@ def _option(name: str) -> str:
 
 
 def print_result(result: dict, as_json: bool) -> None:
-    """Print a result, a line for each value.
-
-    Parameters
-    ----------
-    result : dict
-        Numbers and texts by name.
-    as_json : bool
-        As JSON, which has null for NaN.
-    """
+    """Print a result, a line for each value."""
     if as_json:
         known = {name: None if value != value else value for name, value in result.items()}
         print(json.dumps(known, indent=2))
@@ -334,20 +189,7 @@ def print_result(result: dict, as_json: bool) -> None:
 
 
 def check_output(options: argparse.Namespace, *suffixes: str) -> None:
-    """Refuse a file that cannot be written, or is there already, before anything is computed.
-
-    Parameters
-    ----------
-    options : argparse.Namespace
-        With those of `add_output`.
-    *suffixes : str
-        How the name of the file may end; anyhow if none are given.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written, has another ending, or is there and is not to be overwritten.
-    """
+    """Refuse a file that cannot be written, or is there already, before anything is computed."""
     path: Path | None = options.output
     if path is None:
         return

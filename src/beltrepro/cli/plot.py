@@ -9,13 +9,7 @@ from beltrepro.cli import options as shared
 
 
 def add(commands: Any) -> None:
-    """Add the command.
-
-    Parameters
-    ----------
-    commands : object
-        What `add_subparsers` returns.
-    """
+    """Add the command."""
     plot = commands.add_parser(
         "plot",
         help="draw a run",
@@ -30,18 +24,7 @@ def add(commands: Any) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Draw the run.
-
-    Parameters
-    ----------
-    options : argparse.Namespace
-        Those of the command.
-
-    Returns
-    -------
-    int
-        Exit status.
-    """
+    """Draw the run."""
     shared.check_output(options, ".png", ".pdf", ".svg")
     from beltrepro.simulation import Run
 

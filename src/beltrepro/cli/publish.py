@@ -6,13 +6,7 @@ from typing import Any
 
 
 def add(commands: Any) -> None:
-    """Add the command.
-
-    Parameters
-    ----------
-    commands : object
-        What `add_subparsers` returns.
-    """
+    """Add the command."""
     publish = commands.add_parser(
         "publish",
         help="copy report, article, figures and tables of a run to docs/results",
@@ -25,18 +19,7 @@ def add(commands: Any) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Publish.
-
-    Parameters
-    ----------
-    options : argparse.Namespace
-        Those of the command.
-
-    Returns
-    -------
-    int
-        Exit status.
-    """
+    """Publish."""
     from beltrepro.replication.report import publishing
 
     folder = publishing.publish(options.results)

@@ -12,13 +12,7 @@ _SHOWN = ("disorder_parameter", "mean_length", "section_count", "laminar_fractio
 
 
 def add(commands: Any) -> None:
-    """Add the command.
-
-    Parameters
-    ----------
-    commands : object
-        What `add_subparsers` returns.
-    """
+    """Add the command."""
     scan = commands.add_parser(
         "scan",
         help="measure r over a grid of chains",
@@ -46,18 +40,7 @@ def add(commands: Any) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Scan a grid, and print or write the table.
-
-    Parameters
-    ----------
-    options : argparse.Namespace
-        Those of the command.
-
-    Returns
-    -------
-    int
-        Exit status.
-    """
+    """Scan a grid, and print or write the table."""
     shared.check_output(options, ".csv", ".h5")
     from beltrepro.simulation.grid_scan import scan_grid
 

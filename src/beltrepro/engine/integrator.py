@@ -75,14 +75,7 @@ class Sampling(NamedTuple):
 
 
 class Integrator:
-    """W chains of equal n_blocks and law that go on from states of one time; for subclasses.
-
-    Parameters
-    ----------
-    states : of W chains.
-    time_step : dt. sampling : when samples are taken. sampled_blocks : the last B blocks.
-    section : crossings to record, or None.
-    """
+    """W chains of equal n_blocks and law that go on from states of one time; for subclasses."""
 
     name: str  # of the variables that its states carry, see `Scheme`
     _vector = simd.LANES  # chains in a vector of the integrator
@@ -164,10 +157,6 @@ class Integrator:
 
         A state that another integrator made, or this one with another time step, has no variables
         of this scheme: they are made from its positions, velocities and forces.
-
-        Raises
-        ------
-        InputError : they are not states of these chains, or of different times.
         """
         if [state.parameters for state in states] != self.parameters:
             raise InputError("states: of other chains than those of the integrator")
@@ -187,12 +176,7 @@ class Integrator:
     # --- what an integrator provides ---
 
     def advance(self, until: float) -> Iterator[Chunk]:
-        """Advance all chains to `until`, chunk by chunk.
-
-        Raises
-        ------
-        ModelStateError : a state is not finite, or blocks pass each other.
-        """
+        """Advance all chains to `until`, chunk by chunk."""
         raise NotImplementedError
 
     def _set_time(self, time: float) -> None:

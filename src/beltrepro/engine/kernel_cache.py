@@ -37,17 +37,7 @@ logger = logging.getLogger("beltrepro")
 
 
 class KernelCacheFile:
-    """Where Numba's cache of one kernel keeps its machine code: in place of its IndexDataCacheFile.
-
-    Parameters
-    ----------
-    folder : str
-        Of the cache; made when something is saved.
-    name : str
-        Of the kernel, the first part of the file names.
-    stamp : tuple
-        Version of the source; a file with another one counts as missing, and so does a damaged one.
-    """
+    """Where Numba's cache of one kernel keeps its machine code: in place of its IndexDataCacheFile."""
 
     def __init__(self, folder, name, stamp):
         self._folder = Path(folder)

@@ -21,21 +21,11 @@ from beltrepro.model.spring import external_force, potential_energy
 
 @dataclass(frozen=True, eq=False)
 class Scheme:
-    """What an integrator needs beside the physical state to go on with the same bits.
+    """What an integrator needs beside the physical state to go on with the same bits."""
 
-    Attributes
-    ----------
-    integrator : str
-        Name of the integrator that these are the variables of.
-    time_step : float
-        dt, on which they depend.
-    variables : dict of arrays
-        By the names that the integrator gives them.
-    """
-
-    integrator: str
-    time_step: float
-    variables: dict[str, np.ndarray]
+    integrator: str  # name of the integrator that these are the variables of
+    time_step: float  # dt, on which they depend
+    variables: dict[str, np.ndarray]  # by the names that the integrator gives them
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scheme):

@@ -23,18 +23,5 @@ import math
 
 
 def equivalent_kick(belt_velocity: float, time_step: float) -> float:
-    """Standard deviation of normal displacements that disturb slips as much as the scheme does.
-
-    Parameters
-    ----------
-    belt_velocity : float
-        u, model velocity.
-    time_step : float
-        dt, model time.
-
-    Returns
-    -------
-    float
-        u dt / sqrt(3), model length.
-    """
+    """Standard deviation of normal displacements that disturb slips as much as the scheme does."""
     return belt_velocity * time_step / math.sqrt(3.0)

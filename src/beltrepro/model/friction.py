@@ -13,16 +13,6 @@ def slip_direction_rule(select: Callable) -> Callable:
     """The rule for a block that may slip: towards F_ex if |F_ex| > F_st, else not.
 
     The rules are written once, for NumPy arrays here and for the vectors of the kernels.
-
-    Parameters
-    ----------
-    select : callable
-        Does what `numpy.where` does.
-
-    Returns
-    -------
-    callable
-        Direction of slip, -1.0, 0.0 or +1.0, from F_ex and F_st.
     """
 
     def _slip_direction(external_force, threshold):
@@ -34,20 +24,7 @@ def slip_direction_rule(select: Callable) -> Callable:
 
 
 def next_direction_rule(select: Callable, slip_direction: Callable) -> Callable:
-    """The stick and slip rules as `next_direction` has them, for one kind of numbers.
-
-    Parameters
-    ----------
-    select : callable
-        Does what `numpy.where` does.
-    slip_direction : callable
-        What `slip_direction_rule` returns for these numbers.
-
-    Returns
-    -------
-    callable
-        `next_direction`.
-    """
+    """The stick and slip rules as `next_direction` has them, for one kind of numbers."""
 
     def _next_direction(direction, relative_velocity, external_force, threshold):
         undecided = direction * relative_velocity <= 0.0
@@ -73,22 +50,6 @@ def next_direction(
     where F_ex is zero then, the block slips with the belt (+1). Arrays of one shape, model units.
 
     The integrators apply the same rules (`beltrepro.engine.friction`).
-
-    Parameters
-    ----------
-    direction : array
-        Direction of slip before: -1, 0 (stuck) or +1.
-    relative_velocity : array
-        Velocity of the block relative to the belt, v - u.
-    external_force : array
-        Resultant F_ex of the spring forces on the block.
-    threshold : array
-        Static friction F_st at the place of the block.
-
-    Returns
-    -------
-    array
-        Direction of slip after: -1.0, 0.0 or +1.0.
     """
     return _next_direction(
         np.asarray(direction), np.asarray(relative_velocity), np.asarray(external_force), threshold
@@ -100,16 +61,6 @@ def start_noise(parameters: ChainParameters) -> float:
 
     A slip begins where |F_ex| = F_st, and friction falls to f_s F_st with another F_st. The
     resultant has the mean (1 - f_s) F_st0 and the standard deviation sigma sqrt(1 + f_s^2).
-
-    Parameters
-    ----------
-    parameters : ChainParameters
-        The chain.
-
-    Returns
-    -------
-    float
-        Where it is 0.3, one slip in 2000 is pushed back in its first step of the paper's scheme.
     """
     ratio = parameters.friction_ratio
     mean = (1 - ratio) * parameters.static_friction
@@ -125,22 +76,6 @@ def friction_force(
     """Friction force on a block (Eq. 3): cancels F_ex while stuck, -direction*f_s*F_st in slip.
 
     Arrays of one shape, model units.
-
-    Parameters
-    ----------
-    direction : array
-        Direction of slip: -1, 0 (stuck) or +1.
-    external_force : array
-        Resultant F_ex of the spring forces on the block.
-    threshold : array or float
-        Static friction F_st at the place of the block.
-    friction_ratio : float
-        Kinetic over static friction, f_s.
-
-    Returns
-    -------
-    array
-        Friction force.
     """
     kinetic = -np.asarray(direction) * friction_ratio * np.asarray(threshold)
     return np.where(np.asarray(direction) == 0, -np.asarray(external_force), kinetic)

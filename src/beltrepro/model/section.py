@@ -15,16 +15,6 @@ def section_position(parameters: ChainParameters) -> float:
 
     The paper gives 615 for five blocks, 0.998 of the length at which the springs balance the
     kinetic friction of all blocks. For other chains the same share of that length is taken.
-
-    Parameters
-    ----------
-    parameters : ChainParameters
-        The chain; its belt velocity and noise do not matter.
-
-    Returns
-    -------
-    float
-        Position from the wall, model length, to one digit after the point.
     """
     paper = ChainParameters(n_blocks=PAPER_BLOCKS, belt_velocity=1.0)
     share = PAPER_POSITION / balance_length(paper)
@@ -35,16 +25,6 @@ def balance_length(parameters: ChainParameters) -> float:
     """Length of the chain at which its springs balance the kinetic friction of all blocks.
 
     Spring i pulls blocks i to N, so it carries N - i + 1 times the mean kinetic friction.
-
-    Parameters
-    ----------
-    parameters : ChainParameters
-        The chain.
-
-    Returns
-    -------
-    float
-        Position of the last block, model units.
     """
     kinetic = parameters.static_friction * parameters.friction_ratio
     tension = kinetic * np.arange(parameters.n_blocks, 0, -1)

@@ -9,40 +9,14 @@ _PAPER = ChainParameters(n_blocks=1, belt_velocity=1.0)
 
 
 def spring_force(deformation: npt.ArrayLike, parameters: ChainParameters = _PAPER) -> np.ndarray:
-    """Elastic force F_e(dl) of one spring on the block at its far end (Sec. III, Fig. 6).
-
-    Parameters
-    ----------
-    deformation : array, any shape
-        Length minus rest length, dl, model units.
-    parameters : ChainParameters
-        Supplies linear_limit, compression_rate b_1 and extension_rate b_2.
-
-    Returns
-    -------
-    array, same shape
-        Force in model units, positive when the spring is compressed.
-    """
+    """Elastic force F_e(dl) of one spring on the block at its far end (Sec. III, Fig. 6)."""
     deformation = np.asarray(deformation, dtype=float)
     rate, linear, excess = _branches(deformation, parameters)
     return -np.copysign(linear + np.expm1(rate * excess) / rate, deformation)
 
 
 def spring_energy(deformation: npt.ArrayLike, parameters: ChainParameters = _PAPER) -> np.ndarray:
-    """Potential energy of one spring: minus the integral of `spring_force` from 0 to dl.
-
-    Parameters
-    ----------
-    deformation : array, any shape
-        Length minus rest length, dl, model units.
-    parameters : ChainParameters
-        As for `spring_force`.
-
-    Returns
-    -------
-    array, same shape
-        Energy in model units, >= 0.
-    """
+    """Potential energy of one spring: minus the integral of `spring_force` from 0 to dl."""
     deformation = np.asarray(deformation, dtype=float)
     rate, linear, excess = _branches(deformation, parameters)
     beyond = np.expm1(rate * excess) / rate
@@ -50,20 +24,7 @@ def spring_energy(deformation: npt.ArrayLike, parameters: ChainParameters = _PAP
 
 
 def spring_extension(force: npt.ArrayLike, parameters: ChainParameters = _PAPER) -> np.ndarray:
-    """Deformation dl at which the spring pulls with the given tension -F_e (inverse of the law).
-
-    Parameters
-    ----------
-    force : array, any shape
-        Tension in model units, positive when the spring is stretched.
-    parameters : ChainParameters
-        As for `spring_force`.
-
-    Returns
-    -------
-    array, same shape
-        Deformation dl in model units.
-    """
+    """Deformation dl at which the spring pulls with the given tension -F_e (inverse of the law)."""
     force = np.asarray(force, dtype=float)
     rate = np.where(force < 0, parameters.compression_rate, parameters.extension_rate)
     excess = np.maximum(np.abs(force) - parameters.linear_limit, 0.0)
@@ -72,60 +33,21 @@ def spring_extension(force: npt.ArrayLike, parameters: ChainParameters = _PAPER)
 
 
 def chain_deformations(positions: npt.ArrayLike, parameters: ChainParameters) -> np.ndarray:
-    """Deformations of the N springs of a chain; the first spring hangs on the wall at 0.
-
-    Parameters
-    ----------
-    positions : array (..., N)
-        Positions of the blocks, model units.
-    parameters : ChainParameters
-        Supplies rest_length.
-
-    Returns
-    -------
-    array (..., N)
-        Length minus rest length of the spring before each block.
-    """
+    """Deformations of the N springs of a chain; the first spring hangs on the wall at 0."""
     positions = np.asarray(positions, dtype=float)
     wall = np.zeros((*positions.shape[:-1], 1))
     return np.diff(np.concatenate([wall, positions], axis=-1)) - parameters.rest_length
 
 
 def external_force(positions: npt.ArrayLike, parameters: ChainParameters) -> np.ndarray:
-    """Resultant spring force F_ex on each block (Eq. 1).
-
-    Parameters
-    ----------
-    positions : array (..., N)
-        Positions of the blocks, model units.
-    parameters : ChainParameters
-        Supplies rest_length and the spring law.
-
-    Returns
-    -------
-    array (..., N)
-        Force on each block, model units.
-    """
+    """Resultant spring force F_ex on each block (Eq. 1)."""
     force = spring_force(chain_deformations(positions, parameters), parameters)
     beyond = np.zeros((*force.shape[:-1], 1))
     return force - np.concatenate([force[..., 1:], beyond], axis=-1)
 
 
 def potential_energy(positions: npt.ArrayLike, parameters: ChainParameters) -> np.ndarray:
-    """Energy stored in all springs of the chain.
-
-    Parameters
-    ----------
-    positions : array (..., N)
-        Positions of the blocks, model units.
-    parameters : ChainParameters
-        Supplies rest_length and the spring law.
-
-    Returns
-    -------
-    array (...)
-        Energy, model units.
-    """
+    """Energy stored in all springs of the chain."""
     deformations = chain_deformations(positions, parameters)
     return spring_energy(deformations, parameters).sum(axis=-1)
 

@@ -34,37 +34,10 @@ _UNITS = {
 
 
 def to_si(value: Number, quantity: str) -> Number:
-    """Convert a value from model units to SI.
-
-    Parameters
-    ----------
-    value : float or array
-        Value in model units.
-    quantity : str
-        "mass" (kg), "length" (m), "time" (s), "velocity" (m/s), "force" (N) or "energy" (J);
-        another name raises KeyError.
-
-    Returns
-    -------
-    float or array
-        Value in SI units.
-    """
+    """Convert a value from model units to SI."""
     return value * _UNITS[quantity]
 
 
 def from_si(value: Number, quantity: str) -> Number:
-    """Convert a value from SI to model units.
-
-    Parameters
-    ----------
-    value : float or array
-        Value in SI units.
-    quantity : str
-        As for `to_si`.
-
-    Returns
-    -------
-    float or array
-        Value in model units.
-    """
+    """Convert a value from SI to model units."""
     return value / _UNITS[quantity]

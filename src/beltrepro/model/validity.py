@@ -6,18 +6,7 @@ from beltrepro.model.parameters import ChainParameters
 
 
 def noise_beyond_event(parameters: ChainParameters) -> str:
-    """What is wrong with the noise of a chain that "event" is to integrate.
-
-    Parameters
-    ----------
-    parameters : ChainParameters
-        The chain.
-
-    Returns
-    -------
-    str
-        The end of a line that begins with the key, "noise"; empty if nothing is wrong.
-    """
+    """What is wrong with the noise of a chain that "event" is to integrate."""
     share = start_noise(parameters)
     if share <= START_NOISE:
         return ""

@@ -8,15 +8,7 @@ from beltrepro.engine.vector import allocating_kernel, separate_arrays
 
 
 class LengthMoments:
-    """Mean, standard deviation and range of x_N over the samples it is shown.
-
-    Parameters
-    ----------
-    width : int
-        Number of chains W.
-    start : float
-        Samples before this instant are not counted, model time.
-    """
+    """Mean, standard deviation and range of x_N over the samples it is shown."""
 
     def __init__(self, width: int, start: float = 0.0) -> None:
         self._start = start
@@ -27,13 +19,7 @@ class LengthMoments:
         self._high = np.full(width, -np.inf)
 
     def observe(self, chunk: Chunk) -> None:
-        """Add the samples of a chunk (merging moments, Chan et al. 1983).
-
-        Parameters
-        ----------
-        chunk : Chunk
-            The next chunk of the run.
-        """
+        """Add the samples of a chunk (merging moments, Chan et al. 1983)."""
         first = np.searchsorted(chunk.time, self._start)
         values = np.ascontiguousarray(chunk.displacement[first:, -1])
         if not len(values):
@@ -42,19 +28,7 @@ class LengthMoments:
         _add_moments(values, self._count, self._mean, self._squares, self._low, self._high)
 
     def result(self, rest_length: float) -> dict[str, np.ndarray]:
-        """Moments of the chain length in the laboratory frame.
-
-        Parameters
-        ----------
-        rest_length : float
-            Rest position of the last block, model units.
-
-        Returns
-        -------
-        dict of arrays (W,)
-            mean_length, disorder_parameter r (Eq. 4), minimum_length, maximum_length; NaN where
-            nothing was sampled.
-        """
+        """Moments of the chain length in the laboratory frame."""
         if self._count == 0:
             names = ("mean_length", "disorder_parameter", "minimum_length", "maximum_length")
             return {name: np.full(len(self._mean), np.nan) for name in names}

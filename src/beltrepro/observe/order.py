@@ -7,26 +7,14 @@ from beltrepro.engine.records import EVENT_BLOCK, EVENT_SLIP, EVENT_TIME
 
 
 class SlipOrder:
-    """Which block slips when, for each of W chains.
-
-    Parameters
-    ----------
-    width : int
-        Number of chains W.
-    """
+    """Which block slips when, for each of W chains."""
 
     def __init__(self, width: int) -> None:
         self._times: list[list[np.ndarray]] = [[] for _ in range(width)]
         self._blocks: list[list[np.ndarray]] = [[] for _ in range(width)]
 
     def observe(self, chunk: Chunk) -> None:
-        """Add the slips of a chunk.
-
-        Parameters
-        ----------
-        chunk : Chunk
-            The next chunk of the run.
-        """
+        """Add the slips of a chunk."""
         for lane in range(len(self._times)):
             events = chunk.events[lane, : chunk.event_count[lane]]
             slips = events[events[:, EVENT_SLIP] > 0]
@@ -34,18 +22,5 @@ class SlipOrder:
             self._blocks[lane].append(slips[:, EVENT_BLOCK].astype(np.uint8))
 
     def slips(self, lane: int) -> tuple[np.ndarray, np.ndarray]:
-        """All slips of one chain, in the order of time.
-
-        Parameters
-        ----------
-        lane : int
-            Number of the chain.
-
-        Returns
-        -------
-        times : array (K,)
-            Instants at which they start, model time.
-        blocks : array (K,) of uint8
-            Numbers of the blocks.
-        """
+        """All slips of one chain, in the order of time."""
         return np.concatenate(self._times[lane]), np.concatenate(self._blocks[lane])

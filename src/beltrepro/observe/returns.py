@@ -7,18 +7,7 @@ from beltrepro.engine.records import EVENT_SLIP, EVENT_TIME
 
 
 class ReturnLog:
-    """Full states of W chains at all crossings of a section, with the slips so far.
-
-    Parameters
-    ----------
-    width : int
-        Number of chains W.
-
-    Attributes
-    ----------
-    last_event : array (W,)
-        Instant of the last slip or stick of any block; minus infinity if there was none.
-    """
+    """Full states of W chains at all crossings of a section, with the slips so far."""
 
     def __init__(self, width: int) -> None:
         self._states: list[list[np.ndarray]] = [[] for _ in range(width)]
@@ -27,13 +16,7 @@ class ReturnLog:
         self.last_event = np.full(width, -np.inf)
 
     def observe(self, chunk: Chunk) -> None:
-        """Add the crossings of a chunk, and count its slips.
-
-        Parameters
-        ----------
-        chunk : Chunk
-            The next chunk of the run.
-        """
+        """Add the crossings of a chunk, and count its slips."""
         for lane in range(len(self.last_event)):
             events = chunk.events[lane, : chunk.event_count[lane]]
             states = chunk.crossings[lane, : chunk.crossing_count[lane]]
@@ -46,21 +29,6 @@ class ReturnLog:
                 self.last_event[lane] = events[-1, EVENT_TIME]
 
     def returns(self, lane: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """All crossings of one chain, in the order of time.
-
-        Parameters
-        ----------
-        lane : int
-            Number of the chain.
-
-        Returns
-        -------
-        times : array (K,)
-            Instants, model time.
-        states : array (K, 2N)
-            Displacements, then relative velocities.
-        slips : array (K,) of int
-            Slips of all blocks before each.
-        """
+        """All crossings of one chain, in the order of time."""
         rows = np.concatenate(self._states[lane])
         return rows[:, 0], rows[:, 1:], np.concatenate(self._slips[lane])

@@ -7,24 +7,7 @@ from beltrepro.engine.vector import kernel
 
 
 class SectionValues:
-    """Velocity of the last block at the first crossings, and the count of all.
-
-    Parameters
-    ----------
-    belt_velocity : array (W,)
-        Belt velocity u of each chain; turns relative into laboratory velocities.
-    n_values : int
-        Number of velocities kept for each chain.
-    start : float
-        Crossings before this instant are not counted, model time.
-
-    Attributes
-    ----------
-    count : array (W,) of int
-        Number of crossings since `start`.
-    values : array (W, n_values)
-        Velocities v_N at the first of them, NaN where there are fewer.
-    """
+    """Velocity of the last block at the first crossings, and the count of all."""
 
     def __init__(self, belt_velocity: np.ndarray, n_values: int, start: float) -> None:
         self._belt_velocity = belt_velocity
@@ -33,13 +16,7 @@ class SectionValues:
         self.values = np.full((len(belt_velocity), n_values), np.nan, dtype=np.float32)
 
     def observe(self, chunk: Chunk) -> None:
-        """Add the crossings of a chunk.
-
-        Parameters
-        ----------
-        chunk : Chunk
-            The next chunk of the run.
-        """
+        """Add the crossings of a chunk."""
         if chunk.end <= self._start:
             return
         _add_crossings(
@@ -65,43 +42,20 @@ def _add_crossings(crossings, crossing_count, belt_velocity, start, count, value
 
 
 class CrossingLog:
-    """All crossings after an instant.
-
-    Parameters
-    ----------
-    start : float
-        Crossings before this instant are left out, model time.
-    """
+    """All crossings after an instant."""
 
     def __init__(self, start: float) -> None:
         self._start = start
         self._parts: list[np.ndarray] = []
 
     def observe(self, chunk: Chunk) -> None:
-        """Add the crossings of a chunk.
-
-        Parameters
-        ----------
-        chunk : Chunk
-            The next chunk of the run.
-        """
+        """Add the crossings of a chunk."""
         for lane in np.flatnonzero(chunk.crossing_count):
             rows = chunk.crossings[lane, : chunk.crossing_count[lane]]
             rows = rows[rows[:, 0] >= self._start]
             self._parts.append(np.column_stack([np.full(len(rows), float(lane)), rows]))
 
     def rows(self, n_blocks: int) -> np.ndarray:
-        """All crossings, sorted by chain, then time.
-
-        Parameters
-        ----------
-        n_blocks : int
-            Number of blocks N.
-
-        Returns
-        -------
-        array (K, 2+2N)
-            Number of the chain, time, displacements and relative velocities of the N blocks.
-        """
+        """All crossings, sorted by chain, then time."""
         rows = np.concatenate([np.empty((0, 2 + 2 * n_blocks)), *self._parts])
         return rows[np.lexsort((rows[:, 1], rows[:, 0]))]

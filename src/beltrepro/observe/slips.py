@@ -28,26 +28,6 @@ class SlipActivity:
 
     A laminar phase is a slip of the last block that lasts longer than `laminar_time` (Sec. IV.B:
     the periodic state is one of continuous slip); only time after `start` counts.
-
-    Parameters
-    ----------
-    width : int
-        Number of chains W.
-    n_blocks : int
-        Number of blocks N.
-    start : float
-        Instant from which slips are counted, model time.
-    laminar_time : float
-        Length that a laminar phase exceeds, model time.
-    slipping_since : array (W,)
-        When the slip of the last block began that goes on at the beginning; NaN if it is stuck.
-
-    Attributes
-    ----------
-    slip_count : array (W, N) of int
-        Number of slips that begin.
-    stick_count : array (W, N) of int
-        Number of slips that end.
     """
 
     def __init__(
@@ -68,13 +48,7 @@ class SlipActivity:
         self._end = start
 
     def observe(self, chunk: Chunk) -> None:
-        """Follow the events of a chunk.
-
-        Parameters
-        ----------
-        chunk : Chunk
-            The next chunk of the run.
-        """
+        """Follow the events of a chunk."""
         self._end = chunk.end
         _follow(
             chunk.events,
@@ -151,15 +125,7 @@ def _follow(events, event_count, start, laminar_time, slip_count, stick_count, s
 
 
 class EventLog:
-    """Keeps the events of all chains: for single runs and catalogues.
-
-    Parameters
-    ----------
-    width : int
-        Number of chains W.
-    rest_positions : array (N,)
-        Positions that turn the displacements of the records into laboratory positions.
-    """
+    """Keeps the events of all chains: for single runs and catalogues."""
 
     _PIECE = 1 << 16  # events; arrays of this size go back to the system once they are not needed
 
@@ -170,13 +136,7 @@ class EventLog:
         self._open = np.zeros(width, dtype=np.int64)  # events in the parts
 
     def observe(self, chunk: Chunk) -> None:
-        """Copy the events of a chunk.
-
-        Parameters
-        ----------
-        chunk : Chunk
-            The next chunk of the run.
-        """
+        """Copy the events of a chunk."""
         for lane, parts in enumerate(self._parts):
             parts.append(chunk.events[lane, : chunk.event_count[lane]].copy())
         self._open += chunk.event_count
@@ -184,34 +144,12 @@ class EventLog:
             self._close_piece(lane)
 
     def events(self, lane: int) -> np.ndarray:
-        """Events of one chain in the order of time.
-
-        Parameters
-        ----------
-        lane : int
-            Number of the chain.
-
-        Returns
-        -------
-        array (E, 6)
-            See `beltrepro.engine.records`; positions in the laboratory frame.
-        """
+        """Events of one chain in the order of time."""
         self._close_piece(lane)
         return np.concatenate(self._pieces[lane])
 
     def count(self, lane: int) -> int:
-        """Number of events of one chain.
-
-        Parameters
-        ----------
-        lane : int
-            Number of the chain.
-
-        Returns
-        -------
-        int
-            Events so far.
-        """
+        """Number of events of one chain."""
         self._close_piece(lane)
         return sum(map(len, self._pieces[lane]))
 
@@ -227,18 +165,7 @@ class EventLog:
         return int(self.counts.sum()) * EVENT_FIELDS * np.dtype(float).itemsize
 
     def give_up(self, lane: int) -> Iterator[np.ndarray]:
-        """Events of one chain in pieces, which the log then no longer keeps.
-
-        Parameters
-        ----------
-        lane : int
-            Number of the chain.
-
-        Yields
-        ------
-        array (E, 6)
-            As from `events`.
-        """
+        """Events of one chain in pieces, which the log then no longer keeps."""
         self._close_piece(lane)
         while self._pieces[lane]:
             yield self._pieces[lane].pop(0)
@@ -284,26 +211,6 @@ def slips_and_avalanches(
     A slip runs from slip to stick of one block. An avalanche is a maximal interval in which at
     least one block slips; before and after it all blocks are stuck. What has begun before the first
     event is left out.
-
-    Parameters
-    ----------
-    events : array (E, 6)
-        Events in the order of time, see `beltrepro.engine.records`.
-    point : int
-        Number written to the records.
-    state : ChainState
-        State of the chain before the first event.
-    law_constants : Law
-        See `beltrepro.engine.law.law_constants`.
-    start : float
-        Slips and avalanches that begin earlier are left out, model time.
-
-    Returns
-    -------
-    slips : structured array (K,)
-        Of dtype SLIP, blocks from 1.
-    avalanches : structured array (A,)
-        Of dtype AVALANCHE.
     """
     slips = np.zeros((len(events), 6))
     avalanches = np.zeros((len(events), 7))

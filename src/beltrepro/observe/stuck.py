@@ -7,31 +7,14 @@ from beltrepro.engine.records import EVENT_BLOCK, EVENT_SLIP, EVENT_TIME
 
 
 class MostStuck:
-    """The largest number of blocks that were stuck at one time.
-
-    Parameters
-    ----------
-    n_stuck : array (W,) of int
-        Blocks of each chain that are stuck at the start.
-
-    Attributes
-    ----------
-    most : array (W,) of int
-        The largest number so far. A block that reverses does not stick.
-    """
+    """The largest number of blocks that were stuck at one time."""
 
     def __init__(self, n_stuck: np.ndarray) -> None:
         self._now = np.array(n_stuck)
         self.most = self._now.copy()
 
     def observe(self, chunk: Chunk) -> None:
-        """Follow the events of a chunk.
-
-        Parameters
-        ----------
-        chunk : Chunk
-            The next chunk of the run.
-        """
+        """Follow the events of a chunk."""
         for lane, count in enumerate(chunk.event_count):
             if count:
                 events = chunk.events[lane, :count]

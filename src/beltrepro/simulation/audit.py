@@ -109,20 +109,7 @@ def audit(run: Run, windows: int = 20, length: float = 2.0) -> Audit:
 
 
 def wrong_way(velocities: np.ndarray, friction: np.ndarray, parameters: ChainParameters) -> float:
-    """Greatest speed over the belt at which friction pushes a block on.
-
-    Parameters
-    ----------
-    velocities, friction : array (..., N)
-        Velocities of the blocks, and friction forces on them.
-    parameters : ChainParameters
-        The chain.
-
-    Returns
-    -------
-    float
-        0 if friction always brakes; NaN without samples.
-    """
+    """Greatest speed over the belt at which friction pushes a block on."""
     if velocities.size == 0:
         return np.nan
     relative = velocities - parameters.belt_velocity
@@ -130,20 +117,7 @@ def wrong_way(velocities: np.ndarray, friction: np.ndarray, parameters: ChainPar
 
 
 def overload(positions: np.ndarray, velocities: np.ndarray, parameters: ChainParameters) -> float:
-    """Greatest external force on a block that has the velocity of the belt, over F_st0.
-
-    Parameters
-    ----------
-    positions, velocities : array (..., N)
-        Of the blocks.
-    parameters : ChainParameters
-        The chain.
-
-    Returns
-    -------
-    float
-        At most 1 without noise, up to rounding and one time step; NaN without stuck blocks.
-    """
+    """Greatest external force on a block that has the velocity of the belt, over F_st0."""
     stuck = velocities == parameters.belt_velocity
     if not stuck.any():
         return np.nan
@@ -164,24 +138,6 @@ def replayed(
 
     Each piece begins in a sample and is computed by the Runge-Kutta method of fourth order, with
     the instants of slip and stick found in its steps.
-
-    Parameters
-    ----------
-    time : array (T,)
-        Of the samples, at equal intervals.
-    positions, velocities : array (T, N)
-        Of the blocks.
-    parameters : ChainParameters
-        The chain, without noise.
-    windows : int
-        Number of pieces, evenly spaced.
-    length : float
-        Of a piece, model time.
-
-    Returns
-    -------
-    array (windows,)
-        Greatest distance of a block at the end of each piece; fewer if there are fewer samples.
     """
     samples = max(1, round(length / (time[1] - time[0])))
     starts = np.unique(np.linspace(0, len(time) - 1 - samples, windows).astype(int))
@@ -198,22 +154,7 @@ def replayed(
 def motion(
     positions: np.ndarray, velocities: np.ndarray, duration: float, parameters: ChainParameters
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The motion of a chain without noise, computed in a plain way.
-
-    Parameters
-    ----------
-    positions, velocities : array (N,)
-        Of the blocks at the start; one with exactly the velocity of the belt is stuck.
-    duration : float
-        Model time.
-    parameters : ChainParameters
-        The chain.
-
-    Returns
-    -------
-    positions, velocities : array (N,)
-        At the end.
-    """
+    """The motion of a chain without noise, computed in a plain way."""
     direction = np.sign(velocities - parameters.belt_velocity)
     time = 0.0
     while time < duration:
@@ -243,24 +184,6 @@ def noise_ratio(
 
     It is summed over windows in which a block slips one way. Its variance should be f_s^2 sigma^2
     dt for a unit of time; "event" lacks some at the ends of a window.
-
-    Parameters
-    ----------
-    time : array (T,)
-        Of the samples, at equal intervals.
-    positions, velocities : array (T, N)
-        Of the blocks.
-    parameters : ChainParameters
-        The chain.
-    method : str
-        "verlet" or "event".
-    time_step : float
-        dt, model time.
-
-    Returns
-    -------
-    ratio, error : float
-        With its standard error; NaN without noise, or if no block slips for so long.
     """
     power = (parameters.friction_ratio * parameters.noise) ** 2 * time_step
     if power == 0 or len(time) < 2 or time[1] - time[0] > _LONGEST_INTERVAL:

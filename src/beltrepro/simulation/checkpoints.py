@@ -30,17 +30,7 @@ V = TypeVar("V")
 
 
 class Checkpoint:
-    """Values of steps, in memory and now and then in a file.
-
-    Parameters
-    ----------
-    path : Path
-        The file. It is read if it is there and holds the same work.
-    work : str
-        All that decides the values. A file of other work is ignored.
-    every : float
-        Seconds of the processor between two writes.
-    """
+    """Values of steps, in memory and now and then in a file."""
 
     def __init__(self, path: Path, work: str, every: float = EVERY) -> None:
         self._path, self._every = path, every
@@ -52,13 +42,7 @@ class Checkpoint:
 
     @contextmanager
     def step(self) -> Iterator["Step"]:
-        """The next step of the one that is open.
-
-        Yields
-        ------
-        Step
-            Open until the end of the block.
-        """
+        """The next step of the one that is open."""
         outer = self._place
         self._place = (*outer, self._begun[-1])
         self._begun[-1] += 1
@@ -70,31 +54,12 @@ class Checkpoint:
             self._place = outer
 
     def kept(self, place: Place) -> Any:
-        """The value of a step, None if there is none.
-
-        Parameters
-        ----------
-        place : tuple of int
-            Of the step.
-
-        Returns
-        -------
-        Any
-            As it was when it was kept.
-        """
+        """The value of a step, None if there is none."""
         found = self._values.get(place)
         return None if found is None else pickle.loads(found)
 
     def keep(self, place: Place, value: Any) -> None:
-        """Keep the value of the step that is open; it stands for all steps in it so far.
-
-        Parameters
-        ----------
-        place : tuple of int
-            Of the step.
-        value : Any
-            Made of arrays and plain objects.
-        """
+        """Keep the value of the step that is open; it stands for all steps in it so far."""
         inner = [each for each in self._values if each[: len(place)] == place]
         for each in inner:
             del self._values[each]
@@ -125,20 +90,7 @@ class Checkpoint:
 
 
 class Step:
-    """One step of the work.
-
-    Parameters
-    ----------
-    checkpoint : Checkpoint or None
-        Where its value is kept; None where nothing is.
-    place : tuple of int
-        In the order of the work.
-
-    Attributes
-    ----------
-    kept : Any
-        The value from an earlier process, None if there is none.
-    """
+    """One step of the work."""
 
     def __init__(self, checkpoint: Checkpoint | None, place: Place = ()) -> None:
         self._checkpoint, self._place = checkpoint, place
@@ -151,24 +103,12 @@ class Step:
         return self._checkpoint is not None and self._checkpoint.due
 
     def keep(self, value: Any) -> None:
-        """Keep how far the step is.
-
-        Parameters
-        ----------
-        value : Any
-            From which it can go on.
-        """
+        """Keep how far the step is."""
         if self._checkpoint is not None:
             self._checkpoint.keep(self._place, value)
 
     def end(self, outcome: Callable[[], Any]) -> None:
-        """Keep the outcome of the step if it took long.
-
-        Parameters
-        ----------
-        outcome : callable
-            Gives the outcome.
-        """
+        """Keep the outcome of the step if it took long."""
         if self.due or (self._checkpoint and time.process_time() - self._begun >= _WORTH):
             self.keep(outcome())
 
@@ -178,17 +118,7 @@ _current: ContextVar[Checkpoint | None] = ContextVar("checkpoint", default=None)
 
 @contextmanager
 def keeping(path: str | Path, work: str, every: float = EVERY) -> Iterator[None]:
-    """Keep what is simulated in the block in a file, which is removed at the end of the block.
-
-    Parameters
-    ----------
-    path : path-like
-        The file. What is in it of the same work is not simulated again.
-    work : str
-        All that decides the numbers: what is simulated, by which code, on which machine.
-    every : float
-        Seconds of the processor between two writes; 0 to write whenever it is possible.
-    """
+    """Keep what is simulated in the block in a file, which is removed at the end of the block."""
     checkpoint = Checkpoint(Path(path), work, every)
     token = _current.set(checkpoint)
     try:
@@ -200,18 +130,7 @@ def keeping(path: str | Path, work: str, every: float = EVERY) -> Iterator[None]
 
 @contextmanager
 def step(kept: bool = True) -> Iterator[Step]:
-    """The next step of the work that is done.
-
-    Parameters
-    ----------
-    kept : bool
-        False for one that is always done again.
-
-    Yields
-    ------
-    Step
-        One that keeps nothing outside of `keeping`.
-    """
+    """The next step of the work that is done."""
     checkpoint = _current.get()
     if checkpoint is None or not kept:
         yield Step(None)
@@ -221,22 +140,7 @@ def step(kept: bool = True) -> Iterator[Step]:
 
 
 def once(work: Callable[..., V], *told: Any, **also: Any) -> V:
-    """The value of a function, which is not called if its value is kept.
-
-    Parameters
-    ----------
-    work : callable
-        The function.
-    *told : Any
-        Its arguments.
-    **also : Any
-        Its arguments by name.
-
-    Returns
-    -------
-    Any
-        Its value.
-    """
+    """The value of a function, which is not called if its value is kept."""
     with step() as begun:
         if begun.kept is not None:
             return begun.kept
@@ -246,15 +150,7 @@ def once(work: Callable[..., V], *told: Any, **also: Any) -> V:
 
 
 def restore(observers: Sequence, kept: Sequence) -> None:
-    """Give observers what others of their kind have seen.
-
-    Parameters
-    ----------
-    observers : sequence
-        That go on.
-    kept : sequence
-        As many, of the same kinds.
-    """
+    """Give observers what others of their kind have seen."""
     for observer, seen in zip(observers, kept, strict=True):
         vars(observer).update(vars(seen))
 

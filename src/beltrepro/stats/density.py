@@ -8,26 +8,7 @@ import numpy as np
 def velocity_density(
     row: Mapping[str, np.ndarray], *, bins: int, range: tuple[float, float]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Density of the section velocities of a row, each column normalised to 1 over v.
-
-    Parameters
-    ----------
-    row : dict of arrays (P, ...)
-        A row as from `sections.rows`; points with the same u are joined.
-    bins : int
-        Number of bins in v_N.
-    range : (float, float)
-        Lowest and highest v_N, model units.
-
-    Returns
-    -------
-    u_edges : array (U+1,)
-        Edges of the columns, midway between neighbouring u.
-    v_edges : array (bins+1,)
-        Edges of the bins in v_N.
-    density : array (bins, U)
-        Integrates to 1 over v in each column with crossings in the range; NaN in the others.
-    """
+    """Density of the section velocities of a row, each column normalised to 1 over v."""
     belt_velocity, place = np.unique(row["belt_velocity"], return_inverse=True)
     v_edges = np.linspace(*range, bins + 1)
     density = np.full((bins, belt_velocity.size), np.nan)

@@ -15,33 +15,15 @@ MINIMUM_POINTS = 500
 
 @dataclass(frozen=True)
 class DimensionFit:
-    """Correlation dimension with its error, and the window and curve that it was read from.
+    """Correlation dimension with its error, and the window and curve that it was read from."""
 
-    Attributes
-    ----------
-    dimension : float
-        Slope of log C against log R.
-    error : float
-        Its error, see `correlation_dimension`.
-    low : float
-        Smallest radius of the window, units of the coordinates.
-    high : float
-        Largest radius of the window.
-    n_points : int
-        Number of points used.
-    radius : array (n_radii,)
-        Radii of the curve.
-    correlation : array (n_radii,)
-        Correlation integral C at these radii.
-    """
-
-    dimension: float
-    error: float
-    low: float
-    high: float
-    n_points: int
-    radius: np.ndarray
-    correlation: np.ndarray
+    dimension: float  # slope of log C against log R
+    error: float  # its error, see `correlation_dimension`
+    low: float  # smallest radius of the window, units of the coordinates
+    high: float  # largest radius of the window
+    n_points: int  # number of points used
+    radius: np.ndarray  # radii of the curve
+    correlation: np.ndarray  # correlation integral C at these radii
 
 
 def correlation_dimension(
@@ -57,31 +39,6 @@ def correlation_dimension(
     C(R) is the share of pairs closer than R (Euclidean). It is read where it lies within `window`,
     raised at the lower end so that at least `minimum_pairs` pairs are counted. At smaller radii C
     depends on single pairs, at larger ones on the size of the set.
-
-    Parameters
-    ----------
-    points : array (P, D)
-        Coordinates, used as they are: in model units (mass = spring constant = 1) positions and
-        velocities are of one kind.
-    window : (float, float)
-        Lowest and highest C of the fit.
-    n_radii : int
-        Number of radii of the curve.
-    max_points : int
-        More points are thinned evenly to this number.
-    minimum_pairs : int
-        Number of pairs closer than the smallest radius, at least.
-
-    Returns
-    -------
-    DimensionFit
-        Its error joins the standard error of the slope with half the difference of the slopes of
-        the two halves of the window, which is the larger of the two in practice.
-
-    Raises
-    ------
-    NotEnoughDataError
-        With fewer than 500 points, or when all points coincide.
     """
     points = np.asarray(points, dtype=float)
     points = points[np.isfinite(points).all(axis=1)]

@@ -6,19 +6,6 @@ class NotEnoughDataError(ValueError):
 
 
 def require(condition: object, reason: str) -> None:
-    """Raise an error unless the condition holds.
-
-    Parameters
-    ----------
-    condition : bool
-        What must be true of the data.
-    reason : str
-        Message of the error, one line.
-
-    Raises
-    ------
-    NotEnoughDataError
-        If `condition` is false.
-    """
+    """Raise an error unless the condition holds."""
     if not condition:
         raise NotEnoughDataError(reason)

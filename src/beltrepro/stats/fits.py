@@ -10,30 +10,14 @@ from beltrepro.stats.errors import require
 
 @dataclass(frozen=True)
 class PowerLawFit:
-    """y = prefactor * x**exponent, fitted for low <= x <= high.
+    """y = prefactor * x**exponent, fitted for low <= x <= high."""
 
-    Attributes
-    ----------
-    exponent : float
-        Exponent of the law.
-    exponent_error : float
-        One standard error of the exponent.
-    prefactor : float
-        Value of the law at x = 1.
-    low : float
-        Lower end of the range of the fit.
-    high : float
-        Upper end of the range of the fit.
-    sample_size : int
-        Number of bins or values that were fitted.
-    """
-
-    exponent: float
-    exponent_error: float
-    prefactor: float
-    low: float
-    high: float
-    sample_size: int = 0
+    exponent: float  # exponent of the law
+    exponent_error: float  # one standard error of the exponent
+    prefactor: float  # value of the law at x = 1
+    low: float  # lower end of the range of the fit
+    high: float  # upper end of the range of the fit
+    sample_size: int = 0  # number of bins or values that were fitted
 
     def __call__(self, abscissa: npt.ArrayLike) -> np.ndarray:
         """Value of the fitted law at `abscissa` (any shape)."""
@@ -51,30 +35,6 @@ def fit_log_log(
     """Least-squares line through (log x, log y) of the points with low <= x <= high and y > 0.
 
     The error of the exponent is that of the slope, from the scatter about the line.
-
-    Parameters
-    ----------
-    abscissa : array (P,)
-        Values of x.
-    ordinate : array (P,)
-        Values of y.
-    low : float
-        Lowest x of the fit.
-    high : float
-        Highest x of the fit.
-    weight : array (P,), optional
-        Weight of each squared residual, e.g. counts (variance of log count = 1/count). All points
-        weigh alike if not given.
-
-    Returns
-    -------
-    PowerLawFit
-        The line.
-
-    Raises
-    ------
-    NotEnoughDataError
-        With fewer than 4 points in the range.
     """
     abscissa, ordinate = (np.asarray(values, dtype=float) for values in (abscissa, ordinate))
     weight = np.ones_like(abscissa) if weight is None else np.asarray(weight, dtype=float)

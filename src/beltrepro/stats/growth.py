@@ -13,27 +13,15 @@ from beltrepro.stats.errors import require
 
 @dataclass(frozen=True)
 class Growth:
-    """Rate at which distances of each size grow.
+    """Rate at which distances of each size grow."""
 
-    Attributes
-    ----------
-    size : array (L-1,)
-        Geometric mean of the two levels between which the rate was measured.
-    exponent : array (L-1,)
-        Finite-size exponent, the inverse of the unit of time; NaN where no run came so far.
-    standard_error : array (L-1,)
-        By the jackknife over runs; NaN with fewer than two of them.
-    passed : array (L-1,) of int
-        Runs that passed from the lower level to the upper one.
-    limit : array (L-1,)
-        Exponent that one passage in the time of all runs between the two levels would give; NaN
-        where no run was watched there. Where none has passed, the exponent is hardly larger.
-    """
-
-    size: np.ndarray
+    size: np.ndarray  # geometric mean of the two levels between which the rate was measured
+    # finite-size exponent, the inverse of the unit of time; NaN where no run came so far
     exponent: np.ndarray
-    standard_error: np.ndarray
-    passed: np.ndarray
+    standard_error: np.ndarray  # by the jackknife over runs; NaN with fewer than two of them
+    passed: np.ndarray  # runs that passed from the lower level to the upper one
+    # exponent that one passage in the time of all runs between the two levels would give; NaN
+    # where no run was watched there. Where none has passed, the exponent is hardly larger
     limit: np.ndarray
 
 
@@ -46,28 +34,6 @@ def finite_size_exponents(
     to the other. Runs that did not come to the upper level count with the time that they were
     watched: the mean time is the sum of all times over the number of passages. Without them fast
     runs alone would count. A run begins to count at the first level that it has a time of.
-
-    Parameters
-    ----------
-    levels : array (L,)
-        Increasing distances.
-    passage_time : array (P, L)
-        When each of P runs was first as far from its twin as that, NaN where it never was.
-    observed : float
-        Time for which each run was watched.
-    skipped : int
-        First levels of each run that do not count, while a deviation turns to the direction in
-        which it grows.
-
-    Returns
-    -------
-    Growth
-        Exponents by size.
-
-    Raises
-    ------
-    NotEnoughDataError
-        There are fewer than two levels, or no runs.
     """
     levels = np.asarray(levels, dtype=float)
     passage = np.asarray(passage_time, dtype=float)

@@ -24,22 +24,6 @@ def intermittent_mask(
     stick. A point is intermittent when laminar phases take between `low` and `high` of the time
     after the transient and there are at least `minimum_phases` of them (so that a single escape
     from a transient does not count).
-
-    Parameters
-    ----------
-    points : dict of arrays (P,)
-        Points of a scan, with laminar_fraction and laminar_count.
-    low : float
-        Smallest share of time in laminar phases.
-    high : float
-        Largest share of time in laminar phases.
-    minimum_phases : int
-        Smallest number of laminar phases.
-
-    Returns
-    -------
-    array (P,) of bool
-        True where the point is intermittent.
     """
     share = np.asarray(points["laminar_fraction"], dtype=float)
     count = np.asarray(points["laminar_count"])
@@ -54,27 +38,7 @@ def laminar_phases(
     start: float,
     stop: float,
 ) -> np.ndarray:
-    """Intervals longer than `laminar_time` without a stick, between `start` and `stop`.
-
-    Parameters
-    ----------
-    slip_start : array (S,)
-        Instants at which slips of the last block begin, in order, model time. A slip under way at
-        the start of the run may lack its start.
-    slip_stop : array (S,)
-        Instants at which they end. A slip under way at the end of the run may lack its stop.
-    laminar_time : float
-        Length that an interval must exceed.
-    start : float
-        Intervals are cut at this instant.
-    stop : float
-        Intervals are cut at this instant.
-
-    Returns
-    -------
-    array (L, 2)
-        Begin and end of each interval.
-    """
+    """Intervals longer than `laminar_time` without a stick, between `start` and `stop`."""
     slip_start = np.asarray(slip_start, dtype=float)
     slip_stop = np.asarray(slip_stop, dtype=float)
     if slip_stop.size and (not slip_start.size or slip_stop[0] < slip_start[0]):
@@ -88,26 +52,7 @@ def laminar_phases(
 def last_block_phases(
     events: np.ndarray, n_blocks: int, laminar_time: float, *, start: float, stop: float
 ) -> np.ndarray:
-    """Laminar phases from the events of a series.
-
-    Parameters
-    ----------
-    events : array (E,) of records
-        Slips and sticks of all blocks, with `time`, `block` (from 1) and `kind`, in order of time.
-    n_blocks : int
-        Number of blocks N.
-    laminar_time : float
-        As in `laminar_phases`.
-    start : float
-        As in `laminar_phases`.
-    stop : float
-        As in `laminar_phases`.
-
-    Returns
-    -------
-    array (L, 2)
-        Begin and end of each interval.
-    """
+    """Laminar phases from the events of a series."""
     own = events[events["block"] == n_blocks]
     slips, sticks = (own["time"][own["kind"] == kind] for kind in ("slip", "stick"))
     return laminar_phases(slips, sticks, laminar_time, start=start, stop=stop)
@@ -116,22 +61,7 @@ def last_block_phases(
 def slips_of_all(
     time: np.ndarray, relative_velocities: np.ndarray, events: np.ndarray
 ) -> np.ndarray:
-    """Intervals of a sampled series in which all blocks slip and none sticks (Fig. 5).
-
-    Parameters
-    ----------
-    time : array (T,)
-        Instants of the samples.
-    relative_velocities : array (T, N)
-        Velocities of the blocks relative to the belt; the first row says which are stuck then.
-    events : array (E,) of records
-        Slips and sticks of all blocks, with `time` and `kind`, in order of time.
-
-    Returns
-    -------
-    array (L, 2)
-        Begin and end of each interval. A reversal is a stick and a slip at once, and parts two.
-    """
+    """Intervals of a sampled series in which all blocks slip and none sticks (Fig. 5)."""
     if not len(time):
         return np.empty((0, 2))
     later = events[(events["time"] > time[0]) & (events["time"] < time[-1])]
@@ -154,22 +84,6 @@ def sampled_laminar_phases(
 
     Sticks shorter than the sample interval are missed: prefer `laminar_phases` where events are at
     hand.
-
-    Parameters
-    ----------
-    time : array (T,)
-        Instants of the samples, model time.
-    relative_velocity : array (T,)
-        Velocity v_rN of the last block relative to the belt, which vanishes while it sticks.
-    laminar_time : float
-        Length that an interval must exceed.
-    tolerance : float
-        A smaller |v_rN| counts as 0.
-
-    Returns
-    -------
-    array (L, 2)
-        Begin and end of each interval.
     """
     time = np.asarray(time, dtype=float)
     slipping = np.abs(relative_velocity) > tolerance

@@ -22,20 +22,7 @@ RETURNS = 200
 
 
 def margin(standard_error: npt.ArrayLike, time: npt.ArrayLike) -> np.ndarray:
-    """How far from zero an exponent must be to be told from it.
-
-    Parameters
-    ----------
-    standard_error : array (...)
-        Of the exponent.
-    time : array (...)
-        Over which it was measured.
-
-    Returns
-    -------
-    array (...)
-        3 standard errors, and at least 5 e-foldings in the time.
-    """
+    """How far from zero an exponent must be to be told from it."""
     errors, times = (np.asarray(each, dtype=float) for each in (standard_error, time))
     with np.errstate(divide="ignore"):
         return np.maximum(ERRORS * errors, FOLDINGS / times)
@@ -44,22 +31,7 @@ def margin(standard_error: npt.ArrayLike, time: npt.ArrayLike) -> np.ndarray:
 def above_zero(
     exponent: npt.ArrayLike, standard_error: npt.ArrayLike, time: npt.ArrayLike
 ) -> np.ndarray:
-    """Whether exponents are above zero, beyond doubt.
-
-    Parameters
-    ----------
-    exponent : array (...)
-        Lyapunov exponents per unit of time; NaN, of which nothing is known, is not above zero.
-    standard_error : array (...)
-        Their errors.
-    time : array (...)
-        Over which they were measured.
-
-    Returns
-    -------
-    array (...) of bool
-        Which exceed `margin`.
-    """
+    """Whether exponents are above zero, beyond doubt."""
     return np.asarray(exponent, dtype=float) > margin(standard_error, time)
 
 
@@ -92,30 +64,6 @@ def name_motion(
     "noise-driven". An exponent is zero if it is less than 3 standard errors, or 5 e-foldings in the
     time, from it. "Quasi-periodic" and "noise-driven" are said only if the time was long enough to
     tell from zero an exponent that brings a factor e in 200 returns.
-
-    Parameters
-    ----------
-    turns : bool
-        Whether blocks still stick or reverse at the end.
-    closed : bool
-        Whether the orbit closes.
-    exponents : array (K,)
-        Lyapunov exponents per unit of time.
-    standard_error : array (K,)
-        Their errors.
-    time : float
-        Of observation.
-    returns : int
-        Returns to a section in this time; for a map, its steps.
-    n_trivial : int
-        Exponents that are zero by symmetry, without noise: 1 for a flow, 0 for a map.
-    noisy : bool
-        Whether noise acts.
-
-    Returns
-    -------
-    str
-        One of MOTIONS.
     """
     if not turns:
         return EQUILIBRIUM

@@ -22,25 +22,14 @@ NEAR = 1e-6  # the same of two states of an orbit that is still approached
 
 @dataclass(frozen=True)
 class Recurrence:
-    """A closed orbit.
+    """A closed orbit."""
 
-    Attributes
-    ----------
-    crossings : int
-        Crossings of the surface in a period.
-    time : float
-        Length of a period, the unit of the times given.
-    distance : float
-        Greatest distance of a state from that a period earlier, as a share of the largest
-        coordinate.
-    since : int
-        Index of the first state from which on all states are a period apart.
-    """
-
-    crossings: int
-    time: float
+    crossings: int  # crossings of the surface in a period
+    time: float  # length of a period, the unit of the times given
+    # greatest distance of a state from that a period earlier, as a share of the largest
+    # coordinate
     distance: float
-    since: int
+    since: int  # index of the first state from which on all states are a period apart
 
 
 def find_recurrence(
@@ -59,29 +48,6 @@ def find_recurrence(
     Disturbances, for instance by a scheme that moves events to its steps, keep a motion from coming
     nearer to an earlier state than some `distance`. Irregular motion comes as near to one of many
     earlier states now and then, but does not stay there. So then many `crossings` must come back.
-
-    Parameters
-    ----------
-    states : array (K, D)
-        States at the crossings, in the order of time.
-    times : array (K,)
-        Instants of the crossings.
-    closed : float
-        Distance of two states that count as one, as a share of the largest coordinate.
-    distance : float
-        The same as a difference of coordinates; the larger of both counts.
-    crossings : int
-        States that must come back at least, however short the period.
-
-    Returns
-    -------
-    Recurrence or None
-        None if the motion does not close.
-
-    Raises
-    ------
-    NotEnoughDataError
-        Fewer than three crossings.
     """
     states, times = np.asarray(states, dtype=float), np.asarray(times, dtype=float)
     require(len(states) >= 3, f"{len(states)} crossings of the section, 3 are needed")

@@ -10,53 +10,20 @@ SHARE = 0.8  # of the replicates that a band holds
 
 @dataclass(frozen=True)
 class Spread:
-    """Replicates at each place along an axis.
+    """Replicates at each place along an axis."""
 
-    Attributes
-    ----------
-    place : array (D,)
-        Distinct places, rising; unit of the axis.
-    low : array (D,)
-        Quantile below which half of those lie that the band leaves out; unit of the values.
-    median : array (D,)
-        Half of the values lie below.
-    high : array (D,)
-        Quantile above which the other half of those left out lies.
-    mean : array (D,)
-        Mean of the values.
-    error : array (D,)
-        Standard error of the mean; NaN of a single value.
-    count : array (D,) of int
-        How many values there are.
-    """
-
-    place: np.ndarray
+    place: np.ndarray  # distinct places, rising; unit of the axis
+    # quantile below which half of those lie that the band leaves out; unit of the values
     low: np.ndarray
-    median: np.ndarray
-    high: np.ndarray
-    mean: np.ndarray
-    error: np.ndarray
-    count: np.ndarray
+    median: np.ndarray  # half of the values lie below
+    high: np.ndarray  # quantile above which the other half of those left out lies
+    mean: np.ndarray  # mean of the values
+    error: np.ndarray  # standard error of the mean; NaN of a single value
+    count: np.ndarray  # how many values there are
 
 
 def spread(abscissa: npt.ArrayLike, values: npt.ArrayLike, *, share: float = SHARE) -> Spread:
-    """Quantiles and means over the replicates at each place.
-
-    Parameters
-    ----------
-    abscissa : array (P,)
-        Place of each run, in any order.
-    values : array (P,)
-        What was measured of it; NaN is left out, and so is a place where nothing else is.
-    share : float
-        Of the values between the outer quantiles, 0 to 1.
-
-    Returns
-    -------
-    Spread
-        D places. Quantiles are interpolated between values, so that the band of two values is
-        narrower than their distance.
-    """
+    """Quantiles and means over the replicates at each place."""
     abscissa, values = (np.asarray(each, dtype=float) for each in (abscissa, values))
     known = np.isfinite(values)
     places = np.unique(abscissa[known])

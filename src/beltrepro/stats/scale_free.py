@@ -20,36 +20,16 @@ _NODES = 200  # of the integral over a law
 
 @dataclass(frozen=True)
 class Law:
-    """Density c * x**exponent * exp(-decay * x) for low <= x <= high.
+    """Density c * x**exponent * exp(-decay * x) for low <= x <= high."""
 
-    Attributes
-    ----------
-    exponent : float
-        Power of the law; 0 for an exponential.
-    decay : float
-        Inverse of the cutoff; 0 for a power law, below 0 where the density bends upwards.
-    low, high : float
-        Ends.
-    """
-
-    exponent: float
+    exponent: float  # power of the law; 0 for an exponential
+    # inverse of the cutoff; 0 for a power law, below 0 where the density bends upwards
     decay: float
-    low: float
+    low: float  # ends
     high: float
 
     def log_density(self, values: npt.ArrayLike) -> np.ndarray:
-        """Logarithm of the density.
-
-        Parameters
-        ----------
-        values : array, any shape
-            Between the ends.
-
-        Returns
-        -------
-        array
-            Of the same shape.
-        """
+        """Logarithm of the density."""
         nodes, weights = _integral(self.low, self.high)
         log = self._log_shape(nodes)
         norm = log.max() + np.log(np.sum(weights * np.exp(log - log.max())))
@@ -61,21 +41,11 @@ class Law:
 
 @dataclass(frozen=True)
 class Fit:
-    """How well a power law fits.
+    """How well a power law fits."""
 
-    Attributes
-    ----------
-    law : Law
-        The power law that comes nearest.
-    distance : float
-        Of Kolmogorov and Smirnov, between the values from `law.low` on and the law.
-    p : float
-        Share of samples of the law that are as far from their own fits.
-    """
-
-    law: Law
-    distance: float
-    p: float
+    law: Law  # the power law that comes nearest
+    distance: float  # of Kolmogorov and Smirnov, between the values from `law.low` on and the law
+    p: float  # share of samples of the law that are as far from their own fits
 
 
 def fit_law(
@@ -87,31 +57,7 @@ def fit_law(
     power: bool = True,
     decay: bool = False,
 ) -> Law:
-    """Law of maximum likelihood for values of which two means are known.
-
-    Parameters
-    ----------
-    mean_log : float
-        Mean of ln x over the values.
-    mean : float
-        Mean of x.
-    low, high : float
-        Ends of the law; the values lie between them.
-    power : bool
-        Whether the exponent is free; 0 otherwise.
-    decay : bool
-        Whether the cutoff is free; none otherwise.
-
-    Returns
-    -------
-    Law
-        The law whose means are these.
-
-    Raises
-    ------
-    NotEnoughDataError
-        If the ends are one, or all values lie at one of them.
-    """
+    """Law of maximum likelihood for values of which two means are known."""
     require(0 < low < high, f"values from {low:.3g} to {high:.3g} span no range")
     inside = np.log(low) < mean_log < np.log(high)
     require(bool(inside), "all values lie at one end of the range")
@@ -131,54 +77,14 @@ def fit_law(
 def fit_values(
     values: npt.ArrayLike, low: float, high: float, *, power: bool = True, decay: bool = False
 ) -> Law:
-    """`fit_law` of the values in [low, high].
-
-    Parameters
-    ----------
-    values : array (S,)
-        The sample.
-    low, high : float
-        Ends of the law.
-    power : bool
-        As of `fit_law`.
-    decay : bool
-        As of `fit_law`.
-
-    Returns
-    -------
-    Law
-        The law.
-
-    Raises
-    ------
-    NotEnoughDataError
-        With fewer than LEAST_VALUES values in the range.
-    """
+    """`fit_law` of the values in [low, high]."""
     values = inside(values, low, high)
     means = float(np.log(values).mean()), float(values.mean())
     return fit_law(*means, low, high, power=power, decay=decay)
 
 
 def inside(values: npt.ArrayLike, low: float, high: float) -> np.ndarray:
-    """Values in a range.
-
-    Parameters
-    ----------
-    values : array (S,)
-        The sample.
-    low, high : float
-        Ends, which count.
-
-    Returns
-    -------
-    array (I,)
-        Those inside.
-
-    Raises
-    ------
-    NotEnoughDataError
-        If they are fewer than LEAST_VALUES.
-    """
+    """Values in a range."""
     values = np.asarray(values, dtype=float)
     values = values[(values >= low) & (values <= high)]
     found = f"{values.size} values between {low:.3g} and {high:.3g}"
@@ -190,18 +96,6 @@ def independent_values(values: np.ndarray, chain: np.ndarray) -> float:
     """How many independent values tell as much as these, which repeat themselves within a chain.
 
     By the scatter of the means of chains, against that of means of independent values.
-
-    Parameters
-    ----------
-    values : array (S,)
-        Values.
-    chain : array (S,)
-        Number of the chain of each.
-
-    Returns
-    -------
-    float
-        At most S.
     """
     _, place = np.unique(chain, return_inverse=True)
     count = np.bincount(place)
@@ -224,27 +118,6 @@ def goodness_of_fit(
     The p-value is that of A. Clauset, C. R. Shalizi and M. E. J. Newman, SIAM Review 51, 661
     (2009), Sec. 4: samples have the law above its lower end and the values below it, and each is
     fitted anew, its lower end too. The law here ends at the largest value.
-
-    Parameters
-    ----------
-    values : array (S,)
-        The sample, above zero.
-    lows : array (L,)
-        Lower ends to try.
-    independent : float, optional
-        As many independent values the sample is worth (`independent_values`); all by default.
-    samples : int
-        Samples for the p-value.
-
-    Returns
-    -------
-    Fit
-        The law, and how far it is from the values.
-
-    Raises
-    ------
-    NotEnoughDataError
-        With fewer than LEAST_VALUES values above a lower end, or worth fewer in all.
     """
     values, lows = np.sort(np.asarray(values, dtype=float)), np.unique(lows)
     values = values[values >= lows.min()]

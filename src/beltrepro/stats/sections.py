@@ -26,64 +26,21 @@ _PIECE = 1000  # states that are compared with each other at once
 
 
 def rows(scan: Any, *, n_blocks: int, noise: float) -> dict[str, np.ndarray]:
-    """The points of a scan with this n_blocks and noise, in order of u.
-
-    Parameters
-    ----------
-    scan : Dataset or dict of arrays (P, ...)
-        The keys of `simulation.scan`.
-    n_blocks : int
-        Number of blocks N.
-    noise : float
-        Noise sigma.
-
-    Returns
-    -------
-    dict of arrays (R, ...)
-        Points at one u are in order of replicate. Every array is empty without a match.
-    """
+    """The points of a scan with this n_blocks and noise, in order of u."""
     arrays = getattr(scan, "arrays", scan)
     chosen = (arrays["n_blocks"] == n_blocks) & _equal(arrays["noise"], noise)
     return _cut(arrays, chosen, "belt_velocity")
 
 
 def columns(scan: Any, *, n_blocks: int, belt_velocity: float) -> dict[str, np.ndarray]:
-    """The points of a scan with this n_blocks and u, in order of noise.
-
-    Parameters
-    ----------
-    scan : Dataset or dict of arrays (P, ...)
-        The keys of `simulation.scan`.
-    n_blocks : int
-        Number of blocks N.
-    belt_velocity : float
-        Belt velocity u.
-
-    Returns
-    -------
-    dict of arrays (C, ...)
-        Points at one noise are in order of replicate. Every array is empty without a match.
-    """
+    """The points of a scan with this n_blocks and u, in order of noise."""
     arrays = getattr(scan, "arrays", scan)
     chosen = (arrays["n_blocks"] == n_blocks) & _equal(arrays["belt_velocity"], belt_velocity)
     return _cut(arrays, chosen, "noise")
 
 
 def select(points: Mapping[str, np.ndarray], chosen: np.ndarray) -> dict[str, np.ndarray]:
-    """Some of the points of a row or column.
-
-    Parameters
-    ----------
-    points : dict of arrays (P, ...)
-        Row or column of a scan.
-    chosen : array of bool (P,) or of int
-        Which points.
-
-    Returns
-    -------
-    dict of arrays
-        The same arrays, of these points only.
-    """
+    """Some of the points of a row or column."""
     return {name: values[chosen] for name, values in points.items()}
 
 
@@ -92,24 +49,6 @@ def find_period(values: npt.ArrayLike, *, tolerance: float | None = None) -> int
 
     The condition must hold for every i, and the sequence must be seen at least three times over,
     so periods up to a third of its length, and at most 40, can be found.
-
-    Parameters
-    ----------
-    values : array (M,)
-        Successive velocities at the section; NaN padding is left out.
-    tolerance : float, optional
-        0.1 model units or 2 % of the spread of the values, whichever is larger, unless given.
-
-    Returns
-    -------
-    int
-        The period, or 0 for an aperiodic sequence (quasi-periodic, chaotic, or of a longer
-        period).
-
-    Raises
-    ------
-    NotEnoughDataError
-        With fewer than 12 crossings.
     """
     values = _crossings(values)
     tolerance = _tolerance(values) if tolerance is None else tolerance
@@ -124,18 +63,6 @@ def repeated(states: npt.ArrayLike, *, near: float = NEAR) -> np.ndarray:
 
     A run comes back to its states on a periodic orbit, and runs that have not parted yet visit the
     same ones. The states that are new are further than `near` from each other.
-
-    Parameters
-    ----------
-    states : array (K, D)
-        Full states at the section, of any number of runs.
-    near : float
-        Distance of two states that count as one, as a share of the largest extent of a coordinate.
-
-    Returns
-    -------
-    array (K,) of bool
-        True where a new state that is listed before is near.
     """
     states = np.asarray(states, dtype=float)
     again = np.zeros(len(states), dtype=bool)
@@ -162,27 +89,6 @@ def occupied_share(
 
     A measure of how a band diagram is filled that also serves with noise: a periodic orbit fills
     few bins, noise widens its lines, a chaotic band fills a good part of the range.
-
-    Parameters
-    ----------
-    values : array (M,)
-        Velocities at the section; NaN padding is left out.
-    range : (float, float)
-        Lowest and highest value; values beyond count in the first and last bin.
-    bins : int
-        Number of bins.
-    mass : float
-        Share of the values, 0 to 1.
-
-    Returns
-    -------
-    float
-        Share of the bins, 0 to 1.
-
-    Raises
-    ------
-    NotEnoughDataError
-        With fewer than 12 crossings.
     """
     values = np.clip(_crossings(values), *range)
     count, _ = np.histogram(values, bins=bins, range=range)
@@ -195,25 +101,6 @@ def zero_one_test(values: npt.ArrayLike, *, n_frequencies: int = 60, seed: int =
 
     The values drive a walk in the plane for each of n_frequencies random frequencies; K is the
     median correlation of its mean-square displacement, oscillating term removed, with time.
-
-    Parameters
-    ----------
-    values : array (M,)
-        Successive velocities at the section; NaN padding is left out.
-    n_frequencies : int
-        Number of random frequencies.
-    seed : int
-        Fixes the frequencies.
-
-    Returns
-    -------
-    float
-        The number K.
-
-    Raises
-    ------
-    NotEnoughDataError
-        Below 50 values: short sequences cannot tell quasi-periodic from weakly chaotic motion.
     """
     values = _crossings(values)
     require(values.size >= 50, f"{values.size} crossings, the 0-1 test needs 50")

@@ -24,25 +24,6 @@ def share(count: int, runs: int, *, confidence: float = CONFIDENCE) -> Share:
 
     The interval is that of Clopper and Pearson (Biometrika 26, 404, 1934). It holds for few runs
     and for shares of 0 and 1 too. Each end is wrong in at most half of 1 - confidence of all cases.
-
-    Parameters
-    ----------
-    count : int
-        Runs of the kind that is counted.
-    runs : int
-        All runs.
-    confidence : float
-        Of the interval.
-
-    Returns
-    -------
-    Share
-        count / runs and its interval.
-
-    Raises
-    ------
-    NotEnoughDataError
-        Without runs.
     """
     require(runs > 0, "no runs, 1 is needed")
     interval = scipy.stats.binomtest(int(count), int(runs)).proportion_ci(
@@ -52,37 +33,16 @@ def share(count: int, runs: int, *, confidence: float = CONFIDENCE) -> Share:
 
 
 class Shares(NamedTuple):
-    """Shares by value of a quantity; arrays (V,).
+    """Shares by value of a quantity; arrays (V,)."""
 
-    Attributes
-    ----------
-    quantity : array
-        Distinct values of the quantity, increasing.
-    value, lower, upper : array
-        Share of the runs with that value, and its interval.
-    """
-
-    quantity: np.ndarray
-    value: np.ndarray
+    quantity: np.ndarray  # distinct values of the quantity, increasing
+    value: np.ndarray  # share of the runs with that value, and its interval
     lower: np.ndarray
     upper: np.ndarray
 
 
 def shares(quantity: npt.ArrayLike, having: npt.ArrayLike) -> Shares:
-    """Share of runs that have a property, with its interval, for each value of a quantity.
-
-    Parameters
-    ----------
-    quantity : array (P,)
-        Its value for each run.
-    having : array (P,) of bool
-        Whether each run has the property.
-
-    Returns
-    -------
-    Shares
-        By value.
-    """
+    """Share of runs that have a property, with its interval, for each value of a quantity."""
     quantity, having = np.asarray(quantity), np.asarray(having, dtype=bool)
     distinct = np.unique(quantity)
     found = [share(own.sum(), own.size) for own in (having[quantity == each] for each in distinct)]

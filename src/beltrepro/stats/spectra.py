@@ -21,32 +21,7 @@ def power_spectrum(
     segment: int | None = None,
     window: str = "hann",
 ) -> tuple[np.ndarray, np.ndarray]:
-    """One-sided power spectral density of a sampled series, mean removed.
-
-    Parameters
-    ----------
-    values : array (T,)
-        Samples, e.g. x_N in model units.
-    sample_interval : float
-        Time between samples, model units.
-    segment : int, optional
-        Samples per segment of Welch's average. Without it the whole series is one periodogram,
-        which keeps the lowest frequencies.
-    window : str
-        Name of a `scipy.signal` window; "boxcar" is none.
-
-    Returns
-    -------
-    frequency : array (F,)
-        Cycles per time unit, without zero.
-    power : array (F,)
-        Squared units of the values per frequency.
-
-    Raises
-    ------
-    NotEnoughDataError
-        With fewer than 16 samples.
-    """
+    """One-sided power spectral density of a sampled series, mean removed."""
     values = np.asarray(values, dtype=float)
     require(values.size >= 16, f"{values.size} samples, a spectrum needs 16")
     length = values.size if segment is None else min(int(segment), values.size)
@@ -57,20 +32,7 @@ def power_spectrum(
 
 
 def amplitude_spectrum(frequency: np.ndarray, power: np.ndarray) -> np.ndarray:
-    """Amplitude per frequency bin from a power spectral density: sqrt(S * bin width).
-
-    Parameters
-    ----------
-    frequency : array (F,)
-        Frequencies at equal distances, from `power_spectrum`.
-    power : array (F,)
-        Power spectral density S.
-
-    Returns
-    -------
-    array (F,)
-        Amplitudes in the units of the samples.
-    """
+    """Amplitude per frequency bin from a power spectral density: sqrt(S * bin width)."""
     return np.sqrt(power * (frequency[1] - frequency[0]))
 
 
@@ -87,29 +49,6 @@ def fit_power_law(
     The spectrum is averaged in bins of equal width in log nu first, so that each decade counts
     alike and the logarithm of a noisy periodogram does not bias the level; the line through the
     bins is unweighted.
-
-    Parameters
-    ----------
-    frequency : array (F,)
-        Frequencies nu.
-    power : array (F,)
-        Power spectral density S.
-    low : float
-        Lowest frequency of the fit.
-    high : float
-        Highest frequency of the fit.
-    bins_per_decade : int
-        Bins per factor of ten in nu.
-
-    Returns
-    -------
-    PowerLawFit
-        The law.
-
-    Raises
-    ------
-    NotEnoughDataError
-        With fewer than 4 filled bins.
     """
     frequency, power = np.asarray(frequency, dtype=float), np.asarray(power, dtype=float)
     used = (frequency >= low) & (frequency <= high)

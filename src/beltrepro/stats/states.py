@@ -35,20 +35,6 @@ def label_states(
     - "chaotic" or "quasi-periodic stick-slip": they do not, and the 0-1 test gives K > 0.8 or
       K < 0.2 (`sections.zero_one_test`);
     - "undecided": K in between, or too few crossings of the section.
-
-    Parameters
-    ----------
-    points : dict of arrays (P, ...)
-        Row or column of a scan, see `sections.rows`.
-    transient : float
-        Time before recording began, model time.
-    duration : float
-        Time at the end of the run.
-
-    Returns
-    -------
-    array (P,) of str
-        Labels out of STATES.
     """
     n_points = len(points["belt_velocity"])
     mask = intermittent_mask(points)

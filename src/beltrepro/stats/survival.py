@@ -46,21 +46,11 @@ LONGEST_START = 0.1  # share of the horizon that may pass before runs are counte
 
 @dataclass(frozen=True, eq=False)
 class SurvivalCurve:
-    """Share of runs that are irregular for longer than a time, by Kaplan and Meier.
+    """Share of runs that are irregular for longer than a time, by Kaplan and Meier."""
 
-    Attributes
-    ----------
-    time : array (E,)
-        0, then the instants at which a run ended or was given up, rising.
-    share : array (E,)
-        Share of runs that last longer.
-    lower, upper : array (E,)
-        Confidence band, for each instant by itself.
-    """
-
-    time: np.ndarray
-    share: np.ndarray
-    lower: np.ndarray
+    time: np.ndarray  # 0, then the instants at which a run ended or was given up, rising
+    share: np.ndarray  # share of runs that last longer
+    lower: np.ndarray  # confidence band, for each instant by itself
     upper: np.ndarray
 
 
@@ -76,27 +66,6 @@ def kaplan_meier(
     The band is that of Greenwood's variance and the logarithm of the logarithm (as
     `scipy.stats.ecdf`). It does not exist where the share is 1 or 0. There the exact interval of a
     share of all runs stands for it.
-
-    Parameters
-    ----------
-    lifetime : array (M,)
-        Time of the end, or the time up to which the run was followed.
-    ended : array (M,) of bool
-        Which runs ended.
-    horizon : float
-        Ends after it do not count: runs that last longer are taken as given up there.
-    confidence : float
-        Of the band.
-
-    Returns
-    -------
-    SurvivalCurve
-        The curve; it begins at time 0.
-
-    Raises
-    ------
-    NotEnoughDataError
-        Without runs.
     """
     lifetime, ended = _between(0.0, horizon, lifetime, ended)
     curve = scipy.stats.ecdf(_censored(lifetime, ended)).sf
@@ -126,28 +95,15 @@ def _band(curve: Any, confidence: float) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True)
 class MeanLifetime:
-    """Mean of an exponential distribution of lifetimes.
+    """Mean of an exponential distribution of lifetimes."""
 
-    Attributes
-    ----------
-    mean : float
-        Time under observation over the number of ends, counted from the start; inf without an end.
-    lower, upper : float
-        Confidence interval; upper is inf without an end.
-    ended : int
-        Runs that ended after the start.
-    runs : int
-        Runs that were irregular at the start.
-    time : float
-        Time under observation, the sum over these runs.
-    """
-
+    # time under observation over the number of ends, counted from the start; inf without an end
     mean: float
-    lower: float
+    lower: float  # confidence interval; upper is inf without an end
     upper: float
-    ended: int
-    runs: int
-    time: float
+    ended: int  # runs that ended after the start
+    runs: int  # runs that were irregular at the start
+    time: float  # time under observation, the sum over these runs
 
     @property
     def error(self) -> float:
@@ -170,29 +126,6 @@ def mean_lifetime(
     Biometrika 28, 437, 1936), on the clock of the time under observation. Each end is wrong in at
     most half of 1 - confidence of all cases, whatever the number of runs. The lower limit is exact
     without an end, the upper one where all runs ended.
-
-    Parameters
-    ----------
-    lifetime : array (M,)
-        Time of the end, or the time up to which the run was followed.
-    ended : array (M,) of bool
-        Which runs ended.
-    start : float
-        Runs that end before are left out, and time counts from here.
-    horizon : float
-        As for `kaplan_meier`.
-    confidence : float
-        Of the interval.
-
-    Returns
-    -------
-    MeanLifetime
-        Mean and interval.
-
-    Raises
-    ------
-    NotEnoughDataError
-        If no run is irregular at the start.
     """
     time, late = _between(start, horizon, lifetime, ended)
     require(time.size, f"no run is irregular at t = {start:.6g}, 1 is needed")
@@ -223,30 +156,6 @@ def mean_of_ended(
     lifetimes of runs that ended follow an exponential distribution that is cut off at the horizon.
     Its rate is that of the greatest likelihood; the interval is where twice the logarithm of the
     ratio of likelihoods is below the quantile of chi2 with one degree of freedom.
-
-    Parameters
-    ----------
-    lifetime : array (M,)
-        Time of the end, or the time up to which the run was followed.
-    ended : array (M,) of bool
-        Which runs ended.
-    horizon : float
-        Ends after it do not count.
-    start : float
-        As for `mean_lifetime`.
-    confidence : float
-        Of the interval.
-
-    Returns
-    -------
-    MeanLifetime
-        Mean and interval; inf where the ends show no fall in number up to the horizon. `time` is
-        that of the runs that ended.
-
-    Raises
-    ------
-    NotEnoughDataError
-        With fewer than 3 runs that end after the start.
     """
     time, late = _between(start, horizon, lifetime, ended)
     ends, window = time[late], horizon - start
@@ -291,18 +200,12 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float:
 
 @dataclass(frozen=True)
 class WeibullTest:
-    """Whether the rate of ends falls or rises with time.
+    """Whether the rate of ends falls or rises with time."""
 
-    Attributes
-    ----------
-    p : float
-        Chance that runs which end at a constant rate show a trend at least as strong as these.
-    shape : float
-        Of the Weibull distribution: below 1 if the rate of ends falls with time, as where runs of
-        two kinds are mixed; above 1 if it rises.
-    """
-
+    # chance that runs which end at a constant rate show a trend at least as strong as these
     p: float
+    # of the Weibull distribution: below 1 if the rate of ends falls with time, as where runs of
+    # two kinds are mixed; above 1 if it rises
     shape: float
 
 
@@ -319,25 +222,6 @@ def weibull_test(
     logarithm of the ratio of their greatest likelihoods follows chi2 with one degree of freedom if
     lifetimes are exponential. That holds for many ends. With 16 runs p is below 0.05 in 6 % of all
     cases, and with 8 in 8 %.
-
-    Parameters
-    ----------
-    lifetime : array (M,)
-        Time of the end, or the time up to which the run was followed.
-    ended : array (M,) of bool
-        Which runs ended.
-    start, horizon : float
-        As for `mean_lifetime`.
-
-    Returns
-    -------
-    WeibullTest
-        p and the shape.
-
-    Raises
-    ------
-    NotEnoughDataError
-        With fewer than 3 runs that end after the start.
     """
     time, late = _between(start, horizon, lifetime, ended)
     late &= time > 0  # an end at the very start has no likelihood for some shapes
@@ -365,29 +249,6 @@ def exponential_test(
     lifetime (Lilliefors, J. Am. Stat. Assoc. 64, 387, 1969) is compared with that of random
     exponential lifetimes, of as many runs that are given up at the same time. Ends after the first
     run was given up do not count.
-
-    Parameters
-    ----------
-    lifetime : array (M,)
-        Time of the end, or the time up to which the run was followed.
-    ended : array (M,) of bool
-        Which runs ended.
-    start, horizon : float
-        As for `mean_lifetime`.
-    samples : int
-        Random sets of lifetimes; they are the same each time.
-
-    Returns
-    -------
-    float
-        p: the chance that exponential lifetimes are at least as far from their own exponential
-        distribution. A small one says that the rate of ends is not constant, a large one that these
-        runs do not show it.
-
-    Raises
-    ------
-    NotEnoughDataError
-        With fewer than 3 runs that end after the start.
     """
     time, late = _between(start, horizon, lifetime, ended)
     limit = float(time[~late].min(initial=np.inf))
@@ -415,45 +276,19 @@ def _distance(time: np.ndarray, limit: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class PooledExponent:
-    """Largest exponent of the irregular motion, over several runs; NaN where none has one.
+    """Largest exponent of the irregular motion, over several runs; NaN where none has one."""
 
-    Attributes
-    ----------
-    value : float
-        Mean over the runs, with the time of each as its weight.
-    error : float
-        Standard error, from the scatter of the runs; that of the run itself if there is one only.
-    time : float
-        Time over which a run measured it, mean over the runs.
-    runs : int
-        Runs with an exponent.
-    """
-
-    value: float
+    value: float  # mean over the runs, with the time of each as its weight
+    # standard error, from the scatter of the runs; that of the run itself if there is one only
     error: float
-    time: float
-    runs: int
+    time: float  # time over which a run measured it, mean over the runs
+    runs: int  # runs with an exponent
 
 
 def pool_exponents(
     exponent: npt.ArrayLike, error: npt.ArrayLike, time: npt.ArrayLike
 ) -> PooledExponent:
-    """Largest exponent of irregular motion from the irregular parts of several runs.
-
-    Parameters
-    ----------
-    exponent : array (M,)
-        Largest exponent of each irregular part, NaN where it was too short.
-    error : array (M,)
-        Standard errors.
-    time : array (M,)
-        Lengths of the parts.
-
-    Returns
-    -------
-    PooledExponent
-        Their mean.
-    """
+    """Largest exponent of irregular motion from the irregular parts of several runs."""
     values, errors, times = (np.asarray(each, dtype=float) for each in (exponent, error, time))
     known = np.isfinite(values) & (times > 0)
     values, weights, runs = values[known], times[known], int(known.sum())
@@ -470,20 +305,7 @@ def pool_exponents(
 
 
 def spreading_time(exponent: PooledExponent, horizon: float) -> float:
-    """Time that runs need to forget how they started: five e-foldings of a small deviation.
-
-    Parameters
-    ----------
-    exponent : PooledExponent
-        Of the irregular motion.
-    horizon : float
-        Time up to which ends count; at most a tenth of it is left out.
-
-    Returns
-    -------
-    float
-        The time; 0 if the exponent is not above zero (`motion.above_zero`).
-    """
+    """Time that runs need to forget how they started: five e-foldings of a small deviation."""
     if not above_zero(exponent.value, exponent.error, exponent.time):
         return 0.0
     return min(FOLDINGS / exponent.value, LONGEST_START * horizon)
@@ -509,20 +331,6 @@ def decide(
       are enough. That the motion is permanent cannot be shown by runs of finite length;
     - "open": none of these: too few runs, or ends at a rate that falls with time, as where some of
       the motions end and others do not.
-
-    Parameters
-    ----------
-    lifetime : array (M,)
-        Time of the end, or the time up to which the run was followed.
-    ended : array (M,) of bool
-        Which runs ended.
-    start, horizon : float
-        As for `mean_lifetime`.
-
-    Returns
-    -------
-    str
-        One of VERDICTS.
     """
     _, late = _between(start, np.inf, lifetime, ended)
     if not late.size:

@@ -21,41 +21,18 @@ class Transition:
 
     The edges and `critical` are NaN when `found` is False: the plateaus are too alike for a
     transition.
-
-    Attributes
-    ----------
-    lower : float
-        Lower edge of the transition region.
-    upper : float
-        Upper edge of the transition region.
-    critical : float
-        The point that stands for the region.
-    r_high : float
-        Median of the high plateau.
-    r_low : float
-        Median of the low plateau.
-    found : bool
-        Whether there is a transition.
-    error : float
-        One standard error of `critical`.
-    r_high_error : float
-        Standard error of r_high.
-    r_low_error : float
-        Standard error of r_low.
-    n_points : int
-        Number of points used.
     """
 
-    lower: float
-    upper: float
-    critical: float
-    r_high: float
-    r_low: float
-    found: bool = True
-    error: float = np.nan
-    r_high_error: float = np.nan
-    r_low_error: float = np.nan
-    n_points: int = 0
+    lower: float  # lower edge of the transition region
+    upper: float  # upper edge of the transition region
+    critical: float  # the point that stands for the region
+    r_high: float  # median of the high plateau
+    r_low: float  # median of the low plateau
+    found: bool = True  # whether there is a transition
+    error: float = np.nan  # one standard error of `critical`
+    r_high_error: float = np.nan  # standard error of r_high
+    r_low_error: float = np.nan  # standard error of r_low
+    n_points: int = 0  # number of points used
 
     @property
     def width(self) -> float:
@@ -85,30 +62,6 @@ def transition_region(
     u up to which r keeps 90 % of the fall, `upper` the first u after that where it is down to 10 %
     (interpolated). (4) critical is the midpoint, as for the paper's u_c. There is no transition
     when r_high < minimum_contrast * r_low.
-
-    Parameters
-    ----------
-    belt_velocity : array (P,)
-        Belt velocity u of the points, in any order; replicates are allowed.
-    disorder_parameter : array (P,)
-        Disorder parameter r of the points.
-    smoothing : float
-        Width of the running median in u, model units.
-    minimum_contrast : float
-        Smallest r_high / r_low of a transition.
-    bootstrap : int
-        Resamplings of the points for the error of critical; its square is added to that of the
-        grid, spacing**2 / 12. With 0 there are no errors.
-
-    Returns
-    -------
-    Transition
-        The region.
-
-    Raises
-    ------
-    NotEnoughDataError
-        With fewer than 8 points along the curve.
     """
     velocity, disorder = _sorted(belt_velocity, disorder_parameter)
     result = _fall(velocity, disorder, smoothing, minimum_contrast)
@@ -142,27 +95,6 @@ def critical_noise(
     r(sigma) (the monotone curve of least squares) passes half way, lower and upper where it passes
     10 % and 90 % of the rise (linear between grid points). There is no transition when
     r_high < minimum_rise * r_low.
-
-    Parameters
-    ----------
-    noise : array (P,)
-        Noise sigma of the points, in any order; replicates are allowed.
-    disorder_parameter : array (P,)
-        Disorder parameter r of the points.
-    minimum_rise : float
-        Smallest r_high / r_low of a transition.
-    bootstrap : int
-        As for `transition_region`.
-
-    Returns
-    -------
-    Transition
-        The region.
-
-    Raises
-    ------
-    NotEnoughDataError
-        With fewer than 5 points along the curve.
     """
     noise, disorder = _sorted(noise, disorder_parameter, minimum=5)
     result = _rise(noise, disorder, minimum_rise)
@@ -185,24 +117,7 @@ def critical_noise(
 def running_median(
     abscissa: np.ndarray, ordinate: np.ndarray, width: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Median of the ordinate over points within width/2 of each distinct abscissa.
-
-    Parameters
-    ----------
-    abscissa : array (P,)
-        Places of the points, in any order.
-    ordinate : array (P,)
-        Values at the points.
-    width : float
-        Width of the window, units of the abscissa.
-
-    Returns
-    -------
-    places : array (D,)
-        Distinct abscissae in rising order.
-    medians : array (D,)
-        Median at each of them.
-    """
+    """Median of the ordinate over points within width/2 of each distinct abscissa."""
     places = np.unique(abscissa)
     near = np.abs(abscissa - places[:, np.newaxis]) <= width / 2 + 1e-9
     return places, _medians(ordinate, near)

@@ -24,17 +24,6 @@ def fall(
 
     The runs at each u have a median of their own. A median over a window in u, which single runs
     need, draws the fall towards where the points are dense.
-
-    Parameters
-    ----------
-    belt_velocity : array (P,)
-        u of the runs; the same for the runs of a point.
-    disorder : array (P,)
-        r of the runs.
-    smoothing : float
-        Width of the running median in u.
-    options : float
-        Others of `transitions.transition_region`: minimum_contrast.
     """
 
     def find(places: np.ndarray, values: np.ndarray) -> Transition:

@@ -69,26 +69,7 @@ def measure(
     only: Sequence[str] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> dict:
-    """Measure everything `beltrepro bench` shows.
-
-    Parameters
-    ----------
-    rounds : timings of each quantity. quick : few cases and short timings.
-    only : competitors, of `LABELS`; all if not given. The plain Numba loop is always among them.
-    progress : called with the fraction done.
-
-    Returns
-    -------
-    dict that JSON can hold. conditions; names: competitors measured; cases, chains, blocks: lists
-    of dict, each with ns: for every competitor that can run, its nanoseconds per chain and unit of
-    model time in every round; cores: for every method the gain by a second process, by the clock
-    and by processor time; peak: operations per second in every round; memory: bytes; first_step:
-    seconds; wall: the clock over the processor time of all timings.
-
-    Raises
-    ------
-    InputError : no round, or an unknown competitor.
-    """
+    """Measure everything `beltrepro bench` shows."""
     if rounds < 1:
         raise InputError(f"rounds = {rounds}: must be 1 or greater")
     names = list(LABELS) if only is None else [BASE, *(name for name in only if name != BASE)]

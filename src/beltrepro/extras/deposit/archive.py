@@ -19,20 +19,7 @@ SOURCES = "source"  # folder of the results for the sources that the crate names
 
 
 def write_crate(top: Path, run: Run) -> None:
-    """Make the folder of a run a crate: its metadata, and a copy of the sources.
-
-    Parameters
-    ----------
-    top : Path
-        Folder of the project.
-    run : Run
-        A finished one.
-
-    Raises
-    ------
-    InputError
-        The sources are unknown, or rocrate is not installed.
-    """
+    """Make the folder of a run a crate: its metadata, and a copy of the sources."""
     results = top / run.folder
     for name in source_files(top):
         with replacing(results / SOURCES / name) as unfinished:
@@ -43,27 +30,7 @@ def write_crate(top: Path, run: Run) -> None:
 
 
 def write(path: Path, top: Path, run: Run) -> int:
-    """Write the archive of a run.
-
-    Parameters
-    ----------
-    path : Path
-        The ZIP file. What it holds lies in a folder of this name without suffix.
-    top : Path
-        Folder of the project.
-    run : Run
-        A finished one.
-
-    Returns
-    -------
-    int
-        Number of files in it.
-
-    Raises
-    ------
-    InputError
-        A source is not as committed, the sources are unknown, or rocrate is not installed.
-    """
+    """Write the archive of a run."""
     refuse_changes(top)
     texts = {
         provenance.COMMIT_FILE: f"node: {provenance.commit(top)}\n",

@@ -50,45 +50,24 @@ _MEDIA = {
 
 @dataclass(frozen=True)
 class Record:
-    """What one job of the workflow read and wrote.
+    """What one job of the workflow read and wrote."""
 
-    Attributes
-    ----------
-    rule : str
-        Its rule.
-    name : str
-        Of the job, and of its benchmark file without suffix: "datasets/u1".
-    inputs, outputs : tuple of str
-        Files, below the folder of the project.
-    """
-
-    rule: str
-    name: str
-    inputs: tuple[str, ...]
+    rule: str  # its rule
+    name: str  # of the job, and of its benchmark file without suffix: "datasets/u1"
+    inputs: tuple[str, ...]  # files, below the folder of the project
     outputs: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Run:
-    """A run as the workflow knows it.
+    """A run as the workflow knows it."""
 
-    Attributes
-    ----------
-    name, preset : str
-        Its name and its preset.
-    seed : int
-        That of the configuration.
-    rules : dict
-        By rule its sentence and its script: "workflow/scripts/join.py".
-    records : tuple of Record
-        Its jobs.
-    """
-
-    name: str
+    name: str  # its name and its preset
     preset: str
-    seed: int
+    seed: int  # that of the configuration
+    # by rule its sentence and its script: "workflow/scripts/join.py"
     rules: Mapping[str, tuple[str, str]]
-    records: tuple[Record, ...]
+    records: tuple[Record, ...]  # its jobs
 
     @property
     def folder(self) -> str:
@@ -97,18 +76,7 @@ class Run:
 
 
 def run_from(told: Mapping[str, Any]) -> Run:
-    """A run from plain values, as a script of the workflow is given them.
-
-    Parameters
-    ----------
-    told : dict
-        Attributes of `Run` by name; records as tuples.
-
-    Returns
-    -------
-    Run
-        With records.
-    """
+    """A run from plain values, as a script of the workflow is given them."""
     records = (
         Record(rule, name, tuple(inputs), tuple(outputs))
         for rule, name, inputs, outputs in told["records"]
@@ -118,29 +86,13 @@ def run_from(told: Mapping[str, Any]) -> Run:
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the files of the project lie in the crate.
+    """Where the files of the project lie in the crate."""
 
-    Attributes
-    ----------
-    moved : dict
-        New beginnings of paths by old ones, tried in their order: {"results/smoke/": "", ...}.
-    """
-
+    # new beginnings of paths by old ones, tried in their order: {"results/smoke/": "", ...}
     moved: Mapping[str, str]
 
     def place(self, path: str) -> str:
-        """Path of a file in the crate.
-
-        Parameters
-        ----------
-        path : str
-            Below the folder of the project.
-
-        Returns
-        -------
-        str
-            Below the top of the crate.
-        """
+        """Path of a file in the crate."""
         for old, new in self.moved.items():
             if path.startswith(old):
                 return new + path.removeprefix(old)
@@ -148,22 +100,7 @@ class Layout:
 
 
 def describe(top: Path, run: Run, layout: Layout) -> str:
-    """The crate of a run.
-
-    Parameters
-    ----------
-    top : Path
-        Folder of the project.
-    run : Run
-        With files that are there, but for batches, which the crate names only.
-    layout : Layout
-        Where the files lie in the crate.
-
-    Returns
-    -------
-    str
-        Content of ro-crate-metadata.json.
-    """
+    """The crate of a run."""
     made = _Made(top, run, layout)
     made.add_top()
     made.add_workflow()

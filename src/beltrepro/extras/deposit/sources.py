@@ -8,23 +8,7 @@ from beltrepro.replication.plan import manifest
 
 
 def source_files(top: Path) -> list[str]:
-    """Files of the project.
-
-    Parameters
-    ----------
-    top : Path
-        Its folder.
-
-    Returns
-    -------
-    list of str
-        Paths below the folder, sorted.
-
-    Raises
-    ------
-    InputError
-        The folder is neither a git checkout nor an unpacked archive.
-    """
+    """Files of the project."""
     if (top / ".git").exists():
         return sorted(_git(top, "ls-files", "-z").strip("\0").split("\0"))
     if found := manifest.sources(top):
@@ -36,18 +20,7 @@ def source_files(top: Path) -> list[str]:
 
 
 def refuse_changes(top: Path) -> None:
-    """Refuse files of the project that differ from its commit.
-
-    Parameters
-    ----------
-    top : Path
-        Folder of the project. An unpacked archive is compared with its list.
-
-    Raises
-    ------
-    InputError
-        With the names of some of them.
-    """
+    """Refuse files of the project that differ from its commit."""
     if (top / ".git").exists():
         changed = _git(top, "diff", "--name-only", "-z", "HEAD").strip("\0").split("\0")
     else:

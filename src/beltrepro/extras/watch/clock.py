@@ -19,29 +19,15 @@ class Clock:
 
     A frame shows a whole number of ticks. At the slowest speed it is one, so that any speed within
     reach of the keys shows instants of one grid.
-
-    Attributes
-    ----------
-    speed : float
-        Seconds of the chain in a second of the film, without doublings; 1 is real time. From 0.05
-        to 50.
-    frames_per_second : float
-        From 1 to 120.
-    doublings : int
-        How often the speed was doubled; negative where it was halved. From -4 to 4.
-    paused : bool
-        Whether frames stand still.
-
-    Raises
-    ------
-    InputError
-        A value is not allowed.
     """
 
+    # seconds of the chain in a second of the film, without doublings; 1 is real time. From 0.05
+    # to 50
     speed: float = 1.0
-    frames_per_second: float = 24.0
+    frames_per_second: float = 24.0  # from 1 to 120
+    # how often the speed was doubled; negative where it was halved. From -4 to 4
     doublings: int = 0
-    paused: bool = False
+    paused: bool = False  # whether frames stand still
 
     def __post_init__(self) -> None:
         for name, (low, high) in {"speed": SPEEDS, "fps": FRAMES_PER_SECOND}.items():
@@ -73,37 +59,14 @@ class Clock:
         return self.speed * 2.0**self.doublings
 
     def toggled(self) -> Clock:
-        """Paused if it ran, running if it was paused.
-
-        Returns
-        -------
-        Clock
-            The same but for that.
-        """
+        """Paused if it ran, running if it was paused."""
         return replace(self, paused=not self.paused)
 
     def stopped(self) -> Clock:
-        """Paused.
-
-        Returns
-        -------
-        Clock
-            The same but for that.
-        """
+        """Paused."""
         return replace(self, paused=True)
 
     def changed(self, doublings: int) -> Clock:
-        """Faster or slower, as far as the speed goes.
-
-        Parameters
-        ----------
-        doublings : int
-            1 doubles the speed, -1 halves it.
-
-        Returns
-        -------
-        Clock
-            The same but for that.
-        """
+        """Faster or slower, as far as the speed goes."""
         wanted = self.doublings + doublings
         return replace(self, doublings=max(-DOUBLINGS, min(DOUBLINGS, wanted)))

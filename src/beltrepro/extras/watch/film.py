@@ -23,23 +23,7 @@ _GIF_FRAMES_PER_SECOND = 50.0  # browsers show shorter frames of a gif longer
 
 
 def check_film(path: Path, duration: float, clock: Clock) -> None:
-    """Check the settings of a film before anything is simulated.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    duration : float
-        Of the film, seconds.
-    clock : Clock
-        Frames in a second.
-
-    Raises
-    ------
-    InputError
-        The file is neither an mp4 nor a gif, its folder does not exist, the film has no frame, or
-        a gif has more than 50 frames a second.
-    """
+    """Check the settings of a film before anything is simulated."""
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"output = {path}: must end in .mp4 or .gif")
     if path.is_dir() or not path.absolute().parent.is_dir():
@@ -58,20 +42,7 @@ def check_film(path: Path, duration: float, clock: Clock) -> None:
 
 
 def frames_of(duration: float, clock: Clock) -> int:
-    """How many frames a film has.
-
-    Parameters
-    ----------
-    duration : float
-        Seconds.
-    clock : Clock
-        Frames in a second.
-
-    Returns
-    -------
-    int
-        The nearest whole number.
-    """
+    """How many frames a film has."""
     return round(duration * clock.frames_per_second)
 
 
@@ -82,31 +53,7 @@ def write_film(
     duration: float,
     progress: Callable[[float], None] | None = None,
 ) -> View:
-    """Write a film of a chain from now on; the file appears under its name when it is complete.
-
-    Parameters
-    ----------
-    path : Path
-        The file, .mp4 or .gif.
-    player : Player
-        The chain, with the tick of the clock.
-    clock : Clock
-        Speed, and frames in a second.
-    duration : float
-        Of the film, seconds.
-    progress : callable, optional
-        Called with the fraction done.
-
-    Returns
-    -------
-    View
-        That drew the frames; it knows their scale.
-
-    Raises
-    ------
-    InputError
-        As of `check_film`.
-    """
+    """Write a film of a chain from now on; the file appears under its name when it is complete."""
     check_film(path, duration, clock)
     from beltrepro.replication.camera.video import Frame, write_video
 

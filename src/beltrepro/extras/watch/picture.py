@@ -29,15 +29,7 @@ _STATES = {"s": (0, look.STUCK), "<": (-1, look.SLIPPING), ">": (1, look.SLIPPIN
 
 
 class ChainPicture:
-    """Artists that show a chain: belt, springs, blocks and signs of stick and slip.
-
-    Parameters
-    ----------
-    axes : Axes
-        Where to draw; it gets its limits, the wall and a tape measure.
-    player : Player
-        The chain; as many blocks are drawn.
-    """
+    """Artists that show a chain: belt, springs, blocks and signs of stick and slip."""
 
     def __init__(self, axes: Axes, player: Player) -> None:
         chain = player.parameters
@@ -66,13 +58,7 @@ class ChainPicture:
         self.show(player)
 
     def show(self, player: Player) -> None:
-        """Move the artists to where the chain is.
-
-        Parameters
-        ----------
-        player : Player
-            A chain of as many blocks.
-        """
+        """Move the artists to where the chain is."""
         places, directions = LENGTH_M * player.positions, player.directions
         self.marks.set_segments(list(_belt_marks(LENGTH_M * player.belt, self.room.end)))
         self.springs.set_segments(list(_springs(places)))

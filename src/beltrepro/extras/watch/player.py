@@ -20,44 +20,17 @@ STRETCH = (
 
 @dataclass(frozen=True, eq=False)
 class Player:
-    """A chain at the instant that is shown, with its motion up to the next multiple of 250.
+    """A chain at the instant that is shown, with its motion up to the next multiple of 250."""
 
-    Attributes
-    ----------
-    stretch : Run
-        The motion simulated ahead, by the method "event", with a sample at each tick.
-    row : int
-        Sample that is shown; -1 for the state in which the stretch begins.
-    tick : float
-        Model time between samples, which lie at its multiples.
-    belt : float
-        How far the belt has moved, model length.
-    record : Record
-        What was shown of the last block.
-    """
-
-    stretch: Run
-    row: int
-    tick: float
-    belt: float
-    record: Record
+    stretch: Run  # the motion simulated ahead, by the method "event", with a sample at each tick
+    row: int  # sample that is shown; -1 for the state in which the stretch begins
+    tick: float  # model time between samples, which lie at its multiples
+    belt: float  # how far the belt has moved, model length
+    record: Record  # what was shown of the last block
 
     @classmethod
     def begin(cls, state: ChainState, tick: float) -> Player:
-        """Show a chain from a state on.
-
-        Parameters
-        ----------
-        state : ChainState
-            Where to begin.
-        tick : float
-            Model time between the instants that can be shown.
-
-        Returns
-        -------
-        Player
-            At the instant of the state.
-        """
+        """Show a chain from a state on."""
         shown = Record().extended(np.array([state.time]), state.positions[-1:])
         return cls._from(state, tick, belt=0.0, record=shown)
 
@@ -69,19 +42,7 @@ class Player:
         return cls(stretch, row, tick, belt, record)
 
     def advance(self, ticks: int = 1) -> Player:
-        """The chain so many ticks later.
-
-        Parameters
-        ----------
-        ticks : int
-            Of 0 or greater.
-
-        Returns
-        -------
-        Player
-            With the positions that a single long run has there, bit for bit, if the chain began at
-            a multiple of 250.
-        """
+        """The chain so many ticks later."""
         stretch, row, record = self.stretch, self.row, self.record
         while ticks > 0:
             if row + 1 == len(stretch.time):
@@ -96,31 +57,14 @@ class Player:
         return replace(later, belt=self.belt + moved)
 
     def under(self, parameters: ChainParameters) -> Player:
-        """The chain under other parameters from now on; r and <x_N> begin anew.
-
-        Parameters
-        ----------
-        parameters : ChainParameters
-            Of as many blocks.
-
-        Returns
-        -------
-        Player
-            At the same instant, with the same positions.
-        """
+        """The chain under other parameters from now on; r and <x_N> begin anew."""
         if parameters == self.parameters:
             return self
         state = self.state.under(parameters)
         return Player._from(state, self.tick, belt=self.belt, record=self.record.anew())
 
     def anew(self) -> Player:
-        """This player with r and <x_N> beginning now.
-
-        Returns
-        -------
-        Player
-            The same but for that.
-        """
+        """This player with r and <x_N> beginning now."""
         return replace(self, record=self.record.anew())
 
     @property
@@ -163,29 +107,7 @@ class Player:
 
 
 def begin(parameters: ChainParameters, clock: Clock, transient: float, seed: int) -> Player:
-    """A chain to watch, from undeformed springs (Sec. III).
-
-    Parameters
-    ----------
-    parameters : ChainParameters
-        The chain.
-    clock : Clock
-        Says which instants can be shown.
-    transient : float
-        Model time that passes before the first of them.
-    seed : int
-        Fixes the random numbers.
-
-    Returns
-    -------
-    Player
-        At the end of the transient.
-
-    Raises
-    ------
-    InputError
-        A value is not allowed.
-    """
+    """A chain to watch, from undeformed springs (Sec. III)."""
     state = ChainState.at_rest(parameters, seed=seed)
     if checks.not_negative("transient", transient) > 0:
         state = _simulated(state, transient, None).final_state

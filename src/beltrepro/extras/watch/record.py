@@ -17,40 +17,21 @@ def _empty() -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """Recent positions of the last block, and their moments since a beginning.
+    """Recent positions of the last block, and their moments since a beginning."""
 
-    Attributes
-    ----------
-    time, length, disorder : array (S,)
-        Instants, x_N and the disorder parameter up to that instant, of the last `KEPT` of model
-        time.
-    count : int
-        Positions in the moments.
-    origin, total, squares : float
-        The first of these positions, and the sum and the sum of squares of all from there.
-    """
-
+    # instants, x_N and the disorder parameter up to that instant, of the last `KEPT` of model
+    # time
     time: np.ndarray = field(default_factory=_empty)
     length: np.ndarray = field(default_factory=_empty)
     disorder: np.ndarray = field(default_factory=_empty)
-    count: int = 0
+    count: int = 0  # positions in the moments
+    # the first of these positions, and the sum and the sum of squares of all from there
     origin: float = 0.0
     total: float = 0.0
     squares: float = 0.0
 
     def extended(self, time: np.ndarray, length: np.ndarray) -> Record:
-        """This record with further positions.
-
-        Parameters
-        ----------
-        time, length : array (S,)
-            Instants, and x_N there, model units.
-
-        Returns
-        -------
-        Record
-            With the old positions that are still recent.
-        """
+        """This record with further positions."""
         if not len(time):
             return self
         origin = self.origin if self.count else float(length[0])
@@ -71,13 +52,7 @@ class Record:
         )
 
     def anew(self) -> Record:
-        """This record with moments that begin now.
-
-        Returns
-        -------
-        Record
-            With the same recent positions.
-        """
+        """This record with moments that begin now."""
         return replace(self, count=0, total=0.0, squares=0.0)
 
     @property

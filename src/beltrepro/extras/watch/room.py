@@ -29,42 +29,14 @@ _NUMBERED = (10, 20, 50, 100, 200, 500)  # marks from one number to the next
 
 
 def visible_length(chain: ChainParameters) -> float:
-    """Length of belt that a chain needs, in metres.
-
-    Parameters
-    ----------
-    chain : ChainParameters
-        The chain that must fit.
-
-    Returns
-    -------
-    float
-        A little more than its length where the springs balance the static friction of all blocks.
-    """
+    """Length of belt that a chain needs, in metres."""
     pulls = chain.static_friction * np.arange(chain.n_blocks, 0, -1)
     stretched = (chain.rest_length + spring_extension(pulls, chain)).sum()
     return float(LENGTH_M * stretched * _ROOM_BEYOND)
 
 
 class Room:
-    """The belt under a chain, drawn on axes.
-
-    Parameters
-    ----------
-    axes : Axes
-        Where to draw; it gets its limits.
-    chain : ChainParameters
-        The chain that must fit.
-
-    Attributes
-    ----------
-    end : float
-        Where the belt ends, metres from the wall.
-    pixels_per_metre : float
-        Scale along the belt.
-    pixels_across : float
-        Scale across it, pixels per metre: the same, but for chains of more than a dozen blocks.
-    """
+    """The belt under a chain, drawn on axes."""
 
     def __init__(self, axes: Axes, chain: ChainParameters) -> None:
         box, across = axes.bbox, ACROSS[1] - ACROSS[0]
@@ -106,13 +78,7 @@ class Room:
 
 
 def signs_explained() -> list[Line2D]:
-    """A legend's lines for the signs of stick and slip.
-
-    Returns
-    -------
-    list of Line2D
-        With labels.
-    """
+    """A legend's lines for the signs of stick and slip."""
     return [
         Line2D([], [], color=colour, marker=shape, linestyle="none", label=words)
         for shape, colour, words in (

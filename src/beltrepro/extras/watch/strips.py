@@ -15,15 +15,7 @@ _STEP = 0.05  # the scale of r ends at a multiple of it
 
 
 class Strips:
-    """Two curves that end now.
-
-    Parameters
-    ----------
-    length, disorder : Axes
-        Of x_N(t) in metres, and of r.
-    player : Player
-        The chain.
-    """
+    """Two curves that end now."""
 
     def __init__(self, length: Axes, disorder: Axes, player: Player) -> None:
         for axes in (length, disorder):
@@ -39,18 +31,7 @@ class Strips:
         self.show(player)
 
     def show(self, player: Player) -> bool:
-        """Draw the curves up to now.
-
-        Parameters
-        ----------
-        player : Player
-            The chain.
-
-        Returns
-        -------
-        bool
-            Whether the scale of r had to grow.
-        """
+        """Draw the curves up to now."""
         record = player.record
         before = TIME_S * (record.time - player.time)
         self.length.set_data(before, LENGTH_M * record.length)

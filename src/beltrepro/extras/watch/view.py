@@ -23,19 +23,7 @@ _LEFT, _RIGHT = 0.06, 0.97
 
 
 class View:
-    """Draws a player. What stands still is drawn once, the rest again for each frame.
-
-    Parameters
-    ----------
-    player : Player
-        The chain.
-    clock : Clock
-        Its speed is shown.
-    figure : Figure, optional
-        Of a window; one without a window if not given.
-    foot : float
-        Share of the height that is left free below.
-    """
+    """Draws a player. What stands still is drawn once, the rest again for each frame."""
 
     def __init__(
         self, player: Player, clock: Clock, figure: Figure | None = None, *, foot: float = 0.0
@@ -76,20 +64,7 @@ class View:
         return self.figure.canvas
 
     def show(self, player: Player, clock: Clock) -> bool:
-        """Move all artists to where the chain is, without drawing.
-
-        Parameters
-        ----------
-        player : Player
-            The chain.
-        clock : Clock
-            Its speed is shown.
-
-        Returns
-        -------
-        bool
-            Whether something changed that otherwise stands still.
-        """
+        """Move all artists to where the chain is, without drawing."""
         self.picture.show(player)
         self.numbers.set_text(_numbers(player))
         before = self.settings.get_text()
@@ -97,15 +72,7 @@ class View:
         return self.strips.show(player) or self.settings.get_text() != before
 
     def draw(self, player: Player, clock: Clock) -> None:
-        """Draw a frame on the canvas.
-
-        Parameters
-        ----------
-        player : Player
-            The chain.
-        clock : Clock
-            Its speed is shown.
-        """
+        """Draw a frame on the canvas."""
         grown = self.show(player, clock)
         if grown or self._still is None:
             self.canvas.draw()  # calls _drawn
@@ -115,13 +82,7 @@ class View:
         self.canvas.blit(self.figure.bbox)
 
     def pixels(self) -> np.ndarray:
-        """The picture that was drawn last.
-
-        Returns
-        -------
-        array (height, width, 3) of uint8
-            Red, green, blue.
-        """
+        """The picture that was drawn last."""
         return np.asarray(self.canvas.buffer_rgba())[:, :, :3].copy()
 
     @property

@@ -26,17 +26,7 @@ _FASTEST_BELT, _LOUDEST_NOISE = 50.0, 10.0  # ends of the sliders; those of the 
 
 
 class Window:
-    """A view that goes on by itself, with keys and sliders.
-
-    Parameters
-    ----------
-    player : Player
-        The chain, with the tick of the clock.
-    clock : Clock
-        Speed, and frames in a second.
-    figure : Figure
-        With a canvas, empty.
-    """
+    """A view that goes on by itself, with keys and sliders."""
 
     def __init__(self, player: Player, clock: Clock, figure: Figure) -> None:
         self.player, self.clock = player, clock
@@ -60,13 +50,7 @@ class Window:
         self._owed = 0.0  # ticks that are due
 
     def tick(self, seconds: float) -> None:
-        """Go on by a time of the real world, with the sliders as they stand, and draw.
-
-        Parameters
-        ----------
-        seconds : float
-            Since the last frame.
-        """
+        """Go on by a time of the real world, with the sliders as they stand, and draw."""
         try:
             self._obey_sliders()
             clock = self.clock
@@ -121,13 +105,7 @@ class Window:
 
 
 def check_display() -> None:
-    """Check that a window can be opened.
-
-    Raises
-    ------
-    InputError
-        There is no display, or no toolkit for windows.
-    """
+    """Check that a window can be opened."""
     interactive = backend_registry.list_builtin(BackendFilter.INTERACTIVE)
     import matplotlib.pyplot as plt
 
@@ -140,20 +118,7 @@ def check_display() -> None:
 
 
 def open_window(player: Player, clock: Clock) -> None:
-    """Show a chain in a window until it is closed.
-
-    Parameters
-    ----------
-    player : Player
-        The chain, with the tick of the clock.
-    clock : Clock
-        Speed, and frames in a second.
-
-    Raises
-    ------
-    InputError
-        There is no display.
-    """
+    """Show a chain in a window until it is closed."""
     check_display()
     import matplotlib.pyplot as plt
 

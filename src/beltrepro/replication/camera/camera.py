@@ -29,54 +29,26 @@ _DRIFT_PERIOD = 60.0  # seconds in which the light comes back to where it was
 
 @dataclass(frozen=True)
 class Camera:
-    """A camera that looks straight down on the belt.
+    """A camera that looks straight down on the belt."""
 
-    Attributes
-    ----------
-    frames_per_second : float
-        Frames a second (Sec. II: 24).
-    metres_per_pixel : float or None
-        Scale of the picture; None for the scale at which the whole film just fits.
-    width, height : int
-        Of the picture, pixels; even numbers.
-    exposure : float
-        Seconds for which the shutter is open; the instant of a frame is the middle of them.
-    blur : float
-        Standard deviation of the image of a point, pixels.
-    sensor_noise : float
-        Standard deviation of the noise of a pixel, of 255 levels of brightness.
-    light_unevenness : float
-        Share by which the light at one end of the picture exceeds that in its middle.
-    light_drift : float
-        Share by which the light waxes and wanes in a minute, while its direction turns.
-    angle : float
-        By which the belt is turned in the picture, degrees, clockwise.
-    dropped : float
-        Share of the frames that are lost.
-    compression : int
-        Constant rate factor of H.264, from 0 (lossless) to 51.
-    seed : int
-        Fixes the noise and which frames are lost.
-
-    Raises
-    ------
-    InputError
-        A value is not allowed.
-    """
-
-    frames_per_second: float = 24.0
+    frames_per_second: float = 24.0  # frames a second (Sec. II: 24)
+    # scale of the picture; None for the scale at which the whole film just fits
     metres_per_pixel: float | None = None
-    width: int = 640
+    width: int = 640  # of the picture, pixels; even numbers
     height: int = 96
+    # seconds for which the shutter is open; the instant of a frame is the middle of them
     exposure: float = 0.01
-    blur: float = 0.7
+    blur: float = 0.7  # standard deviation of the image of a point, pixels
+    # standard deviation of the noise of a pixel, of 255 levels of brightness
     sensor_noise: float = 2.0
+    # share by which the light at one end of the picture exceeds that in its middle
     light_unevenness: float = 0.1
+    # share by which the light waxes and wanes in a minute, while its direction turns
     light_drift: float = 0.05
-    angle: float = 0.0
-    dropped: float = 0.0
-    compression: int = 18
-    seed: int = 1
+    angle: float = 0.0  # by which the belt is turned in the picture, degrees, clockwise
+    dropped: float = 0.0  # share of the frames that are lost
+    compression: int = 18  # constant rate factor of H.264, from 0 (lossless) to 51
+    seed: int = 1  # fixes the noise and which frames are lost
 
     def __post_init__(self) -> None:
         checks.positive("frames_per_second", self.frames_per_second)
@@ -99,41 +71,15 @@ class Camera:
 
 @dataclass(frozen=True, eq=False)
 class Movement:
-    """Where the blocks are at the instants of the frames, in SI.
+    """Where the blocks are at the instants of the frames, in SI."""
 
-    Attributes
-    ----------
-    time_s : array (T,)
-        Instants.
-    x_m : array (T, N)
-        Positions of the blocks, from the support.
-    v_m_s : array (T, N)
-        Their velocities; within an exposure they count as constant.
-    """
-
-    time_s: np.ndarray
-    x_m: np.ndarray
-    v_m_s: np.ndarray
+    time_s: np.ndarray  # instants
+    x_m: np.ndarray  # positions of the blocks, from the support
+    v_m_s: np.ndarray  # their velocities; within an exposure they count as constant
 
     @classmethod
     def of(cls, run: Run) -> Movement:
-        """The movement that the samples of a run show.
-
-        Parameters
-        ----------
-        run : Run
-            With samples.
-
-        Returns
-        -------
-        Movement
-            In SI.
-
-        Raises
-        ------
-        InputError
-            The run has no samples.
-        """
+        """The movement that the samples of a run show."""
         if not len(run.time):
             raise InputError("the run has no samples to film: simulate with a sample_interval")
         return cls(run.time * TIME_S, run.positions * LENGTH_M, run.velocities * VELOCITY_M_S)
@@ -151,29 +97,6 @@ def film(
 
     For a film of 24 frames a second simulate with `sample_interval=1 / 24 / TIME_S`; method "event"
     is exact at any interval.
-
-    Parameters
-    ----------
-    motion : Run or Movement
-        What to film.
-    path : str or Path
-        The video, .mp4, .mov or .mkv.
-    scene : Scene, optional
-        What lies under the camera.
-    camera : Camera, optional
-        How it is filmed.
-    progress : callable, optional
-        Called with the fraction done.
-
-    Returns
-    -------
-    int
-        Number of frames written.
-
-    Raises
-    ------
-    InputError
-        The run has no samples, or others than the camera takes; or the blocks do not fit.
     """
     camera = camera or Camera()
     frames = pictures(motion, scene=scene, camera=camera, progress=progress)
@@ -192,29 +115,7 @@ def pictures(
     camera: Camera | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Iterator[Frame]:
-    """The frames of a film, one by one.
-
-    Parameters
-    ----------
-    motion : Run or Movement
-        What to film.
-    scene : Scene, optional
-        What lies under the camera.
-    camera : Camera, optional
-        How it is filmed.
-    progress : callable, optional
-        Called with the fraction done.
-
-    Yields
-    ------
-    Frame
-        The next one; its time counts from the first sample.
-
-    Raises
-    ------
-    InputError
-        As `film`.
-    """
+    """The frames of a film, one by one."""
     scene, camera = scene or Scene(), camera or Camera()
     movement = motion if isinstance(motion, Movement) else Movement.of(motion)
     _check_instants(movement.time_s, camera.frames_per_second)
@@ -233,47 +134,17 @@ def pictures(
 
 @dataclass(frozen=True)
 class View:
-    """Which part of the scene the picture shows, before it is turned.
+    """Which part of the scene the picture shows, before it is turned."""
 
-    Attributes
-    ----------
-    metres_per_pixel : float
-        Scale.
-    width, height : int
-        Of the picture, pixels.
-    left, top : float
-        Place of the support along the belt, and of the upper edge of the blocks, pixels.
-    """
-
-    metres_per_pixel: float
-    width: int
+    metres_per_pixel: float  # scale
+    width: int  # of the picture, pixels
     height: int
-    left: float
+    left: float  # place of the support along the belt, and of the upper edge of the blocks, pixels
     top: float
 
     @classmethod
     def of(cls, movement: Movement, scene: Scene, camera: Camera) -> View:
-        """The view of a camera that is put up for a movement.
-
-        Parameters
-        ----------
-        movement : Movement
-            What is filmed.
-        scene : Scene
-            What lies under the camera.
-        camera : Camera
-            Which camera.
-
-        Returns
-        -------
-        View
-            With the chain and the tape in the middle of the picture.
-
-        Raises
-        ------
-        InputError
-            The blocks do not fit in the picture.
-        """
+        """The view of a camera that is put up for a movement."""
         extent = movement.x_m.max() + scene.block_length / 2 + 2 * MARGIN
         scale = camera.metres_per_pixel
         if scale is None:
@@ -288,33 +159,11 @@ class View:
         return cls(scale, camera.width, camera.height, MARGIN / scale, top)
 
     def along(self, metres: Any) -> Any:
-        """Places along the belt, in metres from the support, as pixels.
-
-        Parameters
-        ----------
-        metres : float or array
-            Places.
-
-        Returns
-        -------
-        float or array
-            Pixels from the left edge of the picture.
-        """
+        """Places along the belt, in metres from the support, as pixels."""
         return self.left + metres / self.metres_per_pixel
 
     def across(self, metres: float) -> float:
-        """A place across the belt, in metres from the upper edge of the blocks, as pixels.
-
-        Parameters
-        ----------
-        metres : float
-            The place.
-
-        Returns
-        -------
-        float
-            Pixels from the upper edge of the picture.
-        """
+        """A place across the belt, in metres from the upper edge of the blocks, as pixels."""
         return self.top + metres / self.metres_per_pixel
 
 
@@ -467,20 +316,7 @@ class _Shutter:
 
 
 def turn_matrix(size: tuple[int, int], angle: float) -> np.ndarray:
-    """Matrix (2, 3) that turns a picture about its middle.
-
-    Parameters
-    ----------
-    size : tuple of int
-        Width and height, pixels.
-    angle : float
-        Degrees, clockwise as one sees the picture.
-
-    Returns
-    -------
-    array (2, 3)
-        For `cv2.warpAffine`.
-    """
+    """Matrix (2, 3) that turns a picture about its middle."""
     middle = ((size[0] - 1) / 2, (size[1] - 1) / 2)
     return cv2.getRotationMatrix2D(middle, -angle, 1.0)
 

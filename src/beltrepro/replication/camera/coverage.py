@@ -7,18 +7,6 @@ def band(low: float, high: float, count: int) -> np.ndarray:
     """Share (count,) of each pixel between two places.
 
     Pixel j reaches from j to j + 1.
-
-    Parameters
-    ----------
-    low, high : float
-        Where the band begins and ends, pixels.
-    count : int
-        Number of pixels.
-
-    Returns
-    -------
-    array (count,)
-        From 0 to 1.
     """
     ends = np.arange(count + 1)
     return np.diff(np.clip(ends, low, max(low, high)))
@@ -30,20 +18,6 @@ def step_changes(begin: np.ndarray, end: np.ndarray, heights: np.ndarray, count:
     A step is 0 before its edge and `height` behind it. Pixel j shows its mean from j to j + 1, and
     over all places from `begin` to `end`, which the edge passes at constant velocity. The sum of
     the changes up to pixel j is the brightness there.
-
-    Parameters
-    ----------
-    begin, end : array (T, E)
-        Places of the edges when the shutter opens and when it closes, pixels, in each frame.
-    heights : array (E,)
-        Heights of the steps.
-    count : int
-        Number of pixels.
-
-    Returns
-    -------
-    array (T, count)
-        The changes; edges before the picture count in its first pixel.
     """
     # Few pixels see an edge: those it passes, and one more on either side.
     first = np.floor(np.minimum(begin, end)).astype(int) - 1

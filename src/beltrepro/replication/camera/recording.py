@@ -30,113 +30,54 @@ _LONGEST_GAP = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """Power spectrum of a stretch of a recording.
+    """Power spectrum of a stretch of a recording."""
 
-    Attributes
-    ----------
-    begin_s, end_s : float
-        The stretch.
-    frequency_hz : array (F,)
-        Frequencies.
-    power : array (F,)
-        Power spectral density, m^2/Hz.
-    law : PowerLawFit or None
-        Power law between the peak and FIT_TO_HZ; None if the peak lies too high for one.
-    """
-
-    begin_s: float
+    begin_s: float  # the stretch
     end_s: float
-    frequency_hz: np.ndarray
-    power: np.ndarray
+    frequency_hz: np.ndarray  # frequencies
+    power: np.ndarray  # power spectral density, m^2/Hz
+    # power law between the peak and FIT_TO_HZ; None if the peak lies too high for one
     law: PowerLawFit | None
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """A measured x_N(t) and what it tells.
+    """A measured x_N(t) and what it tells."""
 
-    Attributes
-    ----------
-    time_s, x_m : array (T,)
-        The samples after the transient.
-    interval_s : float
-        Median time between them.
-    observed_s : float
-        Time that they stand for, without gaps.
-    disorder_parameter : float
-        r = standard deviation of x_N over its mean (Eq. 4).
-    mean_length, minimum_length, maximum_length : float
-        Of x_N, metres.
-    small_share : float
-        Share of the time with small amplitude.
-    small_s : array (L, 2)
-        Begin and end of the stretches of small amplitude.
-    lasting_share : float
-        Share of the time in those of them that last longer than `lasting_s`.
-    spectra : dict of Spectrum
-        Of the "whole", and of the longest stretch of "small" and of "large" amplitude, where they
-        are long enough.
-    """
-
-    time_s: np.ndarray
+    time_s: np.ndarray  # the samples after the transient
     x_m: np.ndarray
-    interval_s: float
-    observed_s: float
-    disorder_parameter: float
-    mean_length: float
+    interval_s: float  # median time between them
+    observed_s: float  # time that they stand for, without gaps
+    disorder_parameter: float  # r = standard deviation of x_N over its mean (Eq. 4)
+    mean_length: float  # of x_N, metres
     minimum_length: float
     maximum_length: float
-    small_share: float
-    small_s: np.ndarray
-    lasting_share: float
+    small_share: float  # share of the time with small amplitude
+    small_s: np.ndarray  # begin and end of the stretches of small amplitude
+    lasting_share: float  # share of the time in those of them that last longer than `lasting_s`
+    # of the "whole", and of the longest stretch of "small" and of "large" amplitude, where they
+    # are long enough
     spectra: dict[str, Spectrum]
 
     def evenly(self, begin_s: float, end_s: float) -> np.ndarray:
-        """Positions within a stretch at equal intervals, straight across gaps.
-
-        Parameters
-        ----------
-        begin_s : float
-            Begin of the stretch.
-        end_s : float
-            Its end.
-
-        Returns
-        -------
-        array (S,)
-            x_N every `interval_s`, metres.
-        """
+        """Positions within a stretch at equal intervals, straight across gaps."""
         inside = (self.time_s >= begin_s) & (self.time_s <= end_s)
         return _even(self.time_s[inside], self.x_m[inside], self.interval_s)[1]
 
 
 @dataclass(frozen=True, eq=False)
 class Regimes:
-    """Where x_N(t) has a small amplitude, and its moments; fields as of `Recording`.
+    """Where x_N(t) has a small amplitude, and its moments; fields as of `Recording`."""
 
-    Attributes
-    ----------
-    observed_s, disorder_parameter, mean_length, small_share, lasting_share : float
-        As of `Recording`.
-    small : array (T,) of bool
-        Which samples have a small amplitude.
-    small_s : array (L, 2)
-        Begin and end of the stretches of small amplitude.
-    lasting_s : array (K, 2)
-        Those of them that last.
-    lively_s : array (M, 2)
-        Begin and end of the stretches between those that last.
-    """
-
-    observed_s: float
+    observed_s: float  # as of `Recording`
     disorder_parameter: float
     mean_length: float
     small_share: float
     lasting_share: float
-    small: np.ndarray
-    small_s: np.ndarray
-    lasting_s: np.ndarray
-    lively_s: np.ndarray
+    small: np.ndarray  # which samples have a small amplitude
+    small_s: np.ndarray  # begin and end of the stretches of small amplitude
+    lasting_s: np.ndarray  # those of them that last
+    lively_s: np.ndarray  # begin and end of the stretches between those that last
 
 
 @names.checked
@@ -152,29 +93,6 @@ def regimes(
 
     What `analyse` tells but for the spectra, so that a film and a simulation that is sampled like
     one are judged alike.
-
-    Parameters
-    ----------
-    time_s : array (T,)
-        Instants, seconds, rising.
-    x_m : array (T,)
-        Position of the last block from the support, metres.
-    window_s : float
-        As of `analyse`.
-    quiet : float
-        As of `analyse`.
-    lasting_s : float
-        As of `analyse`.
-
-    Returns
-    -------
-    Regimes
-        What they tell.
-
-    Raises
-    ------
-    NotEnoughDataError
-        As `analyse`.
     """
     time, position = np.asarray(time_s, dtype=float), np.asarray(x_m, dtype=float)
     require(time.size >= _LEAST_SAMPLES, f"{time.size} samples, {_LEAST_SAMPLES} are needed")
@@ -224,35 +142,6 @@ def analyse(
     The amplitude is small where the standard deviation of x_N within a window is below a share of
     its mean. That criterion is ours: the paper gives none. A laminar phase of a simulation is
     something else, a long slip of the last block (docs/experiment.md).
-
-    Parameters
-    ----------
-    time_s : array (T,)
-        Instants, seconds, rising.
-    x_m : array (T,)
-        Position of the last block from the support, metres.
-    transient_s : float
-        Seconds left out at the beginning (Sec. II: 200).
-    window_s : float
-        Length of the window for the amplitude, seconds.
-    quiet : float
-        Share of the mean length below which the amplitude is small.
-    lasting_s : float
-        Seconds that a stretch of small amplitude must exceed to count as lasting; 200 model units
-        if not given, as for laminar phases of simulations.
-
-    Returns
-    -------
-    Recording
-        What they tell.
-
-    Raises
-    ------
-    InputError
-        A value is not a number, or not allowed.
-    NotEnoughDataError
-        Fewer than 32 samples after the transient, no time between them, a position beyond the
-        support, or a mean length that is not one in metres.
     """
     time, position = checks.series("time_s", time_s), checks.series("x_m", x_m)
     transient_s = checks.not_negative("transient_s", transient_s)

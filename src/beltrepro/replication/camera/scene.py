@@ -12,40 +12,19 @@ class Scene:
 
     Brightness goes from 0 (black) to 255 (white). The support is at x = 0, and the chain extends to
     the right. The tape measure lies beside the chain and has its zero at the support.
-
-    Attributes
-    ----------
-    block_length, block_width : float
-        Of a block, along the belt and across it (Sec. II: 4 cm and 8 cm).
-    spring_width : float
-        Diameter of the springs.
-    coils : int
-        Turns of a spring.
-    tape_gap, tape_width : float
-        Distance of the tape measure from the blocks, and its width.
-    mark_spacing : float
-        Distance of the marks of the tape measure; every tenth is longer.
-    mark_width, mark_length, long_mark_length : float
-        Of a mark, along the belt, and across it.
-    belt, block, white_block, spring, support, tape, mark : float
-        Brightness of the belt, the tops of the blocks, that of the last one, and so on.
-
-    Raises
-    ------
-    InputError
-        If a size is not positive or a brightness not from 0 to 255.
     """
 
-    block_length: float = 0.04
+    block_length: float = 0.04  # of a block, along the belt and across it (Sec. II: 4 cm and 8 cm)
     block_width: float = 0.08
-    spring_width: float = 0.012
-    coils: int = 8
-    tape_gap: float = 0.015
+    spring_width: float = 0.012  # diameter of the springs
+    coils: int = 8  # turns of a spring
+    tape_gap: float = 0.015  # distance of the tape measure from the blocks, and its width
     tape_width: float = 0.02
-    mark_spacing: float = 0.01
-    mark_width: float = 0.002
+    mark_spacing: float = 0.01  # distance of the marks of the tape measure; every tenth is longer
+    mark_width: float = 0.002  # of a mark, along the belt, and across it
     mark_length: float = 0.008
     long_mark_length: float = 0.014
+    # brightness of the belt, the tops of the blocks, that of the last one, and so on
     belt: float = 28.0
     block: float = 10.0
     white_block: float = 235.0

@@ -26,32 +26,17 @@ _SPRING_FACTOR, _SPRING_LEVELS = 2.0, 0.5
 
 @dataclass(frozen=True)
 class Survey:
-    """Where things are in a video that was taken by a camera at rest.
+    """Where things are in a video that was taken by a camera at rest."""
 
-    Attributes
-    ----------
-    metres_per_pixel : float
-        Scale.
-    angle : float
-        By which the belt is turned in the picture, degrees, clockwise.
-    zero : float
-        Place of the first mark or of the edge, pixels from the middle of the picture, along the
-        belt, away from the support.
-    towards : int
-        1 if the chain extends to the right, -1 if to the left.
-    along, across : float
-        Sides of the white block, pixels.
-    middle : tuple of float
-        Of the picture, pixels.
-    """
-
-    metres_per_pixel: float
-    angle: float
+    metres_per_pixel: float  # scale
+    angle: float  # by which the belt is turned in the picture, degrees, clockwise
+    # place of the first mark or of the edge, pixels from the middle of the picture, along the
+    # belt, away from the support
     zero: float
-    towards: int
-    along: float
+    towards: int  # 1 if the chain extends to the right, -1 if to the left
+    along: float  # sides of the white block, pixels
     across: float
-    middle: tuple[float, float]
+    middle: tuple[float, float]  # of the picture, pixels
 
     @classmethod
     def of(
@@ -64,33 +49,7 @@ class Survey:
         support: str,
         name: str,
     ) -> Survey:
-        """The survey of some frames.
-
-        Parameters
-        ----------
-        pictures : list of array (H, W) of uint8
-            Brightness.
-        scene : Scene
-            Sizes of the blocks and distance of the marks.
-        metres_per_pixel : float or None
-            Scale; None to find it by the tape.
-        first_mark : float or None
-            What the tape reads at its first mark; None if that is the end of the tape.
-        support : str
-            One of SUPPORTS.
-        name : str
-            Of the video, for errors.
-
-        Returns
-        -------
-        Survey
-            What they tell.
-
-        Raises
-        ------
-        InputError
-            Something is not found, or not clear.
-        """
+        """The survey of some frames."""
         mean = np.stack(pictures).mean(axis=0, dtype=np.float32)
         angle = tape.direction(mean)
         ratio = scene.block_length / scene.block_width
@@ -122,33 +81,11 @@ class Survey:
         )
 
     def along_belt(self, place: Place) -> float:
-        """Pixels from the first mark, along the belt, away from the support.
-
-        Parameters
-        ----------
-        place : Place
-            Of the block.
-
-        Returns
-        -------
-        float
-            Its coordinate.
-        """
+        """Pixels from the first mark, along the belt, away from the support."""
         return self.towards * self._projected(place, 0.0) - self.zero
 
     def across_belt(self, place: Place | Region) -> float:
-        """Pixels from the middle of the picture, across the belt.
-
-        Parameters
-        ----------
-        place : Place or Region
-            Of the block.
-
-        Returns
-        -------
-        float
-            Its coordinate.
-        """
+        """Pixels from the middle of the picture, across the belt."""
         return self._projected(place, 90.0)
 
     def _projected(self, place: Place | Region, turn: float) -> float:

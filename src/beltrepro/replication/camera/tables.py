@@ -21,25 +21,6 @@ def read_track(path: Path) -> tuple[list[np.ndarray], dict[str, Any]]:
 
     Values are separated by commas, semicolons or tabs. Where they are not separated by commas, a
     comma in a number is a decimal point. Other columns and rows without any value are left out.
-
-    Parameters
-    ----------
-    path : Path
-        The file: a line that begins with # is a remark, the first other one names the columns, in
-        capitals or not.
-
-    Returns
-    -------
-    columns : list of arrays (T,)
-        time_s, x_m and error_m, which is NaN where the file does not have it.
-    settings : dict
-        What the first remark says, if it is JSON.
-
-    Raises
-    ------
-    InputError
-        The file is missing, is no text, lacks a column or a row or has a column twice, or holds
-        something else than numbers in the order of time.
     """
     remarks, lines = _lines(path)
     header = lines[0] if lines else ""

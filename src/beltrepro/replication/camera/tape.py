@@ -26,24 +26,12 @@ _DARKER = 0.6  # share of the brightness of the tape that what lies beyond it do
 
 @dataclass(frozen=True)
 class Tape:
-    """The marks of a tape measure along the belt.
+    """The marks of a tape measure along the belt."""
 
-    Attributes
-    ----------
-    spacing : float
-        Distance of neighbouring marks, pixels.
-    first : float
-        Place along the belt of the first mark in the picture, pixels from its middle.
-    clearness : float
-        Strength of the period of the marks, in units of the other periods near it.
-    begins : bool
-        Whether the end of the tape before that mark is in the picture.
-    """
-
-    spacing: float
-    first: float
-    clearness: float
-    begins: bool
+    spacing: float  # distance of neighbouring marks, pixels
+    first: float  # place along the belt of the first mark in the picture, pixels from its middle
+    clearness: float  # strength of the period of the marks, in units of the other periods near it
+    begins: bool  # whether the end of the tape before that mark is in the picture
 
 
 def direction(picture: np.ndarray) -> float:
@@ -51,16 +39,6 @@ def direction(picture: np.ndarray) -> float:
 
     Along the belt lie its own edges and those of the tape, the blocks and the treadmill. When the
     picture is turned so that they lie along its rows, its rows differ most from each other.
-
-    Parameters
-    ----------
-    picture : array (H, W)
-        Brightness.
-
-    Returns
-    -------
-    float
-        Degrees, clockwise, from -STEEPEST to STEEPEST.
     """
     shrink = min(1.0, _WIDEST / max(picture.shape))
     small = cv2.resize(picture.astype(np.float32), None, fx=shrink, fy=shrink)
@@ -79,22 +57,7 @@ def direction(picture: np.ndarray) -> float:
 
 
 def straightened(picture: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
-    """The picture, turned about its middle so that the belt lies along its rows.
-
-    Parameters
-    ----------
-    picture : array (H, W)
-        Brightness.
-    angle : float
-        That of the belt, degrees, clockwise.
-
-    Returns
-    -------
-    turned : array (H, W)
-        The picture.
-    weight : array (H, W)
-        1 where it shows something, 0 beyond the edge of the picture.
-    """
+    """The picture, turned about its middle so that the belt lies along its rows."""
     size = picture.shape[::-1]
     matrix = cv2.getRotationMatrix2D(((size[0] - 1) / 2, (size[1] - 1) / 2), angle, 1.0)
     turned = cv2.warpAffine(picture.astype(np.float32), matrix, size)
@@ -103,22 +66,7 @@ def straightened(picture: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndar
 
 
 def find_tape(picture: np.ndarray, angle: float, spacing: float) -> Tape | None:
-    """Find the marks of a tape measure that lies along the belt.
-
-    Parameters
-    ----------
-    picture : array (H, W)
-        Brightness, best the mean of several frames.
-    angle : float
-        That of the belt, degrees, clockwise.
-    spacing : float
-        Distance of the marks that is expected, pixels; it may be wrong by a quarter.
-
-    Returns
-    -------
-    Tape or None
-        None if no rows of the picture have clear marks.
-    """
+    """Find the marks of a tape measure that lies along the belt."""
     turned, weight = straightened(picture, angle)
     ripple = _ripple(turned, weight, spacing)
     width = ripple.shape[1]

@@ -32,39 +32,20 @@ _FIRST_MARK = 5.0  # metres: no tape beside a chain reads more where the picture
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """Places of the white block.
+    """Places of the white block."""
 
-    Attributes
-    ----------
-    time_s : array (T,)
-        Instants of the frames in which it was found, seconds from the beginning of the video.
-    x_m : array (T,)
-        Its middle along the belt, metres from the first mark of the tape (plus what it reads).
-    error_m : array (T,)
-        One standard error within the picture. That of the scale comes on top, for all alike.
-    metres_per_pixel : float
-        Scale of the picture.
-    angle : float
-        By which the belt is turned in the picture, degrees, clockwise.
-    lost_s : array (L, 2)
-        Begin and end of each stretch of frames in which the block was not found.
-    """
-
+    # instants of the frames in which it was found, seconds from the beginning of the video
     time_s: np.ndarray
+    # its middle along the belt, metres from the first mark of the tape (plus what it reads)
     x_m: np.ndarray
+    # one standard error within the picture. That of the scale comes on top, for all alike
     error_m: np.ndarray
-    metres_per_pixel: float
-    angle: float
-    lost_s: np.ndarray
+    metres_per_pixel: float  # scale of the picture
+    angle: float  # by which the belt is turned in the picture, degrees, clockwise
+    lost_s: np.ndarray  # begin and end of each stretch of frames in which the block was not found
 
     def save(self, path: str | Path) -> None:
-        """Write the track as CSV: a line of settings, which begins with #, and three columns.
-
-        Parameters
-        ----------
-        path : str or Path
-            The file.
-        """
+        """Write the track as CSV: a line of settings, which begins with #, and three columns."""
         settings = {
             "metres_per_pixel": self.metres_per_pixel,
             "angle": self.angle,
@@ -77,23 +58,7 @@ class Track:
 
     @classmethod
     def load(cls, path: str | Path) -> Track:
-        """Read a CSV file with the columns time_s, x_m and, if known, error_m.
-
-        Parameters
-        ----------
-        path : str or Path
-            The file, written by `save` or by another program.
-
-        Returns
-        -------
-        Track
-            Settings that the file does not give are NaN.
-
-        Raises
-        ------
-        InputError
-            The file is missing, is no such table, or holds something else than numbers.
-        """
+        """Read a CSV file with the columns time_s, x_m and, if known, error_m."""
         from beltrepro.replication.camera.tables import read_track
 
         (time_s, x_m, error_m), settings = read_track(Path(path))
@@ -122,36 +87,6 @@ def track(
     rectangle of the right shape; the tape has marks along the belt, at the distance that the size
     of the block leads to expect, and their distance is the scale. Then the block is followed from
     frame to frame (docs/experiment.md).
-
-    Parameters
-    ----------
-    video : str or Path
-        The file.
-    metres_per_pixel : float, optional
-        Scale, if there is no tape measure or another value shall count.
-    first_mark : float, optional
-        What the tape reads at its first mark in the picture, metres; 0 where the end of the tape is
-        seen, and needed where it is not. x is measured from the zero of the tape; without a tape,
-        from the edge of the picture on the side of the support.
-    support : str
-        "left" or "right": on which side of the picture the chain is held; "auto" for the side of
-        the white block on which a spring is seen.
-    scene : Scene, optional
-        Sizes of the blocks and distance of the marks.
-    progress : callable, optional
-        Called with the instant reached, seconds.
-
-    Returns
-    -------
-    Track
-        Frames in which the block was not found are left out and told in `lost_s`.
-
-    Raises
-    ------
-    InputError
-        The file is no video; no white block, more than one, or no tape measure is found; the block
-        has another size by the scale; or it cannot be told where the support or the zero of the
-        tape is.
     """
     scene = scene or Scene()
     if metres_per_pixel is not None:

@@ -34,37 +34,6 @@ def trials(
     """What the recording of each of P runs would tell.
 
     Small amplitudes, and those that last, are as `analysis.recording` defines them.
-
-    Parameters
-    ----------
-    parameters : ChainParameters or sequence of them
-        P chains.
-    duration, transient : float
-        As in `beltrepro.simulation.simulate`; the rest is the recording.
-    sample_interval : float
-        Time between frames, model time.
-    laminar_time : float
-        Length that a stretch of small amplitude exceeds if it lasts, model time.
-    progress : callable, optional
-        Called with the fraction done.
-    **how
-        `method`, `time_step`, `tolerance`, `seed`, `replicate`, `initial_spread`: as in `simulate`,
-        each one value or a sequence of P.
-
-    Returns
-    -------
-    dict of arrays (P,)
-        mean_length, disorder_parameter (of the frames); small_share, lasting_share (of the time);
-        lasting_count, lasting_longest; lively_longest, the longest time between those that last;
-        slip_longest, the longest time in which the last block does not stick; all_slip_longest,
-        that in which no block does. Model units.
-
-    Raises
-    ------
-    InputError
-        A value is not allowed, or the recording has too few frames.
-    ModelStateError
-        A state left the range of the model.
     """
     chains = [parameters] if isinstance(parameters, ChainParameters) else list(parameters)
     lasting_s = units.to_si(checks.positive("laminar_time", laminar_time), "time")

@@ -29,18 +29,10 @@ _PICTURES = ("image2", "png_pipe", "jpeg_pipe", "tiff_pipe", "bmp_pipe", "webp_p
 
 
 class Frame(NamedTuple):
-    """A picture and when it was taken.
+    """A picture and when it was taken."""
 
-    Attributes
-    ----------
-    time_s : float
-        Seconds from the beginning of the video.
-    picture : array (H, W) or (H, W, 3) of uint8
-        Brightness, from 0 (black) to 255 (white); or red, green and blue.
-    """
-
-    time_s: float
-    picture: np.ndarray
+    time_s: float  # seconds from the beginning of the video
+    picture: np.ndarray  # brightness, from 0 (black) to 255 (white); or red, green and blue
 
 
 def write_video(
@@ -51,32 +43,7 @@ def write_video(
     compression: int = 18,
     preset: str = "ultrafast",
 ) -> int:
-    """Write frames to an H.264 video; the file appears under its name when it is complete.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file; its ending, .mp4, .mov or .mkv, says what it is.
-    frames : iterable of Frame
-        In the order of time, all of one even width and height. Gaps in time stay gaps.
-    frames_per_second : float
-        The rate that the file tells players; the frames have their own instants.
-    compression : int
-        Constant rate factor of H.264: 0 loses nothing, 18 looks like it, 51 is the coarsest.
-    preset : str
-        How long the encoder looks for what repeats. Noise does not, so "ultrafast" does as well for
-        a camera; a drawing takes a third of the space with "medium".
-
-    Returns
-    -------
-    int
-        Number of frames written.
-
-    Raises
-    ------
-    InputError
-        The file has another ending, or no frame came.
-    """
+    """Write frames to an H.264 video; the file appears under its name when it is complete."""
     path = Path(path)
     check_suffix(path)
     with replacing(path) as part:
@@ -89,18 +56,7 @@ def write_video(
 
 
 def check_suffix(path: Path) -> None:
-    """Check the ending of the name of a video to be written.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        The ending is none of SUFFIXES.
-    """
+    """Check the ending of the name of a video to be written."""
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: the name of a video must end in {', '.join(SUFFIXES)}")
 
@@ -110,22 +66,6 @@ def read_video(path: str | Path) -> Iterator[Frame]:
 
     Colours become brightness, 16 bits become 8, and a picture that a phone marks as turned is
     turned. A video that breaks off ends there. Of frames of the same instant the first counts.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file; any format that FFmpeg reads.
-
-    Yields
-    ------
-    Frame
-        The next one.
-
-    Raises
-    ------
-    InputError
-        The file is missing, is no video, holds no frame, or its frames are too large, differ in
-        size or go back in time.
     """
     path = Path(path)
     try:

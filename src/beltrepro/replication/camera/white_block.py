@@ -22,36 +22,20 @@ _NORMAL = 1.4826  # standard deviation of normal deviates with a median of |devi
 
 
 class Region(NamedTuple):
-    """A bright region of a picture, as a rectangle.
+    """A bright region of a picture, as a rectangle."""
 
-    Attributes
-    ----------
-    x, y : float
-        Its middle, pixels.
-    along, across : float
-        Its sides along the belt and across it, pixels.
-    """
-
-    x: float
+    x: float  # its middle, pixels
     y: float
-    along: float
+    along: float  # its sides along the belt and across it, pixels
     across: float
 
 
 class Place(NamedTuple):
-    """Where the white block is.
+    """Where the white block is."""
 
-    Attributes
-    ----------
-    x, y : float
-        Its middle, pixels.
-    error : float
-        One standard error of the place along the belt, pixels.
-    """
-
-    x: float
+    x: float  # its middle, pixels
     y: float
-    error: float
+    error: float  # one standard error of the place along the belt, pixels
 
 
 def bright_rectangles(
@@ -61,22 +45,6 @@ def bright_rectangles(
 
     Otsu's threshold parts bright from dark. Then it parts what is bright once more, and again: a
     white block can lie on a bright spring.
-
-    Parameters
-    ----------
-    picture : array (H, W) of uint8
-        Brightness.
-    angle : float
-        That of the belt, degrees, clockwise.
-    ratio : float
-        Side of a block along the belt over that across it.
-    opening : int
-        Things narrower than this across the belt are wiped off first, pixels: springs.
-
-    Yields
-    ------
-    Region
-        Those of the lowest threshold first.
     """
     if opening > 1:
         picture = cv2.morphologyEx(picture, cv2.MORPH_OPEN, np.ones((opening, 1), np.uint8))
@@ -112,20 +80,7 @@ def _apart(one: Region, other: Region) -> bool:
 
 
 def has_size(region: Region, along: float, across: float) -> bool:
-    """Whether a region is as large as a block.
-
-    Parameters
-    ----------
-    region : Region
-        The region.
-    along, across : float
-        Sides of a block, pixels.
-
-    Returns
-    -------
-    bool
-        Whether both sides are.
-    """
+    """Whether a region is as large as a block."""
     pairs = ((region.along, along), (region.across, across))
     return all(abs(side - size) < _SIDES * size + 1.5 for side, size in pairs)
 
@@ -138,22 +93,6 @@ def place_block(
     The excess of the light over the dark beside the block, divided by that of the white, is the
     distance of an edge from the middle. Each row of pixels tells both edges. The median over the
     rows counts: a spring or a glare that touches the block on some rows does not move it.
-
-    Parameters
-    ----------
-    picture : array (H, W) of uint8
-        Brightness.
-    region : Region
-        About where the block is.
-    angle : float
-        That of the belt, degrees, clockwise.
-    along, across : float
-        Sides of a block, pixels.
-
-    Returns
-    -------
-    Place or None
-        None if what is there is not a block, for instance half hidden.
     """
     margin = max(4.0, 0.25 * along)
     half = int(np.ceil(along / 2 + margin))

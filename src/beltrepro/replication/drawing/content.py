@@ -22,20 +22,7 @@ from matplotlib.ticker import FixedLocator
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Points of one line or set of markers, in the units of the axes.
-
-    Parameters
-    ----------
-    label : str
-        Its words in the legend, empty if it has none.
-    x, y : (P,) arrays
-    error : (P,) array or None
-        Half the height of its error bars.
-    colour : str
-        "#rrggbb", of the markers if there are any.
-    marker, line : str
-        Matplotlib's names; empty if there is none.
-    """
+    """Points of one line or set of markers, in the units of the axes."""
 
     label: str
     x: np.ndarray
@@ -48,14 +35,7 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """A shaded band between two curves over the same x.
-
-    Parameters
-    ----------
-    x, low, high : (P,) arrays
-    colour : str
-        "#rrggbb".
-    """
+    """A shaded band between two curves over the same x."""
 
     x: np.ndarray
     low: np.ndarray
@@ -65,17 +45,7 @@ class Band:
 
 @dataclass(frozen=True, eq=False)
 class Image:
-    """Values (Y, X) in colours, on cells between x_edges (X + 1,) and y_edges (Y + 1,).
-
-    Parameters
-    ----------
-    scale : str
-        "log" or "linear", of the colours.
-    limits : (float, float)
-        Ends of the colours.
-    label : str
-        Words at the colour bar; empty if it is shown beside another panel.
-    """
+    """Values (Y, X) in colours, on cells between x_edges (X + 1,) and y_edges (Y + 1,)."""
 
     x_edges: np.ndarray
     y_edges: np.ndarray
@@ -87,33 +57,7 @@ class Image:
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """One panel with its insets.
-
-    Parameters
-    ----------
-    titles : (str, str, str)
-        Above it: left, middle, right.
-    xlabel, ylabel, xscale, yscale : str
-    xlim, ylim : (float, float)
-    xticks : tuple of str
-        Words at the ticks of x where they are set by hand, else empty.
-    legend : tuple of str
-    curves : tuple of Curve
-        Those with at least one point.
-    bands : tuple of Band
-    guides : tuple of (str, float)
-        Lines across the panel: "x" or "y", and where.
-    spans : tuple of (str, float, float)
-        Shaded strips across the panel: "x" or "y", from, to.
-    arrows : tuple of ((x, y), (x, y))
-    bars : tuple of ((x, y), (x, y))
-        Ends of upright bars that are no error bars.
-    images : tuple of Image
-    texts : tuple of str
-    pointers : tuple of (str, (float, float))
-        Words with a line to a place, and the place.
-    insets : tuple of Panel
-    """
+    """One panel with its insets."""
 
     titles: tuple[str, str, str]
     xlabel: str
@@ -147,13 +91,7 @@ class Content:
 
 
 def content(figure: Figure) -> Content:
-    """What the figure shows.
-
-    Parameters
-    ----------
-    figure : matplotlib Figure
-        As returned by `draw` of a figure's module; it need not have been written.
-    """
+    """What the figure shows."""
     bars = {image.colorbar.ax for axes in figure.axes for image in _meshes(axes) if image.colorbar}
     return Content(
         panels=tuple(_panel(axes) for axes in figure.axes if axes not in bars),

@@ -20,23 +20,7 @@ TEXTS = ("run",)  # keys that stay text even if they look like numbers
 
 
 def load(path: str | Path) -> dict:
-    """Read a YAML file.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-
-    Returns
-    -------
-    dict
-        Its content.
-
-    Raises
-    ------
-    InputError
-        If it is missing, is not YAML or is not a mapping.
-    """
+    """Read a YAML file."""
     try:
         content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
@@ -49,22 +33,7 @@ def load(path: str | Path) -> dict:
 
 
 def complain(text: str, found: str = "", known: Iterable[str] = ()) -> InputError:
-    """One line about the config.
-
-    Parameters
-    ----------
-    text : str
-        What is wrong: key, value and what is allowed.
-    found : str
-        A name that is not known.
-    known : iterable of str
-        Names that are; the nearest is suggested.
-
-    Returns
-    -------
-    InputError
-        To be raised.
-    """
+    """One line about the config."""
     return InputError(f"{SOURCE}: {text}{hint(found, known)}")
 
 
@@ -72,21 +41,6 @@ def normalised(config: dict) -> dict:
     """The config with text keys only, and with numbers that were read as text as numbers.
 
     YAML reads 2e6 as text, and Snakemake every number inside `--config 'presets={...}'`.
-
-    Parameters
-    ----------
-    config : dict
-        Content of config.yaml, with what the command line changed.
-
-    Returns
-    -------
-    dict
-        A copy.
-
-    Raises
-    ------
-    InputError
-        If a number is not finite, or a value of no kind that a key can have.
     """
     texts = {key: config[key] for key in TEXTS if _is_name(config.get(key))}
     others = {key: value for key, value in config.items() if key not in texts}
@@ -94,20 +48,7 @@ def normalised(config: dict) -> dict:
 
 
 def fault(config: dict, schema: dict) -> InputError | None:
-    """The first thing that the schema refuses.
-
-    Parameters
-    ----------
-    config : dict
-        Content of config.yaml, with what the command line changed.
-    schema : dict
-        `schema.config_schema`.
-
-    Returns
-    -------
-    InputError or None
-        To be raised; None if the config is as the schema says.
-    """
+    """The first thing that the schema refuses."""
     errors = jsonschema.Draft202012Validator(schema).iter_errors(config)
     # A misspelt key is also a missing one: speak of the cause.
     first = min(errors, key=lambda error: error.validator != "additionalProperties", default=None)

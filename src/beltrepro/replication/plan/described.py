@@ -24,23 +24,7 @@ def describe(
     units: str = "",
     **more: Any,
 ) -> None:
-    """Write beside a file what it is and what made it.
-
-    Parameters
-    ----------
-    path : Path
-        The file, which is there and whole.
-    title : str
-        One sentence.
-    sources : dict
-        What was told to the datasets that it is made from, by name.
-    lineage : dict, optional
-        What made those datasets, see `beltrepro.replication.plan.inputs.lineage`.
-    units : str
-        Those of its numbers, if they are not model units.
-    **more
-        Further keys.
-    """
+    """Write beside a file what it is and what made it."""
     about = {
         "@context": "http://www.w3.org/ns/csvw",
         "url": path.name,
@@ -56,23 +40,7 @@ def describe(
 
 
 def origin_of(path: Path) -> dict[str, Any]:
-    """What a file says that it is made from, for a file that is made from it alone.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    dict
-        `sources` and `lineage` as given to `describe`.
-
-    Raises
-    ------
-    InputError
-        It does not say so, or is damaged.
-    """
+    """What a file says that it is made from, for a file that is made from it alone."""
     about, reason = _about(path)
     if reason:
         raise InputError(f"{path}: {reason}")
@@ -80,41 +48,12 @@ def origin_of(path: Path) -> dict[str, Any]:
 
 
 def lineage(path: Path) -> dict[str, dict]:
-    """What made the datasets behind a file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    dict
-        As given to `describe`.
-
-    Raises
-    ------
-    InputError
-        It does not say so, or is damaged.
-    """
+    """What made the datasets behind a file."""
     return origin_of(path)["lineage"]
 
 
 def check(path: Path, expected: dict) -> None:
-    """Check that a file is whole and is what it should be.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    expected : dict
-        Preset and run, and in `sources` what `describe` was given.
-
-    Raises
-    ------
-    InputError
-        It is not; the line has the command that makes it again.
-    """
+    """Check that a file is whole and is what it should be."""
     about, reason = _about(path)
     if not reason and about["dc:source"] != json.loads(json.dumps(expected["sources"])):
         reason = "was made from other datasets"
@@ -123,34 +62,12 @@ def check(path: Path, expected: dict) -> None:
 
 
 def checksum(content: bytes) -> str:
-    """Of the bytes of a file.
-
-    Parameters
-    ----------
-    content : bytes
-        All of them.
-
-    Returns
-    -------
-    str
-        Sixteen hexadecimal digits.
-    """
+    """Of the bytes of a file."""
     return hashlib.sha256(content).hexdigest()[:16]
 
 
 def metadata_path(path: Path) -> Path:
-    """Where it is said what a file is: beside it.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    Path
-        The JSON file.
-    """
+    """Where it is said what a file is: beside it."""
     return path.with_name(f"{path.name}-metadata.json")
 
 

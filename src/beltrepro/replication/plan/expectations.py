@@ -9,18 +9,6 @@ class Expectations:
     """What the files of a run must say of themselves, by the name of what they hold.
 
     The name of a dataset or table is its own; a film F and its track are "F_film" and "F_track".
-
-    Parameters
-    ----------
-    plan : Plan
-        Of the preset and run.
-
-    Attributes
-    ----------
-    filmed : dict
-        `films.PlannedFilm` by the names of film and track.
-    judged : list of str
-        What claims are measured from: datasets and tracks.
     """
 
     def __init__(self, plan: Plan) -> None:
@@ -32,33 +20,11 @@ class Expectations:
         self.judged = [*plan.datasets, *(f"{name}{TRACK}" for name in plan.films)]
 
     def each(self, *names: str) -> dict[str, dict]:
-        """What the files of these must say, by name.
-
-        Parameters
-        ----------
-        *names : str
-            Datasets, tables, films and tracks.
-
-        Returns
-        -------
-        dict
-            As `inputs.check` and `inputs.load` take it.
-        """
+        """What the files of these must say, by name."""
         return {name: self._one(name) for name in names}
 
     def made_from(self, *names: str) -> dict:
-        """What a table, figure or list of claims must say that is made from these.
-
-        Parameters
-        ----------
-        *names : str
-            Datasets, tables, films and tracks.
-
-        Returns
-        -------
-        dict
-            Preset, run and `sources`.
-        """
+        """What a table, figure or list of claims must say that is made from these."""
         return self._of(self.each(*names))
 
     def _one(self, name: str) -> dict:

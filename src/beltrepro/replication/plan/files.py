@@ -25,24 +25,7 @@ def write(
     arrays: dict[str, np.ndarray],
     origin: dict[str, str] | None = None,
 ) -> None:
-    """Write arrays with what they are; the file has a trailer.
-
-    Parameters
-    ----------
-    path : str or Path
-        The HDF5 file; it appears under its name when it is complete.
-    told : dict
-        What the file holds: `Plan.told` or `Plan.told_batch`.
-    arrays : dict
-        By name, as the kind lists them.
-    origin : dict, optional
-        What made them; this process if not given.
-
-    Raises
-    ------
-    InputError
-        There is no room for the file.
-    """
+    """Write arrays with what they are; the file has a trailer."""
     known = KINDS[told["kind"]].arrays
     about = {name: known[name].attributes() for name in arrays}
     attributes = _attributes(told, arrays, origin or provenance.origin())
@@ -76,57 +59,17 @@ def _attributes(told: dict, arrays: dict, origin: dict) -> dict:
 
 
 def digest(told: dict) -> str:
-    """Text that differs for files that were told different things.
-
-    Parameters
-    ----------
-    told : dict
-        `Plan.told` or `Plan.told_batch`.
-
-    Returns
-    -------
-    str
-        Sixteen hexadecimal digits.
-    """
+    """Text that differs for files that were told different things."""
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def expected(told: dict) -> dict:
-    """What `read` compares with a file: small, to be a parameter of a rule.
-
-    Parameters
-    ----------
-    told : dict
-        `Plan.told` or `Plan.told_batch`.
-
-    Returns
-    -------
-    dict
-        Dataset, kind, preset and run by name, and the digest.
-    """
+    """What `read` compares with a file: small, to be a parameter of a rule."""
     return {name: told[name] for name in IDENTITY} | {"digest": digest(told)}
 
 
 def read(path: str | Path, expected: dict) -> store.Dataset:
-    """Read a file and check that it holds what is asked for.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    expected : dict
-        As `expected` makes it from what the job of the file is told.
-
-    Returns
-    -------
-    store.Dataset
-        Arrays and attributes.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or holds something else; the line has the command that repairs.
-    """
+    """Read a file and check that it holds what is asked for."""
     try:
         found = read_any(path)
     except InputError as error:
@@ -140,42 +83,13 @@ def read(path: str | Path, expected: dict) -> store.Dataset:
 
 
 def read_any(path: str | Path) -> store.Dataset:
-    """Read a file, whatever dataset or batch it holds, and check that it is whole.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-
-    Returns
-    -------
-    store.Dataset
-        Arrays and attributes.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, damaged or not one of the workflow.
-    """
+    """Read a file, whatever dataset or batch it holds, and check that it is whole."""
     trailer.check(Path(path))  # before libhdf5 has it
     return store.read(path, strict=True)
 
 
 def repair(path: str | Path, expected: dict) -> str:
-    """Words on how to make a file of results again.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    expected : dict
-        With the preset and the run.
-
-    Returns
-    -------
-    str
-        With the command.
-    """
+    """Words on how to make a file of results again."""
     command = f"rm {path} && snakemake --cores 2 --config preset={expected['preset']}"
     if expected["run"] != expected["preset"]:
         command += f" run={expected['run']}"
@@ -187,23 +101,6 @@ def join(parts: Sequence[store.Dataset], kind: str) -> dict[str, np.ndarray]:
 
     Arrays are joined along the axis of points; of records, `point` counts on. Further axes of
     different lengths are filled up, with NaN or 0. Arrays without points must agree.
-
-    Parameters
-    ----------
-    parts : sequence of store.Dataset
-        The batches.
-    kind : str
-        Name of the kind.
-
-    Returns
-    -------
-    dict of arrays
-        By name; those of P points have all of them along their first axis.
-
-    Raises
-    ------
-    InputError
-        If an array without points, like the time of samples, differs between batches.
     """
     known = KINDS[kind].arrays
     counts = [len(part.arrays["n_blocks"]) for part in parts]
@@ -222,18 +119,7 @@ def join(parts: Sequence[store.Dataset], kind: str) -> dict[str, np.ndarray]:
 
 
 def single_run(series: store.Dataset) -> store.Dataset:
-    """A series of one point as that run.
-
-    Parameters
-    ----------
-    series : store.Dataset
-        A dataset of kind series, with arrays (1, ...).
-
-    Returns
-    -------
-    store.Dataset
-        The same arrays without the axis of points, events without `point`.
-    """
+    """A series of one point as that run."""
     known = KINDS["series"].arrays
     arrays = {}
     for name, values in series.arrays.items():
@@ -246,34 +132,12 @@ def single_run(series: store.Dataset) -> store.Dataset:
 
 
 def is_single_run(dataset: store.Dataset) -> bool:
-    """Whether a dataset is a series of one point.
-
-    Parameters
-    ----------
-    dataset : store.Dataset
-        Of any kind.
-
-    Returns
-    -------
-    bool
-        True if `single_run` can take it.
-    """
+    """Whether a dataset is a series of one point."""
     return dataset.attributes["kind"] == "series" and len(dataset.arrays["n_blocks"]) == 1
 
 
 def chain(dataset: store.Dataset) -> ChainParameters:
-    """The chain of a dataset in which all points have the same one.
-
-    Parameters
-    ----------
-    dataset : store.Dataset
-        Its attributes hold the parameters.
-
-    Returns
-    -------
-    ChainParameters
-        The chain, in model units.
-    """
+    """The chain of a dataset in which all points have the same one."""
     return ChainParameters(**{name: dataset.attributes[name] for name in CHAIN})
 
 

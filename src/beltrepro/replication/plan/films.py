@@ -110,24 +110,12 @@ CAMERA = {each.name: each for each in _CAMERA}
 
 @dataclass(frozen=True)
 class PlannedFilm:
-    """A film before it is made.
+    """A film before it is made."""
 
-    Attributes
-    ----------
-    name : str
-        Unique over all films.
-    dataset : str
-        Name of the series of one point that is filmed.
-    frames : int or None
-        How many instants of the series, from its first one on; None for all.
-    camera : dict
-        Settings of `experiment.Camera`.
-    """
-
-    name: str
-    dataset: str
-    frames: int | None
-    camera: dict = field(hash=False)
+    name: str  # unique over all films
+    dataset: str  # name of the series of one point that is filmed
+    frames: int | None  # how many instants of the series, from its first one on; None for all
+    camera: dict = field(hash=False)  # settings of `experiment.Camera`
 
     def told(self) -> dict:
         """What the job of the film needs, as plain values."""
@@ -135,27 +123,7 @@ class PlannedFilm:
 
 
 def planned_films(config: dict, datasets: Mapping, preset: str) -> dict[str, PlannedFilm]:
-    """The films of a preset.
-
-    Parameters
-    ----------
-    config : dict
-        Content of config.yaml, which is as the schema says.
-    datasets : dict of plan.PlannedDataset
-        Those of the preset, by name.
-    preset : str
-        Its name, for messages.
-
-    Returns
-    -------
-    dict of PlannedFilm
-        By name, in the order of the configuration.
-
-    Raises
-    ------
-    InputError
-        If a film is made of what cannot be filmed, or a dataset has the name of one.
-    """
+    """The films of a preset."""
     usual = {each.name: each.default for each in _CAMERA} | config.get("camera", {})
     _check_names(datasets)
     found = {}

@@ -16,23 +16,7 @@ Complain = Callable[[str], Exception]
 
 
 def points(axes: dict[str, tuple[object, str]], seed: int, complain: Complain) -> tuple[Point, ...]:
-    """Every combination of the axes, in the order of the quantities.
-
-    Parameters
-    ----------
-    axes : dict
-        For each quantity what config.yaml gives (a value, a list, a range, a table by N, a rule)
-        and where, for messages.
-    seed : int
-        Seed of the configuration, on which an offset counts.
-    complain : callable
-        Makes the error for a text.
-
-    Returns
-    -------
-    tuple of Point
-        The last quantity varies fastest.
-    """
+    """Every combination of the axes, in the order of the quantities."""
     given, where = axes["n_blocks"]
     sizes = [int(size) for size in values(given, where, complain)]
     _check_tables(axes, sizes, complain)
@@ -50,22 +34,7 @@ def points(axes: dict[str, tuple[object, str]], seed: int, complain: Complain) -
 
 
 def values(grid: object, where: str, complain: Complain) -> tuple:
-    """Values of a grid.
-
-    Parameters
-    ----------
-    grid : object
-        A single value, a list or a {start, stop, step}.
-    where : str
-        Where it stands, for messages.
-    complain : callable
-        Makes the error for a text.
-
-    Returns
-    -------
-    tuple
-        The values, rising.
-    """
+    """Values of a grid."""
     if isinstance(grid, list):
         return tuple(sorted(grid, key=lambda value: (value is not None, value)))
     if not isinstance(grid, dict):
@@ -83,18 +52,7 @@ def values(grid: object, where: str, complain: Complain) -> tuple:
 
 
 def is_by_size(grid: object) -> bool:
-    """Whether a grid is a table N -> grid.
-
-    Parameters
-    ----------
-    grid : object
-        A grid of any form.
-
-    Returns
-    -------
-    bool
-        True for a mapping with numbers as keys.
-    """
+    """Whether a grid is a table N -> grid."""
     return isinstance(grid, dict) and all(str(key).isdigit() for key in grid)
 
 

@@ -15,48 +15,12 @@ from beltrepro.replication.plan.films import FILM, TRACK
 
 
 def load(paths: dict[str, str | Path], expected: dict[str, dict]) -> dict:
-    """Read datasets (.h5), tables (.csv) and what the virtual experiment made.
-
-    Parameters
-    ----------
-    paths : dict
-        Files by name of the dataset or table; those of film F are "F_film" and "F_track".
-    expected : dict
-        For each dataset what its file must say of itself, see `datasets.files.expected`. For each
-        other file preset, run and what its `sources` were told; one without is not checked.
-
-    Returns
-    -------
-    dict
-        `store.Dataset` or DataFrame by name. A series of a single point is given as that run: its
-        arrays without the axis of points (`datasets.files.single_run`). A track is an
-        `experiment.Track`. A film is a function without arguments that yields its frames
-        (`experiment.video.read_video`).
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read or holds something else.
-    """
+    """Read datasets (.h5), tables (.csv) and what the virtual experiment made."""
     return {name: _read(name, Path(path), expected) for name, path in paths.items()}
 
 
 def lineage(paths: dict[str, str | Path], data: dict) -> dict[str, dict]:
-    """What made the datasets behind a figure or table, to be written into it.
-
-    Parameters
-    ----------
-    paths : dict
-        As for `load`.
-    data : dict
-        As `load` returns it.
-
-    Returns
-    -------
-    dict
-        For each dataset, those behind tables too: digest, and `config`, what it was told, with
-        seeds, methods and every value; code version, libraries and processor.
-    """
+    """What made the datasets behind a figure or table, to be written into it."""
     found: dict[str, dict] = {}
     for name, each in data.items():
         if isinstance(each, Dataset):
@@ -67,20 +31,7 @@ def lineage(paths: dict[str, str | Path], data: dict) -> dict[str, dict]:
 
 
 def check(path: str | Path, expected: dict) -> None:
-    """Check that a file of results is whole and is what it should be.
-
-    Parameters
-    ----------
-    path : path-like
-        The file; its ending says what it is.
-    expected : dict
-        As for `load`; of the PNG of a figure preset, run and `sources`.
-
-    Raises
-    ------
-    InputError
-        It is not; the line has the command that makes it again.
-    """
+    """Check that a file of results is whole and is what it should be."""
     path = Path(path)
     if path.suffix == ".h5":
         files.read(path, expected)
@@ -91,18 +42,7 @@ def check(path: str | Path, expected: dict) -> None:
 
 
 def source(expected: dict) -> str:
-    """What the PNG of a figure says that it is drawn from.
-
-    Parameters
-    ----------
-    expected : dict
-        Preset, run and `sources`.
-
-    Returns
-    -------
-    str
-        Differs for other presets, runs and settings of datasets.
-    """
+    """What the PNG of a figure says that it is drawn from."""
     return f"{expected['preset']}, {expected['run']}, {files.digest(expected)}"
 
 

@@ -39,25 +39,13 @@ COLUMNS = {
 
 @dataclass(frozen=True)
 class Job:
-    """One simulation job, which advances one batch.
+    """One simulation job, which advances one batch."""
 
-    Attributes
-    ----------
-    kind, method : str
-        Kind of the dataset; method of its points.
-    noise : bool
-        Whether its points have noise.
-    name : str
-        Of its result below results/<run>/, without suffix.
-    work : float
-        Blocks of all chains times model time.
-    """
-
-    kind: str
+    kind: str  # kind of the dataset; method of its points
     method: str
-    noise: bool
-    name: str
-    work: float
+    noise: bool  # whether its points have noise
+    name: str  # of its result below results/<run>/, without suffix
+    work: float  # blocks of all chains times model time
 
     @property
     def cost_class(self) -> tuple[str, str, bool]:
@@ -66,18 +54,7 @@ class Job:
 
 
 def simulation_jobs(plan: Plan) -> list[Job]:
-    """All simulation jobs of a plan.
-
-    Parameters
-    ----------
-    plan : Plan
-        Of one preset.
-
-    Returns
-    -------
-    list of Job
-        Sorted by class.
-    """
+    """All simulation jobs of a plan."""
     jobs = [
         Job(
             kind=dataset.kind.name,
@@ -99,20 +76,6 @@ def draw(jobs: list[Job], seed: int, one_in: int = ONE_IN) -> list[Job]:
     from a random start: so the sample follows the order of the jobs, in which neighbours cost
     nearly the same, and no small job, which costs mostly its start, stands for the large ones. A
     job as long as the distance is always taken, and the others share the places left.
-
-    Parameters
-    ----------
-    jobs : list of Job
-        Sorted by class.
-    seed : int
-        Of the random starts.
-    one_in : int
-        How many jobs of a class there are for one in the sample.
-
-    Returns
-    -------
-    list of Job
-        The sample, in the order of the jobs.
     """
     stream = np.random.default_rng(seed)
     drawn = []
@@ -144,25 +107,7 @@ def estimate(
     memory: dict[str, float] | None = None,
     size: dict[str, float] | None = None,
 ) -> pd.DataFrame:
-    """Time, memory and disk of all jobs from those of some, a row for each class and for the sum.
-
-    Parameters
-    ----------
-    jobs : list of Job
-        All jobs, sorted by class.
-    seconds : dict
-        Time of the jobs that ran, by name.
-    memory : dict, optional
-        Their largest memory (MB), by name.
-    size : dict, optional
-        Bytes of their results, by name.
-
-    Returns
-    -------
-    DataFrame
-        With the columns of `COLUMNS`. An error is NaN where fewer than two jobs of several ran, and
-        left out of the sum's; seconds_per_work is NaN for the sum.
-    """
+    """Time, memory and disk of all jobs from those of some, a row for each class and for the sum."""
     import pandas as pd  # half a second that Snakemake need not pay in every job
 
     rows = []

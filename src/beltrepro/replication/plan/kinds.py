@@ -30,24 +30,16 @@ class Setting:
 
 @dataclass(frozen=True)
 class Array:
-    """One array of a file.
+    """One array of a file."""
 
-    Attributes
-    ----------
-    name, symbol, unit, description : str
-        As of `Quantity`; the unit of a table of records is empty.
-    dimensions : tuple of str
-        Names of its axes. Batches are joined along "point". A table of records has one axis of
-        another name and a field `point`, the row of its run.
-    fields : dict
-        Of a table of records, the unit of each field.
-    """
-
-    name: str
+    name: str  # as of `Quantity`; the unit of a table of records is empty
     symbol: str
     unit: str
+    # names of its axes. Batches are joined along "point". A table of records has one axis of
+    # another name and a field `point`, the row of its run
     dimensions: tuple[str, ...]
     description: str
+    # of a table of records, the unit of each field
     fields: dict[str, str] = field(default_factory=dict, hash=False)
 
     def attributes(self) -> dict[str, str]:
@@ -66,45 +58,19 @@ class Array:
 
 @dataclass(frozen=True)
 class Kind:
-    """What is recorded of the points of a dataset.
+    """What is recorded of the points of a dataset."""
 
-    Attributes
-    ----------
-    name, description : str
-        Its name in config.yaml; one sentence.
-    settings : tuple of Setting
-        What it is told besides points.
-    recorded : tuple of Array
-        What it records besides a column for each quantity.
-    complaint : callable
-        complaint(settings, points) -> (key, text) of the first value that no schema can refuse,
-        or None.
-    kicks : bool
-        Whether its runs can be kicked.
-    """
-
-    name: str
+    name: str  # its name in config.yaml; one sentence
     description: str
-    settings: tuple[Setting, ...]
-    recorded: tuple[Array, ...]
+    settings: tuple[Setting, ...]  # what it is told besides points
+    recorded: tuple[Array, ...]  # what it records besides a column for each quantity
+    # complaint(settings, points) -> (key, text) of the first value that no schema can refuse, or
+    # None
     complaint: Callable[[dict, Sequence[Point]], tuple[str, str] | None]
-    kicks: bool = False
+    kicks: bool = False  # whether its runs can be kicked
 
     def first_complaint(self, settings: dict, points: Sequence[Point]) -> tuple[str, str] | None:
-        """Key and text of the first value that no schema can refuse.
-
-        Parameters
-        ----------
-        settings : dict
-            By name.
-        points : sequence of Point
-            The points of a dataset.
-
-        Returns
-        -------
-        tuple of str or None
-            None if there is none.
-        """
+        """Key and text of the first value that no schema can refuse."""
         complaints = _kicked(self, points), _tolerance(points), _law(points)
         return _first(*complaints, self.complaint(settings, points))
 

@@ -35,18 +35,7 @@ _held: dict[Path, int] = {}
 
 
 def is_locked(results: Path) -> bool:
-    """Whether a run of the workflow is at work on a folder of results.
-
-    Parameters
-    ----------
-    results : Path
-        Folder of a run; need not exist.
-
-    Returns
-    -------
-    bool
-        True if another process holds its lock; False also where nobody can, which `begin` says.
-    """
+    """Whether a run of the workflow is at work on a folder of results."""
     try:
         descriptor = os.open(results / LOCK, os.O_RDONLY)  # results may be there to be read only
     except OSError:
@@ -64,18 +53,6 @@ def begin(results: Path, was_locked: bool = False) -> None:
     """Take a folder of results for this process until it ends, and put it in order.
 
     Unfinished files are removed, and no file stays from the future.
-
-    Parameters
-    ----------
-    results : Path
-        Folder of a run; made if missing.
-    was_locked : bool
-        Whether it was locked when this process looked at its files: what it found may have changed.
-
-    Raises
-    ------
-    InputError
-        Another run is at work there, or nothing can be written or locked.
     """
     try:
         results.mkdir(parents=True, exist_ok=True)
@@ -135,13 +112,7 @@ def _lock(descriptor: int) -> bool:
 
 
 def stop_at_once(results: Path) -> None:
-    """From now on end with all jobs at Ctrl-C, SIGTERM or SIGHUP, and say how to go on.
-
-    Parameters
-    ----------
-    results : Path
-        Folder of the run.
-    """
+    """From now on end with all jobs at Ctrl-C, SIGTERM or SIGHUP, and say how to go on."""
 
     def _stop(number: int, frame: Any) -> NoReturn:
         """End this process and its jobs; a handler of signals."""
@@ -179,13 +150,7 @@ def _end_jobs() -> None:
 
 
 def end_with_parent(parent: int | None = None) -> None:
-    """End this process when another ends, even if that is killed.
-
-    Parameters
-    ----------
-    parent : int, optional
-        Number of the other process; if not given, the one named in the environment, if any.
-    """
+    """End this process when another ends, even if that is killed."""
     if parent is None and PARENT in os.environ:
         parent = int(os.environ[PARENT])
     if parent is not None:
@@ -207,13 +172,7 @@ def _outlive(parent: int) -> None:
 
 
 def shorten(logger: logging.Logger) -> None:
-    """Show one line of a failed job on the screen; Snakemake's log keeps all that it says.
-
-    Parameters
-    ----------
-    logger : Logger
-        That of Snakemake.
-    """
+    """Show one line of a failed job on the screen; Snakemake's log keeps all that it says."""
     for handler in logger.handlers:
         if not isinstance(handler, logging.FileHandler):
             handler.addFilter(_Brief())

@@ -15,74 +15,23 @@ _RESULTS = "results"
 
 
 def line(checksum: str, name: str) -> str:
-    """One line of the list.
-
-    Parameters
-    ----------
-    checksum : str
-        Of the file, see `checksum_of`.
-    name : str
-        Path below the top of the archive, with "/".
-
-    Returns
-    -------
-    str
-        With its end.
-    """
+    """One line of the list."""
     return f"{checksum}  {name}\n"
 
 
 def checksum_of(path: Path) -> str:
-    """SHA-256 of a file.
-
-    Parameters
-    ----------
-    path : Path
-        The file, of any size.
-
-    Returns
-    -------
-    str
-        64 hexadecimal digits.
-    """
+    """SHA-256 of a file."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def checksum_of_text(text: str) -> str:
-    """SHA-256 of a text in UTF-8, as of its file.
-
-    Parameters
-    ----------
-    text : str
-        The text.
-
-    Returns
-    -------
-    str
-        64 hexadecimal digits.
-    """
+    """SHA-256 of a text in UTF-8, as of its file."""
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def read(top: Path) -> dict[str, str]:
-    """The list at the top of an unpacked archive.
-
-    Parameters
-    ----------
-    top : Path
-        The folder.
-
-    Returns
-    -------
-    dict of str
-        Checksums by path below the top; empty if there is no list.
-
-    Raises
-    ------
-    InputError
-        The list cannot be read.
-    """
+    """The list at the top of an unpacked archive."""
     path = top / NAME
     if not path.is_file():
         return {}
@@ -94,36 +43,12 @@ def read(top: Path) -> dict[str, str]:
 
 
 def sources(top: Path) -> dict[str, str]:
-    """What the list says of the files of the project itself.
-
-    Parameters
-    ----------
-    top : Path
-        As for `read`.
-
-    Returns
-    -------
-    dict of str
-        As of `read`, without results and crate.
-    """
+    """What the list says of the files of the project itself."""
     return {name: each for name, each in read(top).items() if not _is_made(name)}
 
 
 def datasets(top: Path, run: str) -> set[str]:
-    """Datasets of a run that came with an archive and are still there.
-
-    Parameters
-    ----------
-    top : Path
-        As for `read`.
-    run : str
-        Its name.
-
-    Returns
-    -------
-    set of str
-        Names of datasets.
-    """
+    """Datasets of a run that came with an archive and are still there."""
     folder = PurePosixPath(_RESULTS, run, "datasets")
     listed = [PurePosixPath(name) for name in read(top)]
     return {each.stem for each in listed if each.parent == folder and (top / each).is_file()}

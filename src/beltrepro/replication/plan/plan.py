@@ -26,27 +26,13 @@ Given = dict[str, tuple[Any, str]]
 
 @dataclass(frozen=True)
 class PlannedDataset:
-    """A dataset before it is simulated.
+    """A dataset before it is simulated."""
 
-    Attributes
-    ----------
-    name : str
-        Unique over all kinds.
-    kind : Kind
-        What is recorded.
-    points : tuple of Point
-        In the order in which the file has them.
-    settings : dict
-        What the kind is told besides points.
-    points_per_job : int
-        Largest number of points of a batch.
-    """
-
-    name: str
-    kind: Kind
-    points: tuple[Point, ...]
-    settings: dict = field(hash=False)
-    points_per_job: int
+    name: str  # unique over all kinds
+    kind: Kind  # what is recorded
+    points: tuple[Point, ...]  # in the order in which the file has them
+    settings: dict = field(hash=False)  # what the kind is told besides points
+    points_per_job: int  # largest number of points of a batch
 
     @functools.cached_property
     def batches(self) -> tuple[tuple[Point, ...], ...]:
@@ -74,18 +60,7 @@ class PlannedDataset:
         return {"kind": self.kind.name} | self.settings | self.values()
 
     def work(self, points: Iterable[Point]) -> float:
-        """Blocks times model time of some points, with a weight for short steps of verlet.
-
-        Parameters
-        ----------
-        points : iterable of Point
-            Some of the points.
-
-        Returns
-        -------
-        float
-            The sum.
-        """
+        """Blocks times model time of some points, with a weight for short steps of verlet."""
         usual = TIME_STEP
         weights = (
             point.n_blocks * (usual / point.time_step if point.method == "verlet" else 1.0)
@@ -96,28 +71,17 @@ class PlannedDataset:
 
 @dataclass(frozen=True)
 class Plan:
-    """Everything that one preset computes.
+    """Everything that one preset computes."""
 
-    Attributes
-    ----------
-    preset, run : str
-        Names of the preset and of the folder of its results.
-    seed : int
-        That of the configuration.
-    model, defaults : dict
-        Constants of the law, and settings, of datasets that give no own.
-    datasets : dict
-        By name, in the order of the configuration.
-    films : dict
-        Films of datasets by name, in the order of the configuration.
-    """
-
-    preset: str
+    preset: str  # names of the preset and of the folder of its results
     run: str
-    seed: int
+    seed: int  # that of the configuration
+    # constants of the law, and settings, of datasets that give no own
     model: dict[str, float] = field(hash=False)
     defaults: dict = field(hash=False)
+    # by name, in the order of the configuration
     datasets: dict[str, PlannedDataset] = field(hash=False)
+    # films of datasets by name, in the order of the configuration
     films: dict[str, PlannedFilm] = field(hash=False)
 
     def settings(self) -> dict:
@@ -135,36 +99,12 @@ class Plan:
         }
 
     def told(self, name: str) -> dict:
-        """Plain values that say what the file of a dataset holds.
-
-        Parameters
-        ----------
-        name : str
-            Name of the dataset.
-
-        Returns
-        -------
-        dict
-            Dataset, kind, preset, run, settings; number and distinct values of the points.
-        """
+        """Plain values that say what the file of a dataset holds."""
         dataset = self.datasets[name]
         return self._told(dataset, {"count": len(dataset.points)} | dataset.values())
 
     def told_batch(self, name: str, number: int) -> dict:
-        """Plain values that the job of one batch needs, and its file keeps.
-
-        Parameters
-        ----------
-        name : str
-            Name of the dataset.
-        number : int
-            Number of the batch, from 0.
-
-        Returns
-        -------
-        dict
-            As of `told`, but with every point.
-        """
+        """Plain values that the job of one batch needs, and its file keeps."""
         dataset = self.datasets[name]
         return self._told(dataset, plain(dataset.batches[number]))
 
@@ -180,24 +120,7 @@ class Plan:
 
 
 def make_plan(config: dict) -> Plan:
-    """The plan of the preset that `config` names.
-
-    Parameters
-    ----------
-    config : dict
-        Content of config.yaml, with what the command line changed.
-
-    Returns
-    -------
-    Plan
-        Its datasets, points and batches, and its films.
-
-    Raises
-    ------
-    InputError
-        For the first thing that is wrong, anywhere in the config: every preset is checked, not
-        only the one asked for.
-    """
+    """The plan of the preset that `config` names."""
     config = checking.normalised(config)
     _check_names(config)
     chosen = config["preset"]

@@ -35,34 +35,12 @@ class Point(NamedTuple):
 
 
 def chain(point: Point) -> ChainParameters:
-    """The chain of a point.
-
-    Parameters
-    ----------
-    point : Point
-        One value of each quantity.
-
-    Returns
-    -------
-    ChainParameters
-        The chain, in model units.
-    """
+    """The chain of a point."""
     return ChainParameters(**{name: getattr(point, name) for name in CHAIN})
 
 
 def plain(points: Sequence[Point]) -> dict:
-    """Points as plain values.
-
-    Parameters
-    ----------
-    points : sequence of Point
-        Some points.
-
-    Returns
-    -------
-    dict
-        Their count, and each quantity as a list, or as one value if all points share it.
-    """
+    """Points as plain values."""
     table = {}
     for name in QUANTITIES:
         values = [getattr(point, name) for point in points]
@@ -71,18 +49,7 @@ def plain(points: Sequence[Point]) -> dict:
 
 
 def points_of(table: dict) -> list[Point]:
-    """The points that `plain` turned into a table.
-
-    Parameters
-    ----------
-    table : dict
-        What `plain` returned.
-
-    Returns
-    -------
-    list of Point
-        The points.
-    """
+    """The points that `plain` turned into a table."""
     count = table["count"]
     columns = [
         table[name] if isinstance(table[name], list | tuple) else [table[name]] * count
@@ -92,18 +59,7 @@ def points_of(table: dict) -> list[Point]:
 
 
 def columns(points: Sequence[Point]) -> dict[str, np.ndarray]:
-    """Points as arrays.
-
-    Parameters
-    ----------
-    points : sequence of Point
-        P points.
-
-    Returns
-    -------
-    dict of arrays (P,)
-        One for each quantity; a tolerance that is the method's own is NaN.
-    """
+    """Points as arrays."""
     table = {name: [getattr(point, name) for point in points] for name in QUANTITIES}
     table["tolerance"] = [np.nan if value is None else value for value in table["tolerance"]]
     return {name: np.array(values) for name, values in table.items()}

@@ -23,28 +23,14 @@ REQUIRED = _Required()
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a point has a value of.
+    """What a point has a value of."""
 
-    Attributes
-    ----------
-    name, symbol : str
-        Name in code, config and files; symbol of the paper, in plain letters.
-    unit : str
-        A key of UNITS.
-    description : str
-        One sentence, with the section or equation of the paper.
-    schema : dict
-        JSON schema of one value.
-    default : object
-        Value where none is given; REQUIRED if there is none.
-    """
-
-    name: str
+    name: str  # name in code, config and files; symbol of the paper, in plain letters
     symbol: str
-    unit: str
-    description: str
-    schema: dict = field(hash=False)
-    default: object = REQUIRED
+    unit: str  # A key of UNITS
+    description: str  # one sentence, with the section or equation of the paper
+    schema: dict = field(hash=False)  # JSON schema of one value
+    default: object = REQUIRED  # value where none is given; REQUIRED if there is none
 
 
 UNITS = {
@@ -206,20 +192,7 @@ QUANTITIES = {
 
 
 def cast(schema: dict, value: object) -> object:
-    """A number as the type that its schema names.
-
-    Parameters
-    ----------
-    schema : dict
-        JSON schema of the value.
-    value : object
-        The value.
-
-    Returns
-    -------
-    object
-        A float where the schema asks for a number; anything else as it is.
-    """
+    """A number as the type that its schema names."""
     if isinstance(value, int | float) and "number" in schema.get("type", ""):
         return float(value)
     return value

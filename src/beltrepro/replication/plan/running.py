@@ -17,29 +17,7 @@ Arrays = dict[str, np.ndarray]
 def run(
     kind: str, points: Sequence[Point], settings: dict, progress: Progress | None = None
 ) -> Arrays:
-    """Simulate points and record what their kind says.
-
-    Parameters
-    ----------
-    kind : str
-        Name of a kind.
-    points : sequence of Point
-        P points.
-    settings : dict
-        Those of the kind, by name.
-    progress : callable, optional
-        Called with the fraction done.
-
-    Returns
-    -------
-    dict of arrays
-        A column (P,) for each quantity, and what the kind records; shapes and units in `kinds`.
-
-    Raises
-    ------
-    InputError, ModelStateError
-        As the functions of `beltrepro.simulation`.
-    """
+    """Simulate points and record what their kind says."""
     records: dict[str, Callable[..., Arrays]] = {
         "scan": scan,
         "series": _series,

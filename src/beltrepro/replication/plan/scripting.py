@@ -20,13 +20,6 @@ def run(main: Callable[[Any], None], snakemake: Any) -> None:
     An error that a user can act on (InputError, ModelStateError) is one line in the log and on
     stderr. Any other leaves its traceback in the log and one line on stderr that points there.
     Both end the process with status 1.
-
-    Parameters
-    ----------
-    main : callable
-        The script's work.
-    snakemake : object
-        What Snakemake gives to a script: rule, log, input, output, params.
     """
     progress.quiet_terminal()
     lifecycle.end_with_parent()
@@ -54,13 +47,7 @@ def run(main: Callable[[Any], None], snakemake: Any) -> None:
 
 
 def use_threads(threads: int) -> None:
-    """Limit Numba to the threads of the job: by itself it takes all cores.
-
-    Parameters
-    ----------
-    threads : int
-        Threads that Snakemake gave to the job.
-    """
+    """Limit Numba to the threads of the job: by itself it takes all cores."""
     import numba  # costs a second that jobs without simulation need not pay
 
     available = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]

@@ -41,19 +41,7 @@ def end_quietly_when_interrupted() -> None:
 
 
 def check_settings(entries: Iterable[str]) -> None:
-    """Refuse what Snakemake cannot read as a setting.
-
-    Parameters
-    ----------
-    entries : iterable of str
-        Words after `--config`.
-
-    Raises
-    ------
-    InputError
-        For the first that is not NAME=VALUE, or whose name Snakemake does not take, and for the
-        name of a run that it would turn into another: 2026_11_22 is the number 20261122 to it.
-    """
+    """Refuse what Snakemake cannot read as a setting."""
     for entry in entries:
         name, equals, value = entry.partition("=")
         if not equals:
@@ -83,20 +71,6 @@ def check_targets(
     """Refuse targets that the workflow does not have.
 
     Nothing is refused where the workflow was not started from the command line.
-
-    Parameters
-    ----------
-    targets : iterable of str
-        Names of all targets.
-    chosen : iterable of str
-        Names of the other rules, which options such as `--forcerun` may name.
-    is_file : callable
-        Tells whether a path is a file that the workflow makes.
-
-    Raises
-    ------
-    InputError
-        For the first name that is neither a target nor a file.
     """
     given, targets = _given(), sorted(targets)
     options = (given.forcerun, given.until, given.omit_from, given.prioritize)

@@ -20,23 +20,7 @@ def write(
     sources: dict[str, dict],
     lineage: dict[str, dict] | None = None,
 ) -> None:
-    """Write a table and its metadata.
-
-    Parameters
-    ----------
-    path : path-like
-        The CSV file; missing folders are made.
-    table : DataFrame
-        Numbers are written with six digits.
-    title : str
-        One sentence.
-    columns : dict
-        What single columns are; quantities of a point explain themselves.
-    sources : dict
-        What was told to the datasets that it is derived from, by name.
-    lineage : dict, optional
-        What made those datasets, see `beltrepro.replication.plan.inputs`.
-    """
+    """Write a table and its metadata."""
     path = Path(path)
     with replacing(path) as unfinished:
         table.to_csv(unfinished, index=False, float_format=DIGITS)

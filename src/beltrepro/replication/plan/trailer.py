@@ -22,18 +22,7 @@ _BLOCK = 1 << 20  # bytes
 
 
 def put(path: Path) -> None:
-    """Append the trailer to a closed file.
-
-    Parameters
-    ----------
-    path : Path
-        An HDF5 file without a trailer.
-
-    Raises
-    ------
-    OSError
-        There is no room.
-    """
+    """Append the trailer to a closed file."""
     with path.open("r+b") as file:
         digest = _digest(file, path.stat().st_size)
         file.write(MARKER + digest)
@@ -44,16 +33,6 @@ def check(path: Path) -> None:
 
     A file without a trailer passes: an older version made it, or a user. So does one that lost its
     marker: what it holds has a checksum of its own (`store.read`).
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        Its bytes are not those that were written, or it cannot be read.
     """
     try:
         with path.open("rb") as file:

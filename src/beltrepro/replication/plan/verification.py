@@ -57,41 +57,15 @@ SAME, NEAR, WRONG = "the same bits", "within the bounds of another machine", "wr
 
 @dataclass(frozen=True)
 class Finding:
-    """What was found of one file.
+    """What was found of one file."""
 
-    Attributes
-    ----------
-    name : str
-        Of the dataset or table.
-    outcome : str
-        SAME, NEAR or WRONG.
-    words : str
-        What is wrong and how to repair it; empty otherwise.
-    """
-
-    name: str
-    outcome: str
-    words: str = ""
+    name: str  # of the dataset or table
+    outcome: str  # SAME, NEAR or WRONG
+    words: str = ""  # what is wrong and how to repair it; empty otherwise
 
 
 def make_list(results: Path) -> dict:
-    """The list of the results of a run.
-
-    Parameters
-    ----------
-    results : Path
-        Their folder.
-
-    Returns
-    -------
-    dict
-        Plain values.
-
-    Raises
-    ------
-    InputError
-        There are no datasets, or one is damaged, or the claims are.
-    """
+    """The list of the results of a run."""
     paths = sorted((results / "datasets").glob("*.h5"))
     if not paths:
         raise InputError(f"{results}: no datasets there")
@@ -107,20 +81,7 @@ def make_list(results: Path) -> dict:
 
 
 def write_list(path: Path, results: Path) -> int:
-    """Write the list of the results of a run as JSON.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    results : Path
-        Folder of the run.
-
-    Returns
-    -------
-    int
-        Number of datasets.
-    """
+    """Write the list of the results of a run as JSON."""
     made = make_list(results)
     with replacing(path) as unfinished:
         unfinished.write_text(json.dumps(made, indent=1) + "\n", encoding="utf-8")
@@ -128,23 +89,7 @@ def write_list(path: Path, results: Path) -> int:
 
 
 def read_list(path: Path) -> dict:
-    """Read a list.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    dict
-        As of `make_list`.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, or is something else.
-    """
+    """Read a list."""
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -159,20 +104,7 @@ def read_list(path: Path) -> dict:
 
 
 def compare(results: Path, known: dict) -> Iterator[Finding]:
-    """Compare results with a list.
-
-    Parameters
-    ----------
-    results : Path
-        Folder of a run.
-    known : dict
-        The list.
-
-    Yields
-    ------
-    Finding
-        For each dataset and table of the list, and for each claim that has another verdict.
-    """
+    """Compare results with a list."""
     told = {"preset": known["preset"], "run": known["run"]}
     alike = True
     for name, entry in known["datasets"].items():
@@ -211,18 +143,7 @@ def compare(results: Path, known: dict) -> Iterator[Finding]:
 
 
 def conclusion(findings: list[Finding]) -> str:
-    """What the findings mean together, in a sentence.
-
-    Parameters
-    ----------
-    findings : list of Finding
-        As of `compare`.
-
-    Returns
-    -------
-    str
-        It begins with "equal" or "different".
-    """
+    """What the findings mean together, in a sentence."""
     outcomes = {each.outcome for each in findings}
     if WRONG in outcomes:
         return "different: see the lines above"

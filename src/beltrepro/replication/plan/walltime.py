@@ -36,25 +36,7 @@ RATE = 5.0  # jobs sent in a second; 8 were measured with a Slurm that had nothi
 
 
 def job_seconds(jobs: Sequence[Job], timing: pd.DataFrame) -> np.ndarray:
-    """Time of each job: its work times what a unit of work costs in its class.
-
-    Parameters
-    ----------
-    jobs : sequence of Job
-        All jobs of a plan.
-    timing : DataFrame
-        As of `jobs.estimate`, of this plan or another.
-
-    Returns
-    -------
-    array, (len(jobs),)
-        In seconds.
-
-    Raises
-    ------
-    InputError
-        If a class of jobs was not timed.
-    """
+    """Time of each job: its work times what a unit of work costs in its class."""
     costs = {
         (row.kind, row.method, row.noise == "with"): row.seconds_per_work
         for row in timing.itertuples()
@@ -71,24 +53,7 @@ def job_seconds(jobs: Sequence[Job], timing: pd.DataFrame) -> np.ndarray:
 def wall_seconds(
     seconds: Seconds, cores: int, *, overhead: float = OVERHEAD, rate: float = RATE
 ) -> float:
-    """Time until the last of some jobs ends, on this many cores.
-
-    Parameters
-    ----------
-    seconds : sequence of float
-        Time of each job, in the order in which they are sent.
-    cores : int
-        Cores, one for a job.
-    overhead : float
-        Seconds that each job takes longer.
-    rate : float
-        Jobs that can be sent in a second.
-
-    Returns
-    -------
-    float
-        In seconds.
-    """
+    """Time until the last of some jobs ends, on this many cores."""
     free = [0.0] * min(cores, len(seconds))
     end = 0.0
     for number, needed in enumerate(seconds):
@@ -105,24 +70,7 @@ def table(
     overhead: float = OVERHEAD,
     rate: float = RATE,
 ) -> pd.DataFrame:
-    """Wall time on several numbers of cores, and what sets it.
-
-    Parameters
-    ----------
-    seconds : sequence of float
-        Time of each job.
-    cores : sequence of int
-        Numbers of cores.
-    overhead, rate : float
-        As of `wall_seconds`.
-
-    Returns
-    -------
-    DataFrame
-        Columns cores, core_hours (with overhead), hours (wall time), busy (share of the cores' time
-        that jobs use) and limit: the largest of three lower bounds, "work", "longest job" or
-        "sending".
-    """
+    """Wall time on several numbers of cores, and what sets it."""
     import pandas as pd  # half a second that importers need not pay
 
     total = float(np.sum(seconds)) + overhead * len(seconds)
@@ -140,18 +88,7 @@ def table(
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """The command.
-
-    Parameters
-    ----------
-    words : sequence of str, optional
-        Arguments; those of the process if not given.
-
-    Returns
-    -------
-    int
-        Status: 0, or 1 for an error.
-    """
+    """The command."""
     parser = argparse.ArgumentParser(
         prog="python -m beltrepro.replication.plan.walltime", description=__doc__
     )

@@ -29,21 +29,7 @@ SHOWN_BY = {
 
 
 def diagnostic(result: Result, pictures: list[dict]) -> dict | None:
-    """The picture that shows a claim best.
-
-    Parameters
-    ----------
-    result : Result
-        The claim.
-    pictures : list of dict
-        As of `Material.pictures`.
-
-    Returns
-    -------
-    dict or None
-        One of them: the one of SHOWN_BY, that of the figure of the claim, or the one that is drawn
-        from most of the data of the claim; None if none is drawn from any.
-    """
+    """The picture that shows a claim best."""
     by_name = {each["name"]: each for each in pictures}
     if SHOWN_BY.get(result.id) in by_name:
         return by_name[SHOWN_BY[result.id]]

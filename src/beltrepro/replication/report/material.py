@@ -20,24 +20,7 @@ from beltrepro.replication.report.findings.reliability import length
 
 @dataclass(frozen=True)
 class Material:
-    """Files of a run, by the names under which the workflow hands them to the report.
-
-    Parameters
-    ----------
-    preset : str
-        Name of the preset.
-    settings : dict
-        Its resolved configuration.
-    files : dict of str to list of Path
-        "claims" and "estimates": the tables of claims; "figures": PNG files; "datasets": HDF5
-        files; "compared": tables of claims of other runs, each in the folder of its name; and any
-        table that a section needs, by its name. A name may lack.
-    benchmarks : Path
-        Folder of Snakemake's benchmark files; may lack or be empty.
-    expected : dict of str to dict, optional
-        What the files of datasets must say of themselves, by name (`datasets.files.expected`); one
-        that is not named is only read.
-    """
+    """Files of a run, by the names under which the workflow hands them to the report."""
 
     preset: str
     settings: dict

@@ -54,23 +54,6 @@ def publish(results: Path, place: Path = PLACE) -> Path:
 
     The report shows the pictures in the folder `figures` instead of holding them a second time. PNG
     files lose colours if all is larger than `LIMIT` otherwise.
-
-    Parameters
-    ----------
-    results : Path
-        Folder of the run.
-    place : Path
-        Folder for published runs.
-
-    Returns
-    -------
-    Path
-        Folder of the published run, which is replaced as a whole.
-
-    Raises
-    ------
-    InputError
-        If the run is not finished, or larger than `LIMIT` all the same.
     """
     target = place / results.name
     place.mkdir(parents=True, exist_ok=True)
@@ -92,20 +75,7 @@ def publish(results: Path, place: Path = PLACE) -> Path:
 
 
 def write_block(readme: Path, place: Path = PLACE) -> None:
-    """Write the block of results in a page anew.
-
-    Parameters
-    ----------
-    readme : Path
-        The page, with the marks `BEGIN` and `END`.
-    place : Path
-        Folder of the published runs.
-
-    Raises
-    ------
-    InputError
-        If a mark lacks.
-    """
+    """Write the block of results in a page anew."""
     text = readme.read_text(encoding="utf-8")
     before, begin, rest = text.partition(BEGIN)
     _, end, after = rest.partition(END)
@@ -116,18 +86,7 @@ def write_block(readme: Path, place: Path = PLACE) -> None:
 
 
 def block(place: Path = PLACE) -> str:
-    """The block of results, as Markdown.
-
-    Parameters
-    ----------
-    place : Path
-        Folder of the published runs.
-
-    Returns
-    -------
-    str
-        Lines.
-    """
+    """The block of results, as Markdown."""
     for name in FIRST:
         if (place / name / "claims.csv").is_file():
             return "\n".join([*_block(place / name), ""])
@@ -135,18 +94,7 @@ def block(place: Path = PLACE) -> str:
 
 
 def size(folder: Path) -> int:
-    """Bytes of all files below a folder.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder.
-
-    Returns
-    -------
-    int
-        Their sum.
-    """
+    """Bytes of all files below a folder."""
     return sum(path.stat().st_size for path in _files(folder))
 
 

@@ -21,13 +21,6 @@ def render(output: Path, material: Material) -> None:
     """Write the report of one run as a single HTML file that needs no network.
 
     Every number in it comes from the files in the material. A section whose files lack is left out.
-
-    Parameters
-    ----------
-    output : Path
-        The file to write.
-    material : Material
-        Files of the run.
     """
     environment = _environment()
     shown = [section for section in SECTIONS if material.has(section.NEEDS)]
@@ -49,20 +42,7 @@ def render(output: Path, material: Material) -> None:
 
 
 def part(section, material: Material) -> str:
-    """One section of the report as HTML, with its own style but not that of the page.
-
-    Parameters
-    ----------
-    section : module
-        One of `sections`.
-    material : Material
-        Files of the run; those that the section needs.
-
-    Returns
-    -------
-    str
-        HTML.
-    """
+    """One section of the report as HTML, with its own style but not that of the page."""
     own = [f"<style>{_style(name)}</style>" for name in getattr(section, "STYLES", ())]
     return "".join([*own, str(_body(_environment(), section, material))])
 

@@ -101,18 +101,6 @@ def measure(datasets: dict, settings: dict) -> Measured:
     """Measured values and verdict of every claim.
 
     Only the reading that counts gives the verdict of a claim; other readings have their own.
-
-    Parameters
-    ----------
-    datasets : `store.Dataset` by name, a series of one point as that run, and the tracks of films,
-        `experiment.Track`, by the name of the film and "_track"; missing ones make the claims that
-        need them "not measured".
-    settings : the resolved configuration of the preset as plain values.
-
-    Returns
-    -------
-    Measured
-        Two tables.
     """
     evidence = Evidence(datasets, settings)
     rows = [_rows(evidence, name) for name in load_ledger()]

@@ -10,19 +10,6 @@ _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def read_yaml(room: str, name: str) -> Any:
-    """Content of a YAML file that is part of the package.
-
-    Parameters
-    ----------
-    room : str
-        The package it is in, as "beltrepro.replication.verdicts.entries".
-    name : str
-        Its path there.
-
-    Returns
-    -------
-    list or dict
-        The content.
-    """
+    """Content of a YAML file that is part of the package."""
     text = resources.files(room).joinpath(name).read_text(encoding="utf-8")
     return yaml.load(text, Loader=_Loader)

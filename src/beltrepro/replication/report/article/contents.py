@@ -28,19 +28,7 @@ MOST_FIGURES = 5
 
 @dataclass(frozen=True)
 class Material:
-    """What the article is made from.
-
-    Parameters
-    ----------
-    settings : dict
-        The resolved configuration of the preset.
-    claims, estimates : Path
-        Tables of claims.
-    figures : dict of str to Path
-        PNG files by name of the figure.
-    authors : tuple of str
-        Who made the replication.
-    """
+    """What the article is made from."""
 
     settings: Mapping[str, Any]
     claims: Path
@@ -50,18 +38,7 @@ class Material:
 
 
 def content(material: Material) -> dict[str, Any]:
-    """All words and numbers of the article, as JSON has them.
-
-    Parameters
-    ----------
-    material : Material
-        What it is made from.
-
-    Returns
-    -------
-    dict
-        By section; no number in it is missing.
-    """
+    """All words and numbers of the article, as JSON has them."""
     results = findings.read(material.claims, material.estimates)
     chosen = findings.chosen(results)
     judged = [each for each in results.values() if each.claim.finding]

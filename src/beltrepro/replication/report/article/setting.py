@@ -21,13 +21,6 @@ def write(output: Path, material: Material) -> None:
 
     The file has no date, and its fonts come with the typesetter, so the same content gives the same
     bits.
-
-    Parameters
-    ----------
-    output : Path
-        The PDF to write.
-    material : Material
-        What it is made from.
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

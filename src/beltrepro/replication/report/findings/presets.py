@@ -26,20 +26,7 @@ class Comparison:
 
 
 def compare(results: Results, others: dict[str, Path]) -> Comparison | None:
-    """This run beside others.
-
-    Parameters
-    ----------
-    results : dict
-        Of this run.
-    others : dict of str to Path
-        Tables of claims by name of the run.
-
-    Returns
-    -------
-    Comparison or None
-        None if there is no other.
-    """
+    """This run beside others."""
     tables = {name: _verdicts(path, results) for name, path in others.items()}
     if not tables:
         return None

@@ -17,22 +17,7 @@ DECIDING = "n5_replicates"  # the dataset that most claims rest on
 def trust(
     results: Results, settings: Mapping[str, Any], comparison: Comparison | None = None
 ) -> list[str]:
-    """Sentences on lengths, on how many runs decide, and on what is left undecided.
-
-    Parameters
-    ----------
-    results : dict
-        Of the run.
-    settings : dict
-        Its configuration.
-    comparison : Comparison, optional
-        With other runs.
-
-    Returns
-    -------
-    list of str
-        In order.
-    """
+    """Sentences on lengths, on how many runs decide, and on what is left undecided."""
     return [
         *_on_lengths(settings),
         *_on_runs(results),

@@ -138,23 +138,7 @@ Results = dict[str, Result]
 
 
 def read(claims_csv: Path, estimates_csv: Path) -> Results:
-    """The claims of a run by id, in the order of the ledger.
-
-    Parameters
-    ----------
-    claims_csv, estimates_csv : Path
-        The tables that `measure` makes.
-
-    Returns
-    -------
-    dict of str to Result
-        One for each claim.
-
-    Raises
-    ------
-    InputError
-        If a table lacks, or has a claim that the ledger does not have.
-    """
+    """The claims of a run by id, in the order of the ledger."""
     ledger = load_ledger()
     table, numbers = _table(claims_csv), _numbers(estimates_csv)
     found: Results = {}

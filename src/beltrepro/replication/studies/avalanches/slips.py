@@ -25,50 +25,14 @@ MINIMUM_COUNT = 10
 
 
 def last_block_slips(slips: np.ndarray, n_blocks: int) -> np.ndarray:
-    """The slips of a catalogue that belong to the last block.
-
-    Parameters
-    ----------
-    slips : structured array (K,)
-        Slips of a catalogue, with a field block (from 1).
-    n_blocks : int
-        Number of blocks N.
-
-    Returns
-    -------
-    structured array (S,)
-        Those whose block is N.
-    """
+    """The slips of a catalogue that belong to the last block."""
     return slips[slips["block"] == n_blocks]
 
 
 def last_block_slip_sizes(
     slips: np.ndarray, n_blocks: int, belt_velocity: float, frame: str = "laboratory"
 ) -> np.ndarray:
-    """Slip sizes of the last block: coordinate where it starts to slip minus where it stops.
-
-    Parameters
-    ----------
-    slips : structured array (K,)
-        Slips of a catalogue (block, start_time, stop_time, start_position, stop_position), model
-        units.
-    n_blocks : int
-        Number of blocks N.
-    belt_velocity : float
-        Belt velocity u.
-    frame : str
-        "laboratory" (coordinates as in Fig. 8) or "belt" (distance slipped on the belt).
-
-    Returns
-    -------
-    array (S,)
-        Sizes with sign, positive when the block moves against the belt.
-
-    Raises
-    ------
-    ValueError
-        If `frame` is neither of the two.
-    """
+    """Slip sizes of the last block: coordinate where it starts to slip minus where it stops."""
     if frame not in FRAMES:
         raise ValueError(f"frame = {frame!r}: allowed are {', '.join(FRAMES)}")
     own = last_block_slips(slips, n_blocks)
@@ -83,18 +47,6 @@ def dissipation_while_last_block_slips(slips: np.ndarray, n_blocks: int) -> np.n
 
     In this reading of the paper an avalanche ends when the last block stops. A slip of another
     block that overlaps counts with the share of its duration that overlaps.
-
-    Parameters
-    ----------
-    slips : structured array (K,)
-        Slips of a catalogue (chain, block, start_time, stop_time, dissipated), model units.
-    n_blocks : int
-        Number of blocks N.
-
-    Returns
-    -------
-    array (S,)
-        Energies, model units.
     """
     energies = []
     for chain in np.unique(slips["point"]):
@@ -117,22 +69,7 @@ def dissipation_while_last_block_slips(slips: np.ndarray, n_blocks: int) -> np.n
 
 
 def with_last_block(avalanches: np.ndarray, slips: np.ndarray, n_blocks: int) -> np.ndarray:
-    """Which avalanches of a catalogue take in a slip of the last block.
-
-    Parameters
-    ----------
-    avalanches : structured array (A,)
-        Avalanches of a catalogue (chain, start_time, stop_time).
-    slips : structured array (K,)
-        Slips of the same catalogue (chain, block, start_time).
-    n_blocks : int
-        Number of blocks N.
-
-    Returns
-    -------
-    array (A,) of bool
-        True where the last block starts to slip during the avalanche.
-    """
+    """Which avalanches of a catalogue take in a slip of the last block."""
     own = last_block_slips(slips, n_blocks)
     reached = np.zeros(avalanches.size, dtype=bool)
     for chain in np.unique(avalanches["point"]):
@@ -145,20 +82,7 @@ def with_last_block(avalanches: np.ndarray, slips: np.ndarray, n_blocks: int) ->
 
 
 def most_at_once(avalanches: np.ndarray, slips: np.ndarray) -> np.ndarray:
-    """Largest number of blocks that slip at one instant of each avalanche.
-
-    Parameters
-    ----------
-    avalanches : structured array (A,)
-        Avalanches of a catalogue (chain, start_time, stop_time).
-    slips : structured array (K,)
-        Slips of the same catalogue (chain, start_time, stop_time).
-
-    Returns
-    -------
-    array (A,) of int
-        1 to N.
-    """
+    """Largest number of blocks that slip at one instant of each avalanche."""
     most = np.zeros(avalanches.size, dtype=int)
     for chain in np.unique(avalanches["point"]):
         own = slips[slips["point"] == chain]
@@ -180,34 +104,7 @@ def log_histogram(
     low: float | None = None,
     high: float | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Probability density of positive values in bins of equal width in log10.
-
-    Parameters
-    ----------
-    values : array, any shape
-        The sample; values <= 0 are left out.
-    bins_per_decade : int
-        Bins per factor of ten; edges lie at whole multiples, so that histograms of different
-        samples share them.
-    low : float, optional
-        Lower end of the range; the smallest positive value by default.
-    high : float, optional
-        Upper end of the range; the largest value by default.
-
-    Returns
-    -------
-    centre : array (B,)
-        Geometric bin centres.
-    density : array (B,)
-        Density (1/unit of values), normalised over all positive values.
-    count : array (B,)
-        Number of values in each bin; empty bins are kept.
-
-    Raises
-    ------
-    NotEnoughDataError
-        When no value is positive.
-    """
+    """Probability density of positive values in bins of equal width in log10."""
     values = np.asarray(values, dtype=float).ravel()
     values = values[values > 0]
     require(values.size, "no positive value")
@@ -227,22 +124,6 @@ def density_error(
     """Standard error of a density from `log_histogram`, by leaving out one run after the other.
 
     Values of one run hang together, so that their number says little of the error.
-
-    Parameters
-    ----------
-    values : array (S,)
-        The sample; values <= 0 are left out.
-    run : array (S,)
-        The run that each value is from.
-    centre : array (B,)
-        Bin centres from `log_histogram` of this sample.
-    bins_per_decade : int
-        As there.
-
-    Returns
-    -------
-    array (B,)
-        Errors, unit of the density; NaN where there is a single run.
     """
     values, run = np.asarray(values, dtype=float), np.asarray(run)
     names, member = np.unique(run[values > 0], return_inverse=True)
@@ -264,25 +145,6 @@ def cutoff(values: npt.ArrayLike, run: npt.ArrayLike) -> tuple[float, float]:
 
     Under a power law that falls less steeply than with exponent -2 and is cut off, the ratio is
     proportional to the cutoff, as the small values hardly count.
-
-    Parameters
-    ----------
-    values : array (S,)
-        The sample; values <= 0 are left out.
-    run : array (S,)
-        The run that each value is from.
-
-    Returns
-    -------
-    size : float
-        The ratio, unit of the values.
-    error : float
-        Its standard error, by leaving out one run after the other; NaN of a single run.
-
-    Raises
-    ------
-    NotEnoughDataError
-        When no value is positive.
     """
     values, run = np.asarray(values, dtype=float), np.asarray(run)
     positive = values > 0
@@ -308,29 +170,6 @@ def falling_range(
 
     From the bin of the largest density to the last bin of the unbroken run of bins that follow it
     with at least `minimum_count` values.
-
-    Parameters
-    ----------
-    centre : array (B,)
-        Bin centres from `log_histogram`.
-    density : array (B,)
-        Densities from `log_histogram`.
-    count : array (B,)
-        Counts from `log_histogram`.
-    minimum_count : int
-        Values that a bin must hold.
-
-    Returns
-    -------
-    low : float
-        Centre of the first bin.
-    high : float
-        Centre of the last bin.
-
-    Raises
-    ------
-    NotEnoughDataError
-        When no bin after that of the largest density holds enough values.
     """
     top = int(np.argmax(density))
     sparse = np.flatnonzero(count[top:] < minimum_count)
@@ -342,25 +181,6 @@ def falling_range(
 def fit_density(
     centre: np.ndarray, density: np.ndarray, count: np.ndarray, *, low: float, high: float
 ) -> PowerLawFit:
-    """Power law through a histogram density, bins between low and high weighted by their counts.
-
-    Parameters
-    ----------
-    centre : array (B,)
-        Bin centres from `log_histogram`.
-    density : array (B,)
-        Densities from `log_histogram`.
-    count : array (B,)
-        Counts from `log_histogram`.
-    low : float
-        Centre of the first bin taken in.
-    high : float
-        Centre of the last bin taken in.
-
-    Returns
-    -------
-    PowerLawFit
-        The exponent is that of the density (negative for a falling one).
-    """
+    """Power law through a histogram density, bins between low and high weighted by their counts."""
     edge = 1e-9
     return fit_log_log(centre, density, low=low * (1 - edge), high=high * (1 + edge), weight=count)

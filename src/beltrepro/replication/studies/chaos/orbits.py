@@ -24,36 +24,16 @@ _MEDIAN = ("disorder_parameter", "mean_length")
 
 @dataclass(frozen=True)
 class Attractor:
-    """A periodic orbit, or the runs of another state.
+    """A periodic orbit, or the runs of another state."""
 
-    Attributes
-    ----------
-    state : str
-        "periodic", "equilibrium slip" or "irregular".
-    runs : int
-        Runs that ended on it.
-    basin : Share
-        Its share of all runs, with interval: of the starts, the part that leads to it.
-    period_time : float
-        Length of a period, median over the runs; NaN if it is not periodic.
-    period_events : int
-        Slips of all blocks in a period; 0 if it is not periodic.
-    period_returns : int
-        Returns to the section in a period; 0 if it is not periodic.
-    disorder_parameter : float
-        r, median over the runs.
-    mean_length : float
-        <x_N>, median over the runs.
-    """
-
-    state: str
-    runs: int
-    basin: Share
-    period_time: float
-    period_events: int
-    period_returns: int
-    disorder_parameter: float
-    mean_length: float
+    state: str  # "periodic", "equilibrium slip" or "irregular"
+    runs: int  # runs that ended on it
+    basin: Share  # its share of all runs, with interval: of the starts, the part that leads to it
+    period_time: float  # length of a period, median over the runs; NaN if it is not periodic
+    period_events: int  # slips of all blocks in a period; 0 if it is not periodic
+    period_returns: int  # returns to the section in a period; 0 if it is not periodic
+    disorder_parameter: float  # r, median over the runs
+    mean_length: float  # <x_N>, median over the runs
 
 
 def catalogue(
@@ -66,25 +46,6 @@ def catalogue(
     slip keeps the amplitude that it happens to have, and irregular motion has no period. A run that
     closes after a whole multiple of a shorter period is on that orbit: where a motion alternates
     about an orbit while it approaches it, its state comes back sooner after two periods.
-
-    Parameters
-    ----------
-    runs : mapping of arrays (M,)
-        state, period_time, period_events, period_returns, disorder_parameter and mean_length at the
-        end of each run, as in `Attractor`; others are ignored.
-    confidence : float
-        Of the intervals of the shares.
-
-    Returns
-    -------
-    list of Attractor
-        The most frequent first; of equals that with the shorter period, then the smaller r. The
-        order of the runs does not matter.
-
-    Raises
-    ------
-    NotEnoughDataError
-        Without runs.
     """
     known = {name: np.asarray(runs[name]) for name in (*_EXACT, "period_time", *_MEDIAN)}
     known["state"] = known["state"].astype(str)

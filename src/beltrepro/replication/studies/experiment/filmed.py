@@ -42,24 +42,12 @@ def speed(run):
 
 @dataclass(frozen=True)
 class Picture:
-    """A frame with the places of the scene in it.
+    """A frame with the places of the scene in it."""
 
-    Attributes
-    ----------
-    time_s : float
-        When it was taken.
-    brightness : array (H, W) of uint8
-        What it shows.
-    survey : Survey
-        Where things are in it.
-    lane : float
-        Middle of the chain, pixels from that of the picture, across the belt.
-    """
-
-    time_s: float
-    brightness: np.ndarray
-    survey: Survey
-    lane: float
+    time_s: float  # when it was taken
+    brightness: np.ndarray  # what it shows
+    survey: Survey  # where things are in it
+    lane: float  # middle of the chain, pixels from that of the picture, across the belt
 
     def place(self, x_m, y_m=0.0):
         """Pixel of a point, metres along the belt from the support and across it from the chain."""

@@ -25,24 +25,14 @@ CREDIBILITY = 0.9  # of sets of levels, where nothing else is said
 
 @dataclass(frozen=True, eq=False)
 class Simulated:
-    """Trials of S recordings at all combinations of the levels of some parameters.
+    """Trials of S recordings at all combinations of the levels of some parameters."""
 
-    Attributes
-    ----------
-    levels : dict of arrays
-        Levels of each parameter; their numbers are the shape of the grid, C.
-    summary : array (S, *C, R)
-        The number that is compared, of each of R trials.
-    shown : array (S, *C, R) of bool
-        Whether the trial shows the feature of the recording.
-    smoothing : dict of float
-        By parameter, over how many levels shares are averaged: standard deviation of Gaussian
-        weights. A parameter that is not named is not averaged over.
-    """
-
+    # levels of each parameter; their numbers are the shape of the grid, C
     levels: dict[str, np.ndarray]
-    summary: np.ndarray
-    shown: np.ndarray
+    summary: np.ndarray  # the number that is compared, of each of R trials
+    shown: np.ndarray  # whether the trial shows the feature of the recording
+    # by parameter, over how many levels shares are averaged: standard deviation of Gaussian
+    # weights. A parameter that is not named is not averaged over
     smoothing: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -51,27 +41,7 @@ class Simulated:
         return self.summary.shape[-1]
 
     def fixed(self, name: str, value: float, *, tolerance: float = 1e-3) -> Simulated:
-        """The trials at one level of a parameter.
-
-        Parameters
-        ----------
-        name : str
-            The parameter.
-        value : float
-            The level.
-        tolerance : float
-            Share of it by which a level may miss.
-
-        Returns
-        -------
-        Simulated
-            With that level only.
-
-        Raises
-        ------
-        NotEnoughDataError
-            There is no such level.
-        """
+        """The trials at one level of a parameter."""
         chosen = np.isclose(self.levels[name], value, rtol=tolerance, atol=0)
         require(chosen.any(), f"no trial with {name} = {value:g}")
         axis = 1 + list(self.levels).index(name)
@@ -83,18 +53,7 @@ class Simulated:
         )
 
     def part(self, runs: slice) -> Simulated:
-        """Some of the trials of each cell.
-
-        Parameters
-        ----------
-        runs : slice
-            Which of the R.
-
-        Returns
-        -------
-        Simulated
-            The same grid with fewer trials.
-        """
+        """Some of the trials of each cell."""
         return replace(self, summary=self.summary[..., runs], shown=self.shown[..., runs])
 
 
@@ -107,74 +66,26 @@ class Recorded(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """How probable each combination of levels is, given the recordings.
+    """How probable each combination of levels is, given the recordings."""
 
-    Attributes
-    ----------
-    levels : dict of arrays
-        Levels of each parameter, with the shape C.
-    probability : array (*C,)
-        Adds up to 1.
-    evidence : float
-        Probability, before, that trials agree with all recordings: mean over all combinations.
-    agreed : tuple of int
-        How many trials agree with each recording.
-    """
-
-    levels: dict[str, np.ndarray]
-    probability: np.ndarray
+    levels: dict[str, np.ndarray]  # levels of each parameter, with the shape C
+    probability: np.ndarray  # adds up to 1
+    # probability, before, that trials agree with all recordings: mean over all combinations
     evidence: float
-    agreed: tuple[int, ...]
+    agreed: tuple[int, ...]  # how many trials agree with each recording
 
     def marginal(self, *names: str) -> np.ndarray:
-        """Probability of the levels of some parameters, whatever the others.
-
-        Parameters
-        ----------
-        *names : str
-            The parameters, in the order of the levels.
-
-        Returns
-        -------
-        array
-            Adds up to 1.
-        """
+        """Probability of the levels of some parameters, whatever the others."""
         others = tuple(axis for axis, name in enumerate(self.levels) if name not in names)
         return self.probability.sum(axis=others)
 
     def credible(self, name: str, *, credibility: float = CREDIBILITY) -> np.ndarray:
-        """The smallest set of levels with at least this probability.
-
-        Parameters
-        ----------
-        name : str
-            The parameter.
-        credibility : float
-            Probability of the set.
-
-        Returns
-        -------
-        array of bool
-            Which of the levels belong to it.
-        """
+        """The smallest set of levels with at least this probability."""
         return credible_set(self.marginal(name), credibility)
 
 
 def credible_set(probability: np.ndarray, credibility: float = CREDIBILITY) -> np.ndarray:
-    """The most probable levels that together have at least this probability.
-
-    Parameters
-    ----------
-    probability : array (L,)
-        Of the levels; adds up to 1.
-    credibility : float
-        Probability of the set.
-
-    Returns
-    -------
-    array (L,) of bool
-        Which levels belong to it.
-    """
+    """The most probable levels that together have at least this probability."""
     order = np.argsort(-probability, kind="stable")
     before = np.cumsum(probability[order]) - probability[order]
     chosen = np.zeros(probability.size, dtype=bool)
@@ -183,22 +94,7 @@ def credible_set(probability: np.ndarray, credibility: float = CREDIBILITY) -> n
 
 
 def agreement(simulated: Simulated, recorded: Recorded, tolerance: float) -> np.ndarray:
-    """Which trials agree with the recordings.
-
-    Parameters
-    ----------
-    simulated : Simulated
-        The trials.
-    recorded : Recorded
-        The recordings.
-    tolerance : float
-        Largest distance of the number.
-
-    Returns
-    -------
-    array (S, *C, R) of bool
-        True where a trial agrees with its recording.
-    """
+    """Which trials agree with the recordings."""
     shape = (-1, *[1] * (simulated.summary.ndim - 1))
     summary, shown = (np.reshape(values, shape) for values in recorded)
     return (np.abs(simulated.summary - summary) <= tolerance) & (simulated.shown == shown)
@@ -207,29 +103,7 @@ def agreement(simulated: Simulated, recorded: Recorded, tolerance: float) -> np.
 def posterior(
     simulated: Simulated, recorded: Recorded, tolerance: float, *, without: np.ndarray | None = None
 ) -> Posterior:
-    """How probable each combination of levels is, given the recordings.
-
-    Parameters
-    ----------
-    simulated : Simulated
-        The trials.
-    recorded : Recorded
-        The recordings.
-    tolerance : float
-        Largest distance of the number at which a trial agrees.
-    without : array (S, *C, R) of bool, optional
-        Trials that are left out.
-
-    Returns
-    -------
-    Posterior
-        Over the levels.
-
-    Raises
-    ------
-    NotEnoughDataError
-        No combination has trials that agree with all recordings.
-    """
+    """How probable each combination of levels is, given the recordings."""
     agreed = agreement(simulated, recorded, tolerance)
     asked = np.ones_like(agreed) if without is None else ~without
     agreed &= asked
@@ -262,25 +136,6 @@ def held_out(simulated: Simulated, recorded: Recorded, tolerance: float) -> floa
 
     Half of the trials make the posterior and the other half are asked, then the other way round: a
     cell is not praised for the chance by which it was chosen.
-
-    Parameters
-    ----------
-    simulated : Simulated
-        The trials.
-    recorded : Recorded
-        The recordings.
-    tolerance : float
-        As of `posterior`.
-
-    Returns
-    -------
-    float
-        Mean of both halves; 0 for a half without a posterior.
-
-    Raises
-    ------
-    NotEnoughDataError
-        There is one trial only in a cell.
     """
     require(simulated.runs >= 2, "two trials in a cell are needed, to ask other ones")
     halves = simulated.part(slice(0, None, 2)), simulated.part(slice(1, None, 2))
@@ -296,46 +151,21 @@ def held_out(simulated: Simulated, recorded: Recorded, tolerance: float) -> floa
 
 
 def predicted(found: Posterior, values: np.ndarray, quantiles: Sequence[float]) -> np.ndarray:
-    """Quantiles of a number of trials under the posterior.
-
-    Parameters
-    ----------
-    found : Posterior
-        Over the levels, with the shape C.
-    values : array (*C, R)
-        The number, of each trial.
-    quantiles : sequence of float
-        Between 0 and 1.
-
-    Returns
-    -------
-    array
-        One value for each quantile.
-    """
+    """Quantiles of a number of trials under the posterior."""
     weights = np.broadcast_to(found.probability[..., np.newaxis], values.shape)
     return np.quantile(values.ravel(), quantiles, weights=weights.ravel(), method="inverted_cdf")
 
 
 class Calibration(NamedTuple):
-    """How posteriors do on trials with known parameters.
+    """How posteriors do on trials with known parameters."""
 
-    Attributes
-    ----------
-    coverage : dict of Share
-        By parameter, share of the made-up experiments whose true level lies in the credible set.
-    uniform_p : dict of float
-        By parameter, p of the test that the posterior probability below the true level is uniform
-        (Kolmogorov and Smirnov); ties are broken at random.
-    experiments : int
-        Made-up experiments.
-    unanswered : int
-        Further ones with which no trial agreed.
-    """
-
+    # by parameter, share of the made-up experiments whose true level lies in the credible set
     coverage: dict[str, Share]
+    # by parameter, p of the test that the posterior probability below the true level is uniform
+    # (Kolmogorov and Smirnov); ties are broken at random
     uniform_p: dict[str, float]
-    experiments: int
-    unanswered: int
+    experiments: int  # made-up experiments
+    unanswered: int  # further ones with which no trial agreed
 
 
 def calibrate(
@@ -351,31 +181,6 @@ def calibrate(
 
     The made-up experiments are drawn from all combinations of levels, as probable as before, out of
     those that show what the recordings show.
-
-    Parameters
-    ----------
-    simulated : Simulated
-        The trials.
-    tolerance : float
-        As of `posterior`.
-    shown : sequence of S bool
-        Whether the recordings show their feature.
-    draws : int
-        Made-up experiments.
-    seed : int
-        Of the draws.
-    credibility : float
-        Of the credible sets.
-
-    Returns
-    -------
-    Calibration
-        Coverage and uniformity.
-
-    Raises
-    ------
-    NotEnoughDataError
-        In no cell are there trials that show this, or none of the made-up experiments is answered.
     """
     generator = np.random.default_rng(seed)
     alike = simulated.shown == np.reshape(shown, (-1, *[1] * (simulated.shown.ndim - 1)))

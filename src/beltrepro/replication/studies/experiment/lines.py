@@ -26,72 +26,33 @@ _SEED = 1
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """What stands out of a power spectrum.
+    """What stands out of a power spectrum."""
 
-    Attributes
-    ----------
-    frequency_hz, power : array (F,)
-        Welch's average over segments.
-    level : array (F,)
-        The level around each frequency: a running median of `power`.
-    flatness : float
-        Geometric over arithmetic mean of power over level, in the band: 1 for a smooth spectrum,
-        near 0 where lines hold nearly all.
-    peaks_hz : array (P,)
-        Where power exceeds HEIGHT times the level.
-    """
-
-    frequency_hz: np.ndarray
+    frequency_hz: np.ndarray  # welch's average over segments
     power: np.ndarray
-    level: np.ndarray
+    level: np.ndarray  # the level around each frequency: a running median of `power`
+    # geometric over arithmetic mean of power over level, in the band: 1 for a smooth spectrum,
+    # near 0 where lines hold nearly all
     flatness: float
-    peaks_hz: np.ndarray
+    peaks_hz: np.ndarray  # where power exceeds HEIGHT times the level
 
 
 @dataclass(frozen=True)
 class Spacing:
-    """The one frequency whose multiples are nearest to the peaks.
+    """The one frequency whose multiples are nearest to the peaks."""
 
-    Attributes
-    ----------
-    step_hz : float
-        That frequency.
-    concentration : float
-        Mean of cos(2 pi peak / step): 1 if all peaks are multiples, 0 on average for a fixed step
-        and random peaks.
-    p : float
-        Share of sets of as many random peaks that reach this concentration with their best step.
-    """
-
-    step_hz: float
+    step_hz: float  # that frequency
+    # mean of cos(2 pi peak / step): 1 if all peaks are multiples, 0 on average for a fixed step
+    # and random peaks
     concentration: float
+    # share of sets of as many random peaks that reach this concentration with their best step
     p: float
 
 
 def lines(
     values: npt.ArrayLike, interval_s: float, *, band_hz: tuple[float, float] = BAND_HZ
 ) -> Lines:
-    """Find the lines in the spectrum of a series.
-
-    Parameters
-    ----------
-    values : array (T,)
-        Samples at equal intervals.
-    interval_s : float
-        Seconds between them.
-    band_hz : tuple of float
-        Frequencies between which lines are looked for.
-
-    Returns
-    -------
-    Lines
-        What stands out.
-
-    Raises
-    ------
-    NotEnoughDataError
-        Fewer samples than one segment of SEGMENT_S.
-    """
+    """Find the lines in the spectrum of a series."""
     values = np.asarray(values, dtype=float)
     segment = _segment(values, interval_s)
     return stand_out(*power_spectrum(values, interval_s, segment=segment), band_hz=band_hz)
@@ -100,22 +61,7 @@ def lines(
 def stand_out(
     frequency: np.ndarray, power: np.ndarray, *, band_hz: tuple[float, float] = BAND_HZ
 ) -> Lines:
-    """Find the lines in a spectrum.
-
-    Parameters
-    ----------
-    frequency : array (F,)
-        Frequencies at equal distances, Hz.
-    power : array (F,)
-        Power spectral density.
-    band_hz : tuple of float
-        Frequencies between which lines are looked for.
-
-    Returns
-    -------
-    Lines
-        What stands out.
-    """
+    """Find the lines in a spectrum."""
     size = round(_SURROUNDINGS_HZ / (frequency[1] - frequency[0]))
     level = np.exp(scipy.ndimage.median_filter(np.log(power), size, mode="nearest"))
     inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
@@ -127,27 +73,7 @@ def stand_out(
 
 
 def pieces(values: npt.ArrayLike, interval_s: float) -> tuple[np.ndarray, np.ndarray]:
-    """Spectra of the pieces of a series, each of SEGMENT_S; their mean is a spectrum of lines.
-
-    Parameters
-    ----------
-    values : array (T,)
-        Samples at equal intervals.
-    interval_s : float
-        Seconds between them.
-
-    Returns
-    -------
-    frequency : array (F,)
-        Frequencies, Hz.
-    power : array (K, F)
-        Power spectral density of each piece.
-
-    Raises
-    ------
-    NotEnoughDataError
-        Fewer samples than one piece.
-    """
+    """Spectra of the pieces of a series, each of SEGMENT_S; their mean is a spectrum of lines."""
     values = np.asarray(values, dtype=float)
     segment = _segment(values, interval_s)
     count = values.size // segment
@@ -162,23 +88,6 @@ def spacing(peaks_hz: npt.ArrayLike, *, band_hz: tuple[float, float] = BAND_HZ) 
     The step is the one with the highest concentration, from about half the smallest distance of the
     peaks up to the lowest of them. Random peaks are uniform in the band and as far apart as `lines`
     finds them; each set has its own best step.
-
-    Parameters
-    ----------
-    peaks_hz : array (P,)
-        Frequencies of the peaks.
-    band_hz : tuple of float
-        Where peaks were looked for.
-
-    Returns
-    -------
-    Spacing
-        The best step and the outcome of the test.
-
-    Raises
-    ------
-    NotEnoughDataError
-        Fewer than LEAST_PEAKS peaks.
     """
     peaks = np.sort(np.asarray(peaks_hz, dtype=float))
     require(peaks.size >= LEAST_PEAKS, f"{peaks.size} peaks, {LEAST_PEAKS} are needed")
@@ -194,20 +103,7 @@ def spacing(peaks_hz: npt.ArrayLike, *, band_hz: tuple[float, float] = BAND_HZ) 
 def spectral_ratio(
     one: Lines, other: Lines, *, band_hz: tuple[float, float] = (0.1, BAND_HZ[1])
 ) -> float:
-    """Factor by which two spectra differ, each over its integral: median over a band.
-
-    Parameters
-    ----------
-    one, other : Lines
-        Spectra at the same frequencies.
-    band_hz : tuple of float
-        The band.
-
-    Returns
-    -------
-    float
-        1 if they are the same.
-    """
+    """Factor by which two spectra differ, each over its integral: median over a band."""
     frequency = one.frequency_hz
     inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
     first, second = (each.power / each.power.sum() for each in (one, other))

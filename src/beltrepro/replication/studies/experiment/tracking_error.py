@@ -12,55 +12,19 @@ _LATE = 0.01  # of the time between true places, by which instants may differ
 
 @dataclass(frozen=True)
 class TrackingError:
-    """Errors of a track, lengths in metres.
+    """Errors of a track, lengths in metres."""
 
-    Attributes
-    ----------
-    offset : float
-        Mean error of the place.
-    scatter : float
-        Standard deviation of the error.
-    largest : float
-        Largest error, without sign.
-    scale : float
-        Relative error of the scale: slope of the error against the true place.
-    places : int
-        Number of places compared.
-    """
-
-    offset: float
-    scatter: float
-    largest: float
-    scale: float
-    places: int
+    offset: float  # mean error of the place
+    scatter: float  # standard deviation of the error
+    largest: float  # largest error, without sign
+    scale: float  # relative error of the scale: slope of the error against the true place
+    places: int  # number of places compared
 
 
 def tracking_error(
     time_s: npt.ArrayLike, x_m: npt.ArrayLike, true_x_m: npt.ArrayLike, interval_s: float
 ) -> TrackingError:
-    """Compare measured places with true ones at the same instants.
-
-    Parameters
-    ----------
-    time_s : array (T,)
-        Instants of the measured places, from the first true one on.
-    x_m : array (T,)
-        Measured places.
-    true_x_m : array (S,)
-        True places at equal intervals.
-    interval_s : float
-        Seconds between the true places.
-
-    Returns
-    -------
-    TrackingError
-        Errors.
-
-    Raises
-    ------
-    NotEnoughDataError
-        Fewer than three places, or instants at which no true place is known.
-    """
+    """Compare measured places with true ones at the same instants."""
     position, true = np.asarray(x_m, dtype=float), np.asarray(true_x_m, dtype=float)
     steps = np.asarray(time_s, dtype=float) / interval_s
     number = np.rint(steps).astype(int)

@@ -19,20 +19,11 @@ MINIMUM_AGREED = 20  # trials that agree with a recording; fewer make no posteri
 
 @dataclass(frozen=True)
 class Observation:
-    """What is printed of one recording.
+    """What is printed of one recording."""
 
-    Attributes
-    ----------
-    speed_m_s : float
-        Speed of the belt.
-    disorder_parameter : float
-        r of the recording.
-    lasting_s, lively_s : float
-        It has a small amplitude, and a time without one that lasts, of this length or longer.
-    """
-
-    speed_m_s: float
-    disorder_parameter: float
+    speed_m_s: float  # speed of the belt
+    disorder_parameter: float  # r of the recording
+    # it has a small amplitude, and a time without one that lasts, of this length or longer
     lasting_s: float
     lively_s: float
 
@@ -56,20 +47,7 @@ ASSIGNED = (1.0, 2.0)
 
 
 def shows(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Which trials show the two regimes as long as the recording does.
-
-    Parameters
-    ----------
-    observation : Observation
-        What is printed of the recording.
-    arrays : dict of arrays (P,)
-        Trials, with lasting_longest and lively_longest, model time.
-
-    Returns
-    -------
-    array (P,) of bool
-        True where a trial does.
-    """
+    """Which trials show the two regimes as long as the recording does."""
     lasting, lively = (
         units.to_si(arrays[name], "time") for name in ("lasting_longest", "lively_longest")
     )
@@ -79,57 +57,18 @@ def shows(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.ndar
 def agrees(
     observation: Observation, arrays: Mapping[str, np.ndarray], tolerance: float = TOLERANCE
 ) -> np.ndarray:
-    """Which trials agree with a recording: in r, and in showing its regimes.
-
-    Parameters
-    ----------
-    observation : Observation
-        What is printed of the recording.
-    arrays : dict of arrays (P,)
-        Trials, with disorder_parameter and as for `shows`.
-    tolerance : float
-        Largest distance in ln r.
-
-    Returns
-    -------
-    array (P,) of bool
-        True where a trial agrees.
-    """
+    """Which trials agree with a recording: in r, and in showing its regimes."""
     distance = np.abs(np.log(arrays["disorder_parameter"] / observation.disorder_parameter))
     return (distance <= tolerance) & shows(observation, arrays)
 
 
 def at_speed(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Which trials have the belt velocity of a recording.
-
-    Parameters
-    ----------
-    observation : Observation
-        What is printed of the recording.
-    arrays : dict of arrays (P,)
-        Trials, with belt_velocity.
-
-    Returns
-    -------
-    array (P,) of bool
-        True where a trial has.
-    """
+    """Which trials have the belt velocity of a recording."""
     return np.isclose(arrays["belt_velocity"], observation.belt_velocity, rtol=_ALIKE, atol=0)
 
 
 def alternates(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Which trials show both regimes, each for as long as a small amplitude lasts at least.
-
-    Parameters
-    ----------
-    arrays : dict of arrays (P,)
-        Trials, as for `shows`.
-
-    Returns
-    -------
-    array (P,) of bool
-        True where a trial does.
-    """
+    """Which trials show both regimes, each for as long as a small amplitude lasts at least."""
     return shows(EXPERIMENT[1], arrays)
 
 
@@ -141,34 +80,12 @@ The friction ratio is not averaged over: r changes by 15 % where it changes by 0
 
 
 def assigned(noise: np.ndarray) -> np.ndarray:
-    """Which noises are those that the paper assigns to the experiment.
-
-    Parameters
-    ----------
-    noise : array (L,)
-        Levels of the noise.
-
-    Returns
-    -------
-    array (L,) of bool
-        True from 1 to 2, both included.
-    """
+    """Which noises are those that the paper assigns to the experiment."""
     return (noise >= ASSIGNED[0] - 1e-9) & (noise <= ASSIGNED[1] + 1e-9)
 
 
 def require_agreed(found: Posterior) -> None:
-    """Refuse a posterior that rests on too few trials.
-
-    Parameters
-    ----------
-    found : Posterior
-        Of the parameters, given both recordings.
-
-    Raises
-    ------
-    NotEnoughDataError
-        Fewer than MINIMUM_AGREED trials agree with a recording.
-    """
+    """Refuse a posterior that rests on too few trials."""
     fewest = min(found.agreed)
     require(
         fewest >= MINIMUM_AGREED,
@@ -182,21 +99,6 @@ def on_grid(arrays: Mapping[str, np.ndarray]) -> Simulated:
     Where the belt velocities stand in the ratio of the two speeds of the experiment, the trials at
     one serve as the first recording and those at the other as the second. Both speeds are then
     multiplied by one factor.
-
-    Parameters
-    ----------
-    arrays : dict of arrays (P,)
-        Trials, with noise, friction_ratio, belt_velocity, and as for `agrees`.
-
-    Returns
-    -------
-    Simulated
-        Trials of the two recordings, with the axes noise, friction_ratio and speed_factor.
-
-    Raises
-    ------
-    NotEnoughDataError
-        The points are no grid with equal numbers of trials, or no velocities have the ratio.
     """
     names = ("noise", "friction_ratio", "belt_velocity")
     levels = [np.unique(arrays[name]) for name in names]

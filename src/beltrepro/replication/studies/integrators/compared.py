@@ -39,20 +39,7 @@ Arrays = dict[str, np.ndarray]
 
 
 def disorder_statistics(points: Arrays, *, measured_time: float) -> dict[str, np.ndarray]:
-    """Per run (R,): r, mean length, rates of slips and crossings, v_N at the section.
-
-    Parameters
-    ----------
-    points : dict of arrays (R, ...)
-        Of a dataset of kind scan.
-    measured_time : float
-        Duration without the transient, model time.
-
-    Returns
-    -------
-    dict of arrays (R,)
-        By the name of the quantity, model units.
-    """
+    """Per run (R,): r, mean length, rates of slips and crossings, v_N at the section."""
     rows = np.arange(points["n_blocks"].size)
     mean, spread = _moments([row[np.isfinite(row)] for row in points["section_velocity"]])
     return {
@@ -70,16 +57,6 @@ def slip_statistics(catalogue: Arrays) -> dict[str, np.ndarray]:
     """Per run (R,): number, sizes and losses of the slips of the last block, and section points.
 
     Sizes are those in the laboratory frame (Fig. 9).
-
-    Parameters
-    ----------
-    catalogue : dict of arrays
-        Of a dataset of kind catalogue; `point` of its records is the row of the run.
-
-    Returns
-    -------
-    dict of arrays (R,)
-        By the name of the quantity, model units.
     """
     sizes, losses, velocities = [], [], []
     for run, n_blocks in enumerate(catalogue["n_blocks"]):
@@ -121,22 +98,7 @@ def _quantiles(samples, share):
 def compare_points(
     tested: Arrays, reference: Arrays, statistics_tested: Arrays, statistics_reference: Arrays
 ) -> list[dict]:
-    """Every quantity at every point (N, u, sigma).
-
-    Parameters
-    ----------
-    tested : dict of arrays (R, ...)
-        By the tested method.
-    reference : dict of arrays (R, ...)
-        By the reference.
-    statistics_tested, statistics_reference : dict of arrays (R,)
-        Per run, from one of the functions above.
-
-    Returns
-    -------
-    list of dict
-        Rows: quantity, n_blocks, belt_velocity, noise and the fields of a `Comparison`.
-    """
+    """Every quantity at every point (N, u, sigma)."""
     rows = []
     for point in _points(tested, reference, _POINT):
         ours, theirs = _at(tested, point), _at(reference, point)
@@ -152,20 +114,6 @@ def compare_attractors(tested: Arrays, reference: Arrays, *, reference_step: flo
     The quantities are the share of runs in which the last block still sticks at the end (tested
     over all labels of `lifetimes.label_attractors`), r over the end of the run, and the lifetime of
     the chaotic transient.
-
-    Parameters
-    ----------
-    tested : dict of arrays (R, ...)
-        By the tested method, of kind escapes.
-    reference : dict of arrays (R, ...)
-        By the reference, of kind escapes.
-    reference_step : float
-        Those runs of the reference count that have this time step, model time.
-
-    Returns
-    -------
-    list of dict
-        Rows: quantity, the point, initial_spread, time_step and the fields of a `Comparison`.
     """
     rows = []
     base = np.isclose(reference["time_step"], reference_step)
@@ -223,16 +171,6 @@ def judge(rows: list[dict]) -> list[dict]:
     """The rows with corrected_p and verdict; the p of a family are corrected together.
 
     A family is what one quantity gives at all points: rows with equal values of FAMILY.
-
-    Parameters
-    ----------
-    rows : list of dict
-        Rows of the functions above, with `part`.
-
-    Returns
-    -------
-    list of dict
-        The same rows, family by family.
     """
     judged = []
     for family in _families(rows).values():
@@ -245,18 +183,7 @@ def judge(rows: list[dict]) -> list[dict]:
 
 
 def summarise(judged: list[dict]) -> list[dict]:
-    """One row for each family.
-
-    Parameters
-    ----------
-    judged : list of dict
-        What `judge` returned.
-
-    Returns
-    -------
-    list of dict
-        Number of points with each verdict, smallest p, overall tests.
-    """
+    """One row for each family."""
     table = []
     for key, family in _families(judged).items():
         names = Comparison.__dataclass_fields__
@@ -291,25 +218,7 @@ def _families(rows):
 def compare_trajectories(
     runs: Arrays, reference: Arrays, *, reference_step: float
 ) -> tuple[list[dict], list[dict]]:
-    """Partings and errors of runs against the reference runs with reference_step.
-
-    Parameters
-    ----------
-    runs : dict of arrays
-        Arrays as in `divergence`, with step.
-    reference : dict of arrays
-        The same; if it is `runs` itself, its other time steps are compared.
-    reference_step : float
-        Time step, model time.
-
-    Returns
-    -------
-    list of dict
-        For each point and time step the numbers of `divergence.summarise`.
-    list of dict
-        For each point, number of events and time step the error, with the order of convergence in
-        the step over all of them (order, order_error).
-    """
+    """Partings and errors of runs against the reference runs with reference_step."""
     base = divergence.equal(reference["time_step"], reference_step)
     partings, errors = [], []
     for time_step in np.unique(runs["time_step"]):
@@ -324,19 +233,7 @@ def compare_trajectories(
 
 
 def compare_tolerances(runs: Arrays) -> list[dict]:
-    """Errors of runs with several tolerances against those with the tightest.
-
-    Parameters
-    ----------
-    runs : dict of arrays
-        Arrays as in `divergence`, with step.
-
-    Returns
-    -------
-    list of dict
-        Rows like those of `compare_trajectories`, for each point, number of events and tolerance;
-        none if there are not several tolerances.
-    """
+    """Errors of runs with several tolerances against those with the tightest."""
     allowed = runs["allowed_error"]
     known = np.unique(allowed[np.isfinite(allowed)])
     errors = []

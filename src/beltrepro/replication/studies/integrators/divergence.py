@@ -27,27 +27,13 @@ ROUNDING_OF_LONG_STEPS = 1e-11  # of steps that a tolerance allows: there are a 
 
 @dataclass(frozen=True)
 class Pair:
-    """One run and its reference, which began in the same state.
+    """One run and its reference, which began in the same state."""
 
-    Attributes
-    ----------
-    time : array (T,)
-        Instants of the samples, model time.
-    separation : array (T,)
-        Largest distance of any block between the two.
-    event_time : array (K,)
-        Instants of shared events in the reference.
-    event_shift : array (K,)
-        How much later they come in the run.
-    reference_events : array (E,)
-        Instants of all events of the reference.
-    """
-
-    time: np.ndarray = field(repr=False)
-    separation: np.ndarray = field(repr=False)
-    event_time: np.ndarray = field(repr=False)
-    event_shift: np.ndarray = field(repr=False)
-    reference_events: np.ndarray = field(repr=False)
+    time: np.ndarray = field(repr=False)  # instants of the samples, model time
+    separation: np.ndarray = field(repr=False)  # largest distance of any block between the two
+    event_time: np.ndarray = field(repr=False)  # instants of shared events in the reference
+    event_shift: np.ndarray = field(repr=False)  # how much later they come in the run
+    reference_events: np.ndarray = field(repr=False)  # instants of all events of the reference
 
     @property
     def parting_time(self) -> float:
@@ -56,18 +42,7 @@ class Pair:
         return float(self.time[beyond[0]]) if beyond.size else np.inf
 
     def error_after(self, n_events: int) -> float:
-        """Separation at the first sample after so many events.
-
-        Parameters
-        ----------
-        n_events : int
-            Number of events of the reference; 0 asks for the largest separation before any.
-
-        Returns
-        -------
-        float
-            Distance; NaN if the reference has not so many events, or no sample is left.
-        """
+        """Separation at the first sample after so many events."""
         if n_events == 0:
             before = self.time < self.reference_events.min(initial=np.inf)
             return float(self.separation[before].max(initial=0.0))
@@ -81,16 +56,6 @@ def with_steps(runs: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Add the mean length of the steps that the method chooses.
 
     That is dt, or what the allowed error permits, for which velocities (R, T, N) are needed.
-
-    Parameters
-    ----------
-    runs : dict of arrays (R, ...)
-        Arrays of trajectories.
-
-    Returns
-    -------
-    dict of arrays (R, ...)
-        The same arrays and `step` (R,), model time.
     """
     steps = runs["time_step"].copy()
     for row in np.flatnonzero(np.isfinite(runs["allowed_error"])):
@@ -104,20 +69,7 @@ def with_steps(runs: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def equal(values: np.ndarray, value: float) -> np.ndarray:
-    """Which of the values are this one, up to rounding.
-
-    Parameters
-    ----------
-    values : array (R,)
-        Time steps or tolerances.
-    value : float
-        Wanted one.
-
-    Returns
-    -------
-    array (R,) of bool
-        True where they are equal; NaN is equal to nothing.
-    """
+    """Which of the values are this one, up to rounding."""
     return np.isclose(values, value, rtol=1e-9, atol=0)
 
 
@@ -128,24 +80,7 @@ def pairs(
     rows: np.ndarray,
     reference_rows: np.ndarray,
 ) -> dict[tuple, list[Pair]]:
-    """Some runs beside their references; a run without a reference is left out.
-
-    Parameters
-    ----------
-    runs : dict of arrays (R, ...)
-        Arrays of trajectories.
-    reference : dict of arrays (R', ...)
-        Arrays of the trajectories that they are compared with.
-    rows : array (R,) of bool
-        Which of the runs.
-    reference_rows : array (R',) of bool
-        Which of the references.
-
-    Returns
-    -------
-    dict of lists of Pair
-        By (n_blocks, belt_velocity).
-    """
+    """Some runs beside their references; a run without a reference is left out."""
     base = {_key(reference, row): row for row in np.flatnonzero(reference_rows).tolist()}
     found: dict[tuple, list[Pair]] = {}
     for row in np.flatnonzero(rows).tolist():
@@ -160,20 +95,6 @@ def match_events(tested: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray,
 
     Block by block, events correspond in their order until the kinds differ or the times by more
     than 0.5; what comes later in that block is not shared.
-
-    Parameters
-    ----------
-    tested : structured array
-        Events of one run, with time, block and kind, in order of time.
-    reference : structured array
-        Events of the other run.
-
-    Returns
-    -------
-    time : array (K,)
-        Instants of the shared events in the reference, in rising order.
-    shift : array (K,)
-        How much later they come in the tested run.
     """
     times, shifts = [np.empty(0)], [np.empty(0)]
     for block in np.unique(reference["block"]):
@@ -192,24 +113,7 @@ def match_events(tested: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray,
 def convergence_order(
     step: npt.ArrayLike, error: npt.ArrayLike, *, rounding: float = ROUNDING
 ) -> tuple[float, float]:
-    """Order q of error = c * step**q, from a straight line through the logarithms.
-
-    Parameters
-    ----------
-    step : array (S,)
-        Lengths of the steps.
-    error : array (S,)
-        Error at each of them.
-    rounding : float
-        Smaller errors are left out: rounding and not the step decides them.
-
-    Returns
-    -------
-    order : float
-        The order q; NaN with fewer than 3 errors above `rounding`.
-    error : float
-        Its standard error, from the scatter about the line.
-    """
+    """Order q of error = c * step**q, from a straight line through the logarithms."""
     step, error = np.asarray(step, dtype=float), np.asarray(error, dtype=float)
     above = error > rounding
     if above.sum() < 3:
@@ -219,20 +123,7 @@ def convergence_order(
 
 
 def summarise(found: list[Pair]) -> dict[str, float]:
-    """Pairs of one point in numbers, medians over its members.
-
-    Parameters
-    ----------
-    found : list of Pair
-        The pairs of one point.
-
-    Returns
-    -------
-    dict of float
-        members; parting_time (inf where half never part); shared_events; reference_events (all of
-        the reference); first_shift, the largest shift of the first 10 shared events; shift, the
-        largest of all shared ones.
-    """
+    """Pairs of one point in numbers, medians over its members."""
     return {
         "members": len(found),
         "parting_time": float(np.median([pair.parting_time for pair in found])),
@@ -247,16 +138,6 @@ def errors(found: list[Pair]) -> dict[int, tuple[int, float]]:
     """Root-mean-square error after each number of AFTER_EVENTS.
 
     The phase of an event within a step decides its error, so one member alone tells little.
-
-    Parameters
-    ----------
-    found : list of Pair
-        The pairs of one point.
-
-    Returns
-    -------
-    dict of (int, float)
-        Number of members and error, by number of events; only where every pair has an error.
     """
     table = {}
     for n_events in AFTER_EVENTS:

@@ -26,45 +26,20 @@ VERDICTS = (AGREE, CLOSE, DIFFER, UNKNOWN)
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two samples side by side; NaN where a number does not exist.
+    """Two samples side by side; NaN where a number does not exist."""
 
-    Attributes
-    ----------
-    n_tested : int
-        Runs of the tested side.
-    n_reference : int
-        Runs of the reference.
-    mean_tested : float
-        Mean of the tested side.
-    error_tested : float
-        Standard error of that mean.
-    mean_reference : float
-        Mean of the reference.
-    error_reference : float
-        Standard error of that mean.
-    z : float
-        Difference of the means (tested minus reference) in units of its standard error.
-    mean_p : float
-        p-value of Welch's t-test on the means, NaN if no run differs from any.
-    test : str
-        Name of the test on the whole distributions.
-    p : float
-        p-value of that test.
-    distance : float
-        Of the distributions (Wasserstein, or total variation of shares) as a share of the root
-        mean square of the reference: how much a difference matters.
-    """
-
-    n_tested: int
-    n_reference: int
-    mean_tested: float
-    error_tested: float
-    mean_reference: float
+    n_tested: int  # runs of the tested side
+    n_reference: int  # runs of the reference
+    mean_tested: float  # mean of the tested side
+    error_tested: float  # standard error of that mean
+    mean_reference: float  # mean of the reference
     error_reference: float
-    z: float
-    mean_p: float
-    test: str
-    p: float
+    z: float  # difference of the means (tested minus reference) in units of its standard error
+    mean_p: float  # p-value of Welch's t-test on the means, NaN if no run differs from any
+    test: str  # name of the test on the whole distributions
+    p: float  # p-value of that test
+    # of the distributions (Wasserstein, or total variation of shares) as a share of the root mean
+    # square of the reference: how much a difference matters
     distance: float
 
 
@@ -76,18 +51,6 @@ def compare_samples(tested: npt.ArrayLike, reference: npt.ArrayLike) -> Comparis
 
     The p of the distributions is that of the two-sample Kolmogorov-Smirnov test, exact for these
     sizes; ties make it too large, never too small. Below MINIMUM_RUNS on a side p and z are NaN.
-
-    Parameters
-    ----------
-    tested : array (M,)
-        One number for each run of the tested side; NaN is left out.
-    reference : array (M',)
-        One number for each run of the reference.
-
-    Returns
-    -------
-    Comparison
-        Its test is "Kolmogorov-Smirnov".
     """
     tested, reference = _finite(tested), _finite(reference)
     p = np.nan
@@ -110,26 +73,6 @@ def compare_shares(
     The p is that of chi^2 of the table of counts among all tables with the same margins
     (permutation test), so it holds for rare labels too; it cannot be less than
     1 / (n_permutations + 1).
-
-    Parameters
-    ----------
-    tested : array (M,) of str
-        Label of each run of the tested side.
-    reference : array (M',) of str
-        Label of each run of the reference.
-    labels : sequence of str
-        Labels that are possible.
-    counted : str
-        The label whose share is the mean.
-    n_permutations : int
-        Random tables drawn.
-    seed : int
-        Fixes the random numbers.
-
-    Returns
-    -------
-    Comparison
-        Its test is "permutation".
     """
     tested, reference = np.asarray(tested), np.asarray(reference)
     counts = np.array([[np.sum(side == label) for label in labels] for side in (tested, reference)])
@@ -151,22 +94,6 @@ def compare_lifetimes(
 
     Means are of lifetimes cut off at the end of the run (restricted means). With fewer than
     MINIMUM_RUNS escapes on both sides together p is NaN.
-
-    Parameters
-    ----------
-    tested : array (M,)
-        Lifetime of each run of the tested side; the duration where it did not escape.
-    reference : array (M',)
-        Lifetime of each run of the reference.
-    escaped_tested : array (M,) of bool
-        Which runs of the tested side escaped.
-    escaped_reference : array (M',) of bool
-        Which runs of the reference escaped.
-
-    Returns
-    -------
-    Comparison
-        Its test is "log-rank".
     """
     sides = []
     for lifetime, escaped in ((tested, escaped_tested), (reference, escaped_reference)):
@@ -258,16 +185,6 @@ def holm(p: npt.ArrayLike) -> np.ndarray:
     """p-values corrected for their number: any of them below LEVEL by chance in 5 of 100.
 
     Holm's step-down method, valid for dependent tests too.
-
-    Parameters
-    ----------
-    p : array (M,)
-        p-values; NaN is left out.
-
-    Returns
-    -------
-    array (M,)
-        Corrected p-values, at most 1; NaN stays NaN.
     """
     p = np.asarray(p, dtype=float)
     corrected = np.full(p.shape, np.nan)
@@ -279,21 +196,7 @@ def holm(p: npt.ArrayLike) -> np.ndarray:
 
 
 def verdict(corrected_p: float, distance: float) -> str:
-    """What a comparison says in a word.
-
-    Parameters
-    ----------
-    corrected_p : float
-        p-value from `holm`.
-    distance : float
-        Distance of the distributions, see `Comparison`.
-
-    Returns
-    -------
-    str
-        AGREE if the corrected p is at least LEVEL; else CLOSE if the distance is below NEAR, DIFFER
-        if not; UNKNOWN without a p.
-    """
+    """What a comparison says in a word."""
     if not np.isfinite(corrected_p):
         return UNKNOWN
     if corrected_p >= LEVEL:
@@ -303,47 +206,22 @@ def verdict(corrected_p: float, distance: float) -> str:
 
 @dataclass(frozen=True)
 class Overall:
-    """All comparisons of one quantity together; NaN without comparisons.
+    """All comparisons of one quantity together; NaN without comparisons."""
 
-    Attributes
-    ----------
-    degrees : int
-        Degrees of freedom of chi2: number of comparisons with a mean_p.
-    chi2 : float
-        Sum of the squared normal scores of the mean_p; it follows the chi^2 distribution if the
-        means are equal everywhere.
-    chi2_p : float
-        Its p-value, small when there are too many differences or a common one.
-    uniform_p : float
-        p-value of the test that the mean_p are uniform (Kolmogorov-Smirnov, one sample), which
-        also notices that they are too large.
-    shift : float
-        Mean relative difference of the means.
-    shift_error : float
-        Standard error of the shift.
-    """
-
-    degrees: int
+    degrees: int  # degrees of freedom of chi2: number of comparisons with a mean_p
+    # sum of the squared normal scores of the mean_p; it follows the chi^2 distribution if the
+    # means are equal everywhere
     chi2: float
-    chi2_p: float
+    chi2_p: float  # its p-value, small when there are too many differences or a common one
+    # p-value of the test that the mean_p are uniform (Kolmogorov-Smirnov, one sample), which also
+    # notices that they are too large
     uniform_p: float
-    shift: float
-    shift_error: float
+    shift: float  # mean relative difference of the means
+    shift_error: float  # standard error of the shift
 
 
 def overall(comparisons: list[Comparison]) -> Overall:
-    """Test the comparisons of one quantity at independent points together.
-
-    Parameters
-    ----------
-    comparisons : list of Comparison
-        One for each point.
-
-    Returns
-    -------
-    Overall
-        What they say together.
-    """
+    """Test the comparisons of one quantity at independent points together."""
     mean_p = _finite([each.mean_p for each in comparisons])
     if not mean_p.size:
         return Overall(0, np.nan, np.nan, np.nan, np.nan, np.nan)
@@ -369,16 +247,5 @@ def overall(comparisons: list[Comparison]) -> Overall:
 
 
 def largest_of(count: int) -> float:
-    """What the largest in size of several normal deviates exceeds in 5 of 100 cases.
-
-    Parameters
-    ----------
-    count : int
-        Number of deviates.
-
-    Returns
-    -------
-    float
-        The bound, in standard deviations.
-    """
+    """What the largest in size of several normal deviates exceeds in 5 of 100 cases."""
     return float(scipy.stats.norm.isf((1 - (1 - LEVEL) ** (1 / count)) / 2))

@@ -19,24 +19,7 @@ def mean_step(
     parameters: ChainParameters,
     tolerance: float,
 ) -> float:
-    """Mean length of the steps allowed while a block slips: time over number of steps.
-
-    Parameters
-    ----------
-    positions : array (T, N)
-        Positions of the blocks at equal intervals, laboratory frame.
-    velocities : array (T, N)
-        Velocities of the blocks, laboratory frame; a block with that of the belt is stuck.
-    parameters : ChainParameters
-        The chain.
-    tolerance : float
-        Allowed size of the last terms of the series of a force, unit of force.
-
-    Returns
-    -------
-    float
-        Mean step, model time; NaN if no block ever slips.
-    """
+    """Mean length of the steps allowed while a block slips: time over number of steps."""
     slips = np.any(velocities != parameters.belt_velocity, axis=1)
     if not slips.any():
         return np.nan
@@ -54,20 +37,6 @@ def force_series(
     The tension of a spring beyond the end D_0 of its linear branch is a constant plus
     G = e^(c(D - D_0))/c, whose coefficients follow from k G_k = sum_{j=1..k} (j c D_j) G_{k-j}
     (Griewank and Walther, SIAM 2008, ch. 13).
-
-    Parameters
-    ----------
-    positions : array (T, N)
-        As for `mean_step`.
-    velocities : array (T, N)
-        As for `mean_step`.
-    parameters : ChainParameters
-        The chain.
-
-    Returns
-    -------
-    array (FORCE_ORDER + 1, T, N)
-        Coefficient of each power of time.
     """
     deformation = chain_deformations(positions, parameters)
     linear = np.abs(deformation) <= parameters.linear_limit

@@ -24,25 +24,7 @@ ATTRACTORS = (STICK_SLIP, SMALL_SLIP, LARGE_SLIP)
 
 
 def by_belt_velocity(runs: Any, duration: float, *, start: float = 0.0) -> dict[str, np.ndarray]:
-    """Lifetimes for each belt velocity.
-
-    Parameters
-    ----------
-    runs : Dataset of kind escapes, or its arrays (M,)
-        Arrays belt_velocity, lifetime and escaped, one entry for each run.
-    duration : float
-        Time at which runs that did not escape were given up.
-    start : float
-        As for `survival.mean_lifetime`.
-
-    Returns
-    -------
-    dict of arrays (U,)
-        belt_velocity in rising order, members (number of runs), escaped (share), tau and tau_error
-        (NaN where fewer than 3 runs escaped), tau_lower (lower limit of tau, known without an
-        escape too; NaN where no run lasted until the start), median (inf where half did not
-        escape).
-    """
+    """Lifetimes for each belt velocity."""
     arrays = getattr(runs, "arrays", runs)
     names = ("belt_velocity", "members", "escaped", "tau", "tau_error", "tau_lower", "median")
     table: dict[str, list] = {name: [] for name in names}
@@ -71,20 +53,7 @@ def _tau(lifetime: np.ndarray, escaped: np.ndarray, start: float) -> tuple[float
 
 
 def on_shared_orbits(runs: Mapping[str, np.ndarray], settle_time: float) -> np.ndarray:
-    """Which runs end on an orbit that at least two others end on: no chaos looks so alike.
-
-    Parameters
-    ----------
-    runs : dict of arrays (M, ...)
-        Of a dataset of kind escapes, at one point: final_amplitude, final_stick_rate.
-    settle_time : float
-        Length of the settled part, model time.
-
-    Returns
-    -------
-    array (M,) of bool
-        False where an orbit is reached by fewer than three runs, or the motion is chaotic.
-    """
+    """Which runs end on an orbit that at least two others end on: no chaos looks so alike."""
     reach, rates = runs["final_amplitude"], np.nan_to_num(runs["final_stick_rate"])
     shared = np.zeros(len(reach), dtype=bool)
     for index in range(len(reach)):
@@ -102,20 +71,6 @@ def label_attractors(
     Criterion: "stick-slip" when the last block still sticks in the settled part of the run or the
     run did not escape (a chaotic saddle or a stick-slip attractor: a run of finite length cannot
     tell); otherwise continuous slip, of large amplitude when r there is at least LARGE_AMPLITUDE.
-
-    Parameters
-    ----------
-    escaped : array (M,) of bool
-        Which runs escaped.
-    final_disorder : array (M,)
-        Disorder parameter r in the settled part.
-    final_stick_rate : array (M, N)
-        Sticks of each block per time in the settled part, NaN for blocks that a chain lacks.
-
-    Returns
-    -------
-    array (M,) of str
-        Labels out of ATTRACTORS.
     """
     rates = np.asarray(final_stick_rate, dtype=float)
     last = np.isfinite(rates).sum(axis=1) - 1
@@ -125,16 +80,5 @@ def label_attractors(
 
 
 def labels_of(runs: Mapping[str, np.ndarray]) -> np.ndarray:
-    """`label_attractors` of runs of a dataset of kind escapes.
-
-    Parameters
-    ----------
-    runs : dict of arrays (M, ...)
-        With escaped, final_disorder and final_stick_rate.
-
-    Returns
-    -------
-    array (M,) of str
-        Labels out of ATTRACTORS.
-    """
+    """`label_attractors` of runs of a dataset of kind escapes."""
     return label_attractors(runs["escaped"], runs["final_disorder"], runs["final_stick_rate"])

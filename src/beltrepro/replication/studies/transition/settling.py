@@ -15,18 +15,10 @@ CROSSINGS = 24
 
 @dataclass(frozen=True)
 class SettledOrbit:
-    """A periodic orbit on which a motion stays to its end.
+    """A periodic orbit on which a motion stays to its end."""
 
-    Attributes
-    ----------
-    since : float
-        Instant from which the motion repeats itself.
-    period : float
-        Length of a period, the unit of time.
-    """
-
-    since: float
-    period: float
+    since: float  # instant from which the motion repeats itself
+    period: float  # length of a period, the unit of time
 
 
 def settled_orbit(
@@ -35,20 +27,6 @@ def settled_orbit(
     """The periodic orbit on which a series ends, None if its end does not repeat itself.
 
     States are compared where the last block crosses its median position downwards.
-
-    Parameters
-    ----------
-    time : array (T,)
-        Instants of the samples, some tens of them in a swing.
-    positions : array (T, N)
-        Positions of the blocks.
-    velocities : array (T, N)
-        Velocities of the blocks.
-
-    Returns
-    -------
-    SettledOrbit or None
-        None also for a series with fewer crossings than must repeat.
     """
     if not len(time):
         return None
