@@ -37,7 +37,7 @@ logger = logging.getLogger("beltrepro")
 
 
 class KernelCacheFile:
-    """Where Numba's cache of one kernel keeps its machine code: in place of its IndexDataCacheFile."""
+    """Where Numba keeps machine code of one kernel, in place of its own IndexDataCacheFile."""
 
     def __init__(self, folder, name, stamp):
         self._folder = Path(folder)

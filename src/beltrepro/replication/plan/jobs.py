@@ -107,7 +107,7 @@ def estimate(
     memory: dict[str, float] | None = None,
     size: dict[str, float] | None = None,
 ) -> pd.DataFrame:
-    """Time, memory and disk of all jobs from those of some, a row for each class and for the sum."""
+    """Time, memory and disk of all jobs from those of some: a row a class, and one for the sum."""
     import pandas as pd  # half a second that Snakemake need not pay in every job
 
     rows = []
