@@ -280,10 +280,11 @@ def code_hash(*modules, script=None, without=()):
 
 
 # What a job is told says which quantities its points have; the words on them change no number, nor
-# does how a run is written to a file of its own, or kept unfinished.
+# does how a run is drawn, written to a file of its own, or kept unfinished.
 WORDS = (
     "beltrepro.replication.plan.quantities",
     "beltrepro.simulation.files",
+    "beltrepro.simulation.picture",
     "beltrepro.simulation.checkpoints",
 )
 
