@@ -302,7 +302,9 @@ def batch_code(wildcards):
     others += ["beltrepro.replication.camera"]
     if dataset.kind.name != "trial":
         others += ["beltrepro.replication.camera.trials"]
-    return code_hash("beltrepro.replication.plan.running", INTEGRATORS[method], without=(*others, *WORDS))
+    return code_hash(
+        "beltrepro.replication.plan.running", INTEGRATORS[method], without=(*others, *WORDS)
+    )
 
 
 # The camera is given positions and the tracker a video: the code of simulations does not matter to
@@ -318,7 +320,12 @@ def table_code(wildcards):
 
 def figure_code(wildcards):
     without = ("beltrepro.replication.camera",)
-    return code_hash(FIGURES[wildcards.figure].module, "beltrepro.replication.drawing.style", script="figure.py", without=without)
+    return code_hash(
+        FIGURES[wildcards.figure].module,
+        "beltrepro.replication.drawing.style",
+        script="figure.py",
+        without=without,
+    )
 
 
 # --- beginning, stopping, failing ---

@@ -2,6 +2,7 @@
 
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import matplotlib.style
 import numpy as np
@@ -15,7 +16,7 @@ from beltrepro.base.names import SYMBOLS
 
 SUFFIXES = (".png", ".pdf", ".svg")
 NO_DISPLAY = f"no display to show the figure on: name a file that ends in {', '.join(SUFFIXES)}"
-_LOOK = {
+_LOOK: dict[str, Any] = {
     "font.size": 8.5,
     "axes.titlesize": 8.5,
     "axes.linewidth": 0.7,
@@ -34,7 +35,7 @@ _MOST_ROWS = 12  # blocks for which there is room on the usual page
 _ROW = 0.12  # inches for each block beyond
 
 
-def plot(run, path=None) -> Figure:
+def plot(run: Any, path: str | Path | None = None) -> Figure:
     """Draw a run; write the figure to a file, or show it."""
     if path is None:
         has_windows = _find_display()
@@ -45,7 +46,7 @@ def plot(run, path=None) -> Figure:
     if Path(path).suffix.lower() not in SUFFIXES:
         raise InputError(f"path = {path}: must end in {', '.join(SUFFIXES)}")
     figure = draw(run)
-    with matplotlib.rc_context(_LOOK), replacing(path) as unfinished:
+    with matplotlib.style.context(_LOOK), replacing(path) as unfinished:
         figure.savefig(unfinished, metadata={"Title": f"{run!r}, beltrepro {run.version}"})
     return figure
 
@@ -82,7 +83,7 @@ def _open_window(figure):
     plt.show()
 
 
-def draw(run) -> Figure:
+def draw(run: Any) -> Figure:
     """x_N(t) and r up to t over the whole run; below, who slips when at its end."""
     rows_beyond = max(0, run.parameters.n_blocks - _MOST_ROWS)
     with matplotlib.style.context(["default", _LOOK]):
@@ -158,7 +159,7 @@ def _draw_slips(axes, run):
     axes.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
 
 
-def slips_of(run, block) -> list[tuple[float, float]]:
+def slips_of(run: Any, block: int) -> list[tuple[float, float]]:
     """When a block slips, pairs (begin, end); cut where the run begins or ends."""
     events = run.events[run.events["block"] == block]
     begins, ends = (events["time"][events["kind"] == kind] for kind in ("slip", "stick"))
