@@ -14,10 +14,12 @@ from beltrepro.base.store import Dataset
 from beltrepro.model import ChainParameters
 from beltrepro.replication import report
 from beltrepro.replication.drawing import style
-from beltrepro.replication.plan import checking, quantities, registry, running
-from beltrepro.replication.plan.kinds import KINDS
+from beltrepro.replication.plan import registry
+from beltrepro.replication.plan.config import load_config
+from beltrepro.replication.plan.kinds import KINDS, record
 from beltrepro.replication.plan.plan import make_plan
-from beltrepro.replication.plan.quantities import QUANTITIES
+from beltrepro.replication.plan.points import LAW as CONSTANTS
+from beltrepro.replication.plan.points import QUANTITIES
 from beltrepro.replication.studies.integrators import (
     agreement_attractors,
     agreement_disorder,
@@ -33,9 +35,9 @@ from beltrepro.replication.studies.transition.lifetimes import STICK_SLIP, label
 from beltrepro.simulation import TOLERANCES
 
 ROOT = Path(__file__).parents[2]
-CONFIG = checking.load(ROOT / "config.yaml")
+CONFIG = load_config(ROOT / "config.yaml")
 METHODS = ("verlet", "event")
-LAW = [each.name for each in quantities.LAW]
+LAW = [each.name for each in CONSTANTS]
 FIGURES = (agreement_trajectories, agreement_disorder, agreement_attractors)
 
 
@@ -704,7 +706,7 @@ def run(name, n_replicates=2, **changes):
     }
     chosen = [point._replace(**changes) for point in dataset.points]
     chosen = [point for point in dict.fromkeys(chosen) if point.replicate < n_replicates]
-    return running.run(dataset.kind.name, chosen, settings)
+    return record(dataset.kind.name, chosen, settings)
 
 
 @pytest.mark.thorough

@@ -4,7 +4,7 @@ import argparse
 from typing import Any
 
 from beltrepro.cli import options as shared
-from beltrepro.replication.plan.quantities import LAW
+from beltrepro.replication.plan.points import LAW
 
 _CHAIN = ("n_blocks", "belt_velocity", "noise", *(each.name for each in LAW))
 _SETTINGS = ("duration", "transient", "method", "time_step", "tolerance", "seed")

@@ -24,6 +24,7 @@ from pydantic import (
     ValidationError,
     create_model,
 )
+from typing_extensions import TypeAliasType
 
 from beltrepro.base.checks import shown
 from beltrepro.base.errors import InputError
@@ -37,7 +38,7 @@ LONGEST_GRID = 100_000
 MOST_POINTS = 1_000_000  # of a dataset; each is a run
 
 
-def load(path: str | Path) -> dict:
+def load_config(path: str | Path) -> dict:
     """Read a YAML file."""
     try:
         content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
@@ -81,11 +82,10 @@ Text = Annotated[str, Strict()]
 _PREFIX = "#"  # of the tags of alternatives, which are no part of the path to a value
 
 
-def _keys(doc: str, base: type[BaseModel] = _Keys, /, **fields: Any) -> Any:
+def _keys(name: str, doc: str, base: type[BaseModel] = _Keys, /, **types: Any) -> Any:
     """A type of keys with values, of which none must be given."""
-    name = "".join(word.capitalize() for word in doc.split()[:3] if word.isalpha())
-    given = {key: (value, Field(None, exclude=False)) for key, value in fields.items()}
-    return create_model(name, __base__=base, __doc__=doc, **given)
+    fields: dict[str, Any] = {key: (type_, None) for key, type_ in types.items()}
+    return create_model(name, __base__=base, __doc__=doc, **fields)
 
 
 class Offset(_Keys):
@@ -153,19 +153,24 @@ def _axis(about: Described) -> Any:
             return "#special"
         return "#value" if about.name == "method" else "#range"
 
-    def way_or_table(value: object) -> str:
-        is_table = isinstance(value, dict) and all(str(key).isdigit() for key in value)
-        return "#table" if is_table and value else way(value)
-
+    words = Field(description=words_of(about))
     if about.name in ("n_blocks", "method"):
-        return Annotated[grid, Discriminator(way), Field(description=words_of(about))]
-    grid = Annotated[grid, Discriminator(way)]
+        axis = Annotated[grid, Discriminator(way), words]
+        return TypeAliasType(f"Axis_{about.name}", axis)  # type: ignore[misc]
+    rule: Any = Annotated[grid, Discriminator(way)]
+    grid = TypeAliasType(f"Grid_{about.name}", rule)  # type: ignore[misc]
     table = dict[Annotated[str, Field(pattern="^[1-9][0-9]*$")], grid]  # type: ignore[valid-type]
-    return Annotated[
+    axis = Annotated[
         Annotated[grid, Tag("#grid")] | Annotated[table, Tag("#table")],
-        Discriminator(lambda value: "#table" if way_or_table(value) == "#table" else "#grid"),
-        Field(description=words_of(about)),
+        Discriminator(_grid_or_table),
+        words,
     ]
+    return TypeAliasType(f"Axis_{about.name}", axis)  # type: ignore[misc]
+
+
+def _grid_or_table(value: object) -> str:
+    is_table = isinstance(value, dict) and value and all(str(key).isdigit() for key in value)
+    return "#table" if is_table else "#grid"
 
 
 def _setting(about: Described) -> Any:
@@ -173,6 +178,7 @@ def _setting(about: Described) -> Any:
 
 
 Defaults = _keys(
+    "Defaults",
     "Quantities and settings of every dataset that gives no own.",
     **{name: _axis(about) for name, about in QUANTITIES.items()},
     **{name: _setting(about) for name, about in SETTINGS.items()},
@@ -186,6 +192,7 @@ Defaults = _keys(
     ],
 )
 DatasetKeys = _keys(
+    "Dataset",
     "A table of points: every combination of its axes, each a value, a list or a range. The "
     "settings allowed are those of its kind: "
     + "; ".join(f"{kind.name}: {', '.join(kind.settings)}" for kind in KINDS.values())
@@ -212,12 +219,13 @@ DatasetKeys = _keys(
     ],
 )
 CameraKeys = _keys(
+    "Camera",
     "The virtual camera above the belt (docs/experiment.md).",
     **{name: _setting(about) for name, about in CAMERA.items()},
 )
 
 
-class FilmKeys(_Keys):
+class Film(_Keys):
     """A film. What it gives for the camera stands over `camera` of the top level."""
 
     of: Annotated[
@@ -236,6 +244,7 @@ class FilmKeys(_Keys):
 
 _DATASETS = dict[NAME, DatasetKeys]
 PresetKeys = _keys(
+    "Preset",
     "What one preset gives: all of it stands over the keys of the top level.",
     based_on=Annotated[
         Text,
@@ -247,6 +256,7 @@ PresetKeys = _keys(
     ],
 )
 Law = _keys(
+    "Law",
     "Constants of the chain and of the friction (Sec. III), for every dataset that does not give "
     "its own.",
     **{about.name: _setting(about) for about in LAW},
@@ -285,7 +295,7 @@ class Config(_Keys):
     datasets: Annotated[_DATASETS, Field(description="What each dataset is, in all presets.")]
     camera: CameraKeys = None
     films: Annotated[
-        dict[NAME, FilmKeys],
+        dict[NAME, Film],
         Field(description="Films that the virtual camera takes of datasets."),
     ] = {}
     presets: Annotated[
@@ -300,7 +310,7 @@ class Config(_Keys):
 def schema() -> dict:
     """The schema of config.yaml (JSON Schema 2020-12)."""
     made = {"$schema": "https://json-schema.org/draft/2020-12/schema"} | Config.model_json_schema()
-    return _without_titles(made) | {"title": "Configuration of the workflow"}
+    return _tidy(made) | {"title": "Configuration of the workflow"}
 
 
 def schema_as_yaml() -> str:
@@ -309,14 +319,26 @@ def schema_as_yaml() -> str:
     return header + yaml.safe_dump(schema(), sort_keys=False, width=100, allow_unicode=True)
 
 
-def _without_titles(node: Any) -> Any:
-    """A schema without the titles and defaults that pydantic makes of names and None."""
+def _tidy(node: Any) -> Any:
+    """A schema of pydantic without titles and defaults made up of names, limits by their names."""
     if isinstance(node, list):
-        return [_without_titles(part) for part in node]
+        return [_tidy(part) for part in node]
     if not isinstance(node, dict):
         return node
     made_up = {key for key in ("title", "default") if not isinstance(node.get(key), dict)}
-    return {key: _without_titles(part) for key, part in node.items() if key not in made_up}
+    closed = {"additionalProperties": False} if "patternProperties" in node else {}
+    kept = {_JSON.get(key, key): _tidy(part) for key, part in node.items() if key not in made_up}
+    return kept | closed
+
+
+# Pydantic leaves these as they are where a validator of ours stands before the limit.
+_JSON = {
+    "gt": "exclusiveMinimum",
+    "ge": "minimum",
+    "lt": "exclusiveMaximum",
+    "le": "maximum",
+    "multiple_of": "multipleOf",
+}
 
 
 # --- what is wrong --------------------------------------------------------------------------------

@@ -286,7 +286,9 @@ def _law(points: Sequence[Point]) -> Complaint:
 # They are named, and imported where they run: to plan must not wait for numba.
 
 
-def record(kind: str, points: Sequence[Point], settings: dict, progress: Progress) -> Arrays:
+def record(
+    kind: str, points: Sequence[Point], settings: dict, progress: Progress | None = None
+) -> Arrays:
     """Simulate points and record what their kind says."""
     names = ["method", "time_step", "tolerance", "seed", "replicate", "initial_spread"]
     if any(point.kick > 0 for point in points):  # only of a kind that takes kicks

@@ -7,9 +7,9 @@ is allowed, also for what no type can refuse.
 import functools
 import itertools
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 from beltrepro.model.units import TIME_S
 from beltrepro.replication.plan.config import LONGEST_GRID, MOST_POINTS, checked, refuse
@@ -259,8 +259,8 @@ def _points(axes: Entries, seed: int) -> tuple[Point, ...]:
     return tuple(table)
 
 
-def grid_values(grid: object, where: str) -> tuple:
-    """Values of a grid, rising."""
+def grid_values(grid: object, where: str, refuse: Callable[[str], NoReturn] = refuse) -> tuple:
+    """Values of a grid, rising; refuse : raises an error with a text about the grid."""
     if isinstance(grid, list):
         return tuple(sorted(grid, key=_none_first))
     if not isinstance(grid, dict):
