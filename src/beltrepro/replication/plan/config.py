@@ -11,7 +11,7 @@ import re
 import sys
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any, Literal, NoReturn, cast
+from typing import Annotated, Any, Literal, NoReturn
 
 import yaml
 from pydantic import (
@@ -82,9 +82,13 @@ Text = Annotated[str, Strict()]
 _PREFIX = "#"  # of the tags of alternatives, which are no part of the path to a value
 
 
-def _keys(name: str, doc: str, base: type[BaseModel] = _Keys, /, **types: Any) -> Any:
-    """A type of keys with values, of which none must be given."""
-    fields: dict[str, Any] = {key: (type_, None) for key, type_ in types.items()}
+def _keys(
+    name: str, doc: str, base: type[BaseModel] = _Keys, /, *, required: tuple = (), **types: Any
+) -> Any:
+    """A type of keys with values, of which only those required must be given."""
+    fields: dict[str, Any] = {
+        key: (type_, ... if key in required else None) for key, type_ in types.items()
+    }
     return create_model(name, __base__=base, __doc__=doc, **fields)
 
 
@@ -127,22 +131,23 @@ def words_of(about: Described) -> str:
 
 def _axis(about: Described) -> Any:
     """One value, a list, a range, what is special to a quantity, or a table N -> these."""
-    special = SPECIAL.get(about.name)
-    grid: Any = Annotated[about.type, Tag("#value")]
-    grid |= Annotated[list[about.type], *LIST, Tag("#list")]  # type: ignore[name-defined]
+    name = about.name
+    one: Any = about.type
+    special = SPECIAL.get(name)
+    grid: Any = Annotated[one, Tag("#value")] | Annotated[list[one], *LIST, Tag("#list")]
     if special:
         grid |= Annotated[special, Tag("#special")]
-    if about.name != "method":
-        number = Whole if about.name in ("n_blocks", "seed", "replicate") else Number
-        one = Annotated[number, *about.type.__metadata__[1:]]  # type: ignore[valid-type]
-        least = Field(ge=1) if number is Whole else Field(gt=0)
-        step = Annotated[number, least, Field(description="Distance of values.")]
-        limits = {"start": (one, ...), "stop": (one, ...), "step": (step, ...)}
-        name = f"Range_{about.name}"
-        grid |= Annotated[
-            create_model(name, __base__=_Keys, __doc__="Both ends and all between.", **limits),
-            Tag("#range"),
-        ]
+    if name != "method":
+        number: Any = Whole if name in ("n_blocks", "seed", "replicate") else Number
+        end = Annotated[number, *one.__metadata__[1:]]  # of the quantity, but never null
+        least = Field(gt=0, description="Distance of values.")
+        range_ = _keys(
+            f"Range_{name}",
+            "Both ends and all between.",
+            required=("start", "stop", "step"),
+            **{"start": end, "stop": end, "step": Annotated[number, least]},
+        )
+        grid |= Annotated[range_, Tag("#range")]
 
     def way(value: object) -> str:
         if isinstance(value, list):
@@ -151,21 +156,20 @@ def _axis(about: Described) -> Any:
             return "#value"
         if special and next(iter(special.model_fields)) in value:
             return "#special"
-        return "#value" if about.name == "method" else "#range"
+        return "#value" if name == "method" else "#range"
 
-    words = Field(description=words_of(about))
-    if about.name in ("n_blocks", "method"):
-        axis = Annotated[grid, Discriminator(way), words]
-        return TypeAliasType(f"Axis_{about.name}", axis)  # type: ignore[misc]
-    rule: Any = Annotated[grid, Discriminator(way)]
-    grid = TypeAliasType(f"Grid_{about.name}", rule)  # type: ignore[misc]
-    table = dict[Annotated[str, Field(pattern="^[1-9][0-9]*$")], grid]  # type: ignore[valid-type]
-    axis = Annotated[
-        Annotated[grid, Tag("#grid")] | Annotated[table, Tag("#table")],
-        Discriminator(_grid_or_table),
-        words,
-    ]
-    return TypeAliasType(f"Axis_{about.name}", axis)  # type: ignore[misc]
+    grid = Annotated[grid, Discriminator(way)]
+    if name not in ("n_blocks", "method"):
+        rule: Any = _alias(f"Grid_{name}", grid)
+        table: Any = dict[Annotated[str, Field(pattern="^[1-9][0-9]*$")], rule]
+        grid = Annotated[rule, Tag("#grid")] | Annotated[table, Tag("#table")]
+        grid = Annotated[grid, Discriminator(_grid_or_table)]
+    return _alias(f"Axis_{name}", Annotated[grid, Field(description=words_of(about))])
+
+
+def _alias(name: str, type_: Any) -> Any:
+    """A type that has a name in the schema, and stands there once."""
+    return TypeAliasType(name, type_)
 
 
 def _grid_or_table(value: object) -> str:
@@ -191,7 +195,7 @@ Defaults = _keys(
         ),
     ],
 )
-DatasetKeys = _keys(
+Dataset = _keys(
     "Dataset",
     "A table of points: every combination of its axes, each a value, a list or a range. The "
     "settings allowed are those of its kind: "
@@ -199,7 +203,7 @@ DatasetKeys = _keys(
     + ".",
     Defaults,
     kind=Annotated[
-        Literal[tuple(KINDS)],  # type: ignore[valid-type]
+        Literal[tuple(KINDS)],
         Field(
             description="What is recorded: "
             + " ".join(f"{kind.name}: {kind.description}" for kind in KINDS.values())
@@ -218,32 +222,38 @@ DatasetKeys = _keys(
         ),
     ],
 )
-CameraKeys = _keys(
+Camera = _keys(
     "Camera",
     "The virtual camera above the belt (docs/experiment.md).",
     **{name: _setting(about) for name, about in CAMERA.items()},
 )
 
 
-class Film(_Keys):
-    """A film. What it gives for the camera stands over `camera` of the top level."""
-
-    of: Annotated[
+Film = _keys(
+    "Film",
+    "A film. What it gives for the camera stands over `camera` of the top level.",
+    required=("of",),
+    of=Annotated[
         Text,
         Field(
             description="Name of the dataset that is filmed: a series of one point, sampled at the "
             "instants of the frames."
         ),
-    ]
-    seconds: Annotated[
+    ],
+    seconds=Annotated[
         Number,
         Field(gt=0, description="How much of it is filmed, from its beginning; all if absent."),
-    ] = cast(float, None)
-    camera: CameraKeys = None
+    ],
+    camera=Camera,
+)
 
 
-_DATASETS = dict[NAME, DatasetKeys]
-PresetKeys = _keys(
+def _named(keys: Any, description: str, **limits: Any) -> Any:
+    """A mapping of names to keys of one type."""
+    return Annotated[dict[NAME, keys], Field(description=description, **limits)]
+
+
+Preset = _keys(
     "Preset",
     "What one preset gives: all of it stands over the keys of the top level.",
     based_on=Annotated[
@@ -251,9 +261,7 @@ PresetKeys = _keys(
         Field(description="Name of a preset from which this one takes what it does not give."),
     ],
     defaults=Defaults,
-    datasets=Annotated[
-        _DATASETS, Field(description="What this preset changes in single datasets, or adds.")
-    ],
+    datasets=_named(Dataset, "What this preset changes in single datasets, or adds."),
 )
 Law = _keys(
     "Law",
@@ -263,48 +271,36 @@ Law = _keys(
 )
 
 
-class Config(_Keys):
-    """Every key of config.yaml.
-
-    Model units throughout (Sec. III of the paper): mass of a block and spring constant are 1, the
-    unit of length is 1.4 mm. Symbols, equations and sections are the paper's.
-    """
-
-    preset: Annotated[Text, Field(description="Which of `presets` to compute.")]
-    run: Annotated[
+Config = _keys(
+    "Config",
+    "Every key of config.yaml. Model units throughout (Sec. III of the paper): mass of a block and "
+    "spring constant are 1, the unit of length is 1.4 mm. Symbols, equations and sections are the "
+    "paper's.",
+    required=("preset", "seed", "datasets", "presets"),
+    preset=Annotated[Text, Field(description="Which of `presets` to compute.")],
+    run=Annotated[
         Text,
         Field(
             description="Name of the folder below results/; that of the preset if absent.",
             pattern="^[A-Za-z0-9][A-Za-z0-9_.-]*$",
             max_length=100,
         ),
-    ] = ""
-    seed: Annotated[
-        Key,
-        Field(description=QUANTITIES["seed"].description),
-    ]
-    method: Annotated[
+    ],
+    seed=Annotated[Key, Field(description=QUANTITIES["seed"].description)],
+    method=Annotated[
         Method,
         Field(
             description="One method for every dataset but those with own_method: true; absent, "
             "each dataset has its own."
         ),
-    ] = None
-    model: Law = None
-    defaults: Defaults = None
-    datasets: Annotated[_DATASETS, Field(description="What each dataset is, in all presets.")]
-    camera: CameraKeys = None
-    films: Annotated[
-        dict[NAME, Film],
-        Field(description="Films that the virtual camera takes of datasets."),
-    ] = {}
-    presets: Annotated[
-        dict[NAME, PresetKeys],
-        Field(
-            min_length=1,
-            description="Lengths and grids, and what else a variant changes.",
-        ),
-    ]
+    ],
+    model=Law,
+    defaults=Defaults,
+    datasets=_named(Dataset, "What each dataset is, in all presets."),
+    camera=Camera,
+    films=_named(Film, "Films that the virtual camera takes of datasets."),
+    presets=_named(Preset, "Lengths and grids, and what else a variant changes.", min_length=1),
+)
 
 
 def schema() -> dict:

@@ -67,7 +67,8 @@ def described(owner: type) -> dict[str, Described]:
     found = {}
     for name, hint in get_type_hints(owner, include_extras=True).items():
         about = next(each for each in hint.__metadata__ if isinstance(each, About))
-        found[name] = Described(name, hint, *about.words.split(" | "), about.default)
+        symbol, unit, text = about.words.split(" | ")
+        found[name] = Described(name, hint, symbol, unit, text, about.default)
     return found
 
 
