@@ -214,9 +214,7 @@ def name(node, text, span, plant, words, keys):
         parts = word.split("_")
         for index, part in enumerate(parts):
             other = "_".join([*parts[:index], OPPOSITE.get(part, part), *parts[index + 1 :]])
-            there = other.encode() in words or (
-                word in OPPOSITE and isinstance(node, ast.Attribute)
-            )
+            attribute = word in OPPOSITE and isinstance(node, ast.Attribute)
             if other != word and (attribute or other.encode() in words):
                 end = span(node)[1]
                 plant("name", end - len(word), end, other)
