@@ -18,13 +18,13 @@ from beltrepro.stats import survival
 from figure_data import ENDS, dataset
 
 
-def near(panel, label, x, y, error=None, *, within=0.3):
+def near(panel, label, x, y, ends=None, *, within=0.3):
     """A curve of these values, whose places are moved aside a little, by less than `within`."""
     curve = panel.curve(label)
     np.testing.assert_allclose(curve.y, y)
     assert np.abs(curve.x - x).max() < within
-    if error is not None:
-        np.testing.assert_allclose(curve.points[:, 2], error)
+    if ends is not None:
+        np.testing.assert_allclose(curve.points.T[2:], ends)
 
 
 # --- transition, friction ratio, avalanches -------------------------------------------------------
@@ -34,16 +34,16 @@ def test_critical_velocity_is_the_middles_of_the_falls_with_their_regions():
     left, right = shown("critical_velocity")
     assert (left.xlabel, left.ylabel) == (r"$\sigma$", "$u_c$")
     assert (right.xlabel, right.ylabel) == ("$N$", "$u_c$")
-    near(left, "exact motion", [0, 1], [18, 18.5], [0.5, 0.3], within=0.2)
-    near(left, "scheme of the paper", [0], [19.5], [0.4], within=0.2)
-    near(left, "the same, wide starts", [0], [17.5], [0], within=0.2)
+    near(left, "exact motion", [0, 1], [18, 18.5], [[17.5, 18.2], [18.5, 18.8]], within=0.2)
+    near(left, "scheme of the paper", [0], [19.5], [[19.1], [19.9]], within=0.2)
+    near(left, "the same, wide starts", [0], [17.5], [[17.5], [17.5]], within=0.2)
     paper = left.curve("paper")
     assert (paper.x.tolist(), paper.y.tolist()) == ([0, 2.2], [16.5, 19])  # Sec. IV.A and IV.B
     regions = {(low, high) for _, low, high in left.bars}
     assert regions >= {(17, 19), (18, 19.2), (17.5, 21.5), (16.5, 18.5)}
     assert r"no fall by half at $\sigma$ = 2.2" in left.title
-    near(right, r"$\sigma = 0$", [5, 7], [18, 28], [0.5, 1.0])
-    near(right, r"$\sigma = 1$", [5], [18.5], [0.3])
+    near(right, r"$\sigma = 0$", [5, 7], [18, 28], [[17.5, 27], [18.5, 29]])
+    near(right, r"$\sigma = 1$", [5], [18.5], [[18.2], [18.8]])
     strips = [tuple(curve.y) for curve in right.curves if curve.line]
     assert strips == [(15, 18), (23, 32), (27, 40)]  # caption of Fig. 19
     assert "no fall by half at $N$ = 10" in right.title
@@ -137,7 +137,7 @@ def test_mean_lifetimes_have_their_intervals_and_limits_arrows():
     assert np.isinf(rows["lifetime"]).any()
     for n, points in rows.groupby("n_blocks"):
         ended = points[np.isfinite(points["lifetime"])]
-        bars = (ended["lifetime_upper"] - ended["lifetime_lower"]) / 2
+        bars = [ended["lifetime_lower"], ended["lifetime_upper"]]
         if len(ended):
             u = ended["belt_velocity"]
             near(by_velocity, f"$N = {n}$", u, ended["lifetime"], bars, within=1.5)
@@ -371,7 +371,7 @@ def test_attractors_of_two_integrators():
             sticks, r = made.settled_r(side, u, spread, step)
             assert share.colour == dots.colour == colour
             error = np.sqrt(sticks.mean() * (1 - sticks.mean()) / made.RUNS)
-            np.testing.assert_allclose(share.points[0, 1:], [sticks.mean(), error])
+            np.testing.assert_allclose(share.points[0, 1:3], [sticks.mean(), sticks.mean() - error])
             np.testing.assert_allclose(dots.y, np.sort(r))
             assert np.abs(np.append(dots.x, share.x) - place).max() < 0.5
     for panel in panels[-2:]:

@@ -11,7 +11,7 @@ from matplotlib.patches import Rectangle
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A line or a set of marks: columns x, y and, if there are bars, half of their length."""
+    """A line or a set of marks: columns x, y and, if there are error bars, their ends."""
 
     label: str
     points: np.ndarray
@@ -91,13 +91,18 @@ class Panel:
 
 
 def _same(curve, x, y, label=None, error=None):
-    wanted = _rows([x, y] if error is None else [x, y, error])
+    wanted = _rows([x, y] if error is None else [x, y, *ends(y, error)])
     drawn = _rows(curve.points.T[: wanted.shape[1]])
     return (
         (label is None or curve.label == label)
         and wanted.shape == drawn.shape
         and np.allclose(wanted, drawn, rtol=1e-6, atol=0, equal_nan=True)
     )
+
+
+def ends(y, error):
+    """Ends of error bars of these half lengths."""
+    return np.subtract(y, error), np.add(y, error)
 
 
 def _rows(columns):
@@ -139,7 +144,7 @@ def _curves(axes):
             continue
         if line in bars and len(bars[line].lines[2]) == 1:
             ends = np.array(bars[line].lines[2][0].get_segments())
-            columns.append((ends[:, 1, 1] - ends[:, 0, 1]) / 2)
+            columns += [ends[:, 0, 1], ends[:, 1, 1]]
         label = str(bars.get(line, line).get_label())
         marker, dash = (
             "" if look in ("None", "none", " ") else look
