@@ -15,7 +15,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from beltrepro.base.errors import InputError
-from beltrepro.replication.camera import Camera
+from beltrepro.replication.camera.scene import Camera
 from beltrepro.replication.plan import config
 from beltrepro.replication.plan.films import CAMERA
 from beltrepro.replication.plan.kinds import KINDS, MAXIMUM_SCAN_BLOCKS, SETTINGS
