@@ -4,7 +4,6 @@ What is tried follows from the typed descriptions, so a new key is tried without
 """
 
 import copy
-import dataclasses
 import datetime
 import json
 import math
@@ -15,9 +14,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from beltrepro.base.errors import InputError
-from beltrepro.replication.camera.scene import Camera
 from beltrepro.replication.plan import config
-from beltrepro.replication.plan.films import CAMERA
 from beltrepro.replication.plan.kinds import KINDS, MAXIMUM_SCAN_BLOCKS, SETTINGS
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import LAW, QUANTITIES, REQUIRED
@@ -334,15 +331,3 @@ def test_scans_take_as_many_blocks_as_the_simulation():
     from beltrepro.simulation import scans
 
     assert MAXIMUM_SCAN_BLOCKS == scans.MAXIMUM_BLOCKS
-
-
-def test_camera_of_the_configuration_is_that_of_the_package():
-    fields = {field.name: field.default for field in dataclasses.fields(Camera)}
-    assert {name: about.default for name, about in CAMERA.items()} | {"seed": 1} == fields
-    whole = config.schema()["$defs"]["Camera"]["properties"]
-    for name, part in whole.items():
-        for key, beyond in (("minimum", -1), ("maximum", 1)):
-            if key in part and name != "exposure":
-                Camera(**{name: part[key]})
-                with pytest.raises(InputError, match=name):
-                    Camera(**{name: part[key] + beyond * part.get("multipleOf", 1)})

@@ -10,7 +10,6 @@ import math
 
 import numpy as np
 import pytest
-from beltrepro.replication.plan.quantities import QUANTITIES
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
