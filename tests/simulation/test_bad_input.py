@@ -29,6 +29,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
 from beltrepro.cli.options import grid, whole_grid
 from beltrepro.replication.camera import recording
+from beltrepro.replication.plan.points import QUANTITIES
 from beltrepro.stats.errors import NotEnoughDataError
 from wrong import HUGE, kind_of, wrong_values
 
