@@ -1,14 +1,15 @@
 """Simulation of the points of a batch: one function for each kind, arrays as `kinds` lists them."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
-from beltrepro.chaos import motions, separation, settling
+from beltrepro.chaos import classify, separation, time_to_orbit
 from beltrepro.replication.plan.points import Point, chain, columns
-from beltrepro.simulation import catalogue, escapes, scan, simulate
+from beltrepro.simulation import Setup, catalogue, scan, simulate, time_to_continuous_slip
 
-_HOW = ("method", "time_step", "tolerance", "seed", "replicate", "initial_spread")
+_HOW = ("method", "time_step", "tolerance", "seed", "replicate", "initial_spread", "kick")
 
 Progress = Callable[[float], None]
 Arrays = dict[str, np.ndarray]
@@ -18,36 +19,34 @@ def run(
     kind: str, points: Sequence[Point], settings: dict, progress: Progress | None = None
 ) -> Arrays:
     """Simulate points and record what their kind says."""
-    records: dict[str, Callable[..., Arrays]] = {
+    records: dict[str, Callable[..., Any]] = {
         "scan": scan,
         "series": _series,
         "catalogue": catalogue,
-        "escapes": escapes,
-        "motion": motions,
-        "settling": settling,
+        "escapes": time_to_continuous_slip,
+        "motion": classify,
+        "settling": time_to_orbit,
         "separation": separation,
         "trial": _trial,
     }
-    # a plan with kicked points of a kind that takes no kicks has been refused
-    told = (*_HOW, "kick") if any(point.kick > 0 for point in points) else _HOW
-    how = {name: [getattr(point, name) for point in points] for name in told}
-    recorded = records[kind](
-        [chain(point) for point in points], **how, **settings, progress=progress
+    setup = Setup(
+        [chain(point) for point in points],
+        **{name: [getattr(point, name) for point in points] for name in _HOW},
     )
-    return columns(points) | recorded
+    return columns(points) | records[kind](setup, **settings, progress=progress)
 
 
-def _trial(chains, **told):
+def _trial(setup, **settings):
     """Runs judged as recordings; imported here, because films take long to import."""
     from beltrepro.replication.camera.trials import trials
 
-    return trials(chains, **told)
+    return trials(setup, **settings)
 
 
-def _series(chains, *, samples, transient, **told):
+def _series(setup, *, samples, transient, **settings):
     """Samples from the transient on, those of smaller chains filled up with NaN, and events."""
-    runs = simulate(chains, transient=transient, sample_start=transient, **told)
-    shape = len(runs), runs[0].time.size, max(one.n_blocks for one in chains)
+    runs = simulate(setup, transient=transient, sample_start=transient, **settings)
+    shape = len(runs), runs[0].time.size, max(one.parameters.n_blocks for one in runs)
     sampled = {name: np.full(shape, np.nan) for name in samples}
     for row, one in enumerate(runs):
         for name, values in sampled.items():
