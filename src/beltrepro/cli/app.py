@@ -121,7 +121,7 @@ def _add_classify(commands: Any) -> None:
         help="standard deviation of random displacements of the blocks at the start (0); "
         "replicate 0 has none",
     )
-    classify.set_defaults(action=_classify)
+    classify.set_defaults(action=_classify, seed=1, replicate=0)
 
 
 def _add_watch(commands: Any) -> None:
@@ -185,7 +185,7 @@ def _add_film(commands: Any) -> None:
         option = f"--{name.replace('_', '-')}"
         shown = "" if default is None else f" ({default})"
         camera(option, type=kind, default=default, help=words + shown)
-    film.set_defaults(action=_film)
+    film.set_defaults(action=_film, seed=1, replicate=0)
 
 
 # The same as in `experiment.Camera`, which loads a codec.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from beltrepro.base import atomic, checks, names, provenance, store
-from beltrepro.base.errors import InputError
+from beltrepro.base.errors import InputError, needing
 from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.grid import QUANTITIES
 from beltrepro.simulation.groups import Report, groups
@@ -54,8 +54,14 @@ class Results(dict[str, np.ndarray]):
         -------
         pandas.DataFrame
             A row for each chain, a column for each array that has one number for a chain.
+
+        Raises
+        ------
+        InputError
+            pandas is not installed.
         """
-        import pandas as pd
+        with needing("the table of a scan"):
+            import pandas as pd
 
         shape = self["replicate"].shape
         return pd.DataFrame({name: array for name, array in self.items() if array.shape == shape})
@@ -72,7 +78,7 @@ class Results(dict[str, np.ndarray]):
         Raises
         ------
         InputError
-            It is no path, or has another ending.
+            It is no path, or has another ending; or it is .csv and pandas is not installed.
         """
         path = checks.path("path", path)
         if path.suffix.lower() not in SUFFIXES:
