@@ -21,7 +21,15 @@ from beltrepro.simulation import checkpoints
 from beltrepro.simulation.groups import Report, check_progress, groups, integrator_of, observe
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.sampling import sampling_of
-from beltrepro.simulation.setup import Case, Chains, Keywords, check_duration, setup_of, with_setup
+from beltrepro.simulation.setup import (
+    Case,
+    Chains,
+    Keywords,
+    check_duration,
+    columns,
+    setup_of,
+    with_setup,
+)
 from beltrepro.stats.motion import EQUILIBRIUM, PERIODIC
 from beltrepro.stats.recurrence import CLOSED, Recurrence, find_recurrence
 
@@ -113,7 +121,7 @@ def time_to_orbit(
     rows = [run.row(duration, width) for run in runs]
     table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     settings = {"kind": "time to orbit", "duration": duration, "closed": closed}
-    return Results(made.columns() | table, settings)
+    return Results(columns(made) | table, settings)
 
 
 @dataclass

@@ -13,7 +13,7 @@ from beltrepro.base.errors import InputError, needing
 from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.grid import QUANTITIES
 from beltrepro.simulation.groups import Report, groups
-from beltrepro.simulation.setup import Case, Setup
+from beltrepro.simulation.setup import Case, Setup, columns
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,8 +25,8 @@ Measure = Callable[[np.ndarray, list[Case], Report], dict[str, np.ndarray]]
 class Results(dict[str, np.ndarray]):
     """What was measured of P chains: a dict of arrays with first axis P, in model units.
 
-    The columns of `Setup` come first, then what the function has measured. Where the vectors of a
-    chain are shorter than those of another they end with NaN.
+    What each chain is and how it was advanced comes first, then what the function has measured.
+    Where the vectors of a chain are shorter than those of another they end with NaN.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ def gathered(
     for group, report in groups(setup.cases, progress):
         batches.append(group)
         parts.append(once(measure, group, [setup.cases[index] for index in group], report))
-    table = setup.columns()
+    table = columns(setup)
     for name in list(parts[0]):
         arrays = [part.pop(name) for part in parts]  # a scan of many chains is held but once
         table[name] = _joined(batches, arrays)

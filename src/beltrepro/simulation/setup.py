@@ -54,6 +54,7 @@ class Case:
     time_step: float
     tolerance: float | None  # as asked for; None for the method's own
     kick: float = 0.0  # standard deviation of the move of a block that starts to slip, model length
+    initial_spread: float = 0.0  # with which the state was made
 
     @property
     def parameters(self) -> ChainParameters:
@@ -150,12 +151,11 @@ class Setup:
     def __post_init__(self) -> None:
         for name, value in vars(self).copy().items():
             if is_sequence(value) and not isinstance(value, np.ndarray | Grid):
-                object.__setattr__(self, name, tuple(value))  # it may be an iterator
+                object.__setattr__(self, name, list(value))  # it may be an iterator
         chains, values = _rows(self)
         rows = zip(chains, *values.values(), strict=True)
         cases = tuple(_case(chain, **dict(zip(values, row, strict=True))) for chain, *row in rows)
         object.__setattr__(self, "cases", cases)
-        object.__setattr__(self, "_spreads", values["initial_spread"])
         _warn_of_repeats(cases)
 
     @property
@@ -164,46 +164,6 @@ class Setup:
         several = any(is_sequence(getattr(self, name)) for name in _CHECKS)
         one_chain = isinstance(self.chains, ChainParameters)
         return one_chain and not several and not _nested(self.initial_positions)
-
-    def part(self, place: slice) -> Setup:
-        """Some of its chains.
-
-        Parameters
-        ----------
-        place : slice
-            Which.
-
-        Returns
-        -------
-        Setup
-        """
-        sequences: dict[str, Any] = {name: getattr(self, name) for name in ("chains", *_CHECKS)}
-        if isinstance(self.chains, Grid):
-            sequences |= {"chains": self.chains.chains, "replicate": self.chains.replicate}
-        if _nested(self.initial_positions):
-            sequences["initial_positions"] = self.initial_positions
-        parts = {name: value[place] for name, value in sequences.items() if is_sequence(value)}
-        return replace(self, **parts)
-
-    def columns(self) -> dict[str, np.ndarray]:
-        """What each chain is, how it is advanced and where it begins: arrays (P,) by name.
-
-        Returns
-        -------
-        dict of arrays (P,)
-            The quantities of `ChainParameters`, then those of a setup; a tolerance that is not
-            given is NaN.
-        """
-        table = {
-            name: [getattr(case.parameters, name) for case in self.cases] for name in QUANTITIES
-        }
-        table["initial_spread"] = vars(self)["_spreads"]
-        for name in ("method", "time_step", "tolerance", "kick"):
-            table[name] = [getattr(case, name) for case in self.cases]
-        table["tolerance"] = [np.nan if value is None else value for value in table["tolerance"]]
-        for name in ("seed", "replicate"):
-            table[name] = [getattr(case.state, name) for case in self.cases]
-        return {name: np.array(values) for name, values in table.items()}
 
     def __repr__(self) -> str:
         many = "" if len(self.cases) == 1 else f", one of {len(self.cases)}"
@@ -247,6 +207,28 @@ def setup_of(chains: Chains, keywords: Mapping[str, Any], *, kicks: bool = False
     if not kicks and (kick := max(case.kick for case in setup.cases)) > 0:
         raise InputError(f"kick = {kick:g}: only for separation and time_to_orbit")
     return setup
+
+
+def part_of(setup: Setup, place: slice) -> Setup:
+    """Some of the chains of a setup."""
+    sequences: dict[str, Any] = {name: getattr(setup, name) for name in ("chains", *_CHECKS)}
+    if isinstance(setup.chains, Grid):
+        sequences |= {"chains": setup.chains.chains, "replicate": setup.chains.replicate}
+    if _nested(setup.initial_positions):
+        sequences["initial_positions"] = setup.initial_positions
+    several = [name for name, value in sequences.items() if is_sequence(value)]
+    return replace(setup, **{name: sequences[name][place] for name in several})
+
+
+def columns(setup: Setup) -> dict[str, np.ndarray]:
+    """What each chain is, how it is advanced and where it begins: arrays (P,) by name."""
+    table = {name: [getattr(case.parameters, name) for case in setup.cases] for name in QUANTITIES}
+    for name in ("method", "time_step", "tolerance", "kick", "initial_spread"):
+        table[name] = [getattr(case, name) for case in setup.cases]
+    table["tolerance"] = [np.nan if value is None else value for value in table["tolerance"]]
+    for name in ("seed", "replicate"):
+        table[name] = [getattr(case.state, name) for case in setup.cases]
+    return {name: np.array(values) for name, values in table.items()}
 
 
 def check_lengths(duration: Any, transient: Any) -> tuple[float, float]:
@@ -379,6 +361,7 @@ def _case(
     tolerance: float | None,
     kick: float,
     initial_state: ChainState | None,
+    initial_spread: float,
     **start: Any,
 ) -> Case:
     if tolerance is not None and method not in TOLERANCES:
@@ -390,16 +373,16 @@ def _case(
     if method == "event" and (text := noise_beyond_event(chain)):
         raise InputError(f"noise {text}")
     if initial_state is None:
-        state = _fresh_state(chain, **start)
+        state = _fresh_state(chain, initial_spread=initial_spread, **start)
     else:
-        state = _later_state(chain, initial_state, **start)
+        state = _later_state(chain, initial_state, initial_spread=initial_spread, **start)
     steps = state.time / time_step
     if method == "verlet" and abs(steps - round(steps)) > _STEP_SHARE:
         raise InputError(
             f"initial_state at t = {state.time!r}: "
             f"method 'verlet' needs a multiple of time_step = {time_step:g}"
         )
-    return Case(state, method, time_step, tolerance, kick)
+    return Case(state, method, time_step, tolerance, kick, initial_spread)
 
 
 def _fresh_state(

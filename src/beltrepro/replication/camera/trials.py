@@ -17,7 +17,7 @@ from beltrepro.model import units
 from beltrepro.replication.camera import recording
 from beltrepro.simulation import Run, Setup, simulate
 from beltrepro.simulation.checkpoints import once
-from beltrepro.simulation.setup import Chains, Keywords, setup_of
+from beltrepro.simulation.setup import Chains, Keywords, part_of, setup_of
 
 _AT_ONCE = 32  # runs whose samples are kept at one time
 
@@ -46,7 +46,7 @@ def trials(
     }
     rows: list[dict[str, float]] = []
     while len(rows) < len(made.cases):
-        part = made.part(slice(len(rows), len(rows) + _AT_ONCE))
+        part = part_of(made, slice(len(rows), len(rows) + _AT_ONCE))
         rows += once(_trials, part, lasting_s, settings)
         if progress is not None:
             progress(len(rows) / len(made.cases))

@@ -141,7 +141,7 @@ QUANTITIES = {
             "Numerical scheme: verlet is the paper's (Appendix), event locates slips and sticks "
             "exactly (docs/event.md).",
             {"enum": list(METHODS)},
-            "verlet",
+            "event",
         ),
         Quantity(
             "time_step",
