@@ -26,7 +26,7 @@ from beltrepro.replication.drawing import motion_panels as motions
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.drawing.content import content
 from beltrepro.replication.plan import registry
-from beltrepro.replication.studies.avalanches import slips as avalanches
+from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.integrators import convergence, divergence, samples
 from beltrepro.replication.studies.integrators.steps import FORCE_ORDER
 from beltrepro.stats import intermittency, spectra, transitions

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from beltrepro.replication.studies.avalanches import slips as avalanches
+from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.transition import lifetimes
 from beltrepro.stats import spectra
 from beltrepro.stats.errors import NotEnoughDataError

@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 from scipy.spatial.distance import pdist
 
-from beltrepro.replication.studies.avalanches import slips as avalanches
+from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.integrators import compared as agreement
 from beltrepro.replication.studies.integrators import divergence, samples
 from beltrepro.replication.studies.transition import lifetimes

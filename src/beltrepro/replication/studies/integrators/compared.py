@@ -10,7 +10,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from beltrepro.replication.studies.avalanches import slips as avalanches
+from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.integrators import divergence
 from beltrepro.replication.studies.integrators.samples import (
     VERDICTS,
