@@ -503,7 +503,7 @@ def test_figure_of_an_unknown_dataset_is_one_line(tree):
         module.write_text(before)
     lines = [line for line in done.stderr.splitlines() if "profile" not in line]
     assert done.returncode == 1 and len(lines) == 1, done.stderr
-    assert lines[0].startswith("error: fig13.py uses 'n5_rows_chek', which preset")
+    assert lines[0].startswith("error: fig13 uses 'n5_rows_chek', which preset")
     assert lines[0].endswith("smoke lacks; did you mean 'n5_rows_check'?")
 
 

@@ -33,7 +33,8 @@ def test_every_table_is_a_module_with_a_function():
     assert of_integrators | of_chaos | of_experiment | others == set(TABLES)
     for name, entry in TABLES.items():
         module = importlib.import_module(registry.tables()[name].module)
-        assert entry == module.TABLE and callable(module.derive)
+        made = getattr(module, "TABLES", {}).get(name) or module.TABLE
+        assert entry == made and callable(getattr(module, "derive", None) or getattr(module, name))
         assert entry.file(name) == (name if name == "agreement" else f"tables/{name}")
 
 
@@ -161,7 +162,7 @@ def test_posteriors_of_what_is_free(monkeypatch):
 def test_a_table_that_uses_what_is_not_there_is_one_line():
     with pytest.raises(InputError) as caught:
         check_uses(TABLES, [*TABLES, "friction_rato", "pairs_r_verlet"], "preset own")
-    assert str(caught.value).startswith("agreement.py uses 'pairs_r_event', which preset own")
+    assert str(caught.value).startswith("agreement uses 'pairs_r_event', which preset own")
     with pytest.raises(InputError, match="agreement has the name of a table"):
         registry.check_names(["u1", "agreement"])
 
@@ -169,15 +170,26 @@ def test_a_table_that_uses_what_is_not_there_is_one_line():
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("TABLE = Table(uses=())", "title is missing"),
-        ("TABLE = Table(title='A.', uses=(), colums={})", "unknown field 'colums'"),
-        ("TABLE = Table(title='A', uses=())", "must be one sentence"),
-        ("TABLE = Table(title='A.', uses=('a', 'a'))", "must be a tuple of different names"),
-        ("TABLE = Table(title='A.', uses=NAMES)", "must be a literal"),
+        ("Table(uses=())", "title is missing"),
+        ("Table(title='A.', uses=(), colums={})", "unknown field 'colums'"),
+        ("Table(title='A', uses=())", "must be one sentence"),
+        ("Table(title='A.', uses=('a', 'a'))", "must be a tuple of different names"),
+        ("Table(title='A.', uses=NAMES)", "must be a literal"),
     ],
 )
 def test_a_bad_entry_is_one_line(tmp_path, text, words):
-    (tmp_path / "some.py").write_text(text)
+    (tmp_path / "some.py").write_text(f"TABLES = {{'a': {text}}}")
     with pytest.raises(InputError) as caught:
         registry.tables(tmp_path)
-    assert "some.py: TABLE: " in str(caught.value) and words in str(caught.value)
+    assert "some.py: TABLES['a']: " in str(caught.value) and words in str(caught.value)
+
+
+def test_tables_have_names_of_their_own(tmp_path):
+    entry = "Table(title='A.', uses=())"
+    (tmp_path / "one.py").write_text(f"TABLES = {{'a': {entry}, 'b': {entry}}}")
+    assert list(registry.tables(tmp_path)) == ["a", "b"]
+    registry.tables.cache_clear()
+    (tmp_path / "two.py").write_text(f"TABLES = {{'c': {entry}, 'b': {entry}}}")
+    with pytest.raises(InputError, match=r"two.py: TABLES: 'b' must be a name of its own"):
+        registry.tables(tmp_path)
+    registry.tables.cache_clear()

@@ -1,10 +1,10 @@
 """`beltrepro plot`: the picture of a run."""
 
 import argparse
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from beltrepro.base.errors import needing
 from beltrepro.cli import options as shared
 
 
@@ -29,8 +29,9 @@ def run(options: argparse.Namespace) -> int:
     from beltrepro.simulation import Run
 
     drawn = Run.load(options.run)
-    pictures = import_module("beltrepro.replication.drawing.run")  # by name, as in Run.plot
-    if options.output is None and not pictures.can_be_shown():
+    with needing("a picture of a run"):
+        from beltrepro.simulation import picture
+    if options.output is None and not picture.can_be_shown():
         options.output = options.run.with_suffix(".png")
         shared.check_output(options)
         print(f"no display: the figure is written to {options.output}")

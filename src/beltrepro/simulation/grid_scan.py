@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 import numpy as np
 
 from beltrepro.base import atomic, checks, names, provenance, store
-from beltrepro.base.errors import InputError
+from beltrepro.base.errors import InputError, needing
 from beltrepro.model import ChainParameters
 from beltrepro.simulation import scan
 
@@ -63,9 +63,14 @@ class GridScan:
         pandas.DataFrame
             A row for each point, a column for each array that has one number for a point; of the
             others `arrays` has all.
-        """
-        import pandas as pd
 
+        Raises
+        ------
+        InputError
+            pandas is not installed.
+        """
+        with needing("the table of a scan"):
+            import pandas as pd
         columns = {name: values for name, values in self.arrays.items() if values.ndim == 1}
         return pd.DataFrame(columns)
 
@@ -81,7 +86,7 @@ class GridScan:
         Raises
         ------
         InputError
-            It is no path, or has another ending.
+            It is no path, or has another ending; or it is .csv and pandas is not installed.
         """
         path = checks.path("path", path)
         if path.suffix.lower() not in SUFFIXES:

@@ -8,6 +8,7 @@ from itertools import chain
 
 import pandas as pd
 
+from beltrepro.replication.plan import registry
 from beltrepro.replication.studies.avalanches import claims as avalanches
 from beltrepro.replication.studies.chaos import claims as motion
 from beltrepro.replication.studies.experiment import claims as experiment
@@ -77,6 +78,7 @@ ESTIMATE_COLUMNS = (
     "allowed_low",
     "allowed_high",
     "verdict",
+    "figures",
 )
 
 logger = logging.getLogger(__name__)
@@ -90,7 +92,8 @@ class Measured:
         of an open point, with the reading in `variant` (empty for the one that counts). All cells
         are text. Columns COLUMNS.
     estimates : one row per number of each of these, with its interval, the range that is allowed
-        for it (NaN if none is) and what that makes of it. Columns ESTIMATE_COLUMNS.
+        for it (NaN if none is), what that makes of it, and the figures that show it. Columns
+        ESTIMATE_COLUMNS.
     """
 
     claims: pd.DataFrame
@@ -207,6 +210,7 @@ def _estimate_rows(found: _Judged) -> list[dict[str, object]]:
                 "allowed_low": low,
                 "allowed_high": high,
                 "verdict": found.judgement.components.get(name, "") if own else "",
+                "figures": ", ".join(registry.figures_with(found.claim.id, found.variant, name)),
             }
         )
     return rows
