@@ -697,7 +697,9 @@ def run(name, n_replicates=2, **changes):
     """Arrays of the first points of a dataset of the smoke preset, of shorter runs."""
     dataset = make_plan(CONFIG | {"preset": "smoke"}).datasets[name]
     short = {"duration": 20.0, "transient": 5.0}
-    settings = dataset.settings | {name: short[name] for name in short if name in dataset.settings}
+    settings = dataset.settings | {
+        name: min(short[name], dataset.settings[name]) for name in short if name in dataset.settings
+    }
     chosen = [point._replace(**changes) for point in dataset.points]
     chosen = [point for point in dict.fromkeys(chosen) if point.replicate < n_replicates]
     return running.run(dataset.kind.name, chosen, settings)

@@ -350,6 +350,7 @@ def growth(
     """Growth of the cutoff of samples by number of blocks; the 99 % quantile if none is named."""
     sizes = np.array(list(samples))
     logs = [_resampled(log_cutoff or log_quantile, sample) for sample in samples.values()]
+    require(all(np.isfinite(log.high) for log in logs), "one chain tells no interval of a cutoff")
     cutoffs = [estimates.exponential(log) for log in logs]
     return Growth(sizes, cutoffs, estimates.slope(np.log(sizes), logs))
 
