@@ -12,9 +12,10 @@ from scipy import stats
 from beltrepro.base.store import Dataset
 from beltrepro.model import ChainParameters
 from beltrepro.observe.slips import SLIP
-from beltrepro.replication.plan import checking, running
+from beltrepro.replication.plan.config import load_config
+from beltrepro.replication.plan.kinds import record
 from beltrepro.replication.plan.plan import make_plan
-from beltrepro.replication.plan.quantities import LAW, QUANTITIES
+from beltrepro.replication.plan.points import LAW, QUANTITIES
 from beltrepro.replication.studies.integrators import agreement_trajectories, divergence, samples
 from beltrepro.replication.studies.integrators import measure as integrators
 from beltrepro.replication.studies.integrators import words as page
@@ -23,7 +24,7 @@ from beltrepro.replication.studies.transition.lifetimes import STICK_SLIP, label
 from beltrepro.simulation import TOLERANCES
 
 RNG = np.random.default_rng
-CONFIG = checking.load(Path(__file__).parents[2] / "config.yaml")
+CONFIG = load_config(Path(__file__).parents[2] / "config.yaml")
 METHODS = ("verlet", "event")
 
 
@@ -702,7 +703,7 @@ def run(name, n_replicates=2, **changes):
     }
     chosen = [point._replace(**changes) for point in dataset.points]
     chosen = [point for point in dict.fromkeys(chosen) if point.replicate < n_replicates]
-    return running.run(dataset.kind.name, chosen, settings)
+    return record(dataset.kind.name, chosen, settings)
 
 
 @pytest.mark.thorough
