@@ -3,8 +3,9 @@
 import argparse
 from typing import Any
 
+from beltrepro.base.errors import needing
 from beltrepro.cli import options as shared
-from beltrepro.replication.plan.quantities import LAW
+from beltrepro.replication.plan.points import LAW
 
 _CHAIN = ("n_blocks", "belt_velocity", "noise", *(each.name for each in LAW))
 _SETTINGS = ("duration", "transient", "method", "time_step", "tolerance", "seed", "initial_spread")
@@ -44,16 +45,19 @@ def run(options: argparse.Namespace) -> int:
     shared.check_output(options, ".csv", ".h5")
     from beltrepro.simulation import Grid, scan
 
+    if options.json or options.output is None or options.output.suffix.lower() == ".csv":
+        with needing("a table"):  # before hours of computing
+            import pandas  # noqa: F401
     grid = Grid(**{name: getattr(options, name) for name in (*_CHAIN, "replicates")})
     settings = {name: getattr(options, name) for name in _SETTINGS}
     results = scan(grid, **settings, section_values=0, progress=shared.progress_of("scan"))
-    table = results.table()
     if options.output:
         results.save(options.output)
     if options.json:
-        print(table.to_json(orient="records", indent=2, double_precision=15))
+        print(results.table().to_json(orient="records", indent=2, double_precision=15))
     elif options.output:
-        print(f"{options.output}: {len(table)} points")
+        print(f"{options.output}: {len(grid)} points")
     else:
-        print(table[[*results.axes, *_SHOWN]].to_string(index=False, float_format="{:.6g}".format))
+        table = results.table()[[*results.axes, *_SHOWN]]
+        print(table.to_string(index=False, float_format="{:.6g}".format))
     return 0
