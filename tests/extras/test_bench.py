@@ -162,19 +162,6 @@ def test_costs_become_cells():
     title, _, row, _ = text.split("\n")
     assert title.endswith("beside a tree")
     assert " ".join(row.split()) == "5 0 20 event 40.0 20.0 0.800 0.750 to 2.500 20.0 30.0"
-        "5",
-        "0",
-        "20",
-        "event",
-        "40.0",
-        "20.0",
-        "0.800",
-        "0.750",
-        "to",
-        "2.500",
-        "20.0",
-        "30.0",
-    ]
 
 
 @pytest.mark.parametrize(
