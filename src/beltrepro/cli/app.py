@@ -165,6 +165,12 @@ def _add_bench(commands: Any) -> None:
     add("--rounds", type=int, default=5, help="timings of each quantity; the median counts")
     add("--quick", action="store_true", help="few cases, short timings: to see that it works")
     add("--only", metavar="NAME,NAME", help="some competitors; the loop in numba is always there")
+    add(
+        "--against",
+        type=Path,
+        metavar="FOLDER",
+        help="another source tree: only verlet and event, here and there in turns",
+    )
     add("--json", action="store_true", help="print every timing as JSON instead of tables")
     add_output(bench, "write the tables to this Markdown file, .md")
     bench.set_defaults(action=_bench)
@@ -309,15 +315,23 @@ def _bench(options: argparse.Namespace) -> int:
     check_output(options, ".md")
     from beltrepro.extras.bench import measuring, table
 
-    result = measuring.measure(
-        options.rounds,
-        quick=options.quick,
-        only=[name.strip() for name in options.only.split(",")] if options.only else None,
-        progress=progress_of("bench"),
-    )
+    settings = {
+        "rounds": options.rounds,
+        "quick": options.quick,
+        "only": [name.strip() for name in options.only.split(",")] if options.only else None,
+        "progress": progress_of("bench"),
+    }
+    if options.against:
+        if options.output:
+            raise InputError("output: not with --against, which prints its table")
+        result: Any = measuring.compare(options.against, **settings)
+        text = table.comparison(result, str(options.against))
+    else:
+        result = measuring.measure(**settings)
+        text = table.as_text(result)
     if options.output:
         options.output.write_text(table.as_markdown(result), encoding="utf-8")
-    print(json.dumps(result, indent=2) if options.json else table.as_text(result))
+    print(json.dumps(result, indent=2) if options.json else text)
     return 0
 
 
