@@ -301,7 +301,7 @@ def test_touched_housekeeping_simulates_nothing(finished):
 @pytest.mark.thorough
 def test_touched_analysis_derives_its_tables_and_touched_tracker_tracks_again(finished):
     dry_run = after_touching(
-        finished, "replication/studies/integrators/compared.py", "replication/camera/tracking.py"
+        finished, "replication/studies/integrators/samples.py", "replication/camera/tracking.py"
     )
     assert {"simulate", "join", "film"}.isdisjoint(jobs(dry_run))
     of_agreement = {"agreement", "tables/families", "tables/partings", "tables/convergence"}
