@@ -166,6 +166,9 @@ class _Search:
                 self.ask(*imports[name])
             elif name in known.definitions:
                 self.ask(module, name)
+        if PACKAGE in uses.names | {name for name, _ in uses.pairs}:  # import package.module
+            for origin in (origin for name, (origin, _) in imports.items() if "." in name):
+                self.ask(origin, WHOLE)
         for named, name in uses.modules:
             if self._source(named):
                 self.ask(named, name)
