@@ -63,5 +63,7 @@ def refuse_unknown_targets():
     if workflow.is_main_process:
         snakemake_call.end_if_unknown(
             workflow.rules,
-            lambda path: FLOW.is_made(path, lambda name: any(rule.is_producer(name) for rule in workflow.rules)),
+            lambda path: FLOW.is_made(
+                path, lambda name: any(rule.is_producer(name) for rule in workflow.rules)
+            ),
         )
