@@ -3,8 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from beltrepro.replication.studies.integrators import compared as agreement
-from beltrepro.replication.studies.integrators import divergence, samples, steps
+from beltrepro.replication.studies.integrators import divergence, measure, samples, steps
 
 PARTS = {
     "trajectories": "Trajectories without noise",
@@ -20,7 +19,7 @@ DATASETS = {
 }
 """Dataset of the tested integrator in each part, whose lengths the other one shares."""
 TOLD_BY = ("agreement", "families", "partings", "convergence")
-SHOWN = (agreement.DISORDER, agreement.STILL_STICKING, agreement.FINAL_DISORDER)
+SHOWN = (measure.DISORDER, measure.STILL_STICKING, measure.FINAL_DISORDER)
 
 
 def describe(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
@@ -36,8 +35,7 @@ def describe(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
             *(
                 _on_family(row)
                 for row in _records(families, "attractors")
-                if row["quantity"] != agreement.FINAL_DISORDER
-                and np.isclose(row["time_step"], base)
+                if row["quantity"] != measure.FINAL_DISORDER and np.isclose(row["time_step"], base)
             ),
             *_on_attractors(comparisons, methods, base),
         ],
@@ -163,7 +161,7 @@ def _on_means(row) -> str:
 def _on_attractors(comparisons, methods, base) -> list[str]:
     """Where the distribution of the final r depends on the integrator, for each initial spread."""
     rows = comparisons[
-        (comparisons["quantity"] == agreement.FINAL_DISORDER)
+        (comparisons["quantity"] == measure.FINAL_DISORDER)
         & np.isclose(comparisons["time_step"], base)
     ]
     sentences = []
@@ -187,7 +185,7 @@ def _on_attractors(comparisons, methods, base) -> list[str]:
 
 def _on_steps(comparisons) -> list[str]:
     """How often each time step gave what the reference gives, over all u and spreads."""
-    rows = comparisons[comparisons["quantity"] == agreement.FINAL_DISORDER]
+    rows = comparisons[comparisons["quantity"] == measure.FINAL_DISORDER]
     counted = [
         f"{int((at_step['verdict'] == samples.AGREE).sum())} of {len(at_step)} at dt = {step:g}"
         for step, at_step in rows.groupby("time_step")
