@@ -166,9 +166,9 @@ def read(folder: Path) -> Results:
 def read_tables(claims_csv: Path, estimates_csv: Path) -> Results:
     """`read` from two files."""
     ledger = load_ledger()
-    numbers = _numbers(estimates_csv)
+    claims, numbers = read_claims(claims_csv), _numbers(estimates_csv)
     results: Results = {}
-    for name, rows in read_claims(claims_csv).groupby("id", sort=False):
+    for name, rows in claims.groupby("id", sort=False):
         if name not in ledger:
             raise InputError(f"{claims_csv}: claim {name!r} is not in the ledger")
         readings = (
