@@ -17,7 +17,7 @@ TABLES = {
         columns={
             "dataset": "the replicates",
             "runs": "runs at each belt velocity",
-            "critical": "middle of the transition region (model velocity); empty if r does not fall",
+            "critical": "middle of the transition region (model velocity); empty if none is found",
             "low": "lower end of its 95 % interval; empty if fewer than 4 runs tell none",
             "high": "upper end",
             "lower": "u at which the fall begins (model velocity)",
