@@ -14,9 +14,9 @@ class ModelStateError(RuntimeError):
 
 @contextmanager
 def needing(purpose: str, extra: str = "replication") -> Iterator[None]:
-    """What is imported within this block comes with an extra of the package."""
+    """Say in one line which extra of the package brings what is imported within this block."""
     try:
         yield
     except ModuleNotFoundError as error:
-        module = (error.name or "more").partition(".")[0]
+        module = (error.name or "").partition(".")[0]
         raise InputError(f"{purpose} needs {module}: pip install 'beltrepro[{extra}]'") from None

@@ -10,7 +10,7 @@ from typing import Any
 
 from beltrepro import __version__
 from beltrepro.base.checks import positive
-from beltrepro.base.errors import InputError, ModelStateError
+from beltrepro.base.errors import InputError, ModelStateError, needing
 from beltrepro.cli import cache, claims, plot, publish, scan
 from beltrepro.cli.options import (
     Parser,
@@ -45,7 +45,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser = _parser()
     options = parser.parse_args(arguments)
     try:
-        status = options.action(options)
+        with needing(f"beltrepro {options.command}"):
+            status = options.action(options)
         sys.stdout.flush()
         return status
     except InputError as error:
@@ -68,7 +69,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="beltrepro", description="Chaos on the conveyor belt: simulate chains of blocks."
     )
     parser.add_argument("--version", action="version", version=f"beltrepro {__version__}")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    commands = parser.add_subparsers(required=True, dest="command", metavar="COMMAND")
     simulate = commands.add_parser(
         "simulate",
         help="simulate one chain",
@@ -298,7 +299,8 @@ def _classify(options: argparse.Namespace) -> int:
 
 def _watch(options: argparse.Namespace) -> int:
     chain = chain_of(options)
-    from beltrepro.extras import watch as watching
+    with needing("beltrepro watch", "watch"):
+        from beltrepro.extras import watch as watching
 
     clock = watching.Clock(options.speed, options.fps)
     if options.output is None:

@@ -3,6 +3,7 @@
 import argparse
 from typing import Any
 
+from beltrepro.base.errors import needing
 from beltrepro.cli import options as shared
 from beltrepro.replication.plan.quantities import LAW
 
@@ -44,16 +45,19 @@ def run(options: argparse.Namespace) -> int:
     shared.check_output(options, ".csv", ".h5")
     from beltrepro.simulation.grid_scan import scan_grid
 
+    if options.json or options.output is None or options.output.suffix.lower() == ".csv":
+        with needing("a table"):  # before hours of computing
+            import pandas  # noqa: F401
     axes = {name: getattr(options, name) for name in _CHAIN}
     own = {name: getattr(options, name) for name in (*_SETTINGS, "replicates", "initial_spread")}
     found = scan_grid(**axes, **own, progress=shared.progress_of("scan"))
-    table = found.table()
     if options.output:
         found.save(options.output)
     if options.json:
-        print(table.to_json(orient="records", indent=2, double_precision=15))
+        print(found.table().to_json(orient="records", indent=2, double_precision=15))
     elif options.output:
-        print(f"{options.output}: {len(table)} points")
+        print(f"{options.output}: {len(found.arrays['replicate'])} points")
     else:
+        table = found.table()
         print(table[[*found.axes, *_SHOWN]].to_string(index=False, float_format="{:.6g}".format))
     return 0
