@@ -20,7 +20,6 @@ from beltrepro.stats import (
     sections,
     spectra,
     states,
-    transitions,
 )
 from beltrepro.stats.errors import NotEnoughDataError
 
@@ -348,24 +347,6 @@ def test_sampled_laminar_phases_end_with_the_last_slipping_sample():
 # --- lifetimes ------------------------------------------------------------------------------------
 
 
-def test_the_lifetime_table_by_hand():
-    runs = {
-        "belt_velocity": np.array([2.0, 1, 2, 1, 2, 1, 2, 1]),
-        "lifetime": np.array([4.0, 3, 6, 5, 8, 7, 10, 10]),
-        "escaped": np.array([1, 1, 1, 1, 1, 1, 0, 0]),
-    }
-    table = lifetimes.by_belt_velocity(runs, 10.0, start=4.0)
-    assert table["belt_velocity"].tolist() == [1, 2] and table["members"].tolist() == [4, 4]
-    assert table["escaped"].tolist() == [0.75, 0.75] and table["median"].tolist() == [6, 7]
-    np.testing.assert_allclose(table["tau"], [np.nan, (0 + 2 + 4 + 6) / 3])
-    np.testing.assert_allclose(table["tau_error"], [np.nan, 4 / math.sqrt(3)])
-    # lower limits are known at both: with the mean there, so many ends come in 2.5 % of all cases
-    ends = np.array([2, 3]), np.array([10.0, 12.0]) / table["tau_lower"]
-    np.testing.assert_allclose(stats.poisson.sf(ends[0], ends[1]), 1 - 0.025, rtol=1e-9)
-    whole = lifetimes.by_belt_velocity(runs, 10.0)
-    np.testing.assert_allclose(whole["tau"], [25 / 3, 28 / 3])
-
-
 def test_attractors_at_the_edge_of_the_amplitude():
     found = lifetimes.label_attractors([1, 1, 0], [0.05, 0.0499, 0.0], np.zeros((3, 2)))
     assert found.tolist() == [lifetimes.LARGE_SLIP, lifetimes.SMALL_SLIP, lifetimes.STICK_SLIP]
@@ -616,156 +597,6 @@ def test_states_at_the_edges_of_their_criteria(monkeypatch):
         (0.19, states.QUASI_PERIODIC),
     ):
         assert one_state(monkeypatch, velocities=wandering, chaos=chaos) == label
-
-
-# --- transitions ----------------------------------------------------------------------------------
-
-VELOCITY = np.arange(1.0, 41)
-
-
-def test_a_transition_without_scatter_by_hand():
-    """A straight fall from 0.12 at 10 to 0.02 at 20, whose step is fitted at 15.
-
-    Before it, from 7.5 on, the median is 0.11; after it, up to 30, it is 0.02. Of this fall of
-    0.09, 90 % are kept at r = 0.101, u = 11.9, and 10 % at r = 0.029, u = 19.1.
-    """
-    r = np.interp(VELOCITY, [10, 20], [0.12, 0.02])
-    found = transitions.transition_region(VELOCITY, r, smoothing=1.0)
-    assert (found.r_high, found.r_low) == pytest.approx((0.11, 0.02))
-    assert (found.lower, found.critical, found.upper) == pytest.approx((11.9, 15.5, 19.1))
-    assert found.width == pytest.approx(7.2)
-    assert found.contrast == pytest.approx(found.r_high / found.r_low)
-    assert found.n_points == 40 and found.found
-
-
-def test_plateaus_are_the_medians_near_the_step():
-    """Other levels below half and beyond twice the step do not count."""
-    r = np.select([VELOCITY < 7, VELOCITY < 14.5, VELOCITY <= 29], [0.13, 0.12, 0.02], 0.025)
-    found = transitions.transition_region(VELOCITY, r, smoothing=1.0, bootstrap=0)
-    assert (found.r_high, found.r_low) == (0.12, 0.02)
-    assert np.isnan([found.error, found.r_high_error, found.r_low_error]).all()
-
-
-@pytest.mark.parametrize(("low", "found"), [(0.05, True), (0.0501, False)])
-def test_a_fall_needs_the_stated_contrast(low, found):
-    r = np.where(VELOCITY < 15.5, 0.1, low)
-    result = transitions.transition_region(VELOCITY, r, bootstrap=0)
-    assert result.found == found and (result.r_high, result.r_low) == (0.1, low)
-    assert np.isnan(result.critical) != found and result.n_points == 40
-    rising = transitions.critical_noise(VELOCITY, 1.3 * low - np.where(VELOCITY < 9, 0.3 * low, 0))
-    assert rising.found
-    flat = transitions.critical_noise(VELOCITY, 1.29 * low - np.where(VELOCITY < 9, 0.29 * low, 0))
-    assert not flat.found
-
-
-@pytest.mark.parametrize("step", [10.5, 30.5])
-def test_a_fall_that_smoothing_hides_is_not_found(step):
-    """The median over all points is one of the plateaus everywhere."""
-    r = np.where(step > VELOCITY, 0.1, 0.02)
-    found = transitions.transition_region(VELOCITY, r, smoothing=100.0)
-    assert not found.found and np.isnan([found.lower, found.upper, found.critical]).all()
-    assert (found.r_high, found.r_low, found.n_points) == (0.1, 0.02, 40)
-
-
-def test_a_rise_without_scatter_by_hand():
-    """From 1 at 10 to 2 at 20: plateaus by the medians about the step, levels between them."""
-    r = np.interp(VELOCITY, [10, 20], [1.0, 2.0])
-    found = transitions.critical_noise(VELOCITY, r, bootstrap=0)
-    assert (found.r_low, found.r_high) == (1, 2)
-    assert (found.lower, found.critical, found.upper) == pytest.approx((11, 15, 19))
-    twice = transitions.critical_noise(np.repeat(VELOCITY, 2), np.repeat(r, 2), bootstrap=0)
-    assert twice.critical == pytest.approx(15) and twice.n_points == 80
-
-
-def test_replicates_and_dips_weigh_in_the_monotone_curve():
-    """One dip among three replicates: the isotonic mean is that of the pooled points."""
-    noise = np.repeat(np.arange(8.0), 3)
-    r = np.repeat([1.0, 1, 1, 3, 3, 3, 3, 3], 3)
-    r[9:12] = [3, 3, 0]  # at sigma = 3 the mean is 2, half way
-    found = transitions.critical_noise(noise, r, bootstrap=0)
-    assert found.critical == pytest.approx(3)
-    r[6:9], r[9:12] = 2.5, 1.5  # pooled: 2 at both
-    pooled = transitions.critical_noise(noise, r, bootstrap=0)
-    assert (pooled.lower, pooled.critical) == pytest.approx((1.2, 2))
-
-
-def test_a_point_measured_more_often_weighs_more_in_the_monotone_curve():
-    """2.5 once and 1.5 three times are 1.75 together; half way, 2, lies a fifth of a step on."""
-    noise = np.repeat(np.arange(10.0), [3, 3, 1, 3, 3, 3, 3, 3, 3, 3])
-    r = np.select([noise < 2, noise < 3, noise < 4], [1.0, 2.5, 1.5], 3.0)
-    found = transitions.critical_noise(noise, r, bootstrap=0)
-    assert (found.r_low, found.r_high) == (1, 3) and found.critical == pytest.approx(3.2)
-
-
-def test_a_curve_that_begins_or_ends_in_the_rise():
-    noise = np.arange(8.0)
-    early = transitions.critical_noise(noise, [1.6, 2, 2, 2, 2, 2, 2, 2.2], bootstrap=0)
-    assert not early.found or early.lower == 0
-    assert transitions._first_passage(np.arange(3.0), np.array([0.2, 0.3, 0.4]), 0.9) == 2
-    assert transitions._first_passage(np.arange(3.0), np.array([0.2, 0.3, 0.4]), 0.1) == 0
-
-
-def test_the_error_of_a_transition_joins_resampling_and_grid():
-    """A sharp step: resampling moves nothing but by the grid, whose share is spacing/sqrt(12)."""
-    velocity = np.repeat(np.arange(1.0, 41, 0.5), 8)
-    r = np.where(velocity < 15.2, 0.12, 0.02)
-    sharp = transitions.transition_region(velocity, r, smoothing=0.1)
-    assert sharp.error == pytest.approx(0.5 / math.sqrt(12), rel=1e-6)
-    assert (sharp.r_high_error, sharp.r_low_error) == (0, 0)
-    rise = transitions.critical_noise(velocity, -r + 0.2)
-    assert rise.error == pytest.approx(0.5 / math.sqrt(12), rel=1e-6)
-
-
-def test_the_error_of_a_transition_is_its_spread():
-    """Repeated data scatter by about as much as resampling of one of them says."""
-    rng = RNG(12)
-    clean = np.interp(VELOCITY, [10, 20], [0.12, 0.02])
-    found = [
-        transitions.transition_region(VELOCITY, clean * rng.normal(1, 0.1, 40), bootstrap=20)
-        for _ in range(16)
-    ]
-    for name, factor in (("critical", 2), ("r_high", 2), ("r_low", 4)):
-        error = "error" if name == "critical" else f"{name}_error"
-        spread = np.std([getattr(each, name) for each in found])
-        stated = np.median([getattr(each, error) for each in found])
-        assert spread / 2 < stated < factor * spread, name
-
-
-def test_order_ties_and_missing_values_do_not_matter():
-    rng = RNG(13)
-    velocity = np.concatenate([VELOCITY, VELOCITY[:7], [np.nan, 3.0]])
-    r = np.concatenate([np.interp(VELOCITY, [10, 20], [0.12, 0.02]), np.full(7, 0.11), [9, np.inf]])
-    straight = transitions.transition_region(velocity, r, bootstrap=0)
-    order = rng.permutation(velocity.size)
-    assert transitions.transition_region(velocity[order], r[order], bootstrap=0) == straight
-    assert straight.n_points == 47
-    with pytest.raises(NotEnoughDataError, match="7 points along the curve, 8 are needed"):
-        transitions.transition_region(np.repeat(VELOCITY[:7], 3), np.ones(21))
-    with pytest.raises(NotEnoughDataError, match="4 points along the curve, 5 are needed"):
-        transitions.critical_noise(VELOCITY[:4], np.ones(4))
-    assert not transitions.critical_noise(VELOCITY[:5], np.ones(5)).found
-
-
-def test_the_running_median_reaches_half_its_width():
-    places, medians = transitions.running_median(
-        np.array([0.0, 1, 1, 2, 4]), np.array([5.0, 1, 2, 9, 7]), 2.0
-    )
-    assert places.tolist() == [0, 1, 2, 4] and medians.tolist() == [2, 3.5, 2, 7]
-
-
-def test_the_step_is_the_best_of_all_two_level_steps():
-    """All splits tried, each level a median; the other direction is left out."""
-    rng = RNG(14)
-    for falling in (True, False):
-        x = np.sort(rng.choice(12, 30).astype(float))
-        y = rng.random(30) + np.where(x < 5, 0.6, 0.0) * (1 if falling else -1)
-        best = {}
-        for cut in np.unique(x)[:-1]:
-            low, high = y[x <= cut], y[x > cut]
-            if (np.median(low) > np.median(high)) == falling:
-                cost = sum(np.abs(side - np.median(side)).sum() for side in (low, high))
-                best[(cut + np.unique(x)[np.unique(x) > cut][0]) / 2] = cost
-        assert transitions._step(x, y, falling=falling) == min(best, key=best.get)
 
 
 # --- agreement ------------------------------------------------------------------------------------

@@ -107,9 +107,10 @@ def _lifetimes(axes, data):
         look = {"color": colour, "linestyle": "none", "elinewidth": 0.8}
         ended = np.isfinite(high) & (low > 0)
         if ended.any():
-            bars = (mean - low)[ended], (high - mean)[ended]
+            middle = mean[ended]
+            bars = middle - low[ended], high[ended] - middle
             look_of_means = look | {"marker": marker, "markersize": 3.5, "label": label}
-            axes.errorbar(place[ended], mean[ended], bars, **look_of_means)
+            axes.errorbar(place[ended], middle, bars, **look_of_means)
         if (~ended).any():
             axes.errorbar(place[~ended], low[~ended], low[~ended], lolims=True, **look)
     if not axes.containers:
