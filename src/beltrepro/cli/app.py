@@ -24,6 +24,7 @@ from beltrepro.cli.options import (
     print_result,
     progress_of,
 )
+from beltrepro.replication.camera.scene import camera_settings
 
 _UNITS = """\
 All numbers are in model units: mass 0.1158 kg, spring constant 19.8 N/m, length 1.4 mm; so one unit
@@ -77,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog=_UNITS,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add_run(simulate, method="verlet", seed=None, replicate=None)
+    add_run(simulate)
     add = simulate.add_argument
     add("--sample-interval", type=float, default=0.1, help="time between samples in --output")
     add(
@@ -109,20 +110,20 @@ def _add_classify(commands: Any) -> None:
         help="tell what kind of motion one chain ends in",
         description="Tell what kind of motion one chain ends in: equilibrium slip, periodic, "
         "quasi-periodic, chaotic or transient (with noise also noise-driven), by recurrence of "
-        "its state and its largest Lyapunov exponent. Only event has one. The seed decides where "
-        "the chain starts, because several motions can coexist.",
+        "its state and its largest Lyapunov exponent. Only event has one. Several motions can "
+        "coexist: with an initial spread another replicate or seed starts elsewhere.",
         epilog=_UNITS.partition("\n\n")[0],
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add_run(classify, method="event", seed=1, replicate=1)
+    add_run(classify)
     classify.add_argument(
         "--initial-spread",
         type=float,
-        default=1.0,
-        help="standard deviation of random displacements of the blocks at the start (1); "
+        default=0.0,
+        help="standard deviation of random displacements of the blocks at the start (0); "
         "replicate 0 has none",
     )
-    classify.set_defaults(action=_classify)
+    classify.set_defaults(action=_classify, seed=1, replicate=0)
 
 
 def _add_watch(commands: Any) -> None:
@@ -164,6 +165,12 @@ def _add_bench(commands: Any) -> None:
     add("--rounds", type=int, default=5, help="timings of each quantity; the median counts")
     add("--quick", action="store_true", help="few cases, short timings: to see that it works")
     add("--only", metavar="NAME,NAME", help="some competitors; the loop in numba is always there")
+    add(
+        "--against",
+        type=Path,
+        metavar="FOLDER",
+        help="another source tree: only verlet and event, here and there in turns",
+    )
     add("--json", action="store_true", help="print every timing as JSON instead of tables")
     add_output(bench, "write the tables to this Markdown file, .md")
     bench.set_defaults(action=_bench)
@@ -178,32 +185,15 @@ def _add_film(commands: Any) -> None:
         epilog=_UNITS.partition("\n\n")[0],
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add_run(film, method="event", seed=1, replicate=0)
+    add_run(film)
     add_output(film, "the video, .mp4, .mov or .mkv", required=True)
     camera = film.add_argument_group("camera").add_argument
-    for name, (default, words) in _CAMERA.items():
-        kind = type(default) if default is not None else float
-        option = f"--{name.replace('_', '-')}"
+    for name, setting in camera_settings().items():
+        kind = int if isinstance(setting.default, int) else float
+        words, default = setting.metadata["words"], setting.default
         shown = "" if default is None else f" ({default})"
-        camera(option, type=kind, default=default, help=words + shown)
-    film.set_defaults(action=_film)
-
-
-# The same as in `experiment.Camera`, which loads a codec.
-_CAMERA = {
-    "frames_per_second": (24.0, "frames a second"),
-    "metres_per_pixel": (None, "scale; the one at which all fits if not given"),
-    "width": (640, "of the picture, pixels"),
-    "height": (96, "of the picture, pixels"),
-    "exposure": (0.01, "seconds for which the shutter is open"),
-    "blur": (0.7, "standard deviation of the image of a point, pixels"),
-    "sensor_noise": (2.0, "standard deviation of the noise, of 255 levels"),
-    "light_unevenness": (0.1, "share by which it is brighter at one end of the picture"),
-    "light_drift": (0.05, "share by which the light waxes and wanes in a minute"),
-    "angle": (0.0, "by which the belt is turned in the picture, degrees"),
-    "dropped": (0.0, "share of the frames that are lost"),
-    "compression": (18, "constant rate factor of H.264, 0 to 51"),
-}
+        camera(f"--{name.replace('_', '-')}", type=kind, default=default, help=words + shown)
+    film.set_defaults(action=_film, seed=1, replicate=0)
 
 
 def _add_track(commands: Any) -> None:
@@ -325,15 +315,23 @@ def _bench(options: argparse.Namespace) -> int:
     check_output(options, ".md")
     from beltrepro.extras.bench import measuring, table
 
-    result = measuring.measure(
-        options.rounds,
-        quick=options.quick,
-        only=[name.strip() for name in options.only.split(",")] if options.only else None,
-        progress=progress_of("bench"),
-    )
+    settings = {
+        "rounds": options.rounds,
+        "quick": options.quick,
+        "only": [name.strip() for name in options.only.split(",")] if options.only else None,
+        "progress": progress_of("bench"),
+    }
+    if options.against:
+        if options.output:
+            raise InputError("output: not with --against, which prints its table")
+        result: Any = measuring.compare(options.against, **settings)
+        text = table.comparison(result, str(options.against))
+    else:
+        result = measuring.measure(**settings)
+        text = table.as_text(result)
     if options.output:
         options.output.write_text(table.as_markdown(result), encoding="utf-8")
-    print(json.dumps(result, indent=2) if options.json else table.as_text(result))
+    print(json.dumps(result, indent=2) if options.json else text)
     return 0
 
 
@@ -341,12 +339,15 @@ def _film(options: argparse.Namespace) -> int:
     chain = chain_of(options)
     check_output(options, ".mp4", ".mov", ".mkv")
     from beltrepro.model.units import TIME_S
-    from beltrepro.replication.camera import Camera, film
+    from beltrepro.replication.camera.camera import film
+    from beltrepro.replication.camera.scene import Camera
     from beltrepro.replication.camera.video import check_suffix
     from beltrepro.simulation import Run, simulate
 
     check_suffix(options.output)
-    camera = Camera(**{name: getattr(options, name) for name in _CAMERA}, seed=options.seed)
+    camera = Camera(
+        **{name: getattr(options, name) for name in camera_settings()}, seed=options.seed
+    )
     run = simulate(
         chain,
         **numerics(options),
@@ -369,7 +370,8 @@ def _film(options: argparse.Namespace) -> int:
 
 def _track(options: argparse.Namespace) -> int:
     check_output(options, ".csv")
-    from beltrepro.replication.camera import Scene, track
+    from beltrepro.replication.camera.scene import Scene
+    from beltrepro.replication.camera.tracking import track
 
     sizes = ("block_length", "block_width", "mark_spacing")
     found = track(
