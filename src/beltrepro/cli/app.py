@@ -78,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog=_UNITS,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add_run(simulate, method="verlet", seed=None, replicate=None)
+    add_run(simulate)
     add = simulate.add_argument
     add("--sample-interval", type=float, default=0.1, help="time between samples in --output")
     add(
@@ -110,20 +110,20 @@ def _add_classify(commands: Any) -> None:
         help="tell what kind of motion one chain ends in",
         description="Tell what kind of motion one chain ends in: equilibrium slip, periodic, "
         "quasi-periodic, chaotic or transient (with noise also noise-driven), by recurrence of "
-        "its state and its largest Lyapunov exponent. Only event has one. The seed decides where "
-        "the chain starts, because several motions can coexist.",
+        "its state and its largest Lyapunov exponent. Only event has one. Several motions can "
+        "coexist: with an initial spread another replicate or seed starts elsewhere.",
         epilog=_UNITS.partition("\n\n")[0],
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add_run(classify, method="event", seed=1, replicate=1)
+    add_run(classify)
     classify.add_argument(
         "--initial-spread",
         type=float,
-        default=1.0,
-        help="standard deviation of random displacements of the blocks at the start (1); "
+        default=0.0,
+        help="standard deviation of random displacements of the blocks at the start (0); "
         "replicate 0 has none",
     )
-    classify.set_defaults(action=_classify)
+    classify.set_defaults(action=_classify, seed=1, replicate=0)
 
 
 def _add_watch(commands: Any) -> None:
@@ -185,7 +185,7 @@ def _add_film(commands: Any) -> None:
         epilog=_UNITS.partition("\n\n")[0],
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add_run(film, method="event", seed=1, replicate=0)
+    add_run(film)
     add_output(film, "the video, .mp4, .mov or .mkv", required=True)
     camera = film.add_argument_group("camera").add_argument
     for name, setting in camera_settings().items():
@@ -193,7 +193,7 @@ def _add_film(commands: Any) -> None:
         words, default = setting.metadata["words"], setting.default
         shown = "" if default is None else f" ({default})"
         camera(f"--{name.replace('_', '-')}", type=kind, default=default, help=words + shown)
-    film.set_defaults(action=_film)
+    film.set_defaults(action=_film, seed=1, replicate=0)
 
 
 def _add_track(commands: Any) -> None:
