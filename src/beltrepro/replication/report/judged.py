@@ -81,8 +81,8 @@ MODEL = (
     ),
     (
         "How the transition region and its midpoint are read off r(u).",
-        "From 90 % to 10 % of the fall between two plateaus, in a running median over 3 units of "
-        "u; the error of the midpoint comes from resampled points and the grid.",
+        "From 90 % to 10 % of the fall between two plateaus, in the median of the runs at each u; "
+        "the error of the midpoint comes from resampled runs.",
     ),
 )
 
