@@ -8,9 +8,9 @@ from beltrepro import ChainParameters
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.vectors import check_method
 from beltrepro.engine.integrator import Sampling
-from beltrepro.engine.kicked_integrator import KickedIntegrator
+from beltrepro.engine.kicks import KickedIntegrator
 from beltrepro.engine.records import EVENT_BLOCK, EVENT_POSITION, EVENT_SLIP, EVENT_TIME
-from beltrepro.model.disturbance import equivalent_kick
+from beltrepro.model.scheme_error import equivalent_kick
 from beltrepro.simulation.points import integrator_of, observe, points
 
 SAMPLING = Sampling(1000, 0.001)

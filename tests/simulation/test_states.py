@@ -11,6 +11,7 @@ import pytest
 
 from beltrepro import ChainParameters, ChainState, Run, catalogue, escapes, scan, simulate
 from beltrepro.base.errors import InputError
+from beltrepro.engine.state import settled
 from beltrepro.model.spring import potential_energy
 from beltrepro.simulation import arguments, memory
 from beltrepro.simulation.points import integrator_of, points
@@ -326,7 +327,7 @@ def test_an_integrator_that_takes_over_holds_the_state_that_it_was_given(method,
     """Nothing of a state of another scheme is lost or changes its unit before the first step."""
     chain = ChainParameters(5, 7.5, noise)
     before = METHODS[method == "verlet"]
-    state = simulate(chain, duration=50.0, method=before).final_state.settled()
+    state = settled(simulate(chain, duration=50.0, method=before).final_state)
     assert 0 < np.count_nonzero(state.directions) < 5
     assert state.friction_losses.max() > 100 and abs(state.wall_impulse) > 100
     (point,) = points(

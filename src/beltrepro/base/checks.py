@@ -54,6 +54,24 @@ def finite_number(name: str, value: Any) -> float:
     return number
 
 
+def within(
+    name: str,
+    value: Any,
+    *,
+    gt: float = -math.inf,
+    ge: float = -math.inf,
+    lt: float = math.inf,
+    le: float = math.inf,
+) -> float:
+    """A number between two ends; with `ge` and `le` it may be the end, with `gt` and `lt` not."""
+    number = finite_number(name, value)
+    if gt < number < lt and ge <= number <= le:
+        return number
+    low = f"greater than {gt:g}" if gt > ge else f"at least {ge:g}"
+    high = f"below {lt:g}" if lt < le else f"at most {le:g}"
+    raise InputError(f"{name} = {number:g}: must be {low} and {high}")
+
+
 def positive(name: str, value: Any, most: float = math.inf) -> float:
     """A number greater than 0, and at most `most`."""
     number = finite_number(name, value)

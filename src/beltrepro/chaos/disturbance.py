@@ -2,7 +2,7 @@
 
 import math
 
-from beltrepro.model.disturbance import equivalent_kick
+from beltrepro.model.scheme_error import equivalent_kick
 from beltrepro.simulation.points import Point
 
 # Distances between a disturbed state and that a period earlier, in units of the disturbance. On
@@ -17,7 +17,7 @@ def disturbance(point: Point) -> float:
     """Standard deviation of kicks that disturb each slip as much as it is disturbed.
 
     By kicks as they are, by the steps of "verlet" and by the thresholds under noise as
-    `beltrepro.model.disturbance` says. What the noise does during a slip is left out: it is less by
+    `beltrepro.model.scheme_error` says. What the noise does during a slip is left out: it is less by
     a factor of about sqrt(dt).
     """
     chain = point.parameters

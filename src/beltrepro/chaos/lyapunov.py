@@ -25,7 +25,7 @@ from beltrepro.chaos.vectors import (
 from beltrepro.engine.integrator import Integrator
 from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
-from beltrepro.observe.stuck import MostStuck
+from beltrepro.observe.slips import MostStuck
 from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points

@@ -20,11 +20,11 @@ from beltrepro.chaos.vectors import (
 )
 from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.state import ChainState
-from beltrepro.engine.tangent_integrator import TangentIntegrator
+from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
 from beltrepro.model.section import section_position
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.returns import ReturnLog
+from beltrepro.observe.sections import ReturnLog
 from beltrepro.simulation import arguments
 from beltrepro.simulation.arguments import PerChain
 from beltrepro.simulation.checkpoints import once

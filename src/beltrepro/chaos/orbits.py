@@ -18,7 +18,7 @@ from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.returns import ReturnLog
+from beltrepro.observe.sections import ReturnLog
 from beltrepro.simulation import Run, arguments, simulate
 from beltrepro.simulation.points import Point, Progress, integrator_of, observe
 from beltrepro.stats.errors import NotEnoughDataError

@@ -14,11 +14,11 @@ from beltrepro.chaos.disturbance import scatters
 from beltrepro.chaos.vectors import INTERVAL, METHOD, grow, slopes, standard_errors, with_vectors
 from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.state import ChainState
-from beltrepro.engine.tangent_integrator import TangentIntegrator
+from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.order import SlipOrder
-from beltrepro.observe.returns import ReturnLog
+from beltrepro.observe.sections import ReturnLog
+from beltrepro.observe.slips import SlipOrder
 from beltrepro.simulation import arguments, checkpoints
 from beltrepro.simulation.arguments import PerChain
 from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points

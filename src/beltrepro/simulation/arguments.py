@@ -12,8 +12,8 @@ from beltrepro.base.checks import finite_number, is_sequence, positive, shown
 from beltrepro.base.errors import InputError
 from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
+from beltrepro.model.friction import noise_beyond_event
 from beltrepro.model.parameters import LONGEST
-from beltrepro.model.validity import noise_beyond_event
 from beltrepro.simulation.methods import KICKED, METHODS, TOLERANCE_RANGE, TOLERANCES
 
 T = TypeVar("T")

@@ -10,7 +10,7 @@ import numpy as np
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import CUT_TIME, GROUP_SIZE, Integrator, Sampling, Section
-from beltrepro.engine.kicked_integrator import KickedIntegrator
+from beltrepro.engine.kicks import KickedIntegrator
 from beltrepro.engine.noise import stream_key
 from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters

@@ -7,8 +7,8 @@ joined, and what every array in a file says of itself. `running` has the functio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+from beltrepro.model.friction import noise_beyond_event
 from beltrepro.model.parameters import LARGEST, LONGEST
-from beltrepro.model.validity import noise_beyond_event
 from beltrepro.replication.plan.points import Point, chain
 from beltrepro.replication.plan.quantities import QUANTITIES, REQUIRED, UNITS
 

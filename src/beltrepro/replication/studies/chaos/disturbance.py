@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from beltrepro.model.disturbance import equivalent_kick
+from beltrepro.model.scheme_error import equivalent_kick
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.stats.growth import finite_size_exponents
