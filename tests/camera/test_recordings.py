@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import recorded
-from beltrepro.replication.camera import Track
+from beltrepro.replication.camera.tracking import Track
 from beltrepro.replication.camera.video import write_video
 from beltrepro.replication.plan import inputs
 from beltrepro.replication.studies.experiment import recordings

@@ -10,7 +10,7 @@ import pytest
 
 from beltrepro.base.errors import InputError
 from beltrepro.model.units import TIME_S, VELOCITY_M_S
-from beltrepro.replication.camera import Camera
+from beltrepro.replication.camera.scene import Camera
 from beltrepro.replication.plan import checking, grids, schema
 from beltrepro.replication.plan.films import CAMERA
 from beltrepro.replication.plan.kinds import KINDS, MAXIMUM_SCAN_BLOCKS, SETTINGS

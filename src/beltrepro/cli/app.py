@@ -24,6 +24,7 @@ from beltrepro.cli.options import (
     print_result,
     progress_of,
 )
+from beltrepro.replication.camera.scene import camera_settings
 
 _UNITS = """\
 All numbers are in model units: mass 0.1158 kg, spring constant 19.8 N/m, length 1.4 mm; so one unit
@@ -181,29 +182,12 @@ def _add_film(commands: Any) -> None:
     add_run(film, method="event", seed=1, replicate=0)
     add_output(film, "the video, .mp4, .mov or .mkv", required=True)
     camera = film.add_argument_group("camera").add_argument
-    for name, (default, words) in _CAMERA.items():
-        kind = type(default) if default is not None else float
-        option = f"--{name.replace('_', '-')}"
+    for name, setting in camera_settings().items():
+        kind = int if isinstance(setting.default, int) else float
+        words, default = setting.metadata["words"], setting.default
         shown = "" if default is None else f" ({default})"
-        camera(option, type=kind, default=default, help=words + shown)
+        camera(f"--{name.replace('_', '-')}", type=kind, default=default, help=words + shown)
     film.set_defaults(action=_film)
-
-
-# The same as in `experiment.Camera`, which loads a codec.
-_CAMERA = {
-    "frames_per_second": (24.0, "frames a second"),
-    "metres_per_pixel": (None, "scale; the one at which all fits if not given"),
-    "width": (640, "of the picture, pixels"),
-    "height": (96, "of the picture, pixels"),
-    "exposure": (0.01, "seconds for which the shutter is open"),
-    "blur": (0.7, "standard deviation of the image of a point, pixels"),
-    "sensor_noise": (2.0, "standard deviation of the noise, of 255 levels"),
-    "light_unevenness": (0.1, "share by which it is brighter at one end of the picture"),
-    "light_drift": (0.05, "share by which the light waxes and wanes in a minute"),
-    "angle": (0.0, "by which the belt is turned in the picture, degrees"),
-    "dropped": (0.0, "share of the frames that are lost"),
-    "compression": (18, "constant rate factor of H.264, 0 to 51"),
-}
 
 
 def _add_track(commands: Any) -> None:
@@ -341,12 +325,15 @@ def _film(options: argparse.Namespace) -> int:
     chain = chain_of(options)
     check_output(options, ".mp4", ".mov", ".mkv")
     from beltrepro.model.units import TIME_S
-    from beltrepro.replication.camera import Camera, film
+    from beltrepro.replication.camera.camera import film
+    from beltrepro.replication.camera.scene import Camera
     from beltrepro.replication.camera.video import check_suffix
     from beltrepro.simulation import Run, simulate
 
     check_suffix(options.output)
-    camera = Camera(**{name: getattr(options, name) for name in _CAMERA}, seed=options.seed)
+    camera = Camera(
+        **{name: getattr(options, name) for name in camera_settings()}, seed=options.seed
+    )
     run = simulate(
         chain,
         **numerics(options),
@@ -369,7 +356,8 @@ def _film(options: argparse.Namespace) -> int:
 
 def _track(options: argparse.Namespace) -> int:
     check_output(options, ".csv")
-    from beltrepro.replication.camera import Scene, track
+    from beltrepro.replication.camera.scene import Scene
+    from beltrepro.replication.camera.tracking import track
 
     sizes = ("block_length", "block_width", "mark_spacing")
     found = track(
