@@ -17,8 +17,8 @@ def disturbance(point: Point) -> float:
     """Standard deviation of kicks that disturb each slip as much as it is disturbed.
 
     By kicks as they are, by the steps of "verlet" and by the thresholds under noise as
-    `beltrepro.model.scheme_error` says. What the noise does during a slip is left out: it is less by
-    a factor of about sqrt(dt).
+    `beltrepro.model.scheme_error` says. What the noise does during a slip is left out: it is less
+    by a factor of about sqrt(dt).
     """
     chain = point.parameters
     steps = equivalent_kick(chain.belt_velocity, point.time_step) * (point.method == "verlet")
