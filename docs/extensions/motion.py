@@ -8,7 +8,7 @@ from docutils import nodes
 from sphinx.util.docutils import SphinxDirective
 
 from beltrepro.replication import report
-from beltrepro.replication.plan import files, running
+from beltrepro.replication.plan import files, kinds
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import points_of
 from beltrepro.replication.report.sections import player
@@ -39,7 +39,7 @@ def _simulate(plan, path: Path) -> None:
     """What the job of the workflow does for this dataset, which is a single run."""
     told = plan.told_batch(path.stem, 0)
     points = points_of(told["points"])
-    files.write(path, told, running.run(told["kind"], points, told["settings"]))
+    files.write(path, told, kinds.record(told["kind"], points, told["settings"]))
 
 
 def setup(app) -> dict:

@@ -8,10 +8,8 @@ import pytest
 from beltrepro import ChainParameters, exponents, separation, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.parting import _moved
-from beltrepro.replication.plan import running
-from beltrepro.replication.plan.kinds import KINDS
-from beltrepro.replication.plan.points import Point
-from beltrepro.replication.plan.quantities import QUANTITIES
+from beltrepro.replication.plan.kinds import KINDS, record
+from beltrepro.replication.plan.points import QUANTITIES, Point
 from beltrepro.stats.growth import finite_size_exponents
 
 SEVEN = ChainParameters(7, 10.0)
@@ -102,7 +100,7 @@ def test_kind_records_what_it_says():
     point = Point(**values | {"n_blocks": 7, "belt_velocity": 10.0, "method": "event"})
     points = [point, point._replace(n_blocks=5, kick=0.1)]
     settings = {"duration": 30.0, "transient": 10.0, "distances": [1e-6, 1e-3]}
-    arrays = running.run("separation", points, settings)
+    arrays = record("separation", points, settings)
     kind = KINDS["separation"]
     assert set(arrays) == set(kind.arrays)
     assert all(arrays[each.name].ndim == len(each.dimensions) for each in kind.recorded)

@@ -20,7 +20,7 @@ import yaml
 import beltrepro
 from beltrepro.cli import app as cli
 from beltrepro.replication.plan import kinds, registry
-from beltrepro.replication.plan.schema import config_schema
+from beltrepro.replication.plan.config import schema
 from beltrepro.replication.verdicts.entries import load_ledger
 from extensions import api, claims_and_figures, configuration, markdown, rule_graph, tutorial
 from made_up import data
@@ -73,18 +73,18 @@ def test_the_figure_of_the_guide_registers_itself_and_is_drawn(tmp_path):
 
 
 def test_configuration_has_every_key():
-    def names(schema):
-        if isinstance(schema, dict):
-            yield from schema.get("properties", {})
-            for each in schema.values():
+    def names(node):
+        if isinstance(node, dict):
+            yield from node.get("properties", {})
+            for each in node.values():
                 yield from names(each)
-        elif isinstance(schema, list):
-            for each in schema:
+        elif isinstance(node, list):
+            for each in node:
                 yield from names(each)
 
     rules = {"start", "stop", "step", "without_noise", "with_noise", "offset", "count"}
     page = configuration.keys().replace("\\_", "_")
-    for name in set(names(config_schema())) - rules:
+    for name in set(names(schema())) - rules:
         assert f"| `{name}` |" in page, name
     assert rules <= set(re.findall(r"\w+", page)), "forms of an axis, in the words of its key"
 

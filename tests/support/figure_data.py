@@ -17,6 +17,7 @@ import recorded
 from beltrepro.base.store import Dataset
 from beltrepro.model import ChainParameters
 from beltrepro.replication.plan import registry
+from beltrepro.replication.studies.integrators import measure as integrators
 
 HOW = {
     "preset": "smoke",
@@ -300,9 +301,19 @@ def paired(kind):
             arrays["final_stick_rate"] = np.zeros((len(rows), 5))
             arrays["final_stick_rate"][:, -1] = arrays["sticks"]
             arrays["escaped"] = np.ones(len(rows), dtype=bool)
+            arrays |= {"n_blocks": np.full(len(rows), 5), "noise": np.zeros(len(rows))}
+            arrays["lifetime"] = np.arange(1.0, len(rows) + 1)
         name = {"r": "pairs_r", "end": "pairs_states"}[kind]
         made[f"{name}_{method}"] = Dataset(arrays, HOW | {"kind": kind, "method": method})
     return made
+
+
+def agreement():
+    """The comparisons of r and of the states reached."""
+    noisy, ends = ([data.arrays for data in paired(kind).values()] for kind in ("r", "end"))
+    values = [{integrators.DISORDER: arrays["disorder_parameter"]} for arrays in noisy]
+    rows = integrators.compare_points(*noisy, *values) + integrators.compare_attractors(*ends)
+    return pd.DataFrame(rows)
 
 
 PATH_TIME = np.arange(0.0, 100.25, 0.5)
@@ -357,7 +368,8 @@ def paths():
 
 def table(name, data):
     """A table as the workflow makes it."""
-    return importlib.import_module(registry.tables()[name].module).derive(data)
+    module = importlib.import_module(registry.tables()[name].module)
+    return (getattr(module, name, None) or module.derive)(data)
 
 
 @functools.cache
@@ -387,6 +399,7 @@ def dataset(name):
         "critical_velocities": critical_velocities,
         "friction_ratio": friction_ratio,
         "friction_falls": friction_falls,
+        "agreement": agreement,
     }
     made |= {name: functools.partial(scan, name) for name in SCANS}
     made |= {

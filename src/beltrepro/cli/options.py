@@ -16,8 +16,8 @@ from beltrepro.base.checks import shown
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint
 from beltrepro.base.progress import Progress
-from beltrepro.replication.plan.grids import values
-from beltrepro.replication.plan.quantities import LAW
+from beltrepro.replication.plan.plan import grid_values
+from beltrepro.replication.plan.points import LAW
 
 
 class Parser(argparse.ArgumentParser):
@@ -92,7 +92,11 @@ def _part(text: str, part: str) -> tuple[float, ...]:
     span = dict(zip(("start", "stop", "step"), numbers, strict=True))
     if span["step"] <= 0:
         raise argparse.ArgumentTypeError(f"{shown(text)}: a step greater than 0 is needed")
-    return values(span, part, argparse.ArgumentTypeError)
+    return grid_values(span, part, _refuse)
+
+
+def _refuse(text: str) -> NoReturn:
+    raise argparse.ArgumentTypeError(text)
 
 
 def add_run(

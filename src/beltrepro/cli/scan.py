@@ -5,7 +5,7 @@ from typing import Any
 
 from beltrepro.base.errors import needing
 from beltrepro.cli import options as shared
-from beltrepro.replication.plan.quantities import LAW
+from beltrepro.replication.plan.points import LAW
 
 _CHAIN = ("n_blocks", "belt_velocity", "noise", *(each.name for each in LAW))
 _SETTINGS = ("duration", "transient", "method", "time_step", "tolerance", "seed")

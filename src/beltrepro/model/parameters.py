@@ -1,6 +1,7 @@
 """Parameters of one chain in model units (Sec. III)."""
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
@@ -11,20 +12,23 @@ MAXIMUM_BLOCKS = 64
 LARGEST = 1e9  # of every number: beyond it forces and positions have no digits left for the motion
 LONGEST = 1e12  # model time: instants beyond are not told apart to 1e-4
 
-_POSITIVE = {"gt": 0.0, "le": LARGEST}
-LIMITS: dict[str, dict[str, float]] = {
+_POSITIVE = {"gt": 0, "le": LARGEST}
+_NOT_NEGATIVE = {"ge": 0, "le": LARGEST}
+LIMITS: dict[str, dict[str, Any]] = {
     "n_blocks": {"ge": 1, "le": MAXIMUM_BLOCKS},
     "belt_velocity": _POSITIVE,
-    "noise": {"ge": 0.0, "le": LARGEST},
+    "noise": _NOT_NEGATIVE,
     "static_friction": _POSITIVE,
-    "friction_ratio": {"ge": 0.0, "lt": 1.0},
+    "friction_ratio": {"ge": 0, "lt": 1},
     "rest_length": _POSITIVE,
     "linear_limit": _POSITIVE,
     "compression_rate": _POSITIVE,
     "extension_rate": _POSITIVE,
-    "duration": {"gt": 0.0, "le": LONGEST},
+    "initial_spread": _NOT_NEGATIVE,
+    "kick": _NOT_NEGATIVE,
+    "duration": {"gt": 0, "le": LONGEST},
     "time_step": {"ge": 1e-9, "le": 0.1},  # oscillations take 3
-    "tolerance": {"ge": 1e-16, "le": 1.0},  # of forces of some tens, which round by 1e-16 of them
+    "tolerance": {"ge": 1e-16, "le": 1},  # of forces of some tens, which round by 1e-16 of them
 }
 """What each quantity may be, by the names that `checks.within` and pydantic have for ends."""
 

@@ -22,7 +22,7 @@ from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import files
 from beltrepro.replication.plan.described import checksum, metadata_path
-from beltrepro.replication.plan.quantities import QUANTITIES
+from beltrepro.replication.plan.points import QUANTITIES
 
 SHORT = 500.0  # model time; a distance grows e-fold in 60 and more
 TOLERANCE = 1e-6  # of means in short runs, as a share of mean plus standard deviation
