@@ -29,7 +29,7 @@ def members():
                     yield f"beltrepro.{name}.{method}"
 
 
-@pytest.mark.parametrize("name", members())
+@pytest.mark.parametrize("name", list(members()))
 def test_public_docstrings_are_complete(name):
     errors = {code: words for code, words in validate(name)["errors"] if code in RULES}
     item = getattr(beltrepro, name.split(".")[1])
@@ -42,7 +42,7 @@ def test_public_docstrings_are_complete(name):
     assert not errors
 
 
-@pytest.mark.parametrize("name", members())
+@pytest.mark.parametrize("name", list(members()))
 def test_public_functions_say_what_they_refuse(name):
     _, first, *method = name.split(".")
     item = getattr(beltrepro, first)
