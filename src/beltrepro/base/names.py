@@ -19,7 +19,7 @@ SYMBOLS = {
     "F_st0": "static_friction",
     "f_s": "friction_ratio",
     "l": "rest_length",
-    "Delta l_max": "linear_limit",
+    "Delta_l_max": "linear_limit",
     "b_1": "compression_rate",
     "b_2": "extension_rate",
     "t": "duration",

@@ -112,6 +112,11 @@ class PeriodicOrbit:
         -------
         Run
             With the events of the period.
+
+        Raises
+        ------
+        InputError
+            The interval is not allowed, or its samples need more memory than there is.
         """
         return follow(self.state, self.period_time, sample_interval=sample_interval)
 
