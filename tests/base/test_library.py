@@ -23,19 +23,19 @@ sys.meta_path.insert(0, Hidden())
 LIBRARY = """
 import numpy as np
 import beltrepro
-from beltrepro import ChainParameters, Run, classify, scan, scan_grid, simulate
+from beltrepro import ChainParameters, Grid, Run, classify, scan, simulate
 from beltrepro.base.errors import InputError
 
 for name in beltrepro.__all__:
     assert getattr(beltrepro, name).__doc__, name
 chain = ChainParameters(3, 10.0)
-run = simulate(chain, duration=60.0, transient=20.0, method="event")
+run = simulate(chain, duration=60.0, transient=20.0)
 run.save("run.h5")
 assert Run.load("run.h5") == run
-measured = scan([chain], duration=60.0, transient=20.0, method="event")
+measured = scan([chain], duration=60.0, transient=20.0)
 assert np.isclose(measured["disorder_parameter"][0], run.disorder_parameter)
 assert classify(chain, duration=2000.0, transient=500.0).state
-table = scan_grid(n_blocks=3, belt_velocity=[5.0, 10.0], duration=60.0)
+table = scan(Grid(3, [5.0, 10.0]), duration=60.0)
 table.save("points.h5")
 for needy in (run.plot, table.table):
     try:

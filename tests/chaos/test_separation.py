@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, exponents, separation, simulate
+from beltrepro import ChainParameters, lyapunov_spectrum, separation, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.parting import _moved
 from beltrepro.replication.plan.kinds import KINDS, record
@@ -43,7 +43,7 @@ def test_small_distances_grow_with_the_largest_exponent():
         [SEVEN] * 32, duration=11_000, transient=1000, distances=[1e-12], levels=levels, **runs
     )
     growth = finite_size_exponents(levels, found["passage_time"][:, 0], 10_000)
-    known = exponents([SEVEN] * 32, duration=11_000, transient=1000, n_exponents=1, **runs)
+    known = lyapunov_spectrum([SEVEN] * 32, duration=11_000, transient=1000, n_exponents=1, **runs)
     largest = known["exponents"][:, 0]
     small = slice(3, None)  # a twin first turns to the direction in which it grows
     apart = growth.exponent[small] - largest.mean()

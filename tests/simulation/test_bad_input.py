@@ -17,10 +17,12 @@ import beltrepro
 from beltrepro import (
     ChainParameters,
     ChainState,
-    GridScan,
+    Grid,
     LyapunovSpectrum,
     PeriodicOrbit,
+    Results,
     Run,
+    Setup,
     chaos,
     simulation,
 )
@@ -51,10 +53,10 @@ CHAIN = ChainParameters(2, 5.0)
 STATE = ChainState.at_rest(CHAIN)
 GROWTH = np.zeros((2, 3, 4))
 SPECTRUM = LyapunovSpectrum(CHAIN, *[np.zeros(4)] * 2, GROWTH[:, 0], GROWTH, 20.0, np.zeros(2))
-GRID = GridScan({}, {})
+RESULTS = Results({}, {})
 ORBIT = PeriodicOrbit(CHAIN, STATE, 20.0, *[None] * 7)
 RUN = Run(CHAIN, *[None] * 20)
-SHORT = {"parameters": CHAIN, "duration": 20.0}
+SHORT = {"chains": CHAIN, "duration": 20.0}
 LONG = SHORT | {"transient": 10.0}
 TIME = np.arange(100.0)
 
@@ -66,7 +68,8 @@ CALLS = {
     "ChainState.keyed": (STATE.keyed, {"seed": 1, "replicate": 0}),
     "ChainState.moved": (STATE.moved, {}),
     "ChainState.under": (STATE.under, {"parameters": CHAIN}),
-    "GridScan.save": (GRID.save, {"path": "scan.csv"}),
+    "Grid": (Grid, {"n_blocks": 2, "belt_velocity": 5.0}),
+    "Results.save": (RESULTS.save, {"path": "scan.csv"}),
     "LyapunovSpectrum.finite_time": (SPECTRUM.finite_time, {"length": 20.0}),
     "PeriodicOrbit.run": (ORBIT.run, {}),
     "Run.plot": (RUN.plot, {"path": "run.png"}),
@@ -77,21 +80,26 @@ CALLS = {
     "catalogue": (beltrepro.catalogue, SHORT),
     "classify": (beltrepro.classify, LONG),
     "close_orbit": (beltrepro.close_orbit, {"state": STATE, "period_time": 20.0}),
-    "escapes": (beltrepro.escapes, SHORT),
-    "exponents": (beltrepro.exponents, LONG),
     "lyapunov_spectrum": (beltrepro.lyapunov_spectrum, LONG),
-    "motions": (beltrepro.motions, LONG),
     "periodic_orbit": (beltrepro.periodic_orbit, LONG),
     "scan": (beltrepro.scan, SHORT),
-    "scan_grid": (beltrepro.scan_grid, {"n_blocks": 2, "belt_velocity": 5.0, "duration": 20.0}),
     "separation": (beltrepro.separation, LONG),
-    "settling": (beltrepro.settling, SHORT),
+    "Setup": (Setup, {"chains": CHAIN}),
     "simulate": (beltrepro.simulate, SHORT),
+    "time_to_continuous_slip": (beltrepro.time_to_continuous_slip, SHORT),
+    "time_to_orbit": (beltrepro.time_to_orbit, SHORT),
 }
+KEYWORDS = [each for each in inspect.signature(Setup).parameters.values() if each.name != "chains"]
+
+
+def parameters_of(called):
+    """The arguments of a function, with those of a setup if it takes them."""
+    own = list(inspect.signature(called).parameters.values())
+    return own[:-1] + KEYWORDS if own[-1].kind is own[-1].VAR_KEYWORD else own
+
+
 ARGUMENTS = {
-    (name, each.name): each
-    for name, (called, _) in CALLS.items()
-    for each in inspect.signature(called).parameters.values()
+    (name, each.name): each for name, (called, _) in CALLS.items() for each in parameters_of(called)
 }
 
 
@@ -106,7 +114,7 @@ def refusal(name: str, **changes: object) -> str:
 def test_every_public_function_is_called():
     rooms = (beltrepro, simulation, chaos)
     public = {name: getattr(room, name) for room in rooms for name in room.__all__}
-    found = {"ChainParameters", "analyse"}
+    found = {"ChainParameters", "Grid", "Setup", "analyse"}
     for name, each in public.items():
         if inspect.isclass(each):  # made by functions, so that only methods are called
             found |= {
@@ -136,7 +144,8 @@ def test_many_wrong_values_are_tried():
 @pytest.mark.parametrize("name", CALLS)
 def test_misspelt_and_missing_arguments_are_named(name):
     called, valid = CALLS[name]
-    for argument, parameter in inspect.signature(called).parameters.items():
+    for parameter in parameters_of(called):
+        argument = parameter.name
         message = refusal(name, **{argument[:-1]: 1})
         assert f"{argument[:-1]!r}" in message and repr(argument) in message
         if parameter.default is inspect.Parameter.empty:
@@ -153,7 +162,9 @@ def test_a_file_that_is_not_there_is_named(tmp_path):
 def test_symbols_of_the_paper_are_understood():
     for symbol, name in names.SYMBOLS.items():
         assert names.hint(symbol, [name, "other"]) == f"; did you mean {name!r}?"
-    known = {each.symbol: each.name for each in QUANTITIES.values() if each.symbol}
+    known = {
+        each.symbol.replace(" ", "_"): each.name for each in QUANTITIES.values() if each.symbol
+    }
     assert {symbol: known[symbol] for symbol in names.SYMBOLS if symbol in known} == {
         symbol: name for symbol, name in names.SYMBOLS.items() if name in QUANTITIES
     }

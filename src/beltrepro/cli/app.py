@@ -78,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog=_UNITS,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add_run(simulate, method="verlet", seed=None, replicate=None)
+    add_run(simulate)
     add = simulate.add_argument
     add("--sample-interval", type=float, default=0.1, help="time between samples in --output")
     add(
@@ -110,20 +110,20 @@ def _add_classify(commands: Any) -> None:
         help="tell what kind of motion one chain ends in",
         description="Tell what kind of motion one chain ends in: equilibrium slip, periodic, "
         "quasi-periodic, chaotic or transient (with noise also noise-driven), by recurrence of "
-        "its state and its largest Lyapunov exponent. Only event has one. The seed decides where "
-        "the chain starts, because several motions can coexist.",
+        "its state and its largest Lyapunov exponent. Only event has one. Several motions can "
+        "coexist: with an initial spread another replicate or seed starts elsewhere.",
         epilog=_UNITS.partition("\n\n")[0],
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add_run(classify, method="event", seed=1, replicate=1)
+    add_run(classify)
     classify.add_argument(
         "--initial-spread",
         type=float,
-        default=1.0,
-        help="standard deviation of random displacements of the blocks at the start (1); "
+        default=0.0,
+        help="standard deviation of random displacements of the blocks at the start (0); "
         "replicate 0 has none",
     )
-    classify.set_defaults(action=_classify)
+    classify.set_defaults(action=_classify, seed=1, replicate=0)
 
 
 def _add_watch(commands: Any) -> None:
@@ -165,6 +165,12 @@ def _add_bench(commands: Any) -> None:
     add("--rounds", type=int, default=5, help="timings of each quantity; the median counts")
     add("--quick", action="store_true", help="few cases, short timings: to see that it works")
     add("--only", metavar="NAME,NAME", help="some competitors; the loop in numba is always there")
+    add(
+        "--against",
+        type=Path,
+        metavar="FOLDER",
+        help="another source tree: only verlet and event, here and there in turns",
+    )
     add("--json", action="store_true", help="print every timing as JSON instead of tables")
     add_output(bench, "write the tables to this Markdown file, .md")
     bench.set_defaults(action=_bench)
@@ -179,7 +185,7 @@ def _add_film(commands: Any) -> None:
         epilog=_UNITS.partition("\n\n")[0],
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add_run(film, method="event", seed=1, replicate=0)
+    add_run(film)
     add_output(film, "the video, .mp4, .mov or .mkv", required=True)
     camera = film.add_argument_group("camera").add_argument
     for name, setting in camera_settings().items():
@@ -187,7 +193,7 @@ def _add_film(commands: Any) -> None:
         words, default = setting.metadata["words"], setting.default
         shown = "" if default is None else f" ({default})"
         camera(f"--{name.replace('_', '-')}", type=kind, default=default, help=words + shown)
-    film.set_defaults(action=_film)
+    film.set_defaults(action=_film, seed=1, replicate=0)
 
 
 def _add_track(commands: Any) -> None:
@@ -309,15 +315,23 @@ def _bench(options: argparse.Namespace) -> int:
     check_output(options, ".md")
     from beltrepro.extras.bench import measuring, table
 
-    result = measuring.measure(
-        options.rounds,
-        quick=options.quick,
-        only=[name.strip() for name in options.only.split(",")] if options.only else None,
-        progress=progress_of("bench"),
-    )
+    settings = {
+        "rounds": options.rounds,
+        "quick": options.quick,
+        "only": [name.strip() for name in options.only.split(",")] if options.only else None,
+        "progress": progress_of("bench"),
+    }
+    if options.against:
+        if options.output:
+            raise InputError("output: not with --against, which prints its table")
+        result: Any = measuring.compare(options.against, **settings)
+        text = table.comparison(result, str(options.against))
+    else:
+        result = measuring.measure(**settings)
+        text = table.as_text(result)
     if options.output:
         options.output.write_text(table.as_markdown(result), encoding="utf-8")
-    print(json.dumps(result, indent=2) if options.json else table.as_text(result))
+    print(json.dumps(result, indent=2) if options.json else text)
     return 0
 
 
@@ -434,7 +448,7 @@ def _add_verify(commands: Any) -> None:
 
 
 def _verify(options: argparse.Namespace) -> int:
-    from beltrepro.replication.plan import verification
+    from beltrepro.extras import verification
 
     path = options.list or Path("docs", "results", f"{options.results.name}.json")
     if options.write:

@@ -36,7 +36,7 @@ def _kinds() -> dict[str, Any]:
 
     quiet, noisy = ChainParameters(2, 10.0), ChainParameters(2, 10.0, 1.0)
     short: dict[str, Any] = {"duration": 30.0, "transient": 10.0}
-    kicked = partial(chaos.separation, method="event")
+    kicked = chaos.separation
 
     def runs(chain: ChainParameters, method: str) -> None:
         for function in (simulation.simulate, simulation.scan, simulation.catalogue):
@@ -46,6 +46,6 @@ def _kinds() -> dict[str, Any]:
     for words, chain in (("without noise", quiet), ("with noise", noisy)):
         for method in METHODS:
             found[f"{method}, {words}"] = partial(runs, chain, method)
-        found[f"exponents, {words}"] = partial(chaos.exponents, chain, **short)
+        found[f"exponents, {words}"] = partial(chaos.lyapunov_spectrum, chain, **short)
         found[f"kicks, {words}"] = partial(kicked, chain, kick=0.1, **short)
     return found

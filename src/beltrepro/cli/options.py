@@ -99,29 +99,22 @@ def _refuse(text: str) -> NoReturn:
     raise argparse.ArgumentTypeError(text)
 
 
-def add_run(
-    command: argparse.ArgumentParser, *, method: str, seed: int | None, replicate: int | None
-) -> None:
+def add_run(command: argparse.ArgumentParser) -> None:
     """Options of a command that follows one chain."""
     add_chain(command)
-    add_numerics(command, method=method)
+    add_numerics(command)
     add = command.add_argument
-    add("--seed", type=int, default=seed, help="fixes the random numbers; 1 if not given")
-    add(
-        "--replicate",
-        type=int,
-        default=replicate,
-        help=f"another one has other random numbers; {replicate or 0} if not given",
-    )
+    add("--seed", type=int, help="fixes the random numbers; 1 if not given")
+    add("--replicate", type=int, help="another one has other random numbers; 0 if not given")
     add("--json", action="store_true", help="print the result as JSON")
 
 
-def add_numerics(command: argparse.ArgumentParser, *, method: str) -> None:
+def add_numerics(command: argparse.ArgumentParser) -> None:
     """Options that say how long a chain is followed, and by what means."""
     add = command.add_argument
     add("--duration", type=float, required=True, help="time simulated, transient included")
     add("--transient", type=float, default=0.0, help="time left out of what is measured")
-    add("--method", default=method, help=f"verlet, the paper's scheme, or event, exact ({method})")
+    add("--method", default="event", help="event, exact, or verlet, the paper's scheme (event)")
     add("--time-step", type=float, default=0.001, help="dt (paper: 0.001)")
     add(
         "--tolerance",

@@ -8,7 +8,7 @@ from beltrepro.cli import options as shared
 from beltrepro.replication.plan.points import LAW
 
 _CHAIN = ("n_blocks", "belt_velocity", "noise", *(each.name for each in LAW))
-_SETTINGS = ("duration", "transient", "method", "time_step", "tolerance", "seed")
+_SETTINGS = ("duration", "transient", "method", "time_step", "tolerance", "seed", "initial_spread")
 _SHOWN = ("disorder_parameter", "mean_length", "section_count", "laminar_fraction")
 
 
@@ -21,18 +21,18 @@ def add(commands: Any) -> None:
         "length, slips and laminar phases of each. A quantity of the chain is a number, a list "
         "1,2,5 or a range START:STOP:STEP with both ends.",
         epilog="All numbers are in model units, as in `beltrepro simulate --help`. In Python: "
-        "beltrepro.scan_grid.",
+        "beltrepro.scan and beltrepro.Grid.",
     )
     shared.add_chain(scan, shared.whole_grid, shared.grid)
-    shared.add_numerics(scan, method="event")
+    shared.add_numerics(scan)
     option = scan.add_argument
     option("--seed", type=int, default=1, help="fixes the random numbers (1)")
     option("--replicates", type=int, default=1, help="runs at each combination (1)")
     option(
         "--initial-spread",
         type=float,
-        default=1.0,
-        help="standard deviation of random displacements of the blocks at the start (1); "
+        default=0.0,
+        help="standard deviation of random displacements of the blocks at the start (0); "
         "replicate 0 has none",
     )
     option("--json", action="store_true", help="print the table as JSON")
@@ -43,21 +43,21 @@ def add(commands: Any) -> None:
 def run(options: argparse.Namespace) -> int:
     """Scan a grid, and print or write the table."""
     shared.check_output(options, ".csv", ".h5")
-    from beltrepro.simulation.grid_scan import scan_grid
+    from beltrepro.simulation import Grid, scan
 
     if options.json or options.output is None or options.output.suffix.lower() == ".csv":
         with needing("a table"):  # before hours of computing
             import pandas  # noqa: F401
-    axes = {name: getattr(options, name) for name in _CHAIN}
-    own = {name: getattr(options, name) for name in (*_SETTINGS, "replicates", "initial_spread")}
-    found = scan_grid(**axes, **own, progress=shared.progress_of("scan"))
+    grid = Grid(**{name: getattr(options, name) for name in (*_CHAIN, "replicates")})
+    settings = {name: getattr(options, name) for name in _SETTINGS}
+    results = scan(grid, **settings, section_values=0, progress=shared.progress_of("scan"))
     if options.output:
-        found.save(options.output)
+        results.save(options.output)
     if options.json:
-        print(found.table().to_json(orient="records", indent=2, double_precision=15))
+        print(results.table().to_json(orient="records", indent=2, double_precision=15))
     elif options.output:
-        print(f"{options.output}: {len(found.arrays['replicate'])} points")
+        print(f"{options.output}: {len(grid)} points")
     else:
-        table = found.table()
-        print(table[[*found.axes, *_SHOWN]].to_string(index=False, float_format="{:.6g}".format))
+        table = results.table()[[*results.axes, *_SHOWN]]
+        print(table.to_string(index=False, float_format="{:.6g}".format))
     return 0

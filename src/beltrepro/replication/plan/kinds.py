@@ -290,21 +290,21 @@ def record(
     kind: str, points: Sequence[Point], settings: dict, progress: Progress | None = None
 ) -> Arrays:
     """Simulate points and record what their kind says."""
-    names = ["method", "time_step", "tolerance", "seed", "replicate", "initial_spread"]
-    if any(point.kick > 0 for point in points):  # only of a kind that takes kicks
-        names.append("kick")
-    numerics = {name: [getattr(point, name) for point in points] for name in names}
-    chains = [chain(point) for point in points]
+    from beltrepro.simulation.setup import Setup
+
+    names = ("method", "time_step", "tolerance", "seed", "replicate", "initial_spread", "kick")
+    numerics: dict = {name: [getattr(point, name) for point in points] for name in names}
+    setup = Setup([chain(point) for point in points], **numerics)
     simulate: Callable[..., Arrays] = resolve_name(KINDS[kind].record)
-    return columns(points) | simulate(chains, **numerics, **settings, progress=progress)
+    return columns(points) | simulate(setup, **settings, progress=progress)
 
 
-def series(chains, *, samples, transient, **told):
+def series(setup, *, samples, transient, **settings):
     """Samples from the transient on, those of smaller chains filled up with NaN, and events."""
     from beltrepro.simulation.trajectories import simulate
 
-    runs = simulate(chains, transient=transient, sample_start=transient, **told)
-    shape = len(runs), runs[0].time.size, max(chain.n_blocks for chain in chains)
+    runs = simulate(setup, transient=transient, sample_start=transient, **settings)
+    shape = len(runs), runs[0].time.size, max(run.parameters.n_blocks for run in runs)
     sampled = {name: np.full(shape, np.nan) for name in samples}
     for row, run in enumerate(runs):
         for name, values in sampled.items():
@@ -441,7 +441,7 @@ ESCAPES = Kind(
     "escapes",
     "When each run left the chaotic saddle, and the state that it reached (inset of Fig. 12).",
     ("duration", "settle_time", "laminar_time"),
-    "beltrepro.simulation.lifetimes:escapes",
+    "beltrepro.simulation.scans:time_to_continuous_slip",
     _arrays(
         "lifetime | tau | time | point | Last stick of the last block; duration if not escaped.",
         "escaped |  | 1 | point | Whether the last block slips on to the end of the run.",
@@ -458,7 +458,7 @@ MOTION = Kind(
     "motion",
     "Name, period and largest Lyapunov exponent of the motion after the transient (docs/chaos.md).",
     ("duration", "transient", "noise_clock"),
-    "beltrepro.chaos:motions",
+    "beltrepro.chaos:classify",
     (
         *_arrays(
             "state |  | 1 | point | Name of the motion.",
@@ -478,7 +478,7 @@ SETTLING = Kind(
     "settling",
     "How long the motion is irregular, and what it settles on (docs/chaos.md).",
     ("duration", "closed"),
-    "beltrepro.chaos:settling",
+    "beltrepro.chaos:time_to_orbit",
     (
         *_arrays(
             "settled |  | 1 | point | Whether the motion settled within the duration.",

@@ -161,7 +161,7 @@ class Point(NamedTuple):
         About(
             " | 1 | Numerical scheme: verlet is the paper's (Appendix), event locates slips and "
             "sticks exactly (docs/event.md).",
-            "verlet",
+            "event",
         ),
     ]
     time_step: Annotated[

@@ -4,25 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from beltrepro.base import checks, names
+from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.disturbance import scatters
 from beltrepro.chaos.vectors import INTERVAL, METHOD, grow, slopes, standard_errors, with_vectors
 from beltrepro.engine.integrator import Integrator, Sampling, Section
-from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent_integrator import TangentIntegrator
-from beltrepro.model import ChainParameters
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.order import SlipOrder
 from beltrepro.observe.returns import ReturnLog
-from beltrepro.simulation import arguments, checkpoints
-from beltrepro.simulation.arguments import PerChain
-from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
+from beltrepro.simulation import checkpoints
+from beltrepro.simulation.groups import Report, check_progress, groups, integrator_of, observe
+from beltrepro.simulation.results import Results
 from beltrepro.simulation.sampling import sampling_of
+from beltrepro.simulation.setup import (
+    Case,
+    Chains,
+    Keywords,
+    check_duration,
+    columns,
+    setup_of,
+    with_setup,
+)
 from beltrepro.stats.motion import EQUILIBRIUM, PERIODIC
 from beltrepro.stats.recurrence import CLOSED, Recurrence, find_recurrence
 
@@ -40,24 +47,16 @@ _SHORTEST = 1000.0  # below this no exponent is given
 _FEWEST = 3  # returns in a window; with fewer the section is moved
 
 
-@names.checked
-def settling(
-    parameters: ChainParameters | Sequence[ChainParameters],
+@with_setup
+def time_to_orbit(
+    chains: Chains,
     *,
     duration: float,
     closed: float = CLOSED,
-    method: PerChain[str] = METHOD,
-    time_step: PerChain[float] = 0.001,
-    tolerance: PerChain[float | None] = None,
-    seed: PerChain[int] | None = None,
-    replicate: PerChain[int] | None = None,
-    initial_positions: ArrayLike | Sequence[ArrayLike] | None = None,
-    initial_spread: PerChain[float] = 0.0,
-    initial_state: PerChain[ChainState] | None = None,
-    kick: PerChain[float] = 0.0,
-    progress: Progress | None = None,
-) -> dict[str, np.ndarray]:
-    """How long the motion of each of P chains is irregular, and what it settles on.
+    progress: Report | None = None,
+    **setup: Unpack[Keywords],
+) -> Results:
+    """How long the motion of each of P chains is irregular before it settles, and on what orbit.
 
     Each chain is advanced until its motion has settled: no block sticks any more, or its state
     comes back. Those that have settled stop, so that long irregular motion can be awaited. On the
@@ -70,33 +69,20 @@ def settling(
 
     Parameters
     ----------
-    parameters : ChainParameters or sequence of them
+    chains : ChainParameters, sequence of them, Grid or Setup
         P chains.
     duration : float
         Model time after which a run is given up.
     closed : float
         Distance of two states that count as one, as a share of the largest coordinate.
-    method : str or sequence of str
-        As in `simulate`. Exponents are measured with "event" only.
-    time_step, tolerance : float or sequence of float
-        As in `simulate`.
-    seed, replicate : int or sequence of int
-        As in `simulate`.
-    initial_positions : array or sequence of arrays
-        As in `simulate`.
-    initial_spread : float or sequence of float
-        As in `simulate`.
-    initial_state : ChainState or sequence of them
-        As in `simulate`.
-    kick : float or sequence of float
-        Standard deviation of the displacement that each block gets when it starts to slip, model
-        length; for "event" only. Then no exponents are measured.
-    progress : callable
+    progress : callable, optional
         Called with the fraction done.
+    **setup
+        The keywords of `Setup`. Exponents are measured with "event" without kicks only.
 
     Returns
     -------
-    dict of arrays with first axis P
+    Results
         settled; lifetime of the irregular motion (the duration if not settled); state out of
         SETTLED_STATES; period_time (NaN without a period), period_events (slips of all blocks) and
         period_returns (to a section) of a period, 0 without; disorder_parameter and mean_length of
@@ -112,24 +98,13 @@ def settling(
     ModelStateError
         A state left the range of the model.
     """
-    duration = arguments.length(duration)
+    duration = check_duration(duration)
     closed = checks.finite_number("closed", closed)
     if not 0 < closed < 1:
         raise InputError(f"closed = {closed:g}: must be greater than 0 and less than 1")
-    arguments.progress(progress)
-    chains = points(
-        parameters,
-        method=method,
-        time_step=time_step,
-        tolerance=tolerance,
-        seed=seed,
-        replicate=replicate,
-        initial_positions=initial_positions,
-        initial_spread=initial_spread,
-        initial_state=initial_state,
-        kick=kick,
-    )
-    runs = [_Run(point, point.state.time) for point in chains]
+    check_progress(progress)
+    made = setup_of(chains, setup, kicks=True)
+    runs = [_Run(case, case.state.time) for case in made.cases]
     _place_sections(runs)
     with checkpoints.step() as step:
         passed, runs = step.kept or (0.0, runs)
@@ -138,20 +113,22 @@ def settling(
                 continue
             left = [run for run in runs if not run.settled]
             share = _part(progress, begin / duration, end / duration)
-            for group, report in groups([run.point for run in left], share) if left else ():
+            for group, report in groups([run.case for run in left], share) if left else ():
                 _pass_window([left[index] for index in group], end - begin, closed, report)
             if step.due:
                 step.keep((end, runs))
-    width = 2 * max(point.parameters.n_blocks for point in chains)
+    width = 2 * max(case.parameters.n_blocks for case in made.cases)
     rows = [run.row(duration, width) for run in runs]
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    settings = {"kind": "time to orbit", "duration": duration, "closed": closed}
+    return Results(columns(made) | table, settings)
 
 
 @dataclass
 class _Run:
     """One chain on its way, and what is remembered of it."""
 
-    point: Point  # it, in its state now
+    case: Case  # it, in its state now
     start: float  # instant at which it began
     section: float = np.nan  # length of the chain at which its returns are noted
     # instants of all slips, and the blocks that slip
@@ -161,13 +138,13 @@ class _Run:
     deviation: np.ndarray | None = None  # the deviation now
     last_event: float = -np.inf  # instant of the last slip or stick
     settled: bool = False  # whether its motion has settled
-    found: dict = field(default_factory=dict)  # what is known of the motion
+    motion: dict = field(default_factory=dict)  # what is known of it
 
     @property
     def followed(self) -> bool:
         """Whether a deviation goes along."""
-        exact = self.point.method == METHOD and self.point.kick == 0
-        return exact and self.point.state.time - self.start < _FOLLOWED
+        exact = self.case.method == METHOD and self.case.kick == 0
+        return exact and self.case.state.time - self.start < _FOLLOWED
 
     def move_section(self, position: float) -> None:
         """Note the returns to another section from now on."""
@@ -187,11 +164,11 @@ class _Run:
         times, states, slips = log.returns(lane)
         self.last_event = max(self.last_event, log.last_event[lane])
         if len(states):
-            self.found["return_state"] = states[-1]
+            self.motion["return_state"] = states[-1]
         closing = self._closing(states, times, middle, closed) if len(times) > 2 else None
         period = int(slips[-1] - slips[-1 - closing.crossings]) if closing else 0
         since = self._repeats_since(period) if period else np.inf
-        if closing and scatters(self.point):
+        if closing and scatters(self.case):
             # disturbances may exchange slips of almost one time
             since = min(since, float(times[closing.since]))
         if self.last_event <= middle or (closing and not period):
@@ -209,13 +186,15 @@ class _Run:
         self, states: np.ndarray, times: np.ndarray, middle: float, closed: float
     ) -> Recurrence | None:
         """The period of the returns in a window."""
-        if not scatters(self.point):
+        if not scatters(self.case):
             return find_recurrence(states, times, closed=closed)
         late = int(np.sum(times > middle))
-        for distance in scatters(self.point):  # a narrow one first: it tells like returns apart
-            found = find_recurrence(states, times, closed=closed, distance=distance, crossings=late)
-            if found:
-                return found
+        for distance in scatters(self.case):  # a narrow one first: it tells like returns apart
+            period = find_recurrence(
+                states, times, closed=closed, distance=distance, crossings=late
+            )
+            if period:
+                return period
         return None
 
     def _repeats_since(self, period: int) -> float:
@@ -226,19 +205,19 @@ class _Run:
 
     def _settle(self, state: str, since: float, **period: float) -> None:
         self.settled = True
-        self.found |= {"state": state, "lifetime": since - self.start, **period}
+        self.motion |= {"state": state, "lifetime": since - self.start, **period}
 
     def row(self, duration: float, width: int) -> dict:
-        """What `settling` returns of it; width : numbers of the state of the longest chain."""
-        found = _UNKNOWN | {"lifetime": duration} | self.found
+        """What `time_to_orbit` returns of it; width : numbers of the state of the longest chain."""
+        motion = _UNKNOWN | {"lifetime": duration} | self.motion
         state = np.full(width, np.nan)
-        state[: found["return_state"].size] = found["return_state"]
-        return found | {"settled": self.settled, "return_state": state} | self._exponent()
+        state[: motion["return_state"].size] = motion["return_state"]
+        return motion | {"settled": self.settled, "return_state": state} | self._exponent()
 
     def _exponent(self) -> dict:
         """The largest exponent of the irregular motion."""
         rates = np.concatenate([np.empty((0, 1)), *self.growth])
-        last = int(min(self.found.get("lifetime", np.inf), len(rates) * INTERVAL) / INTERVAL)
+        last = int(min(self.motion.get("lifetime", np.inf), len(rates) * INTERVAL) / INTERVAL)
         rates = rates[int(_ALIGNED / INTERVAL) : last][None]
         if rates.shape[1] * INTERVAL < _SHORTEST:
             return {"irregular_exponent": np.nan, "irregular_error": np.nan, "irregular_time": 0.0}
@@ -271,7 +250,7 @@ def _windows(duration: float) -> Iterator[tuple[float, float]]:
         begin = end
 
 
-def _part(progress: Progress | None, low: float, high: float) -> Progress | None:
+def _part(progress: Report | None, low: float, high: float) -> Report | None:
     """Progress of a part of the work, from its share `low` to its share `high`."""
     return progress and (lambda fraction: progress(low + (high - low) * fraction))
 
@@ -279,20 +258,20 @@ def _part(progress: Progress | None, low: float, high: float) -> Progress | None
 def _place_sections(runs: list[_Run]) -> None:
     """Sections at the mean lengths of the chains after their start."""
     # every motion comes down through its mean length again and again
-    for group, report in groups([run.point for run in runs], None):
+    for group, report in groups([run.case for run in runs], None):
         members = [runs[index] for index in group]
         moments = LengthMoments(len(group), members[0].start + 0.5 * _FIRST_WINDOW)
-        points = [run.point for run in members]
-        chains = integrator_of(points, sampling=_sampling(points), sampled_blocks=1)
+        cases = [run.case for run in members]
+        chains = integrator_of(cases, sampling=_sampling(cases), sampled_blocks=1)
         observe(chains, _FIRST_WINDOW, [moments], report)
-        lengths = moments.result(members[0].point.parameters.rest_positions[-1])
+        lengths = moments.result(members[0].case.parameters.rest_positions[-1])
         for run, length in zip(members, lengths["mean_length"], strict=True):
             run.move_section(length)
 
 
-def _pass_window(members: list[_Run], length: float, closed: float, report: Progress) -> None:
+def _pass_window(members: list[_Run], length: float, closed: float, report: Report) -> None:
     """Advance a group by a window, and judge its motion there."""
-    chain, middle = members[0].point.parameters, members[0].point.state.time + 0.5 * length
+    chain, middle = members[0].case.parameters, members[0].case.state.time + 0.5 * length
     moments, log, order = observers = (
         LengthMoments(len(members), middle),
         ReturnLog(len(members)),
@@ -308,29 +287,29 @@ def _pass_window(members: list[_Run], length: float, closed: float, report: Prog
         observe(chains, length, observers, report)
     lengths = moments.result(chain.rest_positions[-1])
     for lane, (run, state) in enumerate(zip(members, chains.state(), strict=True)):
-        run.point = replace(run.point, state=state)
+        run.case = replace(run.case, state=state)
         run.remember(*order.slips(lane))
         run.judge(log, lane, middle, closed)
-        run.found |= {name: lengths[name][lane] for name in ("disorder_parameter", "mean_length")}
+        run.motion |= {name: lengths[name][lane] for name in ("disorder_parameter", "mean_length")}
         if len(log.returns(lane)[0]) < _FEWEST and not run.settled:
             run.move_section(lengths["mean_length"][lane])
 
 
 def _integrator(members: list[_Run]) -> Integrator:
     """The integrator of a group in its states now, with a deviation if one goes along."""
-    points = [run.point for run in members]
-    section = Section(points[0].parameters.n_blocks, np.array([run.section for run in members]))
-    sampling = _sampling(points)
+    cases = [run.case for run in members]
+    section = Section(cases[0].parameters.n_blocks, np.array([run.section for run in members]))
+    sampling = _sampling(cases)
     if not members[0].followed:
-        return integrator_of(points, sampling=sampling, sampled_blocks=1, section=section)
-    plain = integrator_of(points, sampling=sampling, sampled_blocks=1)
-    chains = with_vectors(plain, points, 1, sampling, section)
-    known = [run.deviation for run in members if run.deviation is not None]
-    if known:
-        chains.set_deviations(np.stack(known))
+        return integrator_of(cases, sampling=sampling, sampled_blocks=1, section=section)
+    plain = integrator_of(cases, sampling=sampling, sampled_blocks=1)
+    chains = with_vectors(plain, cases, 1, sampling, section)
+    deviations = [run.deviation for run in members if run.deviation is not None]
+    if deviations:
+        chains.set_deviations(np.stack(deviations))
     return chains
 
 
-def _sampling(points: Sequence[Point]) -> Sampling:
+def _sampling(cases: Sequence[Case]) -> Sampling:
     """When the lengths of a group are sampled for r."""
-    return sampling_of(None, points[0].method, points[0].time_step)
+    return sampling_of(None, cases[0].method, cases[0].time_step)
