@@ -295,7 +295,7 @@ def test_disturbance_is_growth_shares_r_and_noise():
 
 
 def test_trials_of_the_experiment_and_their_posteriors(monkeypatch):
-    monkeypatch.setattr("beltrepro.replication.studies.experiment.trials.BANDWIDTH", {})
+    monkeypatch.setattr("beltrepro.replication.studies.experiment.observations.BANDWIDTH", {})
     disorder, share, plane, noise = shown("experiment_noise")
     levels = np.array([0.5, 1, 2, 4])
     curves = []

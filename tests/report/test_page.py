@@ -430,7 +430,7 @@ def written_with(folder, **tables):
 
 
 def test_the_section_on_the_trials_says_what_the_tables_do(tmp_path, monkeypatch):
-    monkeypatch.setattr("beltrepro.replication.studies.experiment.trials.BANDWIDTH", {})
+    monkeypatch.setattr("beltrepro.replication.studies.experiment.observations.BANDWIDTH", {})
     tables = studies(runs=16)
     tables["experiment_posterior"] = posterior_table(tables)
     names = ("experiment_odds", "experiment_posterior", "alternation")

@@ -125,7 +125,7 @@ def test_how_many_trials_alternate_at_each_point():
 
 
 def test_posteriors_of_what_is_free(monkeypatch):
-    monkeypatch.setattr("beltrepro.replication.studies.experiment.trials.BANDWIDTH", {})
+    monkeypatch.setattr("beltrepro.replication.studies.experiment.observations.BANDWIDTH", {})
     table = posterior_table(studies(runs=16))
     assert set(TABLES["experiment_posterior"].columns) == set(table)
     assert table["tolerance"].tolist() == 4 * [0.1, 0.05, 0.2]
@@ -138,7 +138,9 @@ def test_posteriors_of_what_is_free(monkeypatch):
     likelihood = np.array([0, 2, 4, 1]) ** 2 / 16
     row = by_free.loc["noise, friction_ratio"]
     assert row["evidence"] == pytest.approx(likelihood.sum() / 8)
-    assert row["sigma_1_to_2"] == pytest.approx(20 / 21) and row["sigma_1_to_2_before"] == 0.5
+    # a level stands for the noises half way around it, in ratio
+    assert row["sigma_1_to_2"] == pytest.approx(10 / 21)
+    assert row["sigma_1_to_2_before"] == pytest.approx(0.25)
     assert (row["best_noise"], row["noise_levels"]) == (2, "1; 2")
     assert (row["best_friction_ratio"], row["friction_ratio_levels"]) == (0.6, "0.6")
     assert row[["combinations", "runs", "agreed_022"]].tolist() == [8, 16, 28]

@@ -10,6 +10,7 @@ import importlib
 
 import numpy as np
 import pandas as pd
+from numpy.lib.recfunctions import append_fields
 
 import alternating
 import irregular
@@ -51,7 +52,7 @@ SCANS = {
     "n5_columns_check": ((5,), (20.0, 40.0), np.arange(0.0, 10.1, 5)),
     "size_columns_check": ((5, 7), (18.0,), np.arange(0.0, 10.1, 5)),
     "n5_replicates": ((4, 5), U[2:11], (0.0, 0.5, 1.0, 2.2, 5.0)),
-    "n5_replicates_check": ((5,), U[2:11:2], (0.0,)),
+    "n5_replicates_check": ((5,), U[1:11], (0.0,)),
     "n5_replicates_wide": ((5,), U[2:11], (0.0,)),
     "size_replicates": ((6, 7, 10), U[3:], (0.0, 1.0)),
 }
@@ -176,6 +177,14 @@ def catalogue(n_blocks=5, *, points=900, repeats=0, method="verlet", count=1200)
     slips["dissipated"] = 3 * (1 - 0.99 * rng.random(count)) ** -0.7
     events = slips[["point", "start_time", "stop_time", "dissipated"]].copy()
     events["dissipated"] = n_blocks**2 * (1 - 0.99 * rng.random(count)) ** -0.7
+    size = slips["start_position"] - slips["stop_position"]
+    more = {
+        "slips": np.ones(count, dtype=int),
+        "blocks": np.ones(count, dtype=int),
+        "spring_energy_drop": 1.1 * events["dissipated"],
+        "last_block_displacement": np.where(slips["block"] == n_blocks, size, 0.0),
+    }
+    events = append_fields(events, list(more), list(more.values()), usemask=False)
     fields = [("point", "i4"), ("positions", "f8", n_blocks), ("velocities", "f8", n_blocks)]
     section = np.zeros(points, fields)
     section["point"] = np.arange(points) % 2

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from beltrepro.model import units
-from beltrepro.replication.studies.experiment import trials
+from beltrepro.replication.studies.experiment import observations
 
 _WORDS = {
     "noise": "noise",
@@ -27,12 +27,12 @@ def of_trials(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
     """Numbers of the sentences on trials, and rows of tables, as text."""
     odds, posterior, alternation = (tables[name] for name in TRIALS_TOLD_BY)
     together = odds[odds["noise"].isna()]
-    counted = posterior[np.isclose(posterior["tolerance"], trials.TOLERANCE)]
+    counted = posterior[np.isclose(posterior["tolerance"], observations.TOLERANCE)]
     rows = [_odds(row) for row in together.to_dict("records")]
     return {
         "rows": rows,
         "noises": _span(odds["noise"].dropna()),
-        "tolerance": f"{trials.TOLERANCE:.0%}",
+        "tolerance": f"{observations.TOLERANCE:.0%}",
         "none_agree": bool((together["agrees"] == 0).all()),
         "all_slip": _all_slip(together, alternation),
         "alternating": _alternating(alternation),
@@ -75,7 +75,7 @@ def _all_slip(printed: pd.DataFrame, free: pd.DataFrame) -> dict:
 def _alternating(table: pd.DataFrame) -> list[dict]:
     """For each noise, the belt velocities at which half of the trials or more alternate."""
     rows = []
-    printed = table[np.isclose(table["friction_ratio"], trials.FRICTION_RATIO)]
+    printed = table[np.isclose(table["friction_ratio"], observations.FRICTION_RATIO)]
     for noise, points in printed.groupby("noise"):
         velocity = points.loc[points["share"] >= _HALF, "belt_velocity"]
         metres = velocity.map(lambda u: units.to_si(u, "velocity"))

@@ -29,7 +29,7 @@ FIGURE = Figure(
     ),
     category="Further studies",
     shows={
-        "uc-of-sigma": ("u_c(*)",),
+        "uc-of-sigma": ("u_c(?)", "u_c(?.?)"),
         "u-critical": ("critical",),
         "u-critical: wider starts": ("critical",),
     },
