@@ -56,7 +56,7 @@ rule report:
         settings=FLOW.plan.settings(),
         benchmarks=f"results/{RUN}/benchmarks",
         expected=FLOW.expected_of_report(),
-        code=FLOW.code("report.py", "beltrepro.replication.report:render"),
+        code=FLOW.code("report.py", "beltrepro.replication.report.page:render"),
     message:
         "Writing the report"
     script:
