@@ -90,6 +90,13 @@ def several(name: str, value: Any, check: Callable[[str, Any], float]) -> np.nda
     return np.array(values)
 
 
+def spaced(start: float, stop: float, step: float) -> tuple[float, ...]:
+    """Numbers from `start` to `stop`, both ends, a step apart."""
+    count = math.floor((stop - start) / step + 1e-9) + 1
+    # rounded so that 35 steps of 0.2 and 14 of 0.5 are both 7.0
+    return tuple(round(float(start + index * step), 10) for index in range(count))
+
+
 def series(name: str, value: Any) -> np.ndarray:
     """An array of numbers along one axis."""
     array = _as_numbers(value)

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, NoReturn
 
+from beltrepro.base.checks import spaced
 from beltrepro.model.units import TIME_S
 from beltrepro.replication.plan.config import LONGEST_GRID, MOST_POINTS, checked, refuse
 from beltrepro.replication.plan.films import CAMERA, FILM, NEEDED, TRACK, PlannedFilm
@@ -18,7 +19,6 @@ from beltrepro.replication.plan.kinds import KINDS, SETTINGS, Kind
 from beltrepro.replication.plan.points import LAW, QUANTITIES, REQUIRED, Point, plain
 
 TIME_STEP = 0.001  # of the paper; work counts its steps
-GRID_DIGITS = 10  # values of a grid are rounded so that 35 steps of 0.2 and 14 of 0.5 are both 7.0
 _FRAME_TOLERANCE = 1e-3  # of the time between frames, as in `camera.film`
 
 
@@ -271,8 +271,7 @@ def grid_values(grid: object, where: str, refuse: Callable[[str], NoReturn] = re
     steps = (stop - start) / step + 1e-9
     if steps >= LONGEST_GRID:
         refuse(f"{where}.step = {step:g}: gives {steps:.3g} values, at most {LONGEST_GRID} allowed")
-    count = math.floor(steps) + 1
-    return tuple(round(float(start + index * step), GRID_DIGITS) for index in range(count))
+    return spaced(start, stop, step)
 
 
 def _values_at(name: str, n_blocks: int, axis: Entry, seed: int) -> tuple:
