@@ -7,13 +7,13 @@ is allowed, also for what no type can refuse.
 import functools
 import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 
-from beltrepro.base.checks import spaced
+from beltrepro.base import checks
 from beltrepro.model.units import TIME_S
-from beltrepro.replication.plan.config import LONGEST_GRID, MOST_POINTS, checked, refuse
+from beltrepro.replication.plan.config import MOST_POINTS, SOURCE, checked, refuse
 from beltrepro.replication.plan.films import CAMERA, FILM, NEEDED, TRACK, PlannedFilm
 from beltrepro.replication.plan.kinds import KINDS, SETTINGS, Kind
 from beltrepro.replication.plan.points import LAW, QUANTITIES, REQUIRED, Point, plain
@@ -259,19 +259,11 @@ def _points(axes: Entries, seed: int) -> tuple[Point, ...]:
     return tuple(table)
 
 
-def grid_values(grid: object, where: str, refuse: Callable[[str], NoReturn] = refuse) -> tuple:
-    """Values of a grid, rising; refuse : raises an error with a text about the grid."""
+def grid_values(grid: object, where: str) -> tuple:
+    """Values of a grid, rising."""
     if isinstance(grid, list):
         return tuple(sorted(grid, key=_none_first))
-    if not isinstance(grid, dict):
-        return (grid,)
-    start, stop, step = (grid[key] for key in ("start", "stop", "step"))
-    if stop < start:
-        refuse(f"{where}.stop = {stop:g}: must not be less than start = {start:g}")
-    steps = (stop - start) / step + 1e-9
-    if steps >= LONGEST_GRID:
-        refuse(f"{where}.step = {step:g}: gives {steps:.3g} values, at most {LONGEST_GRID} allowed")
-    return spaced(start, stop, step)
+    return checks.spaced(f"{SOURCE}: {where}", **grid) if isinstance(grid, dict) else (grid,)
 
 
 def _values_at(name: str, n_blocks: int, axis: Entry, seed: int) -> tuple:
