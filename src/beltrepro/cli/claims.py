@@ -16,7 +16,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.cli import options as shared
 
 if TYPE_CHECKING:
-    from beltrepro.replication.report.findings.results import Result
+    from beltrepro.replication.report.results import Result
 
 
 def add(commands: Any) -> None:
@@ -38,10 +38,10 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Print the table."""
-    from beltrepro.replication.report import findings
+    from beltrepro.replication.report.results import read
 
     folder = options.results or Path("results", options.preset)
-    results = list(findings.read(folder / "claims.csv", folder / "estimates.csv").values())
+    results = list(read(folder).values())
     if options.verdict:
         verdicts = {result.verdict for result in results}
         if options.verdict not in verdicts:
@@ -78,6 +78,7 @@ def _plain(result: Result) -> dict[str, Any]:
         "paper": result.paper,
         "criterion": result.criterion,
         "verdict": result.verdict,
+        "reason": result.counted.reason,
         "note": result.counted.note,
         "estimates": numbers,
     }
