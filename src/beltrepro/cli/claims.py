@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from beltrepro.base.errors import InputError
 
 if TYPE_CHECKING:
-    from beltrepro.replication.report.findings.results import Result
+    from beltrepro.replication.report.results import Result
 
 
 def add(commands: Any) -> None:
@@ -36,10 +36,10 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print the table."""
-    from beltrepro.replication.report import findings
+    from beltrepro.replication.report.results import read
 
     folder = options.results or Path("results", options.preset)
-    found = list(findings.read(folder / "claims.csv", folder / "estimates.csv").values())
+    found = list(read(folder).values())
     if options.verdict:
         known = {each.verdict for each in found}
         if options.verdict not in known:
@@ -77,6 +77,7 @@ def _plain(result: Result) -> dict[str, Any]:
         "paper": result.paper,
         "criterion": result.criterion,
         "verdict": result.verdict,
+        "reason": result.counted.reason,
         "note": result.counted.note,
         "estimates": numbers,
     }
