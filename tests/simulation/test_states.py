@@ -407,16 +407,6 @@ def test_a_state_goes_on_with_its_own_random_numbers_or_with_others():
     assert [run.seed for run in runs] == [5, 5, 5, 6]
 
 
-def test_moved_blocks_begin_a_new_audit():
-    chain = ChainParameters(3, 20.0)
-    run = simulate(chain, duration=20)
-    moved = run.final_state.moved(positions=run.final_state.positions + np.array([0.0, 0.0, 2.0]))
-    later = simulate(chain, duration=20, initial_state=moved)
-    assert abs(later.energy_residual) < 1e-12
-    stopped = run.final_state.moved(velocities=[20.0, 0.0, 21.0])
-    np.testing.assert_array_equal(stopped.directions, [0, -1, 1])
-
-
 # --- runs ---
 
 

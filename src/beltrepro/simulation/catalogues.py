@@ -93,15 +93,8 @@ def catalogue(
 
 def _section_dtype(n_blocks: int) -> np.dtype:
     """The record of one crossing of the section."""
-    vector = (n_blocks,)
-    return np.dtype(
-        [
-            ("point", "i4"),
-            ("time", "f8"),
-            ("positions", "f8", vector),
-            ("velocities", "f8", vector),
-        ]
-    )
+    vectors = [(name, "f8", (n_blocks,)) for name in ("positions", "velocities")]
+    return np.dtype([("point", "i4"), ("time", "f8"), *vectors])
 
 
 def _section_block(value: Any, cases: Sequence[Case]) -> int:
