@@ -22,7 +22,6 @@ from beltrepro.base import store
 from beltrepro.base.errors import InputError
 from beltrepro.model.spring import potential_energy
 from beltrepro.simulation.groups import integrator_of
-from beltrepro.simulation.sampling import sampling_of
 
 METHODS = ("verlet", "event")
 BELT_VELOCITIES = {1: 1.0, 5: 7.5, 10: 30.0}
@@ -321,8 +320,7 @@ def test_an_integrator_that_takes_over_holds_the_state_that_it_was_given(method,
     assert 0 < np.count_nonzero(state.directions) < 5
     assert state.friction_losses.max() > 100 and abs(state.wall_impulse) > 100
     cases = Setup(chain, method=method, time_step=time_step, initial_state=state).cases
-    sampling = sampling_of(None, method, time_step)
-    integrator = integrator_of(cases, sampling=sampling, sampled_blocks=5)
+    integrator = integrator_of(cases, sampled_blocks=5)
     (held,) = integrator.state()
     for name in KEPT:
         np.testing.assert_allclose(

@@ -17,7 +17,7 @@ from beltrepro.observe.sections import CrossingLog
 from beltrepro.observe.slips import AVALANCHE, SLIP, EventLog, slips_and_avalanches
 from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.groups import Report, groups, integrator_of, observe
-from beltrepro.simulation.sampling import EventWatch, sampling_of
+from beltrepro.simulation.sampling import EventWatch
 from beltrepro.simulation.setup import (
     Case,
     Chains,
@@ -126,12 +126,7 @@ def _record(
 ) -> dict[str, list[np.ndarray]]:
     """Slips, avalanches and section points of a group with these numbers: tables of each chain."""
     chain = members[0].parameters
-    integrator = integrator_of(
-        members,
-        sampling=sampling_of(None, members[0].method, members[0].time_step),
-        sampled_blocks=1,
-        section=Section(block or chain.n_blocks, sections),
-    )
+    integrator = integrator_of(members, section=Section(block or chain.n_blocks, sections))
     start = members[0].state.time + transient
     events = EventLog(len(members), chain.rest_positions)
     crossings = CrossingLog(start)
@@ -141,9 +136,8 @@ def _record(
     law = law_constants(chain)
     tables: dict[str, list[np.ndarray]] = {"slips": [], "avalanches": [], "section": []}
     for lane, (number, case) in enumerate(zip(group, members, strict=True)):
-        slips, avalanches = slips_and_avalanches(
-            events.events(lane), number, case.state, law, start
-        )
+        rows_of_chain = events.events(lane), number, case.state, law, start
+        slips, avalanches = slips_and_avalanches(*rows_of_chain)
         tables["slips"].append(slips)
         tables["avalanches"].append(avalanches)
         crossed = rows[rows[:, 0] == lane]
