@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 from importlib.metadata import version
-from typing import Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
