@@ -27,7 +27,7 @@ from beltrepro.chaos.vectors import (
 )
 from beltrepro.engine.records import EVENT_FORCE, EVENT_TIME
 from beltrepro.model.spring import spring_extension
-from beltrepro.observe.stuck import MostStuck
+from beltrepro.observe.slips import MostStuck
 from beltrepro.simulation.groups import integrator_of
 
 EIGHT = {"replicate": range(8), "initial_spread": 1.0}

@@ -12,7 +12,7 @@ from beltrepro.chaos.vectors import slopes, standard_errors
 from beltrepro.engine.records import EVENT_SLIP, EVENT_TIME
 from beltrepro.model.spring import spring_extension
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.returns import ReturnLog
+from beltrepro.observe.sections import ReturnLog
 from beltrepro.stats.motion import (
     CHAOTIC,
     EQUILIBRIUM,

@@ -34,15 +34,15 @@ def test_critical_velocity_is_the_middles_of_the_falls_with_their_regions():
     left, right = shown("critical_velocity")
     assert (left.xlabel, left.ylabel) == (r"$\sigma$", "$u_c$")
     assert (right.xlabel, right.ylabel) == ("$N$", "$u_c$")
-    near(left, "exact motion", [0, 1], [18, 18.5], [[17.5, 18.2], [18.5, 18.8]], within=0.2)
-    near(left, "scheme of the paper", [0], [19.5], [[19.1], [19.9]], within=0.2)
+    near(left, "exact motion", [0, 1], [18, 18.5], [[17.5, 18.2], [18.6, 18.8]], within=0.2)
+    near(left, "scheme of the paper", [0], [19.5], [[19.1], [20.1]], within=0.2)
     near(left, "the same, wide starts", [0], [17.5], [[17.5], [17.5]], within=0.2)
     paper = left.curve("paper")
     assert (paper.x.tolist(), paper.y.tolist()) == ([0, 2.2], [16.5, 19])  # Sec. IV.A and IV.B
     regions = {(low, high) for _, low, high in left.bars}
     assert regions >= {(17, 19), (18, 19.2), (17.5, 21.5), (16.5, 18.5)}
     assert r"no fall by half at $\sigma$ = 2.2" in left.title
-    near(right, r"$\sigma = 0$", [5, 7], [18, 28], [[17.5, 27], [18.5, 29]])
+    near(right, r"$\sigma = 0$", [5, 7], [18, 28], [[17.5, 27], [18.6, 29]])
     near(right, r"$\sigma = 1$", [5], [18.5], [[18.2], [18.8]])
     strips = [tuple(curve.y) for curve in right.curves if curve.line]
     assert strips == [(15, 18), (23, 32), (27, 40)]  # caption of Fig. 19
@@ -59,7 +59,7 @@ def test_friction_ratio_is_a_curve_for_each_ratio_and_the_falls():
         median = arrays["disorder_parameter"][here][order]
         curves.append((u[order], median, f"$f_s = {ratio:g}$"))
     left.draws("$u$", "$r$", *curves)
-    right.draws("$f_s$", "$u_c$", ([0.2, 0.8], [31, 17], None, [0.5, 0.7]))
+    right.draws("$f_s$", "$u_c$", ([0.2, 0.8], [31, 17], None, ([1, 0.8], [1.5, 0.4])))
     np.testing.assert_allclose(right.bars, [(0.2, 28, 35), (0.8, 12, 21)])
 
 
@@ -295,7 +295,7 @@ def test_disturbance_is_growth_shares_r_and_noise():
 
 
 def test_trials_of_the_experiment_and_their_posteriors(monkeypatch):
-    monkeypatch.setattr("beltrepro.replication.studies.experiment.trials.BANDWIDTH", {})
+    monkeypatch.setattr("beltrepro.replication.studies.experiment.observations.BANDWIDTH", {})
     disorder, share, plane, noise = shown("experiment_noise")
     levels = np.array([0.5, 1, 2, 4])
     curves = []

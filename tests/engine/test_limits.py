@@ -14,8 +14,8 @@ from beltrepro import ChainParameters, ChainState, scan, simulate, time_to_conti
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.engine import event_integrator
 from beltrepro.engine.event_integrator import EventIntegrator
-from beltrepro.engine.friction import slip_direction
 from beltrepro.engine.integrator import Sampling
+from beltrepro.engine.law import slip_direction
 from beltrepro.engine.vector import exp2, kernel
 from beltrepro.engine.verlet_integrators import LeapingVerlet, SteppingVerlet
 from beltrepro.model.accuracy import START_NOISE

@@ -11,7 +11,7 @@ import pytest
 import naive
 from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import InputError
-from beltrepro.engine.memory import zeros
+from beltrepro.engine.vector import zeros
 from beltrepro.extras.bench import plain, smooth, table
 from beltrepro.extras.bench.competitors import LABELS
 from beltrepro.extras.bench.measuring import compare, measure

@@ -293,7 +293,7 @@ def test_touched_housekeeping_simulates_nothing(finished):
         "base/atomic.py",
     )
     words = ("plan", "kinds", "points", "config", "files")
-    names = [*rooms, "verification.py", *(f"datasets/{name}.py" for name in words)]
+    names = [*rooms, "extras/verification.py", *(f"datasets/{name}.py" for name in words)]
     names += ["simulation/files.py", "simulation/checkpoints.py"]
     assert {"simulate", "join"}.isdisjoint(jobs(after_touching(finished, *names)))
 

@@ -261,7 +261,7 @@ def test_sections_stand_in_their_order_and_in_the_contents(made):
 
 
 def test_the_section_on_the_experiment_says_what_the_tables_do(tmp_path, monkeypatch):
-    monkeypatch.setattr("beltrepro.replication.studies.experiment.trials.BANDWIDTH", {})
+    monkeypatch.setattr("beltrepro.replication.studies.experiment.observations.BANDWIDTH", {})
     tables = studies(runs=16)
     tables["experiment_posterior"] = posterior_table(tables)
     names = ("experiment_odds", "experiment_posterior", "alternation")

@@ -7,9 +7,9 @@ from scipy import stats
 from beltrepro import ChainParameters, Setup, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Sampling
-from beltrepro.engine.kicked_integrator import KickedIntegrator
+from beltrepro.engine.kicks import KickedIntegrator
 from beltrepro.engine.records import EVENT_BLOCK, EVENT_POSITION, EVENT_SLIP, EVENT_TIME
-from beltrepro.model.disturbance import equivalent_kick
+from beltrepro.model.scheme_error import equivalent_kick
 from beltrepro.simulation.groups import integrator_of, observe
 
 SAMPLING = Sampling(1000, 0.001)

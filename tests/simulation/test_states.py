@@ -20,6 +20,7 @@ from beltrepro import (
 )
 from beltrepro.base import store
 from beltrepro.base.errors import InputError
+from beltrepro.engine.state import settled
 from beltrepro.model.spring import potential_energy
 from beltrepro.simulation.groups import integrator_of
 
@@ -316,7 +317,7 @@ def test_an_integrator_that_takes_over_holds_the_state_that_it_was_given(method,
     """Nothing of a state of another scheme is lost or changes its unit before the first step."""
     chain = ChainParameters(5, 7.5, noise)
     before = METHODS[method == "verlet"]
-    state = simulate(chain, duration=50.0, method=before).final_state.settled()
+    state = settled(simulate(chain, duration=50.0, method=before).final_state)
     assert 0 < np.count_nonzero(state.directions) < 5
     assert state.friction_losses.max() > 100 and abs(state.wall_impulse) > 100
     cases = Setup(chain, method=method, time_step=time_step, initial_state=state).cases

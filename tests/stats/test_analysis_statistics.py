@@ -138,20 +138,6 @@ def test_energies_of_avalanches_that_reach_the_last_block():
 # --- lifetimes ------------------------------------------------------------------------------------
 
 
-def test_the_lifetime_table_has_a_row_for_each_velocity():
-    rng = np.random.default_rng(0)
-    arrays = {
-        "belt_velocity": np.repeat([20.0, 18.0], 50),
-        "lifetime": np.concatenate([rng.exponential(10, 50), np.full(50, 100.0)]),
-        "escaped": np.repeat([True, False], 50),
-    }
-    table = lifetimes.by_belt_velocity(arrays, 100.0)
-    assert table["belt_velocity"].tolist() == [18.0, 20.0]
-    assert np.isnan(table["tau"][0])
-    assert table["tau"][1] == pytest.approx(10, rel=0.5)
-    assert table["median"][0] == np.inf
-
-
 def test_attractors_are_labelled_by_sticks_and_amplitude():
     labels = lifetimes.label_attractors(
         escaped=[True, True, False, True],

@@ -101,8 +101,9 @@ def _same(curve, x, y, label=None, error=None):
 
 
 def ends(y, error):
-    """Ends of error bars of these half lengths."""
-    return np.subtract(y, error), np.add(y, error)
+    """Ends of error bars of these half lengths, or of these lengths below and above."""
+    below, above = np.broadcast_to(error, (2, len(y)))
+    return y - below, y + above
 
 
 def _rows(columns):

@@ -10,6 +10,7 @@ import importlib
 
 import numpy as np
 import pandas as pd
+from numpy.lib.recfunctions import append_fields
 
 import alternating
 import irregular
@@ -51,7 +52,7 @@ SCANS = {
     "n5_columns_check": ((5,), (20.0, 40.0), np.arange(0.0, 10.1, 5)),
     "size_columns_check": ((5, 7), (18.0,), np.arange(0.0, 10.1, 5)),
     "n5_replicates": ((4, 5), U[2:11], (0.0, 0.5, 1.0, 2.2, 5.0)),
-    "n5_replicates_check": ((5,), U[2:11:2], (0.0,)),
+    "n5_replicates_check": ((5,), U[1:11], (0.0,)),
     "n5_replicates_wide": ((5,), U[2:11], (0.0,)),
     "size_replicates": ((6, 7, 10), U[3:], (0.0, 1.0)),
 }
@@ -176,6 +177,14 @@ def catalogue(n_blocks=5, *, points=900, repeats=0, method="verlet", count=1200)
     slips["dissipated"] = 3 * (1 - 0.99 * rng.random(count)) ** -0.7
     events = slips[["point", "start_time", "stop_time", "dissipated"]].copy()
     events["dissipated"] = n_blocks**2 * (1 - 0.99 * rng.random(count)) ** -0.7
+    size = slips["start_position"] - slips["stop_position"]
+    more = {
+        "slips": np.ones(count, dtype=int),
+        "blocks": np.ones(count, dtype=int),
+        "spring_energy_drop": 1.1 * events["dissipated"],
+        "last_block_displacement": np.where(slips["block"] == n_blocks, size, 0.0),
+    }
+    events = append_fields(events, list(more), list(more.values()), usemask=False)
     fields = [("point", "i4"), ("positions", "f8", n_blocks), ("velocities", "f8", n_blocks)]
     section = np.zeros(points, fields)
     section["point"] = np.arange(points) % 2
@@ -199,29 +208,30 @@ def lifetimes():
     escaped = np.array([[1, 1, 1], [1, 1, 1], [1, 1, 0], [1, 1, 0], [0, 1, 0], [0, 0, 0]], bool)
     u = np.tile([18.0, 24.0, 30.0], 6)
     arrays = {"belt_velocity": u, "lifetime": 100.0 + 10 * np.arange(18) + u}
-    arrays["escaped"] = escaped.ravel()
-    return Dataset(arrays, HOW | {"kind": "escapes", "n_blocks": 5, "noise": 0.0})
+    arrays |= {"escaped": escaped.ravel(), "n_blocks": np.full(18, 5)}
+    return Dataset(arrays, HOW | {"kind": "escapes", "noise": 0.0, "settle_time": 500.0})
 
 
 def critical_velocities():
     rows = [
-        ("n5_replicates", 5, 0.0, 18.0, 0.5, 17.0, 19.0),
-        ("n5_replicates", 5, 1.0, 18.5, 0.3, 18.0, 19.2),
-        ("n5_replicates", 5, 2.2, *[np.nan] * 4),
-        ("n5_replicates_check", 5, 0.0, 19.5, 0.4, 17.5, 21.5),
-        ("n5_replicates_wide", 5, 0.0, 17.5, np.nan, 16.5, 18.5),
-        ("size_replicates", 7, 0.0, 28.0, 1.0, 26.0, 30.0),
-        ("size_replicates", 7, 1.0, *[np.nan] * 4),
-        ("size_replicates", 10, 0.0, *[np.nan] * 4),
-        ("size_replicates", 10, 1.0, *[np.nan] * 4),
+        ("n5_replicates", 5, 0.0, 18.0, 17.5, 18.6, 17.0, 19.0),
+        ("n5_replicates", 5, 1.0, 18.5, 18.2, 18.8, 18.0, 19.2),
+        ("n5_replicates", 5, 2.2, *[np.nan] * 5),
+        ("n5_replicates_check", 5, 0.0, 19.5, 19.1, 20.1, 17.5, 21.5),
+        ("n5_replicates_wide", 5, 0.0, 17.5, np.nan, np.nan, 16.5, 18.5),
+        ("size_replicates", 7, 0.0, 28.0, 27.0, 29.0, 26.0, 30.0),
+        ("size_replicates", 7, 1.0, *[np.nan] * 5),
+        ("size_replicates", 10, 0.0, *[np.nan] * 5),
+        ("size_replicates", 10, 1.0, *[np.nan] * 5),
     ]
-    names = ["dataset", "n_blocks", "noise", "critical", "error", "lower", "upper"]
+    names = ["dataset", "n_blocks", "noise", "critical", "low", "high", "lower", "upper"]
     return pd.DataFrame(rows, columns=names)
 
 
 def friction_falls():
-    rows = [(0.2, 31.0, 0.5, 28.0, 35.0), (0.45, *[np.nan] * 4), (0.8, 17.0, 0.7, 12.0, 21.0)]
-    return pd.DataFrame(rows, columns=["friction_ratio", "critical", "error", "lower", "upper"])
+    rows = [(0.2, 31.0, 30, 32.5, 28, 35), (0.45, *[np.nan] * 5), (0.8, 17.0, 16.2, 17.4, 12, 21)]
+    names = ["friction_ratio", "critical", "low", "high", "lower", "upper"]
+    return pd.DataFrame(rows, columns=names)
 
 
 RATES = {(5, "event"): 1e-4, (5, "verlet"): 1e-3, (7, "event"): 0.005, (7, "verlet"): 0.02}
@@ -369,7 +379,7 @@ def paths():
 def table(name, data):
     """A table as the workflow makes it."""
     module = importlib.import_module(registry.tables()[name].module)
-    return (getattr(module, name, None) or module.derive)(data)
+    return (getattr(module, "derive", None) or getattr(module, name))(data)
 
 
 @functools.cache

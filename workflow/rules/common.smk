@@ -262,10 +262,7 @@ INTEGRATORS = {
 }
 
 
-BUILT_ON_EVENT = tuple(
-    f"beltrepro.engine.{name}"
-    for name in ("tangent", "tangent_integrator", "kicks", "kicked_integrator")
-)
+BUILT_ON_EVENT = ("beltrepro.engine.tangent", "beltrepro.engine.kicks")
 FOLLOWED = (
     "motion",
     "settling",

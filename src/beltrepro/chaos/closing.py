@@ -14,7 +14,7 @@ import numpy as np
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.vectors import METHOD, NO_SAMPLES
 from beltrepro.engine.state import ChainState
-from beltrepro.engine.tangent_integrator import TangentIntegrator
+from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.simulation import Run, simulate
 from beltrepro.simulation.groups import observe
 from beltrepro.simulation.setup import Case

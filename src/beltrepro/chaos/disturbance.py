@@ -2,7 +2,7 @@
 
 import math
 
-from beltrepro.model.disturbance import equivalent_kick
+from beltrepro.model.scheme_error import equivalent_kick
 from beltrepro.simulation.setup import Case
 
 # Distances between a disturbed state and that a period earlier, in units of the disturbance. On
@@ -17,8 +17,8 @@ def disturbance(case: Case) -> float:
     """Standard deviation of kicks that disturb each slip as much as it is disturbed.
 
     By kicks as they are, by the steps of "verlet" and by the thresholds under noise as
-    `beltrepro.model.disturbance` says. What the noise does during a slip is left out: it is less by
-    a factor of about sqrt(dt).
+    `beltrepro.model.scheme_error` says. What the noise does during a slip is left out: it is less
+    by a factor of about sqrt(dt).
     """
     chain = case.parameters
     steps = equivalent_kick(chain.belt_velocity, case.time_step) * (case.method == "verlet")

@@ -13,10 +13,10 @@ from beltrepro.base.errors import InputError
 from beltrepro.chaos.disturbance import scatters
 from beltrepro.chaos.vectors import INTERVAL, METHOD, grow, slopes, standard_errors, with_vectors
 from beltrepro.engine.integrator import Integrator, Section
-from beltrepro.engine.tangent_integrator import TangentIntegrator
+from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.order import SlipOrder
-from beltrepro.observe.returns import ReturnLog
+from beltrepro.observe.sections import ReturnLog
+from beltrepro.observe.slips import SlipOrder
 from beltrepro.simulation import checkpoints
 from beltrepro.simulation.groups import Report, check_progress, groups, integrator_of, observe
 from beltrepro.simulation.results import Results

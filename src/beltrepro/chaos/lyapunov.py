@@ -23,7 +23,7 @@ from beltrepro.chaos.vectors import (
 )
 from beltrepro.engine.integrator import Integrator
 from beltrepro.model import ChainParameters
-from beltrepro.observe.stuck import MostStuck
+from beltrepro.observe.slips import MostStuck
 from beltrepro.simulation.groups import Report, integrator_of, observe
 from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.setup import Case, Chains, Keywords, check_lengths, setup_of, with_setup

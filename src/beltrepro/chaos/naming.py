@@ -17,11 +17,11 @@ from beltrepro.chaos.vectors import (
     with_vectors,
 )
 from beltrepro.engine.integrator import Sampling, Section
-from beltrepro.engine.tangent_integrator import TangentIntegrator
+from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
 from beltrepro.model.section import section_position
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.returns import ReturnLog
+from beltrepro.observe.sections import ReturnLog
 from beltrepro.simulation.groups import Report, integrator_of, observe
 from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.setup import Case, Chains, Keywords, check_lengths, setup_of, with_setup

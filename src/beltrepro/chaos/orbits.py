@@ -19,7 +19,7 @@ from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.returns import ReturnLog
+from beltrepro.observe.sections import ReturnLog
 from beltrepro.simulation import Run, simulate
 from beltrepro.simulation.groups import Report, check_progress, integrator_of, observe
 from beltrepro.simulation.setup import (
@@ -112,6 +112,11 @@ class PeriodicOrbit:
         -------
         Run
             With the events of the period.
+
+        Raises
+        ------
+        InputError
+            The interval is not allowed, or its samples need more memory than there is.
         """
         return follow(self.state, self.period_time, sample_interval=sample_interval)
 

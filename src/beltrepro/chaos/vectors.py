@@ -7,7 +7,7 @@ import numpy as np
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.clocks import REST, integrator_by
 from beltrepro.engine.integrator import Integrator, Sampling, Section
-from beltrepro.engine.tangent_integrator import TangentIntegrator
+from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.simulation import checkpoints
 from beltrepro.simulation.setup import Case
 

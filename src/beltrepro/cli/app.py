@@ -448,7 +448,7 @@ def _add_verify(commands: Any) -> None:
 
 
 def _verify(options: argparse.Namespace) -> int:
-    from beltrepro.replication.plan import verification
+    from beltrepro.extras import verification
 
     path = options.list or Path("docs", "results", f"{options.results.name}.json")
     if options.write:

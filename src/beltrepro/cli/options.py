@@ -3,6 +3,7 @@
 import argparse
 import json
 import math
+import re
 import sys
 from collections.abc import Callable, Iterable
 from dataclasses import fields
@@ -12,12 +13,13 @@ from tempfile import TemporaryFile
 from typing import Any, NoReturn
 
 from beltrepro import ChainParameters
-from beltrepro.base.checks import shown
+from beltrepro.base.checks import shown, spaced
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint
 from beltrepro.base.progress import Progress
-from beltrepro.replication.plan.plan import grid_values
-from beltrepro.replication.plan.points import LAW
+
+LAW: dict[str, Any] = {field.name: field.default for field in fields(ChainParameters)[3:]}
+"""Constants of springs and friction, as in the paper."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -89,14 +91,10 @@ def _part(text: str, part: str) -> tuple[float, ...]:
         )
     if len(numbers) == 1:
         return numbers
-    span = dict(zip(("start", "stop", "step"), numbers, strict=True))
-    if span["step"] <= 0:
-        raise argparse.ArgumentTypeError(f"{shown(text)}: a step greater than 0 is needed")
-    return grid_values(span, part, _refuse)
-
-
-def _refuse(text: str) -> NoReturn:
-    raise argparse.ArgumentTypeError(text)
+    try:
+        return spaced(part, *numbers)
+    except InputError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def add_run(command: argparse.ArgumentParser) -> None:
@@ -134,9 +132,9 @@ def add_chain(
     add("--belt-velocity", type=number, required=True, help="belt velocity u, units of 0.0183 m/s")
     add("--noise", type=number, default="0", help="noise strength sigma, units of 0.0277 N")
     law = command.add_argument_group("law of springs and friction, as in the paper if not given")
-    for each in LAW:
-        words = f"{each.symbol}: {each.description.rstrip('.')}; {each.default:g}"
-        law.add_argument(_option(each.name), type=number, default=f"{each.default:g}", help=words)
+    words = dict(re.findall(r"^    (\w+) : float\n +(.+)\.$", str(ChainParameters.__doc__), re.M))
+    for name, value in LAW.items():
+        law.add_argument(_option(name), type=number, default=f"{value:g}", help=words[name])
 
 
 def add_output(command: argparse.ArgumentParser, words: str, **settings: Any) -> None:
@@ -153,8 +151,7 @@ def chain_of(options: argparse.Namespace) -> ChainParameters:
 
 def own_constants(chain: ChainParameters) -> dict[str, float]:
     """Constants of the law that differ from those of the paper."""
-    found = {each.name: getattr(chain, each.name) for each in LAW}
-    return {each.name: found[each.name] for each in LAW if found[each.name] != each.default}
+    return {name: getattr(chain, name) for name in LAW if getattr(chain, name) != LAW[name]}
 
 
 def numerics(options: argparse.Namespace) -> dict[str, Any]:

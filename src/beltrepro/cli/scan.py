@@ -5,9 +5,8 @@ from typing import Any
 
 from beltrepro.base.errors import needing
 from beltrepro.cli import options as shared
-from beltrepro.replication.plan.points import LAW
 
-_CHAIN = ("n_blocks", "belt_velocity", "noise", *(each.name for each in LAW))
+_CHAIN = ("n_blocks", "belt_velocity", "noise", *shared.LAW)
 _SETTINGS = ("duration", "transient", "method", "time_step", "tolerance", "seed", "initial_spread")
 _SHOWN = ("disorder_parameter", "mean_length", "section_count", "laminar_fraction")
 

@@ -8,7 +8,7 @@ import numpy as np
 from beltrepro.base.checks import shown
 from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import CUT_TIME, GROUP_SIZE, Integrator, Sampling, Section
-from beltrepro.engine.kicked_integrator import KickedIntegrator
+from beltrepro.engine.kicks import KickedIntegrator
 from beltrepro.simulation import checkpoints
 from beltrepro.simulation.sampling import for_moments
 from beltrepro.simulation.setup import METHODS, Case

@@ -21,8 +21,8 @@ from beltrepro.engine.noise import stream_key
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.verlet_integrators import verlet_integrator
 from beltrepro.model import ChainParameters
-from beltrepro.model.parameters import LONGEST
-from beltrepro.model.validity import noise_beyond_event
+from beltrepro.model.friction import noise_beyond_event
+from beltrepro.model.parameters import LIMITS
 from beltrepro.simulation.grid import QUANTITIES, Grid
 
 T = TypeVar("T")
@@ -38,8 +38,6 @@ TOLERANCES: dict[str, float] = {
     for name, integrator in METHODS.items()
     if "tolerance" in signature(integrator).parameters
 }
-TOLERANCE_RANGE = (1e-16, 1.0)  # unit of force; forces are some tens, and rounding 1e-16 of them
-STEP_RANGE = (1e-9, 0.1)  # model time; oscillations take 3
 DEFAULT_SEED = 1
 _STEP_SHARE = 1e-6  # by which an instant may miss a whole number of steps
 _INITIAL_POSITIONS = 1  # purpose of a random stream: initial positions, not friction
@@ -243,7 +241,7 @@ def check_lengths(duration: Any, transient: Any) -> tuple[float, float]:
 
 def check_duration(duration: Any) -> float:
     """Duration of a run."""
-    return checks.positive("duration", duration, LONGEST)
+    return checks.positive("duration", duration, LIMITS["duration"]["le"])
 
 
 def for_each(name: str, value: Any, n_chains: int, check: Callable[[str, Any], T]) -> list[T]:
@@ -259,17 +257,9 @@ def for_each(name: str, value: Any, n_chains: int, check: Callable[[str, Any], T
     return [check(name, item) for item in values]
 
 
-def within(low: float, high: float, name: str, value: Any) -> float:
-    """A number from `low` to `high`."""
-    number = checks.finite_number(name, value)
-    if not low <= number <= high:
-        raise InputError(f"{name} = {number:g}: must be at least {low:g} and at most {high:g}")
-    return number
-
-
 def check_tolerance(name: str, value: Any) -> float | None:
     """A tolerance, or None for the method's own."""
-    return None if value is None else within(*TOLERANCE_RANGE, name, value)
+    return None if value is None else checks.within(name, value, **LIMITS["tolerance"])
 
 
 def _key(name: str, value: Any) -> int | None:
@@ -286,12 +276,12 @@ def _state(name: str, value: Any) -> ChainState | None:
 
 _CHECKS: dict[str, Callable[[str, Any], Any]] = {
     "method": partial(names.one_of, allowed=METHODS),
-    "time_step": partial(within, *STEP_RANGE),
+    "time_step": partial(checks.within, **LIMITS["time_step"]),
     "tolerance": check_tolerance,
-    "kick": checks.not_negative,
+    "kick": partial(checks.not_negative, most=LIMITS["kick"]["le"]),
     "seed": _key,
     "replicate": _key,
-    "initial_spread": checks.not_negative,
+    "initial_spread": partial(checks.not_negative, most=LIMITS["initial_spread"]["le"]),
     "initial_state": _state,
 }
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from beltrepro.engine.integrator import Sampling
 from beltrepro.engine.state import ChainState
-from beltrepro.engine.tangent_integrator import TangentIntegrator
+from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.engine.verlet_integrators import SteppingVerlet
 from beltrepro.extras.bench.plain import PlainChain, c_loop, numba_loop
 from beltrepro.extras.bench.smooth import HeyokaChain, SolveIvpChain, heyoka_version

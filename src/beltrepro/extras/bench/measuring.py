@@ -21,7 +21,7 @@ import numpy as np
 import beltrepro
 from beltrepro.base import provenance
 from beltrepro.base.errors import InputError, ModelStateError
-from beltrepro.engine.memory import zeros
+from beltrepro.engine.vector import zeros
 from beltrepro.extras.bench import smooth
 from beltrepro.extras.bench.competitors import BASE, LABELS, competitor
 from beltrepro.extras.bench.peak import OPERATIONS_PER_TURN, multiply_add

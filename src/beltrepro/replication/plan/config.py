@@ -26,7 +26,7 @@ from pydantic import (
 )
 from typing_extensions import TypeAliasType
 
-from beltrepro.base.checks import shown
+from beltrepro.base.checks import LONGEST_GRID, shown
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint
 from beltrepro.replication.plan.films import CAMERA
@@ -34,7 +34,6 @@ from beltrepro.replication.plan.kinds import KINDS, LIST, SETTINGS
 from beltrepro.replication.plan.points import LAW, QUANTITIES, Described, Key, Method, Number, Whole
 
 SOURCE = "config.yaml"
-LONGEST_GRID = 100_000
 MOST_POINTS = 1_000_000  # of a dataset; each is a run
 
 

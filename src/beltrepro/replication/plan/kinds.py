@@ -14,8 +14,8 @@ import numpy as np
 from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
-from beltrepro.model.parameters import LARGEST, LONGEST, MAXIMUM_BLOCKS
-from beltrepro.model.validity import noise_beyond_event
+from beltrepro.model.friction import noise_beyond_event
+from beltrepro.model.parameters import LARGEST, LIMITS, LONGEST
 from beltrepro.replication.plan.points import (
     QUANTITIES,
     UNITS,
@@ -106,7 +106,7 @@ def different(values: list) -> list:
 
 
 LIST = (Field(min_length=1, json_schema_extra={"uniqueItems": True}), AfterValidator(different))
-_TIME = Field(gt=0, le=LONGEST)
+_TIME = Field(**LIMITS["duration"])
 
 
 class Settings:
@@ -171,7 +171,7 @@ class Settings:
             "block 2); null for the last one.",
             None,
         ),
-        Field(ge=1, le=MAXIMUM_BLOCKS),
+        Field(**LIMITS["n_blocks"]),
     ]
     settle_time: Annotated[
         Number,

@@ -7,18 +7,18 @@ is allowed, also for what no type can refuse.
 import functools
 import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 
+from beltrepro.base import checks
 from beltrepro.model.units import TIME_S
-from beltrepro.replication.plan.config import LONGEST_GRID, MOST_POINTS, checked, refuse
+from beltrepro.replication.plan.config import MOST_POINTS, SOURCE, checked, refuse
 from beltrepro.replication.plan.films import CAMERA, FILM, NEEDED, TRACK, PlannedFilm
 from beltrepro.replication.plan.kinds import KINDS, SETTINGS, Kind
 from beltrepro.replication.plan.points import LAW, QUANTITIES, REQUIRED, Point, plain
 
 TIME_STEP = 0.001  # of the paper; work counts its steps
-GRID_DIGITS = 10  # values of a grid are rounded so that 35 steps of 0.2 and 14 of 0.5 are both 7.0
 _FRAME_TOLERANCE = 1e-3  # of the time between frames, as in `camera.film`
 
 
@@ -259,20 +259,11 @@ def _points(axes: Entries, seed: int) -> tuple[Point, ...]:
     return tuple(table)
 
 
-def grid_values(grid: object, where: str, refuse: Callable[[str], NoReturn] = refuse) -> tuple:
-    """Values of a grid, rising; refuse : raises an error with a text about the grid."""
+def grid_values(grid: object, where: str) -> tuple:
+    """Values of a grid, rising."""
     if isinstance(grid, list):
         return tuple(sorted(grid, key=_none_first))
-    if not isinstance(grid, dict):
-        return (grid,)
-    start, stop, step = (grid[key] for key in ("start", "stop", "step"))
-    if stop < start:
-        refuse(f"{where}.stop = {stop:g}: must not be less than start = {start:g}")
-    steps = (stop - start) / step + 1e-9
-    if steps >= LONGEST_GRID:
-        refuse(f"{where}.step = {step:g}: gives {steps:.3g} values, at most {LONGEST_GRID} allowed")
-    count = math.floor(steps) + 1
-    return tuple(round(float(start + index * step), GRID_DIGITS) for index in range(count))
+    return checks.spaced(f"{SOURCE}: {where}", **grid) if isinstance(grid, dict) else (grid,)
 
 
 def _values_at(name: str, n_blocks: int, axis: Entry, seed: int) -> tuple:

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, Strict
 
 from beltrepro.model import ChainParameters, units
-from beltrepro.model.parameters import LARGEST, MAXIMUM_BLOCKS
+from beltrepro.model.parameters import LIMITS
 
 UNITS = {
     "1": "1",
@@ -80,8 +80,6 @@ def _whole(value: object) -> object:
 WHOLE = BeforeValidator(_whole)
 Number = Annotated[float, Strict()]
 Whole = Annotated[int, Strict(), WHOLE]
-_POSITIVE = Field(gt=0, le=LARGEST)
-_NOT_NEGATIVE = Field(ge=0, le=LARGEST)
 Key = Annotated[Whole, Field(ge=0, le=2**32 - 1)]
 _PAPER = ChainParameters(n_blocks=1, belt_velocity=1.0)
 
@@ -92,7 +90,7 @@ class Point(NamedTuple):
     n_blocks: Annotated[
         Whole,
         About("N | 1 | Number of blocks of the chain (Sec. III)."),
-        Field(ge=1, le=MAXIMUM_BLOCKS),
+        Field(**LIMITS["n_blocks"]),
     ]
     static_friction: Annotated[
         Number,
@@ -100,7 +98,7 @@ class Point(NamedTuple):
             "F_st0 | force | Mean of the static friction force (Sec. III; 1.98 N in Sec. II).",
             _PAPER.static_friction,
         ),
-        _POSITIVE,
+        Field(**LIMITS["static_friction"]),
     ]
     friction_ratio: Annotated[
         Number,
@@ -108,12 +106,12 @@ class Point(NamedTuple):
             "f_s | 1 | F_k / F_st, kinetic over static friction (Eq. 3, Sec. II).",
             _PAPER.friction_ratio,
         ),
-        Field(ge=0, lt=1),
+        Field(**LIMITS["friction_ratio"]),
     ]
     rest_length: Annotated[
         Number,
         About("l | length | Length of an undeformed spring (Sec. III, Eq. 1).", _PAPER.rest_length),
-        _POSITIVE,
+        Field(**LIMITS["rest_length"]),
     ]
     linear_limit: Annotated[
         Number,
@@ -121,7 +119,7 @@ class Point(NamedTuple):
             "Delta l_max | length | Deformation up to which a spring is linear (Eq. 2).",
             _PAPER.linear_limit,
         ),
-        _POSITIVE,
+        Field(**LIMITS["linear_limit"]),
     ]
     compression_rate: Annotated[
         Number,
@@ -129,7 +127,7 @@ class Point(NamedTuple):
             "b_1 | 1/length | Rate of the exponential of a compressed spring (Eq. 2).",
             _PAPER.compression_rate,
         ),
-        _POSITIVE,
+        Field(**LIMITS["compression_rate"]),
     ]
     extension_rate: Annotated[
         Number,
@@ -137,15 +135,17 @@ class Point(NamedTuple):
             "b_2 | 1/length | Rate of the exponential of a stretched spring (Eq. 2).",
             _PAPER.extension_rate,
         ),
-        _POSITIVE,
+        Field(**LIMITS["extension_rate"]),
     ]
     noise: Annotated[
         Number,
         About("sigma | force | Standard deviation of the static friction force (Sec. III).", 0.0),
-        _NOT_NEGATIVE,
+        Field(**LIMITS["noise"]),
     ]
     belt_velocity: Annotated[
-        Number, About("u | velocity | Velocity of the belt (Sec. III)."), _POSITIVE
+        Number,
+        About("u | velocity | Velocity of the belt (Sec. III)."),
+        Field(**LIMITS["belt_velocity"]),
     ]
     initial_spread: Annotated[
         Number,
@@ -154,7 +154,7 @@ class Point(NamedTuple):
             "Replicate 0 starts from the state of Sec. III, whatever the spread.",
             0.0,
         ),
-        _NOT_NEGATIVE,
+        Field(**LIMITS["initial_spread"]),
     ]
     method: Annotated[
         Method,
@@ -171,7 +171,7 @@ class Point(NamedTuple):
             "the strength of the noise.",
             0.001,
         ),
-        Field(ge=1e-9, le=0.1),
+        Field(**LIMITS["time_step"]),
     ]
     tolerance: Annotated[
         Number | None,
@@ -180,7 +180,7 @@ class Point(NamedTuple):
             "method's own, and for a method that has none.",
             None,
         ),
-        Field(ge=1e-16, le=1),
+        Field(**LIMITS["tolerance"]),
     ]
     kick: Annotated[
         Number,
@@ -189,7 +189,7 @@ class Point(NamedTuple):
             "to slip, for event only (docs/chaos.md); the paper has none.",
             0.0,
         ),
-        _NOT_NEGATIVE,
+        Field(**LIMITS["kick"]),
     ]
     seed: Annotated[
         Key,

@@ -57,6 +57,11 @@ class Claim:
         return self.kind != "construction"
 
 
+def printed(claim: str) -> Any:
+    """What the paper prints of a claim."""
+    return load_ledger()[claim].paper
+
+
 @cache
 def load_ledger() -> Mapping[str, Claim]:
     """All claims by id, section by section; read once."""

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from beltrepro.model import units
-from beltrepro.replication.studies.experiment import trials
+from beltrepro.replication.studies.experiment import observations
 
 TITLE = "What the model says about the experiment"
 ANCHOR = "inference"
@@ -24,12 +24,12 @@ def gather(material) -> dict:
     """Sentences and tables from what this run has measured."""
     odds, posterior, alternation = (pd.read_csv(material.file(name)) for name in NEEDS)
     together = odds[odds["noise"].isna()]
-    counted = posterior[np.isclose(posterior["tolerance"], trials.TOLERANCE)]
+    counted = posterior[np.isclose(posterior["tolerance"], observations.TOLERANCE)]
     rows = [_odds(row) for row in together.to_dict("records")]
     return {
         "rows": rows,
         "noises": _span(odds["noise"].dropna()),
-        "tolerance": f"{trials.TOLERANCE:.0%}",
+        "tolerance": f"{observations.TOLERANCE:.0%}",
         "none_agree": bool((together["agrees"] == 0).all()),
         "all_slip": _all_slip(together, alternation),
         "alternating": _alternating(alternation),
@@ -73,7 +73,7 @@ def _all_slip(printed: pd.DataFrame, free: pd.DataFrame) -> dict:
 def _alternating(table: pd.DataFrame) -> list[dict]:
     """For each noise, the belt velocities at which half of the trials or more alternate."""
     rows = []
-    printed = table[np.isclose(table["friction_ratio"], trials.FRICTION_RATIO)]
+    printed = table[np.isclose(table["friction_ratio"], observations.FRICTION_RATIO)]
     for noise, own in printed.groupby("noise"):
         velocity = own.loc[own["share"] >= _HALF, "belt_velocity"]
         metres = velocity.map(lambda each: units.to_si(each, "velocity"))

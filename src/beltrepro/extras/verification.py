@@ -9,13 +9,12 @@ What a dataset was told agrees always. A difference matters if a claim gets anot
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from jsonschema import Draft202012Validator
+from pydantic import BaseModel, ValidationError, create_model
 
 from beltrepro.base import provenance, store
 from beltrepro.base.atomic import replacing
@@ -27,36 +26,32 @@ from beltrepro.replication.plan.points import QUANTITIES
 SHORT = 500.0  # model time; a distance grows e-fold in 60 and more
 TOLERANCE = 1e-6  # of means in short runs, as a share of mean plus standard deviation
 DEVIATIONS = 6.0  # standard errors between means of long runs
-_LIST = {
-    "type": "object",
-    "required": ["preset", "run", "machine", "datasets", "tables"],
-    "properties": {
-        "datasets": {
-            "type": "object",
-            "additionalProperties": {
-                "type": "object",
-                "required": ["told", "duration", "arrays"],
-                "properties": {
-                    "told": {"type": "object", "required": [*files.IDENTITY, "digest"]},
-                    "duration": {"type": "number"},
-                    "arrays": {
-                        "type": "object",
-                        "additionalProperties": {
-                            "type": "object",
-                            "required": ["checksum", "values"],
-                        },
-                    },
-                },
-            },
-        },
-        **{name: {"type": "object"} for name in ("machine", "tables", "verdicts")},
-    },
-}
 SAME, NEAR, WRONG = "the same bits", "within the bounds of another machine", "wrong"
 
+_TOLD: Any = dict.fromkeys((*files.IDENTITY, "digest"), (Any, ...))
 
-@dataclass(frozen=True)
-class Finding:
+
+class _ListedArray(BaseModel):
+    checksum: str
+    values: dict
+
+
+class _ListedDataset(BaseModel):
+    told: create_model("_Told", **_TOLD)  # type: ignore[valid-type]
+    duration: float
+    arrays: dict[str, _ListedArray]
+
+
+class _List(BaseModel):
+    preset: str
+    run: str
+    machine: dict
+    datasets: dict[str, _ListedDataset]
+    tables: dict
+    verdicts: dict = {}
+
+
+class Finding(NamedTuple):
     """What was found of one file."""
 
     name: str  # of the dataset or table
@@ -69,12 +64,12 @@ def make_list(results: Path) -> dict:
     paths = sorted((results / "datasets").glob("*.h5"))
     if not paths:
         raise InputError(f"{results}: no datasets there")
-    found = {path.stem: files.read_any(path) for path in paths}
-    first = next(iter(found.values())).attributes
+    datasets = {path.stem: files.read_any(path) for path in paths}
+    first = next(iter(datasets.values())).attributes
     return {
         **{name: first[name] for name in ("preset", "run", "code_version")},
         "machine": {name: first[name] for name in provenance.machine()},
-        "datasets": {name: _described(each) for name, each in found.items()},
+        "datasets": {name: _described(dataset) for name, dataset in datasets.items()},
         "tables": {path.stem: checksum(path.read_bytes()) for path in _tables(results)},
         "verdicts": _verdicts(results),
     }
@@ -82,69 +77,69 @@ def make_list(results: Path) -> dict:
 
 def write_list(path: Path, results: Path) -> int:
     """Write the list of the results of a run as JSON."""
-    made = make_list(results)
+    listed = make_list(results)
     with replacing(path) as unfinished:
-        unfinished.write_text(json.dumps(made, indent=1) + "\n", encoding="utf-8")
-    return len(made["datasets"])
+        unfinished.write_text(json.dumps(listed, indent=1) + "\n", encoding="utf-8")
+    return len(listed["datasets"])
 
 
 def read_list(path: Path) -> dict:
     """Read a list."""
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        listed = json.loads(path.read_text(encoding="utf-8"))
+        _List.model_validate(listed)
     except FileNotFoundError:
         raise InputError(
             f"{path}: no such list; --list FILE takes another one, --write makes one"
         ) from None
+    except ValidationError as error:
+        fault = error.errors()[0]
+        place = ".".join(map(str, fault["loc"]))
+        raise InputError(f"{path}: not a list of results ({place}: {fault['msg']})") from None
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: not a readable list ({error})") from None
-    if fault := next(Draft202012Validator(_LIST).iter_errors(found), None):
-        raise InputError(f"{path}: not a list of results ({fault.message[:80]})")
-    return found
+    return listed
 
 
-def compare(results: Path, known: dict) -> Iterator[Finding]:
+def compare(results: Path, listed: dict) -> Iterator[Finding]:
     """Compare results with a list."""
-    told = {"preset": known["preset"], "run": known["run"]}
-    alike = True
-    for name, entry in known["datasets"].items():
+    run = {"preset": listed["preset"], "run": listed["run"]}
+    same_machines = True
+    for name, entry in listed["datasets"].items():
         path = results / "datasets" / f"{name}.h5"
         try:
-            found = files.read(path, entry["told"])
+            dataset = files.read(path, entry["told"])
         except InputError as error:
             yield Finding(name, WRONG, str(error))
             continue
-        machine = {each: found.attributes.get(each) for each in known["machine"]}
-        same_machine = machine == known["machine"]
-        alike &= same_machine
-        differing = list(_differing(found, entry, same_machine))
-        if differing:
-            words = f"{path}: {'; '.join(differing)}; {files.repair(path, told)}"
-            yield Finding(name, WRONG, words)
+        machine = {part: dataset.attributes.get(part) for part in listed["machine"]}
+        same_machine = machine == listed["machine"]
+        same_machines &= same_machine
+        if differing := "; ".join(_differing(dataset, entry, same_machine)):
+            yield Finding(name, WRONG, f"{path}: {differing}; {files.repair(path, run)}")
         else:
-            same = _checksums(found) == _listed(entry)
-            yield Finding(name, SAME if same else NEAR)
+            checksums = {name: array["checksum"] for name, array in entry["arrays"].items()}
+            yield Finding(name, SAME if _checksums(dataset) == checksums else NEAR)
     tables = {path.stem: path for path in _tables(results)}
-    for name, listed in known["tables"].items():
+    for name, checksum_listed in listed["tables"].items():
         if name in tables:
-            yield _compare_table(tables[name], listed, told, alike)
+            yield _compare_table(tables[name], checksum_listed, run, same_machines)
         else:
             yield Finding(name, WRONG, f"{results}: table {name} is missing")
     try:
         verdicts = _verdicts(results)
     except InputError as error:
-        yield Finding("claims", WRONG, f"{error}; {files.repair(results / 'claims.csv', told)}")
+        yield Finding("claims", WRONG, f"{error}; {files.repair(results / 'claims.csv', run)}")
         return
-    for claim, verdict in known.get("verdicts", {}).items():
-        own = verdicts.get(claim, "missing")
-        if own != verdict:
-            words = f"claim {claim}: {own} here, {verdict} in the list; this matters"
+    for claim, verdict in listed.get("verdicts", {}).items():
+        if (here := verdicts.get(claim, "missing")) != verdict:
+            words = f"claim {claim}: {here} here, {verdict} in the list; this matters"
             yield Finding(claim, WRONG, words)
 
 
 def conclusion(findings: list[Finding]) -> str:
     """What the findings mean together, in a sentence."""
-    outcomes = {each.outcome for each in findings}
+    outcomes = {finding.outcome for finding in findings}
     if WRONG in outcomes:
         return "different: see the lines above"
     if NEAR in outcomes:
@@ -155,22 +150,22 @@ def conclusion(findings: list[Finding]) -> str:
     return "equal: every bit of the list"
 
 
-def _compare_table(path: Path, listed: str, told: dict, same_machine: bool) -> Finding:
+def _compare_table(path: Path, listed: str, run: dict, same_machine: bool) -> Finding:
     try:
-        own = checksum(path.read_bytes())
+        content = checksum(path.read_bytes())
     except OSError as error:
-        words = f"{path}: cannot be read ({error.strerror}); {files.repair(path, told)}"
+        words = f"{path}: cannot be read ({error.strerror}); {files.repair(path, run)}"
         return Finding(path.stem, WRONG, words)
     try:
-        said = json.loads(metadata_path(path).read_text(encoding="utf-8"))["beltrepro:checksum"]
+        sealed = json.loads(metadata_path(path).read_text(encoding="utf-8"))["beltrepro:checksum"]
     except (OSError, ValueError, KeyError):
-        said = None
-    if own == listed:
+        sealed = None
+    if content == listed:
         return Finding(path.stem, SAME)
-    if own == said and not same_machine:
+    if content == sealed and not same_machine:
         return Finding(path.stem, NEAR)
-    reason = "differs from the list" if own == said else "does not have its checksum"
-    return Finding(path.stem, WRONG, f"{path}: {reason}; {files.repair(path, told)}")
+    reason = "differs from the list" if content == sealed else "does not have its checksum"
+    return Finding(path.stem, WRONG, f"{path}: {reason}; {files.repair(path, run)}")
 
 
 def _described(dataset: store.Dataset) -> dict:
@@ -189,10 +184,6 @@ def _checksums(dataset: store.Dataset) -> dict[str, str]:
     return {name: store.checksum(array) for name, array in dataset.arrays.items()}
 
 
-def _listed(entry: dict) -> dict[str, str]:
-    return {name: each["checksum"] for name, each in entry["arrays"].items()}
-
-
 def _differing(dataset: store.Dataset, entry: dict, same_machine: bool) -> Iterator[str]:
     """What is not as the list says."""
     if set(dataset.arrays) != set(entry["arrays"]):
@@ -206,17 +197,17 @@ def _differing(dataset: store.Dataset, entry: dict, same_machine: bool) -> Itera
         if same_machine or name in QUANTITIES:
             yield f"{name} has other bits"
         elif any(
-            _apart(found, listed["values"].get(part), entry["duration"], n_points)
-            for part, found in _summaries(array).items()
+            _apart(summary, listed["values"].get(part), entry["duration"], n_points)
+            for part, summary in _summaries(array).items()
         ):
             yield f"{name} is beyond the bounds"
 
 
-def _apart(found: list, listed: list | None, duration: float, n_points: int) -> bool:
+def _apart(summary: list, listed: list | None, duration: float, n_points: int) -> bool:
     """Whether summaries differ by more than the machines explain."""
     if listed is None:
         return True
-    (_, mean, _), (_, other, deviation) = found, listed
+    (_, mean, _), (_, other, deviation) = summary, listed
     if duration <= SHORT:
         return abs(mean - other) > TOLERANCE * (abs(other) + deviation)
     # the list is right, and its scatter that of the points
@@ -234,7 +225,7 @@ def _summary(values: np.ndarray) -> list[Any]:
     finite = values[np.isfinite(values)].astype(float)
     if not finite.size:
         return [0, 0.0, 0.0]
-    return [int(finite.size), *(float(f"{each:.9g}") for each in (finite.mean(), finite.std()))]
+    return [int(finite.size), *(float(f"{moment:.9g}") for moment in (finite.mean(), finite.std()))]
 
 
 def _verdicts(results: Path) -> dict[str, str]:
@@ -252,5 +243,5 @@ def _verdicts(results: Path) -> dict[str, str]:
 
 def _tables(results: Path) -> list[Path]:
     """Tables with the same content for the same numbers: not that of times."""
-    found = [*results.glob("*.csv"), *(results / "tables").glob("*.csv")]
-    return sorted(path for path in found if path.stem != "timing")
+    paths = [*results.glob("*.csv"), *(results / "tables").glob("*.csv")]
+    return sorted(path for path in paths if path.stem != "timing")

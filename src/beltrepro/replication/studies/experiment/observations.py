@@ -84,9 +84,9 @@ def assigned(noise: np.ndarray) -> np.ndarray:
     return (noise >= ASSIGNED[0] - 1e-9) & (noise <= ASSIGNED[1] + 1e-9)
 
 
-def require_agreed(found: Posterior) -> None:
+def require_agreed(answer: Posterior) -> None:
     """Refuse a posterior that rests on too few trials."""
-    fewest = min(found.agreed)
+    fewest = min(answer.agreed)
     require(
         fewest >= MINIMUM_AGREED,
         f"{fewest} trials agree with a recording, {MINIMUM_AGREED} are needed",
