@@ -6,7 +6,6 @@ import http.server
 import json
 import os
 import re
-import shutil
 import subprocess
 import sys
 import threading
@@ -22,11 +21,11 @@ from beltrepro.cli import app as cli
 from beltrepro.replication.plan import kinds, registry
 from beltrepro.replication.plan.config import schema
 from beltrepro.replication.verdicts.entries import load_ledger
+from browser import BROWSER
 from extensions import api, claims_and_figures, configuration, markdown, rule_graph, tutorial
 from made_up import data
 
 DOCS = Path(__file__).parents[2] / "docs"
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
 
 
 # --- without building -----------------------------------------------------------------------------
@@ -143,7 +142,7 @@ def test_the_site(tmp_path):
     nothing_is_loaded_from_outside(site)
     public_names_lead_to_their_docstrings(site)
     the_command_has_every_option(site)
-    if BROWSER is None:
+    if not BROWSER:
         pytest.skip("no chromium here: see README, Tests in a browser")
     pages_fit_a_phone_and_ask_nobody(site, tmp_path)
 
@@ -213,7 +212,7 @@ def public_names_lead_to_their_docstrings(site):
 
 def the_command_has_every_option(site):
     text, _ = marked(site / "reference" / "command.html")
-    (commands,) = cli._parser()._subparsers._group_actions
+    (commands,) = cli.parser()._subparsers._group_actions
     for name, parser in commands.choices.items():
         assert f'id="beltrepro-{name}"' in text
         for action in parser._actions:

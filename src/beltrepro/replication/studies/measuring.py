@@ -64,6 +64,7 @@ COLUMNS = (
     "runs",
     "criterion",
     "verdict",
+    "reason",
     "note",
     "dataset",
 )
@@ -166,7 +167,7 @@ def _judged(claim: Claim, variant: str, reading: Callable[[], Measurement]) -> _
     runs = measurement.runs
     few = f"rests on {runs} run{'s' * (runs > 1)}" if runs and runs < FEW_RUNS else ""
     # Why there is nothing to test against comes first, then what was found all the same.
-    note = _joined(claim.reason, judgement.reason, measurement.note, few)
+    note = _joined(claim.reason, measurement.note, few)
     return _Judged(claim, variant, measurement, judgement, note)
 
 
@@ -187,6 +188,7 @@ def _row(found: _Judged, evidence: Evidence) -> dict[str, str]:
         "runs": "" if runs is None else str(runs),
         "criterion": claim.criterion["text"],
         "verdict": found.judgement.verdict,
+        "reason": found.judgement.reason,
         "note": found.note,
         "dataset": ", ".join(evidence.used or claim.needs),
     }

@@ -27,6 +27,15 @@ SECTIONS = {
     "integrators": "integrators/claims",
 }
 KINDS = ("number", "shape", "construction")
+# What a reading can change that the paper leaves to the one who computes.
+CHANGES = (
+    "integrator",
+    "time step",
+    "initial state",
+    "transient",
+    "length",
+    "number of runs",
+)
 
 
 @dataclass(frozen=True)
@@ -44,6 +53,7 @@ class Claim:
     parameters: dict[str, Any] = field(default_factory=dict, hash=False)
     open: str = ""
     reading: str = ""
+    changes: dict[str, str] = field(default_factory=dict, hash=False)
     reason: str = ""
 
     @property

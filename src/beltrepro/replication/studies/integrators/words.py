@@ -1,8 +1,5 @@
 """What the report says of the two integrators: sentences and rows from the tables of a run."""
 
-from dataclasses import dataclass
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 
@@ -21,28 +18,13 @@ DATASETS = {
     "attractors": "pairs_states_verlet",
 }
 """Dataset of the tested integrator in each part, whose lengths the other one shares."""
+TOLD_BY = ("agreement", "families", "partings", "convergence")
 SHOWN = (measure.DISORDER, measure.STILL_STICKING, measure.FINAL_DISORDER)
 
 
-@dataclass(frozen=True)
-class Tables:
-    """The files that the workflow writes: measure.csv and those beside the runs."""
-
-    comparisons: Path
-    families: Path
-    partings: Path
-    convergence: Path
-
-
-def describe(tables: Tables, settings: dict) -> dict:
-    """What the template needs: sentences by heading, rows of tables.
-
-    settings : configuration of the preset.
-    """
-    comparisons, families, partings, convergence = (
-        pd.read_csv(path)
-        for path in (tables.comparisons, tables.families, tables.partings, tables.convergence)
-    )
+def describe(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
+    """What the template needs: sentences by heading, rows of tables."""
+    comparisons, families, partings, convergence = (tables[name] for name in TOLD_BY)
     methods = {role: comparisons[role].iloc[0] for role in ("tested", "reference")}
     base = settings["defaults"]["time_step"]
     sentences = {
