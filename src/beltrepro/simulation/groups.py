@@ -10,6 +10,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import CUT_TIME, GROUP_SIZE, Integrator, Sampling, Section
 from beltrepro.engine.kicks import KickedIntegrator
 from beltrepro.simulation import checkpoints
+from beltrepro.simulation.sampling import for_moments
 from beltrepro.simulation.setup import METHODS, Case
 
 # By the method of the cases, or what kicked ones take. As a table, so that the code behind a job of
@@ -55,15 +56,15 @@ def groups(cases: Sequence[Case], progress: Report | None) -> Iterator[tuple[np.
 def integrator_of(
     members: Sequence[Case],
     *,
-    sampling: Sampling,
-    sampled_blocks: int,
+    sampling: Sampling | None = None,
+    sampled_blocks: int = 1,
     section: Section | None = None,
 ) -> Integrator:
-    """The integrator that advances a group of cases."""
+    """The integrator that advances a group; it samples the last block for r unless told more."""
     first = members[0]
     settings: dict[str, Any] = {
         "time_step": first.time_step,
-        "sampling": sampling,
+        "sampling": sampling or for_moments(members),
         "sampled_blocks": sampled_blocks,
         "section": section,
         **first.accuracy,
