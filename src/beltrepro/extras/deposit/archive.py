@@ -8,7 +8,7 @@ import zipfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from beltrepro.base import provenance
+from beltrepro.base import provenance, seal
 from beltrepro.base.atomic import replacing
 from beltrepro.extras.deposit.crate import Layout, Run, describe
 from beltrepro.extras.deposit.sources import refuse_changes, source_files
@@ -43,10 +43,10 @@ def write(path: Path, top: Path, run: Run) -> int:
         zipfile.ZipFile(unfinished, "w", strict_timestamps=False) as file,
     ):
         for name in sorted({*names} - {*texts}):
-            lines.append(manifest.line(manifest.checksum_of(top / name), name))
+            lines.append(manifest.line(seal.digest_of(top / name), name))
             file.write(top / name, f"{path.stem}/{name}", zipfile.ZIP_DEFLATED)
         for name, text in texts.items():
-            lines.append(manifest.line(manifest.checksum_of_text(text), name))
+            lines.append(manifest.line(seal.digest(text.encode()), name))
             file.writestr(f"{path.stem}/{name}", text, zipfile.ZIP_DEFLATED)
         listed = "".join(sorted(lines, key=lambda line: line.split("  ", 1)[1]))
         file.writestr(f"{path.stem}/{manifest.NAME}", listed, zipfile.ZIP_DEFLATED)

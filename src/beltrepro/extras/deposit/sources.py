@@ -3,6 +3,7 @@
 import subprocess
 from pathlib import Path
 
+from beltrepro.base import seal
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import manifest
 
@@ -27,7 +28,7 @@ def refuse_changes(top: Path) -> None:
         changed = [
             name
             for name, checksum in manifest.sources(top).items()
-            if not (top / name).is_file() or manifest.checksum_of(top / name) != checksum
+            if not (top / name).is_file() or seal.digest_of(top / name) != checksum
         ]
     if changed := [name for name in changed if name]:
         more = f" and {len(changed) - 3} more" if len(changed) > 3 else ""
