@@ -28,7 +28,7 @@ from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.jobs import simulation_jobs
 from beltrepro.replication.plan.plan import Plan, make_plan
 from beltrepro.replication.plan.points import columns
-from beltrepro.replication.verdicts.entries import load_ledger
+from beltrepro.replication.verdicts.ledger import load_ledger
 
 ROOT = Path(__file__).parents[2]
 CONFIG = load_config(ROOT / "config.yaml")
@@ -267,7 +267,7 @@ def test_touched_plot_table_and_claims_rerun_themselves_and_the_report(finished)
     names = (
         "replication/studies/transition/fig12.py",
         "replication/studies/friction_ratio/friction_falls.py",
-        "replication/studies/measuring.py",
+        "replication/studies/every_claim.py",
     )
     dry_run = after_touching(finished, *names)
     made = {"derive": 1, "draw": 2, "claims": 1, "report": 1, "article": 1, "all": 1}

@@ -20,7 +20,7 @@ from beltrepro.replication.verdicts.criteria import (
     range_in_words,
     show,
 )
-from beltrepro.replication.verdicts.entries import Claim
+from beltrepro.replication.verdicts.ledger import Claim
 from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.estimates import Estimate, absent, single, sure
 

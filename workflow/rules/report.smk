@@ -23,7 +23,7 @@ rule claims:
     params:
         settings=PLAN.settings(),
         expected=EXPECTED.each(*EXPECTED.judged),
-        code=code_hash("beltrepro.replication.studies.measuring", script="claims.py"),
+        code=code_hash("beltrepro.replication.studies.every_claim", script="claims.py"),
     message:
         "Measuring the claims"
     script:

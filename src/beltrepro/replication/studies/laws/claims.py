@@ -7,7 +7,7 @@ import numpy as np
 from beltrepro.model import ChainParameters, spring, units
 from beltrepro.replication.studies.integrators import divergence
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.replication.verdicts.registry import claim
+from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import bootstrap, mean, ratio, smallest, sure
 
