@@ -449,7 +449,7 @@ def test_the_section_on_the_trials_says_what_the_tables_do(tmp_path, monkeypatch
     assert rows["noise"][1:5] == ["64", "0 and 0", "0", ""]
     free = rows["noise, friction ratio"]
     assert free[1:4] == ["128", "28 and 28", "0.16"]
-    assert free[5:] == ["1, 2", "0.95 (0.5)", "0.6", ""]
+    assert free[5:] == ["1, 2", "0.48 (0.25)", "0.6", ""]
     assert rows["noise, friction ratio, belt speed"][8] == "1"
 
 
