@@ -266,7 +266,7 @@ def test_touched_kernel_reruns_all_that_uses_it(finished):
 def test_touched_plot_table_and_claims_rerun_themselves_and_the_report(finished):
     names = (
         "replication/studies/transition/fig12.py",
-        "replication/studies/friction_ratio/friction_falls.py",
+        "replication/studies/friction_ratio/measure.py",
         "replication/studies/every_claim.py",
     )
     dry_run = after_touching(finished, *names)

@@ -212,7 +212,7 @@ def public_names_lead_to_their_docstrings(site):
 
 def the_command_has_every_option(site):
     text, _ = marked(site / "reference" / "command.html")
-    (commands,) = cli._parser()._subparsers._group_actions
+    (commands,) = cli.parser()._subparsers._group_actions
     for name, parser in commands.choices.items():
         assert f'id="beltrepro-{name}"' in text
         for action in parser._actions:

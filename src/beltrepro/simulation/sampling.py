@@ -98,7 +98,7 @@ class SampleLog:
         every: int,
         start: float,
         end: float,
-    ):
+    ) -> None:
         self._start = start
         self._interval, self._every = sampling.interval, every
         self._chains = [case.parameters for case in members]
@@ -183,7 +183,7 @@ def check_memory(
 class EventWatch:
     """Stops a group of runs whose events would soon not fit in the memory."""
 
-    def __init__(self, members: Sequence[Case], log: EventLog):
+    def __init__(self, members: Sequence[Case], log: EventLog) -> None:
         self._members, self._log = members, log
         self._next = _UNWATCHED
 
