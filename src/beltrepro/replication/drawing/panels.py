@@ -147,8 +147,8 @@ def zoom(axes, inner, time, values, window):
     inner.set_title("enlarged", size=8, color="0.35")
 
 
-def spectrum(axes, series, *, printed=None):
-    """Power spectrum of x_N after the transient; with its power law beside a `printed` exponent."""
+def spectrum(axes, series):
+    """Power spectrum of x_N after the transient."""
     from beltrepro.stats import spectra
 
     axes.set(xlabel=r"$\nu$", ylabel=r"$S(\nu)$")
@@ -160,15 +160,6 @@ def spectrum(axes, series, *, printed=None):
         axes.loglog(frequency, power, color=style.SKY, linewidth=0.4, rasterized=True)
         axes.set_xlim(frequency[0], min(_SPECTRUM_TO, frequency[-1]))
         axes.set_ylim(np.quantile(power[frequency <= _SPECTRUM_TO], 0.02), 5 * power.max())
-        if printed is not None:
-            low, high = spectra.FIT_BAND
-            law = spectra.fit_power_law(frequency, power, low=low, high=high)
-            exponent = rf"{law.exponent:.2f} \pm {law.exponent_error:.2f}"
-            power_law(axes, law, label=rf"$S = {law.prefactor:.2g}\,\nu^{{{exponent}}}$")
-            printed_slope(axes, law, printed)
-            axes.legend(loc="lower left", fontsize=7)
-            half = rf"amplitude $\sqrt{{S}} \propto \nu^{{{law.exponent / 2:.2f}}}$"
-            axes.set_title(half, size=8, color=style.VERMILION)
 
 
 def power_law(axes, law, **look):

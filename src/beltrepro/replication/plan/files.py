@@ -12,7 +12,7 @@ from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.replication.plan import trailer
-from beltrepro.replication.plan.kinds import KINDS, POINT
+from beltrepro.replication.plan.kinds import KINDS, POINT, Array
 from beltrepro.replication.plan.points import CHAIN, QUANTITIES
 
 IDENTITY = ("dataset", "kind", "preset", "run")
@@ -95,21 +95,20 @@ def repair(path: str | Path, expected: dict) -> str:
     return f"to make it again: {command}"
 
 
-def join(parts: Sequence[store.Dataset], kind: str) -> dict[str, np.ndarray]:
+def join(parts: Sequence[store.Dataset], described: dict[str, Array]) -> dict[str, np.ndarray]:
     """Arrays of a whole dataset from those of its batches, in their order.
 
     Arrays are joined along the axis of points; of records, `point` counts on. Further axes of
     different lengths are filled up, with NaN or 0. Arrays without points must agree.
     """
-    known = KINDS[kind].arrays
     counts = [len(part.arrays["n_blocks"]) for part in parts]
     first = np.concatenate([[0], np.cumsum(counts)[:-1]])
     arrays = {}
     for name in parts[0].arrays:
         pieces = [part.arrays[name] for part in parts]
-        if known[name].fields:
+        if described[name].fields:
             pieces = [_shifted(piece, by) for piece, by in zip(pieces, first, strict=True)]
-        elif POINT not in known[name].dimensions:
+        elif POINT not in described[name].dimensions:
             if not all(np.allclose(piece, pieces[0]) for piece in pieces):
                 raise InputError(f"the batches differ in {name}")
             pieces = pieces[:1]
