@@ -214,7 +214,7 @@ def test_a_kind_depends_on_its_integrator_and_not_on_the_words_about_it(kind):
 
 
 def test_the_files_behind_claims_and_figures():
-    claims = modules("beltrepro.replication.studies.measuring:measure")
+    claims = modules("beltrepro.replication.studies.every_claim:measure")
     assert {f"replication.studies.{study}.claims" for study in ("transition", "laws")} <= claims
     assert not any(
         name.startswith(("engine", "simulation", "replication.report")) for name in claims

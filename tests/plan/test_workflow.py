@@ -30,7 +30,7 @@ from beltrepro.replication.plan.jobs import simulation_jobs
 from beltrepro.replication.plan.plan import Plan, make_plan
 from beltrepro.replication.plan.points import columns
 from beltrepro.replication.plan.workflow import Workflow
-from beltrepro.replication.verdicts.entries import load_ledger
+from beltrepro.replication.verdicts.ledger import load_ledger
 
 ROOT = Path(__file__).parents[2]
 CONFIG = load_config(ROOT / "config.yaml")
@@ -279,7 +279,7 @@ def test_edited_plot_table_and_claims_rerun_themselves_and_the_report(finished):
         finished,
         "replication/studies/transition/fig12.py:draw",
         f"{module}.py:{table}",
-        "replication/studies/measuring.py:measure",
+        "replication/studies/every_claim.py:measure",
     )
     figures = {name for name, figure in FIGURES.items() if table in figure.uses} | {"fig12"}
     assert (derived(dry_run), drawn(dry_run)) == ({f"tables/{table}"}, figures)

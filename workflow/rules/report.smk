@@ -23,7 +23,7 @@ rule claims:
     params:
         settings=FLOW.plan.settings(),
         expected=FLOW.expected(*FLOW.judged),
-        code=FLOW.code("claims.py", "beltrepro.replication.studies.measuring:measure"),
+        code=FLOW.code("claims.py", "beltrepro.replication.studies.every_claim:measure"),
     message:
         "Measuring the claims"
     script:

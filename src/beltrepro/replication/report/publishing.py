@@ -21,7 +21,7 @@ from beltrepro.replication.report.findings import findings_of
 from beltrepro.replication.report.results import Results, count, read, with_verdict
 from beltrepro.replication.report.sentences import filled, place_of, typeset
 from beltrepro.replication.verdicts.criteria import FAILS, PARTLY, UNDECIDED
-from beltrepro.replication.verdicts.entries import load_ledger
+from beltrepro.replication.verdicts.ledger import load_ledger
 
 PLACE = Path("docs/results")
 LIMIT = 20_000_000  # bytes of a published run, as repositories and their readers bear them
