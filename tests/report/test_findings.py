@@ -27,7 +27,7 @@ from beltrepro.replication.verdicts.criteria import (
     UNDECIDED,
     VERDICTS,
 )
-from beltrepro.replication.verdicts.entries import CHANGES, load_ledger
+from beltrepro.replication.verdicts.ledger import CHANGES, load_ledger
 from beltrepro.stats.estimates import Estimate
 
 LEDGER = load_ledger()

@@ -14,7 +14,7 @@ from beltrepro.cli import app as cli
 from beltrepro.replication.report import publishing
 from beltrepro.replication.report.results import count, read
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
-from beltrepro.replication.verdicts.entries import load_ledger
+from beltrepro.replication.verdicts.ledger import load_ledger
 
 ROOT = Path(__file__).parents[2]
 

@@ -8,7 +8,6 @@ from scipy import stats
 from scipy.spatial.distance import pdist
 
 from beltrepro.replication.studies.avalanches import measure as avalanches
-from beltrepro.replication.studies.transition import lifetimes
 from beltrepro.stats import (
     density,
     dimension,
@@ -282,17 +281,6 @@ def test_sampled_laminar_phases_end_with_the_last_slipping_sample():
 
 
 # --- lifetimes ------------------------------------------------------------------------------------
-
-
-def test_attractors_at_the_edge_of_the_amplitude():
-    found = lifetimes.label_attractors([1, 1, 0], [0.05, 0.0499, 0.0], np.zeros((3, 2)))
-    assert found.tolist() == [lifetimes.LARGE_SLIP, lifetimes.SMALL_SLIP, lifetimes.STICK_SLIP]
-
-
-def test_the_last_block_of_a_shorter_chain_is_the_last_one_that_it_has():
-    rates = [[0.0, 0.1, 0.0], [0.0, 0.1, np.nan], [0.1, 0.0, np.nan], [0.0, 0.0, 0.1]]
-    found = lifetimes.label_attractors([1] * 4, [0.0] * 4, rates)
-    assert (found == lifetimes.STICK_SLIP).tolist() == [False, True, False, True]
 
 
 # --- sections -------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ from beltrepro.replication.studies.experiment.lines import LEAST_PEAKS, SEGMENT_
 from beltrepro.replication.studies.noise.claims import N_BLOCKS, QUIET, RUNS
 from beltrepro.replication.studies.noise.cycles import share_of_time
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.replication.verdicts.registry import claim
+from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import intermittency
 from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate, difference, mean, ratio, share, sure
