@@ -6,7 +6,14 @@ import pytest
 from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.model.units import TIME_S
-from beltrepro.replication.camera.camera import Movement, View, band, film, pictures, step_changes
+from beltrepro.replication.camera.camera import (
+    Framing,
+    Movement,
+    band,
+    film,
+    pictures,
+    step_changes,
+)
 from beltrepro.replication.camera.scene import Camera, Scene
 from beltrepro.replication.camera.video import read_video
 from filming import FRAMES_PER_SECOND, swaying
@@ -45,7 +52,7 @@ def test_a_band_covers_its_length():
 def test_a_scale_that_the_camera_chooses_fits_whatever_the_rounding():
     for farthest in np.linspace(0.5, 1.5, 1001):
         movement = Movement(np.zeros(1), np.array([[farthest]]), np.zeros((1, 1)))
-        view = View.of(movement, Scene(), Camera())
+        view = Framing.of(movement, Scene(), Camera())
         assert view.along(farthest + 0.02) < view.width
 
 
@@ -62,7 +69,7 @@ def test_the_white_block_brightens_by_its_area():
     assert area == pytest.approx(expected, rel=2e-3)  # 8 bits round
     columns = (first - second).sum(axis=0)
     centre = np.arange(camera.width) @ columns / columns.sum() + 0.5
-    view = View.of(movement, scene, camera)
+    view = Framing.of(movement, scene, camera)
     assert centre == pytest.approx(view.along(movement.x_m[0, -1]), abs=0.01)
 
 
