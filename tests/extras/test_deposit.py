@@ -17,12 +17,12 @@ import yaml
 from matplotlib.figure import Figure
 from PIL import Image
 
-from beltrepro.base import provenance, store
+from beltrepro.base import provenance, seal, store
 from beltrepro.base.errors import InputError
+from beltrepro.base.seal import metadata_path
 from beltrepro.extras.deposit import archive, crate
 from beltrepro.replication.drawing import style
 from beltrepro.replication.plan import files, inputs, manifest, tables
-from beltrepro.replication.plan.described import metadata_path
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import columns
 
@@ -239,7 +239,7 @@ def test_archive_has_sources_results_crate_and_the_checksum_of_each(project, tmp
     assert there == expected | {f"results/own/{name}" for name in results}
     listed = manifest.read(top)
     assert set(listed) == there - {manifest.NAME}
-    assert all(manifest.checksum_of(top / name) == each for name, each in listed.items())
+    assert all(seal.digest_of(top / name) == each for name, each in listed.items())
     commit = git(project, "rev-parse", "HEAD").strip()
     assert manifest.datasets(top, "own") == {"rows"} and manifest.datasets(top, "other") == set()
     assert provenance.commit(top) == commit
@@ -296,7 +296,7 @@ def test_files_of_the_crate_are_there_with_their_checksums(project, described):
     for name in names:
         assert (folder / name).is_file()
         if "sha256" in described[name]:
-            assert described[name]["sha256"] == manifest.checksum_of(folder / name)
+            assert described[name]["sha256"] == seal.digest_of(folder / name)
     parts = {each["@id"] for each in described["./"]["hasPart"]}
     assert parts == set(names)
 

@@ -20,10 +20,10 @@ import numpy as np
 
 from beltrepro.base import store
 from beltrepro.base.errors import InputError
+from beltrepro.base.seal import metadata_path
 from beltrepro.base.store import Dataset
 from beltrepro.replication.plan import inputs
 from beltrepro.replication.plan.config import load_config
-from beltrepro.replication.plan.described import metadata_path
 from beltrepro.replication.plan.workflow import Workflow
 
 ROOT = Path(__file__).parents[2]

@@ -16,11 +16,10 @@ import numpy as np
 import pandas as pd
 from pydantic import BaseModel, ValidationError, create_model
 
-from beltrepro.base import provenance, store
+from beltrepro.base import provenance, seal, store
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import files
-from beltrepro.replication.plan.described import checksum, metadata_path
 from beltrepro.replication.plan.points import QUANTITIES
 
 SHORT = 500.0  # model time; a distance grows e-fold in 60 and more
@@ -70,7 +69,7 @@ def make_list(results: Path) -> dict:
         **{name: first[name] for name in ("preset", "run", "code_version")},
         "machine": {name: first[name] for name in provenance.machine()},
         "datasets": {name: _described(dataset) for name, dataset in datasets.items()},
-        "tables": {path.stem: checksum(path.read_bytes()) for path in _tables(results)},
+        "tables": {path.stem: seal.digest_of(path)[:16] for path in _tables(results)},
         "verdicts": _verdicts(results),
     }
 
@@ -152,12 +151,12 @@ def conclusion(findings: list[Finding]) -> str:
 
 def _compare_table(path: Path, listed: str, run: dict, same_machine: bool) -> Finding:
     try:
-        content = checksum(path.read_bytes())
+        content = seal.digest_of(path)[:16]
     except OSError as error:
         words = f"{path}: cannot be read ({error.strerror}); {files.repair(path, run)}"
         return Finding(path.stem, WRONG, words)
     try:
-        sealed = json.loads(metadata_path(path).read_text(encoding="utf-8"))["beltrepro:checksum"]
+        sealed = json.loads(seal.metadata_path(path).read_text(encoding="utf-8"))[seal.KEY]
     except (OSError, ValueError, KeyError):
         sealed = None
     if content == listed:

@@ -9,7 +9,7 @@ import zipfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from beltrepro.base import provenance
+from beltrepro.base import provenance, seal
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.extras.deposit.crate import Layout, WorkflowRun, describe
@@ -44,10 +44,10 @@ def write(path: Path, top: Path, run: WorkflowRun) -> int:
         zipfile.ZipFile(unfinished, "w", strict_timestamps=False) as file,
     ):
         for name in sorted({*names} - {*texts}):
-            lines.append(manifest.line(manifest.checksum_of(top / name), name))
+            lines.append(manifest.line(seal.digest_of(top / name), name))
             file.write(top / name, f"{path.stem}/{name}", zipfile.ZIP_DEFLATED)
         for name, text in texts.items():
-            lines.append(manifest.line(manifest.checksum_of_text(text), name))
+            lines.append(manifest.line(seal.digest(text.encode()), name))
             file.writestr(f"{path.stem}/{name}", text, zipfile.ZIP_DEFLATED)
         listed = "".join(sorted(lines, key=lambda line: line.split("  ", 1)[1]))
         file.writestr(f"{path.stem}/{manifest.NAME}", listed, zipfile.ZIP_DEFLATED)
@@ -83,7 +83,7 @@ def refuse_changes(top: Path) -> None:
         changed = [
             name
             for name, checksum in manifest.sources(top).items()
-            if not (top / name).is_file() or manifest.checksum_of(top / name) != checksum
+            if not (top / name).is_file() or seal.digest_of(top / name) != checksum
         ]
     if changed := [name for name in changed if name]:
         more = f" and {len(changed) - 3} more" if len(changed) > 3 else ""

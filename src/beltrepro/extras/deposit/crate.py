@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 import yaml
 
-from beltrepro.base import provenance
+from beltrepro.base import provenance, seal
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan.manifest import checksum_of
 
 if TYPE_CHECKING:
     from rocrate.rocrate import ROCrate
@@ -154,7 +153,7 @@ class _Made:
         return {
             "name": path.removeprefix(f"{self.run.folder}/"),
             "contentSize": str(there.stat().st_size),
-            "sha256": checksum_of(there),
+            "sha256": seal.digest_of(there),
             "encodingFormat": _MEDIA.get(there.suffix, "text/plain"),
         }
 

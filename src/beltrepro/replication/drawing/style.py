@@ -13,7 +13,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from beltrepro.base import provenance
+from beltrepro.base import provenance, seal
 from beltrepro.base.atomic import replacing
 from beltrepro.replication.plan.points import LAW
 
@@ -151,6 +151,8 @@ def write(figure, path, title, source="", lineage=None) -> None:
     canvas, dpi = _CANVASES[kind](figure), figure.dpi
     with replacing(path) as unfinished:
         getattr(canvas, f"print_{kind}")(unfinished, metadata=about[kind])
+        if kind != "svg":  # nothing may follow the end of XML
+            seal.put(unfinished)
     figure.set_dpi(dpi)  # that of a PDF is 72
 
 

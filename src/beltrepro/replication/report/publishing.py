@@ -13,6 +13,7 @@ from pathlib import Path
 
 from PIL import Image
 
+from beltrepro.base import seal
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import manifest, registry
@@ -202,7 +203,7 @@ def _fewer_colours(picture: bytes) -> bytes:
 
 def _list(folder: Path) -> None:
     lines = [
-        manifest.line(manifest.checksum_of(path), path.relative_to(folder).as_posix())
+        manifest.line(seal.digest_of(path), path.relative_to(folder).as_posix())
         for path in _files(folder)
     ]
     (folder / manifest.NAME).write_text("".join(lines), encoding="utf-8")
