@@ -59,7 +59,7 @@ class Track:
     @classmethod
     def load(cls, path: str | Path) -> Track:
         """Read a CSV file with the columns time_s, x_m and, if known, error_m."""
-        from beltrepro.replication.camera.tables import read_track
+        from beltrepro.replication.camera.track_file import read_track
 
         (time_s, x_m, error_m), settings = read_track(Path(path))
         return cls(
