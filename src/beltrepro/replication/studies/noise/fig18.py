@@ -5,6 +5,7 @@ from matplotlib.colors import BoundaryNorm
 
 from beltrepro.replication.drawing import panels, replicate_panels, style
 from beltrepro.replication.plan.registry import Figure
+from beltrepro.replication.studies.noise import measure
 from beltrepro.stats import intermittency, sections
 
 FIGURE = Figure(
@@ -54,8 +55,8 @@ def _map(figure, axes, points):
     highest = np.nanmax(disorder) if np.isfinite(disorder).any() else STEP
     levels = STEP * np.arange(np.ceil(highest / STEP - 1e-9) + 1)
     image = axes.pcolormesh(
-        _edges(velocities),
-        _edges(noises),
+        measure.cell_edges(velocities),
+        measure.cell_edges(noises),
         disorder,
         cmap="viridis",
         norm=BoundaryNorm(levels, 256),
@@ -103,11 +104,3 @@ def _table(points):
     for place in np.unique(cell):
         disorder.flat[place] = np.median(points["disorder_parameter"][cell == place])
     return velocities, noises, disorder
-
-
-def _edges(centres):
-    """Borders of cells around grid values."""
-    if centres.size == 1:
-        return np.array([centres[0] - 0.5, centres[0] + 0.5])
-    middle = (centres[1:] + centres[:-1]) / 2
-    return np.concatenate([[2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]])
