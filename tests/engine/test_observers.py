@@ -168,19 +168,6 @@ def test_a_stuck_block_slips_at_one_constant_threshold():
     assert kstest(forces, "norm", (71.4, noise)).pvalue > 1e-4
 
 
-def test_points_do_not_depend_on_how_a_list_is_split():
-    # more chains than are advanced together
-    chains = [ChainParameters(2, 1.0 + lane, noise=lane % 3) for lane in range(40)]
-
-    def measure(part):
-        return scan(part, duration=30.0, transient=10.0, section_position=150.0, method="verlet")
-
-    whole, parts = measure(chains), [measure(chains[:7]), measure(chains[7:])]
-    for name, values in whole.items():
-        joined = np.concatenate([part[name] for part in parts])
-        np.testing.assert_array_equal(joined, values, err_msg=name)
-
-
 def test_event_log_is_the_same_however_it_is_cut(monkeypatch):
     """A long run keeps its events in blocks; a run's records take them over."""
     chains = [ChainParameters(5, 20.0, 1.0), ChainParameters(2, 3.0)]
