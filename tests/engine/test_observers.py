@@ -87,6 +87,12 @@ def test_crossings_of_the_section():
     between = x[:-1][down] + share[:, None] * (x[1:] - x[:-1])[down]
     np.testing.assert_allclose(section["positions"], between, atol=1e-9)
     np.testing.assert_allclose(section["positions"][:, 1], 250)
+    measured = scan([chain] * 2, duration=120, transient=40, section_position=[250.0, 600.0],
+                    replicate=[1, 0], method="verlet")  # fmt: skip
+    last = catalogue(chain, duration=120, transient=40, section_position=600.0, method="verlet")
+    assert measured["section_count"][1] == len(last["section"]) > 3
+    velocities = measured["section_velocity"][1, : len(last["section"])]
+    np.testing.assert_allclose(velocities, last["section"]["velocities"][:, -1], rtol=1e-6)
     # velocities change by a*dt within the step, |a| < 200
     assert np.abs(section["velocities"] - v[1:][down]).max() < 0.2
 
