@@ -217,8 +217,6 @@ def test_ranges_of_numbers_have_both_ends_and_no_rounding():
     assert checks.spaced("u", 0.1, 0.4, 0.1) == (0.1, 0.2, 0.3, 0.4)
     assert checks.spaced("u", 1, 2, 0.3) == (1, 1.3, 1.6, 1.9)
     assert checks.spaced("u", 3, 3, 1) == (3,)
-        3,
-    )
     assert len(checks.spaced("u", 1, 100_000, 1)) == 100_000
     for refused, words in (
         ((1, 100_001, 1), "u.step = 1: gives 1e[+]05 values, at most 100000"),
