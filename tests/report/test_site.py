@@ -20,7 +20,7 @@ import beltrepro
 from beltrepro.cli import app as cli
 from beltrepro.replication.plan import kinds, registry
 from beltrepro.replication.plan.config import schema
-from beltrepro.replication.verdicts.entries import load_ledger
+from beltrepro.replication.verdicts.ledger import load_ledger
 from browser import BROWSER
 from extensions import api, claims_and_figures, configuration, markdown, rule_graph, tutorial
 from made_up import data
@@ -212,7 +212,7 @@ def public_names_lead_to_their_docstrings(site):
 
 def the_command_has_every_option(site):
     text, _ = marked(site / "reference" / "command.html")
-    (commands,) = cli._parser()._subparsers._group_actions
+    (commands,) = cli.parser()._subparsers._group_actions
     for name, parser in commands.choices.items():
         assert f'id="beltrepro-{name}"' in text
         for action in parser._actions:

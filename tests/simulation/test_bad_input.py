@@ -222,7 +222,7 @@ def test_much_nonsense_is_refused(key, value):
 
 COMMANDS = next(
     action.choices
-    for action in cli._parser()._actions
+    for action in cli.parser()._actions
     if isinstance(action, argparse._SubParsersAction)
 )
 RUNS = {"n_blocks": 2, "belt_velocity": 5, "duration": 20}

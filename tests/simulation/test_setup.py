@@ -100,9 +100,13 @@ def test_one_chain_makes_one_value_and_several_make_a_table():
 @pytest.mark.parametrize("function", [simulate, scan, time_to_continuous_slip])
 def test_each_chain_has_its_own_settings_whatever_its_company(function):
     lengths = {"duration": 60.0}
-    together = function(CHAINS, **MIXED, **lengths)
-    for index, chain in enumerate(CHAINS):
-        alone = function(chain, **{name: MIXED[name][index] for name in MIXED}, **lengths)
+    # the last two advance together with the first
+    chains = [*CHAINS, NOISY, NOISY]
+    settings = {name: [*values, values[0], values[0]] for name, values in MIXED.items()}
+    settings |= {"seed": [1, 2, 3, 9, 8], "tolerance": [1e-8, None, None, 1e-8, 1e-9]}
+    together = function(chains, **settings, **lengths)
+    for index, chain in enumerate(chains):
+        alone = function(chain, **{name: settings[name][index] for name in MIXED}, **lengths)
         if function is simulate:
             assert alone == together[index]
             continue
@@ -453,5 +457,5 @@ def test_a_grid_that_cannot_be_is_one_line(axes, words):
 
 def test_progress_ends_at_one():
     fractions = []
-    scan(Grid(2, [5.0, 6.0, 7.0]), **SHORT, progress=fractions.append)
+    scan(Grid([2, 3, 1], [5.0, 6.0]), **SHORT, progress=fractions.append)
     assert fractions == sorted(fractions) and fractions[-1] == pytest.approx(1.0)

@@ -4,9 +4,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from beltrepro.replication.studies.measuring import REGISTRY
-from beltrepro.replication.verdicts.entries import load_ledger
+from beltrepro.replication.studies.every_claim import REGISTRY
 from beltrepro.replication.verdicts.evidence import Cut, Evidence
+from beltrepro.replication.verdicts.ledger import load_ledger
 from beltrepro.stats import states
 from beltrepro.stats.transitions import Transition
 

@@ -3,10 +3,10 @@
 import numpy as np
 
 from beltrepro.base.store import Dataset
-from beltrepro.replication.studies.measuring import REGISTRY
+from beltrepro.replication.studies.every_claim import REGISTRY
 from beltrepro.replication.verdicts.criteria import judge
-from beltrepro.replication.verdicts.entries import load_ledger
 from beltrepro.replication.verdicts.evidence import Evidence
+from beltrepro.replication.verdicts.ledger import load_ledger
 
 LEDGER = load_ledger()
 SETTINGS = {"defaults": {"laminar_time": 200.0}}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -231,12 +232,13 @@ def _ahead(state: ChainState, tick: float) -> Run:
 
 
 def _simulated(state: ChainState, duration: float, sample_interval: float | None) -> Run:
-    run = simulate(
-        state.parameters,
-        duration=duration,
-        method="event",
-        initial_state=state,
-        sample_interval=sample_interval,
-    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # r of so short a run is asked by nobody
+        run = simulate(
+            state.parameters,
+            duration=duration,
+            initial_state=state,
+            sample_interval=sample_interval,
+        )
     assert isinstance(run, Run)  # as it was one chain
     return run
