@@ -21,9 +21,9 @@ from beltrepro.base import store
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import files, registry
 from beltrepro.replication.report import conduct, judged
+from beltrepro.replication.report.claim_results import read_tables
 from beltrepro.replication.report.contents import SECTIONS, SUMMARY
 from beltrepro.replication.report.findings import findings_of
-from beltrepro.replication.report.results import read_tables
 from beltrepro.replication.verdicts.criteria import VERDICTS
 from beltrepro.replication.verdicts.ledger import load_ledger
 from pages import PIXEL, badge, cards, cells, part, plain, typeset, words

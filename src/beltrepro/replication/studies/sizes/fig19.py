@@ -1,6 +1,6 @@
 """Fig. 19: the fall of r for several system sizes."""
 
-from beltrepro.replication.drawing import panels, replicates, style
+from beltrepro.replication.drawing import panels, replicate_panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.stats import sections
@@ -55,7 +55,7 @@ def draw(data, caption):
         axes.label_outer()
     _strips(above)
     words = rf"$\sigma = {NOISE:g}$"
-    panels.remark(above, f"{words}; {replicates.WORDS}; strips: regions in the paper")
+    panels.remark(above, f"{words}; {replicate_panels.WORDS}; strips: regions in the paper")
     panels.remark(below, f"{words}; single runs")
     above.set_xlim(left=0)
     return figure
@@ -70,7 +70,7 @@ def _band(axes, data, n_blocks):
     for name in ("n5_replicates", "size_replicates"):
         row = sections.rows(data[name], n_blocks=n_blocks, noise=NOISE)
         points = row["belt_velocity"], row["disorder_parameter"], _index(n_blocks)
-        replicates.band(axes, *points, label=f"$N = {n_blocks}$", linestyle="-")
+        replicate_panels.band(axes, *points, label=f"$N = {n_blocks}$", linestyle="-")
 
 
 def _strips(axes):
