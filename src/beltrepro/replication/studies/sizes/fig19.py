@@ -2,6 +2,7 @@
 
 from beltrepro.replication.drawing import panels, replicate_panels, style
 from beltrepro.replication.plan.registry import Figure
+from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.stats import sections
 
 FIGURE = Figure(
@@ -28,7 +29,7 @@ FIGURE = Figure(
 )
 
 NOISE = 1.0
-PRINTED = {5: (15, 18), 7: (23, 32), 10: (27, 40)}  # transition regions in the caption of Fig. 19
+SHOWN = (5, 7, 10)
 ORDER = (5, 7, 10, 2, 3, 4, 6)  # numbers of blocks in the order of the styles
 
 
@@ -40,7 +41,7 @@ def draw(data, caption):
     above, below = figure.subplots(2, 1, sharex=True)
     panels.letter(above, "a")
     panels.letter(below, "b")
-    for n_blocks in PRINTED:
+    for n_blocks in SHOWN:
         _band(above, data, n_blocks)
     for name in ("n5_rows", "size_rows"):
         for scan, overlay in panels.layers(data, name):
@@ -75,7 +76,8 @@ def _band(axes, data, n_blocks):
 def _strips(axes):
     """The printed regions as strips at the top, in the colours of the curves."""
     axes.set_ylim(top=axes.get_ylim()[1] * 1.2)
-    for place, (n_blocks, (low, high)) in enumerate(PRINTED.items()):
+    for place, n_blocks in enumerate(SHOWN):
+        low, high = printed("transition-width")[str(n_blocks)]
         top = 0.97 - 0.045 * place
         colour = style.line_style(_index(n_blocks))["color"]
         axes.axvspan(low, high, top - 0.03, top, color=colour, linewidth=0)
