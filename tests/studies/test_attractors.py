@@ -8,7 +8,7 @@ from beltrepro.replication.studies.chaos import measure
 from beltrepro.replication.studies.chaos.orbits import catalogue
 from beltrepro.stats import survival
 from beltrepro.stats.errors import NotEnoughDataError
-from beltrepro.stats.shares import share
+from beltrepro.stats.estimates import share
 from irregular import exponent, settling
 
 # state, period, slips in it, returns in it, r

@@ -10,7 +10,8 @@ from beltrepro.replication.studies.experiment.films import disorder_of
 from beltrepro.replication.studies.experiment.measure import between
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats.errors import NotEnoughDataError
-from noisy import LEDGER, found, judged, runs
+from made_up import LEDGER
+from noisy import found, judged, runs
 
 
 @pytest.fixture(autouse=True)

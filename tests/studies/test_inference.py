@@ -103,7 +103,7 @@ def test_credible_sets_cover_the_truth_as_often_as_they_say():
     done = calibrate(gaussian(runs=150), 0.15, shown=[True, True], draws=600)
     for name in ("mean", "idle"):
         # levels are few, so that sets hold somewhat more than 90 %
-        assert done.coverage[name].upper > 0.9 and done.uniform_p[name] > 0.01
+        assert done.coverage[name].high > 0.9 and done.uniform_p[name] > 0.01
     assert done.experiments + done.unanswered == 600 and done.unanswered < 30
 
 

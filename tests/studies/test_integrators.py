@@ -20,7 +20,7 @@ from beltrepro.replication.studies.integrators import agreement_trajectories, di
 from beltrepro.replication.studies.integrators import measure as integrators
 from beltrepro.replication.studies.integrators import words as page
 from beltrepro.replication.studies.integrators.steps import mean_step
-from beltrepro.replication.studies.transition.lifetimes import STICK_SLIP, labels_of
+from beltrepro.replication.studies.transition.transients import STICK_SLIP, labels_of
 from beltrepro.simulation import TOLERANCES
 
 RNG = np.random.default_rng

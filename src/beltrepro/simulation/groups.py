@@ -13,6 +13,14 @@ from beltrepro.simulation import checkpoints
 from beltrepro.simulation.sampling import for_moments
 from beltrepro.simulation.setup import METHODS, Case
 
+# By the method of the cases, or what kicked ones take. As a table, so that the code behind a job of
+# the workflow is that of its own integrator.
+INTEGRATORS: dict[str, Any] = {
+    "verlet": METHODS["verlet"],
+    "event": METHODS["event"],
+    "kicked": KickedIntegrator,
+}
+
 Report: TypeAlias = Callable[[float], None]
 """Called with the fraction done."""
 
@@ -63,8 +71,8 @@ def integrator_of(
     }
     states = [case.state for case in members]
     if first.kick > 0:
-        return KickedIntegrator(states, sizes=[case.kick for case in members], **settings)
-    return METHODS[first.method](states, **settings)
+        settings["sizes"] = [case.kick for case in members]
+    return INTEGRATORS["kicked" if first.kick > 0 else first.method](states, **settings)
 
 
 def observe(

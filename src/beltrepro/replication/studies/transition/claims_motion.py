@@ -6,10 +6,10 @@ from functools import partial
 import numpy as np
 
 from beltrepro.replication.studies.avalanches import measure as avalanches
-from beltrepro.replication.studies.transition import lifetimes
+from beltrepro.replication.studies.transition import transients
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import last_block_events
-from beltrepro.replication.verdicts.registry import claim
+from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates, sections
 from beltrepro.stats.errors import require
 from beltrepro.stats.motion import PERIODIC
@@ -152,8 +152,8 @@ def _transients(evidence):
     require(duration >= 2 * printed, f"runs of {duration:g} cannot show lifetimes of {printed}")
     own = _at(runs.arrays, belt_velocity=20.0)
     escaped = own["escaped"].astype(bool)
-    slipping = lifetimes.labels_of(own) != lifetimes.STICK_SLIP
-    on_orbit = ~escaped & lifetimes.on_shared_orbits(own, float(runs.attributes["settle_time"]))
+    slipping = transients.labels_of(own) != transients.STICK_SLIP
+    on_orbit = ~escaped & transients.on_shared_orbits(own, float(runs.attributes["settle_time"]))
     beyond = escaped & (own["lifetime"] > printed)
     note = f"{escaped.sum()} of {escaped.size} runs escape"
     if escaped.any():
@@ -170,7 +170,7 @@ def _exact_transients(evidence):
         evidence.dataset("survival").arrays, n_blocks=5, belt_velocity=20.0, initial_spread=10.0
     )
     settled = runs["settled"].astype(bool)
-    slipping = settled & (runs["disorder_parameter"] < lifetimes.LARGE_AMPLITUDE)
+    slipping = settled & (runs["disorder_parameter"] < transients.LARGE_AMPLITUDE)
     # A run that settles on a stick-slip orbit has a known transient, and one that is not settled
     # has a long one.
     beyond = runs["lifetime"] > evidence.claim.paper
