@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from beltrepro import (
     ChainParameters,
@@ -16,6 +17,7 @@ from beltrepro import (
 )
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.clocks import LaboratoryIntegrator
+from beltrepro.chaos.lyapunov import _mean_of_runs
 from beltrepro.chaos.vectors import (
     INTERVAL,
     NO_SAMPLES,
@@ -325,6 +327,24 @@ def test_errors_cover_the_exponent_of_correlated_growth(memory):
     assert abs(z.mean()) < 4 / np.sqrt(2000)
     assert 0.03 < np.mean(np.abs(z) > 2) < 0.09
     assert 0.9 < z.std() < 1.15
+
+
+@pytest.mark.parametrize("runs", [3, 8])
+def test_the_error_of_a_mean_of_few_runs_covers_its_scatter(runs):
+    """z-scores of 1000 studies whose runs differ beyond their own errors: Student's t."""
+    random = np.random.default_rng(runs)
+    z = []
+    for _ in range(1000):
+        growth = 0.7 + random.standard_normal((runs, 1, 1)) + np.zeros((runs, 20, 1))
+        mean, error = _mean_of_runs(growth, standard_errors(growth))
+        z.append((mean[0] - 0.7) / error[0])
+    limit = stats.t(runs - 1).ppf(0.975)
+    assert 0.03 < np.mean(np.abs(z) > limit) < 0.07
+    # a direction that one run erases is erased; a single run keeps its own error
+    growth = np.array([[[0.1, -np.inf]], [[0.3, 0.2]], [[0.2, 0.1]]])
+    mean, error = _mean_of_runs(growth, np.ones((3, 2)))
+    assert mean[1] == -np.inf and error[1] == 0.0 and mean[0] == pytest.approx(0.2)
+    assert _mean_of_runs(growth[1:2], np.ones((1, 2)))[1].tolist() == [1.0, 1.0]
 
 
 def test_growth_in_turns_has_an_error_that_covers_where_it_ends():

@@ -17,7 +17,7 @@ from beltrepro import ChainParameters, ChainState, simulate
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.cli import app as cli
 from beltrepro.extras.watch import Clock, Player, View, Window, begin, look, write_film
-from beltrepro.extras.watch.picture import BLOCK_ALONG
+from beltrepro.extras.watch.scenery import BLOCK_ALONG
 from beltrepro.model.spring import chain_deformations, spring_force
 from beltrepro.model.units import FORCE_N, LENGTH_M, TIME_S
 

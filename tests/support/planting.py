@@ -37,7 +37,7 @@ import yaml
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = Path("src/beltrepro")
-NOT_COPIED = (".git", ".venv", ".snakemake", ".pytest_cache", ".hypothesis", "results", "logs")
+NOT_COPIED = (".git", ".venv", ".snakemake", ".pytest_cache", ".hypothesis", "logs")
 LIMIT = 600.0  # seconds for the tests of one planted error
 BY_NAME = "beltrepro.replication.plan.registry"  # loads studies by their names, unseen in imports
 STUDIES = "beltrepro.replication.studies"
@@ -407,7 +407,9 @@ def main():
 
 
 def _not_copied(folder, names):
-    return [name for name in names if folder == str(ROOT) and name in NOT_COPIED]
+    if Path(folder) == ROOT / "results":  # runs may be there
+        return [name for name in names if name != "README.md"]
+    return [name for name in names if Path(folder) == ROOT and name in NOT_COPIED]
 
 
 def _print_sums(plants):

@@ -392,13 +392,12 @@ def _fresh_state(
         deviates = np.random.default_rng(key).standard_normal(chain.n_blocks)
         positions = chain.rest_positions if positions is None else positions
         positions = positions + initial_spread * deviates
-    try:
-        return ChainState.at_rest(chain, positions, seed=seed, replicate=replicate)
-    except InputError:
-        raise InputError(
-            f"initial_spread = {initial_spread:g}: "
-            f"blocks of replicate {replicate} would begin on the wrong side of each other"
-        ) from None
+        if positions[0] <= 0 or np.any(positions[1:] <= positions[:-1]):
+            raise InputError(
+                f"initial_spread = {initial_spread:g}: "
+                f"blocks of replicate {replicate} would begin on the wrong side of each other"
+            )
+    return ChainState.at_rest(chain, positions, seed=seed, replicate=replicate)
 
 
 def _later_state(
