@@ -1,6 +1,10 @@
-"""An animated picture of a chain on its periodic orbit: `python docs/static/chain.py docs/static/chain.svg`."""
+"""An animated picture of a chain on its periodic orbit.
+
+python docs/static/chain.py docs/static/chain.svg
+"""
 
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +17,8 @@ BELT, BLOCK, HEIGHT = 70, 26, 250  # heights in pixels: middle of the belt, bloc
 TRACE = 150, 230  # top and foot of the curve of x_N(t)
 
 STYLE = """
-.ink { stroke: #333; fill: none; } .dot { fill: #d55e00; } text { fill: #333; font: 13px sans-serif; }
+.ink { stroke: #333; fill: none; } .dot { fill: #d55e00; }
+text { fill: #333; font: 13px sans-serif; }
 .belt { fill: #ece7df; } .mark { fill: #d9d0c3; }
 @media (prefers-color-scheme: dark) {
   .ink { stroke: #ddd; } text { fill: #ddd; } .belt { fill: #2b2d31; } .mark { fill: #3b3e44; }
@@ -84,21 +89,24 @@ def picture(chain):
         SCALE * chain.belt_velocity * orbit.period_time / count
     )  # pixels between marks on the belt
     marks = "".join(
-        f'<rect class="mark" x="{LEFT + k * step:.1f}" y="{BELT - 30}" width="{step / 2:.1f}" height="60"/>'
+        f'<rect class="mark" x="{LEFT + k * step:.1f}" y="{BELT - 30}" '
+        f'width="{step / 2:.1f}" height="60"/>'
         for k in range(-1, int(WIDTH / step) + 1)
     )
     top, foot = TRACE
+    belt = f'x="{LEFT}" y="{BELT - 30}" width="{WIDTH - 2 * LEFT}" height="60"'
     last = x[:, -1]
     height = foot - (last - last.min()) / np.ptp(last) * (foot - top)
     time = np.linspace(LEFT, WIDTH - LEFT, len(last))
     curve = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(time, height, strict=True))
     dot = animated("cx", listed(time), seconds) + animated("cy", listed(height), seconds)
-    springs = "".join(spring(a, b, seconds) for a, b in zip(ends[:-1], ends[1:], strict=True))
+    springs = "".join(spring(a, b, seconds) for a, b in pairwise(ends))
     blocks = "".join(block(a, s, seconds) for a, s in zip(x.T, stuck.T, strict=True))
     return f"""<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" role="img">
-<title>A chain of {chain.n_blocks} blocks on a belt that moves to the right</title><style>{STYLE}</style>
-<clipPath id="belt"><rect x="{LEFT}" y="{BELT - 30}" width="{WIDTH - 2 * LEFT}" height="60"/></clipPath>
-<g clip-path="url(#belt)"><rect class="belt" x="0" y="{BELT - 30}" width="{WIDTH}" height="60"/>
+<title>A chain of {chain.n_blocks} blocks on a belt that moves to the right</title>
+<style>{STYLE}</style>
+<clipPath id="belt"><rect {belt}/></clipPath>
+<g clip-path="url(#belt)"><rect class="belt" {belt}/>
 <g>{animated("translate", listed([0, step]), seconds / count)}{marks}</g></g>
 <path class="ink" stroke-width="3" d="M{LEFT} {BELT - 32} V{BELT + 32}"/>
 <g transform="translate(0 {BELT})">{springs}{blocks}</g>
