@@ -74,7 +74,7 @@ interruptions: env  ## kill the smoke workflow 20 times and compare the bits: ha
 	$(BIN)/python tests/support/interruptions.py $(ARGS)
 
 schema: env  ## the schema of config.yaml for editors, from the code
-	$(BIN)/python -m beltrepro.replication.plan.schema > workflow/schemas/config.schema.yaml
+	$(BIN)/python -m beltrepro.replication.plan.config > workflow/schemas/config.schema.yaml
 
 cache: env  ## compile the integrators now, not in the first runs
 	$(BIN)/beltrepro cache

@@ -3,17 +3,15 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from beltrepro import scan_grid
+from beltrepro import Grid, scan
 
-found = scan_grid(
+chains = Grid(
     n_blocks=5,
     belt_velocity=np.arange(1.0, 50.5, 1.0),
     noise=1.0,
     friction_ratio=[0.3, 0.45, 0.6],  # the paper has 0.45
-    duration=2000.0,
-    transient=500.0,
 )
-table = found.table()
+table = scan(chains, duration=2000.0, transient=500.0).table()
 table.to_csv("another_friction.csv", index=False)
 print(table.groupby("friction_ratio")["disorder_parameter"].describe())
 

@@ -7,11 +7,9 @@ from beltrepro import ChainParameters, catalogue
 
 RUNS = 32
 chain = ChainParameters(n_blocks=10, belt_velocity=1.0, noise=1.0)
-found = catalogue(
-    [chain] * RUNS, replicate=range(RUNS), duration=3000.0, transient=500.0, method="event"
-)
-avalanches = found["avalanches"]
-print(f"{len(avalanches)} avalanches, {len(found['slips'])} slips")
+records = catalogue(chain, replicate=range(RUNS), duration=3000.0, transient=500.0)
+avalanches = records["avalanches"]
+print(f"{len(avalanches)} avalanches, {len(records['slips'])} slips")
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
 left.hist(avalanches["blocks"], bins=np.arange(1, 12) - 0.5, rwidth=0.8)

@@ -9,15 +9,14 @@ chain = ChainParameters(n_blocks=3, belt_velocity=30.0)
 shifts = np.linspace(-15.0, 15.0, 41)
 moves = np.array([[first, 0.0, last] for last in shifts for first in shifts])
 starts = chain.rest_positions + moves
-found = scan(
-    [chain] * len(starts),
-    initial_positions=starts,  # all blocks at rest on the belt
+results = scan(
+    chain,
+    initial_positions=starts,  # of each run, all blocks at rest on the belt
     duration=3000.0,
     transient=2500.0,
-    method="event",
     progress=Progress("basins"),
 )
-length = found["mean_length"].reshape(shifts.size, shifts.size)
+length = results["mean_length"].reshape(shifts.size, shifts.size)
 print(f"<x_N> from {length.min():.1f} to {length.max():.1f}")
 
 figure, axes = plt.subplots()

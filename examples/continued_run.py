@@ -18,7 +18,6 @@ for label, steps in (("faster", velocities), ("slower", velocities[::-1])):
             initial_state=state,  # where the run before has ended; None is at rest
             duration=3000.0,
             transient=1000.0,
-            method="event",
             sample_interval=None,
         )
         state = run.final_state

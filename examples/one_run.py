@@ -3,6 +3,6 @@
 from beltrepro import ChainParameters, simulate
 
 chain = ChainParameters(n_blocks=7, belt_velocity=12.0, noise=1.0)
-run = simulate(chain, duration=2000.0, transient=500.0, method="event")
+run = simulate(chain, duration=2000.0, transient=500.0)
 print(run)
 run.plot("one_run.png")  # without a name it is shown

@@ -5,15 +5,14 @@ import matplotlib.pyplot as plt
 from beltrepro import ChainParameters, Progress, scan
 
 CHAINS = 1000
-found = scan(
-    [ChainParameters(n_blocks=5, belt_velocity=20.0, noise=1.0)] * CHAINS,
+results = scan(
+    ChainParameters(n_blocks=5, belt_velocity=20.0, noise=1.0),
     replicate=range(CHAINS),  # each has random numbers of its own
     duration=3000.0,
     transient=1000.0,
-    method="event",
     progress=Progress("1000 chains"),
 )
-r = found["disorder_parameter"]
+r = results["disorder_parameter"]
 print(f"r = {r.mean():.4f}, standard deviation between runs {r.std():.4f}")
 
 figure, axes = plt.subplots()

@@ -3,8 +3,9 @@
 import json
 from collections.abc import Iterable
 
-from beltrepro.replication.plan import kinds, quantities, schema
-from beltrepro.replication.plan.quantities import REQUIRED
+from pydantic import TypeAdapter
+
+from beltrepro.replication.plan import config, films, kinds, points
 from extensions import markdown
 
 _LIMITS = {
@@ -19,33 +20,32 @@ _LIMITS = {
 
 def keys() -> str:
     """Every key of config.yaml: where it stands, what it is, what is allowed."""
-    whole = schema.config_schema()
+    whole = config.schema()
     parts = whole["$defs"]
-    presets = parts["preset"]["properties"]
     return "\n\n".join(
         [
             markdown.plain(whole["description"]),
             "## Top level",
             _keys(whole["properties"], parts, whole["required"]),
             "## A dataset",
-            markdown.plain(parts["dataset"]["description"]),
-            _keys(_own(parts["dataset"]["properties"]), parts),
+            markdown.plain(parts["Dataset"]["description"]),
+            _keys(_own(parts["Dataset"]["properties"]), parts),
             "It also takes every quantity and the settings of its kind. So does `defaults`.",
             "## A film",
-            markdown.plain(parts["film"]["description"]),
-            _keys(parts["film"]["properties"], parts, parts["film"].get("required", ())),
+            markdown.plain(parts["Film"]["description"]),
+            _keys(parts["Film"]["properties"], parts, parts["Film"]["required"]),
             "## The camera",
-            markdown.plain(parts["camera"]["description"]),
-            _keys(parts["camera"]["properties"], parts),
+            markdown.plain(parts["Camera"]["description"]),
+            _keys(parts["Camera"]["properties"], parts),
             "## A preset",
-            markdown.plain(parts["preset"]["description"]),
-            _keys(presets, parts),
+            markdown.plain(parts["Preset"]["description"]),
+            _keys(parts["Preset"]["properties"], parts),
             "## Quantities",
             "Any of them can be an axis of a dataset.",
-            _values(quantities.QUANTITIES, parts),
+            _values(points.QUANTITIES),
             "## Settings",
             "They belong to a whole dataset.",
-            _values(kinds.SETTINGS, parts),
+            _values(kinds.SETTINGS),
         ]
     )
 
@@ -67,31 +67,29 @@ def _keys(properties: dict, parts: dict, required: Iterable[str] = ()) -> str:
 
 def _own(properties: dict) -> dict:
     """The keys of a dataset that are neither quantities nor settings."""
-    values = quantities.QUANTITIES | kinds.SETTINGS
+    values = points.QUANTITIES | kinds.SETTINGS
     return {name: told for name, told in properties.items() if name not in values}
 
 
-def _values(known: dict, parts: dict) -> str:
+def _values(described: dict) -> str:
     rows = []
-    for name, each in known.items():
-        axis = parts.get(f"{name}_axis", parts[name])["description"]
-        default = (
-            "required" if each.default is REQUIRED else markdown.code(json.dumps(each.default))
-        )
-        unit = markdown.plain(quantities.UNITS.get(each.unit, each.unit))
-        rows.append(
-            [markdown.code(name), markdown.plain(axis), unit, _allowed(parts[name]), default]
-        )
+    for name, about in described.items():
+        required = about.default is points.REQUIRED
+        default = "required" if required else markdown.code(json.dumps(about.default))
+        unit = markdown.plain(points.UNITS[about.unit])
+        allowed = _allowed(TypeAdapter(about.type).json_schema())
+        words = markdown.plain(config.words_of(about))
+        rows.append([markdown.code(name), words, unit, allowed, default])
     return markdown.table(["key", "what it is", "unit", "allowed", "default"], rows)
 
 
 def _allowed(told: dict) -> str:
     """What a value may be, in words."""
+    if "anyOf" in told:
+        return " or ".join(map(_allowed, told["anyOf"]))
     if "enum" in told:
         return ", ".join(map(markdown.code, told["enum"]))
-    types = told.get("type", "")
-    types = " or ".join(types) if isinstance(types, list) else types
-    words = [types.replace("object", "keys with values").replace("array", "list")]
+    words = [told.get("type", "").replace("object", "keys with values").replace("array", "list")]
     words += [
         text.format(markdown.code(told[limit])) for limit, text in _LIMITS.items() if limit in told
     ]
@@ -105,13 +103,13 @@ def _kind(kind: kinds.Kind) -> str:
         [
             markdown.code(each.name),
             markdown.plain(each.symbol),
-            markdown.plain(quantities.UNITS.get(each.unit, each.unit)),
+            markdown.plain(points.UNITS.get(each.unit, each.unit)),
             markdown.plain(f"({', '.join(each.dimensions)})"),
             markdown.plain(each.description),
         ]
         for each in kind.recorded
     ]
-    settings = ", ".join(markdown.code(each.name) for each in kind.settings)
+    settings = ", ".join(map(markdown.code, kind.settings))
     heads = ["array", "symbol", "unit", "dimensions", "what it is"]
     return "\n\n".join(
         [
@@ -125,7 +123,7 @@ def _kind(kind: kinds.Kind) -> str:
 
 def setup(app) -> dict:
     """Called by Sphinx."""
-    sources = (schema, kinds, quantities)
+    sources = (config, films, kinds, points)
     app.add_directive("config-keys", markdown.directive(keys, *sources))
     app.add_directive("dataset-kinds", markdown.directive(recorded, *sources))
     return {"parallel_read_safe": True}

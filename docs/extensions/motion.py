@@ -7,11 +7,12 @@ import yaml
 from docutils import nodes
 from sphinx.util.docutils import SphinxDirective
 
-from beltrepro.replication import report
-from beltrepro.replication.plan import files, running
+from beltrepro.replication.plan import files, kinds
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import points_of
-from beltrepro.replication.report.sections import player
+from beltrepro.replication.report.contents import MOTION
+from beltrepro.replication.report.material import Material
+from beltrepro.replication.report.page import part
 
 CONFIG = Path(__file__).parents[2] / "config.yaml"
 
@@ -29,17 +30,17 @@ def section() -> str:
     """The section as HTML, with its data."""
     plan = make_plan(yaml.safe_load(CONFIG.read_text(encoding="utf-8")))
     with TemporaryDirectory() as folder:
-        paths = [Path(folder) / f"{name}.h5" for name in player.NEEDS]
+        paths = [Path(folder) / f"{name}.h5" for name in MOTION.needs]
         for path in paths:
             _simulate(plan, path)
-        return report.part(player, report.Material(plan.preset, {}, {"datasets": paths}, Path()))
+        return part(MOTION, Material(plan.preset, {}, {"datasets": paths}))
 
 
 def _simulate(plan, path: Path) -> None:
     """What the job of the workflow does for this dataset, which is a single run."""
     told = plan.told_batch(path.stem, 0)
     points = points_of(told["points"])
-    files.write(path, told, running.run(told["kind"], points, told["settings"]))
+    files.write(path, told, kinds.record(told["kind"], points, told["settings"]))
 
 
 def setup(app) -> dict:

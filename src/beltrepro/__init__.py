@@ -1,83 +1,45 @@
-"""A replication of "Chaos on the conveyor belt" (Sándor, Járai-Szabó, Tél, Néda, 2013).
+"""Chains of blocks that stick and slip on a conveyor belt (Sándor, Járai-Szabó, Tél, Néda, 2013).
 
-What simulates is loaded on first use, so that what needs no simulation starts without numba.
+Each name is loaded on first use, so that what needs no simulation starts without numba. What
+editors and mypy see of them stands in `__init__.pyi`.
 """
 
-from importlib import import_module
-from importlib.metadata import version
-from typing import TYPE_CHECKING, Any
+from importlib import import_module as _import_module
 
-from beltrepro.model.parameters import ChainParameters
-
-if TYPE_CHECKING:
-    from beltrepro.base.progress import Progress
-    from beltrepro.chaos import (
-        LyapunovSpectrum,
-        Motion,
-        PeriodicOrbit,
-        classify,
-        close_orbit,
-        exponents,
-        lyapunov_spectrum,
-        motions,
-        periodic_orbit,
-        separation,
-        settling,
-    )
-    from beltrepro.simulation import ChainState, Run, catalogue, escapes, scan, simulate
-    from beltrepro.simulation.audit import Audit, audit
-    from beltrepro.simulation.grid_scan import GridScan, scan_grid
-
-__all__ = [
-    "Audit",
-    "ChainParameters",
-    "ChainState",
-    "GridScan",
-    "LyapunovSpectrum",
-    "Motion",
-    "PeriodicOrbit",
-    "Progress",
-    "Run",
-    "audit",
-    "catalogue",
-    "classify",
-    "close_orbit",
-    "escapes",
-    "exponents",
-    "lyapunov_spectrum",
-    "motions",
-    "periodic_orbit",
-    "scan",
-    "scan_grid",
-    "separation",
-    "settling",
-    "simulate",
-]
-__version__ = version("beltrepro")
-
-_CHAOS = (
-    "LyapunovSpectrum",
-    "Motion",
-    "PeriodicOrbit",
-    "classify",
-    "close_orbit",
-    "exponents",
-    "lyapunov_spectrum",
-    "motions",
-    "periodic_orbit",
-    "separation",
-    "settling",
-)
-_ROOMS = (
-    dict.fromkeys(_CHAOS, "chaos")
-    | dict.fromkeys(("Audit", "audit"), "simulation.audit")
-    | dict.fromkeys(("GridScan", "scan_grid"), "simulation.grid_scan")
-    | {"Progress": "base.progress"}
-)
+_HOMES = {
+    "Audit": "simulation.audit",
+    "ChainParameters": "model.parameters",
+    "ChainState": "engine.state",
+    "Grid": "simulation.grid",
+    "LyapunovSpectrum": "chaos.lyapunov",
+    "Motion": "chaos.naming",
+    "PeriodicOrbit": "chaos.orbits",
+    "Progress": "base.progress",
+    "Results": "simulation.results",
+    "Run": "simulation.run",
+    "Setup": "simulation.setup",
+    "audit": "simulation.audit",
+    "catalogue": "simulation.catalogues",
+    "classify": "chaos.naming",
+    "close_orbit": "chaos.orbits",
+    "lyapunov_spectrum": "chaos.lyapunov",
+    "periodic_orbit": "chaos.orbits",
+    "scan": "simulation.scans",
+    "separation": "chaos.parting",
+    "simulate": "simulation.trajectories",
+    "time_to_continuous_slip": "simulation.scans",
+    "time_to_orbit": "chaos.irregular",
+}
+__all__ = sorted(_HOMES)
 
 
-def __getattr__(name: str) -> Any:
-    if name in __all__:
-        room = _ROOMS.get(name, "simulation")
-        return getattr(import_module(f"beltrepro.{room}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+def __getattr__(name: str) -> object:
+    if name == "__version__":
+        return _import_module("importlib.metadata").version("beltrepro")
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(_import_module(f"beltrepro.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, *(name for name in globals() if name.startswith("__")), "__version__"]

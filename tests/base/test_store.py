@@ -109,7 +109,7 @@ def test_a_file_says_what_it_holds(tmp_path):
     assert (said["dataset"], said["kind"], said["preset"], said["run"]) == (
         "rows", "scan", "own", "own",
     )  # fmt: skip
-    assert (said["duration"], said["seed"], said["method"]) == (100.0, 3, "verlet")
+    assert (said["duration"], said["seed"], said["method"]) == (100.0, 3, "event")
     assert "n_blocks" not in said and "section_position" not in said
     assert json.loads(said["config"]) == told(0)
     assert said["units"] == "model units" and "numpy" in json.loads(said["library_versions"])

@@ -6,9 +6,8 @@ import pytest
 from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.model.units import TIME_S
-from beltrepro.replication.camera import Camera, Movement, Scene, film
-from beltrepro.replication.camera.camera import View, pictures
-from beltrepro.replication.camera.coverage import band, step_changes
+from beltrepro.replication.camera.camera import Movement, View, band, film, pictures, step_changes
+from beltrepro.replication.camera.scene import Camera, Scene
 from beltrepro.replication.camera.video import read_video
 from filming import FRAMES_PER_SECOND, swaying
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from beltrepro.cli import app as cli
-from beltrepro.replication.camera import Camera, Scene
 from beltrepro.replication.camera.camera import View, pictures
+from beltrepro.replication.camera.scene import Camera, Scene
 from beltrepro.replication.camera.tables import read_track
 from beltrepro.replication.camera.video import Frame, write_video
 from filming import FRAMES_PER_SECOND, swaying

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 import recorded
-from beltrepro.replication.camera import Track
+from beltrepro.replication.camera.tracking import Track
 from beltrepro.replication.camera.video import write_video
 from beltrepro.replication.plan import inputs
-from beltrepro.replication.studies.experiment import recordings
+from beltrepro.replication.studies.experiment.films import TABLES, recordings, tracking_error
 from beltrepro.replication.studies.experiment.lines import lines, spacing, spectral_ratio
-from beltrepro.replication.studies.experiment.tracking_error import tracking_error
 from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.intermittency import slips_of_all
 
@@ -118,9 +117,9 @@ def test_a_track_at_other_instants_is_refused():
 
 
 def test_table_has_a_row_for_each_film_with_its_errors():
-    table = recordings.derive(FULL).set_index("film")
+    table = recordings(FULL).set_index("film")
     assert list(table.index[:3]) == ["belt_022", "belt_028", "belt_035"]
-    assert set(recordings.TABLE.columns) - {"film"} <= set(table.columns)
+    assert set(TABLES["recordings"].columns) - {"film"} <= set(table.columns)
     row = table.loc["belt_028"]
     assert row["belt_speed"] == pytest.approx(0.28)
     assert row["r_run"] == pytest.approx(float(FULL["belt_028"].arrays["disorder_parameter"]))

@@ -10,8 +10,9 @@ import pytest
 from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.model.units import TIME_S
-from beltrepro.replication.camera import Camera, Movement, Scene, film, track
-from beltrepro.replication.camera.camera import View
+from beltrepro.replication.camera.camera import Movement, View, film
+from beltrepro.replication.camera.scene import Camera, Scene
+from beltrepro.replication.camera.tracking import track
 from beltrepro.replication.camera.video import Frame, read_video, write_video
 from filming import OtherRenderer, swaying
 

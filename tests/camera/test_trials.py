@@ -116,5 +116,5 @@ def test_bad_values_are_refused_in_one_line(changes, words):
 
 
 def test_no_chain_is_refused():
-    with pytest.raises(InputError, match="at least one chain"):
+    with pytest.raises(InputError, match="a sequence of at least one"):
         trials([], **SPAN, sample_interval=FRAME)

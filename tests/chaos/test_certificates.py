@@ -11,7 +11,7 @@ from mpmath import mp
 import certificates
 from beltrepro import ChainParameters, ChainState, close_orbit, simulate
 from beltrepro.engine.integrator import Sampling
-from beltrepro.engine.tangent_integrator import TangentIntegrator
+from beltrepro.engine.tangent import TangentIntegrator
 from exact import ONE, Deviations, ExactChain, fixed, real
 
 RECORDS = certificates.records_of_file()

@@ -10,7 +10,7 @@ from beltrepro import (
     ChainParameters,
     ChainState,
     LyapunovSpectrum,
-    exponents,
+    Setup,
     lyapunov_spectrum,
     simulate,
 )
@@ -27,23 +27,14 @@ from beltrepro.chaos.vectors import (
 )
 from beltrepro.engine.records import EVENT_FORCE, EVENT_TIME
 from beltrepro.model.spring import spring_extension
-from beltrepro.observe.stuck import MostStuck
-from beltrepro.simulation.points import integrator_of, points
+from beltrepro.observe.slips import MostStuck
+from beltrepro.simulation.groups import integrator_of
 
-AS_IT_IS = {
-    "method": "event",
-    "time_step": 0.001,
-    "tolerance": None,
-    "seed": None,
-    "replicate": None,
-    "initial_positions": None,
-    "initial_spread": 0.0,
-    "initial_state": None,
-}
+EIGHT = {"replicate": range(8), "initial_spread": 1.0}
 
 
 def test_one_block_has_a_limit_cycle_that_erases_all_but_the_phase():
-    found = lyapunov_spectrum(ChainParameters(1, 3.0), duration=4000, transient=1000)
+    found = lyapunov_spectrum(ChainParameters(1, 3.0), duration=4000, transient=1000, **EIGHT)
     assert found.exponents.shape == found.standard_error.shape == (2,)
     assert abs(found.exponents[0]) < 3 * found.standard_error[0] < 1e-3
     assert found.exponents[1] == -np.inf
@@ -52,7 +43,7 @@ def test_one_block_has_a_limit_cycle_that_erases_all_but_the_phase():
 
 
 def test_four_blocks_have_no_exponent_above_zero():
-    found = lyapunov_spectrum(ChainParameters(4, 10.0), duration=20000, transient=4000)
+    found = lyapunov_spectrum(ChainParameters(4, 10.0), duration=20000, transient=4000, **EIGHT)
     assert abs(found.exponents[0]) < 3 * found.standard_error[0] < 1e-4
     assert found.trivial == 0
     assert np.all(found.exponents[1:] < -10 * found.standard_error[1:])
@@ -116,7 +107,12 @@ def nearer(one, other, apart):
 def test_seven_blocks_are_chaotic_and_twins_say_the_same():
     chain = ChainParameters(7, 10.0)
     found = lyapunov_spectrum(
-        chain, duration=10000, transient=2000, n_exponents=3, replicate=range(16)
+        chain,
+        duration=10000,
+        transient=2000,
+        n_exponents=3,
+        replicate=range(16),
+        initial_spread=1.0,
     )
     first, error = found.exponents[0], found.standard_error[0]
     assert first > 8 * error
@@ -138,7 +134,7 @@ def test_growth_under_noise_is_that_of_a_deviation_left_alone():
     another way.
     """
     chain, length = ChainParameters(5, 7.0, 1.0), 2000.0
-    (member,) = points(chain, **AS_IT_IS)
+    (member,) = Setup(chain).cases
     settings = {"sampling": NO_SAMPLES, "sampled_blocks": 1}
     put_back, alone = (
         with_vectors(integrator_of([member], **settings), [member], 2) for _ in range(2)
@@ -204,6 +200,7 @@ def test_under_noise_of_the_laboratory_the_phase_has_an_exponent_above_zero():
         transient=10000,
         n_exponents=2,
         replicate=range(16),
+        initial_spread=1.0,
         noise_clock="laboratory",
     )
     assert found.trivial is None
@@ -215,7 +212,7 @@ def test_under_noise_of_the_laboratory_the_phase_has_an_exponent_above_zero():
 @pytest.mark.thorough
 def test_under_noise_the_largest_exponent_of_five_blocks_is_the_trivial_one():
     """Of seven blocks it is above zero, as without noise."""
-    settings = {"duration": 20000, "transient": 4000, "n_exponents": 2}
+    settings = {"duration": 20000, "transient": 4000, "n_exponents": 2, **EIGHT}
     five = lyapunov_spectrum(ChainParameters(5, 7.0, 1.0), **settings)
     seven = lyapunov_spectrum(ChainParameters(7, 7.0, 1.0), **settings)
     assert five.trivial == 0
@@ -236,8 +233,8 @@ def sliding(chain, displacements):
 def test_all_exponents_of_continuous_slip_are_finite_zero_and_sum_to_nothing():
     """Between events the motion is Hamiltonian, so the volume is kept."""
     chain = ChainParameters(3, 60.0)
-    found = exponents(
-        chain, duration=3000, initial_state=sliding(chain, np.array([0.5, -1.0, 1.5]))
+    found = lyapunov_spectrum(
+        [chain], duration=3000, initial_state=sliding(chain, np.array([0.5, -1.0, 1.5]))
     )
     assert found["most_stuck"] == [0]
     assert np.all(np.isfinite(found["exponents"]))
@@ -249,8 +246,8 @@ def test_all_exponents_of_continuous_slip_are_finite_zero_and_sum_to_nothing():
 def test_what_the_transient_erases_does_not_count():
     """At the start all blocks are stuck; ten blocks at u = 60 are not again for a long time."""
     chain = ChainParameters(10, 60.0)
-    (whole,) = exponents(chain, duration=2000.0)["most_stuck"]
-    (later,) = exponents(chain, duration=2000.0, transient=500.0)["most_stuck"]
+    (whole,) = lyapunov_spectrum(chain, duration=2000.0).most_stuck
+    (later,) = lyapunov_spectrum(chain, duration=2000.0, transient=500.0).most_stuck
     assert whole == 10 > later > 0
 
 
@@ -270,19 +267,29 @@ def test_blocks_that_reverse_are_not_stuck():
 
 def test_one_run_without_transient():
     chain = ChainParameters(3, 10.0)
-    found = lyapunov_spectrum(chain, duration=3000, transient=0, n_exponents=2, replicate=5)
+    found = lyapunov_spectrum(
+        chain, duration=3000, transient=0, n_exponents=2, replicate=5, initial_spread=1.0
+    )
     assert found.growth.shape == (1, 150, 2)
     assert found.interval == 20.0
     np.testing.assert_array_equal(found.exponents, found.runs[0])
     assert np.all(found.standard_error > 0)
-    row = exponents(chain, duration=3000, n_exponents=2, replicate=5, initial_spread=1.0, seed=1)
+    row = lyapunov_spectrum(
+        [chain], duration=3000, n_exponents=2, replicate=5, initial_spread=1.0, seed=1
+    )
     np.testing.assert_array_equal(row["exponents"][0], found.exponents)
     np.testing.assert_array_equal(row["standard_error"][0], found.standard_error)
 
 
 def test_more_runs_than_a_group_holds():
     chain = ChainParameters(2, 8.0)
-    settings = {"duration": 400, "transient": 100, "n_exponents": 2, "seed": 9}
+    settings = {
+        "duration": 400,
+        "transient": 100,
+        "n_exponents": 2,
+        "seed": 9,
+        "initial_spread": 1.0,
+    }
     many = lyapunov_spectrum(chain, replicate=range(33), **settings)
     assert many.runs.shape == (33, 2)
     for replicate in (3, 32):
@@ -292,23 +299,23 @@ def test_more_runs_than_a_group_holds():
 
 def test_shorter_chains_lack_exponents():
     chains = [ChainParameters(1, 3.0), ChainParameters(2, 5.0)]
-    found = exponents(chains, duration=1000, transient=100)
+    found = lyapunov_spectrum(chains, duration=1000, transient=100)
     assert found["exponents"].shape == (2, 4)
     assert np.isnan(found["exponents"][0]).tolist() == [False, False, True, True]
     assert np.isnan(found["standard_error"][0]).tolist() == [False, False, True, True]
     assert not np.isnan(found["exponents"][1]).any()
-    few = exponents(chains, duration=1000, transient=100, n_exponents=3)
+    few = lyapunov_spectrum(chains, duration=1000, transient=100, n_exponents=3)
     assert np.isnan(few["exponents"]).sum() == 1
 
 
 def test_noise_shifts_with_the_chain_only_through_a_rest():
     settings = {"duration": 3000, "transient": 500, "n_exponents": 2, "replicate": range(4)}
-    found = lyapunov_spectrum(ChainParameters(10, 60.0, 1.0), **settings)
+    found = lyapunov_spectrum(ChainParameters(10, 60.0, 1.0), **settings, initial_spread=1.0)
     assert found.trivial is None
     assert np.all(found.most_stuck < 10)
     assert np.all(np.isfinite(found.exponents))
     assert np.ptp(found.runs[:, 0]) > 0
-    resting = lyapunov_spectrum(ChainParameters(1, 3.0, 1.0), **settings, initial_spread=0.0)
+    resting = lyapunov_spectrum(ChainParameters(1, 3.0, 1.0), **settings)
     assert resting.trivial == 0
     assert np.all(resting.most_stuck == 1)
     assert abs(resting.exponents[0]) < 4 * resting.standard_error[0] < 5e-3
@@ -330,17 +337,15 @@ def test_the_trivial_exponent_may_not_be_among_those_asked_for():
         ({"method": "verlet"}, "method = 'verlet': only 'event' has a tangent dynamics"),
         ({"method": "euler"}, "method = 'euler': allowed are verlet, event"),
         ({"transient": 10}, "transient = 10: must be at least 0 and less than duration = 10"),
-        ({"initial_spread": 0}, "initial_spread = 0: without noise all runs would be the same"),
+        ({"initial_spread": 0}, "replicate: some runs would be the same; each needs another one"),
         ({"noise_clock": "wall"}, "noise_clock = 'wall': allowed are rest, laboratory"),
-        ({"replicate": []}, "replicate = []: at least one is needed"),
-        ({"replicate": [1, 1]}, r"replicate = [1, 1]: at least one is needed, and none twice"),
-        ({"parameters": "chain"}, "parameters = 'chain': a ChainParameters is needed"),
+        ({"replicate": [1, 1]}, "replicate: some runs would be the same; each needs another one"),
     ],
 )
 def test_bad_input_is_one_line(changes, message):
-    settings = {"parameters": ChainParameters(4, 10.0), "duration": 10, "transient": 0} | changes
+    settings = {"duration": 10, **EIGHT} | changes
     with pytest.raises(InputError) as caught:
-        lyapunov_spectrum(settings.pop("parameters"), **settings)
+        lyapunov_spectrum(ChainParameters(4, 10.0), **settings)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
 

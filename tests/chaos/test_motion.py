@@ -5,14 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, ChainState, classify, motions, simulate
+from beltrepro import ChainParameters, ChainState, classify, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.chaos import naming
 from beltrepro.chaos.vectors import slopes, standard_errors
 from beltrepro.engine.records import EVENT_SLIP, EVENT_TIME
 from beltrepro.model.spring import spring_extension
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.returns import ReturnLog
+from beltrepro.observe.sections import ReturnLog
 from beltrepro.stats.motion import (
     CHAOTIC,
     EQUILIBRIUM,
@@ -219,7 +219,7 @@ def found_and_followed(chain, duration, transient, replicates):
     """Motions of several starts, and the runs of `simulate` to the same instants."""
     start = {"replicate": replicates, "initial_spread": 1.0, "seed": 1}
     chains = [chain] * len(replicates)
-    found = motions(chains, duration=duration, transient=transient, **start)
+    found = classify(chains, duration=duration, transient=transient, **start)
     runs = simulate(chains, duration=duration, method="event", sample_interval=None, **start)
     return found, runs
 
@@ -245,7 +245,9 @@ def test_five_blocks_end_on_one_of_two_periods():
 
 @pytest.mark.thorough
 def test_seven_blocks_are_chaotic():
-    found = classify(ChainParameters(7, 10.0), duration=30000, transient=3000)
+    found = classify(
+        ChainParameters(7, 10.0), duration=30000, transient=3000, replicate=1, initial_spread=1.0
+    )
     assert found.state == CHAOTIC
     assert np.isnan(found.period_time)
     assert found.period_events == 0
@@ -257,26 +259,24 @@ def test_continuous_slip_is_equilibrium_slip():
     kinetic = chain.friction_ratio * chain.static_friction
     balance = np.cumsum(spring_extension(kinetic * np.array([3.0, 2.0, 1.0]), chain) + 50.0)
     state = ChainState.in_motion(chain, balance + np.array([0.5, -1.0, 1.5]), np.zeros(3))
-    found = motions(chain, duration=400, transient=100, initial_state=state)
-    assert found["state"].tolist() == [EQUILIBRIUM]
-    assert found["period_events"].tolist() == [0]
+    found = classify(chain, duration=400, transient=100, initial_state=state)
+    assert (found.state, found.period_events) == (EQUILIBRIUM, 0)
 
 
 @pytest.mark.parametrize("chain", [ChainParameters(4, 12.0), ChainParameters(7, 10.0)])
 def test_what_is_measured_beside_is_what_simulate_measures(chain):
     start = {"duration": 3000.0, "transient": 1000.0, "replicate": 1, "initial_spread": 1.0}
-    found = motions(chain, **start)
+    found = classify(chain, **start)
     run = simulate(chain, method="event", **start)
     # the sample at the end of the transient counts in one of them
-    assert found["disorder_parameter"][0] == pytest.approx(run.disorder_parameter, rel=2e-4)
-    assert found["mean_length"][0] == pytest.approx(run.mean_length, rel=2e-5)
+    assert found.disorder_parameter == pytest.approx(run.disorder_parameter, rel=2e-4)
+    assert found.mean_length == pytest.approx(run.mean_length, rel=2e-5)
 
 
 def test_noise_is_told_to_the_name():
     """One block slips and sticks for ever; its only finite exponent is that of its phase."""
-    found = motions(ChainParameters(1, 10.0, 1.0), duration=60000, transient=100)
-    assert found["state"].tolist() == [NOISE_DRIVEN]
-    assert np.isnan(found["period_time"][0])
+    found = classify(ChainParameters(1, 10.0, 1.0), duration=60000, transient=100)
+    assert found.state == NOISE_DRIVEN and np.isnan(found.period_time)
 
 
 def test_whether_there_is_noise_is_told_to_the_name(monkeypatch):
@@ -288,14 +288,14 @@ def test_whether_there_is_noise_is_told_to_the_name(monkeypatch):
 
     monkeypatch.setattr(naming, "name_motion", name)
     chains = [ChainParameters(2, 5.0), ChainParameters(2, 5.0, 1.0)]
-    motions(chains, duration=40.0, transient=10.0)
+    classify(chains, duration=40.0, transient=10.0)
     assert told == [False, True]
 
 
 @pytest.mark.parametrize("transient", [0.0, 0.05, 100.0])
 def test_returns_are_noted_without_a_mean_length_too(transient):
     """In a transient shorter than the time between two samples no length is measured."""
-    found = motions(ChainParameters(1, 3.0), duration=transient + 400.0, transient=transient)
+    found = classify([ChainParameters(1, 3.0)], duration=transient + 400.0, transient=transient)
     assert found["state"].tolist() == [PERIODIC]
     assert found["period_returns"].tolist() == [1]
     assert found["period_events"].tolist() == [1]
@@ -313,7 +313,7 @@ def test_the_mean_length_is_that_of_the_transient_of_this_run(monkeypatch):
     monkeypatch.setattr(naming, "LengthMoments", Noted)
     chain = ChainParameters(2, 5.0)
     state = simulate(chain, duration=250.0, method="event").final_state
-    motions(chain, duration=100.0, transient=40.0, initial_state=state)
+    classify(chain, duration=100.0, transient=40.0, initial_state=state)
     assert begun == [270.0, 290.0]  # half of the transient, and all after it
 
 
@@ -335,7 +335,10 @@ def test_returns_keep_states_slips_and_the_last_event():
 
 def test_the_seed_decides_the_start():
     chain, lengths = ChainParameters(7, 10.0), {"duration": 600, "transient": 100}
-    exponents = {classify(chain, seed=seed, **lengths).largest_exponent for seed in (1, 2, 2)}
+    exponents = {
+        classify(chain, seed=seed, replicate=1, initial_spread=1.0, **lengths).largest_exponent
+        for seed in (1, 2, 2)
+    }
     assert len(exponents) == 2
 
 
@@ -345,13 +348,12 @@ def test_the_seed_decides_the_start():
         ({"method": "verlet"}, "method = 'verlet': only 'event' has a tangent dynamics"),
         ({"transient": 5000}, "transient = 5000: must be at least 0 and less than"),
         ({"initial_spread": -1}, "initial_spread = -1: must be 0 or greater"),
-        ({"parameters": [ChainParameters(2, 5.0)]}, "a ChainParameters is needed"),
     ],
 )
 def test_bad_input_is_one_line(changes, message):
-    settings = {"parameters": ChainParameters(2, 5.0), "duration": 4000, "transient": 0} | changes
+    settings = {"duration": 4000, "transient": 0} | changes
     with pytest.raises(InputError) as caught:
-        classify(settings.pop("parameters"), **settings)
+        classify(ChainParameters(2, 5.0), **settings)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -361,10 +363,10 @@ def test_the_clock_of_the_noise_is_told_to_the_vectors():
     chain = ChainParameters(5, 7.0, 2.2)
     runs = {"duration": 20000, "transient": 4000, "replicate": range(1, 9)}
     rest, laboratory = (
-        motions([chain] * 8, noise_clock=clock, **runs)["largest_exponent"]
+        classify([chain] * 8, noise_clock=clock, **runs)["largest_exponent"]
         for clock in ("rest", "laboratory")
     )
     apart = laboratory - rest
     assert apart.mean() > 3 * apart.std(ddof=1) / np.sqrt(apart.size)
     with pytest.raises(InputError, match="noise_clock = 'wall'"):
-        motions(chain, duration=100, transient=10, noise_clock="wall")
+        classify(chain, duration=100, transient=10, noise_clock="wall")

@@ -9,16 +9,17 @@ import pytest
 from beltrepro import (
     ChainParameters,
     ChainState,
+    classify,
     close_orbit,
-    exponents,
-    motions,
+    lyapunov_spectrum,
     periodic_orbit,
     simulate,
 )
 from beltrepro.base.errors import InputError
 from beltrepro.model.spring import spring_extension
 
-LENGTHS = {"duration": 4000.0, "transient": 2000.0}
+ELSEWHERE = {"replicate": 1, "initial_spread": 1.0}
+LENGTHS = {"duration": 4000.0, "transient": 2000.0, **ELSEWHERE}
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +29,7 @@ def two():
 
 @pytest.fixture(scope="module")
 def five():
-    return periodic_orbit(ChainParameters(5, 16.0), duration=60000, transient=50000)
+    return periodic_orbit(ChainParameters(5, 16.0), duration=60000, transient=50000, **ELSEWHERE)
 
 
 def after(state, time):
@@ -69,7 +70,7 @@ def test_the_orbit_closes(five):
 
 
 def test_it_is_the_orbit_that_the_motion_is_named_by(two):
-    found = motions(two.parameters, replicate=1, initial_spread=1.0, **LENGTHS)
+    found = classify([two.parameters], **LENGTHS)
     assert found["period_time"][0] == pytest.approx(two.period_time, abs=1e-9)
     for name in ("period_events", "period_returns"):
         assert found[name][0] == getattr(two, name)
@@ -117,10 +118,10 @@ def test_deviations_shrink_by_the_multiplier_in_each_period(two):
 
 def test_the_exponent_is_the_second_of_the_spectrum(two):
     """That of many periods; the part of a period at the ends is a hundredth of it."""
-    found = exponents(
+    found = lyapunov_spectrum(
         two.parameters, duration=200 * two.period_time, n_exponents=2, initial_state=two.state
     )
-    assert found["exponents"][0, 1] == pytest.approx(two.exponent, rel=0.02)
+    assert found.exponents[1] == pytest.approx(two.exponent, rel=0.02)
 
 
 def test_newton_comes_back_from_beside_the_orbit(five):
@@ -185,19 +186,19 @@ def test_one_line_says_what_it_is():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"parameters": ChainParameters(2, 5.0, 1.0)}, "noise = 1: must be 0"),
-        ({"parameters": ChainParameters(7, 10.0)}, "N=7, u=10, sigma=0: no state comes back"),
+        ({"chains": ChainParameters(2, 5.0, 1.0)}, "noise = 1: must be 0"),
+        ({"chains": ChainParameters(7, 10.0)}, "N=7, u=10, sigma=0: no state comes back"),
         ({"duration": 2010.0}, "N=2, u=5, sigma=0: no state comes back in the last 10 time units"),
-        ({"parameters": 2}, "parameters = 2: a ChainParameters is needed"),
+        ({"chains": 2}, "chains = 2: a ChainParameters"),
         ({"transient": 0.0}, "transient = 0: must be greater than 0"),
         ({"transient": 5000.0}, "transient = 5000: must be at least 0 and less than"),
         ({"tolerance": -1.0}, "tolerance = -1: must be"),
     ],
 )
 def test_bad_input_is_one_line(changes, message):
-    settings = {"parameters": ChainParameters(2, 5.0), **LENGTHS} | changes
+    settings = {"chains": ChainParameters(2, 5.0), **LENGTHS} | changes
     with pytest.raises(InputError) as caught:
-        periodic_orbit(settings.pop("parameters"), **settings)
+        periodic_orbit(**settings)
     assert message in str(caught.value) and "\n" not in str(caught.value)
 
 

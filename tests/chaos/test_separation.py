@@ -5,13 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, exponents, separation, simulate
+from beltrepro import ChainParameters, lyapunov_spectrum, separation, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.parting import _moved
-from beltrepro.replication.plan import running
-from beltrepro.replication.plan.kinds import KINDS
-from beltrepro.replication.plan.points import Point
-from beltrepro.replication.plan.quantities import QUANTITIES
+from beltrepro.replication.plan.kinds import KINDS, record
+from beltrepro.replication.plan.points import QUANTITIES, Point
 from beltrepro.stats.growth import finite_size_exponents
 
 SEVEN = ChainParameters(7, 10.0)
@@ -45,7 +43,7 @@ def test_small_distances_grow_with_the_largest_exponent():
         [SEVEN] * 32, duration=11_000, transient=1000, distances=[1e-12], levels=levels, **runs
     )
     growth = finite_size_exponents(levels, found["passage_time"][:, 0], 10_000)
-    known = exponents([SEVEN] * 32, duration=11_000, transient=1000, n_exponents=1, **runs)
+    known = lyapunov_spectrum([SEVEN] * 32, duration=11_000, transient=1000, n_exponents=1, **runs)
     largest = known["exponents"][:, 0]
     small = slice(3, None)  # a twin first turns to the direction in which it grows
     apart = growth.exponent[small] - largest.mean()
@@ -102,7 +100,7 @@ def test_kind_records_what_it_says():
     point = Point(**values | {"n_blocks": 7, "belt_velocity": 10.0, "method": "event"})
     points = [point, point._replace(n_blocks=5, kick=0.1)]
     settings = {"duration": 30.0, "transient": 10.0, "distances": [1e-6, 1e-3]}
-    arrays = running.run("separation", points, settings)
+    arrays = record("separation", points, settings)
     kind = KINDS["separation"]
     assert set(arrays) == set(kind.arrays)
     assert all(arrays[each.name].ndim == len(each.dimensions) for each in kind.recorded)

@@ -5,16 +5,25 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, ChainState, exponents, motions, settling, simulate
+from beltrepro import (
+    ChainParameters,
+    ChainState,
+    classify,
+    lyapunov_spectrum,
+    simulate,
+    time_to_orbit,
+)
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.transients import _windows
+from beltrepro.chaos.irregular import _windows
 from beltrepro.model.spring import spring_extension
 
 FIVE = ChainParameters(5, 16.0)
 
 
 def several(chain, count, **settings):
-    return settling([chain] * count, replicate=range(1, count + 1), initial_spread=10.0, **settings)
+    return time_to_orbit(
+        [chain] * count, replicate=range(1, count + 1), initial_spread=10.0, **settings
+    )
 
 
 def one_run(chain, replicate):
@@ -30,7 +39,7 @@ def five():
 
 @pytest.mark.thorough
 def test_five_blocks_settle_on_the_orbit_that_a_late_look_finds(five):
-    late = motions(
+    late = classify(
         [FIVE] * 4, duration=50_000, transient=45_000, replicate=range(1, 5), initial_spread=10.0
     )
     assert five["settled"].all()
@@ -56,14 +65,14 @@ def test_lifetime_is_that_of_the_order_of_slips(five):
 
 
 def test_a_run_does_not_depend_on_its_company(five):
-    alone = settling(FIVE, duration=60_000, replicate=3, initial_spread=10.0)
+    alone = time_to_orbit(FIVE, duration=60_000, replicate=3, initial_spread=10.0)
     for name in ("lifetime", "period_time", "irregular_exponent", "return_state"):
         assert np.array_equal(alone[name][0], five[name][2], equal_nan=True)
 
 
 def test_a_run_that_is_given_up_counts_as_irregular(five):
     first = int(np.argmax(five["lifetime"]))
-    found = settling(FIVE, duration=5000, replicate=first + 1, initial_spread=10.0)
+    found = time_to_orbit(FIVE, duration=5000, replicate=first + 1, initial_spread=10.0)
     assert five["lifetime"][first] > 5000
     assert not found["settled"][0]
     assert (found["state"][0], found["lifetime"][0]) == ("irregular", 5000)
@@ -75,12 +84,12 @@ def test_continuous_slip_is_settled_from_its_start():
     kinetic = chain.friction_ratio * chain.static_friction
     balance = np.cumsum(spring_extension(kinetic * np.array([3.0, 2.0, 1.0]), chain) + 50.0)
     state = ChainState.in_motion(chain, balance + 3 * np.array([1.0, -2.0, 2.0]), np.zeros(3))
-    found = settling(chain, duration=5000, initial_state=state)
+    found = time_to_orbit(chain, duration=5000, initial_state=state)
     assert (found["state"][0], found["lifetime"][0]) == ("equilibrium slip", 0.0)
 
 
 def test_one_block_is_regular_from_its_first_slip():
-    found = settling(ChainParameters(1, 5.0), duration=5000)
+    found = time_to_orbit(ChainParameters(1, 5.0), duration=5000)
     assert found["settled"][0]
     assert found["period_events"][0] == 1
     assert found["lifetime"][0] < found["period_time"][0]
@@ -91,7 +100,7 @@ def test_one_block_is_regular_from_its_first_slip():
 def test_irregular_motion_of_ten_blocks_has_the_exponent_of_a_run():
     chain = ChainParameters(10, 10.0)
     found = several(chain, 4, duration=20_000)
-    known = exponents(
+    known = lyapunov_spectrum(
         [chain] * 4,
         duration=20_000,
         transient=500,
@@ -118,7 +127,7 @@ DISTURBED = [
 def test_a_disturbed_orbit_is_recognised(five, how):
     """No run that begins on an attracting orbit is missed."""
     states = [start_of(values) for values in five["return_state"]]
-    found = settling([FIVE] * 4, duration=3000, initial_state=states, **how)
+    found = time_to_orbit([FIVE] * 4, duration=3000, initial_state=states, **how)
     assert found["settled"].all()
     assert found["period_events"].tolist() == five["period_events"].tolist()
     assert np.all(found["lifetime"] <= 1000)
@@ -165,4 +174,4 @@ def test_windows_follow_each_other_to_the_end(duration):
 )
 def test_wrong_values_are_named(wrong, words):
     with pytest.raises(InputError, match=words):
-        settling(FIVE, **wrong)
+        time_to_orbit(FIVE, **wrong)

@@ -1,12 +1,12 @@
 """The commands film, track and analyse: a way from a chain to r, and errors in one line."""
 
 import json
-from dataclasses import fields
 
 import pytest
 
 from beltrepro.cli import app as cli
-from beltrepro.replication.camera import Camera, Track, film
+from beltrepro.replication.camera.camera import film
+from beltrepro.replication.camera.tracking import Track
 from filming import swaying
 
 HEADER = "time_s,x_m,error_m\n"
@@ -61,11 +61,6 @@ def test_tables_for_people(video, tmp_path, capsys):
     status, out, _ = run(capsys, "analyse", tmp_path / "a.csv")
     assert status == 0
     assert "disorder_parameter" in out
-
-
-def test_the_camera_of_the_command_is_the_camera():
-    defaults = {field.name: field.default for field in fields(Camera) if field.name != "seed"}
-    assert {name: default for name, (default, _) in cli._CAMERA.items()} == defaults
 
 
 @pytest.mark.parametrize(

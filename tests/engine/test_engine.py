@@ -8,7 +8,14 @@ from scipy.integrate import quad
 from scipy.stats import chi2, kstest
 
 import naive
-from beltrepro import ChainParameters, ChainState, catalogue, escapes, scan, simulate
+from beltrepro import (
+    ChainParameters,
+    ChainState,
+    catalogue,
+    scan,
+    simulate,
+    time_to_continuous_slip,
+)
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.law import law_constants, tension
@@ -75,7 +82,9 @@ def limit_cycle():
 def test_one_block_follows_the_closed_form():
     slip_time, period, disorder = limit_cycle()
     assert period == pytest.approx(65.895, rel=1e-4)
-    run = simulate(SINGLE, duration=65.895 * 61, transient=65.895, sample_interval=0.01)
+    run = simulate(
+        SINGLE, duration=65.895 * 61, transient=65.895, sample_interval=0.01, method="verlet"
+    )
     slips = run.events["time"][run.events["kind"] == "slip"]
     sticks = run.events["time"][run.events["kind"] == "stick"]
     assert slips[0] == pytest.approx(20 + 100 * np.log(1.514), abs=0.0011)
@@ -93,6 +102,7 @@ def test_kernel_is_the_naive_loop(n_blocks, belt_velocity):
         ChainParameters(n_blocks, belt_velocity),
         duration=steps * 0.001,
         sample_interval=0.001,
+        method="verlet",
     )
     assert len(events) >= 2
     expected = np.array(positions)
@@ -114,7 +124,7 @@ def test_first_order_convergence_in_the_time_step():
 
     def error(step):
         start = {"duration": 10.0, "initial_positions": [50 + stretch], "sample_interval": None}
-        return simulate(SINGLE, time_step=step, **start).events["time"][1] - exact
+        return simulate(SINGLE, time_step=step, **start, method="verlet").events["time"][1] - exact
 
     errors = [np.sqrt(np.mean([error(step) ** 2 for step in octave])) for octave in octaves]
     order = np.polyfit(np.arange(4), np.log2(errors), 1)[0]
@@ -125,18 +135,34 @@ def test_first_order_convergence_in_the_time_step():
 def test_without_samples_any_time_step_will_do():
     """The samples behind r are then about 0.1 apart, whatever the step."""
     odd, even = (
-        simulate(ChainParameters(3, 20.0), duration=30, time_step=step, sample_interval=None)
+        simulate(
+            ChainParameters(3, 20.0),
+            duration=30,
+            time_step=step,
+            sample_interval=None,
+            method="verlet",
+        )
         for step in (0.0013, 0.001)
     )
     assert odd.mean_length == pytest.approx(even.mean_length, rel=1e-3)
     with pytest.raises(InputError, match=r"sample_interval = 0\.1: method .verlet. needs"):
-        simulate(ChainParameters(3, 20.0), duration=30, time_step=0.0013, sample_interval=0.1)
+        simulate(
+            ChainParameters(3, 20.0),
+            duration=30,
+            time_step=0.0013,
+            sample_interval=0.1,
+            method="verlet",
+        )
 
 
 def test_energy_audit_closes_and_improves_with_the_step():
     chain = ChainParameters(5, 20.0, 1.0)
     coarse, fine = (
-        abs(simulate(chain, duration=200, time_step=dt, sample_interval=None).energy_residual)
+        abs(
+            simulate(
+                chain, duration=200, time_step=dt, sample_interval=None, method="verlet"
+            ).energy_residual
+        )
         for dt in (0.01, 0.001)
     )
     assert fine < 1e-4
@@ -232,7 +258,9 @@ def test_replicates_and_seeds_differ():
 def test_a_stuck_block_keeps_its_threshold():
     # one block: it slips exactly where the spring reaches the threshold drawn when it stuck, so
     # between stick and slip nothing but the belt moves it
-    run = simulate(ChainParameters(1, 5.0, 5.0), duration=400, sample_interval=0.001, seed=3)
+    run = simulate(
+        ChainParameters(1, 5.0, 5.0), duration=400, sample_interval=0.001, seed=3, method="verlet"
+    )
     stuck = run.velocities[:, 0] == 5.0
     steps = np.diff(run.positions[:, 0])[stuck[:-1] & stuck[1:]]
     np.testing.assert_allclose(steps, 0.005, atol=1e-10)
@@ -244,8 +272,8 @@ def test_a_stuck_block_keeps_its_threshold():
 
 def test_measured_points_are_what_the_samples_say():
     chain = ChainParameters(5, 12.0)
-    table = scan([chain], duration=300, transient=100, section_position=615.0)
-    run = simulate(chain, duration=300, transient=100, sample_interval=0.001)
+    table = scan([chain], duration=300, transient=100, section_position=615.0, method="verlet")
+    run = simulate(chain, duration=300, transient=100, sample_interval=0.001, method="verlet")
     length = run.positions[run.time >= 100, -1]
     assert table["mean_length"][0] == pytest.approx(length.mean(), rel=1e-3)
     assert table["disorder_parameter"][0] == pytest.approx(length.std() / length.mean(), rel=2e-2)
@@ -261,8 +289,8 @@ def test_measured_points_are_what_the_samples_say():
 
 def test_catalogue_is_what_the_events_say():
     chain = ChainParameters(3, 2.0)
-    recorded = catalogue(chain, duration=400, transient=0, section_position=180.0)
-    run = simulate(chain, duration=400, sample_interval=None)
+    recorded = catalogue(chain, duration=400, transient=0, section_position=180.0, method="verlet")
+    run = simulate(chain, duration=400, sample_interval=None, method="verlet")
     slips, avalanches = recorded["slips"], recorded["avalanches"]
     sticks = run.events[run.events["kind"] == "stick"]
     assert len(slips) == len(sticks)
@@ -282,13 +310,14 @@ def test_catalogue_is_what_the_events_say():
 
 
 def test_escape_of_a_calm_chain():
-    result = escapes(
+    result = time_to_continuous_slip(
         [ChainParameters(5, 45.0)] * 3,
         replicate=range(3),
         initial_spread=1e-3,
         duration=3000,
         settle_time=500,
         laminar_time=200,
+        method="verlet",
     )
     assert result["final_stick_rate"].shape == (3, 5)
     escaped = result["escaped"]
@@ -297,7 +326,7 @@ def test_escape_of_a_calm_chain():
 
 
 def test_friction_balances_stuck_blocks():
-    run = simulate(ChainParameters(3, 2.0), duration=150, sample_interval=0.1)
+    run = simulate(ChainParameters(3, 2.0), duration=150, sample_interval=0.1, method="verlet")
     force = external_force(run.positions, run.parameters)
     stuck = run.velocities == 2.0
     np.testing.assert_allclose(run.friction[stuck], -force[stuck])
@@ -328,7 +357,13 @@ def test_bad_input_is_one_clear_line(options, message):
 
 def test_broken_state_names_the_parameters():
     with pytest.raises(ModelStateError, match=r"N=3, u=20000.*time_step = 0.1"):
-        simulate(ChainParameters(3, 20000.0), duration=200, time_step=0.1, sample_interval=None)
+        simulate(
+            ChainParameters(3, 20000.0),
+            duration=200,
+            time_step=0.1,
+            sample_interval=None,
+            method="verlet",
+        )
 
 
 def small_buffers(integrator, events, crossings):
@@ -406,6 +441,7 @@ def test_hundreds_of_events_follow_the_naive_loop(time_step):
         duration=steps * time_step,
         time_step=time_step,
         sample_interval=time_step,
+        method="verlet",
     )
     assert len(events) > 80
     assert np.abs(run.positions[1:] - np.array(positions)).max() < 1e-9
@@ -424,7 +460,11 @@ def assert_naive(chain, steps, time_step, atol, least_events):
         limit=chain.linear_limit,
     )
     run = simulate(
-        chain, duration=steps * time_step, time_step=time_step, sample_interval=time_step
+        chain,
+        duration=steps * time_step,
+        time_step=time_step,
+        sample_interval=time_step,
+        method="verlet",
     )
     assert len(events) >= least_events
     np.testing.assert_allclose(run.positions[1:], positions, rtol=0, atol=atol)

@@ -17,10 +17,10 @@ from beltrepro import ChainParameters, ChainState, simulate
 from beltrepro.base.errors import ModelStateError
 from beltrepro.engine import event
 from beltrepro.engine import integrator as engine_integrator
+from beltrepro.engine.candidates import first_roots
 from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.records import EVENT_SLIP, EVENT_TIME
-from beltrepro.engine.roots import first_roots
 from beltrepro.engine.simd import LANES, load, select, spread, store
 from beltrepro.engine.taylor import LEVELS
 from beltrepro.engine.vector import inlined, kernel
@@ -674,7 +674,7 @@ def test_impulses_of_the_noise_are_those_that_move_a_block():
     chains = [ChainParameters(1, 5.0, noise) for noise in (1.0, 4.0)]
     end, chunks = advanced(chains, until, np.full((2, 1), start), kind=FollowedIntegrator)
     assert all(np.all(rows[:, EVENT_TIME] == 0) for chunk in chunks for rows in chunk.events)
-    given = 0.45 * 71.4 * until - end._wall_impulses()[:2] + end._companion.impulse[0, :2]
+    given = 0.45 * 71.4 * until - end._lanes().wall_impulse[:2] + end._companion.impulse[0, :2]
     np.testing.assert_allclose(end.velocities()[:, 0] - 5.0, given, rtol=0, atol=1e-9)
     assert np.abs(end._companion.impulse[0, :2]).max() > 1e-2
 

@@ -5,9 +5,17 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, ChainState, catalogue, escapes, scan, simulate
+from beltrepro import (
+    ChainParameters,
+    ChainState,
+    Setup,
+    catalogue,
+    scan,
+    simulate,
+    time_to_continuous_slip,
+)
 from beltrepro.engine.noise import stream_key
-from beltrepro.simulation.points import groups, points
+from beltrepro.simulation.groups import groups
 
 MORE_THAN_A_GROUP = 35
 SPREAD = 0.5
@@ -23,7 +31,11 @@ def start(chain, replicate, seed=1):
 def alone(replicate, **lengths):
     """One chain followed by itself from its declared state."""
     return simulate(
-        CHAIN, replicate=replicate, initial_positions=start(CHAIN, replicate), **lengths
+        CHAIN,
+        replicate=replicate,
+        initial_positions=start(CHAIN, replicate),
+        **lengths,
+        method="verlet",
     )
 
 
@@ -38,7 +50,9 @@ def test_points_of_mixed_laws_sizes_and_noise_are_those_of_single_calls():
     sections = [110.0 + k for k in range(len(chains))]
     replicates = [k % 3 for k in range(len(chains))]
     lengths = {"duration": 30.0, "transient": 10.0, "initial_spread": SPREAD}
-    whole = scan(chains, section_position=sections, replicate=replicates, **lengths)
+    whole = scan(
+        chains, section_position=sections, replicate=replicates, **lengths, method="verlet"
+    )
     np.testing.assert_array_equal(whole["n_blocks"], [chain.n_blocks for chain in chains])
     np.testing.assert_array_equal(whole["belt_velocity"], [chain.belt_velocity for chain in chains])
     np.testing.assert_array_equal(whole["noise"], [chain.noise for chain in chains])
@@ -47,7 +61,11 @@ def test_points_of_mixed_laws_sizes_and_noise_are_those_of_single_calls():
     assert len(np.unique(whole["mean_length"])) == len(chains)
     for row in (0, 1, 2, 5, 40, 69, 70, 101, 102, 104):
         one = scan(
-            chains[row], section_position=sections[row], replicate=replicates[row], **lengths
+            chains[row],
+            section_position=sections[row],
+            replicate=replicates[row],
+            **lengths,
+            method="verlet",
         )
         for name, values in one.items():
             np.testing.assert_array_equal(whole[name][row], values[0], err_msg=f"{name} {row}")
@@ -55,11 +73,12 @@ def test_points_of_mixed_laws_sizes_and_noise_are_those_of_single_calls():
 
 def test_runs_of_mixed_kinds_come_back_in_their_order():
     chains = [ChainParameters(1 + k % 2, 3.0 + k, noise=k % 3) for k in range(MORE_THAN_A_GROUP)]
-    runs = simulate(chains, duration=20, sample_interval=1.0)
+    runs = simulate(chains, duration=20, sample_interval=1.0, method="verlet")
     for chain, run in list(zip(chains, runs, strict=True))[::8]:
         assert run.parameters == chain
         np.testing.assert_array_equal(
-            run.positions, simulate(chain, duration=20, sample_interval=1.0).positions
+            run.positions,
+            simulate(chain, duration=20, sample_interval=1.0, method="verlet").positions,
         )
 
 
@@ -72,6 +91,7 @@ def test_a_catalogue_of_more_chains_than_a_group_keeps_them_apart():
         section_block=1,
         section_position=90.0,
         **lengths,
+        method="verlet",
     )
     slips, avalanches, section = (found[name] for name in ("slips", "avalanches", "section"))
     for records in (slips, avalanches, section):
@@ -95,13 +115,14 @@ def test_a_catalogue_of_more_chains_than_a_group_keeps_them_apart():
 
 
 def test_escapes_of_more_members_than_a_group_keep_them_apart():
-    found = escapes(
+    found = time_to_continuous_slip(
         [CHAIN] * MORE_THAN_A_GROUP,
         replicate=range(MORE_THAN_A_GROUP),
         duration=60.0,
         settle_time=30.0,
         laminar_time=2.0,
         initial_spread=SPREAD,
+        method="verlet",
     )
     assert found["replicate"].tolist() == list(range(MORE_THAN_A_GROUP))
     np.testing.assert_array_equal(found["belt_velocity"], CHAIN.belt_velocity)
@@ -140,7 +161,7 @@ def points_of(changes):
             told["initial_state"] = [ChainState.at_rest(chain, time=t) for t in (0.0, value)]
         else:
             other = replace(chain, **{name: value})
-    return points([chain, other], **told)
+    return Setup([chain, other], **told).cases
 
 
 @pytest.mark.parametrize(

@@ -142,8 +142,8 @@ def test_noise_and_long_steps_go_step_by_step():
 
 def test_chains_with_noise_beside_it_change_no_bit():
     quiet, noisy = ChainParameters(3, 15.0), ChainParameters(3, 15.0, 1.0)
-    alone = simulate(quiet, duration=60.0)
-    beside, _ = simulate([quiet, noisy], duration=60.0)
+    alone = simulate(quiet, duration=60.0, method="verlet")
+    beside, _ = simulate([quiet, noisy], duration=60.0, method="verlet")
     assert len(alone.events) > 20
     np.testing.assert_array_equal(alone.events, beside.events)
     np.testing.assert_array_equal(alone.positions, beside.positions)

@@ -20,12 +20,15 @@ def table():
         transient=TRANSIENT,
         section_position=[615.0, 615.0, 250.0],
         laminar_time=LAMINAR_TIME,
+        method="verlet",
     )
 
 
 @pytest.fixture(scope="module")
 def runs():
-    return simulate(CHAINS, duration=DURATION, transient=TRANSIENT, sample_interval=0.1)
+    return simulate(
+        CHAINS, duration=DURATION, transient=TRANSIENT, sample_interval=0.1, method="verlet"
+    )
 
 
 def test_moments(table, runs):
@@ -71,8 +74,10 @@ def test_slips_and_laminar_phases(table, runs):
 
 def test_crossings_of_the_section():
     chain = ChainParameters(5, 20.0, 1.0)
-    recorded = catalogue(chain, duration=120, transient=40, section_block=2, section_position=250.0)
-    run = simulate(chain, duration=120, sample_interval=0.001)
+    recorded = catalogue(
+        chain, duration=120, transient=40, section_block=2, section_position=250.0, method="verlet"
+    )
+    run = simulate(chain, duration=120, sample_interval=0.001, method="verlet")
     x, v = run.positions, run.velocities
     down = (x[:-1, 1] >= 250) & (x[1:, 1] < 250) & (run.time[1:] >= 40)
     section = recorded["section"]
@@ -88,8 +93,8 @@ def test_crossings_of_the_section():
 
 def test_slips_and_avalanches_of_a_catalogue():
     chain = ChainParameters(3, 2.0)
-    recorded = catalogue(chain, duration=400, transient=0, section_position=180.0)
-    events = simulate(chain, duration=400, sample_interval=None).events
+    recorded = catalogue(chain, duration=400, transient=0, section_position=180.0, method="verlet")
+    events = simulate(chain, duration=400, sample_interval=None, method="verlet").events
     rows = []
     for block in range(1, 4):
         own = events[events["block"] == block]
@@ -120,7 +125,7 @@ def test_slips_and_avalanches_of_a_catalogue():
 
 
 def test_event_positions_are_those_of_the_samples():
-    run = simulate(ChainParameters(3, 2.0), duration=400, sample_interval=0.001)
+    run = simulate(ChainParameters(3, 2.0), duration=400, sample_interval=0.001, method="verlet")
     step = np.round(run.events["time"] / 0.001).astype(int)
     sampled = run.positions[step, run.events["block"] - 1]
     np.testing.assert_allclose(run.events["position"], sampled, atol=1e-9)
@@ -128,8 +133,10 @@ def test_event_positions_are_those_of_the_samples():
 
 def test_avalanches_take_their_energy_from_the_springs():
     chain = ChainParameters(3, 2.0)
-    run = simulate(chain, duration=400, sample_interval=0.001)
-    avalanches = catalogue(chain, duration=400, transient=0, section_position=180.0)["avalanches"]
+    run = simulate(chain, duration=400, sample_interval=0.001, method="verlet")
+    avalanches = catalogue(
+        chain, duration=400, transient=0, section_position=180.0, method="verlet"
+    )["avalanches"]
     before, after = (
         run.positions[np.round(avalanches[name] / 0.001).astype(int)]
         for name in ("start_time", "stop_time")
@@ -151,7 +158,7 @@ def test_a_stuck_block_slips_at_one_constant_threshold():
     noise = 2.0
     chains = [ChainParameters(1, 5.0 + 0.01 * lane, noise) for lane in range(32)]
     forces = []
-    for run in simulate(chains, duration=300, sample_interval=None, seed=5):
+    for run in simulate(chains, duration=300, sample_interval=None, seed=5, method="verlet"):
         slips = run.events[run.events["kind"] == "slip"]
         assert np.all(slips["force"] < 0)
         forces.append(-slips["force"])
@@ -166,7 +173,7 @@ def test_points_do_not_depend_on_how_a_list_is_split():
     chains = [ChainParameters(2, 1.0 + lane, noise=lane % 3) for lane in range(40)]
 
     def measure(part):
-        return scan(part, duration=30.0, transient=10.0, section_position=150.0)
+        return scan(part, duration=30.0, transient=10.0, section_position=150.0, method="verlet")
 
     whole, parts = measure(chains), [measure(chains[:7]), measure(chains[7:])]
     for name, values in whole.items():

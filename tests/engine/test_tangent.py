@@ -8,7 +8,7 @@ import pytest
 
 from beltrepro import ChainParameters, ChainState, simulate
 from beltrepro.engine.integrator import Sampling
-from beltrepro.engine.tangent_integrator import TangentIntegrator
+from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model.spring import spring_extension
 
 

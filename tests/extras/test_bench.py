@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,16 +11,16 @@ import pytest
 import naive
 from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import InputError
-from beltrepro.engine.memory import zeros
+from beltrepro.engine.vector import zeros
 from beltrepro.extras.bench import plain, smooth, table
 from beltrepro.extras.bench.competitors import LABELS
-from beltrepro.extras.bench.measuring import measure
+from beltrepro.extras.bench.measuring import compare, measure
 from beltrepro.extras.bench.peak import multiply_add
 
 EXACT = (*plain.FLAGS, "-ffp-contract=off")  # no fused operations, as in Numba
 
 
-def c_loop(flags=plain.FLAGS):
+def c_loop(flags):
     loop = plain.c_loop(flags)
     if loop is None:
         pytest.skip("no C compiler")
@@ -45,15 +46,11 @@ def test_plain_loop_is_the_naive_twin(n_blocks, belt_velocity):
 
 @pytest.mark.parametrize("noise", [0.0, 1.0])
 def test_loop_in_c_does_what_the_loop_in_numba_does(noise):
-    expected = advanced(plain.numba_loop, 20.0, noise=noise)
-    found = advanced(c_loop(EXACT), 20.0, noise=noise)
-    np.testing.assert_allclose(found.state, expected.state, rtol=1e-9, atol=1e-9)
-
-
-def test_loop_in_c_as_it_is_timed():
-    expected = advanced(plain.numba_loop, 8.0)
-    found = advanced(c_loop(), 8.0)
-    np.testing.assert_allclose(found.state, expected.state, rtol=1e-6, atol=1e-6)
+    """Without fused operations; and, for a shorter time, as it is timed."""
+    for flags, span, error in ((EXACT, 20.0, 1e-9), (plain.FLAGS, 8.0, 1e-6)):
+        expected = advanced(plain.numba_loop, span, noise=noise)
+        in_c = advanced(c_loop(flags), span, noise=noise)
+        np.testing.assert_allclose(in_c.state, expected.state, rtol=error, atol=error)
 
 
 def test_random_numbers_of_the_plain_loop_are_normal():
@@ -114,15 +111,8 @@ def test_peak_kernel_multiplies_and_adds():
 )
 def test_quick_run_shows_every_table(tmp_path, names):
     page = tmp_path / "benchmark.md"
-    command = [sys.executable, "-m", "beltrepro.cli.app", "bench", "--quick", "--rounds=1"]
-    command.append(f"--only={','.join(names)}")
-    done = subprocess.run(
-        [*command, "--json", f"--output={page}"], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    # a cold cache is told
-    told = [line for line in done.stderr.splitlines() if not line.startswith("compiling for")]
-    assert told == []
+    options = ["--quick", "--rounds=1", f"--only={','.join(names)}", f"--output={page}"]
+    done = bench(*options, "--json")
     result = json.loads(done.stdout)
     assert result["names"] == list(names)
     for row in result["cases"]:
@@ -135,20 +125,54 @@ def test_quick_run_shows_every_table(tmp_path, names):
     assert "/tmp" not in page.read_text()
 
 
-def test_missing_competitors_are_not_available():
+@pytest.mark.thorough
+def test_two_trees_are_timed_in_turns():
+    tree = Path(__file__).parents[2]
+    (quiet, noisy) = json.loads(
+        bench("--quick", "--rounds=3", "--only=event", f"--against={tree}", "--json").stdout
+    )
+    assert (quiet["noise"], noisy["noise"], quiet["method"]) == (0.0, 1.0, "event")
+    for row in (quiet, noisy):  # of the same code
+        assert len(row["here"]) == len(row["there"]) == 3
+        assert 0.3 < np.median(row["here"]) / np.median(row["there"]) < 3
+
+
+def bench(*options):
+    command = [sys.executable, "-m", "beltrepro", "bench", *options]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    # a cold cache is told
+    lines = [line for line in done.stderr.splitlines() if not line.startswith("compiling for")]
+    assert lines == []
+    return done
+
+
+def test_costs_become_cells():
     costs = {"numba": [100.0, 300.0], "verlet": [10.0, 20.0]}
     case = {"n_blocks": 5, "noise": 0.0, "belt_velocity": 20.0, "ns": costs}
-    names = ["numba", "c", "verlet"]
-    cost = table._cases({"names": names, "cases": [case]})
-    assert cost.rows[0][4:] == ("200", "n/a", "15.0")
-    assert cost.rows[1][4:] == ("0.400", "n/a", "0.0300")
-    assert cost.rows[2][4:] == ("1.00", "n/a", "12.5")
+    cost = table._cases({"names": ["numba", "c", "verlet"], "cases": [case]})
+    assert [row[4:] for row in cost.rows] == [
+        ("200", "n/a", "15.0"),
+        ("0.400", "n/a", "0.0300"),
+        ("1.00", "n/a", "12.5"),
+    ]
+    sides = {"here": [3.0, 40.0, 50.0], "there": [4.0, 50.0, 20.0]}
+    calls = {"call_here": [0.01, 0.02, 0.04], "call_there": [0.03, 0.03, 0.5]}
+    text = table.comparison([case | sides | calls | {"method": "event"}], "a tree")
+    title, _, row, _ = text.split("\n")
+    assert title.endswith("beside a tree")
+    assert " ".join(row.split()) == "5 0 20 event 40.0 20.0 0.800 0.750 to 2.500 20.0 30.0"
 
 
 @pytest.mark.parametrize(
-    ("settings", "message"),
-    [({"rounds": 0}, "rounds = 0"), ({"only": ["euler"]}, "only = 'euler'")],
+    ("function", "settings", "message"),
+    [
+        (measure, {"rounds": 0}, "rounds = 0"),
+        (measure, {"only": ["euler"]}, "only = 'euler'"),
+        (compare, {"tree": Path("no/such/tree")}, "against = no/such/tree: no source tree"),
+        (compare, {"tree": Path(), "only": ["numba"]}, "only = 'numba': allowed are verlet, event"),
+    ],
 )
-def test_bad_input_names_what_is_allowed(settings, message):
+def test_bad_input_names_what_is_allowed(function, settings, message):
     with pytest.raises(InputError, match=message):
-        measure(**settings)
+        function(**settings)

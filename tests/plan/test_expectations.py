@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from beltrepro.replication.plan import checking
+from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.expectations import Expectations
 from beltrepro.replication.plan.plan import make_plan
 
-CONFIG = checking.load(Path(__file__).parents[2] / "config.yaml")
+CONFIG = load_config(Path(__file__).parents[2] / "config.yaml")
 
 
 def expectations(dataset=None, compression=None):

@@ -13,11 +13,12 @@ import damages
 from beltrepro.base import store
 from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
+from beltrepro.extras import verification
+from beltrepro.extras.verification import NEAR, SAME, WRONG
 from beltrepro.replication.drawing import style
-from beltrepro.replication.plan import described, files, inputs, tables, verification
+from beltrepro.replication.plan import described, files, inputs, tables
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import columns
-from beltrepro.replication.plan.verification import NEAR, SAME, WRONG
 
 OTHER = {"processor": "another processor"}
 

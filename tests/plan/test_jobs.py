@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from beltrepro.replication.plan import checking
+from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.jobs import Job, draw, estimate, simulation_jobs
 from beltrepro.replication.plan.plan import make_plan
 
@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def plan(preset):
-    return make_plan(checking.load(ROOT / "config.yaml") | {"preset": preset})
+    return make_plan(load_config(ROOT / "config.yaml") | {"preset": preset})
 
 
 def made_up(count, cost_class=("scan", "event", True)):

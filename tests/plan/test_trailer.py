@@ -16,7 +16,8 @@ import damages
 from beltrepro.base import atomic, provenance, store
 from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
-from beltrepro.replication.plan import files, inputs, trailer, verification
+from beltrepro.extras import verification
+from beltrepro.replication.plan import files, inputs, trailer
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import columns
 from beltrepro.replication.report.material import Material

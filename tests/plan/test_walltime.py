@@ -56,11 +56,11 @@ def test_time_of_a_job_is_its_work_times_the_cost_of_its_class():
 @pytest.fixture
 def timing(tmp_path):
     """timing.csv in which each job of smoke took as many seconds as its work / 1000."""
-    from beltrepro.replication.plan import checking
+    from beltrepro.replication.plan.config import load_config
     from beltrepro.replication.plan.jobs import simulation_jobs
     from beltrepro.replication.plan.plan import make_plan
 
-    jobs = simulation_jobs(make_plan(checking.load(ROOT / "config.yaml") | {"preset": "smoke"}))
+    jobs = simulation_jobs(make_plan(load_config(ROOT / "config.yaml") | {"preset": "smoke"}))
     path = tmp_path / "timing.csv"
     estimate(jobs, {job.name: job.work / 1000 for job in jobs}).to_csv(path, index=False)
     return path, sum(job.work for job in jobs) / 1000

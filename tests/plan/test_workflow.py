@@ -23,14 +23,15 @@ import unpacking
 from beltrepro.base import progress, provenance, store
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.cli import app as cli
-from beltrepro.replication.plan import checking, lifecycle, manifest, registry, scripting
+from beltrepro.replication.plan import lifecycle, manifest, registry, scripting
+from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.jobs import simulation_jobs
 from beltrepro.replication.plan.plan import Plan, make_plan
 from beltrepro.replication.plan.points import columns
 from beltrepro.replication.verdicts.entries import load_ledger
 
 ROOT = Path(__file__).parents[2]
-CONFIG = checking.load(ROOT / "config.yaml")
+CONFIG = load_config(ROOT / "config.yaml")
 FIGURES = registry.figures()
 TABLES = registry.tables()
 RULES = sorted((ROOT / "workflow" / "rules").glob("*.smk"))
@@ -291,8 +292,8 @@ def test_touched_housekeeping_simulates_nothing(finished):
         "replication/plan/lifecycle.py",
         "base/atomic.py",
     )
-    words = ("plan", "kinds", "schema", "quantities", "grids", "checking", "files")
-    names = [*rooms, "verification.py", *(f"datasets/{name}.py" for name in words)]
+    words = ("plan", "kinds", "points", "config", "files")
+    names = [*rooms, "extras/verification.py", *(f"datasets/{name}.py" for name in words)]
     names += ["simulation/files.py", "simulation/checkpoints.py"]
     assert {"simulate", "join"}.isdisjoint(jobs(after_touching(finished, *names)))
 
@@ -300,7 +301,7 @@ def test_touched_housekeeping_simulates_nothing(finished):
 @pytest.mark.thorough
 def test_touched_analysis_derives_its_tables_and_touched_tracker_tracks_again(finished):
     dry_run = after_touching(
-        finished, "replication/studies/integrators/compared.py", "replication/camera/tracking.py"
+        finished, "replication/studies/integrators/samples.py", "replication/camera/tracking.py"
     )
     assert {"simulate", "join", "film"}.isdisjoint(jobs(dry_run))
     of_agreement = {"agreement", "tables/families", "tables/partings", "tables/convergence"}
@@ -503,7 +504,7 @@ def test_figure_of_an_unknown_dataset_is_one_line(tree):
         module.write_text(before)
     lines = [line for line in done.stderr.splitlines() if "profile" not in line]
     assert done.returncode == 1 and len(lines) == 1, done.stderr
-    assert lines[0].startswith("error: fig13.py uses 'n5_rows_chek', which preset")
+    assert lines[0].startswith("error: fig13 uses 'n5_rows_chek', which preset")
     assert lines[0].endswith("smoke lacks; did you mean 'n5_rows_check'?")
 
 

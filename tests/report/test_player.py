@@ -6,7 +6,6 @@ import html
 import json
 import os
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -16,10 +15,12 @@ import pytest
 from beltrepro import ChainParameters, simulate
 from beltrepro.base import store
 from beltrepro.model.units import TIME_S
-from beltrepro.replication import report
-from beltrepro.replication.report.sections import player
+from beltrepro.replication.report import motion_player
+from beltrepro.replication.report.contents import MOTION
+from beltrepro.replication.report.material import Material
+from beltrepro.replication.report.page import part
+from browser import BROWSER
 
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
 CHAINS = {
     "play_u1": ChainParameters(5, 1.0),
     "play_u17": ChainParameters(5, 17.6, 2.2),
@@ -51,13 +52,13 @@ def material(tmp_path_factory):
         }  # fmt: skip
         store.write(folder / f"{name}.h5", arrays, attributes)
     files = {"datasets": [folder / f"{name}.h5" for name in reversed(CHAINS)]}
-    return report.Material("smoke", {}, files, folder)
+    return Material("smoke", {}, files)
 
 
 @pytest.fixture(scope="module")
 def section(material):
     """The section as it stands in the page."""
-    return report.part(player, material)
+    return part(MOTION, material)
 
 
 def carried(section):
@@ -85,27 +86,22 @@ def test_the_page_carries_the_runs(section):
         assert 0 <= motion["still"] < motion["samples"]
 
 
-def test_a_motion_of_the_workflow_is_small():
-    """The longest of config.yaml: 2001 samples of five blocks, at most 150 kB."""
-    samples = 2001 * 5
-    assert samples * (2 * 4 / 3 + 1) < 150_000
-
-
 def test_the_words_name_the_longest_slip_of_the_last_block():
     time = np.arange(8.0)
-    assert player._longest(np.array([0, 1, 0, -1, -1, 1, 0, 1]), time).endswith("t = 3 to 5.")
-    assert player._longest(np.array([-1] * 8), time).endswith("t = 0 to 7.")
-    assert player._longest(np.zeros(8), time) == "Here the last block does not slip."
+    assert motion_player._longest(np.array([0, 1, 0, -1, -1, 1, 0, 1]), time).endswith(
+        "t = 3 to 5."
+    )
+    assert motion_player._longest(np.array([-1] * 8), time).endswith("t = 0 to 7.")
+    assert motion_player._longest(np.zeros(8), time) == "Here the last block does not slip."
 
 
 def test_slow_belts_are_shown_faster():
-    assert [player._speed(u) for u in (1.0, 4.0, 17.6, 40.0)] == [8.0, 4.0, 1.0, 1.0]
+    assert [motion_player._speed(u) for u in (1.0, 4.0, 17.6, 40.0)] == [8.0, 4.0, 1.0, 1.0]
 
 
 def test_the_section_is_left_out_without_its_runs(material):
     fewer = {"datasets": material.files["datasets"][1:]}
-    assert material.has(player.NEEDS)
-    assert not report.Material("smoke", {}, fewer, Path()).has(player.NEEDS)
+    assert material.has(MOTION.needs) and not Material("smoke", {}, fewer).has(MOTION.needs)
 
 
 def test_the_section_names_no_address(section):
@@ -125,7 +121,7 @@ def worked(section, folder, width, *flags):
     """What the script of the test saw in a page of this width."""
     script = Path(__file__).with_name("player_script.js").read_text(encoding="utf-8")
     page = folder / f"page{width}.html"
-    style = (Path(report.__file__).parent / "report.css").read_text(encoding="utf-8")
+    style = (Path(motion_player.__file__).parent / "report.css").read_text(encoding="utf-8")
     page.write_text(
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><style>{style}</style>'
         f'<script>{STEADY}</script></head><body style="width: {width}px">{section}'
@@ -146,7 +142,7 @@ def worked(section, folder, width, *flags):
 
 @pytest.fixture(scope="module", params=[390, 1100])
 def seen(request, section, tmp_path_factory):
-    if BROWSER is None:
+    if not BROWSER:
         pytest.skip("no chromium here: see README, Tests in a browser")
     return worked(section, tmp_path_factory.mktemp("browser"), request.param)
 
@@ -160,7 +156,7 @@ def test_blocks_are_drawn_where_they_are(seen):
         run = run_of(name)
         assert motion["last"] == len(run.time) - 1
         assert CHAINS[name].describe().partition(",")[0].replace("=", " = ") in motion["words"]
-        scale = (motion["width"] - 16) / (player._ROOM * run.positions.max())
+        scale = (motion["width"] - 16) / (motion_player._ROOM * run.positions.max())
         for picture in motion["pictures"]:
             row = picture["frame"]
             assert picture["time"] == pytest.approx(run.time[row], abs=0.06)
@@ -200,7 +196,7 @@ def test_controls_have_names_and_room_for_a_finger(seen):
 
 @pytest.mark.thorough
 def test_less_motion_is_a_picture_a_second(section, tmp_path):
-    if BROWSER is None:
+    if not BROWSER:
         pytest.skip("no chromium here: see README, Tests in a browser")
     seen = worked(section, tmp_path, 600, "--force-prefers-reduced-motion")
     assert seen["errors"] == []

@@ -11,7 +11,8 @@ from PIL import Image
 import made_up_results
 from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
-from beltrepro.replication.report import findings, publishing
+from beltrepro.replication.report import publishing
+from beltrepro.replication.report.results import count, read
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.replication.verdicts.entries import load_ledger
 
@@ -131,11 +132,12 @@ def test_the_block_takes_its_numbers_from_the_tables(finished, tmp_path, monkeyp
     text = Path("README.md").read_text()
     assert text.startswith("before\n") and text.endswith(f"{publishing.END}\nafter\n")
     assert "OLD" not in text and "docs/results/paper/report.html" in text
-    results = findings.read(finished / "claims.csv", finished / "estimates.csv")
+    results = read(finished)
     number = results["u-critical"].counted.numbers["critical"].words
     assert f"| critical velocity without noise, five blocks | 16.5 | {number} |" in text
     assert text.count("\n| ") == len(publishing.HEADLINE) + 2  # and the head
-    assert f"tests {findings.count(results.values()).testable} claims" in text
+    assert "| exponent of slip sizes | −1.47 | " in text and "| 0.132 | " in text  # as printed
+    assert f"tests {count(results).testable} claims" in text
 
 
 def test_the_block_lists_what_does_not_hold_and_shows_figures(tmp_path, monkeypatch):

@@ -1,17 +1,14 @@
 """The section on the integrators says what its tables say: every row, every count."""
 
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
 from scipy import stats
-from test_report import PIXEL, SETTINGS, cells, part, words
 
-import made_up_results
-from beltrepro.replication import report
+import pages
 from beltrepro.replication.studies.integrators import samples
 from beltrepro.replication.studies.integrators import words as described
+from pages import cells, words
 
 DISORDER = "disorder parameter r"
 STICKING = "share that still sticks at the end"
@@ -89,33 +86,27 @@ CONVERGENCE = [
 def section(tmp_path_factory):
     """The section as HTML."""
     folder = tmp_path_factory.mktemp("integrators")
-    files = {}
-    for name, rows in (("agreement", COMPARISONS), ("families", FAMILIES),
-                       ("partings", PARTINGS), ("convergence", CONVERGENCE)):  # fmt: skip
-        files[name] = [folder / f"{name}.csv"]
-        pd.DataFrame(rows).to_csv(files[name][0], index=False)
-    claims, estimates = made_up_results.write(folder)
-    files |= {"claims": [claims], "estimates": [estimates]}
-    files["figures"] = [folder / "agreement_disorder.png"]
-    files["figures"][0].write_bytes(PIXEL)
-    lengths = {"duration": 1000.0, "transient": 400.0, "replicate": list(range(32))}
-    settings = SETTINGS | {
-        "defaults": SETTINGS["defaults"] | {"time_step": 0.001},
+    rows = dict(zip(described.TOLD_BY, (COMPARISONS, FAMILIES, PARTINGS, CONVERGENCE), strict=True))
+    files = {name: [folder / f"{name}.csv"] for name in rows}
+    for name, (path,) in files.items():
+        pd.DataFrame(rows[name]).to_csv(path, index=False)
+    settings = pages.SETTINGS | {
+        "defaults": pages.SETTINGS["defaults"] | {"time_step": 0.001},
         "datasets": {
-            name: lengths | {"duration": 1000.0 + number}
+            name: {"duration": 1000.0 + number, "transient": 400.0, "replicate": list(range(32))}
             for number, name in enumerate(described.DATASETS.values())
         },
     }
-    output = folder / "report.html"
-    report.render(output, report.Material("smoke", settings, files, Path("none")))
-    return part(output.read_text(encoding="utf-8"), "agreement")
+    figures = ["agreement_disorder"]
+    run = pages.material(folder, figures=figures, settings=settings, **files)
+    return pages.part(pages.written(folder, run), "agreement")
 
 
 def tables(section):
     """Rows of the three tables, without their heads."""
-    found = section.split("<table>")[1:]
-    assert len(found) == 3
-    return [cells(table)[1:] for table in found]
+    markup = section.split("<table>")[1:]
+    assert len(markup) == 3
+    return [cells(table)[1:] for table in markup]
 
 
 def test_every_family_has_its_row(section):

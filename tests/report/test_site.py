@@ -6,7 +6,6 @@ import http.server
 import json
 import os
 import re
-import shutil
 import subprocess
 import sys
 import threading
@@ -20,13 +19,13 @@ import yaml
 import beltrepro
 from beltrepro.cli import app as cli
 from beltrepro.replication.plan import kinds, registry
-from beltrepro.replication.plan.schema import config_schema
+from beltrepro.replication.plan.config import schema
 from beltrepro.replication.verdicts.entries import load_ledger
+from browser import BROWSER
 from extensions import api, claims_and_figures, configuration, markdown, rule_graph, tutorial
 from made_up import data
 
 DOCS = Path(__file__).parents[2] / "docs"
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
 
 
 # --- without building -----------------------------------------------------------------------------
@@ -73,18 +72,18 @@ def test_the_figure_of_the_guide_registers_itself_and_is_drawn(tmp_path):
 
 
 def test_configuration_has_every_key():
-    def names(schema):
-        if isinstance(schema, dict):
-            yield from schema.get("properties", {})
-            for each in schema.values():
+    def names(node):
+        if isinstance(node, dict):
+            yield from node.get("properties", {})
+            for each in node.values():
                 yield from names(each)
-        elif isinstance(schema, list):
-            for each in schema:
+        elif isinstance(node, list):
+            for each in node:
                 yield from names(each)
 
     rules = {"start", "stop", "step", "without_noise", "with_noise", "offset", "count"}
     page = configuration.keys().replace("\\_", "_")
-    for name in set(names(config_schema())) - rules:
+    for name in set(names(schema())) - rules:
         assert f"| `{name}` |" in page, name
     assert rules <= set(re.findall(r"\w+", page)), "forms of an axis, in the words of its key"
 
@@ -143,7 +142,7 @@ def test_the_site(tmp_path):
     nothing_is_loaded_from_outside(site)
     public_names_lead_to_their_docstrings(site)
     the_command_has_every_option(site)
-    if BROWSER is None:
+    if not BROWSER:
         pytest.skip("no chromium here: see README, Tests in a browser")
     pages_fit_a_phone_and_ask_nobody(site, tmp_path)
 
@@ -213,7 +212,7 @@ def public_names_lead_to_their_docstrings(site):
 
 def the_command_has_every_option(site):
     text, _ = marked(site / "reference" / "command.html")
-    (commands,) = cli._parser()._subparsers._group_actions
+    (commands,) = cli.parser()._subparsers._group_actions
     for name, parser in commands.choices.items():
         assert f'id="beltrepro-{name}"' in text
         for action in parser._actions:

@@ -5,8 +5,6 @@ argument, option or key is tried without a change here.
 """
 
 import argparse
-import copy
-import datetime
 import inspect
 import math
 
@@ -19,10 +17,12 @@ import beltrepro
 from beltrepro import (
     ChainParameters,
     ChainState,
-    GridScan,
+    Grid,
     LyapunovSpectrum,
     PeriodicOrbit,
+    Results,
     Run,
+    Setup,
     chaos,
     simulation,
 )
@@ -31,10 +31,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
 from beltrepro.cli.options import grid, whole_grid
 from beltrepro.replication.camera import recording
-from beltrepro.replication.plan import schema, snakemake_call
-from beltrepro.replication.plan.kinds import KINDS
-from beltrepro.replication.plan.plan import make_plan
-from beltrepro.replication.plan.quantities import QUANTITIES, REQUIRED
+from beltrepro.replication.plan.points import QUANTITIES
 from beltrepro.stats.errors import NotEnoughDataError
 from wrong import HUGE, kind_of, wrong_values
 
@@ -56,10 +53,10 @@ CHAIN = ChainParameters(2, 5.0)
 STATE = ChainState.at_rest(CHAIN)
 GROWTH = np.zeros((2, 3, 4))
 SPECTRUM = LyapunovSpectrum(CHAIN, *[np.zeros(4)] * 2, GROWTH[:, 0], GROWTH, 20.0, np.zeros(2))
-GRID = GridScan({}, {})
+RESULTS = Results({}, {})
 ORBIT = PeriodicOrbit(CHAIN, STATE, 20.0, *[None] * 7)
 RUN = Run(CHAIN, *[None] * 20)
-SHORT = {"parameters": CHAIN, "duration": 20.0}
+SHORT = {"chains": CHAIN, "duration": 20.0}
 LONG = SHORT | {"transient": 10.0}
 TIME = np.arange(100.0)
 
@@ -71,7 +68,8 @@ CALLS = {
     "ChainState.keyed": (STATE.keyed, {"seed": 1, "replicate": 0}),
     "ChainState.moved": (STATE.moved, {}),
     "ChainState.under": (STATE.under, {"parameters": CHAIN}),
-    "GridScan.save": (GRID.save, {"path": "scan.csv"}),
+    "Grid": (Grid, {"n_blocks": 2, "belt_velocity": 5.0}),
+    "Results.save": (RESULTS.save, {"path": "scan.csv"}),
     "LyapunovSpectrum.finite_time": (SPECTRUM.finite_time, {"length": 20.0}),
     "PeriodicOrbit.run": (ORBIT.run, {}),
     "Run.plot": (RUN.plot, {"path": "run.png"}),
@@ -82,21 +80,26 @@ CALLS = {
     "catalogue": (beltrepro.catalogue, SHORT),
     "classify": (beltrepro.classify, LONG),
     "close_orbit": (beltrepro.close_orbit, {"state": STATE, "period_time": 20.0}),
-    "escapes": (beltrepro.escapes, SHORT),
-    "exponents": (beltrepro.exponents, LONG),
     "lyapunov_spectrum": (beltrepro.lyapunov_spectrum, LONG),
-    "motions": (beltrepro.motions, LONG),
     "periodic_orbit": (beltrepro.periodic_orbit, LONG),
     "scan": (beltrepro.scan, SHORT),
-    "scan_grid": (beltrepro.scan_grid, {"n_blocks": 2, "belt_velocity": 5.0, "duration": 20.0}),
     "separation": (beltrepro.separation, LONG),
-    "settling": (beltrepro.settling, SHORT),
+    "Setup": (Setup, {"chains": CHAIN}),
     "simulate": (beltrepro.simulate, SHORT),
+    "time_to_continuous_slip": (beltrepro.time_to_continuous_slip, SHORT),
+    "time_to_orbit": (beltrepro.time_to_orbit, SHORT),
 }
+KEYWORDS = [each for each in inspect.signature(Setup).parameters.values() if each.name != "chains"]
+
+
+def parameters_of(called):
+    """The arguments of a function, with those of a setup if it takes them."""
+    own = list(inspect.signature(called).parameters.values())
+    return own[:-1] + KEYWORDS if own[-1].kind is own[-1].VAR_KEYWORD else own
+
+
 ARGUMENTS = {
-    (name, each.name): each
-    for name, (called, _) in CALLS.items()
-    for each in inspect.signature(called).parameters.values()
+    (name, each.name): each for name, (called, _) in CALLS.items() for each in parameters_of(called)
 }
 
 
@@ -111,7 +114,7 @@ def refusal(name: str, **changes: object) -> str:
 def test_every_public_function_is_called():
     rooms = (beltrepro, simulation, chaos)
     public = {name: getattr(room, name) for room in rooms for name in room.__all__}
-    found = {"ChainParameters", "analyse"}
+    found = {"ChainParameters", "Grid", "Setup", "analyse"}
     for name, each in public.items():
         if inspect.isclass(each):  # made by functions, so that only methods are called
             found |= {
@@ -141,7 +144,8 @@ def test_many_wrong_values_are_tried():
 @pytest.mark.parametrize("name", CALLS)
 def test_misspelt_and_missing_arguments_are_named(name):
     called, valid = CALLS[name]
-    for argument, parameter in inspect.signature(called).parameters.items():
+    for parameter in parameters_of(called):
+        argument = parameter.name
         message = refusal(name, **{argument[:-1]: 1})
         assert f"{argument[:-1]!r}" in message and repr(argument) in message
         if parameter.default is inspect.Parameter.empty:
@@ -158,7 +162,9 @@ def test_a_file_that_is_not_there_is_named(tmp_path):
 def test_symbols_of_the_paper_are_understood():
     for symbol, name in names.SYMBOLS.items():
         assert names.hint(symbol, [name, "other"]) == f"; did you mean {name!r}?"
-    known = {each.symbol: each.name for each in QUANTITIES.values() if each.symbol}
+    known = {
+        each.symbol.replace(" ", "_"): each.name for each in QUANTITIES.values() if each.symbol
+    }
     assert {symbol: known[symbol] for symbol in names.SYMBOLS if symbol in known} == {
         symbol: name for symbol, name in names.SYMBOLS.items() if name in QUANTITIES
     }
@@ -216,7 +222,7 @@ def test_much_nonsense_is_refused(key, value):
 
 COMMANDS = next(
     action.choices
-    for action in cli._parser()._actions
+    for action in cli.parser()._actions
     if isinstance(action, argparse._SubParsersAction)
 )
 RUNS = {"n_blocks": 2, "belt_velocity": 5, "duration": 20}
@@ -298,196 +304,3 @@ def test_unknown_command_is_refused(capsys):
         with pytest.raises(SystemExit):
             cli.main(words)
         line(capsys.readouterr().err.removesuffix("\n"), "error: ")
-
-
-# --- the configuration ----------------------------------------------------------------------------
-
-SCHEMA = schema.config_schema()
-DEFINITIONS = SCHEMA["$defs"]
-# What YAML can hold and no key can be; text that is a number is one.
-NOWHERE = {
-    "nested": [[1]],
-    "unknown key": {"a": 1},
-    "nan": math.nan,
-    "infinite": math.inf,
-    "too large": "1e999",
-    "nan in a list": [1.0, math.nan],
-    "date": [datetime.date(2013, 4, 29)],
-    "bytes": b"1",
-    "set": {1},
-    "empty": "",
-    "word": "much",
-    "empty list": [],
-}
-NUMBERS = {
-    "negative": -1,
-    "huge": HUGE,
-    "no physics": 1e300,
-    "true": True,
-    "twice": [1, 1],
-    "text in a list": [1, "much"],
-    "no keys": {},
-    "part of a range": {"start": 1, "stop": 2},
-    "no step": {"start": 1, "stop": 2, "step": 0},
-    "backward step": {"start": 1, "stop": 2, "step": -1},
-    "no end": {"start": 1, "stop": math.inf, "step": 1},
-    "size of nothing": {"0": 1},
-    "no offset": {"offset": -1},
-    "no replicates": {"count": 0},
-    "too many replicates": {"count": 10**12},
-}
-OF_TYPE = {
-    "number": NUMBERS,
-    "integer": NUMBERS | {"fraction": 1.5},
-    "boolean": {"number": 1, "null": None},
-    "array": {"number": 1, "null": None, "no keys": {}},
-    "object": {"number": 1, "null": None},
-    "string": {"number": 1, "true": True, "null": None, "no keys": {}},
-}
-
-
-def single(kind: str) -> dict:
-    """A config with one dataset of one point."""
-    lengths = {"duration": 100, "transient": 50, "settle_time": 50}
-    needed = [each.name for each in KINDS[kind].settings if each.default is REQUIRED]
-    point = {"kind": kind, "n_blocks": 2, "belt_velocity": 10, "method": "event"}
-    dataset = point | {name: lengths[name] for name in needed}
-    presets = {"own": {"defaults": {}, "datasets": {}}}
-    return {"preset": "own", "seed": 3, "datasets": {"one": dataset}, "presets": presets}
-
-
-def keys_of(kind: str):
-    """Paths to keys, and the schema of each: those of a dataset, and of all else for one kind."""
-    properties = DEFINITIONS["dataset"]["properties"]
-    settings = [each.name for each in KINDS[kind].settings]
-    for name in (*QUANTITIES, *settings, "kind", "like", "own_method", "points_per_job"):
-        yield ("datasets", "one", name), DEFINITIONS.get(name, properties[name])
-    if kind != "scan":
-        return
-    sections = {
-        (): SCHEMA["properties"],
-        ("model",): SCHEMA["properties"]["model"]["properties"],
-        ("defaults",): DEFINITIONS["defaults"]["properties"],
-        ("presets", "own"): DEFINITIONS["preset"]["properties"],
-    }
-    for path, section in sections.items():
-        for name, each in section.items():
-            yield (*path, name), DEFINITIONS.get(name, each)
-
-
-def wrong_for(path: tuple, own: dict) -> dict:
-    """Values that a key cannot have, by the type that its schema names."""
-    types = own.get("type", "string")  # an enum is text
-    types = [types] if isinstance(types, str) else types
-    found = NOWHERE | OF_TYPE[types[0]] | ({} if "null" in types else {"null": None})
-    if path == ("run",):  # any text that can be the name of a folder, a date too
-        names = {"up": "../x", "space": "a b", "null": None, "true": True, "list": ["a"]}
-        return names | {name: NOWHERE[name] for name in ("empty", "bytes", "set", "unknown key")}
-    return found
-
-
-def changed(config: dict, path: tuple, value: object) -> dict:
-    """The config with another value."""
-    config = copy.deepcopy(config)
-    section = config
-    for key in path[:-1]:
-        section = section.setdefault(key, {})
-    section[path[-1]] = value
-    return config
-
-
-def complaint(config: dict, *words: str) -> str:
-    with pytest.raises(InputError) as caught:
-        make_plan(config)
-    return line(caught.value, "config.yaml: ", *words)
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_wrong_value_of_each_key_is_refused(kind):
-    config = single(kind)
-    make_plan(config)
-    tried = 0
-    for path, own in keys_of(kind):
-        for value in wrong_for(path, own).values():
-            complaint(changed(config, path, value), str(path[-1]))
-            tried += 1
-    assert tried > 300
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_misspelt_keys_are_named(kind):
-    for path, _ in keys_of(kind):
-        *rest, name = path
-        message = complaint(changed(single(kind), (*rest, f"{name}x"), 1), f"'{name}x'")
-        assert f"did you mean {name!r}" in message
-
-
-def test_missing_keys_are_named():
-    for kind in KINDS:
-        config = single(kind)
-        for name in config["datasets"]["one"]:
-            if name == "method":
-                continue
-            rest = copy.deepcopy(config)
-            del rest["datasets"]["one"][name]
-            complaint(rest, f"no {name}")
-    for name in SCHEMA["required"]:
-        rest = single("scan")
-        del rest[name]
-        complaint(rest, f"{name} is missing")
-
-
-def test_a_dataset_has_not_too_many_points():
-    grid = {"start": 1, "stop": 10, "step": 0.001}
-    config = changed(single("scan"), ("datasets", "one", "belt_velocity"), grid)
-    complaint(
-        changed(config, ("datasets", "one", "replicate"), {"count": 1000}),
-        "datasets.one.belt_velocity: with the other axes it makes 9e+06 points, at most 1000000",
-    )
-
-
-# --- the command line of Snakemake ----------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("entry", "words"),
-    [
-        ("fig12", "snakemake --cores 2 fig12 --config preset=smoke"),
-        ("model.friction_ratio=0.6", """--config 'model={"friction_ratio": 0.6}'"""),
-        ("presets.own.run=x", """--config 'presets={"own": {"run": "x"}}'"""),
-        ("=3", "'' is no name of a setting"),
-        ("1=2", "'1' is no name of a setting"),
-        ("run=2026_11_22", "is read as the number 20261122; a name with a letter is needed"),
-        ("run=1.10", "is read as the number 1.1;"),
-        ("run=01", "is read as the number 1;"),
-    ],
-)
-def test_settings_that_snakemake_cannot_read(entry, words):
-    snakemake_call.check_settings(["preset=smoke", "run=", "run=f06", "run=6", "run=0.6"])
-    with pytest.raises(InputError) as caught:
-        snakemake_call.check_settings(["preset=smoke", entry])
-    line(caught.value, entry, words)
-
-
-@pytest.mark.parametrize(
-    ("words", "found"),
-    [
-        (["fig2"], "target 'fig2': allowed are files of this run and all, fig12; did you mean"),
-        (["--cores", "2", "alll", "--config", "preset=smoke"], "did you mean 'all'?"),
-        (["results/no.csv"], "target 'results/no.csv'"),
-        (["draw"], "target 'draw'"),
-        (["--forcerun", "drew", "--cores", "1"], "did you mean 'draw'?"),
-        (["--omit-from", "drew", "--cores", "1"], "did you mean 'draw'?"),
-    ],
-)
-def test_targets_that_are_none(monkeypatch, words, found):
-    def check(*called):
-        monkeypatch.setattr("sys.argv", list(called))
-        snakemake_call.check_targets(["fig12", "all"], ["draw"], lambda path: path == "a/b.csv")
-
-    check("bin/snakemake", "all", "a/b.csv", "./a/b.csv", "--forcerun", "draw")
-    check("bin/snakemake", "-n", "--config", "preset=smoke")
-    check("bin/pytest", *words)  # another program's words
-    with pytest.raises(InputError) as caught:
-        check("site-packages/snakemake/__main__.py", *words)
-    line(caught.value, found)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from beltrepro import ChainParameters, simulate
-from beltrepro.chaos import motions, separation, settling
+from beltrepro.chaos import classify, separation, time_to_orbit
 from beltrepro.replication.camera.trials import trials
-from beltrepro.simulation import catalogue, checkpoints, escapes, scan
+from beltrepro.simulation import catalogue, checkpoints, scan, time_to_continuous_slip
 
 QUIET = [ChainParameters(n_blocks=n, belt_velocity=u) for n in (2, 5) for u in (7.0, 20.0)]
 NOISY = [ChainParameters(n_blocks=5, belt_velocity=7.0, noise=1.0)]
@@ -28,18 +28,18 @@ def sampled(chains, **told):
 
 WORK = {
     "scan": (scan, QUIET + NOISY, {"duration": 1500, "transient": 500, "method": "event"}),
-    "scan verlet": (scan, QUIET + NOISY, {"duration": 750, "transient": 250}),
+    "scan verlet": (scan, QUIET + NOISY, {"duration": 750, "transient": 250, "method": "verlet"}),
     "catalogue": (catalogue, QUIET + NOISY, {"duration": 1000, "method": "event"}),
-    "escapes": (escapes, QUIET, {"duration": 1500, "settle_time": 300, "method": "event"}),
+    "escapes": (time_to_continuous_slip, QUIET, {"duration": 1500, "settle_time": 300}),
     "series": (sampled, QUIET + NOISY, {"duration": 750, "transient": 0, "method": "event"}),
     "trial": (
         trials,
         NOISY * 40,
         {"duration": 400, "transient": 100, "sample_interval": 1.0, "method": "event"},
     ),
-    "motion": (motions, QUIET + NOISY, {"duration": 1500, "transient": 500}),
-    "settling": (settling, QUIET, {"duration": 6000}),
-    "kicked": (settling, QUIET, {"duration": 6000, "kick": 0.1}),
+    "motion": (classify, QUIET + NOISY, {"duration": 1500, "transient": 500}),
+    "settling": (time_to_orbit, QUIET, {"duration": 6000}),
+    "kicked": (time_to_orbit, QUIET, {"duration": 6000, "kick": 0.1}),
     "separation": (
         separation,
         QUIET,

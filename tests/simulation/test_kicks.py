@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from beltrepro import ChainParameters
+from beltrepro import ChainParameters, Setup, simulate
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.vectors import check_method
 from beltrepro.engine.integrator import Sampling
-from beltrepro.engine.kicked_integrator import KickedIntegrator
+from beltrepro.engine.kicks import KickedIntegrator
 from beltrepro.engine.records import EVENT_BLOCK, EVENT_POSITION, EVENT_SLIP, EVENT_TIME
-from beltrepro.model.disturbance import equivalent_kick
-from beltrepro.simulation.points import integrator_of, observe, points
+from beltrepro.model.scheme_error import equivalent_kick
+from beltrepro.simulation.groups import integrator_of, observe
 
 SAMPLING = Sampling(1000, 0.001)
 
@@ -31,17 +30,8 @@ class EventLog:
 
 
 def chains_of(chain, replicates, kick, *, method="event", time_step=0.001, **told):
-    start = {"initial_positions": None, "initial_spread": 1.0, "initial_state": None} | told
-    return points(
-        [chain] * len(replicates),
-        method=method,
-        time_step=time_step,
-        tolerance=None,
-        seed=1,
-        replicate=list(replicates),
-        kick=kick,
-        **start,
-    )
+    how = {"method": method, "time_step": time_step, "kick": kick, "initial_spread": 1.0} | told
+    return Setup(chain, replicate=replicates, **how).cases
 
 
 def run(members, duration):
@@ -198,5 +188,5 @@ def test_refused_with_one_line():
         chains_of(chain, [1], 0.1, method="verlet")
     with pytest.raises(InputError, match=r"^kick = -1: must be 0 or greater$"):
         chains_of(chain, [1], -1.0)
-    with pytest.raises(InputError, match=r"^kick = 0.1: the kicked motion has no tangent dynamics"):
-        check_method(chains_of(chain, [1], 0.1))
+    with pytest.raises(InputError, match=r"^kick = 0.1: only for separation and time_to_orbit$"):
+        simulate(chain, duration=1.0, kick=0.1)

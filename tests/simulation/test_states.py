@@ -1,7 +1,6 @@
 """States and runs as values: a run that is cut goes on as if it had not been."""
 
 import dataclasses
-import os
 import subprocess
 import sys
 from itertools import product
@@ -9,12 +8,22 @@ from itertools import product
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, ChainState, Run, catalogue, escapes, scan, simulate
+from beltrepro import (
+    ChainParameters,
+    ChainState,
+    Run,
+    Setup,
+    catalogue,
+    scan,
+    simulate,
+    time_to_continuous_slip,
+)
+from beltrepro.base import store
 from beltrepro.base.errors import InputError
+from beltrepro.engine.state import settled
 from beltrepro.model.spring import potential_energy
-from beltrepro.simulation import arguments, memory
-from beltrepro.simulation.points import integrator_of, points
-from beltrepro.simulation.sampling import checked, sampling_of
+from beltrepro.simulation.groups import integrator_of
+from beltrepro.simulation.sampling import sampling_of
 
 METHODS = ("verlet", "event")
 BELT_VELOCITIES = {1: 1.0, 5: 7.5, 10: 30.0}
@@ -125,7 +134,7 @@ def test_what_is_measured_of_the_pieces_adds_up():
     chain = ChainParameters(5, 20.0, 1.0)
     options = {"method": "event", "transient": 0.0, "section_position": 600.0}
     whole = scan(chain, duration=500, **options)
-    first = simulate(chain, duration=250, method="event")
+    first = simulate(chain, duration=250)
     parts = [
         scan(chain, duration=250, **options),
         scan(chain, duration=250, initial_state=first.final_state, **options),
@@ -167,7 +176,7 @@ def test_a_transient_counts_from_the_state(method):
         expected = every[name][every[name][key] >= 350]
         np.testing.assert_array_equal(some[name], expected)
         assert 0 < len(expected) < len(every[name])
-    table = escapes(chain, settle_time=150, **options)
+    table = time_to_continuous_slip(chain, settle_time=150, **options)
     assert table["final_mean_length"][0] == run.mean_length
 
 
@@ -187,11 +196,13 @@ def test_a_catalogue_from_a_state_is_the_rest_of_the_catalogue(method):
 def test_laminar_phases_and_lifetimes_count_from_the_state():
     # the block slips from the state on, and never sticks
     state = ChainState.in_motion(SLIDING, [57.0], [0.0], time=40.0)
-    table = scan(SLIDING, duration=300, method="event", initial_state=state, laminar_time=100)
+    table = scan(SLIDING, duration=300, initial_state=state, laminar_time=100)
     assert table["laminar_count"][0] == 1 and table["laminar_longest"][0] == 300
-    table = escapes(SLIDING, duration=300, method="event", initial_state=state, laminar_time=100)
+    table = time_to_continuous_slip(SLIDING, duration=300, initial_state=state, laminar_time=100)
     assert table["escaped"][0] and table["lifetime"][0] == 0
-    stuck = escapes(ChainParameters(1, 0.01), duration=300, laminar_time=100, settle_time=50)
+    stuck = time_to_continuous_slip(
+        ChainParameters(1, 0.01), duration=300, laminar_time=100, settle_time=50
+    )
     assert not stuck["escaped"][0] and stuck["lifetime"][0] == 300
 
 
@@ -227,8 +238,8 @@ def test_a_block_at_rest_slips_at_once_where_its_own_threshold_is_passed(method,
     for threshold, slips in ((low, True), (high, False)):
         thresholds = np.full(3, high)
         thresholds[block - 1] = threshold
-        own = dataclasses.replace(state, thresholds=thresholds)
-        run = simulate(chain, duration=0.02, method=method, initial_state=own)
+        held = dataclasses.replace(state, thresholds=thresholds)
+        run = simulate(chain, duration=0.02, method=method, initial_state=held)
         events = run.events[["block", "kind"]].tolist()
         assert events == ([(block, "slip")] if slips else [])
         assert np.all(run.events["time"] <= 0.001)
@@ -237,8 +248,8 @@ def test_a_block_at_rest_slips_at_once_where_its_own_threshold_is_passed(method,
     thresholds = 0.9 * np.abs(force)
     thresholds[block - 1] = high
     thresholds[force == 0] = high
-    own = dataclasses.replace(state, thresholds=thresholds)
-    run = simulate(chain, duration=0.02, method=method, initial_state=own)
+    held = dataclasses.replace(state, thresholds=thresholds)
+    run = simulate(chain, duration=0.02, method=method, initial_state=held)
     assert set(run.events["block"]) == set(1 + np.flatnonzero(thresholds < high))
 
 
@@ -261,13 +272,15 @@ def test_a_slipping_block_follows_the_closed_form(method):
 
 def test_the_scheme_starts_from_a_state_to_second_order():
     chain = ChainParameters(3, 20.0)
-    state = simulate(chain, duration=13, method="event", sample_interval=None).final_state
+    state = simulate(chain, duration=13, sample_interval=None).final_state
     assert state.directions.all()
-    exact = simulate(chain, duration=0.5, method="event", tolerance=1e-13, initial_state=state)
+    exact = simulate(chain, duration=0.5, tolerance=1e-13, initial_state=state)
     assert len(exact.events) == 0
     errors = []
     for time_step in (0.004, 0.002, 0.001):
-        run = simulate(chain, duration=0.5, time_step=time_step, initial_state=state)
+        run = simulate(
+            chain, duration=0.5, method="verlet", time_step=time_step, initial_state=state
+        )
         assert len(run.events) == 0
         errors.append(np.abs(run.final_state.positions - exact.final_state.positions).max())
     order = np.log2(np.array(errors[:-1]) / errors[1:])
@@ -285,27 +298,6 @@ def test_the_other_method_goes_on_where_one_has_ended(before, after):
         np.testing.assert_allclose(there.positions, same.positions, rtol=0, atol=0.01)
         # the audit goes on over both parts
         assert abs(there.energy_residual) < 1e-4
-
-
-def test_another_belt_velocity_takes_the_stuck_blocks_along():
-    old, new = ChainParameters(5, 7.5), ChainParameters(5, 9.0)
-    run = simulate(old, duration=19, method="event")
-    state = run.final_state.under(new)
-    stuck = run.final_state.directions == 0
-    assert 0 < stuck.sum() < 5
-    np.testing.assert_array_equal(state.positions, run.final_state.positions)
-    np.testing.assert_array_equal(state.velocities[stuck], 9.0)
-    np.testing.assert_allclose(
-        state.velocities[~stuck], run.final_state.velocities[~stuck], rtol=0, atol=1e-14
-    )
-    assert run.final_state.under(old) is run.final_state
-    for method, residual in (("event", 1e-12), ("verlet", 1e-4)):
-        later = simulate(new, duration=100, method=method, initial_state=run.final_state)
-        assert later.initial_state == state
-        assert abs(later.energy_residual) < residual
-        np.testing.assert_allclose(
-            later.positions[0], state.positions + 0.1 * state.velocities, rtol=0, atol=1.0
-        )
 
 
 KEPT = ("displacements", "relative_velocities", "directions", "thresholds", "friction_losses",
@@ -326,15 +318,12 @@ def test_an_integrator_that_takes_over_holds_the_state_that_it_was_given(method,
     """Nothing of a state of another scheme is lost or changes its unit before the first step."""
     chain = ChainParameters(5, 7.5, noise)
     before = METHODS[method == "verlet"]
-    state = simulate(chain, duration=50.0, method=before).final_state.settled()
+    state = settled(simulate(chain, duration=50.0, method=before).final_state)
     assert 0 < np.count_nonzero(state.directions) < 5
     assert state.friction_losses.max() > 100 and abs(state.wall_impulse) > 100
-    (point,) = points(
-        chain, method=method, time_step=time_step, tolerance=None, seed=None, replicate=None,
-        initial_positions=None, initial_spread=0.0, initial_state=state,
-    )  # fmt: skip
+    cases = Setup(chain, method=method, time_step=time_step, initial_state=state).cases
     sampling = sampling_of(None, method, time_step)
-    integrator = integrator_of([point], sampling=sampling, sampled_blocks=5)
+    integrator = integrator_of(cases, sampling=sampling, sampled_blocks=5)
     (held,) = integrator.state()
     for name in KEPT:
         np.testing.assert_allclose(
@@ -361,7 +350,7 @@ def test_every_constant_is_changed():
 def test_a_state_under_another_constant_is_the_same_motion(field, value):
     old = ChainParameters(5, 7.5, 1.0)
     new = dataclasses.replace(old, **{field: value})
-    state = simulate(old, duration=65.0, method="event", seed=3, replicate=2).final_state
+    state = simulate(old, duration=65.0, seed=3, replicate=2).final_state
     stuck = state.directions == 0
     assert 0 < stuck.sum() < 5
     there = state.under(new)
@@ -370,6 +359,8 @@ def test_a_state_under_another_constant_is_the_same_motion(field, value):
     np.testing.assert_allclose(there.velocities[~stuck], state.velocities[~stuck], rtol=1e-12)
     np.testing.assert_array_equal(there.velocities[stuck], new.belt_velocity)
     np.testing.assert_array_equal(there.relative_velocities[stuck], 0.0)
+    later = simulate(new, duration=20.0, initial_state=state)
+    assert later.initial_state == there and abs(later.energy_residual) < 1e-8
     # a slower belt may be overtaken by a block that lagged behind
     np.testing.assert_array_equal(there.directions, np.sign(there.relative_velocities))
     overtakes = (there.directions > 0) & (state.directions < 0)
@@ -385,7 +376,7 @@ def test_a_state_under_another_constant_is_the_same_motion(field, value):
 
 
 def test_thresholds_keep_their_deviates_under_other_noise():
-    state = simulate(ChainParameters(5, 20.0, 2.0), duration=30, method="event").final_state
+    state = simulate(ChainParameters(5, 20.0, 2.0), duration=30).final_state
     deviates = (state.thresholds - 71.4) / 2.0
     assert np.abs(deviates).min() > 0
     stronger = state.under(ChainParameters(5, 20.0, 4.0))
@@ -401,18 +392,17 @@ def test_thresholds_keep_their_deviates_under_other_noise():
 
 def test_a_state_goes_on_with_its_own_random_numbers_or_with_others():
     chain = ChainParameters(2, 20.0, 1.0)
-    first = simulate(chain, duration=20, method="event", seed=5, sample_interval=None)
+    first = simulate(chain, duration=20, seed=5, sample_interval=None)
     runs = simulate(
         [chain] * 4,
         duration=20,
-        method="event",
         initial_state=first.final_state,
         seed=[5, 5, 5, 6],
         replicate=[0, 1, 2, 0],
         sample_interval=None,
     )
-    own = simulate(chain, duration=20, method="event", initial_state=first.final_state)
-    assert runs[0].final_state == own.final_state
+    unkeyed = simulate(chain, duration=20, initial_state=first.final_state)
+    assert runs[0].final_state == unkeyed.final_state
     ends = np.array([run.final_state.positions for run in runs])
     assert len(np.unique(ends, axis=0)) == 4
     assert [run.seed for run in runs] == [5, 5, 5, 6]
@@ -420,9 +410,9 @@ def test_a_state_goes_on_with_its_own_random_numbers_or_with_others():
 
 def test_moved_blocks_begin_a_new_audit():
     chain = ChainParameters(3, 20.0)
-    run = simulate(chain, duration=20, method="event")
+    run = simulate(chain, duration=20)
     moved = run.final_state.moved(positions=run.final_state.positions + np.array([0.0, 0.0, 2.0]))
-    later = simulate(chain, duration=20, method="event", initial_state=moved)
+    later = simulate(chain, duration=20, initial_state=moved)
     assert abs(later.energy_residual) < 1e-12
     stopped = run.final_state.moved(velocities=[20.0, 0.0, 21.0])
     np.testing.assert_array_equal(stopped.directions, [0, -1, 1])
@@ -495,8 +485,6 @@ def test_runs_that_differ_are_not_equal(change):
 
 
 def test_a_file_that_holds_no_run_is_refused_in_one_line(tmp_path):
-    from beltrepro.base import store
-
     (tmp_path / "text.h5").write_text("no")
     store.write(tmp_path / "scan.h5", {"x": np.zeros(3)}, {"kind": "scan"})
     store.write(tmp_path / "part.h5", {"x": np.zeros(3)}, {"kind": "run"})
@@ -511,300 +499,6 @@ def test_a_file_that_holds_no_run_is_refused_in_one_line(tmp_path):
         assert words in str(caught.value) and "\n" not in str(caught.value)
 
 
-# --- many chains ---
-
-
-def test_each_chain_has_its_own_settings():
-    chains = [
-        ChainParameters(2, 10.0, 1.0),
-        ChainParameters(3, 20.0),
-        ChainParameters(2, 10.0, 1.0),
-    ]
-    settings = {
-        "method": ["event", "verlet", "verlet"],
-        "time_step": [0.001, 0.002, 0.001],
-        "tolerance": [1e-8, None, None],
-        "seed": [1, 2, 3],
-        "replicate": [0, 4, 5],
-        "initial_spread": [0.0, 0.5, 1e-3],
-    }
-    together = simulate(chains, duration=20, sample_interval=0.2, **settings)
-    for index, chain in enumerate(chains):
-        own = {name: values[index] for name, values in settings.items()}
-        assert simulate(chain, duration=20, sample_interval=0.2, **own) == together[index]
-    assert together[1].initial_state.positions[0] != 50 and together[0].tolerance == 1e-8
-
-
-def test_runs_that_repeat_each_other_do_not_pass_silently(recwarn):
-    noisy, quiet = ChainParameters(2, 20.0, 1.0), ChainParameters(2, 20.0)
-    options = {"duration": 1, "sample_interval": None}
-    with pytest.warns(UserWarning, match=r"7 of 8 chains repeat.*replicate=range\(8\)$"):
-        simulate([noisy] * 8, **options)
-    with pytest.warns(UserWarning, match=r"replicate=range\(2\) and an initial_spread$"):
-        simulate([quiet] * 2, replicate=[0, 1], **options)
-    recwarn.clear()
-    simulate([noisy] * 8, replicate=range(8), **options)
-    simulate([noisy] * 2, seed=[1, 2], **options)
-    simulate([quiet] * 2, replicate=[0, 1], initial_spread=1e-3, **options)
-    simulate([quiet, noisy], **options)
-    simulate([quiet] * 2, time_step=[0.001, 0.002], **options)
-    assert not recwarn.list
-
-
-@pytest.mark.parametrize(
-    "field", ["displacements", "relative_velocities", "directions", "thresholds", "stream", "time"]
-)
-def test_runs_that_go_on_from_different_states_repeat_nothing(field, recwarn):
-    """A change in any field that a run depends on makes another run of it, and no warning."""
-    chain = ChainParameters(2, 20.0, 1.0)
-    state = simulate(chain, duration=5, method="event", sample_interval=None).final_state
-    value = getattr(state, field)
-    changed = value + np.ones_like(value) if field == "stream" else value + 0.5
-    other = dataclasses.replace(state, **{field: changed})
-    told = {"method": "event", "time_step": 0.001, "tolerance": None, "seed": None,
-            "replicate": None, "initial_positions": None, "initial_spread": 0.0}  # fmt: skip
-    points([chain] * 2, initial_state=[state, other], **told)
-    assert not recwarn.list
-    # without noise nothing is drawn, so the random stream does not matter
-    quiet = ChainParameters(2, 20.0)
-    states = [each.under(quiet) for each in (state, other)]
-    if field == "stream":
-        with pytest.warns(UserWarning, match="1 of 2 chains repeat"):
-            points([quiet] * 2, initial_state=states, **told)
-    with pytest.warns(UserWarning, match="1 of 2 chains repeat"):
-        points([chain] * 2, initial_state=[state, state], **told)
-
-
-# --- sampling ---
-
-
-def test_event_samples_at_any_interval():
-    chain = ChainParameters(3, 20.0, 1.0)
-    frame = 0.544518  # 24 a second
-    run = simulate(chain, duration=300, method="event", sample_interval=frame)
-    np.testing.assert_array_equal(run.time, np.arange(len(run.time)) * frame)
-    assert run.time[-1] > 300 - frame
-    half = simulate(chain, duration=300, method="event", sample_interval=frame / 2)
-    np.testing.assert_allclose(half.positions[::2], run.positions, rtol=0, atol=1e-9)
-    np.testing.assert_array_equal(half.events, run.events)
-    with pytest.raises(InputError, match="method 'verlet' needs a multiple of time_step"):
-        simulate(chain, duration=300, sample_interval=frame)
-
-
-def test_samples_that_do_not_fit_are_refused_before_the_start(monkeypatch):
-    chain = ChainParameters(5, 20.0)
-    monkeypatch.setattr(memory, "available", lambda: 10**9)
-    with pytest.raises(InputError) as caught:
-        simulate([chain] * 2, duration=2e6, replicate=[0, 1], initial_spread=1e-3)
-    words = str(caught.value)
-    # 2 chains, 2e7 samples of 1 + 3 * 5 numbers of 8 bytes
-    assert "sample_interval = 0.1" in words and "5.12 GB" in words and "\n" not in words
-    fits = float(words.split("from ")[1].split()[0])
-    samples = {"sample_start": 0.0}
-    points = [type("Point", (), {"parameters": chain})] * 2
-    memory.check_samples(points, 2e6, sample_interval=fits, **samples)
-    with pytest.raises(InputError):
-        memory.check_samples(points, 2e6, sample_interval=fits / 1.3, **samples)
-    memory.check_samples(points, 2e6, sample_interval=0.1, sample_start=1.9e6)
-
-
-def test_memory_of_this_machine_is_known_in_bytes():
-    """Between the pages that nothing uses and all there are, or less by a limit of its own."""
-    page = os.sysconf("SC_PAGE_SIZE")
-    unused, present = (os.sysconf(f"SC_{name}_PAGES") * page for name in ("AVPHYS", "PHYS"))
-    assert 0.5 * unused < memory._of_machine() <= present
-    assert 0 < memory.available() <= memory._of_machine() * 1.2
-
-
-def test_memory_that_the_system_tells_in_kilobytes_becomes_bytes(monkeypatch):
-    files = {"/proc/meminfo": "MemTotal: 9000 kB\nMemAvailable:    1000 kB\n"}
-    monkeypatch.setattr(memory.Path, "read_text", lambda path: files[str(path)])
-    assert memory._of_machine() == 1024 * 1000
-
-
-# --- the section ---
-
-
-def test_the_section_follows_from_the_chain():
-    chains = [ChainParameters(n_blocks, 20.0) for n_blocks in (2, 5, 8)]
-    table = scan(chains, duration=5)
-    assert table["section_position"].tolist() == [187.7, 615.0, 1157.3]
-    assert np.isfinite(table["disorder_parameter"]).all()
-
-
-def test_a_catalogue_of_chains_of_several_sizes():
-    chains = [ChainParameters(2, 3.0), ChainParameters(3, 2.0, 1.0), ChainParameters(2, 2.0)]
-    options = {"duration": 200, "method": "event", "seed": [1, 2, 3], "replicate": [3, 0, 1]}
-    together = catalogue(chains, section_block=1, section_position=80.0, **options)
-    for index, chain in enumerate(chains):
-        own = {
-            name: value[index] for name, value in options.items() if name in ("seed", "replicate")
-        }
-        alone = catalogue(
-            chain, duration=200, method="event", section_block=1, section_position=80.0, **own
-        )
-        for name, table in alone.items():
-            rows = together[name][together[name]["point"] == index]
-            assert len(rows) == len(table) > 0
-            for column in set(table.dtype.names) - {"point"}:
-                values = rows[column]
-                if values.ndim > 1:
-                    assert np.isnan(values[:, chain.n_blocks :]).all()
-                    values = values[:, : chain.n_blocks]
-                np.testing.assert_array_equal(values, table[column])
-    assert together["section"]["positions"].shape[1] == 3
-    assert np.all(np.diff(together["slips"]["point"]) >= 0)
-
-
-# --- bad input ---
-
-CHAIN = ChainParameters(2, 20.0)
-STATE = ChainState.at_rest(CHAIN, time=0.5)
-
-
-@pytest.mark.parametrize(
-    ("parameters", "options", "words"),
-    [
-        ([], {}, "parameters = []: a ChainParameters, or a sequence of at least one"),
-        ("chain", {}, "parameters = 'chain': a ChainParameters"),
-        (3, {}, "parameters = 3: a ChainParameters"),
-        ([CHAIN, 3], {}, "a ChainParameters, or a sequence"),
-        (CHAIN, {"duration": "ten"}, "duration = 'ten': a number is needed"),
-        (CHAIN, {"duration": float("nan")}, "duration = nan: a finite number"),
-        (CHAIN, {"duration": True}, "duration = True: a number is needed"),
-        (CHAIN, {"duration": [10, 20]}, "duration = [10, 20]: a number is needed"),
-        (CHAIN, {"transient": -1}, "transient = -1: must be at least 0 and less than"),
-        (CHAIN, {"transient": None}, "transient = None: a number is needed"),
-        (CHAIN, {"seed": [1, 2]}, "seed of length 2: one value for all chains is needed"),
-        ([CHAIN] * 2, {"seed": [1, 2, 3]}, "seed of length 3: one value for all chains is needed"),
-        ([CHAIN] * 2, {"seed": [1, 2.5]}, "seed = 2.5: a whole number"),
-        (CHAIN, {"seed": True}, "seed = True: a whole number"),
-        (CHAIN, {"seed": "1"}, "seed = '1': a whole number"),
-        (CHAIN, {"seed": float("nan")}, "seed = nan: a whole number"),
-        (CHAIN, {"seed": 2**63}, "must be at most 9223372036854775807"),
-        (CHAIN, {"replicate": -1}, "replicate = -1: a whole number of 0 or greater"),
-        (CHAIN, {"method": ["verlet", "event"]}, "method of length 2"),
-        (CHAIN, {"method": 3}, "method = 3: allowed are verlet, event"),
-        (CHAIN, {"time_step": float("inf")}, "time_step = inf: a finite number"),
-        (CHAIN, {"initial_spread": -0.1}, "initial_spread = -0.1: must be 0 or greater"),
-        (CHAIN, {"initial_spread": 1e3, "replicate": 3}, "on the wrong side of each other"),
-        (CHAIN, {"sample_interval": 0}, "sample_interval = 0: must be greater than 0"),
-        (CHAIN, {"sample_interval": float("nan")}, "sample_interval = nan: a finite number"),
-        (CHAIN, {"sample_interval": float("inf")}, "sample_interval = inf: a finite number"),
-        (CHAIN, {"sample_start": 11}, "sample_start = 11: must be at most duration = 10"),
-        (CHAIN, {"initial_positions": [60.0, 55.0]}, "must be positive and increasing"),
-        (CHAIN, {"initial_positions": [60.0]}, "initial_positions of shape (1,): 2 numbers"),
-        (CHAIN, {"initial_positions": [60.0, "far"]}, "2 numbers are needed"),
-        (CHAIN, {"initial_positions": [60.0, float("nan")]}, "finite numbers are needed"),
-        (CHAIN, {"initial_positions": 3.0}, "initial_positions of shape (): 2 numbers"),
-        (
-            [CHAIN] * 2,
-            {"initial_positions": [[60.0, 110.0]]},
-            "initial_positions of length 1: one array for each of 2 chains",
-        ),
-        (CHAIN, {"initial_state": [50.0, 100.0]}, "initial_state of length 2"),
-        (CHAIN, {"initial_state": 3}, "initial_state = 3: a ChainState is needed"),
-        (
-            ChainParameters(3, 20.0),
-            {"initial_state": STATE},
-            "initial_state of 2 blocks: a chain of n_blocks = 3",
-        ),
-        (
-            CHAIN,
-            {"initial_state": STATE, "initial_positions": [60.0, 110.0]},
-            "initial_positions: not together with initial_state",
-        ),
-        (
-            CHAIN,
-            {"initial_state": STATE, "initial_spread": 0.1},
-            "initial_spread: not together with initial_state",
-        ),
-        (
-            CHAIN,
-            {"initial_state": STATE, "time_step": 0.003},
-            "initial_state at t = 0.5: method 'verlet' needs a multiple of time_step = 0.003",
-        ),
-    ],
-)
-def test_bad_input_is_one_line(parameters, options, words):
-    with pytest.raises(InputError) as caught:
-        simulate(parameters, **{"duration": 10} | options)
-    assert words in str(caught.value) and "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("function", "options", "words"),
-    [
-        (scan, {"section_values": -1}, "section_values = -1: a whole number of 0 or greater"),
-        (scan, {"laminar_time": "long"}, "laminar_time = 'long': a number is needed"),
-        (scan, {"section_position": [600.0, 610.0]}, "section_position of length 2"),
-        (scan, {"section_position": float("nan")}, "section_position = nan: a finite number"),
-        (catalogue, {"section_block": 3}, "section_block = 3: allowed are 1 to 2"),
-        (catalogue, {"section_block": 1.5}, "section_block = 1.5: a whole number"),
-        (catalogue, {"section_block": 1}, "section_position is needed with section_block = 1"),
-        (escapes, {"settle_time": 11}, "settle_time = 11: must be greater than 0 and at most"),
-        (escapes, {"duration": 0}, "duration = 0: must be greater than 0"),
-    ],
-)
-def test_bad_input_of_the_other_kinds_is_one_line(function, options, words):
-    with pytest.raises(InputError) as caught:
-        function(CHAIN, **{"duration": 10} | options)
-    assert words in str(caught.value) and "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("check", "allowed", "refused"),
-    [
-        (arguments.step, [1e-9, 0.1], [0.0, -1e-3, 0.1000001]),
-        (arguments.tolerance, [None, 1e-16, 1.0], [0.0, 0.99e-16, 1.0000001]),
-        (arguments.optional_key, [None, 0, 2**63 - 1], [-1, 2**63]),
-        (lambda name, value: arguments.lengths(10.0, value), [0.0, 9.999], [-1e-9, 10.0]),
-        (lambda name, value: arguments.lengths(value, 0.0), [1e-9], [0.0, -1.0]),
-        (lambda name, value: checked(0.1, value, 10.0, []), [0.0, 10.0], [-1e-9, 10.001]),
-        (lambda name, value: arguments.whole_steps(name, value, 1e-3), [0.0, 0.5], [0.50001]),
-        (lambda name, value: arguments.method_has_tolerance(name, value), [None], [1e-8]),
-    ],
-)
-def test_arguments_at_the_ends_of_their_ranges(check, allowed, refused):
-    for value in allowed:
-        check("verlet", value)
-    for value in refused:
-        with pytest.raises(InputError):
-            check("verlet", value)
-
-
-@pytest.mark.parametrize(
-    ("function", "options", "refused"),
-    [
-        (scan, {"section_position": 1e-9}, {"section_position": 0.0}),
-        (scan, {"section_values": 0}, {"section_values": -1}),
-        (scan, {"laminar_time": 0.0}, {"laminar_time": -1e-9}),
-        (catalogue, {"section_block": 2}, {"section_block": 0}),
-        (catalogue, {"section_position": 1e-9}, {"section_position": -1.0}),
-        (escapes, {"settle_time": 0.5}, {"settle_time": 0.0}),
-        (escapes, {"laminar_time": 0.0}, {"laminar_time": -1e-9}),
-    ],
-)
-def test_what_each_kind_is_told_at_the_ends_of_its_range(function, options, refused):
-    found = function(CHAIN, duration=0.5, **options)
-    assert all(values.dtype != object for values in found.values())
-    with pytest.raises(InputError, match=next(iter(refused))):
-        function(CHAIN, duration=0.5, **refused)
-
-
-def test_a_scan_takes_ten_blocks_and_no_more():
-    assert scan(ChainParameters(10, 3.0), duration=0.5)["slip_count"].shape == (1, 10)
-    with pytest.raises(InputError, match="n_blocks = 11: a scan takes at most 10"):
-        scan([CHAIN, ChainParameters(11, 3.0)], duration=0.5)
-
-
-@pytest.mark.parametrize("sizes", [(2, 3), (3, 2)])
-def test_a_section_block_is_one_that_every_chain_has(sizes):
-    chains = [ChainParameters(n_blocks, 20.0) for n_blocks in sizes]
-    with pytest.raises(InputError, match="section_block = 3: allowed are 1 to 2"):
-        catalogue(chains, duration=1.0, section_block=3, section_position=80.0)
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -816,5 +510,5 @@ def test_a_section_block_is_one_that_every_chain_has(sizes):
 )
 def test_bad_states_are_refused_in_one_line(arguments, words):
     with pytest.raises(InputError) as caught:
-        ChainState.in_motion(CHAIN, *arguments)
+        ChainState.in_motion(ChainParameters(2, 20.0), *arguments)
     assert words in str(caught.value) and "\n" not in str(caught.value)

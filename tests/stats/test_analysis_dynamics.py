@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from beltrepro.stats import density, dimension, intermittency, sections, states, transitions
+from beltrepro.stats import density, dimension, intermittency, sections, states
 from beltrepro.stats.errors import NotEnoughDataError
 
 
@@ -132,59 +132,6 @@ def test_a_dimension_needs_points_in_more_than_a_few_places():
         dimension.correlation_dimension(np.zeros((10, 2)))
     with pytest.raises(NotEnoughDataError, match="few places"):
         dimension.correlation_dimension(np.tile([[0.0, 0.0], [1.0, 2.0]], (400, 1)))
-
-
-# --- transitions ----------------------------------------------------------------------------------
-
-
-def falling_curve(velocity, lower, upper, high=0.13, low=0.02, seed=0):
-    """r(u): plateau, straight fall, plateau, 5 % scatter, and three outliers of either kind."""
-    r = np.interp(velocity, [lower, upper], [high, low])
-    r *= np.random.default_rng(seed).normal(1, 0.05, velocity.size)
-    r[np.searchsorted(velocity, [5.0, 7.0])] = 0.06
-    r[np.searchsorted(velocity, [upper + 3, upper + 4, upper + 5])] = 0.11
-    return r
-
-
-@pytest.mark.parametrize(("lower", "upper"), [(15.0, 18.0), (23.0, 32.0), (27.0, 40.0)])
-def test_the_transition_region_is_found_among_outliers(lower, upper):
-    velocity = np.arange(0.5, 50.1, 0.5)
-    found = transitions.transition_region(velocity, falling_curve(velocity, lower, upper))
-    # 10 % to 90 % of a straight fall is 80 % of its width.
-    inset = 0.1 * (upper - lower)
-    assert found.lower == pytest.approx(lower + inset, abs=1.0)
-    assert found.upper == pytest.approx(upper - inset, abs=1.0)
-    assert found.critical == pytest.approx((lower + upper) / 2, abs=0.8)
-    assert found.r_high == pytest.approx(0.13, abs=0.01)
-    assert found.r_low == pytest.approx(0.02, abs=0.01)
-    assert 0.1 < found.error < 2
-
-
-def test_a_curve_without_fall_has_no_transition():
-    velocity = np.arange(1.0, 50)
-    found = transitions.transition_region(velocity, 0.1 + 0.001 * np.sin(velocity))
-    assert not found.found
-    assert np.isnan(found.critical)
-    assert not transitions.transition_region(velocity, 0.01 * velocity).found
-
-
-def test_a_transition_needs_points():
-    with pytest.raises(NotEnoughDataError, match="3 points along the curve"):
-        transitions.transition_region([1.0, 2.0, 3.0], [0.1, 0.1, 0.01])
-
-
-def test_the_critical_noise_of_a_jump_and_of_a_gradual_rise():
-    noise = np.arange(0, 2.01, 0.1)
-    jump = np.where(noise > 0.75, 0.125, 0.064)
-    jump[4] = 0.11
-    found = transitions.critical_noise(noise, jump)
-    assert found.critical == pytest.approx(0.75, abs=0.1)
-    assert found.r_low == pytest.approx(0.064)
-    gradual = np.interp(noise, [0.4, 1.4], [0.02, 0.12])
-    wide = transitions.critical_noise(noise, gradual)
-    assert wide.width > 0.4
-    assert wide.critical == pytest.approx(0.9, abs=0.15)
-    assert not transitions.critical_noise(noise, np.full(noise.size, 0.1)).found
 
 
 # --- intermittency --------------------------------------------------------------------------------

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from beltrepro.replication.studies.avalanches import slips as avalanches
+from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.transition import lifetimes
 from beltrepro.stats import spectra
 from beltrepro.stats.errors import NotEnoughDataError
@@ -138,20 +138,6 @@ def test_energies_of_avalanches_that_reach_the_last_block():
 # --- lifetimes ------------------------------------------------------------------------------------
 
 
-def test_the_lifetime_table_has_a_row_for_each_velocity():
-    rng = np.random.default_rng(0)
-    arrays = {
-        "belt_velocity": np.repeat([20.0, 18.0], 50),
-        "lifetime": np.concatenate([rng.exponential(10, 50), np.full(50, 100.0)]),
-        "escaped": np.repeat([True, False], 50),
-    }
-    table = lifetimes.by_belt_velocity(arrays, 100.0)
-    assert table["belt_velocity"].tolist() == [18.0, 20.0]
-    assert np.isnan(table["tau"][0])
-    assert table["tau"][1] == pytest.approx(10, rel=0.5)
-    assert table["median"][0] == np.inf
-
-
 def test_attractors_are_labelled_by_sticks_and_amplitude():
     labels = lifetimes.label_attractors(
         escaped=[True, True, False, True],
@@ -189,25 +175,3 @@ def test_error_of_a_density_by_hand():
     # without one of two runs the shares in the first bin, 1 to 10, are 1/3 and 2/3
     np.testing.assert_allclose(error, [1 / 6 / 9, 1 / 6 / 90])
     assert np.isnan(avalanches.density_error([2.0, 3.0], [4, 4], centre, bins_per_decade=1)).all()
-
-
-def test_the_cutoff_grows_with_the_upper_end_of_a_power_law():
-    found = []
-    for high in (1e3, 1e4):
-        values = bounded_power_law(-1.5, 1.0, high, 200_000)
-        size, error = avalanches.cutoff(values, np.arange(values.size) % 50)
-        # second moment over first, by integration of x**-1.5 from 1 to high
-        exact = (high**1.5 - 1) / 1.5 / ((high**0.5 - 1) / 0.5)
-        assert abs(size - exact) < 4 * error < 0.2 * exact
-        found.append(size)
-    assert 9 < found[1] / found[0] < 11
-
-
-def test_error_of_a_cutoff_by_hand():
-    size, error = avalanches.cutoff([1.0, 3.0, 2.0, 6.0, -5.0], [0, 0, 7, 7, 7])
-    assert size == pytest.approx(50 / 12)
-    # without one of two runs: 10 / 4 and 40 / 8
-    assert error == pytest.approx((5 - 2.5) / 2)
-    assert np.isnan(avalanches.cutoff([1.0, 3.0], [2, 2])[1])
-    with pytest.raises(NotEnoughDataError):
-        avalanches.cutoff([0.0, -1.0], [0, 1])

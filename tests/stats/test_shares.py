@@ -7,7 +7,7 @@ import pytest
 
 from beltrepro import ChainParameters, ChainState
 from beltrepro.chaos.disturbance import SCATTERS, WIDEST, disturbance, scatters
-from beltrepro.simulation.points import Point
+from beltrepro.simulation.setup import Case
 from beltrepro.stats.shares import shares
 
 
@@ -30,7 +30,7 @@ def test_intervals_hold_the_true_share_at_least_as_often_as_they_say():
 
 
 STATE = ChainState.at_rest(ChainParameters(5, 6.0))
-EXACT = Point(STATE, "event", 0.001, None)
+EXACT = Case(STATE, "event", 0.001, None)
 
 
 def noisy(noise):

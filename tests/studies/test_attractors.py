@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from beltrepro.replication.studies.chaos import attractors, mean_lifetimes
+from beltrepro.replication.studies.chaos import measure
 from beltrepro.replication.studies.chaos.orbits import catalogue
 from beltrepro.stats import survival
 from beltrepro.stats.errors import NotEnoughDataError
@@ -85,10 +85,12 @@ def test_a_catalogue_needs_runs():
 NONE = settling(n_blocks=[], belt_velocity=[], initial_spread=[])
 
 
-def derive(module, runs, **others):
-    """The table of one dataset, the others without runs unless given."""
-    names = dict.fromkeys(module.TABLE.uses, NONE)
-    return module.derive(names | {"survival": runs} | others)
+def table_of(name, runs):
+    """The table of one dataset, the others without runs; with all the columns it explains."""
+    entry = measure.TABLES[name]
+    table = getattr(measure, name)(dict.fromkeys(entry.uses, NONE) | {"survival": runs})
+    assert set(entry.columns) <= set(table)
+    return table
 
 
 LEVELS = {"n_blocks": [4, 6, 10], "belt_velocity": [7.0, 12.0], "initial_spread": [1.0, 10.0]}
@@ -96,8 +98,7 @@ LEVELS = {"n_blocks": [4, 6, 10], "belt_velocity": [7.0, 12.0], "initial_spread"
 
 def test_the_table_of_attractors_counts_every_run_once():
     data = settling(**LEVELS, runs=20)
-    table = derive(attractors, data)
-    assert set(attractors.TABLE.columns) <= set(table)
+    table = table_of("attractors", data)
     points = table.groupby(["n_blocks", "belt_velocity", "initial_spread"], sort=False)
     assert len(points) == 12
     for (n, u, spread), rows in points:
@@ -126,8 +127,7 @@ def test_the_table_of_mean_lifetimes_finds_what_was_put_in():
     early = data.arrays["replicate"] % 3 == 0
     data.arrays["lifetime"][early] = 100.0
     data.arrays["settled"][early] = True
-    table = derive(mean_lifetimes, data)
-    assert set(mean_lifetimes.TABLE.columns) <= set(table)
+    table = table_of("mean_lifetimes", data)
     assert table["n_blocks"].tolist() == [7, 8] and table["runs"].tolist() == [200, 200]
     for _, row in table.iterrows():
         time = data.arrays["irregular_time"][data.arrays["n_blocks"] == row["n_blocks"]]
@@ -147,7 +147,7 @@ def test_lasting_and_regular_points_have_rows_too():
         return np.where(n == 10, np.inf, 10.0)
 
     data = settling(lasts=lasts, n_blocks=[4, 10], belt_velocity=[12.0], initial_spread=[1.0])
-    table = derive(mean_lifetimes, data).set_index("n_blocks")
+    table = table_of("mean_lifetimes", data).set_index("n_blocks")
     assert table.loc[10, "verdict"] == survival.LASTING
     assert table.loc[10, "horizon"] == 5e5
     assert table.loc[10, "lifetime"] == table.loc[10, "lifetime_upper"] == np.inf
@@ -165,9 +165,11 @@ def test_each_dataset_has_rows_with_its_own_horizon():
     point = {"n_blocks": [5], "belt_velocity": [7.0], "initial_spread": [10.0]}
     runs = {
         name: settling(**point, duration=duration)
-        for name, duration in zip(mean_lifetimes.TABLE.uses, (1e5, 2e5, 1e7), strict=True)
+        for name, duration in zip(
+            measure.TABLES["mean_lifetimes"].uses, (1e5, 2e5, 1e7), strict=True
+        )
     }
-    lifetimes, orbits = mean_lifetimes.derive(runs), attractors.derive(runs)
+    lifetimes, orbits = measure.mean_lifetimes(runs), measure.attractors(runs)
     assert lifetimes["dataset"].tolist() == list(runs)
     assert lifetimes["horizon"].tolist() == [5e4, 1e5, 5e6]
     assert orbits.groupby("dataset")["reached"].sum().tolist() == [16, 16, 16]
@@ -176,6 +178,4 @@ def test_each_dataset_has_rows_with_its_own_horizon():
 
 
 def test_datasets_without_runs_make_empty_tables():
-    for module in (attractors, mean_lifetimes):
-        table = derive(module, NONE)
-        assert table.empty and set(module.TABLE.columns) <= set(table)
+    assert all(table_of(name, NONE).empty for name in ("attractors", "mean_lifetimes"))

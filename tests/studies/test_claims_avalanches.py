@@ -6,7 +6,7 @@ from test_scale_free import power_law, with_cutoff
 
 from beltrepro.base.store import Dataset
 from beltrepro.observe.slips import AVALANCHE, SLIP
-from beltrepro.replication.studies.avalanches import slips as avalanches
+from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.stats import scale_free
 from beltrepro.stats.errors import NotEnoughDataError
 from judging import few_resamples, judged, readings  # noqa: F401

@@ -7,7 +7,7 @@ import pytest
 
 from beltrepro.base.store import Dataset
 from beltrepro.model.units import LENGTH_M, TIME_S
-from beltrepro.replication.camera import Track
+from beltrepro.replication.camera.tracking import Track
 from beltrepro.stats.errors import NotEnoughDataError
 from judging import few_resamples, judged, runs  # noqa: F401
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from alternating import experiments
-from beltrepro.replication.studies.experiment.claims_noise import _between
+from beltrepro.replication.studies.experiment.measure import between
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats.errors import NotEnoughDataError
 from noisy import LEDGER, found, judged, runs
@@ -14,7 +14,7 @@ from noisy import LEDGER, found, judged, runs
 
 @pytest.fixture(autouse=True)
 def no_smoothing(monkeypatch):
-    monkeypatch.setattr("beltrepro.replication.studies.experiment.trials.BANDWIDTH", {})
+    monkeypatch.setattr("beltrepro.replication.studies.experiment.observations.BANDWIDTH", {})
 
 
 def components(name, reading=None, /, **datasets):
@@ -184,6 +184,6 @@ def test_levels_stand_for_the_noises_around_them():
     for levels in (coarse, fine):
         flat = np.full(levels.size, 1 / levels.size)
         span = levels.size * np.log(levels[1] / levels[0])
-        assert _between(levels, flat, (1.0, 2.0)) == pytest.approx(np.log(2) / span)
-    assert _between(coarse, np.array([0, 1.0, 0, 0]), (1.0, 2.0)) == pytest.approx(0.5)
-    assert _between(coarse, np.array([0, 1.0, 0, 0]), (0.7, 1.5)) == pytest.approx(1.0, abs=0.02)
+        assert between(levels, flat, (1.0, 2.0)) == pytest.approx(np.log(2) / span)
+    assert between(coarse, np.array([0, 1.0, 0, 0]), (1.0, 2.0)) == pytest.approx(0.5)
+    assert between(coarse, np.array([0, 1.0, 0, 0]), (0.7, 1.5)) == pytest.approx(1.0, abs=0.02)

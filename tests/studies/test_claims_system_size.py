@@ -49,7 +49,7 @@ def test_the_printed_edges_hold():
     ("edges", "changed"),
     [
         ({5: (11, 18)}, {"lower, N = 5": FAILS, "width, N = 7 minus N = 5": HOLDS}),
-        ({7: (22, 36)}, {"upper, N = 7": FAILS, "lower, N = 7": HOLDS}),
+        ({7: (23, 36)}, {"upper, N = 7": FAILS, "lower, N = 7": HOLDS}),
         ({5: (17, 19.5)}, {"lower, N = 5": UNDECIDED}),
         ({10: (28, 35)}, {"upper, N = 10": FAILS, "width, N = 10 minus N = 7": FAILS}),
         ({5: (13, 25)}, {"upper, N = 5": FAILS, "width, N = 7 minus N = 5": FAILS}),
@@ -76,16 +76,16 @@ def test_single_runs_decide_nothing():
     assert judged("transition-width", reading, n5_rows=rows)[""] == UNDECIDED
     value = found("transition-width", reading, n5_rows=rows).judged["lower, N = 10"].value
     assert value == pytest.approx(27, abs=1.5)
-    with pytest.raises(NotEnoughDataError, match="1 runs at a point, 4 are needed"):
-        found("transition-width", n5_replicates=rows)
+    with pytest.raises(NotEnoughDataError, match="2 runs at a point, 4 are needed"):
+        found("transition-width", n5_replicates=replicated(replicates=2))
 
 
 @pytest.mark.parametrize(
     ("edges", "verdicts"),
     [
         ({}, (HOLDS, HOLDS, HOLDS)),
-        ({5: (11, 21)}, (FAILS, HOLDS, HOLDS)),
-        ({6: (20, 23), 10: (27, 29)}, (UNDECIDED, HOLDS, FAILS)),
+        ({5: (10, 21), 10: (24, 40)}, (FAILS, FAILS, HOLDS)),
+        ({5: (14, 20), 6: (20, 26), 10: (28, 31)}, (UNDECIDED, HOLDS, FAILS)),
     ],
 )
 def test_the_sharpest_transition(edges, verdicts):

@@ -5,9 +5,9 @@ import pytest
 
 from beltrepro.base.store import Dataset
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
-from beltrepro.stats import estimates, transitions_of_runs
+from beltrepro.stats import estimates
 from beltrepro.stats.errors import NotEnoughDataError
-from noisy import LEDGER, VELOCITIES, falling, found, judged, runs, table
+from noisy import LEDGER, falling, found, judged, runs, table
 
 RISING = {0.0: 16.5, 0.5: 16.7, 1.0: 17.0, 2.2: 18.0, 5.0: 20.5}  # u_c by sigma
 WINDOWS = {0.0: 0.25}
@@ -324,66 +324,3 @@ def test_the_noise_depends_on_the_time_step():
     assert verdict(lambda noise, step: 0.02 + 0.05 * noise) == [FAILS, FAILS]
     assert verdict(lambda noise, step: 0.02 + 20 * noise * step) == [HOLDS, FAILS]
     assert verdict(lambda noise, step: 0.1 + 0 * noise, scatter=0.2) == [UNDECIDED, UNDECIDED]
-
-
-# --- coverage of the intervals --------------------------------------------------------------------
-
-
-def noisy_step(rng, u_c):
-    """Runs of which each falls in a straight line, with scatter."""
-    u = np.repeat(VELOCITIES, 8)
-    return u, falling(u, u_c, 3.0) + 0.004 * rng.standard_normal(u.size)
-
-
-def bistable_step(rng, u_c):
-    """Runs of which each is on one of two plateaus, by chance about u_c."""
-    u = np.repeat(VELOCITIES, 8)
-    high = rng.random(u.size) < 1 / (1 + np.exp((u - u_c) / 0.25))
-    return u, np.where(high, 0.13, 0.015) + 0.003 * rng.standard_normal(u.size)
-
-
-def noisy_rise(rng, sigma_c):
-    """Runs of which each rises in a straight line, with scatter."""
-    noise = np.repeat(np.arange(0.1, 2.01, 0.1), 8)
-    return noise, rising(noise, sigma_c, 0.3) + 0.004 * rng.standard_normal(noise.size)
-
-
-def bistable_rise(rng, sigma_c):
-    """Runs of which each is on one of two plateaus, by chance about sigma_c."""
-    noise = np.repeat(np.arange(0.1, 2.01, 0.1), 8)
-    high = rng.random(noise.size) < 1 / (1 + np.exp((sigma_c - noise) / 0.08))
-    return noise, np.where(high, 0.13, 0.06) + 0.003 * rng.standard_normal(noise.size)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("make", "find", "ends", "narrow"),
-    [
-        (noisy_step, transitions_of_runs.fall, (16.0, 20.5), 0.8),
-        (bistable_step, transitions_of_runs.fall, (16.0, 20.5), 1.3),
-        (noisy_rise, transitions_of_runs.rise, (0.6, 1.2), 0.2),
-        (bistable_rise, transitions_of_runs.rise, (0.6, 1.2), 0.2),
-    ],
-)
-def test_intervals_of_transitions_cover_the_truth(make, find, ends, narrow, monkeypatch):
-    """Measured: 60, 60, 60 and 59 of 60.
-
-    Half the spacing of the grid, which is in the intervals, is more than the runs scatter. Without
-    it a step between two points could not be covered.
-    """
-    monkeypatch.setattr(estimates, "RESAMPLES", 100)
-    rng = np.random.default_rng(3)
-    covered, widths = 0, []
-    for true in rng.uniform(*ends, 60):
-        critical = find(*make(rng, true))["critical"]
-        covered += critical.low <= true <= critical.high
-        widths.append(critical.high - critical.low)
-    assert covered >= 54  # 95 % less two standard deviations
-    assert np.mean(widths) < narrow
-
-
-def test_a_median_over_a_window_draws_the_fall_towards_dense_points():
-    u, disorder = noisy_step(np.random.default_rng(1), 19.5)
-    own = transitions_of_runs.fall(u, disorder)["critical"]
-    window = transitions_of_runs.fall(u, disorder, smoothing=3.0)["critical"]
-    assert abs(own.value - 19.5) < 0.1 < abs(window.value - 19.5)

@@ -62,7 +62,7 @@ def test_the_readings_of_the_critical_velocity():
     made = replicates()
     assert set(readings("u-critical", made)) == {
         "the paper's scheme", "exact dynamics", "wider starts", "one run at each u",
-        "running median over 1", "running median over 5",
+        "running median over 1", "running median over 3", "running median over 5",
     }  # fmt: skip
     smooth = [judged("u-critical", made, f"running median over {width}")[2] for width in (1, 5)]
     width = [each.also["upper"].value - each.also["lower"].value for each in smooth]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from beltrepro.replication.studies.experiment import inference, trials
+from beltrepro.replication.studies.experiment import inference, observations
 from beltrepro.replication.studies.experiment.inference import (
     Recorded,
     Simulated,
@@ -170,9 +170,9 @@ def grid(velocities, noises=(1.0, 2.0), ratios=(0.4, 0.45, 0.5), runs=3):
 
 
 def test_trials_at_speeds_in_the_ratio_of_the_recordings_are_pairs():
-    first = trials.EXPERIMENT[0].belt_velocity
+    first = observations.EXPERIMENT[0].belt_velocity
     velocities = first * np.array([1.0, 14 / 11, (14 / 11) ** 2, 1.1])
-    found = trials.on_grid(grid(velocities))
+    found = observations.on_grid(grid(velocities))
     np.testing.assert_allclose(found.levels["speed_factor"], [1, 14 / 11])
     assert found.summary.shape == (2, 2, 3, 2, 3) and found.runs == 3
     for recording, shift in ((0, 1.0), (1, 14 / 11)):
@@ -184,29 +184,29 @@ def test_trials_at_speeds_in_the_ratio_of_the_recordings_are_pairs():
 
 
 def test_what_is_no_grid_is_refused():
-    arrays = grid(trials.EXPERIMENT[0].belt_velocity * np.array([1.0, 14 / 11]))
+    arrays = grid(observations.EXPERIMENT[0].belt_velocity * np.array([1.0, 14 / 11]))
     short = {name: values[:-1] for name, values in arrays.items()}
     with pytest.raises(NotEnoughDataError, match="no grid"):
-        trials.on_grid(short)
+        observations.on_grid(short)
     uneven = arrays | {"noise": np.where(np.arange(36) == 0, 3.0, arrays["noise"])}
     with pytest.raises(NotEnoughDataError, match="grid"):
-        trials.on_grid(uneven)
+        observations.on_grid(uneven)
     with pytest.raises(NotEnoughDataError, match="ratio of those of the experiment"):
-        trials.on_grid(grid([10.0, 11.0]))
+        observations.on_grid(grid([10.0, 11.0]))
 
 
 def test_a_trial_agrees_in_r_and_in_both_regimes():
-    first, second = trials.EXPERIMENT
+    first, second = observations.EXPERIMENT
     arrays = {
         "disorder_parameter": np.array([0.072, 0.079, 0.080, 0.072, 0.072, 0.052]),
         "lasting_longest": np.array([800.0, 800, 800, 700, 800, 300]),
         "lively_longest": np.array([2000.0, 2000, 2000, 2000, 1500, 300]),
     }
-    assert trials.agrees(first, arrays).tolist() == [1, 1, 0, 0, 0, 0]
-    assert trials.agrees(first, arrays, 0.12).tolist() == [1, 1, 1, 0, 0, 0]
-    assert trials.agrees(second, arrays).tolist() == [0, 0, 0, 0, 0, 1]
-    assert trials.alternates(arrays).all()
+    assert observations.agrees(first, arrays).tolist() == [1, 1, 0, 0, 0, 0]
+    assert observations.agrees(first, arrays, 0.12).tolist() == [1, 1, 1, 0, 0, 0]
+    assert observations.agrees(second, arrays).tolist() == [0, 0, 0, 0, 0, 1]
+    assert observations.alternates(arrays).all()
     assert first.belt_velocity == pytest.approx(12.0176, abs=1e-3)
     velocity = {"belt_velocity": np.array([12.0176, 12.1, 15.2951])}
-    assert trials.at_speed(first, velocity).tolist() == [True, False, False]
-    assert trials.at_speed(second, velocity).tolist() == [False, False, True]
+    assert observations.at_speed(first, velocity).tolist() == [True, False, False]
+    assert observations.at_speed(second, velocity).tolist() == [False, False, True]

@@ -3,12 +3,8 @@
 import numpy as np
 
 from beltrepro.base.store import Dataset
-from beltrepro.replication.studies.experiment import (
-    alternation,
-    experiment_odds,
-    experiment_posterior,
-)
-from beltrepro.replication.studies.experiment.trials import EXPERIMENT
+from beltrepro.replication.studies.experiment import measure
+from beltrepro.replication.studies.experiment.observations import EXPERIMENT
 
 HOW = {
     "preset": "smoke",
@@ -67,14 +63,14 @@ def studies(**changes):
         "trials_short": made_up(**printed, duration=6538.0),
         "trials_free": made_up(**changes),
     }
-    made["experiment_odds"] = experiment_odds.derive(made)
-    made["alternation"] = alternation.derive(made)
+    made["experiment_odds"] = measure.experiment_odds(made)
+    made["alternation"] = measure.alternation(made)
     return made
 
 
 def posterior_table(made):
     """The table of posteriors of the same trials."""
-    return experiment_posterior.derive(made)
+    return measure.experiment_posterior(made)
 
 
 def experiments(best, *, runs):

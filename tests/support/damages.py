@@ -21,7 +21,8 @@ import numpy as np
 from beltrepro.base import store
 from beltrepro.base.errors import InputError
 from beltrepro.base.store import Dataset
-from beltrepro.replication.plan import checking, inputs, registry
+from beltrepro.replication.plan import inputs, registry
+from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.described import metadata_path
 from beltrepro.replication.plan.expectations import Expectations
 from beltrepro.replication.plan.plan import Plan, make_plan
@@ -177,7 +178,7 @@ def run(results: Path, plan: Plan) -> tuple[Counter, list[str]]:
 
 def main(results: str) -> int:
     folder = Path(results)
-    config = checking.load(ROOT / "config.yaml") | {"preset": "smoke", "run": folder.name}
+    config = load_config(ROOT / "config.yaml") | {"preset": "smoke", "run": folder.name}
     counts, wrong = run(folder, make_plan(config))
     for (suffix, damage, found), count in sorted(counts.items()):
         print(f"{suffix:5} {damage:17} {found:9} {count:4}")

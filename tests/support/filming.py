@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from beltrepro.replication.camera import Movement
+from beltrepro.replication.camera.camera import Movement
 
 FRAMES_PER_SECOND = 24.0
 

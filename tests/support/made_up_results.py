@@ -37,7 +37,8 @@ def tables(verdicts=None) -> tuple[pd.DataFrame, pd.DataFrame]:
             wanted = NOT_TESTABLE
         readings = {"": wanted}
         if claim.open and wanted != NOT_MEASURED:
-            readings |= {f"reading {k} of {index}": VERDICTS[k] for k in range(1 + index % 3)}
+            names = [*claim.changes, *(f"reading {k} of {index}" for k in range(1 + index % 3))]
+            readings |= {name: VERDICTS[k % len(VERDICTS)] for k, name in enumerate(names)}
         for number, (variant, verdict) in enumerate(readings.items()):
             row, rows = _reading(claim, index, number, variant, verdict)
             claims.append(row)
@@ -59,17 +60,17 @@ def write(folder: Path, verdicts=None) -> tuple[Path, Path]:
 
 def _reading(claim, index, number, variant, wanted):
     allowed = claim.criterion.get("allowed", {})
-    found = {}
+    estimates = {}
     if wanted not in (NOT_MEASURED, NOT_TESTABLE):
         for place, (name, ends) in enumerate(allowed.items()):
             grade = wanted
             if wanted == PARTLY:
                 grade = (FAILS, HOLDS)[place > 0]
-            found[name] = _estimate(grade, *bounds(ends), index + 10 * number, 8 + index)
-    also = {f"also {index}": sure(-index)} if found else {}
-    measurement = Measurement(found, also)
-    judged = judge(claim.criterion if found else {}, measurement)
-    verdict = judged.verdict if found else wanted
+            estimates[name] = _estimate(grade, *bounds(ends), index + 10 * number, 8 + index)
+    also = {f"also {index}": sure(-index)} if estimates else {}
+    measurement = Measurement(estimates, also)
+    judged = judge(claim.criterion if estimates else {}, measurement)
+    verdict = judged.verdict if estimates else wanted
     reasons = {NOT_MEASURED: f"this preset has no dataset_{index}", NOT_TESTABLE: claim.reason}
     row = {
         "id": claim.id,
@@ -82,13 +83,14 @@ def _reading(claim, index, number, variant, wanted):
         "runs": "" if measurement.runs is None else str(measurement.runs),
         "criterion": claim.criterion["text"],
         "verdict": verdict,
-        "note": f"{judged.reason}. {WHY} {index}" if judged.reason else reasons.get(wanted, ""),
+        "reason": judged.reason,
+        "note": f"{WHY} {index}" if judged.reason else reasons.get(wanted, ""),
         "dataset": ", ".join(claim.needs),
     }
     rows = []
-    for name, each in (found | also).items():
+    for name, estimate in (estimates | also).items():
         low, high = bounds(allowed[name]) if name in allowed else (math.nan, math.nan)
-        numbers = {"value": each.value, "low": each.low, "high": each.high, "runs": each.runs}
+        numbers = {key: getattr(estimate, key) for key in ("value", "low", "high", "runs")}
         ends = {"allowed_low": low, "allowed_high": high}
         grade = {"verdict": judged.components.get(name, "")}
         rows.append({"id": claim.id, "variant": variant, "name": name} | numbers | ends | grade)

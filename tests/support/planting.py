@@ -1,46 +1,47 @@
 """Plant small errors, one at a time, in a copy of the tree and see which the quick tests notice.
 
-    python tests/planting.py --draw 40 --seed 7 --rooms analysis,claims,observe
-    python tests/planting.py --plants errors.yaml --all
+    python tests/support/planting.py --draw 40 --seed 7 --rooms stats,replication/studies
+    python tests/support/planting.py --plants errors.yaml --all
 
 Errors come from a list (YAML: entries with `file`, `old`, `new`, where `old` occurs once in the
 file; paths from the root of the tree) or are drawn at random from the sources, without a look at
-the tests: see `OPERATORS`. A room is a file or folder of src/beltrepro. By default the test files
-run that can see the changed module by their imports, those that name it first; --all runs the
-quick suite. --write keeps the list with its outcome, to be judged by hand: a change that leaves
-every result as it was is no error.
+the tests: see `OPERATORS`. A room is a folder or file of src/beltrepro, or of the tree. By default
+the test files run that see the changed module by their imports, those that name it first; --all
+runs the rest of the quick suite after them, which alone says that an error is not noticed. --write
+keeps the list with its outcome, to be judged by hand: a change that leaves every result as it was
+is no error.
 
-Mutation tools on the market run the whole suite for each change, or rewrite functions in ways that
-Numba cannot compile. This one forks each trial from a process with the libraries loaded and leaves
-alone the time stamps of the other files, so that compiled kernels stay valid.
+Mutation tools on the market rewrite functions in ways that Numba cannot compile. This one writes
+the error into a copy of the sources and leaves alone the time stamps of the other files, so that
+compiled kernels stay valid.
 """
 
 import argparse
 import ast
 import functools
-import importlib.util
-import multiprocessing
 import os
 import random
 import re
 import shutil
+import signal
+import subprocess
 import sys
 import tempfile
+import time
+from collections import defaultdict
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
-import pytest
+import grimp
 import yaml
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = Path("src/beltrepro")
-ROOMS = "analysis,claims,datasets,engine,figures,model,observe,report,simulation,jobs.py,"
-ROOMS += "provenance.py,store.py,tables"
 NOT_COPIED = (".git", ".venv", ".snakemake", ".pytest_cache", ".hypothesis", "results", "logs")
-LIBRARIES = ("h5py", "matplotlib.pyplot", "mpmath", "numba", "numpy", "pandas")
-LIBRARIES += ("jinja2", "jsonschema", "scipy.optimize", "scipy.signal", "scipy.stats")
-LIMIT = 300.0  # seconds for the tests of one planted error
-LIMIT_WITHOUT = 3600.0  # and for all of them without one, when kernels may have to be compiled
+LIMIT = 600.0  # seconds for the tests of one planted error
+BY_NAME = "beltrepro.replication.plan.registry"  # loads studies by their names, unseen in imports
+STUDIES = "beltrepro.replication.studies"
+TESTS_OF_WORKFLOW = ["tests/plan"]
 
 
 @dataclass
@@ -54,20 +55,25 @@ class Plant:
     offset: int | None = None
     outcome: str = ""
 
-    @property
-    def room(self) -> str:
-        """Folder or file of the package, or of the tree."""
-        path = Path(self.file)
-        inside = path.is_relative_to(PACKAGE)
-        return (path.relative_to(PACKAGE) if inside else path).parts[0]
+    def place(self, text: bytes) -> int:
+        """Offset in the text of the file."""
+        if self.offset is not None:
+            return self.offset
+        if (count := text.count(self.old.encode())) != 1:
+            raise SystemExit(f"{self.file}: {self.old!r} occurs {count} times, not once")
+        return text.index(self.old.encode())
 
     def apply(self, text: bytes) -> bytes:
         """The text of the file with the error."""
-        old, new = self.old.encode(), self.new.encode()
-        if self.offset is None and text.count(old) != 1:
-            raise SystemExit(f"{self.file}: {self.old!r} occurs {text.count(old)} times, not once")
-        start = text.index(old) if self.offset is None else self.offset
-        return text[:start] + new + text[start + len(old) :]
+        start = self.place(text)
+        return text[:start] + self.new.encode() + text[start + len(self.old.encode()) :]
+
+    def __str__(self) -> str:
+        text = (ROOT / self.file).read_bytes()
+        row = text[: self.place(text)].count(b"\n")
+        old, new = (" ".join(part.split()) or "(nothing)" for part in (self.old, self.new))
+        line = text.splitlines()[row].decode().strip()
+        return f"{self.file}:{row + 1} {self.operator}: {old} -> {new}  [{line}]"
 
 
 # --- errors at random -----------------------------------------------------------------------------
@@ -98,7 +104,7 @@ def sites(file: Path) -> list[Plant]:
     starts = [0]
     for line in text.splitlines(keepends=True):
         starts.append(starts[-1] + len(line))
-    found = []
+    plants = []
 
     def span(node):
         begin = starts[node.lineno - 1] + node.col_offset
@@ -106,7 +112,7 @@ def sites(file: Path) -> list[Plant]:
 
     def plant(operator, begin, end, new):
         new = new if isinstance(new, str) else new.decode()
-        found.append(Plant(str(file), text[begin:end].decode(), new, operator, begin))
+        plants.append(Plant(str(file), text[begin:end].decode(), new, operator, begin))
 
     tree = ast.parse(text)
     words = set(re.findall(rb"\w+", text))
@@ -114,7 +120,7 @@ def sites(file: Path) -> list[Plant]:
     for node in _code(tree):
         for operator in OPERATORS:
             operator(node, text, span, plant, words=words, keys=keys)
-    return found
+    return plants
 
 
 def _code(node):
@@ -204,14 +210,14 @@ def name(node, text, span, plant, words, keys):
         place = keys.index(node.slice.value)
         plant("name", *span(node.slice), f'"{keys[place - 1]}"')
     if isinstance(node, (ast.Name, ast.Attribute)) and isinstance(node.ctx, ast.Load):
-        own = node.id if isinstance(node, ast.Name) else node.attr
-        parts = own.split("_")
+        word = node.id if isinstance(node, ast.Name) else node.attr
+        parts = word.split("_")
         for index, part in enumerate(parts):
             other = "_".join([*parts[:index], OPPOSITE.get(part, part), *parts[index + 1 :]])
-            known = other.encode() in words or (own in OPPOSITE and isinstance(node, ast.Attribute))
-            if other != own and known:
+            attribute = word in OPPOSITE and isinstance(node, ast.Attribute)
+            if other != word and (attribute or other.encode() in words):
                 end = span(node)[1]
-                plant("name", end - len(own), end, other)
+                plant("name", end - len(word), end, other)
 
 
 def assignment(node, text, span, plant, **_):
@@ -234,182 +240,185 @@ def draw(count: int, seed: int, rooms: list[str]) -> list[Plant]:
     while len(plants) < count and any(places.values()):
         room = rooms[len(plants) % len(rooms)]
         file = choose.choice(places[room]).file
-        own = [plant for plant in places[room] if plant.file == file]
-        operator = choose.choice(sorted({plant.operator for plant in own}))
-        chosen = choose.choice([plant for plant in own if plant.operator == operator])
+        in_file = [plant for plant in places[room] if plant.file == file]
+        operator = choose.choice(sorted({plant.operator for plant in in_file}))
+        chosen = choose.choice([plant for plant in in_file if plant.operator == operator])
         places[room].remove(chosen)
         plants.append(chosen)
     return plants
 
 
+def all_rooms() -> list[str]:
+    """Folders of the package, those of the replication each by itself."""
+    places = [place for place in sorted((ROOT / PACKAGE).iterdir()) if place.is_dir()]
+    parts = sorted((ROOT / PACKAGE / "replication").iterdir())
+    places = [place for place in places if place.name != "replication"] + parts
+    return [str(place.relative_to(ROOT / PACKAGE)) for place in places if any(place.glob("*.py"))]
+
+
 def files(room: str) -> list[Path]:
     """Python files of a room, paths from the root."""
-    place = ROOT / PACKAGE / room
-    found = [place] if place.suffix == ".py" else sorted(place.rglob("*.py"))
-    if not found or not found[0].is_file():
-        raise SystemExit(f"{room}: no such room in {PACKAGE}")
-    return [path.relative_to(ROOT) for path in found if path.name != "__init__.py"]
+    place = next((top / room for top in (ROOT / PACKAGE, ROOT) if (top / room).exists()), None)
+    if place is None:
+        raise SystemExit(f"{room}: no such room; there are {', '.join(all_rooms())}")
+    paths = [place] if place.is_file() else sorted(place.rglob("*.py"))
+    return [path.relative_to(ROOT) for path in paths if path.name != "__init__.py"]
 
 
 # --- trials ---------------------------------------------------------------------------------------
 
 
 def tests_for(file: str) -> list[str]:
-    """Test files that can see a module by their imports: those that name it, then by their size.
+    """Test files that see a module by their imports: those that name it, then by what they see.
 
     What is no module is seen by the tests of the workflow.
     """
     if not Path(file).is_relative_to(PACKAGE):
-        return ["tests/test_workflow.py"]
+        return TESTS_OF_WORKFLOW
     module = ".".join(Path(file).with_suffix("").relative_to("src").parts)
+    module = module.removesuffix(".__init__")
     ranks = {}
-    for path in sorted((ROOT / "tests").glob("test_*.py")):
-        named, seen = _imports(path)
+    for path in sorted((ROOT / "tests").rglob("test_*.py")):
+        named = _named(path)
+        seen = named.union(*map(_seen, named))
         if module in seen:
-            ranks[f"tests/{path.name}"] = (module not in named, len(seen))
+            ranks[str(path.relative_to(ROOT))] = (module not in named, len(seen))
     return sorted(ranks, key=ranks.get)
 
 
 @functools.cache
-def _imports(path):
-    """Modules that a test file names, and all that these need."""
-    provenance = _provenance()
+def _graph():
+    """Who imports whom in the package."""
+    graph = grimp.build_graph("beltrepro", cache_dir=None)
+    for module in graph.find_descendants(STUDIES) if BY_NAME in graph.modules else ():
+        graph.add_import(importer=BY_NAME, imported=module)
+    return graph
+
+
+@functools.cache
+def _seen(module):
+    return _graph().find_upstream_modules(module) if module in _graph().modules else frozenset()
+
+
+@functools.cache
+def _named(path):
+    """Modules of the package that a test file names, itself or by what tests share."""
     names = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
         elif isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
-    names = {name for name in names if name.startswith("beltrepro")}
-    return names, provenance.module_closure(*names)
+    shared = [_shared()[name] for name in names & set(_shared()) if _shared()[name] != path]
+    return frozenset(names & _graph().modules).union(*map(_named, shared))
 
 
 @functools.cache
-def _provenance():
-    """That module by its file: the package must not be loaded before a trial loads the copy."""
-    place = ROOT / PACKAGE / "provenance.py"
-    specification = importlib.util.spec_from_file_location("provenance", place)
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
+def _shared():
+    """Modules that tests share, by name."""
+    paths = (ROOT / "tests").rglob("*.py")
+    return {path.stem: path for path in paths if not path.name.startswith("test_")}
 
 
-def attempt(tree: Path, plant: Plant, tests: list[str]) -> str:
+def attempt(tree: Path, plant: Plant, tests: list[str], workers: int) -> str:
     """Outcome of the tests with one error in the tree: the first failing test, or "survived"."""
     path = tree / plant.file
     right, stamp = path.read_bytes(), path.stat()
     try:
         path.write_bytes(plant.apply(right))
-        return run(tree, tests)
+        return run(tree, tests, workers, LIMIT)
     finally:
         path.write_bytes(right)
         os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
 
 
-def run(tree: Path, tests: list[str], limit: float = LIMIT) -> str:
+def run(tree: Path, tests: list[str], workers: int, limit: float | None = None) -> str:
     """Run tests in a process of their own: first failing test, or "survived"."""
-    context = multiprocessing.get_context("fork")
-    queue = context.SimpleQueue()
-    process = context.Process(target=_pytest, args=(tree, tests, queue))
-    process.start()
-    process.join(limit)
-    if process.is_alive():
-        process.kill()
-        process.join()
+    environment = os.environ | {"PYTHONPATH": str(tree / "src")}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # compiled once, whatever the outside says
+    several = ["-n", str(workers)] if workers > 1 else []
+    command = ["-m", "pytest", "-x", "-q", "-rfE", "-p", "no:cacheprovider", *several, *tests]
+    process = subprocess.Popen(
+        [sys.executable, *command],
+        cwd=tree,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        text, _ = process.communicate(timeout=limit)
+    except subprocess.TimeoutExpired:
         return "noticed: takes too long"
-    return "noticed: the process dies" if queue.empty() else queue.get()
-
-
-class _FirstFailure:
-    def __init__(self):
-        self.where = ""
-
-    def pytest_runtest_logreport(self, report):
-        if report.failed:
-            self.where = self.where or report.nodeid
-
-    def pytest_collectreport(self, report):
-        if report.failed:
-            self.where = self.where or report.nodeid
-
-
-def _pytest(tree, tests, queue):
-    os.chdir(tree)
-    os.nice(5)
-    sys.path[:0] = [str(tree / "src"), str(tree / "tests")]
-    for stream in (1, 2):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
-    failure = _FirstFailure()
-    code = pytest.main(["-x", "-q", "-p", "no:cacheprovider", *tests], plugins=[failure])
-    queue.put(f"noticed: {failure.where or code}" if code else "survived")
-
-
-def copy_tree() -> Path:
-    """Copy of the tree with time stamps and compiled kernels."""
-    tree = Path(tempfile.mkdtemp(prefix="planting-"))
-    shutil.copytree(ROOT, tree, ignore=shutil.ignore_patterns(*NOT_COPIED), dirs_exist_ok=True)
-    return tree
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)  # with all that the tests have started
+            process.wait()
+    if not process.returncode:
+        return "survived"
+    where = re.search(r"^(?:FAILED|ERROR) (\S+)", text, re.M)
+    return f"noticed: {where[1] if where else f'exit status {process.returncode}'}"
 
 
 def main():
     """Command line; see the top of the file."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--plants", type=Path, help="YAML list of errors: file, old, new")
-    parser.add_argument("--draw", type=int, default=0, help="number of errors drawn at random")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--rooms", default=ROOMS, help=f"default: {ROOMS}")
-    parser.add_argument("--all", action="store_true", help="run the whole quick suite")
-    parser.add_argument("--tests", nargs="+", help="run only these, where they see the module")
-    parser.add_argument("--list", action="store_true", help="only show the errors")
-    parser.add_argument("--write", type=Path, help="YAML list of the errors with their outcome")
+    add = parser.add_argument
+    add("--plants", type=Path, help="YAML list of errors: file, old, new")
+    add("--draw", type=int, default=0, help="number of errors drawn at random")
+    add("--seed", type=int, default=0)
+    add("--rooms", help="some rooms, with commas; default: every folder of src/beltrepro")
+    add("--all", action="store_true", help="run the rest of the quick suite, too")
+    add("--workers", type=int, default=1, help="processes that run the tests (1)")
+    add("--list", action="store_true", help="only show the errors, and which tests would run")
+    add("--write", type=Path, help="YAML list of the errors with their outcome")
     options = parser.parse_args()
 
     listed = yaml.safe_load(options.plants.read_text()) if options.plants else []
-    known = [field.name for field in fields(Plant)]  # a list may say more, for its reader
-    plants = [Plant(**{name: entry[name] for name in known if name in entry}) for entry in listed]
-    plants += draw(options.draw, options.seed, options.rooms.split(","))
-    tree = copy_tree()
-    os.environ["PYTHONPATH"] = str(tree / "src")
-    sys.dont_write_bytecode = False  # compiled once in the copy, whatever the environment says
-    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
-    try:
-        chosen = [["tests"] if options.all else tests_for(plant.file) for plant in plants]
-        if options.tests:
-            chosen = [[test for test in tests if test in options.tests] for tests in chosen]
-        if not options.list:
-            _prepare(tree, sorted({test for tests in chosen for test in tests}))
+    names = [field.name for field in fields(Plant)]  # a list may say more, for its reader
+    plants = [Plant(**{name: entry[name] for name in names if name in entry}) for entry in listed]
+    rooms = options.rooms.split(",") if options.rooms else all_rooms()
+    plants += draw(options.draw, options.seed, rooms)
+    chosen = [tests_for(plant.file) for plant in plants]
+    if options.list:
         for number, (plant, tests) in enumerate(zip(plants, chosen, strict=True), 1):
-            if not options.list:
-                plant.outcome = attempt(tree, plant, tests) if tests else "survived: no tests"
-            print(_line(number, plant), flush=True)
+            print(f"{number:3} {plant}\n      {len(tests)} files: {' '.join(tests[:6])}")
+        return
+    tree = Path(tempfile.mkdtemp(prefix="planting-"))
+    try:
+        shutil.copytree(ROOT, tree, ignore=_not_copied, dirs_exist_ok=True)
+        before = ["tests"] if options.all else sorted({test for tests in chosen for test in tests})
+        if (outcome := run(tree, before, options.workers)) != "survived":
+            raise SystemExit(f"the tests fail without any error planted: {outcome}")
+        for number, (plant, tests) in enumerate(zip(plants, chosen, strict=True), 1):
+            begin = time.perf_counter()
+            plant.outcome = attempt(tree, plant, tests, options.workers) if tests else "survived"
+            if options.all and plant.outcome == "survived":
+                plant.outcome = attempt(tree, plant, ["tests"], options.workers)
+            spent = time.perf_counter() - begin
+            print(f"{number:3} {plant}\n      {plant.outcome} ({spent:.0f} s)", flush=True)
             if options.write:
                 text = yaml.safe_dump([asdict(plant) for plant in plants], sort_keys=False)
                 options.write.write_text(text)
     finally:
         shutil.rmtree(tree)
-    for room in sorted({plant.room for plant in plants if plant.outcome}):
-        own = [plant.outcome.startswith("noticed") for plant in plants if plant.room == room]
-        print(f"{room}: {sum(own)} of {len(own)} noticed")
+    _print_sums(plants)
 
 
-def _prepare(tree, tests):
-    """Load the libraries that trials share, and see that the tests pass without an error."""
-    for library in LIBRARIES:
-        importlib.import_module(library)
-    assert not any(name.startswith("beltrepro") for name in sys.modules), "loaded too early"
-    outcome = run(tree, tests, limit=LIMIT_WITHOUT)
-    if outcome != "survived":
-        raise SystemExit(f"the tests fail without any error planted: {outcome}")
+def _not_copied(folder, names):
+    return [name for name in names if folder == str(ROOT) and name in NOT_COPIED]
 
 
-def _line(number, plant):
-    text = (ROOT / plant.file).read_bytes()
-    place = text.find(plant.old.encode()) if plant.offset is None else plant.offset
-    row = text[:place].count(b"\n") + 1
-    change = " -> ".join(" ".join(part.split()) or "(nothing)" for part in (plant.old, plant.new))
-    line = text.splitlines()[row - 1].decode().strip()
-    place = f"{plant.file.removeprefix('src/beltrepro/')}:{row}"
-    return f"{number:3} {place} {plant.operator}: {change}  [{line}]\n      {plant.outcome}"
+def _print_sums(plants):
+    """How many errors were noticed, by folder."""
+    noticed = defaultdict(list)
+    for plant in plants:
+        folder = str(Path(plant.file).parent).removeprefix(f"{PACKAGE}/")
+        noticed[folder].append(plant.outcome.startswith("noticed"))
+    noticed["all"] = [outcome for outcomes in noticed.values() for outcome in outcomes]
+    for folder, outcomes in noticed.items():
+        print(f"{folder}: {sum(outcomes)} of {len(outcomes)} noticed")
 
 
 if __name__ == "__main__":

@@ -48,10 +48,11 @@ NOT_NONE = {"none": None}
 # The kind of an argument is the first of these words in its annotation. An int is a valid float,
 # and every number of the package is 0 or greater, but for velocities.
 KINDS = {
+    "Chains": {"number": 5, "none in it": [None], "class": ChainParameters},
     "ChainParameters": {"number": 5, "none in it": [None], "class": ChainParameters},
     "ChainState": {"number": 5, "number in it": [5]},
     "Run": {"number": 5, "class": ChainParameters},
-    "Progress": {"number": 5, "true": True},
+    "Report": {"number": 5, "true": True},
     "ArrayLike": ARRAY,
     "Path": {"number": 5},
     "str": {"empty": "", "number": 1, "nan": math.nan, "true": True},
@@ -59,7 +60,7 @@ KINDS = {
     "float": NUMBER,
 }
 # By the kind, which of the values that are wrong anywhere are right.
-ALLOWED = {"Path": ("word", "number as text", "bytes"), "Progress": ("class",)}
+ALLOWED = {"Path": ("word", "number as text", "bytes"), "Report": ("class",)}
 
 
 def annotation(parameter: inspect.Parameter) -> str:
@@ -82,7 +83,7 @@ def wrong_values(parameter: inspect.Parameter) -> dict[str, object]:
         found |= RISING
     if kind in ("int", "float", "str") and not re.search("PerChain|Sequence|Axis", words):
         found |= {"list": ["event" if kind == "str" else 1.0]}
-    if "PerChain" in words or parameter.name.endswith(("positions", "velocities")):
+    if parameter.name.endswith(("position", "positions", "velocities")):
         found |= TOO_MANY
     if "Sequence[float]" in words:
         found |= ARRAY

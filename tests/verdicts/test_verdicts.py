@@ -180,6 +180,7 @@ def test_a_row_holds_what_was_measured(monkeypatch):
         "runs": "4",
         "criterion": "near",
         "verdict": HOLDS,
+        "reason": "",
         "note": "reasoned. noted. rests on 4 runs",
         "dataset": "one, two",
     }

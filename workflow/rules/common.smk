@@ -262,10 +262,7 @@ INTEGRATORS = {
 }
 
 
-BUILT_ON_EVENT = tuple(
-    f"beltrepro.engine.{name}"
-    for name in ("tangent", "tangent_integrator", "kicks", "kicked_integrator")
-)
+BUILT_ON_EVENT = ("beltrepro.engine.tangent", "beltrepro.engine.kicks")
 FOLLOWED = (
     "motion",
     "settling",
@@ -280,10 +277,11 @@ def code_hash(*modules, script=None, without=()):
 
 
 # What a job is told says which quantities its points have; the words on them change no number, nor
-# does how a run is written to a file of its own, or kept unfinished.
+# does how a run is drawn, written to a file of its own, or kept unfinished.
 WORDS = (
     "beltrepro.replication.plan.quantities",
     "beltrepro.simulation.files",
+    "beltrepro.simulation.picture",
     "beltrepro.simulation.checkpoints",
 )
 
@@ -301,7 +299,9 @@ def batch_code(wildcards):
     others += ["beltrepro.replication.camera"]
     if dataset.kind.name != "trial":
         others += ["beltrepro.replication.camera.trials"]
-    return code_hash("beltrepro.replication.plan.running", INTEGRATORS[method], without=(*others, *WORDS))
+    return code_hash(
+        "beltrepro.replication.plan.running", INTEGRATORS[method], without=(*others, *WORDS)
+    )
 
 
 # The camera is given positions and the tracker a video: the code of simulations does not matter to
@@ -317,7 +317,12 @@ def table_code(wildcards):
 
 def figure_code(wildcards):
     without = ("beltrepro.replication.camera",)
-    return code_hash(FIGURES[wildcards.figure].module, "beltrepro.replication.drawing.style", script="figure.py", without=without)
+    return code_hash(
+        FIGURES[wildcards.figure].module,
+        "beltrepro.replication.drawing.style",
+        script="figure.py",
+        without=without,
+    )
 
 
 # --- beginning, stopping, failing ---

@@ -56,7 +56,7 @@ rule report:
         settings=PLAN.settings(),
         benchmarks=f"results/{PLAN.run}/benchmarks",
         expected=expected_of_report(),
-        code=code_hash("beltrepro.replication.report", script="report.py"),
+        code=code_hash("beltrepro.replication.report.page", script="report.py"),
     message:
         "Writing the report"
     script:

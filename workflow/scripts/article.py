@@ -7,26 +7,25 @@ import yaml
 
 from beltrepro.replication.plan import inputs, scripting
 from beltrepro.replication.report import article
+from beltrepro.replication.report.material import Material
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
 
 def main(job):
-    figures = {Path(path).stem: Path(path) for path in job.input.figures}
-    files = {"claims": [Path(job.input.claims)], "estimates": [Path(job.input.estimates)]}
+    files = {
+        "claims": [Path(job.input.claims)],
+        "estimates": [Path(job.input.estimates)],
+        "figures": [Path(path) for path in job.input.figures],
+    }
     for name, told in job.params.expected.items():
-        for path in [*figures.values()] if name == "figures" else files[name]:
+        for path in files[name]:
             inputs.check(path, told[path.stem])
     citation = yaml.safe_load(Path(job.input.citation).read_text(encoding="utf-8"))
-    material = article.Material(
-        settings=job.params.settings,
-        claims=Path(job.input.claims),
-        estimates=Path(job.input.estimates),
-        figures=figures,
-        authors=tuple(article.name_of(each) for each in citation["authors"]),
-    )
-    article.write(Path(job.output[0]), material)
+    material = Material(job.params.settings["preset"], job.params.settings, files)
+    authors = [article.name_of(author) for author in citation["authors"]]
+    article.write(Path(job.output[0]), material, authors)
 
 
 if __name__ == "__main__":

@@ -16,9 +16,10 @@ def derive(name: str, paths: dict, expected: dict, output) -> None:
 
     expected : what the files of datasets must say of themselves, by name.
     """
-    module = importlib.import_module(registry.tables()[name].module)
+    entry = registry.tables()[name]
+    module = importlib.import_module(entry.module)
     data = inputs.load(paths, expected)
-    table, entry = module.derive(data), module.TABLE
+    table = (getattr(module, "derive", None) or getattr(module, name))(data)
     files.write(
         output,
         table,

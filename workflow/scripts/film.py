@@ -7,7 +7,8 @@ import cv2
 
 from beltrepro.base.progress import Progress
 from beltrepro.model.units import to_si
-from beltrepro.replication.camera import Camera, Movement, film
+from beltrepro.replication.camera.camera import Movement, film
+from beltrepro.replication.camera.scene import Camera
 from beltrepro.replication.plan import inputs, scripting
 from beltrepro.replication.plan.described import describe
 from beltrepro.replication.plan.films import FILM, NEEDED

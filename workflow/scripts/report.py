@@ -3,8 +3,9 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from beltrepro.replication import report
 from beltrepro.replication.plan import inputs, scripting
+from beltrepro.replication.report.material import Material
+from beltrepro.replication.report.page import render
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
@@ -23,14 +24,14 @@ def main(job):
     for name, told in expected.items():
         for path in files[name]:
             inputs.check(path, told[path.stem])
-    material = report.Material(
+    material = Material(
         preset=job.params.preset,
         settings=job.params.settings,
         files=files,
         benchmarks=Path(job.params.benchmarks),
         expected=of_datasets,
     )
-    report.render(Path(job.output[0]), material)
+    render(Path(job.output[0]), material)
 
 
 if __name__ == "__main__":

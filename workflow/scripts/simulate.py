@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from beltrepro.base import provenance
 from beltrepro.base.progress import Progress
-from beltrepro.replication.plan import files, running, scripting
+from beltrepro.replication.plan import files, kinds, scripting
 from beltrepro.replication.plan.points import points_of
 from beltrepro.simulation import checkpoints
 
@@ -24,7 +24,7 @@ def simulate(told: dict, output, code: str = "", progress=None) -> None:
     output = Path(output)
     work = files.digest({"told": told, "code": code, "by": provenance.machine()})
     with checkpoints.keeping(output.with_name(f".{output.name}.checkpoint"), work):
-        arrays = running.run(told["kind"], points, told["settings"], progress)
+        arrays = kinds.record(told["kind"], points, told["settings"], progress)
         files.write(output, told, arrays)
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import cv2
 
 from beltrepro.base.atomic import replacing
-from beltrepro.replication.camera import track
+from beltrepro.replication.camera.tracking import track
 from beltrepro.replication.plan import scripting
 from beltrepro.replication.plan.described import describe, origin_of
 

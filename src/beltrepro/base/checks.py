@@ -15,6 +15,7 @@ import numpy as np
 from beltrepro.base.errors import InputError
 
 _LARGEST_KEY = 2**63 - 1  # what a file can hold
+LONGEST_GRID = 100_000  # values of one quantity
 _LONGEST = 60  # characters of a value in a message
 
 
@@ -54,6 +55,24 @@ def finite_number(name: str, value: Any) -> float:
     return number
 
 
+def within(
+    name: str,
+    value: Any,
+    *,
+    gt: float = -math.inf,
+    ge: float = -math.inf,
+    lt: float = math.inf,
+    le: float = math.inf,
+) -> float:
+    """A number between two ends; with `ge` and `le` it may be the end, with `gt` and `lt` not."""
+    number = finite_number(name, value)
+    if gt < number < lt and ge <= number <= le:
+        return number
+    low = f"greater than {gt:g}" if gt > ge else f"at least {ge:g}"
+    high = f"below {lt:g}" if lt < le else f"at most {le:g}"
+    raise InputError(f"{name} = {number:g}: must be {low} and {high}")
+
+
 def positive(name: str, value: Any, most: float = math.inf) -> float:
     """A number greater than 0, and at most `most`."""
     number = finite_number(name, value)
@@ -88,6 +107,20 @@ def several(name: str, value: Any, check: Callable[[str, Any], float]) -> np.nda
     if not values:
         raise InputError(f"{name} is empty: at least one number is needed")
     return np.array(values)
+
+
+def spaced(name: str, start: float, stop: float, step: float) -> tuple[float, ...]:
+    """Numbers from `start` to `stop`, both ends included, `step` apart."""
+    positive(f"{name}.step", step)
+    if stop < start:
+        raise InputError(f"{name}.stop = {stop:g}: must not be less than start = {start:g}")
+    steps = (stop - start) / step + 1e-9  # 0.3 / 0.1 is 2.9999999999999996
+    if steps >= LONGEST_GRID:
+        raise InputError(
+            f"{name}.step = {step:g}: gives {steps:.3g} values, at most {LONGEST_GRID} allowed"
+        )
+    # 35 steps of 0.2 and 14 of 0.5 are both 7.0: random numbers depend on it
+    return tuple(round(float(start + index * step), 10) for index in range(math.floor(steps) + 1))
 
 
 def series(name: str, value: Any) -> np.ndarray:

@@ -1,5 +1,8 @@
 """Errors a user may see: each is one clear line."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class InputError(ValueError):
     """A value is not allowed; the message names the key, the value and what is allowed."""
@@ -7,3 +10,13 @@ class InputError(ValueError):
 
 class ModelStateError(RuntimeError):
     """A run left the range of the model (NaN, or blocks that pass through each other)."""
+
+
+@contextmanager
+def needing(purpose: str, extra: str = "replication") -> Iterator[None]:
+    """Say in one line which extra of the package brings what is imported within this block."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        module = (error.name or "").partition(".")[0]
+        raise InputError(f"{purpose} needs {module}: pip install 'beltrepro[{extra}]'") from None

@@ -3,7 +3,7 @@
 import difflib
 import functools
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from typing import Any, TypeVar, cast
 
 from beltrepro.base.checks import shown
@@ -19,6 +19,7 @@ SYMBOLS = {
     "F_st0": "static_friction",
     "f_s": "friction_ratio",
     "l": "rest_length",
+    "Delta_l_max": "linear_limit",
     "b_1": "compression_rate",
     "b_2": "extension_rate",
     "t": "duration",
@@ -43,42 +44,48 @@ def one_of(name: str, value: Any, allowed: Iterable[str]) -> str:
     raise InputError(f"{name} = {shown(value)}: allowed are {', '.join(allowed)}{meant}")
 
 
-def checked(called: F) -> F:
+def checked(called: F, also: Collection[str] = ()) -> F:
     """Decorate a function or class so that a wrong name of an argument is one clear line.
 
-    Python itself raises a TypeError that suggests nothing. A call with the right names costs
-    nothing more.
+    Python itself raises a TypeError that suggests nothing. `also` are the names that it takes by
+    `**keywords`.
     """
     if isinstance(called, type):
         made: Any = called
         made.__init__ = checked(made.__init__)
         return called
     signature = inspect.signature(called)
+    parameters = [item for item in signature.parameters.values() if item.kind is not _KEYWORDS]
+    known = [item.name for item in parameters if item.name not in ("self", "cls")] + [*also]
 
     @functools.wraps(called)
     def _call(*args: Any, **kwargs: Any) -> Any:
+        if also and not kwargs.keys() <= set(known):
+            raise cast(InputError, _wrong(called, signature, known, args, kwargs))
         try:
             return called(*args, **kwargs)
         except TypeError:
-            if wrong := _wrong(called, signature, args, kwargs):
+            if wrong := _wrong(called, signature, known, args, kwargs):
                 raise wrong from None
             raise
 
     return cast(F, _call)
 
 
+_KEYWORDS = inspect.Parameter.VAR_KEYWORD
+
+
 def _wrong(
-    called: Callable, signature: inspect.Signature, args: tuple, kwargs: dict
+    called: Callable, signature: inspect.Signature, known: list[str], args: tuple, kwargs: dict
 ) -> InputError | None:
     """What is wrong with the arguments of a call; None if they fit the signature."""
+    name = called.__qualname__.removesuffix(".__init__")
+    for unknown in kwargs:
+        if unknown not in known:
+            meant = hint(unknown, known) or f": allowed are {', '.join(known)}"
+            return InputError(f"{name} has no argument {unknown!r}{meant}")
     try:
         signature.bind(*args, **kwargs)
     except TypeError as error:
-        name = called.__qualname__.removesuffix(".__init__")
-        known = [each for each in signature.parameters if each not in ("self", "cls")]
-        for unknown in kwargs:
-            if unknown not in known:
-                meant = hint(unknown, known) or f": allowed are {', '.join(known)}"
-                return InputError(f"{name} has no argument {unknown!r}{meant}")
         return InputError(f"{name}: {error}: its arguments are {', '.join(known)}")
     return None

@@ -1,14 +1,14 @@
 """Whether the motion is chaotic: Lyapunov exponents, and names for motions (docs/chaos.md).
 
 What is here uses the functions of `beltrepro.simulation` and judges what comes out of them by
-`beltrepro.analysis`. Simulations do not depend on it, so that a criterion can change without them.
+`beltrepro.stats`. Simulations do not depend on it, so that a criterion can change without them.
 """
 
-from beltrepro.chaos.lyapunov import LyapunovSpectrum, exponents, lyapunov_spectrum
-from beltrepro.chaos.naming import Motion, classify, motions
+from beltrepro.chaos.irregular import time_to_orbit
+from beltrepro.chaos.lyapunov import LyapunovSpectrum, lyapunov_spectrum
+from beltrepro.chaos.naming import Motion, classify
 from beltrepro.chaos.orbits import PeriodicOrbit, close_orbit, periodic_orbit
 from beltrepro.chaos.parting import separation
-from beltrepro.chaos.transients import settling
 
 __all__ = [
     "LyapunovSpectrum",
@@ -16,10 +16,8 @@ __all__ = [
     "PeriodicOrbit",
     "classify",
     "close_orbit",
-    "exponents",
     "lyapunov_spectrum",
-    "motions",
     "periodic_orbit",
     "separation",
-    "settling",
+    "time_to_orbit",
 ]

@@ -8,7 +8,7 @@ stays where it is in time, and only its begin is later (docs/chaos.md).
 from beltrepro.base import names
 from beltrepro.engine import tangent
 from beltrepro.engine.simd import load, select, store
-from beltrepro.engine.tangent_integrator import TangentIntegrator
+from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.engine.vector import inlined
 
 

@@ -14,9 +14,10 @@ import numpy as np
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.vectors import METHOD, NO_SAMPLES
 from beltrepro.engine.state import ChainState
-from beltrepro.engine.tangent_integrator import TangentIntegrator
+from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.simulation import Run, simulate
-from beltrepro.simulation.points import Point, observe
+from beltrepro.simulation.groups import observe
+from beltrepro.simulation.setup import Case
 from beltrepro.stats.recurrence import CLOSED
 
 TIME_STEP = 0.001  # of no effect without noise
@@ -110,10 +111,10 @@ def multipliers(state: ChainState, monodromy: np.ndarray) -> np.ndarray:
     # deviations across the flow, seen along the flow, is the return map of the section.
     flow = _flow(state)
     across = np.linalg.svd(flow[None])[2][1:]
-    found = np.linalg.eigvals(across @ monodromy @ across.T).astype(complex)
+    values = np.linalg.eigvals(across @ monodromy @ across.T).astype(complex)
     erased = np.zeros(np.sum(state.directions == 0))
-    found = np.concatenate([[1.0], found, erased])
-    return found[np.argsort(-np.abs(found), kind="stable")]
+    values = np.concatenate([[1.0], values, erased])
+    return values[np.argsort(-np.abs(values), kind="stable")]
 
 
 def _once_around(
@@ -127,7 +128,7 @@ def _once_around(
         time_step=TIME_STEP,
         sampling=NO_SAMPLES,
         sampled_blocks=1,
-        **Point(start, METHOD, TIME_STEP, tolerance).accuracy,
+        **Case(start, METHOD, TIME_STEP, tolerance).accuracy,
     )
     chain.set_deviations(np.eye(2 * chain.n_blocks)[None, :, free])
     observe(chain, period_time, [], lambda done: None)

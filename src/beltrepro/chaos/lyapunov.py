@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.clocks import REST, integrator_by
 from beltrepro.chaos.vectors import (
-    METHOD,
     NO_SAMPLES,
     check_method,
-    count_intervals,
     end_errors,
     grow,
     slopes,
@@ -23,12 +22,11 @@ from beltrepro.chaos.vectors import (
     with_vectors,
 )
 from beltrepro.engine.integrator import Integrator
-from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
-from beltrepro.observe.stuck import MostStuck
-from beltrepro.simulation import arguments
-from beltrepro.simulation.arguments import PerChain
-from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
+from beltrepro.observe.slips import MostStuck
+from beltrepro.simulation.groups import Report, integrator_of, observe
+from beltrepro.simulation.results import Results, gathered
+from beltrepro.simulation.setup import Case, Chains, Keywords, check_lengths, setup_of, with_setup
 
 _ALIGNED = 0.2  # last share of the transient, in which the vectors turn to their directions
 _ERRORS = 3.0  # standard errors that the exponent of the motion itself may be from zero
@@ -131,121 +129,98 @@ class LyapunovSpectrum:
         return f"LyapunovSpectrum({self.parameters.describe()}: {first}{more})"
 
 
-@names.checked
+@with_setup
 def lyapunov_spectrum(
-    parameters: ChainParameters,
+    chains: Chains,
     *,
     duration: float,
-    transient: float,
+    transient: float = 0.0,
     n_exponents: int | None = None,
-    method: str = METHOD,
-    time_step: float = 0.001,
-    tolerance: float | None = None,
-    seed: int = 1,
-    replicate: int | Sequence[int] = range(8),
-    initial_spread: float = 1.0,
     noise_clock: str = REST,
-    progress: Progress | None = None,
-) -> LyapunovSpectrum:
-    """Lyapunov exponents of one chain from several runs.
+    progress: Report | None = None,
+    **setup: Unpack[Keywords],
+) -> LyapunovSpectrum | Results:
+    """Lyapunov exponents: of one chain from its runs, or of each of several chains.
 
     Deviation vectors follow the linearised motion through slips, sticks and reversals, and are made
     orthonormal again every 20 time units (Benettin et al. 1980); their logarithmic growth is
     counted after the transient. With noise the exponents are those of the motion under one given
-    realisation of the noise. For a run from a given state see `exponents`.
+    realisation of the noise.
 
     Parameters
     ----------
-    parameters : ChainParameters
-        The chain.
+    chains : ChainParameters, sequence of them, Grid or Setup
+        One chain, of which several runs (`replicate=range(8), initial_spread=1`) tell the errors
+        best; or P chains, which may differ in everything.
     duration : float
         Model time of each run, the transient included.
     transient : float
         The first part of it, which is not counted. The vectors turn to their directions in its last
         fifth.
     n_exponents : int or None
-        K, how many exponents, the largest; all 2N if not given.
-    method : str
-        "event", the only one with a tangent dynamics.
-    time_step : float
-        dt, model time; it only sets the strength of the noise.
-    tolerance : float or None
-        Truncation of the series, as in `simulate`.
-    seed : int
-        Of 0 or greater; with the parameters and the replicates it fixes all random numbers.
-    replicate : int or sequence of int
-        One run for each.
-    initial_spread : float
-        Standard deviation of normal deviates that are added to the initial positions of replicates
-        other than 0, model length. Without noise only these make the runs differ.
+        K, how many exponents, the largest; all 2N of the longest chain if not given.
     noise_clock : str
         When noise is the same for two chains: "rest", at the same time since the last rest of the
         whole chain, as in `event`; or "laboratory", at the same time.
-    progress : callable
+    progress : callable, optional
         Called with the fraction done.
+    **setup
+        The keywords of `Setup`; the method must be "event", the only one with a tangent dynamics.
 
     Returns
     -------
-    LyapunovSpectrum
-        Exponents with errors, and the growth that they are the means of.
+    LyapunovSpectrum or Results
+        Of one chain its exponents with errors, and the growth that they are the means of. Of
+        several exponents (P, K) per model time, largest first: minus infinity for directions that a
+        stick erases, NaN for those that a shorter chain lacks; standard_error (P, K) from the parts
+        of the run; most_stuck (P,) blocks stuck at once; growth (P, T, K) rates of growth in the
+        intervals; and the length of these, interval ().
 
     Raises
     ------
     InputError
-        A value is not allowed, or the runs would all be the same.
+        A value is not allowed, or the runs of one chain would not all differ.
     ModelStateError
         A state left the range of the model.
     """
-    arguments.of_one_chain(
-        parameters,
-        method=method,
-        time_step=time_step,
-        tolerance=tolerance,
-        seed=checks.key("seed", seed),
-        initial_spread=initial_spread,
-    )
-    replicates = _replicates(replicate)
-    if len(replicates) > 1 and parameters.noise == 0 and initial_spread == 0:
+    duration, transient = check_lengths(duration, transient)
+    made = setup_of(chains, setup)
+    check_method(made.cases)
+    integrator_by(noise_clock)
+    count = _count(n_exponents, made.cases)
+    one_chain = isinstance(made.chains, ChainParameters)
+    if one_chain and len({case.identity for case in made.cases}) < len(made.cases):
         raise InputError(
-            "initial_spread = 0: without noise all runs would be the same; "
-            "give a spread greater than 0, or one replicate"
+            "replicate: some runs would be the same; each needs another one, and without noise an "
+            "initial_spread too"
         )
-    found = exponents(
-        [parameters] * len(replicates),
-        duration=duration,
-        transient=transient,
-        n_exponents=n_exponents,
-        method=method,
-        time_step=time_step,
-        tolerance=tolerance,
-        seed=seed,
-        replicate=replicates,
-        initial_spread=initial_spread,
-        noise_clock=noise_clock,
-        progress=progress,
-    )
-    mean, error = _mean_of_runs(found["growth"], found["standard_error"])
+    settings: dict[str, Any] = {
+        "duration": duration,
+        "transient": transient,
+        "noise_clock": noise_clock,
+    }
+    measure = partial(_followed, count=count, **settings)
+    spectra = gathered("exponents", made, measure, progress, **settings)
+    growth = spectra["growth"]
+    order = np.argsort(-slopes(growth), axis=1, kind="stable")  # NaN last
+    growth = np.take_along_axis(growth, order[:, None], axis=2)
+    runs, errors = slopes(growth), standard_errors(growth)
+    interval = (duration - transient) / growth.shape[1]
+    if not one_chain:
+        spectra |= {"exponents": runs, "standard_error": errors, "growth": growth}
+        spectra["interval"] = np.array(interval)
+        return spectra
+    mean, error = _mean_of_runs(growth, errors)
     return LyapunovSpectrum(
-        parameters=parameters,
+        parameters=made.cases[0].parameters,
         exponents=mean,
         standard_error=error,
-        runs=found["exponents"],
-        growth=found["growth"],
-        interval=float(found["interval"]),
-        most_stuck=found["most_stuck"],
+        runs=runs,
+        growth=growth,
+        interval=interval,
+        most_stuck=spectra["most_stuck"],
         noise_clock=noise_clock,
     )
-
-
-def _replicates(given: int | Sequence[int]) -> list[int]:
-    """At least one, and none twice."""
-    each = list(given) if checks.is_sequence(given) else [given]
-    replicates = [checks.key("replicate", value) for value in each]
-    if not replicates or len(set(replicates)) < len(replicates):
-        raise InputError(
-            f"replicate = {checks.shown(given)}: at least one is needed, and none twice"
-        )
-    return replicates
 
 
 def _mean_of_runs(growth: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -260,123 +235,27 @@ def _mean_of_runs(growth: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, n
     return np.where(erased, -np.inf, finite.mean(axis=0)), np.where(erased, 0.0, error)
 
 
-@names.checked
-def exponents(
-    parameters: ChainParameters | Sequence[ChainParameters],
-    *,
-    duration: float,
-    transient: float = 0.0,
-    n_exponents: int | None = None,
-    method: PerChain[str] = METHOD,
-    time_step: PerChain[float] = 0.001,
-    tolerance: PerChain[float | None] = None,
-    seed: PerChain[int] | None = None,
-    replicate: PerChain[int] | None = None,
-    initial_positions: ArrayLike | Sequence[ArrayLike] | None = None,
-    initial_spread: PerChain[float] = 0.0,
-    initial_state: PerChain[ChainState] | None = None,
-    noise_clock: str = REST,
-    progress: Progress | None = None,
-) -> dict[str, np.ndarray]:
-    """Lyapunov exponents of each of P chains, which may differ in everything.
-
-    Parameters
-    ----------
-    parameters : ChainParameters or sequence of them
-        P chains.
-    duration : float
-        Model time of each run, the transient included.
-    transient : float
-        The first part of it, which is not counted.
-    n_exponents : int or None
-        K, the largest; all 2N of the longest chain if not given.
-    method : str
-        "event", the only one with a tangent dynamics.
-    time_step : float
-        dt, model time; it only sets the strength of the noise.
-    tolerance : float or None
-        Truncation of the series, as in `simulate`.
-    seed, replicate : int
-        Of 0 or greater; with the parameters they fix all random numbers. 1 and 0 if not given.
-    initial_positions : array (N,), or a sequence of such arrays for a sequence of chains
-        Positions of the blocks at t = 0, model length; undeformed springs if not given.
-    initial_spread : float
-        Standard deviation of normal deviates that are added to the initial positions of replicates
-        other than 0, model length.
-    initial_state : ChainState
-        Where to go on, instead of these.
-    noise_clock : str
-        As in `lyapunov_spectrum`.
-    progress : callable
-        Called with the fraction done.
-
-    Returns
-    -------
-    dict of arrays with first axis P
-        exponents (P, K) per model time, largest first: minus infinity for directions that a stick
-        erases, NaN for those that a shorter chain lacks; standard_error (P, K) from the parts of
-        the run; most_stuck (P,) blocks stuck at once; growth (P, T, K) rates of growth in the
-        intervals; and the length of these, interval ().
-
-    Raises
-    ------
-    InputError
-        A value is not allowed.
-    ModelStateError
-        A state left the range of the model.
-    """
-    duration, transient = arguments.lengths(duration, transient)
-    chains = points(
-        parameters,
-        method=method,
-        time_step=time_step,
-        tolerance=tolerance,
-        seed=seed,
-        replicate=replicate,
-        initial_positions=initial_positions,
-        initial_spread=initial_spread,
-        initial_state=initial_state,
-    )
-    check_method(chains)
-    integrator_by(noise_clock)
-    count = _count(n_exponents, chains)
-    intervals = count_intervals(duration - transient)
-    most_stuck = np.zeros(len(chains), dtype=np.int64)
-    growth = np.full((len(chains), intervals, count), np.nan)
-    for group, report in groups(chains, progress):
-        members = [chains[index] for index in group]
-        size = min(count, 2 * members[0].parameters.n_blocks)
-        rates, most_stuck[group] = _follow(members, duration, transient, size, noise_clock, report)
-        growth[group, :, :size] = rates
-    order = np.argsort(-slopes(growth), axis=1, kind="stable")  # NaN last
-    growth = np.take_along_axis(growth, order[:, None], axis=2)
-    return {
-        "exponents": slopes(growth),
-        "standard_error": standard_errors(growth),
-        "most_stuck": most_stuck,
-        "growth": growth,
-        "interval": np.array((duration - transient) / intervals),
-    }
-
-
-def _count(n_exponents: int | None, chains: Sequence[Point]) -> int:
+def _count(n_exponents: int | None, cases: Sequence[Case]) -> int:
     """How many exponents are asked for."""
-    widest = 2 * max(point.parameters.n_blocks for point in chains)
+    widest = 2 * max(case.parameters.n_blocks for case in cases)
     count = widest if n_exponents is None else checks.whole_number("n_exponents", n_exponents)
     if not 1 <= count <= widest:
         raise InputError(f"n_exponents = {checks.shown(count)}: allowed are 1 to 2N = {widest}")
     return count
 
 
-def _follow(
-    members: list[Point],
+def _followed(
+    group: np.ndarray,
+    members: list[Case],
+    report: Report,
+    *,
     duration: float,
     transient: float,
-    size: int,
     noise_clock: str,
-    report: Progress,
-) -> tuple[np.ndarray, np.ndarray]:
+    count: int,
+) -> dict[str, np.ndarray]:
     """Growth rates (W, T, K) of the vectors of a group, and most blocks stuck at once (W,)."""
+    size = min(count, 2 * members[0].parameters.n_blocks)
     before = integrator_of(members, sampling=NO_SAMPLES, sampled_blocks=1)
     alone = (1 - _ALIGNED) * transient
     if transient > 0:
@@ -390,7 +269,7 @@ def _follow(
         chains, counted, [stuck], lambda done: report((transient + done * counted) / duration)
     )
     erased = np.arange(size) >= 2 * chains.n_blocks - stuck.most[:, None]
-    return np.where(erased[:, None], -np.inf, growth), stuck.most
+    return {"most_stuck": stuck.most, "growth": np.where(erased[:, None], -np.inf, growth)}
 
 
 def _stuck_now(chains: Integrator) -> np.ndarray:

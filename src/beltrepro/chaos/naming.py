@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import partial
+from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from beltrepro.base import checks, names
 from beltrepro.chaos.clocks import REST, integrator_by
 from beltrepro.chaos.vectors import (
-    METHOD,
     check_method,
     grow,
     slopes,
@@ -19,16 +17,14 @@ from beltrepro.chaos.vectors import (
     with_vectors,
 )
 from beltrepro.engine.integrator import Sampling, Section
-from beltrepro.engine.state import ChainState
-from beltrepro.engine.tangent_integrator import TangentIntegrator
+from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
 from beltrepro.model.section import section_position
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.returns import ReturnLog
-from beltrepro.simulation import arguments
-from beltrepro.simulation.arguments import PerChain
-from beltrepro.simulation.checkpoints import once
-from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
+from beltrepro.observe.sections import ReturnLog
+from beltrepro.simulation.groups import Report, integrator_of, observe
+from beltrepro.simulation.results import Results, gathered
+from beltrepro.simulation.setup import Case, Chains, Keywords, check_lengths, setup_of, with_setup
 from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.motion import name_motion
 from beltrepro.stats.recurrence import find_recurrence
@@ -70,152 +66,43 @@ class Motion:
     mean_length: float
 
 
-@names.checked
+@with_setup
 def classify(
-    parameters: ChainParameters,
+    chains: Chains,
     *,
     duration: float,
     transient: float,
-    method: str = METHOD,
-    time_step: float = 0.001,
-    tolerance: float | None = None,
-    seed: int = 1,
-    replicate: int = 1,
-    initial_spread: float = 1.0,
     noise_clock: str = REST,
-    progress: Progress | None = None,
-) -> Motion:
-    """Tell what kind of motion one chain ends in.
+    progress: Report | None = None,
+    **setup: Unpack[Keywords],
+) -> Motion | Results:
+    """Tell what kind of motion one chain ends in, or each of several.
 
-    The chain starts from undeformed springs with a random displacement of each block, because
-    several motions can coexist. Another seed gives another start. With replicate 0 the chain starts
-    from undeformed springs as they are, and without noise the seed then decides nothing.
+    Several motions can coexist, so where a chain begins may decide. With an `initial_spread` and
+    `replicate=range(32)` it begins from undeformed springs, and 31 times elsewhere.
 
     Parameters
     ----------
-    parameters : ChainParameters
-        The chain.
-    duration : float
-        Model time of the run, the transient included.
-    transient : float
-        The first part of it; the motion after it is judged. A period can be found that fits in
-        twice.
-    method : str
-        "event", the only one with a tangent dynamics.
-    time_step : float
-        dt, model time; it only sets the strength of the noise.
-    tolerance : float or None
-        Truncation of the series, as in `simulate`.
-    seed, replicate : int
-        Of 0 or greater; with the parameters they fix all random numbers, the start among them.
-    initial_spread : float
-        Standard deviation of the random displacements of replicates other than 0, model length.
-    noise_clock : str
-        As in `lyapunov_spectrum`.
-    progress : callable
-        Called with the fraction done.
-
-    Returns
-    -------
-    Motion
-        Its name, period, largest exponent, r and <x_N>.
-
-    Raises
-    ------
-    InputError
-        A value is not allowed.
-    ModelStateError
-        A state left the range of the model.
-    """
-    arguments.of_one_chain(
-        parameters,
-        method=method,
-        time_step=time_step,
-        tolerance=tolerance,
-        seed=checks.key("seed", seed),
-        replicate=checks.key("replicate", replicate),
-        initial_spread=initial_spread,
-    )
-    found = motions(
-        parameters,
-        duration=duration,
-        transient=transient,
-        method=method,
-        time_step=time_step,
-        tolerance=tolerance,
-        seed=seed,
-        replicate=replicate,
-        initial_spread=initial_spread,
-        noise_clock=noise_clock,
-        progress=progress,
-    )
-    return Motion(parameters, **{name: found[name][0].item() for name in _MEASURED})
-
-
-_MEASURED = (
-    "state",
-    "period_time",
-    "period_events",
-    "largest_exponent",
-    "standard_error",
-    "disorder_parameter",
-    "mean_length",
-)
-
-
-@names.checked
-def motions(
-    parameters: ChainParameters | Sequence[ChainParameters],
-    *,
-    duration: float,
-    transient: float,
-    method: PerChain[str] = METHOD,
-    time_step: PerChain[float] = 0.001,
-    tolerance: PerChain[float | None] = None,
-    seed: PerChain[int] | None = None,
-    replicate: PerChain[int] | None = None,
-    initial_positions: ArrayLike | Sequence[ArrayLike] | None = None,
-    initial_spread: PerChain[float] = 0.0,
-    initial_state: PerChain[ChainState] | None = None,
-    noise_clock: str = REST,
-    progress: Progress | None = None,
-) -> dict[str, np.ndarray]:
-    """Tell what kind of motion each of P chains ends in.
-
-    Parameters
-    ----------
-    parameters : ChainParameters or sequence of them
-        P chains.
+    chains : ChainParameters, sequence of them, Grid or Setup
+        One chain or P chains.
     duration : float
         Model time of each run, the transient included.
     transient : float
-        The first part of it; the motion after it is judged.
-    method : str
-        "event", the only one with a tangent dynamics.
-    time_step : float
-        dt, model time; it only sets the strength of the noise.
-    tolerance : float or None
-        Truncation of the series, as in `simulate`.
-    seed, replicate : int
-        Of 0 or greater; with the parameters they fix all random numbers. 1 and 0 if not given.
-    initial_positions : array (N,), or a sequence of such arrays for a sequence of chains
-        Positions of the blocks at t = 0, model length; undeformed springs if not given.
-    initial_spread : float
-        Standard deviation of normal deviates that are added to the initial positions of replicates
-        other than 0, model length.
-    initial_state : ChainState
-        Where to go on, instead of these.
+        The first part of it; the motion after it is judged. A period can be found that fits in
+        twice.
     noise_clock : str
         As in `lyapunov_spectrum`.
-    progress : callable
+    progress : callable, optional
         Called with the fraction done.
+    **setup
+        The keywords of `Setup`; the method must be "event", the only one with a tangent dynamics.
 
     Returns
     -------
-    dict of arrays (P,)
-        The fields of `Motion`: state, period_time, period_events, largest_exponent,
-        standard_error, disorder_parameter, mean_length; and period_returns, the number of returns
-        to the section in a period.
+    Motion or Results
+        Of one run of one chain its name, period, largest exponent, r and <x_N>. Of several arrays
+        (P,) of these, by the names of the fields of `Motion`; and period_returns, the number of
+        returns to the section in a period.
 
     Raises
     ------
@@ -224,34 +111,32 @@ def motions(
     ModelStateError
         A state left the range of the model.
     """
-    duration, transient = arguments.lengths(duration, transient)
-    chains = points(
-        parameters,
-        method=method,
-        time_step=time_step,
-        tolerance=tolerance,
-        seed=seed,
-        replicate=replicate,
-        initial_positions=initial_positions,
-        initial_spread=initial_spread,
-        initial_state=initial_state,
-    )
-    check_method(chains)
+    duration, transient = check_lengths(duration, transient)
+    made = setup_of(chains, setup)
+    check_method(made.cases)
     integrator_by(noise_clock)
-    rows: list[dict] = [{}] * len(chains)
-    for group, report in groups(chains, progress):
-        members = [chains[index] for index in group]
-        for index, row in zip(
-            group, once(_judge, members, duration, transient, noise_clock, report), strict=True
-        ):
-            rows[index] = row
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    settings: dict[str, Any] = {
+        "duration": duration,
+        "transient": transient,
+        "noise_clock": noise_clock,
+    }
+    motions = gathered("motion", made, partial(_judged, **settings), progress, **settings)
+    if not made.alone:
+        return motions
+    measured = [field.name for field in fields(Motion)[1:]]
+    return Motion(made.cases[0].parameters, **{name: motions[name].item() for name in measured})
 
 
-def _judge(
-    members: list[Point], duration: float, transient: float, noise_clock: str, report: Progress
-) -> list[dict]:
-    """A row for each point of a group."""
+def _judged(
+    group: np.ndarray,
+    members: list[Case],
+    report: Report,
+    *,
+    duration: float,
+    transient: float,
+    noise_clock: str,
+) -> dict[str, np.ndarray]:
+    """Name, period and exponent of each motion of a group: arrays (W,)."""
     chains = _after(
         members, transient, noise_clock, lambda fraction: report(fraction * transient / duration)
     )
@@ -267,8 +152,8 @@ def _judge(
     growth = growth[:, int(_ALIGNED * growth.shape[1]) :]
     exponents, errors = slopes(growth), standard_errors(growth)
     length = moments.result(members[0].parameters.rest_positions[-1])
-    found = []
-    for lane, point in enumerate(members):
+    rows = []
+    for lane, case in enumerate(members):
         period, n_returns = _period(log, lane)
         state = name_motion(
             turns=bool(log.last_event[lane] > half),
@@ -277,10 +162,10 @@ def _judge(
             standard_error=errors[lane],
             time=(1 - _ALIGNED) * observed,
             returns=n_returns,
-            noisy=point.parameters.noise > 0,
+            noisy=case.parameters.noise > 0,
         )
         first = int(np.argmax(exponents[lane]))
-        found.append(
+        rows.append(
             {
                 "state": state,
                 **period,
@@ -290,11 +175,11 @@ def _judge(
                 "mean_length": length["mean_length"][lane],
             }
         )
-    return found
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
 def _after(
-    members: list[Point], transient: float, noise_clock: str, report: Progress
+    members: list[Case], transient: float, noise_clock: str, report: Report
 ) -> TangentIntegrator:
     """The chains after the transient, with vectors, and a section at their mean length."""
     # every motion comes down through its mean length again and again

@@ -7,20 +7,30 @@ map over one period. Its 2N eigenvalues are the multipliers of the orbit (docs/c
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Unpack
 
 import numpy as np
 
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.closing import TIME_STEP, closed, follow, most_stuck, multipliers
-from beltrepro.chaos.vectors import METHOD, NO_SAMPLES
+from beltrepro.chaos.vectors import METHOD, NO_SAMPLES, check_method
 from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.returns import ReturnLog
-from beltrepro.simulation import Run, arguments, simulate
-from beltrepro.simulation.points import Point, Progress, integrator_of, observe
+from beltrepro.observe.sections import ReturnLog
+from beltrepro.simulation import Run, simulate
+from beltrepro.simulation.groups import Report, check_progress, integrator_of, observe
+from beltrepro.simulation.setup import (
+    Case,
+    Chains,
+    Keywords,
+    check_lengths,
+    check_tolerance,
+    setup_of,
+    with_setup,
+)
 from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.recurrence import find_recurrence
 
@@ -102,6 +112,11 @@ class PeriodicOrbit:
         -------
         Run
             With the events of the period.
+
+        Raises
+        ------
+        InputError
+            The interval is not allowed, or its samples need more memory than there is.
         """
         return follow(self.state, self.period_time, sample_interval=sample_interval)
 
@@ -112,43 +127,33 @@ class PeriodicOrbit:
         )
 
 
-@names.checked
+@with_setup
 def periodic_orbit(
-    parameters: ChainParameters,
+    chains: Chains,
     *,
     duration: float,
     transient: float,
-    tolerance: float | None = None,
-    seed: int = 1,
-    replicate: int = 1,
-    initial_spread: float = 1.0,
-    initial_state: ChainState | None = None,
-    progress: Progress | None = None,
+    progress: Report | None = None,
+    **setup: Unpack[Keywords],
 ) -> PeriodicOrbit:
     """The periodic orbit in which a chain ends.
 
     The chain is followed until its state comes back (`beltrepro.stats.recurrence`), and the
-    orbit is closed from there by `close_orbit`. Start and random numbers are as in `classify`.
+    orbit is closed from there by `close_orbit`.
 
     Parameters
     ----------
-    parameters : ChainParameters
-        The chain, without noise.
+    chains : ChainParameters or Setup
+        One run of one chain, without noise.
     duration : float
         Model time of the run, the transient included.
     transient : float
         The first part of it, in which the chain may settle. A period can be found that fits twice
         in the rest.
-    tolerance : float or None
-        Truncation of the series, as in `simulate`.
-    seed, replicate : int
-        Of 0 or greater; they fix the random displacements at the start.
-    initial_spread : float
-        Standard deviation of the random displacements of replicates other than 0, model length.
-    initial_state : ChainState
-        Where to go on, instead of a random start.
-    progress : callable
+    progress : callable, optional
         Called with the fraction done.
+    **setup
+        The keywords of `Setup`; the method must be "event".
 
     Returns
     -------
@@ -162,37 +167,30 @@ def periodic_orbit(
     ModelStateError
         A state left the range of the model.
     """
-    arguments.of_one_chain(
-        parameters,
-        tolerance=tolerance,
-        seed=checks.key("seed", seed),
-        replicate=checks.key("replicate", replicate),
-        initial_spread=initial_spread,
-        initial_state=initial_state,
-    )
-    arguments.progress(progress)
-    _check_noise(parameters)
-    duration, transient = arguments.lengths(duration, transient)
-    report = progress or (lambda done: None)
+    made = setup_of(chains, setup)
+    if len(made.cases) > 1:
+        raise InputError(f"chains = {checks.shown(chains)}: one run of one chain is needed")
+    (case,) = made.cases
+    check_method(made.cases)
+    _check_noise(case.parameters)
+    duration, transient = check_lengths(duration, transient)
     if transient == 0:
         raise InputError("transient = 0: must be greater than 0, a chain needs time to settle")
-    start: dict = {"seed": seed, "replicate": replicate, "initial_spread": initial_spread}
+    check_progress(progress)
+    report = progress or (lambda done: None)
     settled = simulate(
-        parameters,
+        made,
         duration=transient,
         transient=transient / 2,
-        method=METHOD,
         sample_interval=None,
-        tolerance=tolerance,
         progress=lambda done: report(done * transient / duration),
-        **(start if initial_state is None else {"initial_state": initial_state}),
     )
-    assert isinstance(settled, Run)  # as it was one chain
+    settled = settled[0] if isinstance(settled, list) else settled
     observed = duration - transient
     state, period_time = _recurrence(
         settled, observed, lambda done: report((transient + done * observed) / duration)
     )
-    return close_orbit(state, period_time, tolerance=tolerance)
+    return close_orbit(state, period_time, tolerance=case.tolerance)
 
 
 @names.checked
@@ -230,10 +228,10 @@ def close_orbit(
         raise InputError(f"state = {checks.shown(state)}: a ChainState is needed")
     _check_noise(state.parameters)
     period_time = checks.positive("period_time", period_time)
-    tolerance = arguments.tolerance("tolerance", tolerance)
+    tolerance = check_tolerance("tolerance", tolerance)
     start = most_stuck(state, period_time, tolerance)
-    found = closed(start, period_time, tolerance)
-    start, period_time = found.state, found.period_time
+    orbit = closed(start, period_time, tolerance)
+    start, period_time = orbit.state, orbit.period_time
     lengths, returns = _measured(start, period_time, tolerance)
     slips = follow(start, period_time, tolerance=tolerance).events["kind"] == "slip"
     return PeriodicOrbit(
@@ -242,9 +240,9 @@ def close_orbit(
         period_time=period_time,
         period_events=int(slips.sum()),
         period_returns=returns,
-        monodromy=found.monodromy,
-        multipliers=multipliers(start, found.monodromy),
-        residual=found.residual,
+        monodromy=orbit.monodromy,
+        multipliers=multipliers(start, orbit.monodromy),
+        residual=orbit.residual,
         disorder_parameter=float(lengths["disorder_parameter"][0]),
         mean_length=float(lengths["mean_length"][0]),
     )
@@ -255,7 +253,7 @@ def _check_noise(parameters: ChainParameters) -> None:
         raise InputError(f"noise = {parameters.noise:g}: must be 0, with noise no state comes back")
 
 
-def _recurrence(settled: Run, observed: float, report: Progress) -> tuple[ChainState, float]:
+def _recurrence(settled: Run, observed: float, report: Report) -> tuple[ChainState, float]:
     """Follow a chain from the end of a run; its state at last, and its period."""
     # every motion comes down through its mean length again and again
     section = Section(settled.parameters.n_blocks, np.array([settled.mean_length]))
@@ -279,8 +277,8 @@ def _integrator(
     state: ChainState, tolerance: float | None, sampling: Sampling, section: Section | None = None
 ) -> Integrator:
     """One chain by itself."""
-    point = Point(state, METHOD, TIME_STEP, tolerance)
-    return integrator_of([point], sampling=sampling, sampled_blocks=1, section=section)
+    case = Case(state, METHOD, TIME_STEP, tolerance)
+    return integrator_of([case], sampling=sampling, sampled_blocks=1, section=section)
 
 
 def _measured(

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro.base import checks, names
+from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Chunk
 from beltrepro.engine.noise import stream_key
 from beltrepro.engine.state import ChainState
-from beltrepro.model import ChainParameters
-from beltrepro.simulation import arguments
-from beltrepro.simulation.arguments import PerChain
-from beltrepro.simulation.checkpoints import once
-from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
+from beltrepro.simulation.groups import Report, integrator_of, observe
+from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.sampling import sampling_of
+from beltrepro.simulation.setup import Case, Chains, Keywords, check_lengths, setup_of, with_setup
 
 # Of twins at first, model length. Rounding is a tenth of the smallest.
 DISTANCES = (1e-12, 1e-9, 1e-6, 1e-4, 1e-2, 1.0)
@@ -27,25 +27,17 @@ _PER_DECADE = 2  # levels
 _DIRECTION = 2  # purpose of a random stream: in which direction a twin is moved
 
 
-@names.checked
+@with_setup
 def separation(
-    parameters: ChainParameters | Sequence[ChainParameters],
+    chains: Chains,
     *,
     duration: float,
     transient: float,
     levels: ArrayLike | None = None,
     distances: Sequence[float] = DISTANCES,
-    method: PerChain[str] = "event",
-    time_step: PerChain[float] = 0.001,
-    tolerance: PerChain[float | None] = None,
-    seed: PerChain[int] | None = None,
-    replicate: PerChain[int] | None = None,
-    initial_positions: ArrayLike | Sequence[ArrayLike] | None = None,
-    initial_spread: PerChain[float] = 0.0,
-    initial_state: PerChain[ChainState] | None = None,
-    kick: PerChain[float] = 0.0,
-    progress: Progress | None = None,
-) -> dict[str, np.ndarray]:
+    progress: Report | None = None,
+    **setup: Unpack[Keywords],
+) -> Results:
     """When each of P chains and twins of it are first apart by each of several levels.
 
     After the transient each chain gets D twins. The blocks of a twin are moved in a random
@@ -57,7 +49,7 @@ def separation(
 
     Parameters
     ----------
-    parameters : ChainParameters or sequence of them
+    chains : ChainParameters, sequence of them, Grid or Setup
         P chains.
     duration : float
         Model time of each run, the transient included.
@@ -67,27 +59,14 @@ def separation(
         Increasing, model length; if not given two in each decade, from the smallest distance to 10.
     distances : sequence of float
         Of the D twins at first, model length.
-    method : str or sequence of str
-        As in `simulate`.
-    time_step, tolerance : float or sequence of float
-        As in `simulate`.
-    seed, replicate : int or sequence of int
-        As in `simulate`.
-    initial_positions : array or sequence of arrays
-        As in `simulate`.
-    initial_spread : float or sequence of float
-        As in `simulate`.
-    initial_state : ChainState or sequence of them
-        As in `simulate`.
-    kick : float or sequence of float
-        Standard deviation of the displacement that each block gets when it starts to slip, model
-        length; for "event" only.
-    progress : callable
+    progress : callable, optional
         Called with the fraction done.
+    **setup
+        The keywords of `Setup`, `kick` among them.
 
     Returns
     -------
-    dict of arrays
+    Results
         levels (L,), distances (D,); passage_time (P, D, L), model time since the twins were moved
         at which one was first as far away; NaN where it never was, or begins further away.
 
@@ -98,48 +77,39 @@ def separation(
     ModelStateError
         A state left the range of the model.
     """
-    duration, transient = arguments.lengths(duration, transient)
+    duration, transient = check_lengths(duration, transient)
     apart = checks.several("distances", distances, checks.positive)
     sizes = _levels(levels, apart)
-    chains = points(
-        parameters,
-        method=method,
-        time_step=time_step,
-        tolerance=tolerance,
-        seed=seed,
-        replicate=replicate,
-        initial_positions=initial_positions,
-        initial_spread=initial_spread,
-        initial_state=initial_state,
-        kick=kick,
-    )
-    passage = np.full((len(chains), len(apart), len(sizes)), np.nan)
-    for group, report in groups(chains, progress):
-        members = [chains[index] for index in group]
-        passage[group] = once(_follow, members, duration, transient, apart, sizes, report)
-    return {"levels": sizes, "distances": apart, "passage_time": passage}
+    settings: dict[str, Any] = {"duration": duration, "transient": transient}
+    measure = partial(_followed, distances=apart, levels=sizes, **settings)
+    made = setup_of(chains, setup, kicks=True)
+    passages = gathered("separation", made, measure, progress, **settings)
+    passages |= {"levels": sizes, "distances": apart}
+    return passages
 
 
-def _levels(given: ArrayLike | None, distances: np.ndarray) -> np.ndarray:
+def _levels(sizes: ArrayLike | None, distances: np.ndarray) -> np.ndarray:
     """Levels at which the time is noted."""
-    if given is None:
+    if sizes is None:
         count = round(_PER_DECADE * np.log10(_LARGEST / distances.min())) + 1
         return np.geomspace(distances.min(), _LARGEST, max(count, 2))
-    levels = checks.several("levels", given, checks.positive)
+    levels = checks.several("levels", sizes, checks.positive)
     if levels.size < 2 or not np.all(np.diff(levels) > 0):
-        shown = checks.shown(given)
+        shown = checks.shown(sizes)
         raise InputError(f"levels = {shown}: at least two increasing ones above 0 are needed")
     return levels
 
 
-def _follow(
-    members: list[Point],
-    duration: float,
-    transient: float,
+def _followed(
+    group: np.ndarray,
+    members: list[Case],
+    report: Report,
+    *,
     distances: np.ndarray,
     levels: np.ndarray,
-    report: Progress,
-) -> np.ndarray:
+    duration: float,
+    transient: float,
+) -> dict[str, np.ndarray]:
     """Passage times (W, D, L) of a group."""
     sampling = sampling_of(None, members[0].method, members[0].time_step)
     before = integrator_of(members, sampling=sampling, sampled_blocks=1)
@@ -147,9 +117,9 @@ def _follow(
         observe(before, transient, [], lambda done: report(done * transient / duration))
     # variables of the scheme are made anew for all, since a twin has none
     firsts = [replace(state, scheme=None) for state in before.state()]
-    states = firsts + [_moved(state, each) for each in distances for state in firsts]
-    together = [replace(members[row % len(members)], state=each) for row, each in enumerate(states)]
-    chains = integrator_of(together, sampling=sampling, sampled_blocks=before.n_blocks)
+    states = firsts + [_moved(state, distance) for distance in distances for state in firsts]
+    cases = [replace(members[row % len(members)], state=state) for row, state in enumerate(states)]
+    chains = integrator_of(cases, sampling=sampling, sampled_blocks=before.n_blocks)
     passages = _Passages(len(members), distances, levels, chains.time)
     start, left = chains.time, duration - transient
     for chunk in chains.advance(start + left):
@@ -157,7 +127,7 @@ def _follow(
         report((transient + chunk.end - start) / duration)
         if passages.done:
             break
-    return passages.time
+    return {"passage_time": passages.time}
 
 
 def _moved(state: ChainState, distance: float) -> ChainState:
@@ -200,7 +170,7 @@ class _Passages:
                 self._note(chunk.time, farthest[:, twin, lane], twin, lane)
 
     def _note(self, times: np.ndarray, farthest: np.ndarray, twin: int, lane: int) -> None:
-        found = self.time[lane, twin]
+        passed = self.time[lane, twin]
         place = np.searchsorted(farthest, self._levels)
-        new = self._above[twin] & (place < len(farthest)) & np.isnan(found)
-        found[new] = times[place[new]] - self._start
+        new = self._above[twin] & (place < len(farthest)) & np.isnan(passed)
+        passed[new] = times[place[new]] - self._start

@@ -7,9 +7,9 @@ import numpy as np
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.clocks import REST, integrator_by
 from beltrepro.engine.integrator import Integrator, Sampling, Section
-from beltrepro.engine.tangent_integrator import TangentIntegrator
+from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.simulation import checkpoints
-from beltrepro.simulation.points import Point
+from beltrepro.simulation.setup import Case
 
 METHOD = "event"  # the only one with a tangent dynamics, that of the exact motion
 INTERVAL = 20.0  # model time between two orthonormalisations; e-folding takes 60 and more
@@ -18,27 +18,22 @@ _BATCHES = 32  # of the growth of one run, whose scatter is its error
 _SLOPE = 1.2  # variance of a slope of a random walk by least squares over that by its ends
 
 
-def check_method(points: Sequence[Point]) -> None:
-    """That all points are simulated by a method with a tangent dynamics."""
-    for point in points:
-        if point.method != METHOD:
-            raise InputError(f"method = {point.method!r}: only {METHOD!r} has a tangent dynamics")
-        if point.kick > 0:
-            raise InputError(f"kick = {point.kick:g}: the kicked motion has no tangent dynamics")
+def check_method(cases: Sequence[Case]) -> None:
+    """That all cases are simulated by a method with a tangent dynamics."""
+    for case in cases:
+        if case.method != METHOD:
+            raise InputError(f"method = {case.method!r}: only {METHOD!r} has a tangent dynamics")
 
 
 def with_vectors(
     before: Integrator,
-    members: Sequence[Point],
+    members: Sequence[Case],
     n_vectors: int,
     sampling: Sampling = NO_SAMPLES,
     section: Section | None = None,
     noise_clock: str = REST,
 ) -> TangentIntegrator:
-    """The chains of an integrator with random orthonormal vectors, the same for all.
-
-    members : the points that it has advanced so far.
-    """
+    """The chains that an integrator has advanced, with random orthonormal vectors, all the same."""
     chains = integrator_by(noise_clock)(
         before.state(),
         n_vectors=n_vectors,
@@ -67,10 +62,7 @@ def grow(
     observers: Sequence,
     report: Callable[[float], None],
 ) -> np.ndarray:
-    """Advance by `length` and orthonormalise at the end of each of its T intervals.
-
-    report : called with the fraction done. Returns the rates of growth (W, T, K) of the vectors.
-    """
+    """Advance by `length`; rates of growth (W, T, K) of the vectors in its T intervals."""
     begin, count = chains.time, count_intervals(length)
     growth: list[np.ndarray] = []
     with checkpoints.step() as step:

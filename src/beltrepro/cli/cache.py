@@ -6,19 +6,22 @@ import time
 from functools import partial
 from typing import Any
 
+from beltrepro.cli import options as shared
+
 
 def add(commands: Any) -> None:
     """Add the command."""
-    cache = commands.add_parser(
+    shared.command(
+        commands,
         "cache",
-        help="compile all integrators now, not when they are first needed",
-        description="Compile the machine code of all kinds of run for this processor: a minute or "
+        run,
+        "compile all integrators now, not when they are first needed",
+        "Compile the machine code of all kinds of run for this processor: a minute or "
         "two, once. Otherwise the first run of a kind does it, in up to 20 s.",
     )
-    cache.set_defaults(action=run)
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Simulate something of each kind for a moment."""
     logging.getLogger("beltrepro").addHandler(logging.NullHandler())  # it is told here
     for words, call in _kinds().items():
@@ -26,7 +29,6 @@ def run(options: argparse.Namespace) -> int:
         print(f"{words} ... ", end="", flush=True)
         call()
         print(f"{time.monotonic() - began:.1f} s")
-    return 0
 
 
 def _kinds() -> dict[str, Any]:
@@ -36,16 +38,15 @@ def _kinds() -> dict[str, Any]:
 
     quiet, noisy = ChainParameters(2, 10.0), ChainParameters(2, 10.0, 1.0)
     short: dict[str, Any] = {"duration": 30.0, "transient": 10.0}
-    kicked = partial(chaos.separation, method="event")
 
     def runs(chain: ChainParameters, method: str) -> None:
         for function in (simulation.simulate, simulation.scan, simulation.catalogue):
             function(chain, method=method, **short)
 
-    found: dict[str, Any] = {}
+    calls: dict[str, Any] = {}
     for words, chain in (("without noise", quiet), ("with noise", noisy)):
         for method in METHODS:
-            found[f"{method}, {words}"] = partial(runs, chain, method)
-        found[f"exponents, {words}"] = partial(chaos.exponents, chain, **short)
-        found[f"kicks, {words}"] = partial(kicked, chain, kick=0.1, **short)
-    return found
+            calls[f"{method}, {words}"] = partial(runs, chain, method)
+        calls[f"exponents, {words}"] = partial(chaos.lyapunov_spectrum, chain, **short)
+        calls[f"kicks, {words}"] = partial(chaos.separation, chain, kick=0.1, **short)
+    return calls

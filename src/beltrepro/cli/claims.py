@@ -13,62 +13,63 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from beltrepro.base.errors import InputError
+from beltrepro.cli import options as shared
 
 if TYPE_CHECKING:
-    from beltrepro.replication.report.findings.results import Result
+    from beltrepro.replication.report.results import Result
 
 
 def add(commands: Any) -> None:
     """Add the command."""
-    claims = commands.add_parser(
+    parser = shared.command(
+        commands,
         "claims",
-        help="print the verdicts of a run on the claims of the paper",
-        description="Print each claim of the paper with its verdict and the numbers it rests on: "
+        run,
+        "print the verdicts of a run on the claims of the paper",
+        "Print each claim of the paper with its verdict and the numbers it rests on: "
         "95 % intervals, and in brackets the allowed ranges.",
     )
-    option = claims.add_argument
+    option = parser.add_argument
     option("--preset", default="standard", metavar="NAME", help="run to read: results/NAME")
     option("--results", type=Path, metavar="FOLDER", help="another folder than results/NAME")
     option("--verdict", metavar="WORD", help="only claims with this verdict, as fails")
     option("--json", action="store_true", help="print everything as JSON")
-    claims.set_defaults(action=run)
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Print the table."""
-    from beltrepro.replication.report import findings
+    from beltrepro.replication.report.results import read
 
     folder = options.results or Path("results", options.preset)
-    found = list(findings.read(folder / "claims.csv", folder / "estimates.csv").values())
+    results = list(read(folder).values())
     if options.verdict:
-        known = {each.verdict for each in found}
-        if options.verdict not in known:
+        verdicts = {result.verdict for result in results}
+        if options.verdict not in verdicts:
             raise InputError(
                 f"--verdict {options.verdict}: no claim of {folder} has it; "
-                f"they have {', '.join(sorted(known))}"
+                f"they have {', '.join(sorted(verdicts))}"
             )
-        found = [each for each in found if each.verdict == options.verdict]
+        results = [result for result in results if result.verdict == options.verdict]
     if options.json:
-        print(json.dumps([_plain(each) for each in found], indent=1))
-        return 0
-    print(_table(found))
-    counts = Counter(each.verdict for each in found)
+        print(json.dumps([_plain(result) for result in results], indent=1))
+        return
+    print(_table(results))
+    counts = Counter(result.verdict for result in results)
     print("\n" + ", ".join(f"{count} {verdict}" for verdict, count in counts.most_common()))
-    return 0
 
 
 def _plain(result: Result) -> dict[str, Any]:
     """A claim as plain values; JSON has no infinity and no NaN, so such an end is null."""
     numbers = []
-    for each in result.counted.numbers.values():
-        ends = dict(zip(("allowed_low", "allowed_high"), each.allowed or (nan, nan), strict=True))
-        values = asdict(each.estimate) | ends
+    for number in result.counted.numbers.values():
+        ends = dict(zip(("allowed_low", "allowed_high"), number.allowed or (nan, nan), strict=True))
+        values = asdict(number.estimate) | ends
         del values["still_open"]  # not in the tables
         finite = {
             key: value if value is None or isfinite(value) else None
             for key, value in values.items()
         }
-        numbers.append({"name": each.name} | finite | {"verdict": each.verdict})
+        numbers.append({"name": number.name} | finite | {"verdict": number.verdict})
     return {
         "id": result.id,
         "figure": result.claim.figure,
@@ -77,6 +78,7 @@ def _plain(result: Result) -> dict[str, Any]:
         "paper": result.paper,
         "criterion": result.criterion,
         "verdict": result.verdict,
+        "reason": result.counted.reason,
         "note": result.counted.note,
         "estimates": numbers,
     }
@@ -88,12 +90,12 @@ def _table(results: list[Result]) -> str:
     width = max(30, shutil.get_terminal_size((110, 24)).columns - 50)
     rows = [
         (
-            each.id,
-            each.claim.figure,
-            each.verdict,
-            "\n".join(line for part in _parts(each) for line in textwrap.wrap(part, width)),
+            result.id,
+            result.claim.figure,
+            result.verdict,
+            "\n".join(line for part in _parts(result) for line in textwrap.wrap(part, width)),
         )
-        for each in results
+        for result in results
     ]
     return tabulate(rows, headers=("claim", "figure", "verdict", "measured"), tablefmt="simple")
 
@@ -101,8 +103,8 @@ def _table(results: list[Result]) -> str:
 def _parts(result: Result) -> list[str]:
     """One line for each number, or the reason where there are none."""
     return [
-        (f"{each.name}: " if each.name else "")
-        + each.words
-        + (f" [{each.allowed_words}]" if each.allowed_words else "")
-        for each in result.counted.numbers.values()
+        (f"{number.name}: " if number.name else "")
+        + number.words
+        + (f" [{number.allowed_words}]" if number.allowed_words else "")
+        for number in result.counted.numbers.values()
     ] or [result.counted.note]

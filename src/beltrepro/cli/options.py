@@ -1,23 +1,40 @@
 """What the commands share: options of a chain, grids, files to write, how a result is printed."""
 
 import argparse
+import inspect
 import json
 import math
+import re
 import sys
 from collections.abc import Callable, Iterable
-from dataclasses import fields
+from dataclasses import MISSING, Field, fields
 from itertools import takewhile
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any, NoReturn
 
 from beltrepro import ChainParameters
-from beltrepro.base.checks import shown
+from beltrepro.base.checks import shown, spaced
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint
 from beltrepro.base.progress import Progress
-from beltrepro.replication.plan.grids import values
-from beltrepro.replication.plan.quantities import LAW
+
+CHAIN = tuple(parameter.name for parameter in fields(ChainParameters))
+LAW = CHAIN[3:]  # what is left after number of blocks, belt velocity and noise
+NUMERICS = ("duration", "transient", "method", "time_step", "tolerance")
+JSON = "print the result as JSON"
+UNITS = """\
+All numbers are in model units: mass 0.1158 kg, spring constant 19.8 N/m, length 1.4 mm; so one unit
+of time is 0.0765 s, of velocity 0.0183 m/s, of force 0.0277 N. A paper-length run has duration 2e6
+and transient 1e6."""
+
+
+class _Paragraphs(argparse.HelpFormatter):
+    """Fills paragraphs, and keeps them apart."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        parts = text.split("\n\n")
+        return "\n\n".join(super(_Paragraphs, self)._fill_text(p, width, indent) for p in parts)
 
 
 class Parser(argparse.ArgumentParser):
@@ -31,10 +48,10 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """As of `ArgumentParser`, but a misspelt option is an error here, before a missing one."""
         args = sys.argv[1:] if args is None else list(args)
-        own: Iterable[str] = args
+        words: Iterable[str] = args
         if self._subparsers is not None:  # the rest is for the parser of a command
-            own = takewhile(lambda word: word.startswith("-"), args)
-        for word in takewhile(lambda word: word != "--", own):
+            words = takewhile(lambda word: word.startswith("-"), args)
+        for word in takewhile(lambda word: word != "--", words):
             name = word.partition("=")[0]
             if name.startswith("--") and name not in self._option_string_actions:
                 self.error(f"{name}: no such option{hint(name, self._option_string_actions)}")
@@ -45,8 +62,7 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """End with one line on stderr, and status 2."""
-        said = message.removeprefix("argument ")
-        self.exit(2, f"error: {said}; see {self.prog} --help\n")
+        self.exit(2, f"error: {message.removeprefix('argument ')}; see {self.prog} --help\n")
 
 
 def _number(text: str) -> float:
@@ -89,82 +105,115 @@ def _part(text: str, part: str) -> tuple[float, ...]:
         )
     if len(numbers) == 1:
         return numbers
-    span = dict(zip(("start", "stop", "step"), numbers, strict=True))
-    if span["step"] <= 0:
-        raise argparse.ArgumentTypeError(f"{shown(text)}: a step greater than 0 is needed")
-    return values(span, part, argparse.ArgumentTypeError)
+    try:
+        return spaced(part, *numbers)
+    except InputError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def command(
+    commands: Any,
+    name: str,
+    run: Callable[[argparse.Namespace], int | None],
+    words: str,
+    description: str,
+    epilog: str | None = None,
+) -> argparse.ArgumentParser:
+    """Add a command."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name, help=words, description=description, epilog=epilog, formatter_class=_Paragraphs
+    )
+    parser.set_defaults(action=run)
+    return parser
 
 
 def add_run(
-    command: argparse.ArgumentParser, *, method: str, seed: int | None, replicate: int | None
+    parser: argparse.ArgumentParser, *, seed: int | None = None, replicate: int | None = None
 ) -> None:
     """Options of a command that follows one chain."""
-    add_chain(command)
-    add_numerics(command, method=method)
-    add = command.add_argument
-    add("--seed", type=int, default=seed, help="fixes the random numbers; 1 if not given")
-    add(
-        "--replicate",
-        type=int,
-        default=replicate,
-        help=f"another one has other random numbers; {replicate or 0} if not given",
-    )
-    add("--json", action="store_true", help="print the result as JSON")
+    add_chain(parser)
+    add_numerics(parser)
+    option = parser.add_argument
+    option("--seed", type=int, default=seed, help="fixes the random numbers; 1 if not given")
+    words = "another one has other random numbers; 0 if not given"
+    option("--replicate", type=int, default=replicate, help=words)
+    option("--json", action="store_true", help=JSON)
 
 
-def add_numerics(command: argparse.ArgumentParser, *, method: str) -> None:
+def add_numerics(parser: argparse.ArgumentParser) -> None:
     """Options that say how long a chain is followed, and by what means."""
-    add = command.add_argument
-    add("--duration", type=float, required=True, help="time simulated, transient included")
-    add("--transient", type=float, default=0.0, help="time left out of what is measured")
-    add("--method", default=method, help=f"verlet, the paper's scheme, or event, exact ({method})")
-    add("--time-step", type=float, default=0.001, help="dt (paper: 0.001)")
-    add(
-        "--tolerance",
-        type=float,
-        help="truncation allowed in a step of event (its own: 1e-10, more with noise)",
-    )
+    option = parser.add_argument
+    option("--duration", type=float, required=True, help="time simulated, transient included")
+    option("--transient", type=float, default=0.0, help="time left out of what is measured (0)")
+    words = "event, exact, or verlet, the paper's scheme (event)"
+    option("--method", default="event", help=words)
+    option("--time-step", type=float, default=0.001, help="dt (paper: 0.001)")
+    words = "truncation allowed in a step of event (its own: 1e-10, more with noise)"
+    option("--tolerance", type=float, help=words)
+
+
+def add_spread(parser: argparse.ArgumentParser) -> None:
+    """Option of the random part of the start."""
+    words = "standard deviation of random displacements of the blocks at the start (0); "
+    words += "replicate 0 has none"
+    parser.add_argument("--initial-spread", type=float, default=0.0, help=words)
 
 
 def add_chain(
-    command: argparse.ArgumentParser,
+    parser: argparse.ArgumentParser,
     whole: Callable[[str], Any] = int,
     number: Callable[[str], Any] = float,
 ) -> None:
-    """Options that say which chain."""
-    add = command.add_argument
-    add("--n-blocks", type=whole, required=True, help="number of blocks N")
-    add("--belt-velocity", type=number, required=True, help="belt velocity u, units of 0.0183 m/s")
-    add("--noise", type=number, default="0", help="noise strength sigma, units of 0.0277 N")
-    law = command.add_argument_group("law of springs and friction, as in the paper if not given")
-    for each in LAW:
-        words = f"{each.symbol}: {each.description.rstrip('.')}; {each.default:g}"
-        law.add_argument(_option(each.name), type=number, default=f"{each.default:g}", help=words)
+    """Options that say which chain, with the words of `ChainParameters`."""
+    title = "law of springs and friction, as in the paper if not given"
+    law = parser.add_argument_group(title)
+    text = inspect.getdoc(ChainParameters) or ""
+    words = dict(re.findall(r"^(\w+) : .*\n    (.+)\.$", text, re.M))
+    for parameter in fields(ChainParameters):
+        group = law if parameter.name in LAW else parser
+        kind = whole if parameter.name == "n_blocks" else number
+        add_field(group, parameter, words.get(parameter.name, ""), kind)
 
 
-def add_output(command: argparse.ArgumentParser, words: str, **settings: Any) -> None:
+def add_field(group: Any, setting: Field, words: str, kind: Any = None) -> None:
+    """The option of a field of a dataclass, in a parser or a group of it."""
+    option = group.add_argument
+    name = f"--{setting.name.replace('_', '-')}"
+    kind = kind or (int if isinstance(setting.default, int) else float)
+    if setting.default is MISSING:
+        option(name, type=kind, required=True, help=words)
+    elif setting.default is None:
+        option(name, type=kind, help=words)
+    else:  # as text, so that a list of one is made of it where lists are taken
+        default = f"{setting.default:g}"
+        end = "" if default in words else f" ({default})"
+        option(name, type=kind, default=default, help=words.rstrip(".") + end)
+
+
+def add_output(parser: argparse.ArgumentParser, words: str, **settings: Any) -> None:
     """Options that name a file to write."""
-    command.add_argument("--output", type=Path, metavar="FILE", help=words, **settings)
-    command.add_argument("--force", action="store_true", help="overwrite the file of --output")
+    option = parser.add_argument
+    option("--output", type=Path, metavar="FILE", help=words, **settings)
+    option("--force", action="store_true", help="overwrite the file of --output")
 
 
 def chain_of(options: argparse.Namespace) -> ChainParameters:
     """The chain that the options describe."""
-    names = [each.name for each in fields(ChainParameters)]
-    return ChainParameters(**{name: getattr(options, name) for name in names})
+    return ChainParameters(**{name: getattr(options, name) for name in CHAIN})
 
 
-def own_constants(chain: ChainParameters) -> dict[str, float]:
-    """Constants of the law that differ from those of the paper."""
-    found = {each.name: getattr(chain, each.name) for each in LAW}
-    return {each.name: found[each.name] for each in LAW if found[each.name] != each.default}
+def of_chain(values: dict[str, Any]) -> dict[str, Any]:
+    """Quantities of a chain as they are printed: constants of the law where they are not usual."""
+    usual = {parameter.name: parameter.default for parameter in fields(ChainParameters)}
+    return {
+        name: value for name, value in values.items() if name not in LAW or value != usual[name]
+    }
 
 
-def numerics(options: argparse.Namespace) -> dict[str, Any]:
+def settings_of(options: argparse.Namespace) -> dict[str, Any]:
     """How a chain is followed."""
-    names = ("duration", "transient", "method", "time_step", "tolerance", "seed", "replicate")
-    progress = progress_of(chain_of(options).describe())
-    return {name: getattr(options, name) for name in names} | {"progress": progress}
+    settings = {name: getattr(options, name) for name in (*NUMERICS, "seed", "replicate")}
+    return settings | {"progress": progress_of(chain_of(options).describe())}
 
 
 def progress_of(label: str) -> Progress | None:
@@ -172,15 +221,11 @@ def progress_of(label: str) -> Progress | None:
     return Progress(label) if sys.stderr.isatty() else None
 
 
-def _option(name: str) -> str:
-    return f"--{name.replace('_', '-')}"
-
-
 def print_result(result: dict, as_json: bool) -> None:
     """Print a result, a line for each value."""
     if as_json:
-        known = {name: None if value != value else value for name, value in result.items()}
-        print(json.dumps(known, indent=2))
+        plain = {name: None if value != value else value for name, value in result.items()}
+        print(json.dumps(plain, indent=2))
         return
     width = max(map(len, result))
     for name, value in result.items():

@@ -1,38 +1,40 @@
 """`beltrepro plot`: the picture of a run."""
 
 import argparse
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from beltrepro.base.errors import needing
 from beltrepro.cli import options as shared
 
 
 def add(commands: Any) -> None:
     """Add the command."""
-    plot = commands.add_parser(
+    parser = shared.command(
+        commands,
         "plot",
-        help="draw a run",
-        description="Draw x_N(t), r as it settles, and the slips of each block, of a run that "
+        run,
+        "draw a run",
+        "Draw x_N(t), r as it settles, and the slips of each block, of a run that "
         "`beltrepro simulate --output` wrote. In Python: beltrepro.Run.plot.",
     )
-    plot.add_argument("run", type=Path, help="the file of the run, .h5")
+    option = parser.add_argument
+    option("run", type=Path, help="the file of the run, .h5")
     words = "write the figure, .png, .pdf or .svg; without it a window opens, or the figure is "
     words += "written beside the run as .png where there is no display"
-    shared.add_output(plot, words)
-    plot.set_defaults(action=run)
+    shared.add_output(parser, words)
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Draw the run."""
     shared.check_output(options, ".png", ".pdf", ".svg")
     from beltrepro.simulation import Run
 
     drawn = Run.load(options.run)
-    pictures = import_module("beltrepro.replication.drawing.run")  # by name, as in Run.plot
-    if options.output is None and not pictures.can_be_shown():
+    with needing("a picture of a run"):
+        from beltrepro.simulation import picture
+    if options.output is None and not picture.can_be_shown():
         options.output = options.run.with_suffix(".png")
         shared.check_output(options)
         print(f"no display: the figure is written to {options.output}")
     drawn.plot(options.output)
-    return 0

@@ -3,57 +3,53 @@
 import argparse
 from typing import Any
 
+from beltrepro.base.errors import needing
 from beltrepro.cli import options as shared
-from beltrepro.replication.plan.quantities import LAW
 
-_CHAIN = ("n_blocks", "belt_velocity", "noise", *(each.name for each in LAW))
-_SETTINGS = ("duration", "transient", "method", "time_step", "tolerance", "seed")
 _SHOWN = ("disorder_parameter", "mean_length", "section_count", "laminar_fraction")
 
 
 def add(commands: Any) -> None:
     """Add the command."""
-    scan = commands.add_parser(
+    parser = shared.command(
+        commands,
         "scan",
-        help="measure r over a grid of chains",
-        description="Simulate chains at every combination of some values and measure r, the mean "
-        "length, slips and laminar phases of each. A quantity of the chain is a number, a list "
-        "1,2,5 or a range START:STOP:STEP with both ends.",
+        run,
+        "measure r over a grid of chains",
+        "Simulate chains at every combination of some values and measure r, the mean length, slips "
+        "and laminar phases of each. A quantity of the chain is a number, a list 1,2,5 or a range "
+        "START:STOP:STEP with both ends.",
         epilog="All numbers are in model units, as in `beltrepro simulate --help`. In Python: "
-        "beltrepro.scan_grid.",
+        "beltrepro.scan and beltrepro.Grid.",
     )
-    shared.add_chain(scan, shared.whole_grid, shared.grid)
-    shared.add_numerics(scan, method="event")
-    option = scan.add_argument
+    option = parser.add_argument
+    shared.add_chain(parser, shared.whole_grid, shared.grid)
+    shared.add_numerics(parser)
     option("--seed", type=int, default=1, help="fixes the random numbers (1)")
     option("--replicates", type=int, default=1, help="runs at each combination (1)")
-    option(
-        "--initial-spread",
-        type=float,
-        default=1.0,
-        help="standard deviation of random displacements of the blocks at the start (1); "
-        "replicate 0 has none",
-    )
+    shared.add_spread(parser)
     option("--json", action="store_true", help="print the table as JSON")
-    shared.add_output(scan, "write the table to this .csv file, or all arrays to this .h5 file")
-    scan.set_defaults(action=run)
+    shared.add_output(parser, "write the table to this .csv file, or all arrays to this .h5 file")
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Scan a grid, and print or write the table."""
     shared.check_output(options, ".csv", ".h5")
-    from beltrepro.simulation.grid_scan import scan_grid
+    from beltrepro.simulation import Grid, scan
 
-    axes = {name: getattr(options, name) for name in _CHAIN}
-    own = {name: getattr(options, name) for name in (*_SETTINGS, "replicates", "initial_spread")}
-    found = scan_grid(**axes, **own, progress=shared.progress_of("scan"))
-    table = found.table()
+    if options.json or options.output is None or options.output.suffix.lower() == ".csv":
+        with needing("a table"):  # before hours of computing
+            import pandas  # noqa: F401
+    grid = Grid(**{name: getattr(options, name) for name in (*shared.CHAIN, "replicates")})
+    settings = {name: getattr(options, name) for name in (*shared.NUMERICS, "seed")}
+    spread, progress = options.initial_spread, shared.progress_of("scan")
+    results = scan(grid, **settings, initial_spread=spread, section_values=0, progress=progress)
     if options.output:
-        found.save(options.output)
+        results.save(options.output)
     if options.json:
-        print(table.to_json(orient="records", indent=2, double_precision=15))
+        print(results.table().to_json(orient="records", indent=2, double_precision=15))
     elif options.output:
-        print(f"{options.output}: {len(table)} points")
+        print(f"{options.output}: {len(grid)} points")
     else:
-        print(table[[*found.axes, *_SHOWN]].to_string(index=False, float_format="{:.6g}".format))
-    return 0
+        table = results.table()[[*results.axes, *_SHOWN]]
+        print(table.to_string(index=False, float_format="{:.6g}".format))

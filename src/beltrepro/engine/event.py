@@ -50,9 +50,14 @@ from beltrepro.engine.candidates import (
     new_candidates,
     taylor_step,
 )
-from beltrepro.engine.friction import kinetic_friction, slip_direction
-from beltrepro.engine.law import Law, branch_at, extension, stored_energy
-from beltrepro.engine.memory import zeros
+from beltrepro.engine.law import (
+    Law,
+    branch_at,
+    extension,
+    kinetic_friction,
+    slip_direction,
+    stored_energy,
+)
 from beltrepro.engine.noise import normal_pair, normal_pairs_where
 from beltrepro.engine.records import CONTACT, DONE, STORM, full_buffer, record_event
 from beltrepro.engine.simd import (
@@ -84,7 +89,12 @@ from beltrepro.engine.taylor import (
     new_series,
     start_springs,
 )
-from beltrepro.engine.vector import inlined, kernel, separate_arrays
+from beltrepro.engine.vector import (
+    inlined,
+    kernel,
+    separate_arrays,
+    zeros,
+)
 from beltrepro.model.accuracy import NOISE_CELL, NOISY_ORDER, ORDER
 
 # Cells of the noise are shorter where v_r is nearer to zero than so many standard deviations.

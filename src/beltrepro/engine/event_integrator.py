@@ -5,10 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from beltrepro.engine import event
-from beltrepro.engine.integrator import Chunk
-from beltrepro.engine.memory import aligned, zeros
+from beltrepro.engine.integrator import Chunk, SeriesIntegrator
 from beltrepro.engine.records import STORM
-from beltrepro.engine.series_integrator import SeriesIntegrator
+from beltrepro.engine.vector import aligned, zeros
 from beltrepro.model.accuracy import NOISE_SHARE, TOLERANCE
 
 # A chain that takes more steps than these in a chunk is stopped: at any moment, and in a unit of
@@ -28,7 +27,7 @@ class EventIntegrator(SeriesIntegrator):
     """
 
     name = "event"
-    _own = ("branch", "branch_changed", "cell", "noise_force")
+    _scheme_fields = ("branch", "branch_changed", "cell", "noise_force")
     # what follows the chains: functions, and what they keep
     _hooks = event.NO_HOOKS
     _companion: tuple = ()
@@ -60,7 +59,7 @@ class EventIntegrator(SeriesIntegrator):
         # chains with noise and without have kernels of their own, which leave the others alone
         quiet, noisy = event.advance_kernels(self._hooks)
         kernels = ((quiet, self._noise == 0), (noisy, self._noise > 0))
-        self._kernels = [kernel for kernel, own in kernels if own.any()]
+        self._kernels = [kernel for kernel, lanes in kernels if lanes.any()]
         self.reinit(states)
 
     def _empty_chains(self):

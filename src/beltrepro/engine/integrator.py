@@ -6,7 +6,7 @@ memory of a run does not grow with its length. Observers (`beltrepro.observe`) r
 
 import dataclasses
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -15,10 +15,19 @@ import numpy as np
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.engine import simd
 from beltrepro.engine.law import law_constants
-from beltrepro.engine.memory import aligned, zeros
 from beltrepro.engine.noise import STATE_WORDS
-from beltrepro.engine.records import EVENT_FIELDS, Crossings, Events
-from beltrepro.engine.state import ChainState, Scheme
+from beltrepro.engine.records import (
+    CONTACT,
+    CROSSINGS_FULL,
+    EVENT_FIELDS,
+    EVENTS_FULL,
+    Crossings,
+    Events,
+    Records,
+    Samples,
+)
+from beltrepro.engine.state import ChainState, Scheme, scheme_variables, settled
+from beltrepro.engine.vector import aligned, zeros
 from beltrepro.model.spring import potential_energy
 
 GROUP_SIZE = 32  # chains advanced together, at most
@@ -26,6 +35,7 @@ CUT_TIME = 250.0  # chunks end at its multiples: a run that is cut there has the
 _CHUNK_SAMPLES = 4000  # about, at most
 _ROUNDING = 1e-9  # share of a chunk or an interval by which an instant may miss a multiple
 _CONTACT = "blocks pass through each other"
+_LARGEST_BUFFER = 2**30  # bytes; chunks of the longest chains need a tenth of that
 _EVENTS = 4096
 _CROSSINGS = 1024
 
@@ -72,6 +82,17 @@ class Sampling(NamedTuple):
     def interval(self) -> float:
         """Model time between samples."""
         return self.steps * self.step
+
+
+class Lanes(NamedTuple):
+    """What chains do now, in whatever scheme; arrays (N, lanes), by the names of `ChainState`."""
+
+    displacements: np.ndarray  # from the rest positions
+    relative_velocities: np.ndarray
+    directions: np.ndarray
+    thresholds: np.ndarray
+    friction_losses: np.ndarray  # friction force times slip since the audit began
+    wall_impulse: np.ndarray  # (lanes,) integral of the first spring's pull since then
 
 
 class Integrator:
@@ -132,20 +153,14 @@ class Integrator:
 
     def state(self) -> list[ChainState]:
         """The states of the W chains now."""
-        columns = {
-            "displacements": self._displacements(),
-            "relative_velocities": self._relative_velocities(),
-            "directions": self._directions(),
-            "thresholds": self._thresholds(),
-            "friction_losses": self._friction_losses(),
-            "stream": self._streams,
-        }
-        wall_impulses = self._wall_impulses()
+        columns = {**self._lanes()._asdict(), "stream": self._streams}
+        del columns["wall_impulse"]
+        impulses = self._lanes().wall_impulse
         return [
             dataclasses.replace(
                 state,
                 time=self.time,
-                wall_impulse=float(wall_impulses[lane]),
+                wall_impulse=float(impulses[lane]),
                 scheme=Scheme(self.name, self.time_step, self._scheme_variables(lane)),
                 **{name: values[:, lane].copy() for name, values in columns.items()},
             )
@@ -166,9 +181,9 @@ class Integrator:
         self._set_time(states[0].time)
         for lane, chain in enumerate(self._source):
             state = states[chain]
-            variables = state.variables(self.name, self.time_step)
+            variables = scheme_variables(state, self.name, self.time_step)
             if variables is None:
-                state = state.settled()
+                state = settled(state)
                 variables = self._new_variables(state)
             self._streams[:, lane] = state.stream
             self._write(lane, state, variables)
@@ -195,39 +210,19 @@ class Integrator:
         """Variables of the scheme of a lane, now."""
         raise NotImplementedError
 
-    def _displacements(self) -> np.ndarray:
-        """(N, lanes) from the rest positions, now."""
-        raise NotImplementedError
-
-    def _relative_velocities(self) -> np.ndarray:
-        """(N, lanes) now."""
-        raise NotImplementedError
-
-    def _directions(self) -> np.ndarray:
-        """(N, lanes) now."""
-        raise NotImplementedError
-
-    def _thresholds(self) -> np.ndarray:
-        """(N, lanes) now."""
-        raise NotImplementedError
-
-    def _friction_losses(self) -> np.ndarray:
-        """(N, lanes) friction force times slip since the audit began."""
-        raise NotImplementedError
-
-    def _wall_impulses(self) -> np.ndarray:
-        """(lanes,) integral of the first spring's pull since the audit began."""
+    def _lanes(self) -> Lanes:
+        """What all chains do now."""
         raise NotImplementedError
 
     # --- what follows from it ---
 
     def positions(self) -> np.ndarray:
         """Positions (W, N) of the blocks now."""
-        return self._of_chains(self._displacements()) + self.parameters[0].rest_positions
+        return self._of_chains(self._lanes().displacements) + self.parameters[0].rest_positions
 
     def velocities(self) -> np.ndarray:
         """Velocities (W, N) of the blocks now, in the laboratory frame."""
-        return self._of_chains(self._relative_velocities() + self._belt_velocity)
+        return self._of_chains(self._lanes().relative_velocities + self._belt_velocity)
 
     def energy_residual(self) -> np.ndarray:
         """Energy balance (W,): what it does not account for, as a share of the belt's work.
@@ -239,9 +234,9 @@ class Integrator:
         initial_momentum = np.array([state.initial_momentum for state in self._begun])
         initial_energy = np.array([state.initial_energy for state in self._begun])
         momentum = self.velocities().sum(axis=1) - initial_momentum
-        impulse = momentum + self._wall_impulses()[: self._width]
+        impulse = momentum + self._lanes().wall_impulse[: self._width]
         belt = self._belt_velocity[: self._width] * impulse
-        loss = self._of_chains(self._friction_losses()).sum(axis=1)
+        loss = self._of_chains(self._lanes().friction_losses).sum(axis=1)
         energy = potential_energy(self.positions(), self.parameters[0])
         energy += (self.velocities() ** 2).sum(axis=1) / 2
         missing = belt - loss - (energy - initial_energy)
@@ -304,4 +299,87 @@ class Integrator:
         raise ModelStateError(
             f"{self.parameters[lane].describe()}: {reason} at t = {time:g} "
             f"(time_step = {self.time_step:g})"
+        )
+
+
+class SeriesIntegrator(Integrator):
+    """Buffers for kernels that use `beltrepro.engine.taylor`.
+
+    A subclass has its state in `_chains`, a named tuple of arrays whose last axis is that of the
+    chains, among them displacement, velocity, direction, threshold, dissipated (N, W) and
+    wall_impulse (W,). Those that only this scheme has are named in `_scheme_fields`.
+    """
+
+    _scheme_fields: tuple[str, ...]
+
+    def __init__(self, states, **settings):
+        super().__init__(states, **settings)
+        # samples of a chain lie side by side: it writes where it has just written
+        rows, *columns = self._samples.shape
+        self._sample_columns = zeros((*columns, rows))
+        self._samples = np.moveaxis(self._sample_columns, -1, 0)
+
+    def _advance(self, kernel: Callable[[Records], int], first: float, interval: float, count: int):
+        """Call a kernel until no buffer is full; the buffers are doubled, which changes no bit.
+
+        kernel : goes on where it has stopped, with the records as they are then.
+        first, interval, count : of the samples, see `Samples`.
+
+        Returns what it said at last: DONE or STORM. CONTACT stops the run.
+        """
+        samples = Samples(
+            values=self._sample_columns,
+            following=zeros(len(self._noise), dtype=np.int64),
+            first_block=self._first_sampled,
+            first=first,
+            interval=interval,
+            count=count,
+        )
+        while True:
+            status = kernel(Records(samples, self._events, self._crossings))
+            if status == EVENTS_FULL:
+                self._events = self._doubled(self._events)
+            elif status == CROSSINGS_FULL:
+                self._crossings = self._doubled(self._crossings)
+            elif status == CONTACT:
+                lane = int(np.argmin(self._gaps().min(axis=1)))
+                self._stop_at_contact(lane, self._reached(lane))
+            else:
+                return status
+
+    def _doubled(self, buffer):
+        if buffer.rows.nbytes > _LARGEST_BUFFER // 2:
+            lane = int(np.argmax(buffer.count[: self._width]))
+            reason = f"{buffer.count[lane]} events since t = {self.time:g} are too many to record"
+            self._stop(lane, reason, self._reached(lane))
+        return buffer._replace(rows=np.concatenate([buffer.rows] * 2, axis=1))
+
+    def _reached(self, lane: int) -> float:
+        """Instant that a chain has reached in the chunk under way."""
+        raise NotImplementedError
+
+    def _write(self, lane, state, variables):
+        values = variables | {
+            "displacement": state.displacements,
+            "velocity": state.relative_velocities,
+            "direction": state.directions,
+            "threshold": state.thresholds,
+            "dissipated": state.friction_losses,
+            "wall_impulse": state.wall_impulse,
+        }
+        for name, value in values.items():
+            getattr(self._chains, name)[..., lane] = value
+
+    def _scheme_variables(self, lane):
+        return {name: getattr(self._chains, name)[..., lane].copy() for name in self._scheme_fields}
+
+    def _lanes(self):
+        chains = self._chains
+        return Lanes(
+            chains.displacement,
+            chains.velocity,
+            chains.direction,
+            chains.threshold,
+            chains.dissipated,
+            chains.wall_impulse,
         )

@@ -1,19 +1,21 @@
 """Random kicks: `event`, disturbed at each start of a slip as a scheme in time steps disturbs it.
 
-A scheme in time steps lets slips start late (`beltrepro.model.disturbance`). A kick does what a
+A scheme in time steps lets slips start late (`beltrepro.model.scheme_error`). A kick does what a
 late start does: it moves a block along the chain at the instant at which its slip starts. Its speed
 does not change. The energy that the springs lose counts as a loss of the block, so that the energy
 balance closes.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from beltrepro.engine.event import SLIP, Hooks
+from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.law import branch_at, stored_energy
 from beltrepro.engine.noise import normal_pair
-from beltrepro.engine.vector import inlined
+from beltrepro.engine.vector import aligned, inlined
 
 
 class Kicks(NamedTuple):
@@ -62,3 +64,18 @@ def _stretch(spring, chain, chains):
 
 
 HOOKS = Hooks(event_applied=kick)
+
+
+class KickedIntegrator(EventIntegrator):
+    """Chains integrated by `event`, with a random kick at each start of a slip.
+
+    Parameters as for `EventIntegrator`, and sizes : standard deviation of the kicks of each of the
+    W chains, model length. The deviates come from the streams of the chains, which their states
+    carry: a run goes on where it has stopped.
+    """
+
+    _hooks = HOOKS
+
+    def __init__(self, states, *, sizes: Sequence[float], **settings):
+        super().__init__(states, **settings)
+        self._companion = Kicks(aligned(np.asarray(sizes, dtype=float)[self._source]))

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from beltrepro.engine.simd import fma, select
 from beltrepro.engine.vector import LOG2_E, exp2, inlined
 from beltrepro.model import ChainParameters
+from beltrepro.model.friction import next_direction_rule, slip_direction_rule
 
 
 class Law(NamedTuple):
@@ -104,3 +105,13 @@ def branch_at(deformation, law):
     if deformation > law.linear_limit:
         return 1.0
     return -1.0 if deformation < -law.linear_limit else 0.0
+
+
+slip_direction = inlined(slip_direction_rule(select))
+next_direction = inlined(next_direction_rule(select, slip_direction))
+
+
+@inlined
+def kinetic_friction(law):
+    """Mean kinetic friction force."""
+    return law.static_friction * law.friction_ratio

@@ -24,11 +24,14 @@ from beltrepro.engine.candidates import (
     new_candidates,
     taylor_step,
 )
-from beltrepro.engine.friction import kinetic_friction, next_direction
-from beltrepro.engine.law import Law, expand_spring, tension
-from beltrepro.engine.memory import zeros
+from beltrepro.engine.law import (
+    Law,
+    expand_spring,
+    kinetic_friction,
+    next_direction,
+    tension,
+)
 from beltrepro.engine.records import CONTACT, DONE, full_buffer, record_event
-from beltrepro.engine.scheme import scheme_velocity
 from beltrepro.engine.simd import (
     LANES,
     extract,
@@ -57,7 +60,13 @@ from beltrepro.engine.taylor import (
     new_series,
     polynomial,
 )
-from beltrepro.engine.vector import inlined, kernel, separate_arrays
+from beltrepro.engine.vector import (
+    inlined,
+    kernel,
+    separate_arrays,
+    zeros,
+)
+from beltrepro.engine.verlet import scheme_velocity
 from beltrepro.model.accuracy import ORDER
 
 _RESOLUTION = 1e-15  # share of a leap by which the instant of an event may be missed

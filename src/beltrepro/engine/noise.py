@@ -70,7 +70,6 @@ _C4 = 59.2201689582961
 
 _LN2 = 0.6931471805599453
 _ONE_BITS = 0x3FF0000000000000
-_MANTISSA = 0x000FFFFFFFFFFFFF
 _SQRT_HALF_BITS = 0x3FE6A09E667F3BCD
 _SIGN = np.int64(-(1 << 63))
 _ROUNDING = 6755399441055744.0
@@ -140,37 +139,28 @@ def _box_muller(word):
     return a, b
 
 
-@inlined
-def normal_pairs(states, lane):
-    """Two standard normal deviates for each of the eight chains from `lane` on."""
-    s0, s1, s2, s3 = (
-        load(states, (0, lane)),
-        load(states, (1, lane)),
-        load(states, (2, lane)),
-        load(states, (3, lane)),
-    )
-    word, s0, s1, s2, s3 = _next(s0, s1, s2, s3)
-    store(states, (0, lane), s0)
-    store(states, (1, lane), s1)
-    store(states, (2, lane), s2)
-    store(states, (3, lane), s3)
-    return _box_muller(word)
+def _drawing(load_words):
+    """The function that draws for as many chains as `load_words` reads at once."""
+
+    def _draw(states, lane):
+        word, s0, s1, s2, s3 = _next(
+            load_words(states, (0, lane)),
+            load_words(states, (1, lane)),
+            load_words(states, (2, lane)),
+            load_words(states, (3, lane)),
+        )
+        store(states, (0, lane), s0)
+        store(states, (1, lane), s1)
+        store(states, (2, lane), s2)
+        store(states, (3, lane), s3)
+        return _box_muller(word)
+
+    return inlined(_draw)
 
 
-@inlined
-def normal_pairs_wide(states, lane):
-    """As `normal_pairs`, for sixteen chains."""
-    word, s0, s1, s2, s3 = _next(
-        load_wide(states, (0, lane)),
-        load_wide(states, (1, lane)),
-        load_wide(states, (2, lane)),
-        load_wide(states, (3, lane)),
-    )
-    store(states, (0, lane), s0)
-    store(states, (1, lane), s1)
-    store(states, (2, lane), s2)
-    store(states, (3, lane), s3)
-    return _box_muller(word)
+# two standard normal deviates for each of the chains from a lane on: of eight, of sixteen
+normal_pairs = _drawing(load)
+normal_pairs_wide = _drawing(load_wide)
 
 
 @inlined

@@ -1,7 +1,7 @@
 """Vectors of eight or sixteen chains as values inside kernels.
 
 `float64x8`, `int64x8` and `mask8` are numba types that compile to one vector register (or to two or
-four on processors with narrower ones), `float64x16` and so on to two: with every operation done on
+four on processors with narrower ones), those of sixteen to two: with every operation done on
 two registers in turn, the processor has work while it waits for a result. They take the usual
 operators, and scalars spread over all lanes, so a kernel reads like the formula for one chain.
 Operations round lane by lane as IEEE arithmetic does: what a chain does cannot depend on its
@@ -36,7 +36,6 @@ _FLOATS, _INTEGERS, _MASKS = (
     for scalar, element in (("float64", _DOUBLE), ("int64", _INT64), ("mask", _BIT))
 )
 float64x8, int64x8, mask8 = _FLOATS[LANES], _INTEGERS[LANES], _MASKS[LANES]
-float64x16, int64x16, mask16 = _FLOATS[WIDE_LANES], _INTEGERS[WIDE_LANES], _MASKS[WIDE_LANES]
 
 
 def _llvm(vector):

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
-from beltrepro.engine.memory import aligned, zeros
 from beltrepro.engine.noise import normal_deviates, stream_states
 from beltrepro.engine.simd import LANES
+from beltrepro.engine.vector import aligned, zeros
 from beltrepro.model import ChainParameters
 from beltrepro.model.friction import next_direction
 from beltrepro.model.parameters import LONGEST
@@ -111,6 +111,7 @@ class ChainState:
         Returns
         -------
         ChainState
+            From which a run can begin.
 
         Raises
         ------
@@ -138,14 +139,21 @@ class ChainState:
 
         Parameters
         ----------
-        parameters, positions, time, seed, replicate
-            As for `at_rest`.
+        parameters : ChainParameters
+            The chain.
+        positions : array (N,)
+            Of the blocks, model length; undeformed springs if not given.
         velocities : array (N,)
             Of the blocks in the laboratory frame, model velocity; that of the belt if not given.
+        time : float
+            Instant, model time.
+        seed, replicate : int
+            Key of the random stream, with the parameters; the thresholds are its first numbers.
 
         Returns
         -------
         ChainState
+            From which a run can begin.
 
         Raises
         ------
@@ -208,6 +216,7 @@ class ChainState:
         Returns
         -------
         ChainState
+            At the same time, with the same random stream.
 
         Raises
         ------
@@ -219,8 +228,8 @@ class ChainState:
         if positions is not None:
             displacements = checks.positions("positions", positions, len(rest)) - rest
         if velocities is not None:
-            given = checks.numbers("velocities", velocities, len(rest))
-            relative = given - self.parameters.belt_velocity
+            velocities = checks.numbers("velocities", velocities, len(rest))
+            relative = velocities - self.parameters.belt_velocity
         directions = np.sign(relative) if velocities is not None else self.directions
         state = dataclasses.replace(
             self,
@@ -268,8 +277,7 @@ class ChainState:
         deviates = (self.thresholds - old.static_friction) / old.noise if old.noise > 0 else 0.0
         thresholds = np.zeros(old.n_blocks) + parameters.static_friction
         thresholds += parameters.noise * deviates
-        kept = (old.static_friction, old.noise)
-        if kept == (parameters.static_friction, parameters.noise):
+        if (old.static_friction, old.noise) == (parameters.static_friction, parameters.noise):
             thresholds = self.thresholds
         state = dataclasses.replace(
             self,
@@ -294,6 +302,7 @@ class ChainState:
         Returns
         -------
         ChainState
+            The same one if the key is.
 
         Raises
         ------
@@ -305,31 +314,6 @@ class ChainState:
             return self
         stream, _ = _drawn(self.parameters, seed, replicate)
         return dataclasses.replace(self, seed=seed, replicate=replicate, stream=stream)
-
-    def variables(self, integrator: str, time_step: float) -> dict[str, np.ndarray] | None:
-        """Variables of the scheme, if that integrator made the state with that time step."""
-        if self.scheme is None:
-            return None
-        same = (self.scheme.integrator, self.scheme.time_step) == (integrator, time_step)
-        return self.scheme.variables if same else None
-
-    def settled(self) -> ChainState:
-        """This state without variables of a scheme, the stick and slip rules applied.
-
-        A scheme in steps may hold a block that is to turn in the next step: it slips one way and
-        already moves the other.
-        """
-        relative = self.relative_velocities
-        turning = (self.directions != 0) & (self.directions * relative <= 0)
-        ruled = next_direction(self.directions, relative, self.forces, self.thresholds)
-        directions = np.where(turning, ruled, self.directions)
-        backwards = directions * relative <= 0
-        return dataclasses.replace(
-            self,
-            directions=directions,
-            relative_velocities=np.where(backwards, 0.0, relative),
-            scheme=None,
-        )
 
     def _audited_anew(self) -> ChainState:
         # in the frame of the belt first: for blocks at rest there the sums round like a product
@@ -360,6 +344,35 @@ class ChainState:
         if not isinstance(other, ChainState):
             return NotImplemented
         return equal_fields(self, other)
+
+
+def scheme_variables(
+    state: ChainState, integrator: str, time_step: float
+) -> dict[str, np.ndarray] | None:
+    """Variables of the scheme, if that integrator made the state with that time step."""
+    scheme = state.scheme
+    if scheme and (scheme.integrator, scheme.time_step) == (integrator, time_step):
+        return scheme.variables
+    return None
+
+
+def settled(state: ChainState) -> ChainState:
+    """A state without variables of a scheme, the stick and slip rules applied.
+
+    A scheme in steps may hold a block that is to turn in the next step: it slips one way and
+    already moves the other.
+    """
+    relative = state.relative_velocities
+    turning = (state.directions != 0) & (state.directions * relative <= 0)
+    ruled = next_direction(state.directions, relative, state.forces, state.thresholds)
+    directions = np.where(turning, ruled, state.directions)
+    backwards = directions * relative <= 0
+    return dataclasses.replace(
+        state,
+        directions=directions,
+        relative_velocities=np.where(backwards, 0.0, relative),
+        scheme=None,
+    )
 
 
 def equal_fields(one, other) -> bool:

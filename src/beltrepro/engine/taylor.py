@@ -17,9 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from beltrepro.engine.law import curved_branch
-from beltrepro.engine.memory import zeros
 from beltrepro.engine.simd import LANES, fma, load, maximum, minimum, select, spread, store
-from beltrepro.engine.vector import inlined
+from beltrepro.engine.vector import inlined, zeros
 from beltrepro.model.accuracy import ORDER
 
 # Functions take the order of the positions as an argument, a constant of the kernel that calls

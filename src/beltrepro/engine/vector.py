@@ -8,15 +8,19 @@ vectors. Functions here round the same way for one chain and for a vector of the
 import functools
 import hashlib
 import inspect
+import math
 import pathlib
 
 import numba
+import numpy as np
 from llvmlite import ir
 from numba.core import types
 from numba.extending import intrinsic
 
 from beltrepro.engine.kernel_cache import KernelCacheFile
 from beltrepro.engine.simd import as_bits, fma, from_bits, select
+
+_LINE = 64  # bytes of a cache line and of a vector of eight doubles
 
 
 @functools.cache
@@ -97,6 +101,23 @@ def separate_arrays(typing_context):
         return context.get_dummy_value()
 
     return types.void(), generate
+
+
+def zeros(shape, dtype=np.float64) -> np.ndarray:
+    """np.zeros that starts on a cache line, so that no vector lies across two of them."""
+    shape = (shape,) if isinstance(shape, int) else tuple(shape)
+    size = math.prod(shape) * np.dtype(dtype).itemsize
+    buffer = np.zeros(size + _LINE, dtype=np.uint8)
+    start = -buffer.ctypes.data % _LINE
+    return buffer[start : start + size].view(dtype).reshape(shape)
+
+
+def aligned(values) -> np.ndarray:
+    """A copy of an array that starts on a cache line."""
+    values = np.asarray(values)
+    copy = zeros(values.shape, values.dtype)
+    copy[...] = values
+    return copy
 
 
 # 1.5 * 2^52: adding it leaves the nearest integer in the low bits of the sum.

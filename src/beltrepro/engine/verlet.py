@@ -27,12 +27,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltrepro.engine.friction import next_direction
-from beltrepro.engine.law import Law, expand_spring, tension
-from beltrepro.engine.memory import zeros
+from beltrepro.engine.law import (
+    Law,
+    expand_spring,
+    next_direction,
+    tension,
+)
 from beltrepro.engine.noise import normal_pairs_wide
 from beltrepro.engine.records import Crossings, Events, record_event
-from beltrepro.engine.scheme import scheme_velocity
 from beltrepro.engine.simd import (
     WIDE_LANES,
     extract,
@@ -44,7 +46,7 @@ from beltrepro.engine.simd import (
     select,
     store,
 )
-from beltrepro.engine.vector import inlined, kernel
+from beltrepro.engine.vector import inlined, kernel, zeros
 
 LANES = WIDE_LANES
 STRETCH = 10  # steps
@@ -361,6 +363,12 @@ def _conclude(chains, belt_travel, ended):
 
 
 # --- steps ---
+
+
+@inlined
+def scheme_velocity(slip_step, acceleration, before):
+    """v_r dt after a step, from w after it, and a dt^2 at its start and one step before."""
+    return fma(acceleration, 5.0 / 6.0, fma(before, -1.0 / 3.0, slip_step))
 
 
 @inlined

@@ -5,10 +5,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from beltrepro.engine import leaps, verlet
-from beltrepro.engine.integrator import Chunk, Integrator
-from beltrepro.engine.memory import aligned, zeros
-from beltrepro.engine.series_integrator import SeriesIntegrator
+from beltrepro.engine.integrator import Chunk, Integrator, Lanes, SeriesIntegrator
 from beltrepro.engine.state import ChainState
+from beltrepro.engine.vector import aligned, zeros
 from beltrepro.model.spring import external_force
 
 # Largest (dt omega)^2 at which leaps reproduce the steps to below the rounding of a plain loop; and
@@ -42,7 +41,7 @@ class LeapingVerlet(SeriesIntegrator):
     """
 
     name = "leaping verlet"
-    _own = ("slip_step", "acceleration")
+    _scheme_fields = ("slip_step", "acceleration")
 
     def __init__(self, states, **settings):
         super().__init__(states, **settings)
@@ -76,7 +75,7 @@ class LeapingVerlet(SeriesIntegrator):
         self._chains.velocity[:, lane] *= self.time_step
 
     def _new_variables(self, state):
-        return scheme_variables(state, self.time_step)
+        return smooth_variables(state, self.time_step)
 
     def advance(self, until: float) -> Iterator[Chunk]:
         """Advance all chains to the step nearest to `until`, chunk by chunk."""
@@ -111,9 +110,9 @@ class LeapingVerlet(SeriesIntegrator):
     def _reached(self, lane):
         return float(self.time + self._chains.steps_done[lane] * self.time_step)
 
-    def _relative_velocities(self):
-        # the kernel keeps it times the step
-        return self._chains.velocity / self.time_step
+    def _lanes(self):
+        # the kernel keeps velocities times the step
+        return super()._lanes()._replace(relative_velocities=self._chains.velocity / self.time_step)
 
 
 class SteppingVerlet(Integrator):
@@ -166,7 +165,7 @@ class SteppingVerlet(Integrator):
         )
 
     def _new_variables(self, state):
-        return scheme_variables(state, self.time_step) | {
+        return smooth_variables(state, self.time_step) | {
             "dissipated": state.friction_losses * self.time_step**2,
             "wall_pull": np.array(state.wall_impulse / self.time_step),
         }
@@ -177,8 +176,8 @@ class SteppingVerlet(Integrator):
             "acceleration": verlet.ACCELERATION,
             "dissipated": verlet.DISSIPATED,
         }
-        own = {name: self._blocks(field)[:, lane].copy() for name, field in fields.items()}
-        return own | {"wall_pull": self._chains.wall_pull[..., lane].copy()}
+        variables = {name: self._blocks(field)[:, lane].copy() for name, field in fields.items()}
+        return variables | {"wall_pull": self._chains.wall_pull[..., lane].copy()}
 
     def advance(self, until: float) -> Iterator[Chunk]:
         """Advance all chains to the step nearest to `until`, chunk by chunk."""
@@ -208,27 +207,19 @@ class SteppingVerlet(Integrator):
     def _blocks(self, field):
         return verlet.of_blocks(self._chains.state, field, self.n_blocks)
 
-    def _displacements(self):
-        return self._blocks(verlet.DISPLACEMENT)
-
-    def _relative_velocities(self):
-        # the kernel keeps it times the step
-        return self._blocks(verlet.VELOCITY) / self.time_step
-
-    def _directions(self):
-        return self._blocks(verlet.DIRECTION)
-
-    def _thresholds(self):
-        return self._blocks(verlet.THRESHOLD)
-
-    def _friction_losses(self):
-        return self._blocks(verlet.DISSIPATED) / self.time_step**2
-
-    def _wall_impulses(self):
-        return self._chains.wall_pull * self.time_step
+    def _lanes(self):
+        # the kernel keeps velocities times the step, losses times its square
+        return Lanes(
+            displacements=self._blocks(verlet.DISPLACEMENT),
+            relative_velocities=self._blocks(verlet.VELOCITY) / self.time_step,
+            directions=self._blocks(verlet.DIRECTION),
+            thresholds=self._blocks(verlet.THRESHOLD),
+            friction_losses=self._blocks(verlet.DISSIPATED) / self.time_step**2,
+            wall_impulse=self._chains.wall_pull * self.time_step,
+        )
 
 
-def scheme_variables(state: ChainState, time_step: float) -> dict[str, np.ndarray]:
+def smooth_variables(state: ChainState, time_step: float) -> dict[str, np.ndarray]:
     """w and a(t-dt) dt^2 of the smooth motion through a state; zero for stuck blocks.
 
     From Taylor's series about the state, to the third order in dt.

@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from beltrepro.model.accuracy import START_NOISE
 from beltrepro.model.parameters import ChainParameters
 
 
@@ -49,7 +50,7 @@ def next_direction(
     towards F_ex. Any other slipping block keeps its direction. A negative threshold holds nothing:
     where F_ex is zero then, the block slips with the belt (+1). Arrays of one shape, model units.
 
-    The integrators apply the same rules (`beltrepro.engine.friction`).
+    The integrators apply the same rules (`beltrepro.engine.law`).
     """
     return _next_direction(
         np.asarray(direction), np.asarray(relative_velocity), np.asarray(external_force), threshold
@@ -65,6 +66,18 @@ def start_noise(parameters: ChainParameters) -> float:
     ratio = parameters.friction_ratio
     mean = (1 - ratio) * parameters.static_friction
     return parameters.noise * math.hypot(1.0, ratio) / mean
+
+
+def noise_beyond_event(parameters: ChainParameters) -> str:
+    """What is wrong with the noise of a chain that "event" is to integrate (docs/validity.md)."""
+    share = start_noise(parameters)
+    if share <= START_NOISE:
+        return ""
+    return (
+        f"= {parameters.noise:g}: with friction_ratio = {parameters.friction_ratio:g} and "
+        f"static_friction = {parameters.static_friction:g}, method 'event' is checked up to "
+        f"{parameters.noise * START_NOISE / share:.3g}; beyond that take 'verlet'"
+    )
 
 
 def friction_force(

@@ -1,16 +1,36 @@
 """Parameters of one chain in model units (Sec. III)."""
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
 from beltrepro.base import names
-from beltrepro.base.checks import finite_number, not_negative, positive, shown, whole_number
-from beltrepro.base.errors import InputError
+from beltrepro.base.checks import whole_number, within
 
 MAXIMUM_BLOCKS = 64
 LARGEST = 1e9  # of every number: beyond it forces and positions have no digits left for the motion
 LONGEST = 1e12  # model time: instants beyond are not told apart to 1e-4
+
+_POSITIVE = {"gt": 0, "le": LARGEST}
+_NOT_NEGATIVE = {"ge": 0, "le": LARGEST}
+LIMITS: dict[str, dict[str, Any]] = {
+    "n_blocks": {"ge": 1, "le": MAXIMUM_BLOCKS},
+    "belt_velocity": _POSITIVE,
+    "noise": _NOT_NEGATIVE,
+    "static_friction": _POSITIVE,
+    "friction_ratio": {"ge": 0, "lt": 1},
+    "rest_length": _POSITIVE,
+    "linear_limit": _POSITIVE,
+    "compression_rate": _POSITIVE,
+    "extension_rate": _POSITIVE,
+    "initial_spread": _NOT_NEGATIVE,
+    "kick": _NOT_NEGATIVE,
+    "duration": {"gt": 0, "le": LONGEST},
+    "time_step": {"ge": 1e-9, "le": 0.1},  # oscillations take 3
+    "tolerance": {"ge": 1e-16, "le": 1},  # of forces of some tens, which round by 1e-16 of them
+}
+"""What each quantity may be, by the names that `checks.within` and pydantic have for ends."""
 
 
 @names.checked
@@ -59,27 +79,10 @@ class ChainParameters:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "n_blocks", whole_number("n_blocks", self.n_blocks))
-        if not 1 <= self.n_blocks <= MAXIMUM_BLOCKS:
-            raise InputError(
-                f"n_blocks = {shown(self.n_blocks)}: allowed are 1 to {MAXIMUM_BLOCKS} blocks"
-            )
+        within("n_blocks", self.n_blocks, **LIMITS["n_blocks"])
         for field in fields(self)[1:]:
-            number = finite_number(field.name, getattr(self, field.name))
+            number = within(field.name, getattr(self, field.name), **LIMITS[field.name])
             object.__setattr__(self, field.name, number)
-        for name in (
-            "belt_velocity",
-            "static_friction",
-            "rest_length",
-            "linear_limit",
-            "compression_rate",
-            "extension_rate",
-        ):
-            positive(name, getattr(self, name), LARGEST)
-        not_negative("noise", self.noise, LARGEST)
-        if not 0 <= self.friction_ratio < 1:
-            raise InputError(
-                f"friction_ratio = {self.friction_ratio:g}: must be at least 0 and below 1"
-            )
 
     @property
     def law(self) -> tuple[float, ...]:
@@ -92,5 +95,11 @@ class ChainParameters:
         return self.rest_length * np.arange(1, self.n_blocks + 1, dtype=float)
 
     def describe(self) -> str:
-        """Short text that names the chain, for messages and small print."""
+        """Short text that names the chain, for messages.
+
+        Returns
+        -------
+        str
+            As "N=5, u=10, sigma=0.5".
+        """
         return f"N={self.n_blocks}, u={self.belt_velocity:g}, sigma={self.noise:g}"

@@ -1,4 +1,4 @@
-"""Slips of the blocks: counts, laminar phases of the last block, catalogues of avalanches."""
+"""Slips of the blocks: counts, order, laminar phases of the last block, avalanches."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -122,6 +122,50 @@ def _follow(events, event_count, start, laminar_time, slip_count, stick_count, s
                         _close_phase(state, time, start, laminar_time)
                     state[_SLIPPING_SINCE] = np.nan
                     state[_LAST_STICK] = time
+
+
+class SlipOrder:
+    """Which block slips when, for each of W chains."""
+
+    def __init__(self, width: int) -> None:
+        self._times: list[list[np.ndarray]] = [[] for _ in range(width)]
+        self._blocks: list[list[np.ndarray]] = [[] for _ in range(width)]
+
+    def observe(self, chunk: Chunk) -> None:
+        """Add the slips of a chunk."""
+        for lane in range(len(self._times)):
+            events = chunk.events[lane, : chunk.event_count[lane]]
+            slips = events[events[:, EVENT_SLIP] > 0]
+            self._times[lane].append(slips[:, EVENT_TIME].copy())
+            self._blocks[lane].append(slips[:, EVENT_BLOCK].astype(np.uint8))
+
+    def slips(self, lane: int) -> tuple[np.ndarray, np.ndarray]:
+        """All slips of one chain, in the order of time."""
+        return np.concatenate(self._times[lane]), np.concatenate(self._blocks[lane])
+
+
+class MostStuck:
+    """The largest number of blocks that were stuck at one time."""
+
+    def __init__(self, n_stuck: np.ndarray) -> None:
+        self._now = np.array(n_stuck)
+        self.most = self._now.copy()
+
+    def observe(self, chunk: Chunk) -> None:
+        """Follow the events of a chunk."""
+        for lane, count in enumerate(chunk.event_count):
+            if count:
+                events = chunk.events[lane, :count]
+                stuck = self._now[lane] + np.cumsum(np.where(events[:, EVENT_SLIP] > 0, -1, 1))
+                self._now[lane] = stuck[-1]
+                lasting = np.concatenate([stuck[:-1][~_turns(events)], stuck[-1:]])
+                self.most[lane] = max(self.most[lane], lasting.max())
+
+
+def _turns(events: np.ndarray) -> np.ndarray:
+    """Which of all events (E, 6) but the last are the first half of a reversal: (E-1,) of bool."""
+    same = np.diff(events[:, [EVENT_TIME, EVENT_BLOCK]], axis=0) == 0
+    return same.all(axis=1) & (events[:-1, EVENT_SLIP] == 0)
 
 
 class EventLog:

@@ -1,16 +1,29 @@
-"""Simulate chains: sampled runs, points of scans, catalogues of slips, lifetimes of transients.
+"""Simulate chains: sampled runs, scans, catalogues of slips, times to continuous slip.
 
-The functions check their input, advance the chains in groups of equal size, law and method, and
-return arrays in model units. What a chain does depends on its own parameters, method, seed and
-replicate only, never on the chains beside it.
+The functions take a `Setup`, or chains and its keywords, advance the chains in groups of equal
+size, law and method, and return arrays in model units. What a chain does depends on its own
+parameters, method, seed and replicate only, never on the chains beside it.
 """
 
 from beltrepro.engine.state import ChainState
 from beltrepro.simulation.catalogues import catalogue
-from beltrepro.simulation.lifetimes import escapes
-from beltrepro.simulation.methods import METHODS, TOLERANCES
+from beltrepro.simulation.grid import Grid
+from beltrepro.simulation.results import Results
 from beltrepro.simulation.run import Run
-from beltrepro.simulation.scans import scan
+from beltrepro.simulation.scans import scan, time_to_continuous_slip
+from beltrepro.simulation.setup import METHODS, TOLERANCES, Setup
 from beltrepro.simulation.trajectories import simulate
 
-__all__ = ["METHODS", "TOLERANCES", "ChainState", "Run", "catalogue", "escapes", "scan", "simulate"]
+__all__ = [
+    "METHODS",
+    "TOLERANCES",
+    "ChainState",
+    "Grid",
+    "Results",
+    "Run",
+    "Setup",
+    "catalogue",
+    "scan",
+    "simulate",
+    "time_to_continuous_slip",
+]

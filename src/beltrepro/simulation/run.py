@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from beltrepro.base import checks, names
+from beltrepro.base.errors import needing
 from beltrepro.engine.state import ChainState, equal_fields
 from beltrepro.model import ChainParameters
 
@@ -124,11 +124,12 @@ class Run:
         Raises
         ------
         InputError
-            The path has another ending, or there is none and no display either.
+            The path has another ending, or there is none and no display either; or matplotlib is
+            not installed.
         """
-        # by name: simulations know no figure, and a changed figure reruns none
-        figure = import_module("beltrepro.replication.drawing.run")
-        return figure.plot(self, None if path is None else checks.path("path", path))
+        with needing("a picture of a run"):
+            from beltrepro.simulation import picture
+        return picture.plot(self, None if path is None else checks.path("path", path))
 
     @names.checked
     def save(self, path: str | Path) -> None:

@@ -1,35 +1,38 @@
-"""When samples are taken, and the samples of runs."""
+"""When samples are taken, the samples of runs, and whether they fit in the memory."""
 
 import math
+import os
 import warnings
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from beltrepro.base import checks
-from beltrepro.base.errors import InputError
+from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.engine.integrator import Chunk, Sampling
-from beltrepro.model import ChainParameters
 from beltrepro.model.parameters import LONGEST
 from beltrepro.model.spring import external_force
 from beltrepro.observe.length import LengthMoments
-from beltrepro.simulation.points import Point
+from beltrepro.observe.slips import EventLog
+from beltrepro.simulation.setup import Case, caller
 
 MOMENTS_INTERVAL = 0.1  # model time between samples of x_N for r, about; oscillations take 3
-FEWEST = 10  # samples that r is found of
+FEWEST = 10  # samples that r is lengths of
 _ROUNDING = 1e-9  # share of an interval
+_UNWATCHED = 2**27  # bytes of events
 
 
 def checked(
-    sample_interval: Any, sample_start: Any, duration: float, chains: Sequence[Point]
+    sample_interval: Any, sample_start: Any, duration: float, cases: Sequence[Case]
 ) -> dict[str, Any]:
     """`sample_interval` and `sample_start` of a call, checked."""
     start = checks.not_negative("sample_start", sample_start)
     if sample_interval is None:
         return {"sample_interval": None, "sample_start": start}
     interval = checks.positive("sample_interval", sample_interval, LONGEST)
-    for method, time_step in {(point.method, point.time_step) for point in chains}:
+    for method, time_step in {(case.method, case.time_step) for case in cases}:
         sampling_of(interval, method, time_step)
     if start > duration:
         raise InputError(f"sample_start = {start:g}: must be at most duration = {duration:g}")
@@ -70,53 +73,41 @@ def with_moments(sampling: Sampling, method: str) -> tuple[Sampling, int]:
 def moments_of(
     moments: LengthMoments, rest_length: float, sampling: Sampling, start: float, end: float
 ) -> dict[str, np.ndarray]:
-    """Moments of the chain length (W,); mean and r are NaN, with a warning, of too few samples.
-
-    start, end : of the time over which they were taken.
-    """
-    found = moments.result(rest_length)
+    """Moments of the chain length (W,) from `start` to `end`; NaN, warned, of too few samples."""
+    lengths = moments.result(rest_length)
     last = math.floor(end / sampling.interval + _ROUNDING)
     before = max(math.ceil(start / sampling.interval - _ROUNDING) - 1, 0)
     if last - before < FEWEST:
         warnings.warn(
             f"r and <x_N> are NaN: the {end - start:g} of model time over which they are to be "
             f"found hold fewer than {FEWEST} samples, one every {sampling.interval:g}",
-            stacklevel=4,
+            stacklevel=caller(),
         )
         for name in ("mean_length", "disorder_parameter"):
-            found[name] = np.full_like(found[name], np.nan)
-    return found
-
-
-def bytes_per_row(chain: ChainParameters) -> int:
-    """Memory of one row of samples of a run: time; positions, velocities and friction."""
-    return np.dtype(float).itemsize * (1 + 3 * chain.n_blocks)
+            lengths[name] = np.full_like(lengths[name], np.nan)
+    return lengths
 
 
 class SampleLog:
-    """Keeps the samples of a group of runs.
-
-    members : the points. sampling, every : of the chunks, and which of their samples are kept.
-    start : of the samples kept; one at t = 0 shows the initial states. end : of the runs.
-    """
+    """Keeps every so many samples of a group of runs, from `start` on; one at t = 0 the start."""
 
     def __init__(
         self,
-        members: Sequence[Point],
+        members: Sequence[Case],
         sampling: Sampling,
         every: int,
         start: float,
         end: float,
-    ):
+    ) -> None:
         self._start = start
         self._interval, self._every = sampling.interval, every
-        self._chains = [point.parameters for point in members]
+        self._chains = [case.parameters for case in members]
         most = max(0, int((end - start) / (every * sampling.interval))) + 2
         self._filled = 0
         self._time = np.empty(most)
         shape = (len(members), most, self._chains[0].n_blocks)
         self._positions, self._velocities, self._friction = (np.empty(shape) for _ in range(3))
-        states = [point.state for point in members]
+        states = [case.state for case in members]
         if start == 0:
             self._add(
                 np.zeros(1),
@@ -171,3 +162,55 @@ def no_samples(n_blocks: int) -> dict[str, np.ndarray]:
 def _kinetic_friction(state):
     chain = state.parameters
     return -state.directions * (chain.static_friction * chain.friction_ratio)
+
+
+def check_memory(
+    cases: Sequence[Case], duration: float, *, sample_interval: float, sample_start: float
+) -> None:
+    """Refuse in one line samples that do not fit in the memory together."""
+    span = duration - sample_start
+    # a row of time; positions, velocities and friction
+    row = sum(8 * (1 + 3 * case.parameters.n_blocks) for case in cases)
+    needed, free = row * span / sample_interval, available()
+    if free is not None and needed > free:
+        raise InputError(
+            f"sample_interval = {sample_interval:g}: the samples need {needed / 1e9:.3g} GB of "
+            f"memory, {free / 1e9:.3g} GB are available; from {1.1 * row * span / free:.2g} on "
+            "they fit; or give a later sample_start, or None for no samples"
+        )
+
+
+class EventWatch:
+    """Stops a group of runs whose events would soon not fit in the memory."""
+
+    def __init__(self, members: Sequence[Case], log: EventLog) -> None:
+        self._members, self._log = members, log
+        self._next = _UNWATCHED
+
+    def observe(self, chunk: Chunk) -> None:
+        """Look at the free memory each time that the events have doubled."""
+        size = self._log.nbytes
+        if size < self._next:
+            return
+        self._next = 2 * size
+        free = available()
+        if free is not None and size > free:
+            most = int(np.argmax(self._log.counts))
+            raise ModelStateError(
+                f"{self._members[most].parameters.describe()}: the events of the runs need "
+                f"{size / 1e9:.3g} GB at t = {chunk.end:g}, and as much again is not available"
+            )
+
+
+def available() -> int | None:
+    """Bytes of memory that this process can have; None where the system does not tell."""
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+        kilobytes = next(line.split()[1] for line in lines if line.startswith("MemAvailable:"))
+        return 1024 * int(kilobytes)
+    except (OSError, StopIteration):
+        pass
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):
+        return None

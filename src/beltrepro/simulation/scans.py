@@ -1,98 +1,79 @@
-"""What is measured of each point of a scan, without keeping samples."""
+"""What is measured of many chains without keeping samples."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from functools import partial
+from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from beltrepro.base import checks, names
+from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
-from beltrepro.engine.state import ChainState
-from beltrepro.model import ChainParameters
 from beltrepro.model import section_position as section_rule
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.sections import SectionValues
 from beltrepro.observe.slips import SlipActivity
-from beltrepro.simulation import arguments
-from beltrepro.simulation.arguments import PerChain
-from beltrepro.simulation.checkpoints import once
-from beltrepro.simulation.points import (
-    Point,
-    Progress,
-    groups,
-    integrator_of,
-    observe,
-    points,
-    slipping_since,
-)
+from beltrepro.simulation.groups import Report, integrator_of, observe, slipping_since
+from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.sampling import moments_of, sampling_of
+from beltrepro.simulation.setup import (
+    Case,
+    Chains,
+    Keywords,
+    PerChain,
+    check_duration,
+    check_lengths,
+    for_each,
+    setup_of,
+    with_setup,
+)
 
 MAXIMUM_BLOCKS = 10  # columns of slip_count
-MOST_VALUES = 100_000  # of each point at the section: they are kept in memory
+MOST_VALUES = 100_000  # of each chain at the section: they are kept in memory
+SETTLE_SHARE = 0.1  # of the duration, over which the final state is measured unless told otherwise
 
 
-@names.checked
+@with_setup
 def scan(
-    parameters: ChainParameters | Sequence[ChainParameters],
+    chains: Chains,
     *,
     duration: float,
     transient: float = 0.0,
-    method: PerChain[str] = "verlet",
-    time_step: PerChain[float] = 0.001,
-    tolerance: PerChain[float | None] = None,
-    seed: PerChain[int] | None = None,
-    replicate: PerChain[int] | None = None,
-    initial_positions: ArrayLike | Sequence[ArrayLike] | None = None,
-    initial_spread: PerChain[float] = 0.0,
-    initial_state: PerChain[ChainState] | None = None,
     section_position: PerChain[float] | None = None,
     section_values: int = 500,
     laminar_time: float = 200.0,
-    progress: Progress | None = None,
-) -> dict[str, np.ndarray]:
-    """What Figs. 12 to 22 show of a point (N, u, sigma), for P points.
+    progress: Report | None = None,
+    **setup: Unpack[Keywords],
+) -> Results:
+    """What Figs. 12 to 22 show of a point (N, u, sigma), for P chains.
 
     Parameters
     ----------
-    parameters : ChainParameters or sequence of them
+    chains : ChainParameters, sequence of them, Grid or Setup
         P chains of at most 10 blocks, of any mixture of sizes.
     duration, transient : float
         As in `simulate`, also where too few samples are left for r.
-    method : str or sequence of str
-        As in `simulate`.
-    time_step, tolerance : float or sequence of float
-        As in `simulate`.
-    seed, replicate : int or sequence of int
-        As in `simulate`.
-    initial_positions : array or sequence of arrays
-        As in `simulate`.
-    initial_spread : float or sequence of float
-        As in `simulate`.
-    initial_state : ChainState or sequence of them
-        As in `simulate`.
     section_position : float, or a sequence of P
         x_N of the section, model length (Fig. 12: 615). If not given, by the rule
         `beltrepro.model.section_position`.
     section_values : int
-        Crossings of the section kept for each point, at most 100 000.
+        Crossings of the section kept for each chain, at most 100 000.
     laminar_time : float
         Shortest slip of the last block that counts as a laminar phase, model time.
     progress : callable, optional
         Called with the fraction done.
+    **setup
+        The keywords of `Setup`.
 
     Returns
     -------
-    dict of arrays with first axis P
-        n_blocks, belt_velocity, noise, replicate; mean_length, disorder_parameter (Eq. 4),
-        minimum_length, maximum_length; energy_residual; section_position, section_count (all
-        downward crossings of x_N after the transient), section_velocity (P, section_values) v_N at
-        the first of them, NaN padded; slip_count (P, 10); laminar_fraction, laminar_count,
-        laminar_mean, laminar_longest; last_stick_time of the last block, NaN if it never stuck.
-        Model units, laboratory frame.
+    Results
+        mean_length, disorder_parameter (Eq. 4), minimum_length, maximum_length; energy_residual;
+        section_position, section_count (all downward crossings of x_N after the transient),
+        section_velocity (P, section_values) v_N at the first of them, NaN padded; slip_count (P,
+        10); laminar_fraction, laminar_count, laminar_mean, laminar_longest; last_stick_time of the
+        last block, NaN if it never stuck. Model units, laboratory frame.
 
     Raises
     ------
@@ -101,95 +82,165 @@ def scan(
     ModelStateError
         A state left the range of the model.
     """
-    duration, transient = arguments.lengths(duration, transient)
-    chains = points(
-        parameters,
-        method=method,
-        time_step=time_step,
-        tolerance=tolerance,
-        seed=seed,
-        replicate=replicate,
-        initial_positions=initial_positions,
-        initial_spread=initial_spread,
-        initial_state=initial_state,
-    )
-    sections = _section_positions(section_position, chains)
-    recording: dict[str, Any] = {
-        "section_values": _section_values(section_values),
+    duration, transient = check_lengths(duration, transient)
+    made = setup_of(chains, setup)
+    section_values = checks.key("section_values", section_values)
+    if section_values > MOST_VALUES:
+        raise InputError(f"section_values = {section_values}: must be at most {MOST_VALUES}")
+    settings: dict[str, Any] = {
+        "duration": duration,
+        "transient": transient,
+        "section_values": section_values,
         "laminar_time": checks.not_negative("laminar_time", laminar_time),
     }
-    table: dict[str, np.ndarray] = {
-        "n_blocks": np.array([point.parameters.n_blocks for point in chains]),
-        "belt_velocity": np.array([point.parameters.belt_velocity for point in chains]),
-        "noise": np.array([point.parameters.noise for point in chains]),
-        "replicate": np.array([point.state.replicate for point in chains], dtype=np.int64),
-        "section_position": sections,
-    }
-    for group, report in groups(chains, progress):
-        members = [chains[index] for index in group]
-        measured = once(
-            _measure, members, sections[group], duration, transient, **recording, report=report
-        )
-        for name, values in measured.items():
-            if name not in table:
-                table[name] = np.empty((len(chains), *values.shape[1:]), dtype=values.dtype)
-            table[name][group] = values
-    return table
+    measure = partial(_scanned, _section_positions(section_position, made.cases), **settings)
+    return gathered("scan", made, measure, progress, **settings)
 
 
-def _section_values(given: Any) -> int:
-    """How many values at the section are kept."""
-    count = checks.key("section_values", given)
-    if count > MOST_VALUES:
-        raise InputError(f"section_values = {count}: must be at most {MOST_VALUES}")
-    return count
-
-
-def _section_positions(given: Any, chains: Sequence[Point]) -> np.ndarray:
+def _section_positions(positions: Any, cases: tuple[Case, ...]) -> np.ndarray:
     """Positions (P,) of the section, by the rule of the model if none are given."""
-    for point in chains:
-        if point.parameters.n_blocks > MAXIMUM_BLOCKS:
-            raise InputError(
-                f"n_blocks = {point.parameters.n_blocks}: "
-                f"a scan takes at most {MAXIMUM_BLOCKS} blocks"
-            )
-    if given is None:
-        return np.array([section_rule(point.parameters) for point in chains])
-    return np.array(arguments.for_each("section_position", given, len(chains), checks.positive))
+    most = max(case.parameters.n_blocks for case in cases)
+    if most > MAXIMUM_BLOCKS:
+        raise InputError(f"n_blocks = {most}: a scan takes at most {MAXIMUM_BLOCKS} blocks")
+    if positions is None:
+        return np.array([section_rule(case.parameters) for case in cases])
+    return np.array(for_each("section_position", positions, len(cases), checks.positive))
 
 
-def _measure(
-    members: list[Point],
+def _scanned(
     sections: np.ndarray,
+    group: np.ndarray,
+    members: list[Case],
+    report: Report,
+    *,
     duration: float,
     transient: float,
-    *,
     section_values: int,
     laminar_time: float,
-    report: Progress,
 ) -> dict[str, np.ndarray]:
-    """What is measured of a group of W points: arrays with first axis W."""
-    n_blocks, width = members[0].parameters.n_blocks, len(members)
+    """What a scan measures of a group of W chains: arrays with first axis W."""
+    chain, width = members[0].parameters, len(members)
     sampling = sampling_of(None, members[0].method, members[0].time_step)
     start = members[0].state.time + transient
     integrator = integrator_of(
-        members, sampling=sampling, sampled_blocks=1, section=Section(n_blocks, sections)
+        members,
+        sampling=sampling,
+        sampled_blocks=1,
+        section=Section(chain.n_blocks, sections[group]),
     )
     moments = LengthMoments(width, start)
-    belt_velocities = np.array([point.parameters.belt_velocity for point in members])
+    belt_velocities = np.array([case.parameters.belt_velocity for case in members])
     section = SectionValues(belt_velocities, section_values, start)
-    slips = SlipActivity(width, n_blocks, start, laminar_time, slipping_since(members))
+    slips = SlipActivity(width, chain.n_blocks, start, laminar_time, slipping_since(members))
     observe(integrator, duration, [moments, section, slips], report)
     counts = np.zeros((width, MAXIMUM_BLOCKS), dtype=np.int64)
-    counts[:, :n_blocks] = slips.slip_count
+    counts[:, : chain.n_blocks] = slips.slip_count
     return {
-        **moments_of(
-            moments, members[0].parameters.rest_positions[-1], sampling, start, integrator.time
-        ),
+        **moments_of(moments, chain.rest_positions[-1], sampling, start, integrator.time),
         "energy_residual": integrator.energy_residual(),
+        "section_position": sections[group],
         "section_count": section.count,
         "section_velocity": section.values,
         "slip_count": counts,
         **slips.laminar(),
         "last_stick_time": slips.last_stick_time,
+    }
+
+
+@with_setup
+def time_to_continuous_slip(
+    chains: Chains,
+    *,
+    duration: float,
+    settle_time: float | None = None,
+    laminar_time: float = 200.0,
+    progress: Report | None = None,
+    **setup: Unpack[Keywords],
+) -> Results:
+    """How long until the last block of each of P chains slips for good (inset of Fig. 12).
+
+    That is the time of its last stick, if it then slips to the end of the run and for longer than
+    `laminar_time`. A chain that has settled on an orbit with sticks, as many do, never comes to
+    continuous slip: how long its motion is irregular, `time_to_orbit` tells.
+
+    Parameters
+    ----------
+    chains : ChainParameters, sequence of them, Grid or Setup
+        P chains; one with `replicate=range(200)` and an `initial_spread` begins in 200 slightly
+        different states.
+    duration : float
+        As in `simulate`.
+    settle_time : float, optional
+        The end of each run over which its final state is measured, model time; a tenth of the
+        duration if not given. Where fewer than 10 samples, one about every 0.1, fall into it, r and
+        <x_N> are NaN, with a warning.
+    laminar_time : float
+        Shortest slip of the last block that counts, model time.
+    progress : callable, optional
+        Called with the fraction done.
+    **setup
+        The keywords of `Setup`.
+
+    Returns
+    -------
+    Results
+        lifetime, the time to continuous slip (the duration if it did not come), escaped, whether it
+        came; final_disorder, final_mean_length, final_amplitude (range of x_N); final_stick_rate
+        (P, N) sticks per model time, N that of the longest chain. Model units.
+
+    Raises
+    ------
+    InputError
+        A value is not allowed.
+    ModelStateError
+        A state left the range of the model.
+    """
+    duration = check_duration(duration)
+    settle_time = SETTLE_SHARE * duration if settle_time is None else settle_time
+    settle_time = checks.finite_number("settle_time", settle_time)
+    if not 0 < settle_time <= duration:
+        raise InputError(
+            f"settle_time = {settle_time:g}: must be greater than 0 "
+            f"and at most duration = {duration:g}"
+        )
+    settings: dict[str, Any] = {
+        "duration": duration,
+        "settle_time": settle_time,
+        "laminar_time": checks.not_negative("laminar_time", laminar_time),
+    }
+    measure = partial(_until_slip, **settings)
+    made = setup_of(chains, setup)
+    return gathered("time to continuous slip", made, measure, progress, **settings)
+
+
+def _until_slip(
+    group: np.ndarray,
+    members: list[Case],
+    report: Report,
+    *,
+    duration: float,
+    settle_time: float,
+    laminar_time: float,
+) -> dict[str, np.ndarray]:
+    """When the W chains of a group come to continuous slip: arrays with first axis W."""
+    chain, width = members[0].parameters, len(members)
+    sampling = sampling_of(None, members[0].method, members[0].time_step)
+    start = members[0].state.time
+    settled = start + (duration - settle_time)
+    integrator = integrator_of(members, sampling=sampling, sampled_blocks=1)
+    moments = LengthMoments(width, settled)
+    slips = SlipActivity(width, chain.n_blocks, settled, laminar_time, slipping_since(members))
+    observe(integrator, duration, [moments, slips], report)
+    rest_length = chain.rest_positions[-1]
+    final = moments_of(moments, rest_length, sampling, settled, integrator.time)
+    # NaN (stuck at the end) compares false; without a stick on the way the lifetime is 0
+    escaped = integrator.time - slips.slipping_since > laminar_time
+    last_stick = np.nan_to_num(slips.last_stick_time, nan=start)
+    return {
+        "lifetime": np.where(escaped, last_stick - start, duration),
+        "escaped": escaped,
+        "final_disorder": final["disorder_parameter"],
+        "final_mean_length": final["mean_length"],
+        "final_amplitude": final["maximum_length"] - final["minimum_length"],
+        "final_stick_rate": slips.stick_count / settle_time,
     }

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from functools import cache
 from importlib.metadata import version
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from beltrepro.base import names
 from beltrepro.engine.records import (
     EVENT_BLOCK,
     EVENT_DISSIPATED,
@@ -18,75 +16,53 @@ from beltrepro.engine.records import (
     EVENT_SLIP,
     EVENT_TIME,
 )
-from beltrepro.engine.state import ChainState
-from beltrepro.model import ChainParameters
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import EventLog
-from beltrepro.simulation import arguments, memory
-from beltrepro.simulation.arguments import PerChain
-from beltrepro.simulation.methods import TOLERANCES
-from beltrepro.simulation.points import Point, Progress, groups, integrator_of, observe, points
+from beltrepro.simulation.groups import Report, groups, integrator_of, observe
 from beltrepro.simulation.run import EVENT, Run
 from beltrepro.simulation.sampling import (
+    EventWatch,
     SampleLog,
+    check_memory,
     checked,
     moments_of,
     no_samples,
     sampling_of,
     with_moments,
 )
+from beltrepro.simulation.setup import (
+    TOLERANCES,
+    Case,
+    Chains,
+    Keywords,
+    check_lengths,
+    setup_of,
+    with_setup,
+)
 
 
-@names.checked
+@with_setup
 def simulate(
-    parameters: ChainParameters | Sequence[ChainParameters],
+    chains: Chains,
     *,
     duration: float,
     transient: float = 0.0,
-    method: PerChain[str] = "verlet",
-    time_step: PerChain[float] = 0.001,
-    tolerance: PerChain[float | None] = None,
-    seed: PerChain[int] | None = None,
-    replicate: PerChain[int] | None = None,
-    initial_positions: ArrayLike | Sequence[ArrayLike] | None = None,
-    initial_spread: PerChain[float] = 0.0,
-    initial_state: PerChain[ChainState] | None = None,
     sample_interval: float | None = 0.1,
     sample_start: float = 0.0,
-    progress: Progress | None = None,
+    progress: Report | None = None,
+    **setup: Unpack[Keywords],
 ) -> Run | list[Run]:
     """Simulate one chain, or several together, from all blocks stuck (Sec. III) or from a state.
 
     Parameters
     ----------
-    parameters : ChainParameters or sequence of them
-        One chain, or several that are advanced together. Of the quantities below, `method`,
-        `time_step`, `tolerance`, `seed`, `replicate`, `initial_spread` and `initial_state` are one
-        value for all chains, or a sequence with one value for each.
+    chains : ChainParameters, sequence of them, Grid or Setup
+        One chain, or several that are advanced together.
     duration : float
         Model time simulated, the transient included.
     transient : float
         The first part of it, left out of r and <x_N>. They are found of samples at most about 0.1
         apart, however few are kept; NaN, with a warning, where fewer than 10 are left.
-    method : str
-        "verlet", the scheme of the Appendix, or "event", the exact dynamics (docs/event.md).
-    time_step : float
-        dt, model time, at most 0.1; for "event" it only sets the strength of the noise.
-    tolerance : float or None
-        Only for "event": last terms of the series of a force allowed at the end of a step, unit of
-        force, 1e-16 to 1. None for the method's own, which is larger with noise (docs/event.md).
-    seed, replicate : int
-        Of 0 or greater; with the parameters they fix all random numbers. If not given, 1 and 0, or
-        those of `initial_state`, whose random stream then goes on.
-    initial_positions : array (N,), or a sequence of such arrays for a sequence of chains
-        Positions of the blocks at t = 0, model length; undeformed springs if not given.
-    initial_spread : float
-        Standard deviation of normal deviates that are added to the initial positions of replicates
-        other than 0, model length.
-    initial_state : ChainState
-        Where to go on, for instance `final_state` of another run, see docs/states.md. Time goes on
-        from that of the state. The chain may have another belt velocity, noise or law than that of
-        the state (`ChainState.under`), and another method may go on.
     sample_interval : float or None
         Model time between samples, which are taken at its multiples; None keeps no samples. For
         "verlet" a multiple of time_step. A run from t = 0 has a sample there, one from a later
@@ -95,11 +71,13 @@ def simulate(
         The first part of the run that has no samples, model time.
     progress : callable
         Called with the fraction done.
+    **setup
+        The keywords of `Setup`.
 
     Returns
     -------
     Run or list of Run
-        A list for a sequence of chains, in its order.
+        A list for several chains or several runs of one, in their order.
 
     Raises
     ------
@@ -108,33 +86,21 @@ def simulate(
     ModelStateError
         A state left the range of the model.
     """
-    duration, transient = arguments.lengths(duration, transient)
-    chains = points(
-        parameters,
-        method=method,
-        time_step=time_step,
-        tolerance=tolerance,
-        seed=seed,
-        replicate=replicate,
-        initial_positions=initial_positions,
-        initial_spread=initial_spread,
-        initial_state=initial_state,
-    )
+    duration, transient = check_lengths(duration, transient)
+    made = setup_of(chains, setup)
     lengths = {"duration": duration, "transient": transient}
-    samples = checked(sample_interval, sample_start, duration, chains)
+    samples = checked(sample_interval, sample_start, duration, made.cases)
     if samples["sample_interval"] is not None:
-        memory.check_samples(chains, duration, **samples)
+        check_memory(made.cases, duration, **samples)
     runs: dict[int, Run] = {}
-    for group, report in groups(chains, progress):
-        members = [chains[index] for index in group]
+    for group, report in groups(made.cases, progress):
+        members = [made.cases[index] for index in group]
         runs |= zip(group, _follow(members, lengths, samples, report), strict=True)
-    if isinstance(parameters, ChainParameters):
-        return runs[0]
-    return [runs[index] for index in range(len(chains))]
+    return runs[0] if made.alone else [runs[index] for index in range(len(made.cases))]
 
 
-def _follow(members: list[Point], lengths: dict, samples: dict, report: Progress) -> list[Run]:
-    """The runs of a group of points."""
+def _follow(members: list[Case], lengths: dict, samples: dict, report: Report) -> list[Run]:
+    """The runs of a group of cases."""
     first = members[0]
     rest, start = first.parameters.rest_positions, first.state.time
     keeps_samples = samples["sample_interval"] is not None
@@ -145,7 +111,7 @@ def _follow(members: list[Point], lengths: dict, samples: dict, report: Progress
     )
     moments = LengthMoments(len(members), start + lengths["transient"])
     events = EventLog(len(members), rest)
-    observers = [moments, events, memory.EventWatch(members, events)]
+    observers = [moments, events, EventWatch(members, events)]
     if keeps_samples:
         begin, end = start + samples["sample_start"], start + lengths["duration"]
         log = SampleLog(members, sampling, every, begin, end)
@@ -157,7 +123,7 @@ def _follow(members: list[Point], lengths: dict, samples: dict, report: Progress
     states = integrator.state()
     return [
         _run(
-            point,
+            case,
             **lengths,
             **samples,
             final_state=states[lane],
@@ -166,24 +132,29 @@ def _follow(members: list[Point], lengths: dict, samples: dict, report: Progress
             **(log.of(lane) if keeps_samples else no_samples(len(rest))),
             events=_event_records(events, lane),
         )
-        for lane, point in enumerate(members)
+        for lane, case in enumerate(members)
     ]
 
 
-def _run(point: Point, **recorded: Any) -> Run:
-    """The run of a point."""
-    own = TOLERANCES.get(point.method)
+def _run(case: Case, **recorded: Any) -> Run:
+    """The run of a case."""
+    default = TOLERANCES.get(case.method)
     return Run(
-        parameters=point.parameters,
-        method=point.method,
-        time_step=point.time_step,
-        tolerance=own if point.tolerance is None else point.tolerance,
-        seed=point.state.seed,
-        replicate=point.state.replicate,
-        initial_state=point.state,
-        version=version("beltrepro"),
+        parameters=case.parameters,
+        method=case.method,
+        time_step=case.time_step,
+        tolerance=default if case.tolerance is None else case.tolerance,
+        seed=case.state.seed,
+        replicate=case.state.replicate,
+        initial_state=case.state,
+        version=_version(),
         **recorded,
     )
+
+
+@cache  # reading it takes half a millisecond
+def _version() -> str:
+    return version("beltrepro")
 
 
 def _event_records(log: EventLog, lane: int) -> np.ndarray:

@@ -1,26 +1,45 @@
-"""Where the disorder parameter r falls with u or rises with noise (Figs. 12 to 15, 19 and 21)."""
+"""Where r falls with u or rises with noise (Figs. 12 to 15, 19 and 21): one finder, one estimate.
 
-from dataclasses import dataclass, replace
+`fall` and `rise` are the numbers: estimates with intervals, runs as units. `find_fall` and
+`find_rise` find a transition in one set of points, and are what these resample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 import scipy
 
+from beltrepro.stats import estimates
 from beltrepro.stats.errors import require
+from beltrepro.stats.estimates import Estimate
 
 MINIMUM_POINTS = 8
 MINIMUM_CONTRAST = 2.0
 MINIMUM_RISE = 1.3
-SMOOTHING = 3.0
-BOOTSTRAP_SAMPLES = 50
+LEAST_RUNS = 4
+# How often the plateaus are read off anew, beside the region that was found. Beside the step alone
+# a wide fall is a part of its own plateaus: of made-up falls from u = 12 to 21 no interval covered
+# the middle, with four rounds 95 % do.
+ROUNDS = 4
+# The window in u of the running median of rows with one run at each u: a single run scatters too
+# much to tell an edge. Several runs have a median of their own, and take no window: a window makes
+# a sharp fall as wide as itself, and draws it towards where the points are dense.
+SINGLE_RUNS_WINDOW = 3.0
+QUANTITIES = ("critical", "lower", "upper", "width", "r_high", "r_low", "contrast")
+# How far a number may be off by the grid alone, in spacings: a jump between two points has its
+# edges anywhere between them.
+ON_THE_GRID = {"critical": 1.0, "lower": 2.0, "upper": 2.0, "width": 2.0}
 
 
 @dataclass(frozen=True)
 class Transition:
     """A fall or rise of r between two plateaus, along u or sigma.
 
-    The edges and `critical` are NaN when `found` is False: the plateaus are too alike for a
-    transition.
+    The edges and `critical` are NaN when the plateaus are too alike for a transition.
     """
 
     lower: float  # lower edge of the transition region
@@ -28,11 +47,11 @@ class Transition:
     critical: float  # the point that stands for the region
     r_high: float  # median of the high plateau
     r_low: float  # median of the low plateau
-    found: bool = True  # whether there is a transition
-    error: float = np.nan  # one standard error of `critical`
-    r_high_error: float = np.nan  # standard error of r_high
-    r_low_error: float = np.nan  # standard error of r_low
-    n_points: int = 0  # number of points used
+
+    @property
+    def found(self) -> bool:
+        """Whether there is a transition."""
+        return bool(np.isfinite(self.critical))
 
     @property
     def width(self) -> float:
@@ -45,50 +64,140 @@ class Transition:
         return self.r_high / self.r_low
 
 
-def transition_region(
+# --- estimates ------------------------------------------------------------------------------------
+
+
+def fall(
+    belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike, **options: float
+) -> dict[str, Estimate]:
+    """The fall of r along u: edges, midpoint, width, plateaus and their ratio, as estimates.
+
+    Of one run at each u the numbers alone are known (`estimates.single`), through a running median
+    over SINGLE_RUNS_WINDOW.  options : of `find_fall`.
+    """
+    alone = {"window": SINGLE_RUNS_WINDOW}
+    return _estimates(belt_velocity, disorder, find_fall, options, alone)
+
+
+def rise(noise: npt.ArrayLike, disorder: npt.ArrayLike, **options: float) -> dict[str, Estimate]:
+    """The rise of r along sigma, as `fall`.  options : of `find_rise`."""
+    return _estimates(noise, disorder, find_rise, options, {})
+
+
+def _estimates(
+    places: npt.ArrayLike,
+    values: npt.ArrayLike,
+    find: Callable[..., Transition],
+    options: dict,
+    alone: dict,
+) -> dict[str, Estimate]:
+    """Runs are drawn anew at each place by itself, since those of two places are independent."""
+    places, values = _in_order(places, values)
+    distinct, first, count = np.unique(places, return_index=True, return_counts=True)
+    if places.size and count.max() == 1:
+        best = find(places, values, **(alone | options))
+        return {name: _single(getattr(best, name)) for name in QUANTITIES}
+    best = find(places, values, **options)
+    least = int(count.min())
+    require(least >= LEAST_RUNS, f"{least} runs at a point, {LEAST_RUNS} are needed")
+    rng = np.random.default_rng(0)
+    begin, size = np.repeat(first, count), np.repeat(count, count)
+    samples = [
+        find(places, values[begin + (rng.random(values.size) * size).astype(int)], **options)
+        for _ in range(estimates.RESAMPLES)
+    ]
+    spacing = _spacing(distinct, best)
+    return {
+        name: estimates.from_resamples(
+            float(getattr(best, name)),
+            np.array([getattr(sample, name) for sample in samples], dtype=float),
+            least,
+            grid_spacing=ON_THE_GRID.get(name, 0.0) * spacing,
+        )
+        for name in QUANTITIES
+    }
+
+
+def _single(value: float) -> Estimate:
+    return estimates.single(value) if np.isfinite(value) else estimates.absent(1)
+
+
+def _spacing(places: np.ndarray, transition: Transition) -> float:
+    """Median distance of the points in and next to the transition."""
+    if not transition.found:
+        return 0.0
+    first = max(int(np.searchsorted(places, transition.lower)) - 1, 0)
+    last = int(np.searchsorted(places, transition.upper, side="right")) + 1
+    return float(np.median(np.diff(places[first:last])))
+
+
+# --- finders --------------------------------------------------------------------------------------
+
+
+def find_fall(
     belt_velocity: npt.ArrayLike,
-    disorder_parameter: npt.ArrayLike,
+    disorder: npt.ArrayLike,
     *,
-    smoothing: float = SMOOTHING,
+    window: float = 0.0,
     minimum_contrast: float = MINIMUM_CONTRAST,
-    bootstrap: int = BOOTSTRAP_SAMPLES,
+    rounds: int = ROUNDS,
 ) -> Transition:
-    """Transition region of r(u): where r falls from its high to its low plateau.
+    """Where r(u) falls from its high to its low plateau.
 
     Criterion. (1) A step with two levels is fitted to r(u) by least absolute deviations: outliers
     (periodic windows, attractors of large amplitude) do not move it. (2) r_high is the median of r
     between half the position of the step and the step, r_low that between the step and twice its
-    position. (3) In the running median of r over a window of `smoothing` in u, `lower` is the last
-    u up to which r keeps 90 % of the fall, `upper` the first u after that where it is down to 10 %
-    (interpolated). (4) critical is the midpoint, as for the paper's u_c. There is no transition
-    when r_high < minimum_contrast * r_low.
+    position. (3) In the median of r over a window in u around each point, `lower` is the last u up
+    to which r keeps 90 % of the fall, `upper` the first u after that where it is down to 10 %
+    (interpolated). (4) Steps 2 and 3 are repeated with these edges in place of the step, `rounds`
+    times. (5) critical is the midpoint, as for the paper's u_c. There is no transition when
+    r_high < minimum_contrast * r_low.
     """
-    velocity, disorder = _sorted(belt_velocity, disorder_parameter)
-    result = _fall(velocity, disorder, smoothing, minimum_contrast)
-    if not result.found or not bootstrap:
-        return result
-    rng = np.random.default_rng(0)
-    samples = []
-    for _ in range(bootstrap):
-        chosen = np.sort(rng.integers(0, velocity.size, velocity.size))
-        samples.append(_fall(velocity[chosen], disorder[chosen], smoothing, minimum_contrast))
-    spacing = np.median(np.diff(np.unique(velocity)))
-    return replace(
-        result,
-        error=_hypot(_spread([s.critical for s in samples]), spacing / np.sqrt(12)),
-        r_high_error=_spread([s.r_high for s in samples]),
-        r_low_error=_spread([s.r_low for s in samples]),
-    )
+    velocity, disorder = _in_order(belt_velocity, disorder)
+    _require_points(velocity, MINIMUM_POINTS)
+    step = _step(velocity, disorder, falling=True)
+    transition = _between_plateaus(velocity, disorder, step, step, window, minimum_contrast)
+    for _ in range(rounds):
+        if not transition.found:
+            break
+        edges = transition.lower, transition.upper
+        transition = _between_plateaus(velocity, disorder, *edges, window, minimum_contrast)
+    return transition
 
 
-def critical_noise(
-    noise: npt.ArrayLike,
-    disorder_parameter: npt.ArrayLike,
-    *,
-    minimum_rise: float = MINIMUM_RISE,
-    bootstrap: int = BOOTSTRAP_SAMPLES,
+def _between_plateaus(
+    velocity: np.ndarray,
+    disorder: np.ndarray,
+    lower: float,
+    upper: float,
+    window: float,
+    minimum_contrast: float,
 ) -> Transition:
-    """Noise-induced transition: where r(sigma) at fixed u rises from a low to a high plateau.
+    """The fall between the plateaus below and above these edges."""
+    before = (velocity <= lower) & (velocity >= lower / 2)
+    after = (velocity >= upper) & (velocity <= 2 * upper)
+    if not before.any() or not after.any():
+        return _absent(np.nan, np.nan)
+    r_high, r_low = np.median(disorder[before]), np.median(disorder[after])
+    if not r_high >= minimum_contrast * r_low:
+        return _absent(r_high, r_low)
+    places, smooth = running_median(velocity, disorder, window)
+    share = (smooth - r_low) / (r_high - r_low)
+    above = np.flatnonzero((share >= 0.9) & (places <= upper))
+    if not above.size:
+        return _absent(r_high, r_low)
+    below = np.flatnonzero((share <= 0.1) & (places > places[above[-1]]))
+    if not below.size:
+        return _absent(r_high, r_low)
+    lower = _crossing(places, share, above[-1], 0.9)
+    upper = _crossing(places, share, below[0] - 1, 0.1)
+    return Transition(lower, upper, (lower + upper) / 2, r_high, r_low)
+
+
+def find_rise(
+    noise: npt.ArrayLike, disorder: npt.ArrayLike, *, minimum_rise: float = MINIMUM_RISE
+) -> Transition:
+    """Where r(sigma) at fixed u rises from a low to a high plateau.
 
     Criterion. (1) A step with two levels is fitted by least absolute deviations; the levels r_low
     and r_high are the medians on its two sides. (2) critical is where the isotonic regression of
@@ -96,22 +205,22 @@ def critical_noise(
     10 % and 90 % of the rise (linear between grid points). There is no transition when
     r_high < minimum_rise * r_low.
     """
-    noise, disorder = _sorted(noise, disorder_parameter, minimum=5)
-    result = _rise(noise, disorder, minimum_rise)
-    if not result.found or not bootstrap:
-        return result
-    rng = np.random.default_rng(0)
-    samples = []
-    for _ in range(bootstrap):
-        chosen = np.sort(rng.integers(0, noise.size, noise.size))
-        samples.append(_rise(noise[chosen], disorder[chosen], minimum_rise))
-    spacing = np.median(np.diff(np.unique(noise)))
-    return replace(
-        result,
-        error=_hypot(_spread([s.critical for s in samples]), spacing / np.sqrt(12)),
-        r_high_error=_spread([s.r_high for s in samples]),
-        r_low_error=_spread([s.r_low for s in samples]),
-    )
+    noise, disorder = _in_order(noise, disorder)
+    _require_points(noise, 5)
+    step = _step(noise, disorder, falling=False)
+    if not np.isfinite(step):
+        return _absent(np.nan, np.nan)
+    r_low, r_high = np.median(disorder[noise < step]), np.median(disorder[noise > step])
+    if not r_high >= minimum_rise * r_low:
+        return _absent(r_high, r_low)
+    places, place = np.unique(noise, return_inverse=True)
+    count = np.bincount(place)
+    curve = scipy.optimize.isotonic_regression(
+        np.bincount(place, disorder) / count, weights=count
+    ).x
+    share = (curve - r_low) / (r_high - r_low)
+    lower, critical, upper = (_first_passage(places, share, level) for level in (0.1, 0.5, 0.9))
+    return Transition(lower, upper, critical, r_high, r_low)
 
 
 def running_median(
@@ -121,48 +230,6 @@ def running_median(
     places = np.unique(abscissa)
     near = np.abs(abscissa - places[:, np.newaxis]) <= width / 2 + 1e-9
     return places, _medians(ordinate, near)
-
-
-def _fall(
-    velocity: np.ndarray, disorder: np.ndarray, smoothing: float, minimum_contrast: float
-) -> Transition:
-    step = _step(velocity, disorder, falling=True)
-    before = (velocity < step) & (velocity >= step / 2)
-    after = (velocity > step) & (velocity <= 2 * step)
-    if not before.any() or not after.any():
-        return _absent(np.nan, np.nan, velocity.size)
-    r_high, r_low = np.median(disorder[before]), np.median(disorder[after])
-    if not r_high >= minimum_contrast * r_low:
-        return _absent(r_high, r_low, velocity.size)
-    places, smooth = running_median(velocity, disorder, smoothing)
-    share = (smooth - r_low) / (r_high - r_low)
-    above = np.flatnonzero((share >= 0.9) & (places <= step))
-    if not above.size:
-        return _absent(r_high, r_low, velocity.size)
-    below = np.flatnonzero((share <= 0.1) & (places > places[above[-1]]))
-    if not below.size:
-        return _absent(r_high, r_low, velocity.size)
-    lower = _crossing(places, share, above[-1], 0.9)
-    upper = _crossing(places, share, below[0] - 1, 0.1)
-    middle = (lower + upper) / 2
-    return Transition(lower, upper, middle, r_high, r_low, n_points=velocity.size)
-
-
-def _rise(noise: np.ndarray, disorder: np.ndarray, minimum_rise: float) -> Transition:
-    step = _step(noise, disorder, falling=False)
-    if not np.isfinite(step):
-        return _absent(np.nan, np.nan, noise.size)
-    r_low, r_high = np.median(disorder[noise < step]), np.median(disorder[noise > step])
-    if not r_high >= minimum_rise * r_low:
-        return _absent(r_high, r_low, noise.size)
-    places, place = np.unique(noise, return_inverse=True)
-    count = np.bincount(place)
-    curve = scipy.optimize.isotonic_regression(
-        np.bincount(place, disorder) / count, weights=count
-    ).x
-    share = (curve - r_low) / (r_high - r_low)
-    lower, critical, upper = (_first_passage(places, share, level) for level in (0.1, 0.5, 0.9))
-    return Transition(lower, upper, critical, r_high, r_low, n_points=noise.size)
 
 
 def _step(abscissa: np.ndarray, ordinate: np.ndarray, *, falling: bool) -> float:
@@ -204,27 +271,17 @@ def _first_passage(places: np.ndarray, share: np.ndarray, level: float) -> float
     return _crossing(places, share, index - 1, level)
 
 
-def _absent(r_high: float, r_low: float, n_points: int) -> Transition:
-    return Transition(np.nan, np.nan, np.nan, r_high, r_low, found=False, n_points=n_points)
+def _absent(r_high: float, r_low: float) -> Transition:
+    return Transition(np.nan, np.nan, np.nan, r_high, r_low)
 
 
-def _sorted(
-    abscissa: npt.ArrayLike, ordinate: npt.ArrayLike, minimum: int = MINIMUM_POINTS
-) -> tuple[np.ndarray, np.ndarray]:
+def _in_order(abscissa: npt.ArrayLike, ordinate: npt.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     abscissa, ordinate = (np.asarray(values, dtype=float) for values in (abscissa, ordinate))
     finite = np.isfinite(abscissa) & np.isfinite(ordinate)
-    abscissa, ordinate = abscissa[finite], ordinate[finite]
+    order = np.argsort(abscissa[finite], kind="stable")
+    return abscissa[finite][order], ordinate[finite][order]
+
+
+def _require_points(abscissa: np.ndarray, minimum: int) -> None:
     places = np.unique(abscissa).size
     require(places >= minimum, f"{places} points along the curve, {minimum} are needed")
-    order = np.argsort(abscissa, kind="stable")
-    return abscissa[order], ordinate[order]
-
-
-def _spread(values: npt.ArrayLike) -> float:
-    values = np.asarray(values, dtype=float)
-    values = values[np.isfinite(values)]
-    return float(np.std(values)) if values.size > 1 else np.nan
-
-
-def _hypot(first: float, second: float) -> float:
-    return float(np.hypot(np.nan_to_num(first), second))

@@ -6,7 +6,7 @@ import numpy as np
 
 from beltrepro.engine.integrator import Sampling
 from beltrepro.engine.state import ChainState
-from beltrepro.engine.tangent_integrator import TangentIntegrator
+from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.engine.verlet_integrators import SteppingVerlet
 from beltrepro.extras.bench.plain import PlainChain, c_loop, numba_loop
 from beltrepro.extras.bench.smooth import HeyokaChain, SolveIvpChain, heyoka_version
@@ -25,7 +25,7 @@ LABELS = {
     "tangent": "event with 1 vector",
 }
 _INTEGRATORS = {
-    "steps": SteppingVerlet,
+    "steps": SteppingVerlet,  # verlet without leaps
     **METHODS,
     "tangent": functools.partial(TangentIntegrator, n_vectors=1),
 }
@@ -36,12 +36,7 @@ _SPREAD = 1e-3
 
 
 class GroupRunner:
-    """Several chains advanced together by an integrator of this package.
-
-    method : "verlet", "event", "steps" for `verlet` without leaps, or "tangent" for `event`
-    with a deviation vector for each chain. parameters : the chain; the others start from positions
-    with normal deviations of 0.001. chains : how many.
-    """
+    """Several chains, with starts 0.001 apart, advanced together by one of `_INTEGRATORS`."""
 
     def __init__(self, method: str, parameters: ChainParameters, chains: int):
         self.chains = chains
@@ -64,12 +59,9 @@ class GroupRunner:
 
 
 def competitor(name: str, parameters: ChainParameters, chains: int, warm_up: float):
-    """One competitor with a chain that is under way; None if it cannot run here or such a chain.
+    """One competitor with chains that are under way; None if it cannot run here or such a chain.
 
-    name : of `LABELS`. chains : advanced together, by the integrators of this package only.
-    warm_up : model time advanced before.
-
-    Returns an object with `chains` and `advance(span)`, span in model time.
+    Only the integrators of this package advance several chains together.
     """
     if name == "steps" and parameters.noise > 0:
         return None  # then `verlet` itself goes step by step

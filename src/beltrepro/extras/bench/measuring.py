@@ -1,4 +1,4 @@
-"""One interleaved measurement: every quantity once in every round, after all have warmed up.
+"""Interleaved measurements: every quantity once in every round, after all have warmed up.
 
 A disturbance of the machine then hits all competitors alike. Costs are processor time of the one
 thread that works, which other programs on the machine disturb less than the clock.
@@ -11,13 +11,17 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 
+import beltrepro
 from beltrepro.base import provenance
 from beltrepro.base.errors import InputError, ModelStateError
-from beltrepro.engine.memory import zeros
+from beltrepro.engine.vector import zeros
 from beltrepro.extras.bench import smooth
 from beltrepro.extras.bench.competitors import BASE, LABELS, competitor
 from beltrepro.extras.bench.peak import OPERATIONS_PER_TURN, multiply_add
@@ -26,33 +30,33 @@ from beltrepro.model import ChainParameters
 
 METHODS = ("verlet", "event")
 _SMALLEST_SPAN = 0.1  # model time; less would measure the calls
+_CASE = ("n_blocks", "noise", "belt_velocity")
+_FIRST_STEP = """
+from beltrepro import ChainParameters, simulate
+simulate(ChainParameters(5, 20.0, 1.0), duration=1.0, method={!r}, sample_interval=None)
+print("done", flush=True)
+"""
 
 
 @dataclass(frozen=True)
-class Plan:
-    """What is measured.
+class Scope:
+    """What is measured."""
 
-    cases : (N, sigma, u) of the main table. width : chains advanced together there.
-    chain_counts : for the scaling with the number of chains, at `scaling_case`.
-    block_counts : N for the scaling with N, at sigma and u of `scaling_case`.
-    timing : seconds of each timing. warm_up : model time before the first.
-    fill_cache : start one process for its compiled code only, before those that count.
-    """
-
+    # (N, sigma, u) of the main table
     cases: tuple[tuple[int, float, float], ...] = (
         *((n, sigma, u) for n in (5, 10) for sigma in (0.0, 1.0) for u in (1.0, 20.0)),
         (10, 1.0, 30.0),
     )
-    width: int = 64
-    chain_counts: tuple[int, ...] = (1, 8, 32, 64, 256)
-    block_counts: tuple[int, ...] = (1, 2, 3, 5, 7, 10, 16, 24, 32)
+    width: int = 64  # chains advanced together there
+    chain_counts: tuple[int, ...] = (1, 8, 32, 64, 256)  # at `scaling_case`
+    block_counts: tuple[int, ...] = (1, 2, 3, 5, 7, 10, 16, 24, 32)  # at its sigma and u
     scaling_case: tuple[int, float, float] = (10, 1.0, 20.0)
-    timing: float = 0.3
-    warm_up: float = 500.0
-    fill_cache: bool = True
+    timing: float = 0.3  # seconds of each timing
+    warm_up: float = 500.0  # model time before the first
+    fill_cache: bool = True  # start one process for its compiled code only, before those that count
 
 
-QUICK = Plan(
+QUICK = Scope(
     cases=((5, 0.0, 20.0), (5, 1.0, 20.0)),
     chain_counts=(1, 8, 64),
     block_counts=(1, 10),
@@ -70,17 +74,11 @@ def measure(
     progress: Callable[[float], None] | None = None,
 ) -> dict:
     """Measure everything `beltrepro bench` shows."""
-    if rounds < 1:
-        raise InputError(f"rounds = {rounds}: must be 1 or greater")
-    names = list(LABELS) if only is None else [BASE, *(name for name in only if name != BASE)]
-    for name in names:
-        if name not in LABELS:
-            raise InputError(f"only = {name!r}: allowed are {', '.join(LABELS)}")
-    names = [name for name in LABELS if name in names]
-    plan = QUICK if quick else Plan()
-    methods = [name for name in METHODS if name in names]
+    _check(rounds, only or (), LABELS)
+    names = [name for name in LABELS if only is None or name in (BASE, *only)]
+    scope = QUICK if quick else Scope()
     result: dict = {
-        "conditions": _conditions(rounds, plan, quick, only),
+        "conditions": _conditions(rounds, scope, quick, only),
         "names": names,
         "cases": [],
         "chains": [],
@@ -91,214 +89,230 @@ def measure(
         "first_step": {},
         "wall": [],
     }
-    tasks = _tasks(plan, names, methods, result)
-    report = progress or (lambda fraction: None)
-    total, done = (rounds + 1) * len(tasks), 0
-    ready = []
-    try:
-        for task in tasks:
-            ready.append(task())
-            done += 1
-            report(done / total)
-        for _ in range(rounds):
-            for timing in ready:
-                if timing is not None:
-                    timing.take()
-                done += 1
-                report(done / total)
-    finally:
-        for timing in ready:
-            if timing is not None:
-                timing.close()
+    with ExitStack() as workers:
+        tasks = _tasks(scope, names, result, workers)
+        total, timings = (rounds + 1) * len(tasks), []
+        for done, prepare in enumerate([*tasks, *[None] * (rounds * len(tasks))]):
+            if prepare is not None:
+                timings.append(prepare())
+            elif (take := timings[done % len(tasks)]) is not None:
+                take()
+            if progress:
+                progress((done + 1) / total)
     return result
 
 
-def _tasks(plan, names, methods, result):
+def compare(
+    tree: Path,
+    rounds: int = 5,
+    *,
+    quick: bool = False,
+    only: Sequence[str] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[dict]:
+    """Costs of the integrators in this source tree and in another one, in turns."""
+    _check(rounds, only or (), METHODS)
+    if not (tree / "src" / "beltrepro").is_dir():
+        raise InputError(f"against = {tree}: no source tree, it lacks src/beltrepro")
+    scope = QUICK if quick else Scope()
+    rows = [
+        dict(zip(_CASE, case, strict=True)) | {"method": method, "chains": scope.width}
+        for case in scope.cases
+        for method in only or METHODS
+    ]
+    with Worker() as here, Worker(tree.resolve() / "src") as there:
+        for done, row in enumerate(rows):
+            for worker in (here, there):
+                worker.run(row, 1.0)  # loads what was compiled
+            span = _span(lambda span, row=row: here.timed(row, span)[0], max(scope.timing, 0.1))
+            row |= {"here": [], "there": [], "call_here": [], "call_there": []}
+            for number in range(rounds):
+                # each goes first in every other round
+                for side in ("there", "here") if number % 2 else ("here", "there"):
+                    seconds, call = (here if side == "here" else there).timed(row, span)
+                    row[side].append(1e9 * seconds / (span * scope.width))
+                    row[f"call_{side}"].append(call)
+            if progress:
+                progress((done + 1) / len(rows))
+    return rows
+
+
+def _check(rounds, only, allowed):
+    if rounds < 1:
+        raise InputError(f"rounds = {rounds}: must be 1 or greater")
+    for name in only:
+        if name not in allowed:
+            raise InputError(f"only = {name!r}: allowed are {', '.join(allowed)}")
+
+
+def _tasks(scope, names, result, workers):
     """Functions that prepare a timing each, or give None where a competitor cannot run."""
     tasks = []
+    methods = [name for name in METHODS if name in names]
 
-    def cost(row, name, case, width):
-        tasks.append(lambda: _Cost.prepare(row, name, case, width, plan, result["wall"]))
+    def add(part, row, competitors, case, width):
+        row["ns"] = {}
+        result[part].append(row)
+        for name in competitors:
+            tasks.append(partial(_cost, row["ns"], result["wall"], name, case, width, scope))
 
-    for case in plan.cases:
-        row = dict(zip(("n_blocks", "noise", "belt_velocity"), case, strict=True), ns={})
-        result["cases"].append(row)
-        for name in names:
-            cost(row, name, case, plan.width)
-    for chains in plan.chain_counts if methods else ():
-        row = {"chains": chains, "ns": {}}
-        result["chains"].append(row)
-        for name in methods:
-            cost(row, name, plan.scaling_case, chains)
-    for n_blocks in plan.block_counts:
-        row = {"n_blocks": n_blocks, "ns": {}}
-        result["blocks"].append(row)
-        for name in names:
-            cost(row, name, (n_blocks, *plan.scaling_case[1:]), plan.width)
-    tasks.append(lambda: _Peak(result["peak"], plan))
-    tasks += [lambda name=name: _Cores(result, name, plan) for name in methods]
-    tasks += [lambda name=name: _FirstStep(result["first_step"], name, plan) for name in methods]
+    for case in scope.cases:
+        add("cases", dict(zip(_CASE, case, strict=True)), names, case, scope.width)
+    for chains in scope.chain_counts if methods else ():
+        add("chains", {"chains": chains}, methods, scope.scaling_case, chains)
+    for n_blocks in scope.block_counts:
+        case = (n_blocks, *scope.scaling_case[1:])
+        add("blocks", {"n_blocks": n_blocks}, names, case, scope.width)
+    tasks.append(partial(_peak, result["peak"], scope))
+    tasks += [partial(_cores, result, name, scope, workers) for name in methods]
+    tasks += [partial(_first_step, result["first_step"], name, scope) for name in methods]
     return tasks
 
 
-class _Cost:
+def _span(seconds_of, timing):
+    """Model time that takes about `timing` seconds."""
+    span = 1.0
+    for _ in range(20):
+        elapsed = max(seconds_of(span), 1e-6)
+        if elapsed > timing / 4:
+            break
+        span *= min(20.0, max(2.0, timing / elapsed))
+    return max(_SMALLEST_SPAN, round(span * timing / elapsed, 1))
+
+
+def _cost(costs, walls, name, case, width, scope):
     """Nanoseconds per chain and unit of model time of one competitor."""
+    n_blocks, noise, belt_velocity = case
+    chain = ChainParameters(n_blocks, belt_velocity, noise)
+    runner = competitor(name, chain, width, scope.warm_up)
+    if runner is None:
+        return None
 
-    def __init__(self, runner, values, walls, seconds):
-        self._runner, self._values, self._walls = runner, values, walls
-        self._span = 1.0
-        for _ in range(20):
-            elapsed = max(self._advance()[0], 1e-6)
-            if elapsed > seconds / 4:
-                break
-            self._span *= min(20.0, max(2.0, seconds / elapsed))
-        self._span = max(_SMALLEST_SPAN, round(self._span * seconds / elapsed, 1))
-
-    @classmethod
-    def prepare(cls, row, name, case, width, plan, walls):
-        n_blocks, noise, belt_velocity = case
-        chain = ChainParameters(n_blocks, belt_velocity, noise)
-        runner = competitor(name, chain, width, plan.warm_up)
-        if runner is None:
-            return None
-        return cls(runner, row["ns"].setdefault(name, []), walls, plan.timing)
-
-    def _advance(self):
-        wall, processor = time.perf_counter(), time.process_time()
-        self._runner.advance(self._span)
-        return time.process_time() - processor, time.perf_counter() - wall
-
-    def take(self):
-        processor, wall = self._advance()
-        self._values.append(1e9 * processor / (self._span * self._runner.chains))
-        self._walls.append(wall / processor)
-
-    def close(self):
-        self._runner = None
-
-
-class _Peak:
-    """Operations per second of nothing but multiply-adds."""
-
-    def __init__(self, values, plan):
-        self._results = values
-        self._numbers = zeros((12, 8))
-        multiply_add(self._numbers, 1)
-        self._turns = int(plan.timing * 2e8)
-
-    def take(self):
+    def seconds(span):
         start = time.process_time()
-        multiply_add(self._numbers, self._turns)
-        elapsed = time.process_time() - start
-        self._results.append(OPERATIONS_PER_TURN * self._turns / elapsed)
+        runner.advance(span)
+        return time.process_time() - start
 
-    def close(self):
-        pass
+    span = _span(seconds, scope.timing)
+    values = costs.setdefault(name, [])
 
-
-class _Cores:
-    """Work per time of two processes over that of one."""
-
-    def __init__(self, result, method, plan):
-        self._memory = result["memory"].setdefault(method, {})
-        self._gains = result["cores"].setdefault(method, {"wall": [], "processor": []})
-        n_blocks, noise, belt_velocity = plan.scaling_case
-        settings = [method, n_blocks, belt_velocity, noise, plan.width, plan.warm_up]
-        self._workers = []
-        for _ in range(2):
-            self._workers.append(_worker(*settings))
-        ready = [_reply(worker) for worker in self._workers]
-        self._memory["start"] = ready[0]["bytes"]
-        self._span, seconds = 1.0, max(plan.timing, 0.1)
-        elapsed = self._together(1)[0]
-        if elapsed < seconds / 4:
-            self._span = min(20.0, seconds / elapsed)
-            elapsed = self._together(1)[0]
-        self._span = max(_SMALLEST_SPAN, round(self._span * seconds / elapsed, 1))
-
-    def _together(self, number):
-        """Wall time until all have done their span, and their mean processor time."""
-        workers = self._workers[:number]
+    def take():
         start = time.perf_counter()
-        for worker in workers:
-            _ask(worker, self._span)
-        replies = [_reply(worker) for worker in workers]
+        processor = seconds(span)
+        walls.append((time.perf_counter() - start) / processor)
+        values.append(1e9 * processor / (span * runner.chains))
+
+    return take
+
+
+def _peak(values, scope):
+    """Operations per second of nothing but multiply-adds."""
+    numbers, turns = zeros((12, 8)), int(scope.timing * 2e8)
+    multiply_add(numbers, 1)
+
+    def take():
+        start = time.process_time()
+        multiply_add(numbers, turns)
+        values.append(OPERATIONS_PER_TURN * turns / (time.process_time() - start))
+
+    return take
+
+
+def _cores(result, method, scope, workers):
+    """Work per time of two processes over that of one."""
+    case = dict(zip(_CASE, scope.scaling_case, strict=True))
+    case |= {"method": method, "chains": scope.width}
+    memory = result["memory"].setdefault(method, {})
+    gains = result["cores"].setdefault(method, {"wall": [], "processor": []})
+    pair = [workers.enter_context(Worker()) for _ in range(2)]
+    memory["start"] = max(worker.run(case, 1.0)["bytes"] for worker in pair)
+    span = _span(lambda span: pair[0].run(case, span)["processor"], max(scope.timing, 0.1))
+
+    def together(number):
+        """Wall time until all have done their span, and their mean processor time."""
+        start = time.perf_counter()
+        for worker in pair[:number]:
+            worker.ask(case, span)
+        replies = [worker.reply() for worker in pair[:number]]
         wall = time.perf_counter() - start
+        memory["end"] = replies[0]["bytes"]
         return wall, float(np.mean([reply["processor"] for reply in replies]))
 
-    def take(self):
-        alone, beside = self._together(1), self._together(2)
+    def take():
+        alone, beside = together(1), together(2)
         for kind, one, two in zip(("wall", "processor"), alone, beside, strict=True):
-            self._gains[kind].append(2 * one / two)
+            gains[kind].append(2 * one / two)
 
-    def close(self):
-        try:
-            _ask(self._workers[0], "memory")
-            self._memory["end"] = _reply(self._workers[0])["bytes"]
-        except (OSError, ModelStateError):
-            pass
-        for worker in self._workers:
-            worker.stdin.close()
-            worker.wait()
-            worker.stdout.close()
+    return take
 
 
-class _FirstStep:
+def _first_step(values, method, scope):
     """Seconds from the start of a fresh process to its first step, compiled code in the cache."""
+    command = [sys.executable, "-c", _FIRST_STEP.format(method)]
 
-    _CODE = (
-        "from beltrepro import ChainParameters, simulate\n"
-        "simulate(ChainParameters(5, 20.0, 1.0), duration=1.0, method={!r},"
-        " sample_interval=None)\n"
-        "print('done', flush=True)\n"
-    )
-
-    def __init__(self, values, method, plan):
-        self._code = self._CODE.format(method)
-        self._values = values.setdefault(method, [])
-        if plan.fill_cache:
-            self._start()
-
-    def _start(self):
+    def seconds():
         start = time.perf_counter()
-        with subprocess.Popen(
-            [sys.executable, "-c", self._code], stdout=subprocess.PIPE, text=True
-        ) as process:
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
             line = process.stdout.readline()
             elapsed = time.perf_counter() - start
         if line.strip() != "done":
             raise ModelStateError("bench: a fresh process did not reach its first step")
         return elapsed
 
-    def take(self):
-        self._values.append(self._start())
-
-    def close(self):
-        pass
-
-
-def _worker(*settings):
-    return subprocess.Popen(
-        [sys.executable, "-m", "beltrepro.extras.bench.worker", *map(str, settings)],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
+    if scope.fill_cache:
+        seconds()
+    times = values.setdefault(method, [])
+    return lambda: times.append(seconds())
 
 
-def _ask(worker, question):
-    worker.stdin.write(f"{question}\n")
-    worker.stdin.flush()
+class Worker:
+    """A process that simulates on request, with the package of this source tree or of another."""
+
+    def __init__(self, source: Path | None = None):
+        source = source or Path(beltrepro.__file__).parents[1]
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-W", "ignore", str(Path(__file__).with_name("worker.py"))],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=os.environ | {"PYTHONPATH": str(source)},
+        )
+
+    def run(self, case, span):
+        """What `worker.py` answers."""
+        self.ask(case, span)
+        return self.reply()
+
+    def timed(self, case, span):
+        """Seconds of a span, and those that a call costs besides."""
+        call = self.run(case, _SMALLEST_SPAN)["processor"]
+        return self.run(case, _SMALLEST_SPAN + span)["processor"] - call, call
+
+    def ask(self, case, span):
+        """Let it begin."""
+        try:
+            self._process.stdin.write(json.dumps(case | {"span": span}) + "\n")
+            self._process.stdin.flush()
+        except OSError:
+            raise ModelStateError("bench: a worker process ended early") from None
+
+    def reply(self):
+        """Wait for its answer."""
+        line = self._process.stdout.readline()
+        if not line:
+            raise ModelStateError("bench: a worker process ended early")
+        return json.loads(line)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self._process.stdin.close()
+        self._process.wait()
+        self._process.stdout.close()
 
 
-def _reply(worker):
-    line = worker.stdout.readline()
-    if not line:
-        raise ModelStateError("bench: a worker process ended early")
-    return json.loads(line)
-
-
-def _conditions(rounds, plan, quick, only):
+def _conditions(rounds, scope, quick, only):
     versions = provenance.library_versions()
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     return {
@@ -314,8 +328,8 @@ def _conditions(rounds, plan, quick, only):
         "rounds": rounds,
         "quick": quick,
         "only": None if only is None else ",".join(only),
-        "timing": plan.timing,
-        "warm_up": plan.warm_up,
-        "width": plan.width,
-        "scaling_case": list(plan.scaling_case),
+        "timing": scope.timing,
+        "warm_up": scope.warm_up,
+        "width": scope.width,
+        "scaling_case": list(scope.scaling_case),
     }

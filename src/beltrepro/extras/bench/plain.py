@@ -37,12 +37,7 @@ _jit = numba.njit(cache=True, error_model="numpy")
 
 
 class PlainChain:
-    """One chain in the laboratory frame, advanced by one of the two loops.
-
-    parameters : the chain, with the paper's friction and spring law.
-    loop : `numba_loop`, or what `c_loop` returns.
-    seed : fixes the random numbers. time_step : dt, model time.
-    """
+    """One chain with the paper's law, in the laboratory frame, advanced by one of the two loops."""
 
     chains = 1
 
@@ -91,11 +86,14 @@ class PlainChain:
         return float(math.sqrt(max(variance, 0.0)) / mean)
 
 
+def _compiler() -> str | None:
+    return shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+
+
 @functools.cache
 def compiler() -> str | None:
     """The C compiler found on the path, with its version; None if there is none."""
-    program = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
-    if program is None:
+    if (program := _compiler()) is None:
         return None
     try:
         done = subprocess.run([program, "--version"], capture_output=True, text=True, check=True)
@@ -106,12 +104,8 @@ def compiler() -> str | None:
 
 @functools.cache
 def c_loop(flags: tuple[str, ...] = FLAGS) -> Callable | None:
-    """The loop in C, compiled now into a temporary folder; None without a compiler that can.
-
-    flags : options of the compiler.
-    """
-    program = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
-    if program is None:
+    """The loop in C, compiled now into a temporary folder; None without a compiler that can."""
+    if (program := _compiler()) is None:
         return None
     with tempfile.TemporaryDirectory() as folder:
         library = str(Path(folder) / "naive_loop.so")
@@ -191,14 +185,8 @@ def numba_loop(n_blocks, belt_velocity, noise, time_step, n_steps, state, stream
     laboratory frame. stream (4,) uint64 : random numbers. carry (4,) : a spare normal deviate, and
     the sums of x_N and of its square over the steps done.
     """
-    x, before, v, a_before, threshold, direction = (
-        state[0],
-        state[1],
-        state[2],
-        state[3],
-        state[4],
-        state[5],
-    )
+    x, before, v = state[0], state[1], state[2]
+    a_before, threshold, direction = state[3], state[4], state[5]
     springs = np.zeros(n_blocks + 1)
     for _ in range(n_steps):
         for i in range(n_blocks):

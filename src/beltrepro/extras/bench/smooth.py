@@ -24,10 +24,7 @@ _SHORTEST = 1e-6  # model time
 
 
 class SolveIvpChain:
-    """One chain advanced by `scipy.integrate.solve_ivp`, piece by piece from event to event.
-
-    start : a chain without noise; its state is where this one begins.
-    """
+    """One chain without noise advanced by `solve_ivp`, piece by piece from event to event."""
 
     chains = 1
 
@@ -51,8 +48,8 @@ class SolveIvpChain:
             piece = self._piece(end)
             self.time = float(piece.t[-1])
             self._state = piece.y[:, -1].copy()
-            for block, found in enumerate(piece.t_events):
-                if len(found):
+            for block, instants in enumerate(piece.t_events):
+                if len(instants):
                     self._turn(block)
 
     def _piece(self, end):
@@ -134,12 +131,10 @@ def heyoka_version() -> str | None:
 
 
 class HeyokaChain:
-    """One chain advanced by heyoka's Taylor integrator with terminal events, at its own precision.
+    """One chain without noise advanced by heyoka's Taylor integrator with terminal events.
 
     Direction of slip and branch of the springs are parameters of one compiled integrator; the
     callbacks of the events change them.
-
-    start : a chain without noise; its state is where this one begins.
     """
 
     chains = 1

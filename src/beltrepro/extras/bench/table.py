@@ -1,6 +1,6 @@
 """What `beltrepro bench` measured, as tables: for the terminal and for the docs."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,43 +13,46 @@ OPERATIONS = 23
 _MISSING = "n/a"
 
 
-@dataclass(frozen=True)
-class Table:
+class Sheet(NamedTuple):
     """One table: title, what it says in words, header and rows of text."""
 
     title: str
     text: str
     header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
+    rows: list[tuple[str, ...]]
 
 
-def tables(result: dict) -> list[Table]:
-    """The tables of a result of `beltrepro.extras.bench.measuring.measure`."""
-    return [
-        table
-        for table in (
-            _conditions(result),
-            _cases(result),
-            _shares(result),
-            _chains(result),
-            _blocks(result),
-            _cores(result),
-            _processes(result),
-        )
-        if table.rows
-    ]
+def sheets(result: dict) -> list[Sheet]:
+    """The tables of a result of `measuring.measure`."""
+    parts = (_conditions, _cases, _shares, _chains, _blocks, _cores, _processes)
+    return [sheet for sheet in (part(result) for part in parts) if sheet.rows]
 
 
 def as_text(result: dict) -> str:
     """All tables for a terminal."""
-    parts = []
-    for table in tables(result):
-        lines = [table.header, *table.rows]
-        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-        parts.append(table.title)
-        parts += ["  ".join(map(str.ljust, line, widths)).rstrip() for line in lines]
-        parts.append("")
-    return "\n".join(parts)
+    return "\n".join(map(_as_text, sheets(result)))
+
+
+def comparison(rows: list[dict], tree: str) -> str:
+    """What `measuring.compare` measured, for a terminal."""
+    cells = []
+    for row in rows:
+        ratios = np.divide(row["here"], row["there"])
+        case = (str(row["n_blocks"]), f"{row['noise']:g}", f"{row['belt_velocity']:g}")
+        costs = [_cell(_median(row[side])) for side in ("here", "there")]
+        spread = f"{ratios.min():.3f} to {ratios.max():.3f}"
+        calls = [f"{1e3 * _median(row[side]):.1f}" for side in ("call_here", "call_there")]
+        cells.append((*case, row["method"], *costs, f"{np.median(ratios):.3f}", spread, *calls))
+    header = ("N", "σ", "u", "integrator", "ns here", "ns there", "here / there", "in the rounds")
+    header += ("ms of a call here", "there")
+    return _as_text(Sheet(f"Cost per chain and unit of time, beside {tree}", "", header, cells))
+
+
+def _as_text(sheet: Sheet) -> str:
+    lines = [sheet.header, *sheet.rows]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    rows = ("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
+    return "\n".join([sheet.title, *rows, ""])
 
 
 def as_markdown(result: dict) -> str:
@@ -65,11 +68,9 @@ def as_markdown(result: dict) -> str:
         "of model time (0.0765 s). All chains had moved for a while before the first timing.",
         "",
     ]
-    for table in tables(result):
-        parts += [f"## {table.title}", "", *([table.text, ""] if table.text else [])]
-        parts.append(_line(table.header))
-        parts.append(_line("---" for _ in table.header))
-        parts += [_line(row) for row in table.rows]
+    for sheet in sheets(result):
+        parts += [f"## {sheet.title}", "", *([sheet.text, ""] if sheet.text else [])]
+        parts += map(_line, [sheet.header, ["---"] * len(sheet.header), *sheet.rows])
         parts.append("")
     return "\n".join(parts)
 
@@ -112,7 +113,7 @@ def _conditions(result):
             f"{_spread(result):.2f}",
         ),
     ]
-    return Table("Conditions", "", ("what", "value"), tuple(rows))
+    return Sheet("Conditions", "", ("what", "value"), rows)
 
 
 def _spread(result):
@@ -150,7 +151,7 @@ def _cases(result):
         "vector for each chain, as Lyapunov exponents need it."
     )
     header = ("N", "σ", "u", "quantity", *(LABELS[name] for name in names))
-    return Table("Cost", text, header, tuple(rows))
+    return Sheet("Cost", text, header, rows)
 
 
 def _shares(result):
@@ -178,7 +179,7 @@ def _shares(result):
         "multiply-adds on independent numbers."
     )
     header = ("N", "u", *(LABELS[name] for name in names))
-    return Table("Share of the peak", text, header, tuple(rows))
+    return Sheet("Share of the peak", text, header, rows)
 
 
 def _chains(result):
@@ -193,7 +194,7 @@ def _chains(result):
         f"u = {belt_velocity:g}, for several numbers of chains advanced together."
     )
     header = ("chains", *(LABELS[name] for name in names))
-    return Table("Number of chains", text, header, tuple(rows))
+    return Sheet("Number of chains", text, header, rows)
 
 
 def _blocks(result):
@@ -207,41 +208,29 @@ def _blocks(result):
     _, noise, belt_velocity = result["conditions"]["scaling_case"]
     text = f"Cost in ns per block and unit of time at σ = {noise:g}, u = {belt_velocity:g}."
     header = ("N", *(LABELS[name] for name in names))
-    return Table("Number of blocks", text, header, tuple(rows))
+    return Sheet("Number of blocks", text, header, rows)
 
 
 def _cores(result):
-    rows = [
-        (
-            LABELS[name],
-            f"{_median(gains['wall']):.2f}",
-            f"{max(gains['wall']):.2f}",
-            f"{_median(gains['processor']):.2f}",
-        )
-        for name, gains in result["cores"].items()
-        if gains["wall"]
-    ]
+    rows = []
+    for name, gains in result["cores"].items():
+        if wall := gains["wall"]:
+            numbers = _median(wall), max(wall), _median(gains["processor"])
+            rows.append((LABELS[name], *(f"{number:.2f}" for number in numbers)))
     text = (
         "Work per time of two processes, divided by that of one process (target 1.9). The clock "
         "also counts the time that other programs take. The processor time shows only how much "
         "the two processes slow each other down."
     )
     header = ("integrator", "by the clock", "best round", "by processor time")
-    return Table("Two processes", text, header, tuple(rows))
+    return Sheet("Two processes", text, header, rows)
 
 
 def _processes(result):
     rows = []
     for name, memory in result["memory"].items():
-        starts = result["first_step"].get(name)
-        rows.append(
-            (
-                LABELS[name],
-                _memory(memory.get("start")),
-                _memory(memory.get("end")),
-                f"{_median(starts):.2f}" if starts else _MISSING,
-            )
-        )
+        megabytes = [f"{memory[when] / 1e6:.0f}" for when in ("start", "end")]
+        rows.append((LABELS[name], *megabytes, f"{_median(result['first_step'][name]):.2f}"))
     n_blocks, width = result["conditions"]["scaling_case"][0], result["conditions"]["width"]
     text = (
         f"The first two columns show the peak memory of a process with {width} chains of "
@@ -250,7 +239,7 @@ def _processes(result):
         "compiled kernels in the cache (target: under 3 s)."
     )
     header = ("integrator", "MB at the start", "MB at the end", "s to the first step")
-    return Table("Memory and start", text, header, tuple(rows))
+    return Sheet("Memory and start", text, header, rows)
 
 
 def _median(values):
@@ -260,13 +249,7 @@ def _median(values):
 def _gain(costs, name):
     if not costs.get(name):
         return _MISSING
-    return _cell(
-        _median([base / cost for base, cost in zip(costs[BASE], costs[name], strict=True)])
-    )
-
-
-def _memory(size):
-    return _MISSING if size is None else f"{size / 1e6:.0f}"
+    return _cell(np.median(np.divide(costs[BASE], costs[name])))
 
 
 def _cell(value, factor=1.0):

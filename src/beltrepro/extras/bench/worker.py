@@ -1,7 +1,8 @@
-"""A process of its own that advances chains on request: `python -m beltrepro.extras.bench.worker`.
+"""A process of its own that simulates on request; `measuring.Worker` starts it, for any tree.
 
-Arguments: method, N, u, sigma, number of chains, warm-up. It answers every line of its input with
-one line of JSON: a number is a span of model time to advance, "memory" asks for the peak memory.
+It uses only what trees of other versions have, too. Each line of its input is a case as JSON:
+method, n_blocks, belt_velocity, noise, chains, and the span of model time. Each answer is one line:
+processor time in seconds, and the largest memory of the process so far in bytes.
 """
 
 import json
@@ -10,11 +11,10 @@ import sys
 import time
 from pathlib import Path
 
-from beltrepro import ChainParameters
+from beltrepro import ChainParameters, scan
 
 
-def peak_memory() -> float:
-    """Largest resident memory of this process so far, bytes."""
+def _peak_memory() -> float:
     try:
         status = Path("/proc/self/status").read_text()
         return 1024.0 * float(status.partition("VmHWM:")[2].split()[0])
@@ -23,28 +23,11 @@ def peak_memory() -> float:
         return float(unit * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
 
-def _answer(line, runner):
-    if line == "memory":
-        return {"bytes": peak_memory()}
-    wall, processor = time.perf_counter(), time.process_time()
-    runner.advance(float(line))
-    return {
-        "wall": time.perf_counter() - wall,
-        "processor": time.process_time() - processor,
-    }
-
-
-def main(arguments: list[str]) -> None:
-    """Serve until the input ends; says {"bytes": ...} first, the peak memory when ready."""
-    method, n_blocks, belt_velocity, noise, chains, warm_up = arguments
-    from beltrepro.extras.bench.competitors import competitor
-
-    chain = ChainParameters(int(n_blocks), float(belt_velocity), float(noise))
-    runner = competitor(method, chain, int(chains), float(warm_up))
-    print(json.dumps(_answer("memory", runner)), flush=True)
-    for line in sys.stdin:
-        print(json.dumps(_answer(line.strip(), runner)), flush=True)
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])
+for line in sys.stdin:
+    case = json.loads(line)
+    chain = ChainParameters(case["n_blocks"], case["belt_velocity"], case["noise"])
+    several = {"replicate": list(range(case["chains"])), "initial_spread": 1.0}
+    start = time.process_time()
+    scan([chain] * case["chains"], duration=case["span"], method=case["method"], **several)
+    elapsed = time.process_time() - start
+    print(json.dumps({"processor": elapsed, "bytes": _peak_memory()}), flush=True)

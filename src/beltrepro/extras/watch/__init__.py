@@ -4,10 +4,8 @@
 frame takes. `View` draws a player; `Window` and `write_film` make frames of it.
 """
 
-from beltrepro.extras.watch.clock import Clock
-from beltrepro.extras.watch.film import check_film, write_film
-from beltrepro.extras.watch.player import Player, begin
-from beltrepro.extras.watch.view import View
+from beltrepro.extras.watch.player import Clock, Player, begin
+from beltrepro.extras.watch.view import View, check_film, write_film
 from beltrepro.extras.watch.window import Window, check_display, open_window
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""The chain on its belt, seen from above, to scale in metres."""
+"""The chain on its belt, seen from above, to scale in metres; and its last block in time."""
 
 from __future__ import annotations
 
@@ -11,12 +11,87 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from beltrepro.extras.watch import look
-from beltrepro.extras.watch.player import Player
-from beltrepro.extras.watch.room import BELT_HALF_WIDTH, SCENE, Room
+from beltrepro.extras.watch.player import KEPT, Player
 from beltrepro.model import ChainParameters
-from beltrepro.model.units import FORCE_N, LENGTH_M
+from beltrepro.model.spring import spring_extension
+from beltrepro.model.units import FORCE_N, LENGTH_M, TIME_S
+from beltrepro.replication.camera.scene import Scene
 
+SCENE = Scene()  # sizes of what lies on the belt
+_SPACING = SCENE.mark_spacing
 BLOCK_ALONG, BLOCK_ACROSS = SCENE.block_length, SCENE.block_width
+BELT_HALF_WIDTH = 0.07
+_TAPE_TOP = -BELT_HALF_WIDTH - 0.005
+TAPE = (_TAPE_TOP - SCENE.tape_width - 0.01, _TAPE_TOP)  # its edges across the belt, m
+ACROSS = (TAPE[0] - 0.03, BELT_HALF_WIDTH + 0.01)
+WALL = 0.02
+
+_ROOM_BEYOND = 1.05  # of the length at which the springs balance static friction
+_FLATTEST = 60.0  # pixels that the picture has across the belt, also where that is not to scale
+_NARROWEST_MARKS, _NARROWEST_NUMBERS = 2.5, 36.0  # pixels from one to the next
+_NUMBERED = (10, 20, 50, 100, 200, 500)  # marks from one number to the next
+
+
+def visible_length(chain: ChainParameters) -> float:
+    """Length of belt that a chain needs, in metres."""
+    pulls = chain.static_friction * np.arange(chain.n_blocks, 0, -1)
+    stretched = (chain.rest_length + spring_extension(pulls, chain)).sum()
+    return float(LENGTH_M * stretched * _ROOM_BEYOND)
+
+
+class Room:
+    """The belt under a chain, drawn on axes."""
+
+    def __init__(self, axes: Axes, chain: ChainParameters) -> None:
+        box, across = axes.bbox, ACROSS[1] - ACROSS[0]
+        # a short chain leaves belt free, so that the picture is as wide as the axes
+        widest = across * box.width / box.height - WALL
+        self.end = max(visible_length(chain), widest)
+        self.pixels_per_metre = box.width / (self.end + WALL)
+        to_scale = across * self.pixels_per_metre >= _FLATTEST
+        self.pixels_across = self.pixels_per_metre if to_scale else box.height / across
+        axes.set(xlim=(-WALL, self.end), ylim=ACROSS, aspect="equal" if to_scale else "auto")
+        axes.axis("off")
+        height = 2 * BELT_HALF_WIDTH
+        corner = (0.0, -BELT_HALF_WIDTH)
+        axes.add_patch(Rectangle(corner, self.end, height, facecolor=look.BELT, zorder=1))
+        wall = Rectangle((-WALL, -BELT_HALF_WIDTH), WALL, height, hatch="////", linewidth=0)
+        wall.set(facecolor=look.ROOM, edgecolor=look.SOFT)
+        axes.add_patch(wall)
+        self._draw_tape(axes)
+
+    def _draw_tape(self, axes: Axes) -> None:
+        """A mark every centimetre from the wall, if there is room; longer ones every ten."""
+        pixels = _SPACING * self.pixels_per_metre
+        finest = next(each for each in (1, 10, 100) if each * pixels >= _NARROWEST_MARKS)
+        numbered = next(each for each in _NUMBERED if each * pixels >= _NARROWEST_NUMBERS)
+        marks = np.arange(0, self.end / _SPACING, finest)
+        lengths = np.where(marks % 10 == 0, SCENE.long_mark_length, SCENE.mark_length)
+        top = TAPE[1]
+        lines = [
+            [(place, top - length), (place, top)]
+            for place, length in zip(_SPACING * marks, lengths, strict=True)
+        ]
+        thin = min(0.9, 0.3 * finest * pixels)
+        # marks lie between pixels where they are
+        tape = LineCollection(lines, colors=look.TEXT, linewidths=thin, snap=False)
+        axes.add_collection(tape, autolim=False)
+        for mark in np.arange(0, self.end / _SPACING - 0.6 * numbered, numbered):
+            axes.text(mark * _SPACING, TAPE[0], f"{mark:g}", ha="center", va="top", fontsize=8)
+        axes.text(self.end, TAPE[0], "cm", ha="right", va="top", fontsize=8)
+
+
+def signs_explained() -> list[Line2D]:
+    """A legend's lines for the signs of stick and slip."""
+    return [
+        Line2D([], [], color=colour, marker=shape, linestyle="none", label=words)
+        for shape, colour, words in (
+            ("s", look.STUCK, "stuck to the belt"),
+            ("<", look.SLIPPING, "slips back over the belt"),
+            (">", look.SLIPPING, "slips forward"),
+        )
+    ]
+
 
 _SIGN = 0.018  # m, of a sign; in points at least and at most:
 _SIGN_POINTS, _EDGE_POINTS = (5.0, 8.0), (1.0, 2.5)
@@ -121,3 +196,35 @@ def _springs(places: np.ndarray) -> np.ndarray:
     lines[:, :, 1] = _COIL_HEIGHT * (-1.0) ** np.arange(len(along))
     lines[:, [0, 1, -2, -1], 1] = 0.0
     return lines
+
+
+_STEP = 0.05  # the scale of r ends at a multiple of it
+
+
+class Strips:
+    """Two curves that end now."""
+
+    def __init__(self, length: Axes, disorder: Axes, player: Player) -> None:
+        for axes in (length, disorder):
+            axes.set_xlim(-KEPT * TIME_S, 0)
+        rest = LENGTH_M * player.parameters.rest_positions[-1]
+        length.set(ylim=(0.6 * rest, visible_length(player.parameters)), ylabel="$x_N$ (m)")
+        length.tick_params(labelbottom=False)
+        disorder.set(ylim=(0, 5 * _STEP), ylabel="$r$", xlabel="seconds of the chain before now")
+        self._disorder_axes = disorder
+        (self.length,) = length.plot([], [], color=look.TEXT)
+        (self.disorder,) = disorder.plot([], [], color=look.TEXT)
+        self.artists = [self.length, self.disorder]
+        self.show(player)
+
+    def show(self, player: Player) -> bool:
+        """Draw the curves up to now."""
+        record = player.record
+        before = TIME_S * (record.time - player.time)
+        self.length.set_data(before, LENGTH_M * record.length)
+        self.disorder.set_data(before, record.disorder)
+        highest = np.max(record.disorder, initial=0.0)
+        grows = bool(highest > self._disorder_axes.get_ylim()[1])
+        if grows:
+            self._disorder_axes.set_ylim(0, _STEP * np.ceil(1.2 * highest / _STEP))
+        return grows

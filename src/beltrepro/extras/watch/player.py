@@ -1,21 +1,132 @@
-"""A chain that is being watched, as a value."""
+"""A chain that is being watched, as a value: its clock, its motion, and what was shown of it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import warnings
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from beltrepro.base import checks
-from beltrepro.extras.watch.clock import Clock
-from beltrepro.extras.watch.record import Record
+from beltrepro.base.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.spring import chain_deformations, spring_force
+from beltrepro.model.units import TIME_S
 from beltrepro.simulation import ChainState, Run, simulate
 
-STRETCH = (
-    250.0  # a run that is cut at multiples of it has the bits of the uncut run (docs/states.md)
-)
+DOUBLINGS = 4  # of the speed, up or down by keys
+SPEEDS = (0.05, 50.0)
+FRAMES_PER_SECOND = (1.0, 120.0)
+
+
+@dataclass(frozen=True)
+class Clock:
+    """How fast a chain is shown, and whether it is paused.
+
+    A frame shows a whole number of ticks. At the slowest speed it is one, so that any speed within
+    reach of the keys shows instants of one grid.
+    """
+
+    # seconds of the chain in a second of the film, without doublings; 1 is real time. From 0.05
+    # to 50
+    speed: float = 1.0
+    frames_per_second: float = 24.0  # from 1 to 120
+    # how often the speed was doubled; negative where it was halved. From -4 to 4
+    doublings: int = 0
+    paused: bool = False  # whether frames stand still
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in {"speed": SPEEDS, "fps": FRAMES_PER_SECOND}.items():
+            attribute = "frames_per_second" if name == "fps" else name
+            value = checks.finite_number(name, getattr(self, attribute))
+            if not low <= value <= high:
+                raise InputError(f"{name} = {value:g}: must be from {low:g} to {high:g}")
+            object.__setattr__(self, attribute, value)
+
+    @property
+    def tick(self) -> float:
+        """Model time of a tick."""
+        # a power of two: instants on the grid of ticks are also those on the grid of frames
+        return self.speed / self.frames_per_second / TIME_S / 2**DOUBLINGS
+
+    @property
+    def ticks_of_frame(self) -> int:
+        """Ticks from one frame to the next: 0 when paused."""
+        return 0 if self.paused else self.ticks_of_step
+
+    @property
+    def ticks_of_step(self) -> int:
+        """Ticks of a single step: those of a frame, also when paused."""
+        return 2 ** (DOUBLINGS + self.doublings)
+
+    @property
+    def shown_speed(self) -> float:
+        """Seconds of the chain in a second, with doublings."""
+        return self.speed * 2.0**self.doublings
+
+    def changed(self, doublings: int) -> Clock:
+        """Faster or slower, as far as the speed goes."""
+        wanted = self.doublings + doublings
+        return replace(self, doublings=max(-DOUBLINGS, min(DOUBLINGS, wanted)))
+
+
+KEPT = 30.0 / TIME_S  # model time: thirty seconds of the belt
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """Recent positions of the last block, and their moments since a beginning."""
+
+    # instants, x_N and the disorder parameter up to that instant, of the last `KEPT` of model
+    # time
+    time: np.ndarray = field(default_factory=partial(np.empty, 0))
+    length: np.ndarray = field(default_factory=partial(np.empty, 0))
+    disorder: np.ndarray = field(default_factory=partial(np.empty, 0))
+    count: int = 0  # positions in the moments
+    # the first of these positions, and the sum and the sum of squares of all from there
+    origin: float = 0.0
+    total: float = 0.0
+    squares: float = 0.0
+
+    def extended(self, time: np.ndarray, length: np.ndarray) -> Record:
+        """This record with further positions."""
+        if not len(time):
+            return self
+        origin = self.origin if self.count else float(length[0])
+        count = self.count + np.arange(1, len(length) + 1)
+        total = self.total + np.cumsum(length - origin)
+        squares = self.squares + np.cumsum((length - origin) ** 2)
+        spread = np.sqrt(np.maximum(squares / count - (total / count) ** 2, 0.0))
+        disorder = spread / (origin + total / count)
+        recent = self.time >= time[-1] - KEPT
+        return Record(
+            time=np.append(self.time[recent], time),
+            length=np.append(self.length[recent], length),
+            disorder=np.append(self.disorder[recent], disorder),
+            count=int(count[-1]),
+            origin=origin,
+            total=float(total[-1]),
+            squares=float(squares[-1]),
+        )
+
+    def anew(self) -> Record:
+        """This record with moments that begin now."""
+        return replace(self, count=0, total=0.0, squares=0.0)
+
+    @property
+    def mean_length(self) -> float:
+        """<x_N> so far; NaN where nothing was shown."""
+        return self.origin + self.total / self.count if self.count else np.nan
+
+    @property
+    def disorder_parameter(self) -> float:
+        """The disorder parameter r so far (Eq. 4); NaN where nothing was shown."""
+        return float(self.disorder[-1]) if self.count else np.nan
+
+
+# a run that is cut at multiples of it has the bits of the uncut run (docs/states.md)
+STRETCH = 250.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,12 +232,13 @@ def _ahead(state: ChainState, tick: float) -> Run:
 
 
 def _simulated(state: ChainState, duration: float, sample_interval: float | None) -> Run:
-    run = simulate(
-        state.parameters,
-        duration=duration,
-        method="event",
-        initial_state=state,
-        sample_interval=sample_interval,
-    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # r of so short a run is asked by nobody
+        run = simulate(
+            state.parameters,
+            duration=duration,
+            initial_state=state,
+            sample_interval=sample_interval,
+        )
     assert isinstance(run, Run)  # as it was one chain
     return run

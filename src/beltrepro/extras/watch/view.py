@@ -1,20 +1,24 @@
-"""The whole picture: a line of numbers, the chain on its belt, x_N(t) and r."""
+"""The whole picture: a line of numbers, the chain on its belt, x_N(t) and r; and films of it."""
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import matplotlib.style
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
+from beltrepro.base import checks
+from beltrepro.base.atomic import replacing
+from beltrepro.base.errors import InputError
 from beltrepro.extras.watch import look
-from beltrepro.extras.watch.clock import Clock
-from beltrepro.extras.watch.picture import ChainPicture
-from beltrepro.extras.watch.player import Player
-from beltrepro.extras.watch.room import signs_explained
-from beltrepro.extras.watch.strips import Strips
+from beltrepro.extras.watch.picture import ChainPicture, Strips, signs_explained
+from beltrepro.extras.watch.player import Clock, Player
 from beltrepro.model.units import LENGTH_M, TIME_S, VELOCITY_M_S
 
 SIZE = (12.8, 7.2)  # inches; at 100 dots an inch a film of 1280 by 720
@@ -125,3 +129,93 @@ def _settings(player: Player, clock: Clock) -> str:
         f"speed × {clock.shown_speed:g}",
     ]
     return "     ".join(filter(None, parts))
+
+
+SUFFIXES = (".mp4", ".gif")
+_GIF_FRAMES_PER_SECOND = 50.0  # browsers show shorter frames of a gif longer
+
+
+def check_film(path: Path, duration: float, clock: Clock) -> None:
+    """Check the settings of a film before anything is simulated."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"output = {path}: must end in .mp4 or .gif")
+    checks.positive("duration", duration)
+    if _frames_of(duration, clock) < 1:
+        raise InputError(
+            f"duration = {duration:g}: a film of at least one frame needs "
+            f"{1 / clock.frames_per_second:.3g} s"
+        )
+    if path.suffix.lower() == ".gif" and clock.frames_per_second > _GIF_FRAMES_PER_SECOND:
+        raise InputError(
+            f"fps = {clock.frames_per_second:g}: a gif has at most {_GIF_FRAMES_PER_SECOND:g}"
+        )
+
+
+def _frames_of(duration: float, clock: Clock) -> int:
+    return round(duration * clock.frames_per_second)
+
+
+def write_film(
+    path: Path,
+    player: Player,
+    clock: Clock,
+    duration: float,
+    progress: Callable[[float], None] | None = None,
+) -> View:
+    """Write a film of a chain from now on; the file appears under its name when it is complete."""
+    check_film(path, duration, clock)
+    from beltrepro.replication.camera.video import Frame, write_video
+
+    view = View(player, clock)
+    count, rate = _frames_of(duration, clock), clock.frames_per_second
+    pictures = _pictures(view, player, clock, count, progress or (lambda fraction: None))
+    if path.suffix.lower() == ".gif":
+        with replacing(path) as part:
+            _write_gif(part, pictures, count, rate)
+    else:
+        frames = (Frame(number / rate, picture) for number, picture in enumerate(pictures))
+        write_video(path, frames, frames_per_second=rate, preset="medium")
+    return view
+
+
+def _pictures(
+    view: View, player: Player, clock: Clock, count: int, progress: Callable[[float], None]
+) -> Iterator[np.ndarray]:
+    for number in range(count):
+        player = player.advance(clock.ticks_of_frame if number else 0)
+        view.draw(player, clock)
+        yield view.pixels()
+        progress((number + 1) / count)
+
+
+def _write_gif(path: Path, shown: Iterator[np.ndarray], count: int, rate: float) -> None:
+    from PIL import Image
+
+    # a gif counts in hundredths of a second; rounded instants, not durations, keep its length
+    instants = np.round(100 * np.arange(count + 1) / rate)
+    first = next(shown)
+    palette = _palette(first)
+    pictures = (
+        Image.fromarray(picture).quantize(palette=palette, dither=Image.Dither.NONE)
+        for picture in itertools.chain([first], shown)
+    )
+    next(pictures).save(
+        path,
+        save_all=True,
+        append_images=pictures,
+        duration=[10 * int(length) for length in np.diff(instants)],
+        loop=0,
+    )
+
+
+def _palette(picture: np.ndarray) -> Any:
+    """The 256 colours of a gif: those that tell something exactly, and those of a frame."""
+    from PIL import Image
+
+    exact = [*map(to_rgb, (look.STUCK, look.SLIPPING)), *look.SPRINGS(np.linspace(0, 1, 62))]
+    others = 256 - len(exact)
+    common = Image.fromarray(picture).quantize(others).getpalette() or []
+    palette = Image.new("P", (1, 1))
+    levels = [round(255 * part) for colour in exact for part in colour[:3]]
+    palette.putpalette([*levels, *common[: 3 * others]])
+    return palette

@@ -14,8 +14,7 @@ from matplotlib.widgets import Slider
 
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.extras.watch import look
-from beltrepro.extras.watch.clock import Clock
-from beltrepro.extras.watch.player import Player
+from beltrepro.extras.watch.player import Clock, Player
 from beltrepro.extras.watch.view import SIZE, View
 
 KEYS = "space: pause     →: one step     ↑ ↓: faster, slower     c: r from here on     q: close"
@@ -81,10 +80,10 @@ class Window:
             self.view.draw(self.player, self.clock)
 
     def _pause(self) -> None:
-        self.clock = self.clock.toggled()
+        self.clock = replace(self.clock, paused=not self.clock.paused)
 
     def _step(self) -> None:
-        self.clock = self.clock.stopped()
+        self.clock = replace(self.clock, paused=True)
         try:
             self._obey_sliders()
             self.player = self.player.advance(self.clock.ticks_of_step)
@@ -99,7 +98,7 @@ class Window:
 
     def _complain(self, error: ModelStateError) -> None:
         """The chain cannot go on under these parameters: say so and wait for others."""
-        self.clock = self.clock.stopped()
+        self.clock = replace(self.clock, paused=True)
         self.complaint.set_text(str(error))
         self.view.canvas.draw_idle()
 

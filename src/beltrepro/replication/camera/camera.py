@@ -10,11 +10,9 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import numpy as np
 
-from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.model.units import LENGTH_M, TIME_S, VELOCITY_M_S
-from beltrepro.replication.camera.coverage import band, step_changes
-from beltrepro.replication.camera.scene import Scene
+from beltrepro.replication.camera.scene import Camera, Scene
 from beltrepro.replication.camera.video import Frame, write_video
 
 if TYPE_CHECKING:
@@ -25,48 +23,6 @@ MARGIN = 0.03
 _NOISE_PICTURES = 4
 _TOGETHER = 64  # frames whose edges are drawn in one go
 _DRIFT_PERIOD = 60.0  # seconds in which the light comes back to where it was
-
-
-@dataclass(frozen=True)
-class Camera:
-    """A camera that looks straight down on the belt."""
-
-    frames_per_second: float = 24.0  # frames a second (Sec. II: 24)
-    # scale of the picture; None for the scale at which the whole film just fits
-    metres_per_pixel: float | None = None
-    width: int = 640  # of the picture, pixels; even numbers
-    height: int = 96
-    # seconds for which the shutter is open; the instant of a frame is the middle of them
-    exposure: float = 0.01
-    blur: float = 0.7  # standard deviation of the image of a point, pixels
-    # standard deviation of the noise of a pixel, of 255 levels of brightness
-    sensor_noise: float = 2.0
-    # share by which the light at one end of the picture exceeds that in its middle
-    light_unevenness: float = 0.1
-    # share by which the light waxes and wanes in a minute, while its direction turns
-    light_drift: float = 0.05
-    angle: float = 0.0  # by which the belt is turned in the picture, degrees, clockwise
-    dropped: float = 0.0  # share of the frames that are lost
-    compression: int = 18  # constant rate factor of H.264, from 0 (lossless) to 51
-    seed: int = 1  # fixes the noise and which frames are lost
-
-    def __post_init__(self) -> None:
-        checks.positive("frames_per_second", self.frames_per_second)
-        if self.metres_per_pixel is not None:
-            checks.positive("metres_per_pixel", self.metres_per_pixel)
-        for name in ("width", "height"):
-            _within(name, checks.whole_number(name, getattr(self, name)), 16, 8192)
-            if getattr(self, name) % 2:
-                raise InputError(f"{name} = {getattr(self, name)}: must be an even number")
-        _within("exposure", self.exposure, 0, 1 / self.frames_per_second)
-        _within("blur", self.blur, 0, 20)
-        _within("sensor_noise", self.sensor_noise, 0, 255)
-        _within("light_unevenness", self.light_unevenness, 0, 1)
-        _within("light_drift", self.light_drift, 0, 1)
-        _within("angle", self.angle, -45, 45)
-        _within("dropped", self.dropped, 0, 0.9)
-        _within("compression", checks.whole_number("compression", self.compression), 0, 51)
-        checks.key("seed", self.seed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -332,6 +288,48 @@ def _check_instants(time: np.ndarray, frames_per_second: float) -> None:
         )
 
 
-def _within(name: str, value: float, low: float, high: float) -> None:
-    if not low <= checks.finite_number(name, value) <= high:
-        raise InputError(f"{name} = {value:g}: must be from {low:g} to {high:g}")
+# --- how much of each pixel lies beyond an edge, exactly, also while the edge moves ---
+
+
+def band(low: float, high: float, count: int) -> np.ndarray:
+    """Share (count,) of each pixel between two places.
+
+    Pixel j reaches from j to j + 1.
+    """
+    ends = np.arange(count + 1)
+    return np.diff(np.clip(ends, low, max(low, high)))
+
+
+def step_changes(begin: np.ndarray, end: np.ndarray, heights: np.ndarray, count: int) -> np.ndarray:
+    """Changes from pixel to pixel of the sum of steps that move while the shutter is open.
+
+    A step is 0 before its edge and `height` behind it. Pixel j shows its mean from j to j + 1, and
+    over all places from `begin` to `end`, which the edge passes at constant velocity. The sum of
+    the changes up to pixel j is the brightness there.
+    """
+    # Few pixels see an edge: those it passes, and one more on either side.
+    first = np.floor(np.minimum(begin, end)).astype(int) - 1
+    reach = int(np.ceil(np.abs(end - begin).max(initial=0.0))) + 3
+    pixels = first[..., np.newaxis] + np.arange(reach)
+    seen = _behind(pixels, begin[..., np.newaxis], end[..., np.newaxis])
+    changes = np.diff(seen, axis=-1, prepend=0) * heights[:, np.newaxis]
+    inside = pixels < count
+    frames = len(begin)
+    # Frame after frame in one long row of pixels.
+    places = np.maximum(pixels, 0) + count * np.arange(frames)[:, np.newaxis, np.newaxis]
+    summed = np.bincount(places[inside], changes[inside], minlength=frames * count)
+    return summed.reshape(frames, count)
+
+
+def _behind(pixel: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Share of a pixel behind an edge, mean over its way."""
+    # So short a way leaves digits enough in the difference.
+    half = np.maximum(np.abs(end - begin) / 2, 1e-6)
+    middle = pixel + 1 - (begin + end) / 2
+    return (_integral(middle + half) - _integral(middle - half)) / (2 * half)
+
+
+def _integral(distance: np.ndarray) -> np.ndarray:
+    """Integral from minus infinity of clip(s, 0, 1) over s."""
+    inside = np.minimum(np.maximum(distance, 0), 1)
+    return inside * (distance - inside / 2)

@@ -6,63 +6,57 @@ is treated as `beltrepro.replication.camera.recording` treats a film, so that bo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any, cast
+from collections.abc import Callable, Sequence
+from typing import Any, Unpack
 
 import numpy as np
 
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
-from beltrepro.model import ChainParameters, units
+from beltrepro.model import units
 from beltrepro.replication.camera import recording
-from beltrepro.simulation import Run, simulate
+from beltrepro.simulation import Run, Setup, simulate
 from beltrepro.simulation.checkpoints import once
+from beltrepro.simulation.setup import Chains, Keywords, part_of, setup_of
 
 _AT_ONCE = 32  # runs whose samples are kept at one time
 
 
 def trials(
-    parameters: ChainParameters | Sequence[ChainParameters],
+    chains: Chains,
     *,
     duration: float,
     transient: float,
     sample_interval: float,
     laminar_time: float = 200.0,
     progress: Callable[[float], None] | None = None,
-    **how: Any,
+    **setup: Unpack[Keywords],
 ) -> dict[str, np.ndarray]:
     """What the recording of each of P runs would tell.
 
     Small amplitudes, and those that last, are as `analysis.recording` defines them.
     """
-    chains = [parameters] if isinstance(parameters, ChainParameters) else list(parameters)
+    made = setup_of(chains, setup)
     lasting_s = units.to_si(checks.positive("laminar_time", laminar_time), "time")
-    span: dict[str, Any] = {"duration": duration, "transient": transient, "sample_start": transient}
-    rows = []
-    for place in _slices(len(chains)):
-        own = {name: _part(value, place) for name, value in how.items()}
-        own |= span | {"sample_interval": sample_interval}
-        rows += once(_trials, chains[place], lasting_s, own)
+    settings: dict[str, Any] = {
+        "duration": duration,
+        "transient": transient,
+        "sample_start": transient,
+        "sample_interval": sample_interval,
+    }
+    rows: list[dict[str, float]] = []
+    while len(rows) < len(made.cases):
+        part = part_of(made, slice(len(rows), len(rows) + _AT_ONCE))
+        rows += once(_trials, part, lasting_s, settings)
         if progress is not None:
-            progress(len(rows) / len(chains))
+            progress(len(rows) / len(made.cases))
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
-def _trials(chains: Sequence[ChainParameters], lasting_s: float, told: dict) -> list[dict]:
+def _trials(setup: Setup, lasting_s: float, settings: dict) -> list[dict[str, float]]:
     """What recordings of runs would tell, a row for each."""
-    return [_trial(run, lasting_s) for run in cast(list[Run], simulate(chains, **told))]
-
-
-def _slices(count: int) -> Iterator[slice]:
-    if not count:
-        raise InputError("parameters: at least one chain is needed")
-    for first in range(0, count, _AT_ONCE):
-        yield slice(first, min(first + _AT_ONCE, count))
-
-
-def _part(value: Any, place: slice) -> Any:
-    """The part of a column, or the one value of all."""
-    return value[place] if isinstance(value, list | tuple | range | np.ndarray) else value
+    runs = simulate(setup, **settings)
+    return [_trial(run, lasting_s) for run in ([runs] if isinstance(runs, Run) else runs)]
 
 
 def _trial(run: Run, lasting_s: float) -> dict[str, float]:

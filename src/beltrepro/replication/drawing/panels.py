@@ -81,7 +81,7 @@ def letter(axes, text):
 
 def remark(axes, text):
     """What is to be known of a panel, small, above its upper right corner."""
-    axes.set_title(text, loc="right", size=8, color="0.35")
+    return axes.set_title(text, loc="right", size=8, color="0.35")
 
 
 def note(axes, text, *, place=(0.5, 0.5), size=8, width=24):

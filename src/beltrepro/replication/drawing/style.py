@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from beltrepro.base import provenance
 from beltrepro.base.atomic import replacing
-from beltrepro.replication.plan.quantities import LAW
+from beltrepro.replication.plan.points import LAW
 
 # Okabe and Ito's palette: distinct for colour-blind readers. Its yellow is too pale for lines.
 BLACK, GREY = "#000000", "#7f7f7f"

@@ -13,8 +13,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.replication.plan import trailer
 from beltrepro.replication.plan.kinds import KINDS, POINT
-from beltrepro.replication.plan.points import CHAIN
-from beltrepro.replication.plan.quantities import QUANTITIES
+from beltrepro.replication.plan.points import CHAIN, QUANTITIES
 
 IDENTITY = ("dataset", "kind", "preset", "run")
 

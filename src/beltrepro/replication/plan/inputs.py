@@ -65,7 +65,7 @@ def _read(name: str, path: Path, expected: dict[str, dict]) -> Any:
 
         return partial(read_video, path)
     if name.endswith(TRACK):
-        from beltrepro.replication.camera import Track
+        from beltrepro.replication.camera.tracking import Track
 
         return Track.load(path)
     return pd.read_csv(path)

@@ -1,27 +1,35 @@
-"""The datasets of a preset, made from config.yaml.
+"""The datasets and films of a preset, made from config.yaml.
 
-`make_plan` is the one entrance. It checks the configuration against the schema and then what a
-schema cannot say, and raises InputError with one line that names key, value and what is allowed.
+`make_plan` is the one entrance. It raises InputError with one line that names key, value and what
+is allowed, also for what no type can refuse.
 """
 
 import functools
 import itertools
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
-from beltrepro.replication.plan import checking, grids
-from beltrepro.replication.plan.checking import complain
-from beltrepro.replication.plan.films import PlannedFilm, planned_films
-from beltrepro.replication.plan.kinds import KINDS, SETTINGS, Kind, Setting
-from beltrepro.replication.plan.points import Point, plain
-from beltrepro.replication.plan.quantities import LAW, QUANTITIES, REQUIRED, Quantity, cast
-from beltrepro.replication.plan.schema import config_schema
+from beltrepro.base import checks
+from beltrepro.model.units import TIME_S
+from beltrepro.replication.plan.config import MOST_POINTS, SOURCE, checked, refuse
+from beltrepro.replication.plan.films import CAMERA, FILM, NEEDED, TRACK, PlannedFilm
+from beltrepro.replication.plan.kinds import KINDS, SETTINGS, Kind
+from beltrepro.replication.plan.points import LAW, QUANTITIES, REQUIRED, Point, plain
 
 TIME_STEP = 0.001  # of the paper; work counts its steps
-OWN = ("kind", "like", "own_method")  # keys of a dataset that are no quantity and no setting
-Given = dict[str, tuple[Any, str]]
-"""What config.yaml gives, by key: the value and where it stands."""
+_FRAME_TOLERANCE = 1e-3  # of the time between frames, as in `camera.film`
+
+
+class Entry(NamedTuple):
+    """A value of config.yaml, and where it stands there."""
+
+    value: Any
+    where: str
+
+
+Entries = dict[str, Entry]
 
 
 @dataclass(frozen=True)
@@ -49,11 +57,8 @@ class PlannedDataset:
 
     def values(self) -> dict[str, list]:
         """Distinct values of each quantity, rising."""
-        table = {}
-        for name in QUANTITIES:
-            known = {getattr(point, name) for point in self.points}
-            table[name] = sorted(known, key=lambda value: (value is not None, value))
-        return table
+        columns = zip(QUANTITIES, zip(*self.points, strict=True), strict=True)
+        return {name: sorted(set(values), key=_none_first) for name, values in columns}
 
     def described(self) -> dict:
         """The whole as plain values."""
@@ -61,9 +66,8 @@ class PlannedDataset:
 
     def work(self, points: Iterable[Point]) -> float:
         """Blocks times model time of some points, with a weight for short steps of verlet."""
-        usual = TIME_STEP
         weights = (
-            point.n_blocks * (usual / point.time_step if point.method == "verlet" else 1.0)
+            point.n_blocks * (TIME_STEP / point.time_step if point.method == "verlet" else 1.0)
             for point in points
         )
         return self.settings["duration"] * sum(weights)
@@ -81,7 +85,6 @@ class Plan:
     defaults: dict = field(hash=False)
     # by name, in the order of the configuration
     datasets: dict[str, PlannedDataset] = field(hash=False)
-    # films of datasets by name, in the order of the configuration
     films: dict[str, PlannedFilm] = field(hash=False)
 
     def settings(self) -> dict:
@@ -92,9 +95,9 @@ class Plan:
             "seed": self.seed,
             "model": self.model,
             "defaults": self.defaults,
-            "datasets": {name: each.described() for name, each in self.datasets.items()},
+            "datasets": {name: dataset.described() for name, dataset in self.datasets.items()},
             "films": {
-                name: {"of": each.dataset} | each.told() for name, each in self.films.items()
+                name: {"of": film.dataset} | film.told() for name, film in self.films.items()
             },
         }
 
@@ -120,65 +123,48 @@ class Plan:
 
 
 def make_plan(config: dict) -> Plan:
-    """The plan of the preset that `config` names."""
-    config = checking.normalised(config)
-    _check_names(config)
-    chosen = config["preset"]
-    run = config.get("run", chosen)
-    return {name: _preset_plan(config, name, run) for name in config["presets"]}[chosen]
+    """The plan of the preset that `config` names; the others are checked, too."""
+    config = checked(config)
+    preset, presets = config["preset"], config["presets"]
+    if preset not in presets:
+        refuse(f"preset = {preset!r}: allowed are {', '.join(presets)}", preset, presets)
+    run = config.get("run", preset)
+    if run != preset and run in presets:
+        refuse(f"run = {run!r}: is the name of another preset, whose results it would overwrite")
+    return {name: _preset_plan(config, name, run) for name in presets}[preset]
 
 
-# --- from config to plan --------------------------------------------------------------------------
-
-
-def _check_names(config: dict) -> None:
-    """Refuse what the schema does not allow, an unknown preset, and a run that would overwrite."""
-    if found := checking.fault(config, config_schema()):
-        raise found
-    chosen, presets = config["preset"], config["presets"]
-    if chosen not in presets:
-        raise complain(f"preset = {chosen!r}: allowed are {', '.join(presets)}", chosen, presets)
-    run = config.get("run", chosen)
-    if run != chosen and run in presets:
-        raise complain(
-            f"run = {run!r}: is the name of another preset, whose results it would overwrite"
-        )
+# --- layers of the configuration ------------------------------------------------------------------
 
 
 def _preset_plan(config: dict, preset: str, run: str) -> Plan:
     sections = [("", config), *_bases(config, preset)]
-    defaults: Given = {
-        name: (value, f"model.{name}") for name, value in config.get("model", {}).items()
-    }
+    defaults = _entries(config.get("model", {}), "model")
+    entries: dict[str, Entries] = {}
     for where, section in sections:
-        defaults |= _given(section.get("defaults", {}), f"{where}defaults")
-    entries: dict[str, Given] = {}
-    for where, section in sections:
-        for name, entry in section.get("datasets", {}).items():
+        defaults |= _entries(section.get("defaults", {}), f"{where}defaults")
+        for name, keys in section.get("datasets", {}).items():
             place = f"{where}datasets.{name}"
-            entries[name] = entries.get(name, {}) | _given(entry, place)
+            entries[name] = entries.get(name, {}) | _entries(keys, place)
     entries = {name: _with_model(name, entries, preset) for name in entries}
     datasets = {
-        name: _dataset(name, entry, defaults, config, preset) for name, entry in entries.items()
+        name: _dataset(name, keys, defaults, config, preset) for name, keys in entries.items()
     }
+    usual = {name: about.default for name, about in (QUANTITIES | SETTINGS).items()}
+    usual |= {name: defaults[name].value for name in usual if name in defaults}
     return Plan(
         preset=preset,
         run=run,
         seed=config["seed"],
-        model={each.name: _value(defaults, each) for each in LAW},
-        defaults={
-            name: _value(defaults, each)
-            for name, each in (QUANTITIES | SETTINGS).items()
-            if _value(defaults, each) is not REQUIRED
-        },
+        model={constant.name: usual[constant.name] for constant in LAW},
+        defaults={name: value for name, value in usual.items() if value is not REQUIRED},
         datasets=datasets,
-        films=planned_films(config, datasets, preset),
+        films=_films(config, datasets, preset),
     )
 
 
-def _value(given: Given, each: Quantity | Setting) -> Any:
-    """What is given for a quantity or setting, or else its default."""
-    return given[each.name][0] if each.name in given else each.default
+def _entries(section: dict, where: str) -> Entries:
+    return {key: Entry(value, f"{where}.{key}") for key, value in section.items()}
 
 
 def _bases(config: dict, preset: str) -> list[tuple[str, dict]]:
@@ -188,67 +174,174 @@ def _bases(config: dict, preset: str) -> list[tuple[str, dict]]:
     name = preset
     while name is not None:
         if name in chain:
-            raise complain(f"presets.{preset}.based_on: {' is based on '.join([*chain, name])}")
+            refuse(f"presets.{preset}.based_on: {' is based on '.join([*chain, name])}")
         chain.append(name)
         base = presets[name].get("based_on")
         if base is not None and base not in presets:
             text = f"presets.{name}.based_on = {base!r}: allowed are {', '.join(presets)}"
-            raise complain(text, base, presets)
+            refuse(text, base, presets)
         name = base
     return [(f"presets.{name}.", presets[name]) for name in reversed(chain)]
 
 
-def _with_model(name: str, entries: dict[str, Given], preset: str, asked: tuple = ()) -> Given:
+def _with_model(name: str, entries: dict[str, Entries], preset: str, asked: tuple = ()) -> Entries:
     """A dataset with what it takes from the one that it is like."""
     entry = entries[name]
     if "like" not in entry:
         return entry
     model, where = entry["like"]
     if model not in entries:
-        raise complain(f"{where} = {model!r}: preset {preset} has no such dataset", model, entries)
+        refuse(f"{where} = {model!r}: preset {preset} has no such dataset", model, entries)
     if model in (name, *asked):
-        raise complain(f"{where} = {model!r}: a dataset cannot be like itself")
+        refuse(f"{where} = {model!r}: a dataset cannot be like itself")
     return _with_model(model, entries, preset, (name, *asked)) | entry
 
 
-def _given(section: dict, where: str) -> Given:
-    return {key: (value, f"{where}.{key}") for key, value in section.items()}
-
-
-def _dataset(name: str, entry: Given, defaults: Given, config: dict, preset: str) -> PlannedDataset:
+def _dataset(
+    name: str, keys: Entries, defaults: Entries, config: dict, preset: str
+) -> PlannedDataset:
     place = f"datasets.{name} of preset {preset}"
-    if "kind" not in entry:
-        raise complain(f"{place} has no kind: allowed are {', '.join(KINDS)}")
-    kind = KINDS[entry["kind"][0]]
-    _check_settings(entry, kind)
-    found = defaults | entry
-
-    def value(each):
-        given, where = found.get(each.name, (each.default, place))
-        if given is REQUIRED:
-            raise complain(f"{place} has no {each.name}")
-        return given, where
-
-    axes = {each.name: value(each) for each in QUANTITIES.values()}
-    if "method" in config and not entry.get("own_method", (False,))[0]:
-        axes["method"] = config["method"], "method"
-    axes["seed"] = found.get("seed", ({"offset": 0}, "seed"))
-    settings = {each.name: cast(each.schema, value(each)[0]) for each in kind.settings}
-    points = grids.points(axes, config["seed"], complain)
-    if found_wrong := kind.first_complaint(settings, points):
-        key, text = found_wrong
-        where = found.get(key, (None, f"{place}: {key}"))[1]
-        raise complain(f"{where} {text}" if where.endswith(key) else f"{where}: {key} {text}")
-    per_job = found.get("points_per_job", (len(points), place))[0]
+    if "kind" not in keys:
+        refuse(f"{place} has no kind: allowed are {', '.join(KINDS)}")
+    kind = KINDS[keys["kind"].value]
+    _check_settings(keys, kind)
+    entries = defaults | keys
+    for key in (*QUANTITIES, *kind.settings):
+        default = (QUANTITIES | SETTINGS)[key].default
+        if key not in entries and default is REQUIRED:
+            refuse(f"{place} has no {key}")
+        entries.setdefault(key, Entry(default, place))
+    if "method" in config and not ("own_method" in keys and keys["own_method"].value):
+        entries["method"] = Entry(config["method"], "method")
+    if "seed" not in defaults | keys:
+        entries["seed"] = Entry({"offset": 0}, "seed")
+    settings = {key: entries[key].value for key in kind.settings}
+    points = _points(entries, config["seed"])
+    if complaint := kind.complaint(settings, points):
+        key, text = complaint
+        where = (defaults | keys).get(key, Entry(None, f"{place}: {key}")).where
+        refuse(f"{where} {text}" if where.endswith(key) else f"{where}: {key} {text}")
+    per_job = entries.get("points_per_job", Entry(len(points), place)).value
     return PlannedDataset(name, kind, points, settings, per_job)
 
 
-def _check_settings(entry: Given, kind: Kind) -> None:
+def _check_settings(keys: Entries, kind: Kind) -> None:
     """Refuse a setting that belongs to another kind."""
-    known = [*OWN, "points_per_job", *QUANTITIES, *(each.name for each in kind.settings)]
-    for key, (_, where) in entry.items():
-        if key not in known:
-            own = ", ".join(each.name for each in kind.settings)
-            raise complain(
-                f"{where}: a dataset of kind {kind.name} has no such setting, only {own}"
+    for key in keys:
+        if key in SETTINGS and key not in kind.settings:
+            refuse(
+                f"{keys[key].where}: a dataset of kind {kind.name} has no such setting, "
+                f"only {', '.join(kind.settings)}"
             )
+
+
+# --- from axes to points --------------------------------------------------------------------------
+
+
+def _points(axes: Entries, seed: int) -> tuple[Point, ...]:
+    """Every combination of the axes, in the order of the quantities."""
+    sizes = [int(size) for size in grid_values(*axes["n_blocks"])]
+    _check_tables(axes, sizes)
+    table: list[Point] = []
+    for n_blocks in sizes:
+        grids = [
+            (n_blocks,) if name == "n_blocks" else _values_at(name, n_blocks, axes[name], seed)
+            for name in QUANTITIES
+        ]
+        count = len(table) + math.prod(map(len, grids))
+        if count > MOST_POINTS:
+            longest = max(zip(map(len, grids), QUANTITIES, strict=True))[1]
+            refuse(
+                f"{axes[longest].where}: with the other axes it makes {count:.3g} points, "
+                f"at most {MOST_POINTS} allowed"
+            )
+        table += map(_with_method, map(Point._make, itertools.product(*grids)))
+    return tuple(table)
+
+
+def grid_values(grid: object, where: str) -> tuple:
+    """Values of a grid, rising."""
+    if isinstance(grid, list):
+        return tuple(sorted(grid, key=_none_first))
+    return checks.spaced(f"{SOURCE}: {where}", **grid) if isinstance(grid, dict) else (grid,)
+
+
+def _values_at(name: str, n_blocks: int, axis: Entry, seed: int) -> tuple:
+    """Values of one quantity for chains of one size."""
+    grid = axis.value[str(n_blocks)] if _is_by_size(axis.value) else axis.value
+    match grid:
+        case {"count": count}:
+            return tuple(range(count))
+        case {"offset": offset}:
+            return (seed + offset,)
+        case {"without_noise": _}:
+            return (tuple(sorted(grid.items())),)
+    values = grid_values(grid, axis.where)
+    return tuple(map(int, values)) if name in ("seed", "replicate") else values
+
+
+def _with_method(point: Point) -> Point:
+    """The point with the one of two methods that its noise asks for."""
+    if isinstance(point.method, str):
+        return point
+    methods = dict(point.method)
+    return point._replace(method=methods["with_noise" if point.noise > 0 else "without_noise"])
+
+
+def _is_by_size(grid: object) -> bool:
+    """Whether a grid is a table N -> grid."""
+    return isinstance(grid, dict) and all(str(key).isdigit() for key in grid)
+
+
+def _check_tables(axes: Entries, sizes: list[int]) -> None:
+    """A table N -> grid has an entry for each number of blocks and no other."""
+    for grid, where in axes.values():
+        if not _is_by_size(grid):
+            continue
+        for n_blocks in sizes:
+            if str(n_blocks) not in grid:
+                refuse(f"{where} has no entry for n_blocks = {n_blocks}")
+        if extra := set(map(int, grid)) - set(sizes):
+            refuse(f"{where} has an entry for n_blocks = {min(extra)}, which the dataset lacks")
+
+
+def _none_first(value: Any) -> tuple:
+    return value is not None, value
+
+
+# --- films ----------------------------------------------------------------------------------------
+
+
+def _films(config: dict, datasets: Mapping, preset: str) -> dict[str, PlannedFilm]:
+    for name in datasets:
+        if name.endswith((FILM, TRACK)):
+            refuse(f"datasets.{name}: only films have names that end in {FILM} or {TRACK}")
+    usual = {name: about.default for name, about in CAMERA.items()} | config.get("camera", {})
+    films = {}
+    for name, keys in config.get("films", {}).items():
+        camera = usual | keys.get("camera", {}) | {"seed": config["seed"]}
+        rate = camera["frames_per_second"]
+        if camera["exposure"] > 1 / rate:
+            text = f"exposure = {camera['exposure']:g}: must be at most {1 / rate:.4g}"
+            refuse(f"films.{name}: {text}, until the next frame")
+        _check_filmed(name, keys["of"], datasets, rate, preset)
+        frames = round(keys["seconds"] * rate) if "seconds" in keys else None
+        films[name] = PlannedFilm(name, keys["of"], frames, camera)
+    return films
+
+
+def _check_filmed(name: str, of: str, datasets: Mapping, rate: float, preset: str) -> None:
+    """Refuse what is no series of one point, or is not sampled at the instants of the frames."""
+    where = f"films.{name}.of = {of!r}"
+    if of not in datasets:
+        refuse(f"{where}: preset {preset} has no such dataset", of, datasets)
+    dataset = datasets[of]
+    if dataset.kind.name != "series" or len(dataset.points) != 1:
+        refuse(f"{where}: must be a series of one point")
+    missing = [name for name in NEEDED if name not in dataset.settings["samples"]]
+    if missing:
+        refuse(f"{where}: its samples lack {', '.join(missing)}")
+    interval, needed = dataset.settings["sample_interval"], 1 / rate / TIME_S
+    if abs(interval / needed - 1) > _FRAME_TOLERANCE:
+        text = f"its sample_interval is {interval:g}, {rate:g} frames a second need {needed:.7g}"
+        refuse(f"{where}: {text}")

@@ -1,14 +1,16 @@
 """Which figures and tables the studies have, and what each says of itself, without importing any.
 
-A module of a study that assigns `FIGURE = Figure(...)` or `TABLE = Table(...)` stands for a figure
-or table of the name of the module. The arguments are literals, so they are read from its text: the
-workflow asks for them in every job and must not wait for pandas and matplotlib.
+A module that assigns `FIGURE = Figure(...)` draws the figure of its name. One that assigns
+`TABLES = {"name": Table(...)}` has a function of each name that makes the table. The arguments are
+literals, so they are read from its text: the workflow asks for them in every job and must not wait
+for pandas and matplotlib.
 """
 
 import ast
 import functools
 from collections.abc import Iterable
 from dataclasses import MISSING, dataclass, field, fields
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -64,18 +66,24 @@ class Figure(_Entry):
     alt : what ours shows, for readers who cannot see it.
     number : number of the figure in the paper; empty for a figure that the paper does not have.
     category : one of CATEGORIES.
+    shows : names of the estimates that it draws or prints, by claim: `"u-critical"`, or
+        `"u-critical: exact dynamics"` for a variant. A star in a name stands for any text.
     """
 
     words: str
     alt: str
     number: str = ""
     category: str = CATEGORIES[0]
+    shows: dict[str, tuple[str, ...]] = field(default_factory=dict, hash=False)
 
     def __post_init__(self):
         super().__post_init__()
         for name in ("words", "alt"):
             if not isinstance(getattr(self, name), str) or not getattr(self, name).strip():
                 raise InputError(f"{name} must be text")
+        names = self.shows.values() if isinstance(self.shows, dict) else [None]
+        if not all(isinstance(each, tuple) for each in names):
+            raise InputError(f"shows = {self.shows!r}: must be tuples of names by claim")
         if self.category not in CATEGORIES:
             raise InputError(f"category = {self.category!r}: allowed are {', '.join(CATEGORIES)}")
         if not isinstance(self.number, str):
@@ -87,14 +95,40 @@ class Figure(_Entry):
 @functools.cache
 def figures(folder: Path = STUDIES) -> dict[str, Figure]:
     """All figures by name, those of the paper first, in its order; InputError for a wrong entry."""
-    read = _read_all(folder, Figure, "FIGURE")
-    return dict(sorted(read.items(), key=lambda item: CATEGORIES.index(item[1].category)))
+    entries = {
+        path.stem: _entry(path, "FIGURE", call, Figure)
+        for path, call in _assigned(folder, "FIGURE")
+    }
+    return dict(
+        sorted(entries.items(), key=lambda item: (CATEGORIES.index(item[1].category), item[0]))
+    )
 
 
 @functools.cache
 def tables(folder: Path = STUDIES) -> dict[str, Table]:
     """All tables by name; InputError for a wrong entry."""
-    return _read_all(folder, Table, "TABLE")
+    entries = {}
+    for path, value in _assigned(folder, "TABLES"):
+        if not isinstance(value, ast.Dict):
+            raise InputError(f'{_place(path)}: TABLES must be {{"name": Table(...)}}')
+        for key, call in zip(value.keys, value.values, strict=True):
+            name = ast.literal_eval(key) if isinstance(key, ast.Constant) else None
+            if not isinstance(name, str) or name in entries:
+                raise InputError(f"{_place(path)}: TABLES: {name!r} must be a name of its own")
+            entries[name] = _entry(path, f"TABLES[{name!r}]", call, Table)
+    for path, call in _assigned(folder, "TABLE"):  # until all have moved
+        entries[path.stem] = _entry(path, "TABLE", call, Table)
+    return dict(sorted(entries.items()))
+
+
+def figures_with(claim: str, variant: str, estimate: str) -> list[str]:
+    """Names of the figures that show this estimate of a claim."""
+    key = f"{claim}: {variant}" if variant else claim
+    return [
+        name
+        for name, entry in figures().items()
+        if any(fnmatchcase(estimate, pattern) for pattern in entry.shows.get(key, ()))
+    ]
 
 
 def check_names(datasets: Iterable[str]) -> None:
@@ -113,29 +147,28 @@ def check_uses(entries: dict, known: Iterable[str], where: str) -> None:
     for name, entry in entries.items():
         for used in entry.uses:
             if used not in known:
-                raise InputError(f"{name}.py uses {used!r}, which {where} lacks{hint(used, known)}")
+                raise InputError(f"{name} uses {used!r}, which {where} lacks{hint(used, known)}")
 
 
-def _read_all(folder: Path, kind: type[E], label: str) -> dict[str, E]:
-    paths = sorted(folder.rglob("*.py"), key=lambda path: path.stem)
-    entries = {path.stem: _read(path, kind, label) for path in paths}
-    return {name: entry for name, entry in entries.items() if entry is not None}
-
-
-def _read(path: Path, kind: type[E], label: str) -> E | None:
-    """The entry of a module, None if it has none."""
-    tree = ast.parse(path.read_text(encoding="utf-8"), str(path))
-    calls = [
-        node.value
-        for node in tree.body
+def _assigned(folder: Path, label: str) -> list[tuple[Path, ast.expr]]:
+    """What modules assign to a name at their top, by module."""
+    return [
+        (path, node.value)
+        for path in sorted(folder.rglob("*.py"))
+        for node in ast.parse(path.read_text(encoding="utf-8"), str(path)).body
         if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == label
     ]
-    if not calls:
-        return None
+
+
+def _entry(path: Path, label: str, call: ast.expr, kind: type[E]) -> E:
     try:
-        return kind(**_arguments(calls[0], kind), module=_dotted(path))
+        return kind(**_arguments(call, kind), module=_dotted(path))
     except InputError as error:
-        raise InputError(f"{path.parent.name}/{path.name}: {label}: {error}") from None
+        raise InputError(f"{_place(path)}: {label}: {error}") from None
+
+
+def _place(path: Path) -> str:
+    return f"{path.parent.name}/{path.name}"
 
 
 def _dotted(path: Path) -> str:

@@ -6,7 +6,7 @@ import pandas as pd
 
 from beltrepro.base.atomic import replacing
 from beltrepro.replication.plan.described import describe
-from beltrepro.replication.plan.quantities import QUANTITIES, UNITS
+from beltrepro.replication.plan.points import QUANTITIES, UNITS
 
 DIGITS = "%.6g"
 

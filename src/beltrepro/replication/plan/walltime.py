@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan import checking
+from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.jobs import Job, simulation_jobs
 from beltrepro.replication.plan.plan import make_plan
 
@@ -120,7 +120,7 @@ def _answer(arguments: argparse.Namespace) -> str:
         raise InputError(f"{arguments.timing}: not a table that `snakemake timing` wrote")
     config: dict = {}
     for path in arguments.config:
-        config = _merged(config, checking.load(path))
+        config = _merged(config, load_config(path))
     if arguments.preset:
         config["preset"] = arguments.preset
     plan = make_plan(config)

@@ -1,6 +1,5 @@
-"""The report: one HTML page with verdicts, figures and what was run, that needs no network."""
+"""What a run found, in words and tables: the page, the article, the block of README.
 
-from beltrepro.replication.report.material import Material
-from beltrepro.replication.report.rendering import part, render
-
-__all__ = ["Material", "part", "render"]
+Claims and estimates are read once (`results`) and become findings; page, article and block print
+these. None of them computes a number.
+"""

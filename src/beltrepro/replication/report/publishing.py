@@ -16,9 +16,11 @@ from PIL import Image
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import manifest, registry
-from beltrepro.replication.report import findings
-from beltrepro.replication.report.findings.sentences import filled, typeset
+from beltrepro.replication.report.findings import findings_of
+from beltrepro.replication.report.results import Results, count, read, with_verdict
+from beltrepro.replication.report.sentences import filled, place_of, typeset
 from beltrepro.replication.verdicts.criteria import FAILS, PARTLY, UNDECIDED
+from beltrepro.replication.verdicts.entries import load_ledger
 
 PLACE = Path("docs/results")
 LIMIT = 20_000_000  # bytes of a published run, as repositories and their readers bear them
@@ -29,18 +31,19 @@ BEGIN, END = "<!-- results: written by `make publish` -->", "<!-- end of results
 
 SHIFT = "method-independence: mean shift"
 
-# Numbers in README.md: what it is, its place (findings.sentences), and what the paper prints.
+# Numbers in README.md: what it is, its place (see `sentences`), and what the paper says where it
+# prints no number of this name.
 HEADLINE = (
-    ("critical velocity without noise, five blocks", "u-critical: critical", "16.5"),
+    ("critical velocity without noise, five blocks", "u-critical: critical", ""),
     ("factor by which r falls there", "r-jump: ratio", "6.5"),
     ("share of permanent chaos at u ≤ 15, outside the windows", "permanent-chaos", "1"),
-    ("critical velocity at σ = 2.2", "uc-sigma22: u_c", "19"),
-    ("σ at which r rises at u = 7", "sigma-c-u7: sigma_c", "0.75"),
-    ("exponent of the spectrum at u = 1", "spectrum-exponent: exponent", "−1.21"),
-    ("exponent of slip sizes", "slip-size-exponent", "−1.47"),
-    ("exponent of dissipated energies", "slip-energy-exponent", "−0.87"),
-    ("r at 0.22 m/s", "r-experiment: r_022", "0.132"),
-    ("r at 0.28 m/s", "r-experiment: r_028", "0.134"),
+    ("critical velocity at σ = 2.2", "uc-sigma22: u_c", ""),
+    ("σ at which r rises at u = 7", "sigma-c-u7: sigma_c", ""),
+    ("exponent of the spectrum at u = 1", "spectrum-exponent: exponent", ""),
+    ("exponent of slip sizes", "slip-size-exponent", ""),
+    ("exponent of dissipated energies", "slip-energy-exponent", ""),
+    ("r at 0.22 m/s", "r-experiment: r_022", ""),
+    ("r at 0.28 m/s", "r-experiment: r_028", ""),
     ("ln r by exact integration less ln r by the scheme, with noise", f"{SHIFT}, with noise", "0"),
     ("the same without noise", f"{SHIFT}, without noise", "0"),
 )
@@ -99,8 +102,8 @@ def size(folder: Path) -> int:
 
 
 def _block(folder: Path) -> Iterator[str]:
-    results = findings.read(folder / "claims.csv", folder / "estimates.csv")
-    counts = findings.count(results.values())
+    results = read(folder)
+    counts = count(results)
     number = counts.by_verdict
     yield (
         f"The preset `{folder.name}` tests {counts.testable} claims of the paper: "
@@ -109,37 +112,44 @@ def _block(folder: Path) -> Iterator[str]:
     )
     yield f"See the [report]({folder}/report.html) and the [article]({folder}/article.pdf)."
     yield ""
-    yield from (f"- {each.heading}" for each in findings.chosen(results))
+    yield from (f"- {finding.heading}" for finding in findings_of(results))
     yield ""
     yield "| | printed | measured (95 %) |"
     yield "| --- | --- | --- |"
-    for what, place, printed in HEADLINE:
+    for what, place, said in HEADLINE:
         if measured := filled(f"{{{place}}}", results):
-            yield f"| {what} | {printed} | {measured} |"
+            yield f"| {what} | {said or _printed(place)} | {measured} |"
     yield from _claims("These claims fail", FAILS, results)
     yield from _claims("These hold in part", PARTLY, results)
-    if undecided := [f"`{each.id}`" for each in results.values() if each.verdict == UNDECIDED]:
+    if undecided := [f"`{result.id}`" for result in with_verdict(results, UNDECIDED)]:
         yield ""
         yield f"Undecided are {', '.join(undecided)}. The report says what would decide them."
     yield from _gallery(folder)
 
 
-def _claims(heading: str, verdict: str, results: findings.Results) -> Iterator[str]:
+def _printed(place: str) -> str:
+    """What the paper prints for a number."""
+    claim, name = place_of(place)
+    paper = load_ledger()[claim].paper
+    return typeset(f"{paper[name] if isinstance(paper, dict) else paper:g}")
+
+
+def _claims(heading: str, verdict: str, results: Results) -> Iterator[str]:
     """A list of the claims with a verdict: what is claimed, and which numbers speak against it."""
-    chosen = [each for each in results.values() if each.verdict == verdict]
-    if chosen:
+    claims = with_verdict(results, verdict)
+    if claims:
         yield from ("", f"{heading}:", "")
-    for each in chosen:
-        reason = typeset(each.counted.reason or each.counted.said).rstrip(".")
-        yield f"- *{each.claim.statement}* Measured: {reason} (`{each.id}`)."
+    for result in claims:
+        reason = typeset(result.counted.reason or result.counted.said).rstrip(".")
+        yield f"- *{result.claim.statement}* Measured: {reason} (`{result.id}`)."
 
 
 def _gallery(folder: Path) -> Iterator[str]:
     """A table of pictures, each a link to its file."""
     paths = {name: folder / "figures" / f"{name}.png" for name in GALLERY}
     cells = [
-        f"[![{each.alt}]({paths[name]})]({paths[name]})<br>Fig. {each.number}: {each.title}"
-        for name, each in registry.figures().items()
+        f"[![{entry.alt}]({paths[name]})]({paths[name]})<br>Fig. {entry.number}: {entry.title}"
+        for name, entry in registry.figures().items()
         if name in paths and paths[name].is_file()
     ]
     for first in range(0, len(cells), ACROSS):
@@ -182,12 +192,12 @@ def _take_colours(folder: Path) -> None:
 
 def _fewer_colours(picture: bytes) -> bytes:
     """The picture with a palette, if that makes it smaller."""
-    found = io.BytesIO()
+    smaller = io.BytesIO()
     with Image.open(io.BytesIO(picture)) as image:
         image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(
-            found, format="PNG", optimize=True
+            smaller, format="PNG", optimize=True
         )
-    return min(picture, found.getvalue(), key=len)
+    return min(picture, smaller.getvalue(), key=len)
 
 
 def _list(folder: Path) -> None:

@@ -8,6 +8,7 @@ from itertools import chain
 
 import pandas as pd
 
+from beltrepro.replication.plan import registry
 from beltrepro.replication.studies.avalanches import claims as avalanches
 from beltrepro.replication.studies.chaos import claims as motion
 from beltrepro.replication.studies.experiment import claims as experiment
@@ -63,6 +64,7 @@ COLUMNS = (
     "runs",
     "criterion",
     "verdict",
+    "reason",
     "note",
     "dataset",
 )
@@ -77,6 +79,7 @@ ESTIMATE_COLUMNS = (
     "allowed_low",
     "allowed_high",
     "verdict",
+    "figures",
 )
 
 logger = logging.getLogger(__name__)
@@ -90,7 +93,8 @@ class Measured:
         of an open point, with the reading in `variant` (empty for the one that counts). All cells
         are text. Columns COLUMNS.
     estimates : one row per number of each of these, with its interval, the range that is allowed
-        for it (NaN if none is) and what that makes of it. Columns ESTIMATE_COLUMNS.
+        for it (NaN if none is), what that makes of it, and the figures that show it. Columns
+        ESTIMATE_COLUMNS.
     """
 
     claims: pd.DataFrame
@@ -163,7 +167,7 @@ def _judged(claim: Claim, variant: str, reading: Callable[[], Measurement]) -> _
     runs = measurement.runs
     few = f"rests on {runs} run{'s' * (runs > 1)}" if runs and runs < FEW_RUNS else ""
     # Why there is nothing to test against comes first, then what was found all the same.
-    note = _joined(claim.reason, judgement.reason, measurement.note, few)
+    note = _joined(claim.reason, measurement.note, few)
     return _Judged(claim, variant, measurement, judgement, note)
 
 
@@ -184,6 +188,7 @@ def _row(found: _Judged, evidence: Evidence) -> dict[str, str]:
         "runs": "" if runs is None else str(runs),
         "criterion": claim.criterion["text"],
         "verdict": found.judgement.verdict,
+        "reason": found.judgement.reason,
         "note": found.note,
         "dataset": ", ".join(evidence.used or claim.needs),
     }
@@ -207,6 +212,7 @@ def _estimate_rows(found: _Judged) -> list[dict[str, object]]:
                 "allowed_low": low,
                 "allowed_high": high,
                 "verdict": found.judgement.components.get(name, "") if own else "",
+                "figures": ", ".join(registry.figures_with(found.claim.id, found.variant, name)),
             }
         )
     return rows

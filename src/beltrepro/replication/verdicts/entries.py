@@ -27,6 +27,15 @@ SECTIONS = {
     "integrators": "integrators/claims",
 }
 KINDS = ("number", "shape", "construction")
+# What a reading can change that the paper leaves to the one who computes.
+CHANGES = (
+    "integrator",
+    "time step",
+    "initial state",
+    "transient",
+    "length",
+    "number of runs",
+)
 
 
 @dataclass(frozen=True)
@@ -44,6 +53,7 @@ class Claim:
     parameters: dict[str, Any] = field(default_factory=dict, hash=False)
     open: str = ""
     reading: str = ""
+    changes: dict[str, str] = field(default_factory=dict, hash=False)
     reason: str = ""
 
     @property
@@ -55,6 +65,11 @@ class Claim:
     def finding(self) -> bool:
         """Whether it could come out otherwise: not true because the model is built so."""
         return self.kind != "construction"
+
+
+def printed(claim: str) -> Any:
+    """What the paper prints of a claim."""
+    return load_ledger()[claim].paper
 
 
 @cache

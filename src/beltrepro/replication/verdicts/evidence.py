@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from beltrepro.stats import intermittency, sections, states, transitions_of_runs
+from beltrepro.stats import intermittency, sections, states, transitions
 from beltrepro.stats.errors import NotEnoughDataError, require
 from beltrepro.stats.estimates import Estimate
 
@@ -23,6 +23,12 @@ class Cut:
     points: dict = field(hash=False)
     transient: float
     duration: float
+
+    @classmethod
+    def of(cls, scan, **where: float) -> "Cut":
+        """A row (n_blocks, noise) or column (n_blocks, belt_velocity) of a scan."""
+        take = sections.columns if "belt_velocity" in where else sections.rows
+        return cls(take(scan, **where), *_lengths(scan))
 
     @property
     def belt_velocity(self) -> np.ndarray:
@@ -51,13 +57,8 @@ class Cut:
 
     @cached_property
     def fall(self) -> dict[str, Estimate]:
-        """The fall of r along u (`transitions_of_runs.fall`)."""
-        return transitions_of_runs.fall(self.belt_velocity, self.disorder)
-
-    @cached_property
-    def rise(self) -> dict[str, Estimate]:
-        """The rise of r along sigma (`transitions_of_runs.rise`)."""
-        return transitions_of_runs.rise(self.noise, self.disorder)
+        """The fall of r along u (`transitions.fall`)."""
+        return transitions.fall(self.belt_velocity, self.disorder)
 
     def between(self, low: float, high: float) -> np.ndarray:
         """Mask of the points with low <= u <= high."""
@@ -186,9 +187,7 @@ class Evidence:
     def _cut(self, scan, **where) -> Cut:
         key = (scan, *where.items())
         if key not in self._cuts:
-            dataset = self._datasets[scan]
-            take = sections.columns if "belt_velocity" in where else sections.rows
-            self._cuts[key] = Cut(take(dataset, **where), *_lengths(dataset))
+            self._cuts[key] = Cut.of(self._datasets[scan], **where)
         return self._cuts[key]
 
 

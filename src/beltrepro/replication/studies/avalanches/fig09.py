@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.drawing import marks, panels, style
 from beltrepro.replication.plan.registry import Figure
-from beltrepro.replication.studies.avalanches import slips as avalanches
+from beltrepro.replication.studies.avalanches import measure
 
 FIGURE = Figure(
     title="Distributions of slip sizes and of dissipated energies at u = 1.",
@@ -20,10 +20,10 @@ FIGURE = Figure(
         "with error bars, a fitted straight line and a dashed one."
     ),
     number="9",
+    shows={"slip-size-exponent": ("exponent",), "slip-energy-exponent": ("exponent",)},
 )
 
-BINS_PER_DECADE = 10
-EXPONENTS = {"size": -1.47, "energy": -0.87}  # in the caption of Fig. 9
+PRINTED = {"slip-size-exponent": -1.47, "slip-energy-exponent": -0.87}  # in the caption of Fig. 9
 
 
 @style.styled
@@ -31,72 +31,64 @@ def draw(data, caption):
     """a: density of the slip sizes of the last block; b: of the energy dissipated in avalanches.
 
     Filled: the reading drawn with its fit; open: another reading of the same words. Bins of equal
-    width in the logarithm; the fit spans `avalanches.falling_range`.
+    width in the logarithm; the fit spans `measure.falling_range`.
     """
     panels.require(data, FIGURE)
     catalogue = data["slips_u1"]
-    slips, events = catalogue.arrays["slips"], catalogue.arrays["avalanches"]
-    n_blocks = int(catalogue.attributes["n_blocks"])
-    belt_velocity = catalogue.attributes["belt_velocity"]
-    own = avalanches.last_block_slips(slips, n_blocks)
-    reaching = events[avalanches.with_last_block(events, slips, n_blocks)]
-    sizes = {
-        frame: avalanches.last_block_slip_sizes(slips, n_blocks, belt_velocity, frame)
-        for frame in avalanches.FRAMES
-    }
-
+    n_slips = measure.last_block_energies(catalogue).values.size
+    energies = measure.avalanche_energies(catalogue)
     figure = style.page(caption, 3.7)
     left, right = figure.subplots(1, 2)
     panels.letter(left, "a")
-    words = f"laboratory frame, {own.size} slips"
-    _density(left, sizes["laboratory"], words, own["point"], EXPONENTS["size"])
-    _other_reading(left, sizes["belt"], "frame of the belt")
-    _finish(left, r"$\Delta x_s$", r"$P(\Delta x_s)$")
     panels.letter(right, "b")
-    words = f"whole chain, {reaching.size} avalanches"
-    _density(right, reaching["dissipated"], words, reaching["point"], EXPONENTS["energy"])
-    _other_reading(right, own["dissipated"], "last block only")
-    _finish(right, r"$\Delta E$", r"$P(\Delta E)$")
+    sizes = measure.slip_sizes(catalogue, "laboratory")
+    _density(left, sizes, f"laboratory frame, {n_slips} slips", "slip-size-exponent")
+    _other_reading(left, measure.slip_sizes(catalogue, "belt"), "frame of the belt")
+    words = f"whole chain, {energies.values.size} avalanches"
+    _density(right, energies, words, "slip-energy-exponent")
+    _other_reading(right, measure.last_block_energies(catalogue), "last block only")
+    _finish(left, r"$\Delta x_s$", r"$P(\Delta x_s)$", "slip-size-exponent")
+    _finish(right, r"$\Delta E$", r"$P(\Delta E)$", "slip-energy-exponent")
     return figure
 
 
-def _density(axes, values, label, run, printed):
+def _density(axes, sample, label, claim):
     """Density of a sample of several runs, its power law, and the exponent of the paper."""
     with panels.shortage_on(axes, place=(0.68, 0.66)):
-        histogram = avalanches.log_histogram(values, bins_per_decade=BINS_PER_DECADE)
-        centre, density, count = histogram
-        known = count > 0
-        error = avalanches.density_error(values, run, centre, bins_per_decade=BINS_PER_DECADE)
-        axes.errorbar(
-            centre[known],
-            density[known],
-            np.nan_to_num(error[known]),
-            fmt="o",
-            color=style.BLUE,
-            elinewidth=0.9,
-            label=label,
-            zorder=3,
-        )
-        low, high = avalanches.falling_range(*histogram)
-        law = avalanches.fit_density(*histogram, low=low, high=high)
-        words = rf"$\alpha = {law.exponent:.2f}$  ({low:.0f} to {high:.0f})"
+        look = {"fmt": "o", "color": style.BLUE, "elinewidth": 0.9, "zorder": 3}
+        density_with_errors(axes, sample, measure.BINS_PER_DECADE, label=label, **look)
+        law, exponent = measure.falling_density(sample)
+        words = rf"$\alpha = {exponent.value:.2f}$"
         panels.power_law(axes, law, linewidth=1.8, zorder=2, label=words)
-        panels.printed_slope(axes, law, printed)
+        panels.printed_slope(axes, law, PRINTED[claim])
 
 
-def _other_reading(axes, values, label):
+def density_with_errors(axes, sample, bins_per_decade, **look):
+    """Density of a sample with the standard errors that its runs tell."""
+    bins = {"bins_per_decade": bins_per_decade}
+    centre, density, count = measure.log_histogram(sample.values, **bins)
+    error = measure.density_error(*sample, centre, **bins)
+    filled = count > 0
+    axes.errorbar(centre[filled], density[filled], np.nan_to_num(error[filled]), **look)
+
+
+def _other_reading(axes, sample, label):
     with panels.shortage_on(axes, place=(0.68, 0.66)):
-        centre, density, count = avalanches.log_histogram(values, bins_per_decade=BINS_PER_DECADE)
-        known = count > 0
+        centre, density, count = measure.log_histogram(
+            sample.values, bins_per_decade=measure.BINS_PER_DECADE
+        )
         look = {"color": style.SKY, "markerfacecolor": "none", "markersize": 3.5, "zorder": 1}
-        axes.loglog(centre[known], density[known], "s", label=label, **look)
+        axes.loglog(centre[count > 0], density[count > 0], "s", label=label, **look)
 
 
-def _finish(axes, xlabel, ylabel):
+def _finish(axes, xlabel, ylabel, claim):
     axes.set(xlabel=xlabel, ylabel=ylabel)
     axes.set(xscale="log", yscale="log")
     if axes.lines:
         panels.plain_log(axes.xaxis)
         low, high = axes.get_ylim()
         axes.set_ylim(low, high * (high / low) ** 0.35)
-        axes.legend(loc="upper right")
+        legend = axes.legend(loc="upper right")
+        for text in legend.get_texts():
+            if "alpha" in text.get_text():
+                marks.shown(text, claim, "exponent")

@@ -42,8 +42,8 @@ def poincare(evidence):
     projection = np.column_stack([positions[:, -1], velocities[:, -1]])
 
     def reading(coordinates, chosen):
-        found = _dimension(coordinates[chosen], points["point"][chosen], parameters["groups"])
-        return Measurement({"dimension": found, "exponent": runs.exponent}, note=runs.words)
+        estimate = _dimension(coordinates[chosen], points["point"][chosen], parameters["groups"])
+        return Measurement({"dimension": estimate, "exponent": runs.exponent}, note=runs.words)
 
     return {
         "all nine coordinates": partial(reading, state, np.full(points.size, True)),
@@ -106,27 +106,22 @@ def permanent_chaos(evidence):
 def _stays_chaotic(evidence):
     runs = motions(evidence, N_BLOCKS, *evidence.claim.parameters["belt_velocity"])
     outside = ~_in_window(evidence, runs.names == PERIODIC, runs.returns)
-    found = runs.where(outside)
-    return _permanent(found.share(CHAOTIC) if outside.any() else None, outside, found.words)
+    others = runs.where(outside)
+    return _permanent(others.share(CHAOTIC) if outside.any() else None, outside, others.words)
 
 
 def _stays_irregular(evidence, name, **where):
     arrays, attributes = evidence.runs(name, n_blocks=N_BLOCKS, **where)
-    own = between(arrays["belt_velocity"], *evidence.claim.parameters["belt_velocity"])
-    lifetime, settled, returns = (
-        arrays[key][own] for key in ("lifetime", "settled", "period_returns")
-    )
-    settled = settled.astype(bool)
-    outside = ~_in_window(evidence, settled, returns)
-    known = (lifetime >= LONG)[outside]
-    unknown = ~known & ~settled[outside]
-    found = (
-        estimates.share(int(known.sum()), known.size, int(unknown.sum())) if known.size else None
-    )
+    chosen = between(arrays["belt_velocity"], *evidence.claim.parameters["belt_velocity"])
+    settled = arrays["settled"][chosen].astype(bool)
+    outside = ~_in_window(evidence, settled, arrays["period_returns"][chosen])
+    lasting = (arrays["lifetime"][chosen] >= LONG)[outside]
+    still_open = ~lasting & ~settled[outside]
+    counts = int(lasting.sum()), lasting.size, int(still_open.sum())
     return _permanent(
-        found,
+        estimates.share(*counts) if lasting.size else None,
         outside,
-        f"{settled[outside].sum()} settled within {attributes['duration']:g}, {unknown.sum()} open",
+        f"{settled[outside].sum()} settled within {attributes['duration']:g}, {counts[2]} open",
     )
 
 
@@ -135,11 +130,11 @@ def _in_window(evidence, periodic, returns):
     return periodic & (returns >= 1) & (returns <= few)
 
 
-def _permanent(found, outside, words):
+def _permanent(share, outside, words):
     require(outside.size, "no runs for u <= 15")
     note = f"{(~outside).sum()} of {outside.size} runs end in a window; of the others {words}"
-    require(found is not None, note)
-    return Measurement({"permanent outside the windows": found}, note=note)
+    require(share is not None, note)
+    return Measurement({"permanent outside the windows": share}, note=note)
 
 
 @claim("no-permanent-chaos")
@@ -157,8 +152,8 @@ def _chaotic_shares(evidence, runs_of):
     ranges = evidence.claim.parameters["belt_velocity"]
     runs = {name: runs_of(evidence, low, high) for name, (low, high) in ranges.items()}
     return Measurement(
-        {f"chaotic, u = {name}": each.share(CHAOTIC) for name, each in runs.items()},
-        note="; ".join(f"u = {name}: {each.words}" for name, each in runs.items()),
+        {f"chaotic, u = {name}": in_range.share(CHAOTIC) for name, in_range in runs.items()},
+        note="; ".join(f"u = {name}: {in_range.words}" for name, in_range in runs.items()),
     )
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from beltrepro.model.disturbance import equivalent_kick
+from beltrepro.model.scheme_error import equivalent_kick
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.stats.growth import finite_size_exponents
@@ -49,11 +49,11 @@ def draw(data, caption):
             (steps, scheme, {"fmt": "s", "markerfacecolor": "none"}),
         ):
             look |= {"color": colour, "elinewidth": 0.6, "markersize": 3.5}
-            own = (arrays["belt_velocity"] == velocity) & (disturbance > 0)
-            irregular = arrays["state"][own].astype(str) == "irregular"
+            runs = (arrays["belt_velocity"] == velocity) & (disturbance > 0)
+            irregular = arrays["state"][runs].astype(str) == "irregular"
             label = f"$u = {velocity:g}$" if arrays is kicked else None
-            _draw_shares(share, disturbance[own], irregular, label=label, **look)
-            _draw_means(disorder, disturbance[own], arrays["disorder_parameter"][own], **look)
+            _draw_shares(share, disturbance[runs], irregular, label=label, **look)
+            _draw_means(disorder, disturbance[runs], arrays["disorder_parameter"][runs], **look)
         _draw_noise(noise, noisy, kicked, velocity, colour)
     _finish(growth, share, disorder, noise)
     return figure
@@ -82,10 +82,10 @@ def _draw_growth(axes, dataset):
     levels = arrays["levels"]
     for index, n_blocks in enumerate(np.unique(arrays["n_blocks"])):
         for method, marker in (("event", "o"), ("verlet", "x")):
-            own = (arrays["n_blocks"] == n_blocks) & (arrays["method"].astype(str) == method)
-            if not own.any():
+            runs = (arrays["n_blocks"] == n_blocks) & (arrays["method"].astype(str) == method)
+            if not runs.any():
                 continue
-            times = arrays["passage_time"][own].reshape(-1, len(levels))
+            times = arrays["passage_time"][runs].reshape(-1, len(levels))
             look = {"color": style.COLOURS[index], "markersize": 3.5}
             label = f"$N = {n_blocks}$, {method}"
             _draw_rates(axes, levels, times, observed, fmt=marker, label=label, **look)
@@ -99,18 +99,18 @@ def _draw_growth(axes, dataset):
 
 def _draw_rates(axes, levels, times, observed, **look):
     """Finite-size exponents with their errors."""
-    found = finite_size_exponents(levels, times, observed, skipped=_SKIPPED)
-    known = (found.passed >= _FEWEST) & np.isfinite(found.exponent)
-    values = (each[known] for each in (found.size, found.exponent, found.standard_error))
+    growth = finite_size_exponents(levels, times, observed, skipped=_SKIPPED)
+    measured = (growth.passed >= _FEWEST) & np.isfinite(growth.exponent)
+    columns = growth.size, growth.exponent, growth.standard_error
+    values = (column[measured] for column in columns)
     axes.errorbar(*values, elinewidth=0.6, **look)
 
 
 def _draw_shares(axes, disturbance, having, **look):
     """Share of runs with a property at each disturbance."""
-    found = shares(disturbance, having)
-    if found.value.size:
-        error = np.array([found.value - found.lower, found.upper - found.value])
-        axes.errorbar(found.quantity, found.value, error, **look)
+    levels, value, lower, upper = shares(disturbance, having)
+    if value.size:
+        axes.errorbar(levels, value, [value - lower, upper - value], **look)
 
 
 def _draw_means(axes, values, measured, **look):
@@ -124,14 +124,16 @@ def _draw_means(axes, values, measured, **look):
 
 def _draw_noise(axes, noisy, kicked, velocity, colour):
     """r against sigma at several time steps, over the line of r against kicks."""
-    own = (kicked["belt_velocity"] == velocity) & (kicked["kick"] > 0)
+    runs = (kicked["belt_velocity"] == velocity) & (kicked["kick"] > 0)
     look = {"color": colour, "elinewidth": 0.6, "markersize": 3.5}
     near = noisy["belt_velocity"] == velocity
     if not near.any():
         return
-    _draw_means(axes, kicked["kick"][own], kicked["disorder_parameter"][own], fmt="-", color=colour)
+    _draw_means(
+        axes, kicked["kick"][runs], kicked["disorder_parameter"][runs], fmt="-", color=colour
+    )
     for step, marker in zip(np.unique(noisy["time_step"]), style.MARKERS[2:], strict=False):
-        own = near & (noisy["time_step"] == step)
+        runs = near & (noisy["time_step"] == step)
         label = f"$u = {velocity:g}$, $dt = {panels.power(step)}$"
-        measured = noisy["disorder_parameter"][own]
-        _draw_means(axes, noisy["noise"][own], measured, fmt=marker, label=label, **look)
+        measured = noisy["disorder_parameter"][runs]
+        _draw_means(axes, noisy["noise"][runs], measured, fmt=marker, label=label, **look)

@@ -47,25 +47,25 @@ def catalogue(
     closes after a whole multiple of a shorter period is on that orbit: where a motion alternates
     about an orbit while it approaches it, its state comes back sooner after two periods.
     """
-    known = {name: np.asarray(runs[name]) for name in (*_EXACT, "period_time", *_MEDIAN)}
-    known["state"] = known["state"].astype(str)
-    count = known["state"].size
+    arrays = {name: np.asarray(runs[name]) for name in (*_EXACT, "period_time", *_MEDIAN)}
+    arrays["state"] = arrays["state"].astype(str)
+    count = arrays["state"].size
     require(count, "no runs, 1 is needed")
-    found = []
-    for members in _alike(known):
-        exact: dict[str, Any] = {name: known[name][members[0]].item() for name in _EXACT}
-        middle: dict[str, Any] = {name: float(np.median(known[name][members])) for name in _MEDIAN}
-        once = members[known["period_events"][members] == exact["period_events"]]
-        found.append(
+    attractors = []
+    for members in _alike(arrays):
+        exact: dict[str, Any] = {name: arrays[name][members[0]].item() for name in _EXACT}
+        middle: dict[str, Any] = {name: float(np.median(arrays[name][members])) for name in _MEDIAN}
+        once = members[arrays["period_events"][members] == exact["period_events"]]
+        attractors.append(
             Attractor(
                 runs=members.size,
                 basin=share(members.size, count, confidence=confidence),
-                period_time=float(np.median(known["period_time"][once])),
+                period_time=float(np.median(arrays["period_time"][once])),
                 **exact,
                 **middle,
             )
         )
-    return sorted(found, key=_rank)
+    return sorted(attractors, key=_rank)
 
 
 def _rank(one: Attractor) -> tuple:
@@ -73,39 +73,39 @@ def _rank(one: Attractor) -> tuple:
     return -one.runs, length, one.disorder_parameter, one.state
 
 
-def _alike(known: dict[str, np.ndarray]) -> list[np.ndarray]:
+def _alike(arrays: dict[str, np.ndarray]) -> list[np.ndarray]:
     """Indices of the runs that share an attractor."""
     others = [
-        np.flatnonzero(known["state"] == name)
-        for name in np.unique(known["state"])
+        np.flatnonzero(arrays["state"] == name)
+        for name in np.unique(arrays["state"])
         if name != PERIODIC
     ]
-    orbits, runs = [], np.flatnonzero(known["state"] == PERIODIC)
-    for number in np.unique(known["period_events"][runs]):
-        same = runs[known["period_events"][runs] == number]
-        for orbit in _clusters(same, known["period_time"], SAME_PERIOD):
-            orbits += _clusters(orbit, known["disorder_parameter"], SAME_DISORDER)
-    return others + _with_multiples(orbits, known)
+    orbits, runs = [], np.flatnonzero(arrays["state"] == PERIODIC)
+    for number in np.unique(arrays["period_events"][runs]):
+        same = runs[arrays["period_events"][runs] == number]
+        for orbit in _clusters(same, arrays["period_time"], SAME_PERIOD):
+            orbits += _clusters(orbit, arrays["disorder_parameter"], SAME_DISORDER)
+    return others + _with_multiples(orbits, arrays)
 
 
-def _with_multiples(orbits: list[np.ndarray], known: dict[str, np.ndarray]) -> list[np.ndarray]:
+def _with_multiples(orbits: list[np.ndarray], arrays: dict[str, np.ndarray]) -> list[np.ndarray]:
     """Orbits with those that are a whole multiple of them; the first run has the single period."""
-    found: list[list[np.ndarray]] = []
-    for runs in sorted(orbits, key=lambda runs: float(np.median(known["period_time"][runs]))):
-        base = next((base for base in found if _is_multiple(runs, base[0], known)), None)
+    families: list[list[np.ndarray]] = []
+    for runs in sorted(orbits, key=lambda runs: float(np.median(arrays["period_time"][runs]))):
+        base = next((base for base in families if _is_multiple(runs, base[0], arrays)), None)
         if base is None:
-            found.append([runs])
+            families.append([runs])
         else:
             base.append(runs)
-    return [np.concatenate(each) for each in found]
+    return [np.concatenate(family) for family in families]
 
 
-def _is_multiple(runs: np.ndarray, shorter: np.ndarray, known: dict[str, np.ndarray]) -> bool:
+def _is_multiple(runs: np.ndarray, shorter: np.ndarray, arrays: dict[str, np.ndarray]) -> bool:
     time, disorder = (
-        [float(np.median(known[name][each])) for each in (runs, shorter)]
+        [float(np.median(arrays[name][orbit])) for orbit in (runs, shorter)]
         for name in ("period_time", "disorder_parameter")
     )
-    events = [known["period_events"][each[0]] for each in (runs, shorter)]
+    events = [arrays["period_events"][orbit[0]] for orbit in (runs, shorter)]
     multiple = round(time[0] / time[1])
     return bool(
         multiple > 1

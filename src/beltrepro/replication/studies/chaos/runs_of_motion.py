@@ -43,21 +43,19 @@ class Motions:
 
     def share(self, name: str) -> Estimate:
         """Share of the runs with a motion of this name."""
-        known = (self.names == name) & ~self.open
-        return estimates.share(int(known.sum()), self.names.size, int(self.open.sum()))
+        named = (self.names == name) & ~self.open
+        return estimates.share(int(named.sum()), self.names.size, int(self.open.sum()))
 
     def where(self, chosen: np.ndarray) -> Motions:
         """Some of the runs."""
-        return Motions(self.names[chosen], self.returns[chosen], self.long[chosen])
+        return Motions(**{name: column[chosen] for name, column in vars(self).items()})
 
     def and_also(self, others: Motions) -> Motions:
         """These runs and others."""
-        pairs = zip(
-            (self.names, self.returns, self.long),
-            (others.names, others.returns, others.long),
-            strict=True,
+        columns = vars(self)
+        return Motions(
+            **{name: np.r_[columns[name], added] for name, added in vars(others).items()}
         )
-        return Motions(*(np.concatenate(pair) for pair in pairs))
 
     @property
     def words(self) -> str:
@@ -72,11 +70,11 @@ def motions(evidence: Evidence, n_blocks: int, low: float = 0.0, high: float = n
     arrays, attributes = evidence.runs("motion_map", n_blocks=n_blocks)
     names = arrays["state"].astype(str)
     long = np.full(names.size, attributes["duration"] >= LONG)
-    found = Motions(names, arrays["period_returns"], long).where(
+    runs = Motions(names, arrays["period_returns"], long).where(
         between(arrays["belt_velocity"], low, high)
     )
-    require(found.names.size, f"no runs with N = {n_blocks}, {low:g} <= u <= {high:g}")
-    return found
+    require(runs.names.size, f"no runs with N = {n_blocks}, {low:g} <= u <= {high:g}")
+    return runs
 
 
 def settled_motions(evidence: Evidence, low: float, high: float, spread: float) -> Motions:
@@ -108,16 +106,16 @@ class Settling:
 
     def irregular_for(self, time: float) -> Estimate:
         """Share of the runs that are irregular for a time or longer."""
-        known = self.lifetime >= time
-        unknown = ~known & ~self.settled
-        return estimates.share(int(known.sum()), known.size, int(unknown.sum()))
+        lasting = self.lifetime >= time
+        still_open = ~lasting & ~self.settled
+        return estimates.share(int(lasting.sum()), lasting.size, int(still_open.sum()))
 
     @property
     def periodic(self) -> Estimate:
         """Share of the runs that end on a periodic orbit; those irregular for LONG do not."""
-        known = self.settled & (self.state == PERIODIC)
-        unknown = ~self.settled & (self.lifetime < LONG)
-        return estimates.share(int(known.sum()), known.size, int(unknown.sum()))
+        periodic = self.settled & (self.state == PERIODIC)
+        still_open = ~self.settled & (self.lifetime < LONG)
+        return estimates.share(int(periodic.sum()), periodic.size, int(still_open.sum()))
 
     @property
     def median_lifetime(self) -> float:
@@ -127,9 +125,9 @@ class Settling:
     @property
     def exponent(self) -> Estimate:
         """Mean largest exponent of the irregular motion; absent if all settled too soon for one."""
-        known = self.exponents[np.isfinite(self.exponents)]
-        if known.size >= MINIMUM_EXPONENTS:
-            return estimates.mean(known)
+        exponents = self.exponents[np.isfinite(self.exponents)]
+        if exponents.size >= MINIMUM_EXPONENTS:
+            return estimates.mean(exponents)
         require(self.settled.all(), f"{self.words}: longer runs are needed for an exponent")
         return estimates.absent(self.settled.size)
 

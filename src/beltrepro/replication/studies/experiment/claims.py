@@ -7,6 +7,7 @@ import scipy
 
 from beltrepro.model.units import LENGTH_M, TIME_S, from_si
 from beltrepro.replication.camera.recording import LASTING_S, analyse
+from beltrepro.replication.studies.experiment import films
 from beltrepro.replication.studies.experiment.lines import (
     LEAST_PEAKS,
     SEGMENT_S,
@@ -16,12 +17,10 @@ from beltrepro.replication.studies.experiment.lines import (
     spectral_ratio,
     stand_out,
 )
-from beltrepro.replication.studies.experiment.tracking_error import tracking_error
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.registry import claim
 from beltrepro.stats import estimates
 from beltrepro.stats.errors import require
-from beltrepro.stats.intermittency import slips_of_all
 
 FILMS = ("belt_022", "belt_028", "belt_035")
 AT_022, AT_028, INTERMITTENT = FILMS
@@ -41,12 +40,12 @@ def snapshot(evidence):
     shares, largest = [], []
     for name in FILMS:
         track, true, interval = _filmed(evidence, name)
-        found = len(track.time_s)
-        shares.append(estimates.share(found, found + _lost_frames(track)))
-        largest.append(tracking_error(track.time_s, track.x_m, true, interval).largest)
+        n_seen = len(track.time_s)
+        shares.append(estimates.share(n_seen, n_seen + _lost_frames(track)))
+        largest.append(films.tracking_error(track.time_s, track.x_m, true, interval).largest)
     return Measurement(
         {
-            "share of the frames with the block": min(shares, key=lambda each: each.value),
+            "share of the frames with the block": min(shares, key=lambda share: share.value),
             "largest error (m)": estimates.sure(max(largest)),
         },
         note=f"of {len(FILMS)} films, the one with the least; the runs are its frames",
@@ -56,10 +55,10 @@ def snapshot(evidence):
 @claim("threshold")
 def threshold(evidence):
     """Errors of x_5, of the scale and of r, of the film in which each is largest."""
-    films = [_errors(evidence, name) for name in FILMS]
+    by_film = [_errors(evidence, name) for name in FILMS]
     worst = {
-        name: max((film[name] for film in films), key=lambda each: abs(each.value))
-        for name in films[0]
+        name: max((errors[name] for errors in by_film), key=lambda error: abs(error.value))
+        for name in by_film[0]
     }
     return Measurement(worst, note=f"{STRETCHES} stretches of each film")
 
@@ -67,21 +66,22 @@ def threshold(evidence):
 def _errors(evidence, name):
     """Errors in stretches of a film."""
     track, true, interval = _filmed(evidence, name)
-    found = []
+    rows = []
     for time, place in zip(
         np.array_split(track.time_s, STRETCHES), np.array_split(track.x_m, STRETCHES), strict=True
     ):
-        error = tracking_error(time, place, true, interval)
+        error = films.tracking_error(time, place, true, interval)
         seen = true[np.rint(time / interval).astype(int)]
         in_pixels = np.array([error.scatter, error.offset]) / track.metres_per_pixel
-        found.append([*in_pixels, error.scale, _disorder(place) / _disorder(seen) - 1])
+        rows.append([*in_pixels, error.scale, _disorder(place) / _disorder(seen) - 1])
     names = (
         "scatter of x_5 (pixels)",
         "offset of x_5 (pixels)",
         "error of the scale",
         "error of r",
     )
-    return {name: estimates.mean(each) for name, each in zip(names, np.array(found).T, strict=True)}
+    columns = np.array(rows).T
+    return {name: estimates.mean(column) for name, column in zip(names, columns, strict=True)}
 
 
 def _filmed(evidence, name):
@@ -126,7 +126,7 @@ def _alternation(evidence, noise, film):
         {
             "trials that alternate": estimates.share(int(alternates.sum()), alternates.size),
             "small stretches with peaks at equal distances": (
-                estimates.share(sum(each > 0 for each in step), len(step))
+                estimates.share(sum(spaced > 0 for spaced in step), len(step))
                 if step
                 else estimates.absent()
             ),
@@ -136,7 +136,7 @@ def _alternation(evidence, noise, film):
         {"share of small amplitude in the film": estimates.single(recording.lasting_share)},
         note=f"{len(small)} stretches of small amplitude in the film; peaks at multiples of "
         + (
-            ", ".join(f"{each:.3g}" for each in sorted(set(step) - {0.0})) + " Hz"
+            ", ".join(f"{spaced:.3g}" for spaced in sorted(set(step) - {0.0})) + " Hz"
             if any(step)
             else "none"
         ),
@@ -158,10 +158,10 @@ def _stretches(recording):
 
 def _equally_spaced(recording, stretch):
     """Frequency in Hz whose multiples the peaks of a stretch are; 0 without such peaks."""
-    found = lines(recording.evenly(*stretch), recording.interval_s)
-    if found.peaks_hz.size < LEAST_PEAKS:
+    peaks_hz = lines(recording.evenly(*stretch), recording.interval_s).peaks_hz
+    if peaks_hz.size < LEAST_PEAKS:
         return 0.0
-    best = spacing(found.peaks_hz)
+    best = spacing(peaks_hz)
     return best.step_hz if best.p < RANDOM else 0.0
 
 
@@ -201,10 +201,7 @@ def _long_slip(evidence, length, *, noise=1.0):
 
 
 def _long_slip_in_film(evidence):
-    run = evidence.dataset(INTERMITTENT)
-    time, velocities, events = (run.arrays[each] for each in ("time", "velocities", "events"))
-    spans = slips_of_all(time, velocities - run.attributes["belt_velocity"], events)
-    longest = TIME_S * np.diff(spans, axis=1).max(initial=0.0)
+    longest = films.longest_slip_of_all_s(evidence.dataset(INTERMITTENT))
     return _judged_slip(evidence, np.array([longest]), INTERMITTENT)
 
 
@@ -247,9 +244,10 @@ def _trials(evidence, noise):
     require(seconds >= SHORTEST_S, f"trials of {seconds:.0f} s, {SHORTEST_S:g} s are needed")
     speed = from_si(evidence.claim.parameters["belt_velocity_m_s"], "velocity")
     arrays = trials.arrays
-    own = np.isclose(arrays["belt_velocity"], speed, rtol=1e-3) & np.isclose(arrays["noise"], noise)
-    require(own.any(), f"no trials at u = {speed:.4g}, sigma = {noise:g}")
-    return {name: arrays[name][own] for name in _OF_TRIALS}
+    chosen = np.isclose(arrays["belt_velocity"], speed, rtol=1e-3)
+    chosen &= np.isclose(arrays["noise"], noise)
+    require(chosen.any(), f"no trials at u = {speed:.4g}, sigma = {noise:g}")
+    return {name: arrays[name][chosen] for name in _OF_TRIALS}
 
 
 _OF_TRIALS = ("lasting_share", "lasting_longest", "slip_longest", "all_slip_longest")

@@ -5,7 +5,8 @@ from matplotlib.colors import LinearSegmentedColormap
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
-from beltrepro.replication.studies.experiment import inference, trials
+from beltrepro.replication.studies.experiment import measure, observations
+from beltrepro.stats.errors import NotEnoughDataError
 
 FIGURE = Figure(
     title="What trials of the length of the experiment say about its two recordings.",
@@ -37,7 +38,6 @@ _FREE = {
     ("speed_factor",): "speed free",
     ("friction_ratio", "speed_factor"): "both free",
 }
-_PRINTED = {"friction_ratio": trials.FRICTION_RATIO, "speed_factor": 1.0}
 
 
 @style.styled
@@ -50,9 +50,9 @@ def draw(data, caption):
         _draw_disorder(disorder, data["experiment_odds"])
         _draw_alternation(share, data["alternation"])
         with panels.shortage_on(plane):
-            _draw_plane(plane, trials.on_grid(data["trials_free"].arrays))
+            _draw_plane(plane, observations.on_grid(data["trials_free"].arrays))
         with panels.shortage_on(noise):
-            _draw_noise(noise, trials.on_grid(data["trials_free"].arrays))
+            _draw_noise(noise, observations.on_grid(data["trials_free"].arrays))
         for axes, name in zip((disorder, share, plane, noise), "abcd", strict=True):
             panels.letter(axes, name)
     return figure
@@ -70,43 +70,50 @@ def _draw_disorder(axes, odds):
         return
     axes.set_xscale("log")
     panels.plain_log(axes.xaxis)
-    for (speed, own), colour, shift in zip(
+    for (speed, at_speed), colour, shift in zip(
         rows.groupby("speed_m_s"), _COLOURS, (0.96, 1.04), strict=False
     ):
-        place = own["noise"] * shift
-        bars = np.abs(own[["r_lower", "r_upper"]].to_numpy().T - own["r"].to_numpy())
-        look = {"color": colour, "markersize": 4, "elinewidth": 1.2}
-        axes.errorbar(place, own["r"], bars, fmt="o", label=f"{speed:g} m/s", **look)
-        axes.plot(place, own["r_least"], "v", color=colour, markersize=4, markerfacecolor="none")
-        axes.axhline(own["r_recorded"].iloc[0], color=colour, linestyle="--", linewidth=1.2)
+        place, look = at_speed["noise"] * shift, {"color": colour, "markersize": 4}
+        bars = _reaches(at_speed, "r")
+        axes.errorbar(
+            place, at_speed["r"], bars, fmt="o", elinewidth=1.2, label=f"{speed:g} m/s", **look
+        )
+        axes.plot(place, at_speed["r_least"], "v", markerfacecolor="none", **look)
+        axes.axhline(at_speed["r_recorded"].iloc[0], color=colour, linestyle="--", linewidth=1.2)
     axes.legend(loc="lower left", ncols=2, handlelength=1.0, title="lines: experiment")
 
 
 def _draw_alternation(axes, table):
     """Share of alternating trials against u, a line for each of some noises."""
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="share with both regimes", ylim=(-0.03, 1.03))
-    rows = table[np.isclose(table["friction_ratio"], trials.FRICTION_RATIO)]
+    rows = table[np.isclose(table["friction_ratio"], observations.FRICTION_RATIO)]
     if rows.empty:
         panels.note(axes, "no trials with the printed friction ratio")
         return
     levels = np.unique(rows["noise"])
     chosen = levels[np.unique(np.linspace(0, levels.size - 1, _LINES).round().astype(int))]
     for number, (noise, colour) in enumerate(zip(chosen, style.shades(chosen.size), strict=True)):
-        own = rows[rows["noise"] == noise]
-        bars = np.abs(own[["share_lower", "share_upper"]].to_numpy().T - own["share"].to_numpy())
-        look = {"color": colour, "markersize": 4, "linewidth": 1.4, "elinewidth": 0.5}
-        label = rf"$\sigma = {noise:g}$"
+        at_noise = rows[rows["noise"] == noise]
         axes.errorbar(
-            own["belt_velocity"],
-            own["share"],
-            bars,
+            at_noise["belt_velocity"],
+            at_noise["share"],
+            _reaches(at_noise, "share"),
             fmt=style.MARKERS[number] + "-",
-            label=label,
-            **look,
+            label=rf"$\sigma = {noise:g}$",
+            color=colour,
+            markersize=4,
+            linewidth=1.4,
+            elinewidth=0.5,
         )
-    for observation, colour in zip(trials.EXPERIMENT, _COLOURS, strict=True):
+    for observation, colour in zip(observations.EXPERIMENT, _COLOURS, strict=True):
         axes.axvline(observation.belt_velocity, color=colour, linestyle="--", linewidth=1.2)
     axes.legend(loc="upper left", fontsize=_FONT - 2, handlelength=1.2)
+
+
+def _reaches(rows, name):
+    """Lengths of error bars (2, R)."""
+    ends = rows[[f"{name}_lower", f"{name}_upper"]].to_numpy().T
+    return np.abs(ends - rows[name].to_numpy())
 
 
 # --- posteriors -----------------------------------------------------------------------------------
@@ -115,10 +122,12 @@ def _draw_alternation(axes, table):
 def _draw_plane(axes, simulated):
     """Posterior of friction ratio and factor on the speed, whatever the noise."""
     axes.set(xlabel="friction ratio $f_s$", ylabel="factor on the belt speed")
-    axes.plot(*_PRINTED.values(), "x", color=style.VERMILION, markersize=8, markeredgewidth=2)
-    found = _posterior(simulated)
-    ratio, factor = (found.levels[name] for name in _PRINTED)
-    probability = found.marginal(*_PRINTED)
+    axes.plot(
+        *measure.PRINTED.values(), "x", color=style.VERMILION, markersize=8, markeredgewidth=2
+    )
+    answer = measure.posterior(simulated)
+    ratio, factor = (answer.levels[name] for name in measure.PRINTED)
+    probability = answer.marginal(*measure.PRINTED)
     axes.pcolormesh(_edges(ratio), _edges(factor), probability.T, cmap=_SHADE, vmin=0)
 
 
@@ -126,33 +135,23 @@ def _draw_noise(axes, simulated):
     """Posterior of the noise, a line for each choice of free parameters."""
     axes.set(xlabel=panels.NOISE, ylabel="probability")
     axes.set_xscale("log")
-    axes.axvspan(*trials.ASSIGNED, color="0.9", zorder=0)
+    axes.axvspan(*observations.ASSIGNED, color="0.9", zorder=0)
     levels = simulated.levels["noise"]
     axes.plot(levels, np.full(levels.size, 1 / levels.size), color="0.5", linewidth=1.5)
     missing = []
     for index, (free, words) in enumerate(_FREE.items()):
-        own = simulated
-        for name in set(_PRINTED) - set(free):
-            own = own.fixed(name, _PRINTED[name])
         try:
-            found = _posterior(own)
-        except inference.NotEnoughDataError:
+            answer = measure.posterior(measure.fixed_but(simulated, free))
+        except NotEnoughDataError:
             missing.append(words)
             continue
-        axes.plot(levels, found.marginal("noise"), label=words, **style.line_style(index))
+        axes.plot(levels, answer.marginal("noise"), label=words, **style.line_style(index))
     axes.set_ylim(0, 1.3 * axes.dataLim.y1)  # room for the legend
     panels.plain_log(axes.xaxis)
     if axes.get_legend_handles_labels()[1]:
         axes.legend(loc="upper right", fontsize=_FONT - 2)
     if missing:
         panels.note(axes, f"too few trials agree: {', '.join(missing)}", place=(0.5, 0.12))
-
-
-def _posterior(simulated):
-    """The posterior, if enough trials agree with each recording."""
-    found = inference.posterior(simulated, trials.RECORDED, trials.TOLERANCE)
-    trials.require_agreed(found)
-    return found
 
 
 def _edges(levels):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from beltrepro.model.units import TIME_S, to_si
+from beltrepro.model.units import to_si
 from beltrepro.replication.camera import white_block
 from beltrepro.replication.camera.recording import LARGE, LASTING_S, SMALL, WHOLE, analyse
 from beltrepro.replication.camera.scene import Scene
@@ -14,10 +14,10 @@ from beltrepro.replication.camera.survey import Survey
 from beltrepro.replication.camera.tracking import SPRING
 from beltrepro.replication.camera.white_block import has_size
 from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.studies.experiment import films
 from beltrepro.replication.studies.experiment import recording_figure as drawing
 from beltrepro.replication.studies.experiment.lines import BAND_HZ, LEAST_PEAKS, lines, spacing
 from beltrepro.stats.errors import NotEnoughDataError
-from beltrepro.stats.intermittency import slips_of_all
 
 SECONDS = r"$t$ (s)"
 LENGTH = "$x_5$ (cm)"
@@ -128,9 +128,7 @@ def draw_recording(trace, spectra, data, film):
 
 def say_longest_slip(axes, run):
     """How long all blocks of a run slip at once, at most."""
-    time, velocities, events = (run.arrays[name] for name in ("time", "velocities", "events"))
-    spans = slips_of_all(time, velocities - run.attributes["belt_velocity"], events)
-    longest = TIME_S * np.diff(spans, axis=1).max(initial=0.0)
+    longest = films.longest_slip_of_all_s(run)
     words = f"all blocks slip at once for {longest:.2g} s at most; in the experiment for over 60 s"
     panels.note(axes, words, place=(0.5, 0.93), size=7, width=90)
 

@@ -52,6 +52,14 @@ class Simulated:
             shown=np.compress(chosen, self.shown, axis=axis),
         )
 
+    def drawn_anew(self, rng: np.random.Generator) -> Simulated:
+        """As many trials of each cell, drawn from them with replacement."""
+        chosen = rng.integers(0, self.runs, self.summary.shape)
+        summary, shown = (
+            np.take_along_axis(values, chosen, axis=-1) for values in (self.summary, self.shown)
+        )
+        return replace(self, summary=summary, shown=shown)
+
     def part(self, runs: slice) -> Simulated:
         """Some of the trials of each cell."""
         return replace(self, summary=self.summary[..., runs], shown=self.shown[..., runs])

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 
 from beltrepro.replication.plan.registry import Table
+from beltrepro.stats import transitions
 from beltrepro.stats.errors import NotEnoughDataError
-from beltrepro.stats.transitions import Transition, transition_region
 
 TABLE = Table(
     title="Belt velocity at which r falls, for each friction ratio.",
@@ -13,7 +13,8 @@ TABLE = Table(
     columns={
         "points": "points of the scan, replicates included",
         "critical": "middle of the transition region (model velocity); empty if r does not fall",
-        "error": "standard error of critical",
+        "low": "lower end of its 95 % interval",
+        "high": "upper end",
         "lower": "u at which the fall begins (model velocity)",
         "upper": "u at which it ends (model velocity)",
         "r_high": "plateau of r below the transition",
@@ -28,16 +29,20 @@ def derive(data) -> pd.DataFrame:
     rows = []
     for ratio in np.unique(arrays["friction_ratio"]):
         chosen = arrays["friction_ratio"] == ratio
-        fall = _fall(arrays["belt_velocity"][chosen], arrays["disorder_parameter"][chosen])
-        names = ("critical", "error", "lower", "upper", "r_high", "r_low")
         row = {"friction_ratio": ratio, "points": int(chosen.sum())}
-        rows.append(row | {name: getattr(fall, name, np.nan) for name in names})
+        rows.append(
+            row | _fall(arrays["belt_velocity"][chosen], arrays["disorder_parameter"][chosen])
+        )
     return pd.DataFrame(rows)
 
 
-def _fall(velocity, disorder) -> Transition | None:
-    """The transition region; None where there are too few points."""
+def _fall(velocity, disorder) -> dict[str, float]:
+    """Numbers of the fall; NaN where there are too few runs, or none is found."""
+    names = ("lower", "upper", "r_high", "r_low")
     try:
-        return transition_region(velocity, disorder)
+        fall = transitions.fall(velocity, disorder)
     except NotEnoughDataError:
-        return None
+        return dict.fromkeys(("critical", "low", "high", *names), np.nan)
+    critical = fall["critical"]
+    ends = {"critical": critical.value, "low": critical.low, "high": critical.high}
+    return ends | {name: fall[name].value for name in names}

@@ -11,7 +11,7 @@ FIGURE = Figure(
     words=(
         "Not in the paper. Left: r against belt velocity, medians over the replicates, for several "
         "ratios f_s of kinetic to static friction; the paper has 0.45. Right: the belt velocity at "
-        "which r falls, with its standard error, against f_s; bars span the transition region."
+        "which r falls, with its 95 % interval, against f_s; bars span the transition region."
     ),
     alt=(
         "Two panels: curves of r against belt velocity, one for each friction ratio, and the belt "
@@ -48,5 +48,6 @@ def _draw_falls(axes, falls):
     ratio = falls["friction_ratio"]
     axes.vlines(ratio, falls["lower"], falls["upper"], color="0.85", linewidth=4)
     look = {"color": style.BLUE, "markersize": 3, "elinewidth": 0.8}
-    axes.errorbar(ratio, falls["critical"], falls["error"], fmt="o-", **look)
+    ends = falls["critical"] - falls["low"], falls["high"] - falls["critical"]
+    axes.errorbar(ratio, falls["critical"], ends, fmt="o-", **look)
     axes.set_xlim(0, 1)

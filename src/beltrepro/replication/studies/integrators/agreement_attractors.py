@@ -4,11 +4,11 @@ import numpy as np
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
-from beltrepro.replication.studies.transition import lifetimes
+from beltrepro.replication.studies.integrators import measure
 
 FIGURE = Figure(
     title="States reached without noise by the two integrators, from near and from distant states.",
-    uses=("pairs_states_verlet", "pairs_states_event"),
+    uses=("pairs_states_verlet", "pairs_states_event", "agreement"),
     words=(
         "Each row has another spread of initial states. Left: share of runs in which the last "
         "block still sticks at the end. Right: r over the end of each run, a dot a run, side by "
@@ -33,25 +33,29 @@ def draw(data, caption):
     tested integrator and, black, the reference; u is not to scale.
     """
     panels.require(data, FIGURE)
-    tested, reference = (data[name] for name in FIGURE.uses)
+    tested, reference, table = (data[name] for name in FIGURE.uses)
     sides = _sides(tested, reference)
+    shares = table[table["quantity"] == measure.STILL_STICKING]
     spreads = np.unique(tested.arrays["initial_spread"])
     velocities = np.unique(tested.arrays["belt_velocity"])
     figure = style.page(caption, 1.2 + 2.0 * max(spreads.size, 1))
     rows = figure.subplots(max(spreads.size, 1), 2, sharex=True, squeeze=False)
-    for row, spread in zip(rows, spreads, strict=False):
-        for place, velocity in enumerate(velocities):
-            for index, (label, colour, arrays) in enumerate(sides):
-                chosen = (arrays["belt_velocity"] == velocity) & (
-                    arrays["initial_spread"] == spread
-                )
-                offset = _WIDTH * ((index + 0.5) / len(sides) - 0.5)
-                first = label if place == 0 else None
-                _point(row, place + offset, arrays, chosen, colour, first, _WIDTH / len(sides))
-        row[0].set(ylabel="share still sticking", ylim=(-0.05, 1.05))
-        row[1].set(ylabel="$r$ at the end")
-        row[1].set_ylim(bottom=0)
-        row[0].set_title(f"initial spread {spread:g}", loc="left")
+    for (left, right), spread in zip(rows, spreads, strict=False):
+        at_spread = shares[np.isclose(shares["initial_spread"], spread)]
+        for index, (role, step, colour, label, arrays) in enumerate(sides):
+            offset = _WIDTH * ((index + 0.5) / len(sides) - 0.5)
+            compared = at_spread[np.isclose(at_spread["time_step"], step)]
+            place = np.searchsorted(velocities, compared["belt_velocity"] - 1e-9) + offset
+            _shares(left, place, compared, role, color=colour, label=label)
+            near = arrays["initial_spread"] == spread
+            for place, velocity in enumerate(velocities):
+                chosen = near & (arrays["belt_velocity"] == velocity)
+                final = arrays["final_disorder"][chosen]
+                _runs(right, place + offset, final, colour, _WIDTH / len(sides))
+        left.set(ylabel="share still sticking", ylim=(-0.05, 1.05))
+        right.set(ylabel="$r$ at the end")
+        right.set_ylim(bottom=0)
+        left.set_title(f"initial spread {spread:g}", loc="left")
     for panel in rows[-1]:
         panel.set_xticks(range(velocities.size), [f"{velocity:g}" for velocity in velocities])
         panel.set_xlabel(panels.BELT_VELOCITY)
@@ -65,33 +69,35 @@ def draw(data, caption):
 
 
 def _sides(tested, reference):
-    """Label, colour and arrays of each time step of the tested integrator, then the reference."""
+    """Each time step of the tested integrator, then the reference, with its smallest step.
+
+    Each with its role in the table, a step with which the table has it, its colour and its label.
+    """
+    steps = np.unique(tested.arrays["time_step"])
     sides = []
-    for index, step in enumerate(np.unique(tested.arrays["time_step"])):
-        chosen = tested.arrays["time_step"] == step
-        arrays = {name: values[chosen] for name, values in tested.arrays.items()}
+    for step, colour in zip(steps, style.COLOURS, strict=False):
         label = f"{tested.attributes['method']}, $dt = {step:g}$"
-        sides.append((label, style.COLOURS[index], arrays))
-    return [*sides, (str(reference.attributes["method"]), style.BLACK, reference.arrays)]
+        sides.append(("tested", step, colour, label, _with_step(tested.arrays, step)))
+    finest = _with_step(reference.arrays, reference.arrays["time_step"].min(initial=np.inf))
+    last = "reference", steps.min(initial=np.inf), style.BLACK, str(reference.attributes["method"])
+    return [*sides, (*last, finest)]
 
 
-def _point(row, place, arrays, chosen, colour, label, width):
-    if not chosen.any():
-        return
-    stuck = lifetimes.labels_of(arrays)[chosen] == lifetimes.STICK_SLIP
-    share = stuck.mean()
-    error = np.sqrt(share * (1 - share) / stuck.size)
-    row[0].errorbar(
-        place, share, error, fmt="o", color=colour, markersize=3, elinewidth=0.8, label=label
-    )
-    final = arrays["final_disorder"][chosen]
-    spread = np.linspace(-0.35, 0.35, final.size) * width if final.size > 1 else 0.0
-    row[1].plot(
-        place + spread,
-        np.sort(final),
-        ".",
-        color=colour,
-        markersize=1.8,
-        markeredgewidth=0,
-        rasterized=True,
-    )
+def _with_step(arrays, step):
+    chosen = arrays["time_step"] == step
+    return {name: values[chosen] for name, values in arrays.items()}
+
+
+def _shares(axes, place, rows, role, **look):
+    """Shares with their errors, as the table has them."""
+    if len(rows):
+        look |= {"fmt": "o", "markersize": 3, "elinewidth": 0.8}
+        axes.errorbar(place, rows[f"mean_{role}"], rows[f"error_{role}"].fillna(0), **look)
+
+
+def _runs(axes, place, final, colour, width):
+    """Each run a dot, in rising order."""
+    if final.size:
+        spread = np.linspace(-0.35, 0.35, final.size) * width if final.size > 1 else 0.0
+        look = {"markersize": 1.8, "markeredgewidth": 0, "rasterized": True}
+        axes.plot(place + spread, np.sort(final), ".", color=colour, **look)

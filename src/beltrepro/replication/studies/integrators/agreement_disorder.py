@@ -4,14 +4,13 @@ import numpy as np
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
-from beltrepro.replication.studies.integrators import compared as agreement
-from beltrepro.replication.studies.integrators import samples
+from beltrepro.replication.studies.integrators import measure, samples
 
 FIGURE = Figure(
     title=(
         "Disorder parameter with noise by the two integrators, and the tests of their difference."
     ),
-    uses=("pairs_r_verlet", "pairs_r_event"),
+    uses=("pairs_r_verlet", "pairs_r_event", "agreement"),
     words=(
         "a: r against belt velocity, lines the reference, crosses with standard errors the tested"
         " integrator. b: difference of the means in standard errors; beyond the dashed lines the "
@@ -35,23 +34,21 @@ def draw(data, caption):
     if all points agree, p-values lie along the diagonal.
     """
     panels.require(data, FIGURE)
-    sides = [data[name].arrays for name in FIGURE.uses]
-    values = [{agreement.DISORDER: arrays["disorder_parameter"]} for arrays in sides]
-    rows = agreement.compare_points(*sides, *values)
+    table = data["agreement"]
+    rows = table[table["quantity"] == measure.DISORDER]
     figure = style.page(caption, 3.6)
     left, middle, right = figure.subplots(1, 3)
     for panel, name in zip((left, middle, right), "abc", strict=True):
         panels.letter(panel, name)
-    curves = sorted({(row["n_blocks"], row["noise"]) for row in rows})
-    for index, curve in enumerate(curves):
-        chosen = [row for row in rows if (row["n_blocks"], row["noise"]) == curve]
-        _curve(left, middle, chosen, index, rf"$\sigma = {curve[1]:g}$")
+    curves = rows.groupby(["n_blocks", "noise"])
+    for index, ((_, noise), curve) in enumerate(curves):
+        _curve(left, middle, curve, index, rf"$\sigma = {noise:g}$")
     left.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.DISORDER)
     left.set_ylim(bottom=0)
     middle.set(xlabel=panels.BELT_VELOCITY, ylabel="difference / standard error")
     _limits(middle, len(rows))
     _p_values(right, rows)
-    if rows:
+    if len(rows):
         figure.legend(
             *left.get_legend_handles_labels(), loc="outside upper center", ncols=len(curves)
         )
@@ -59,27 +56,20 @@ def draw(data, caption):
 
 
 def _curve(left, middle, rows, index, label):
-    velocity = [row["belt_velocity"] for row in rows]
-    colour = style.line_style(index)["color"]
-    left.plot(velocity, [row["mean_reference"] for row in rows], color=colour, linewidth=0.9)
+    velocity, look = rows["belt_velocity"], style.line_style(index)
+    left.plot(velocity, rows["mean_reference"], color=look["color"], linewidth=0.9)
     left.errorbar(
         velocity,
-        [row["mean_tested"] for row in rows],
-        [row["error_tested"] for row in rows],
+        rows["mean_tested"],
+        rows["error_tested"],
         fmt="x",
-        color=colour,
+        color=look["color"],
         markersize=4,
         elinewidth=0.8,
         label=label,
     )
-    middle.plot(
-        velocity,
-        [row["z"] for row in rows],
-        marker=style.line_style(index)["marker"],
-        color=colour,
-        linestyle="none",
-        markersize=3.5,
-    )
+    marks = {"marker": look["marker"], "markersize": 3.5, "linestyle": "none"}
+    middle.plot(velocity, rows["z"], color=look["color"], **marks)
 
 
 def _limits(axes, count):
@@ -96,7 +86,7 @@ def _limits(axes, count):
 def _p_values(axes, rows):
     axes.plot([0, 1], [0, 1], color=style.GREY, linewidth=0.8)
     for name, label, marker in (("p", "distributions", "o"), ("mean_p", "means", "x")):
-        values = np.sort([row[name] for row in rows if np.isfinite(row[name])])
+        values = np.sort(rows[name].dropna())
         if values.size:
             share = (np.arange(values.size) + 0.5) / values.size
             axes.plot(share, values, marker, markersize=3.5, label=label)

@@ -6,7 +6,6 @@ from matplotlib.ticker import FixedLocator, NullFormatter
 from beltrepro.model.accuracy import FORCE_ORDER
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
-from beltrepro.replication.studies.integrators import compared as agreement
 from beltrepro.replication.studies.integrators import divergence
 
 FIGURE = Figure(
@@ -160,4 +159,4 @@ def _label(row):
 
 
 def _point(row):
-    return tuple(row[name] for name in agreement.PLACE)
+    return tuple(row[name] for name in divergence.PLACE)

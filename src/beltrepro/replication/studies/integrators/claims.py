@@ -1,6 +1,7 @@
 """Claim on the numerical method (Appendix): results by both integrators side by side."""
 
 import numpy as np
+import pandas as pd
 
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.registry import claim
@@ -14,6 +15,7 @@ BY_BOTH = (
     ("n5_rows_check", "n5_rows"),
     ("size_rows_check", "size_rows"),
 )
+PLACE = ["n_blocks", "belt_velocity", "noise"]
 DIFFERS = np.log(1.1)
 MINIMUM_POINTS = 8
 
@@ -24,48 +26,43 @@ def method_independence(evidence):
     ratios = _ratios(evidence)
     judged, also = {}, {}
     for words, noisy in (("with noise", True), ("without noise", False)):
-        own = np.array([ratio for (_, _, noise), ratio in ratios.items() if (noise > 0) == noisy])
+        shifts = np.array([ratio for (*_, noise), ratio in ratios.items() if (noise > 0) == noisy])
         require(
-            own.size >= MINIMUM_POINTS,
-            f"{own.size} points {words} by both integrators, {MINIMUM_POINTS} are needed",
+            shifts.size >= MINIMUM_POINTS,
+            f"{shifts.size} points {words} by both integrators, {MINIMUM_POINTS} are needed",
         )
-        judged[f"mean shift, {words}"] = estimates.mean(own)
-        far = int(np.sum(np.abs(own) > DIFFERS))
-        judged[f"points that differ, {words}"] = estimates.share(far, own.size)
-        also[f"largest shift, {words}"] = estimates.sure(float(own[np.argmax(np.abs(own))]))
+        judged[f"mean shift, {words}"] = estimates.mean(shifts)
+        far = int(np.sum(np.abs(shifts) > DIFFERS))
+        judged[f"points that differ, {words}"] = estimates.share(far, shifts.size)
+        also[f"largest shift, {words}"] = estimates.sure(float(shifts[np.argmax(np.abs(shifts))]))
     return Measurement(judged, also)
 
 
 def _ratios(evidence):
     """ln(r_event / r_verlet) by (N, u, sigma), of means over runs; each point from one pair."""
-    found = {}
+    ratios = {}
     for names in BY_BOTH:
         if not all(map(evidence.has, names)):
             continue
         try:
-            points = [_points(evidence.table(name)) for name in names]
+            runs = pd.concat([_runs(evidence.table(name)) for name in names])
         except NotEnoughDataError:
             continue  # transients say nothing of what follows
-        by_method = {"verlet": {}, "event": {}}
-        for each in points:
-            for (method, *place), disorder in each.items():
-                by_method[method].setdefault(tuple(place), []).extend(disorder)
-        for place in sorted(by_method["verlet"].keys() & by_method["event"].keys()):
-            event, verlet = (np.mean(by_method[name][place]) for name in ("event", "verlet"))
-            found.setdefault(place, float(np.log(event / verlet)))
-    return found
+        means = runs.groupby([*PLACE, "method"])["r"].mean().unstack().dropna()
+        if {"verlet", "event"} <= set(means):
+            for place, ratio in np.log(means["event"] / means["verlet"]).items():
+                ratios.setdefault(place, ratio)
+    return ratios
 
 
-def _points(table):
-    """r of the runs by (method, N, u, sigma)."""
-    runs = {}
-    columns = (
-        table.points["method"].astype(str),
-        table.points["n_blocks"],
-        np.round(table.belt_velocity, 6),
-        np.round(table.noise, 6),
-        table.disorder,
+def _runs(table):
+    """r of the runs, with their method and their point to the digits of a grid."""
+    return pd.DataFrame(
+        {
+            "method": table.points["method"].astype(str),
+            "n_blocks": table.points["n_blocks"],
+            "belt_velocity": np.round(table.belt_velocity, 6),
+            "noise": np.round(table.noise, 6),
+            "r": table.disorder,
+        }
     )
-    for method, n_blocks, velocity, noise, disorder in zip(*columns, strict=True):
-        runs.setdefault((method, int(n_blocks), velocity, noise), []).append(disorder)
-    return runs

@@ -7,7 +7,7 @@ structured array with point (the row), time, block and kind, in order of row and
 (R,), see `with_steps`. Model units.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 
 import numpy as np
@@ -17,12 +17,16 @@ import scipy
 from beltrepro.model import ChainParameters
 from beltrepro.replication.studies.integrators.steps import mean_step
 
+PLACE = ("n_blocks", "belt_velocity")
 AFTER_EVENTS = (0, 1, 2, 5, 10, 20, 50)  # numbers of events after which errors are taken
 FIRST_EVENTS = 10
 PARTED = 1.0  # trajectories are apart when a block differs by this; springs are 50 long
 _EVENT_TOLERANCE = 0.5  # events of one block further apart in time than this are different ones
 ROUNDING = 1e-9  # errors below come from rounding, not from the step
 ROUNDING_OF_LONG_STEPS = 1e-11  # of steps that a tolerance allows: there are a thousandth as many
+
+
+Runs = Mapping[str, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -52,7 +56,7 @@ class Pair:
         return float(self.separation[sample]) if sample < self.time.size else np.nan
 
 
-def with_steps(runs: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+def with_steps(runs: Runs) -> Runs:
     """Add the mean length of the steps that the method chooses.
 
     That is dt, or what the allowed error permits, for which velocities (R, T, N) are needed.
@@ -74,20 +78,16 @@ def equal(values: np.ndarray, value: float) -> np.ndarray:
 
 
 def pairs(
-    runs: Mapping[str, np.ndarray],
-    reference: Mapping[str, np.ndarray],
-    *,
-    rows: np.ndarray,
-    reference_rows: np.ndarray,
+    runs: Runs, reference: Runs, *, rows: np.ndarray, reference_rows: np.ndarray
 ) -> dict[tuple, list[Pair]]:
     """Some runs beside their references; a run without a reference is left out."""
     base = {_key(reference, row): row for row in np.flatnonzero(reference_rows).tolist()}
-    found: dict[tuple, list[Pair]] = {}
+    by_place: dict[tuple, list[Pair]] = {}
     for row in np.flatnonzero(rows).tolist():
         key = _key(runs, row)
         if key in base:
-            found.setdefault(key[:2], []).append(_pair(runs, row, reference, base[key]))
-    return found
+            by_place.setdefault(key[:2], []).append(_pair(runs, row, reference, base[key]))
+    return by_place
 
 
 def match_events(tested: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -98,16 +98,22 @@ def match_events(tested: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray,
     """
     times, shifts = [np.empty(0)], [np.empty(0)]
     for block in np.unique(reference["block"]):
-        ours, theirs = (events[events["block"] == block] for events in (tested, reference))
-        count = min(ours.size, theirs.size)
-        shift = ours["time"][:count] - theirs["time"][:count]
-        same = (ours["kind"][:count] == theirs["kind"][:count]) & (np.abs(shift) < _EVENT_TOLERANCE)
+        sides = [events[events["block"] == block] for events in (tested, reference)]
+        count = min(side.size for side in sides)
+        first, second = (side[:count] for side in sides)
+        shift = first["time"] - second["time"]
+        same = (first["kind"] == second["kind"]) & (np.abs(shift) < _EVENT_TOLERANCE)
         shared = count if same.all() else int(np.argmin(same))
-        times.append(theirs["time"][:shared])
+        times.append(second["time"][:shared])
         shifts.append(shift[:shared])
     times, shifts = np.concatenate(times), np.concatenate(shifts)
     order = np.argsort(times, kind="stable")
     return times[order], shifts[order]
+
+
+def root_mean_square(errors: np.ndarray) -> np.ndarray:
+    """Over the first axis: the starts."""
+    return np.sqrt(np.mean(errors**2, axis=0))
 
 
 def convergence_order(
@@ -122,35 +128,103 @@ def convergence_order(
     return float(line.slope), float(line.stderr)
 
 
-def summarise(found: list[Pair]) -> dict[str, float]:
+# --- rows of partings.csv and convergence.csv -----------------------------------------------------
+
+
+def compare_trajectories(runs: Runs, reference: Runs) -> tuple[list[dict], list[dict]]:
+    """Partings and errors of runs against the runs of the reference with the smallest step."""
+    smallest = reference["time_step"].min()
+    base = equal(reference["time_step"], smallest)
+    partings, errors = [], []
+    for time_step in np.unique(runs["time_step"]):
+        if runs is reference and equal(time_step, smallest):
+            continue
+        rows = equal(runs["time_step"], time_step)
+        for at_point, members in _by_point(runs, rows, reference, base):
+            point = {name: at_point[name] for name in (*PLACE, "time_step")}
+            partings.append(point | _summary(members))
+            errors += _errors({"varied": "time_step"} | at_point, members)
+    return partings, _with_orders(errors, rounding=ROUNDING)
+
+
+def compare_tolerances(runs: Runs) -> list[dict]:
+    """Errors of runs with several tolerances against those with the tightest."""
+    allowed = runs["allowed_error"]
+    tolerances = np.unique(allowed[np.isfinite(allowed)])
+    errors = []
+    for tolerance in tolerances[:0:-1]:
+        rows, reference_rows = (equal(allowed, value) for value in (tolerance, tolerances[0]))
+        for at_point, members in _by_point(runs, rows, runs, reference_rows):
+            errors += _errors({"varied": "tolerance"} | at_point, members)
+    return _with_orders(errors, rounding=ROUNDING_OF_LONG_STEPS)
+
+
+def _by_point(
+    runs: Runs, rows: np.ndarray, reference: Runs, reference_rows: np.ndarray
+) -> Iterator[tuple[dict, list[Pair]]]:
+    """Pairs of each point, with the point, time_step, tolerance and mean step of the runs."""
+    by_place = pairs(runs, reference, rows=rows, reference_rows=reference_rows)
+    for place, members in sorted(by_place.items()):
+        here = rows & np.all([runs[name] == at for name, at in zip(PLACE, place, strict=True)], 0)
+        first = np.flatnonzero(here)[0]
+        yield (
+            dict(zip(PLACE, place, strict=True))
+            | {
+                "time_step": float(runs["time_step"][first]),
+                "tolerance": float(runs["allowed_error"][first]),
+                "step": float(runs["step"][here].mean()),
+            },
+            members,
+        )
+
+
+def _summary(members: list[Pair]) -> dict[str, float]:
     """Pairs of one point in numbers, medians over its members."""
     return {
-        "members": len(found),
-        "parting_time": float(np.median([pair.parting_time for pair in found])),
-        "shared_events": float(np.median([pair.event_time.size for pair in found])),
-        "reference_events": float(np.median([pair.reference_events.size for pair in found])),
-        "first_shift": _median_largest([pair.event_shift[:FIRST_EVENTS] for pair in found]),
-        "shift": _median_largest([pair.event_shift for pair in found]),
+        "members": len(members),
+        "parting_time": float(np.median([pair.parting_time for pair in members])),
+        "shared_events": float(np.median([pair.event_time.size for pair in members])),
+        "reference_events": float(np.median([pair.reference_events.size for pair in members])),
+        "first_shift": _median_largest([pair.event_shift[:FIRST_EVENTS] for pair in members]),
+        "shift": _median_largest([pair.event_shift for pair in members]),
     }
 
 
-def errors(found: list[Pair]) -> dict[int, tuple[int, float]]:
-    """Root-mean-square error after each number of AFTER_EVENTS.
+def _median_largest(parts: list[np.ndarray]) -> float:
+    largest = [np.abs(part).max() for part in parts if part.size]
+    return float(np.median(largest)) if largest else np.nan
+
+
+def _errors(at_step: dict, members: list[Pair]) -> list[dict]:
+    """Root-mean-square error after each number of AFTER_EVENTS that all members have.
 
     The phase of an event within a step decides its error, so one member alone tells little.
     """
-    table = {}
+    rows = []
     for n_events in AFTER_EVENTS:
-        values = np.array([pair.error_after(n_events) for pair in found])
-        values = values[np.isfinite(values)]
-        if values.size == len(found):
-            table[n_events] = (values.size, float(np.sqrt(np.mean(values**2))))
-    return table
+        values = np.array([pair.error_after(n_events) for pair in members])
+        if np.isfinite(values).all():
+            after = {"after_events": n_events, "members": values.size}
+            rows.append(at_step | after | {"error": float(root_mean_square(values))})
+    return rows
 
 
-def _pair(
-    runs: Mapping[str, np.ndarray], row: int, reference: Mapping[str, np.ndarray], base: int
-) -> Pair:
+def _with_orders(errors: list[dict], *, rounding: float) -> list[dict]:
+    groups: dict[tuple, list[dict]] = {}
+    for row in errors:
+        groups.setdefault(tuple(row[name] for name in (*PLACE, "after_events")), []).append(row)
+    rows = []
+    for _, group in sorted(groups.items()):
+        steps, sizes = ([row[name] for row in group] for name in ("step", "error"))
+        order, order_error = convergence_order(steps, sizes, rounding=rounding)
+        rows += [row | {"order": order, "order_error": order_error} for row in group]
+    return rows
+
+
+# --- pairs ----------------------------------------------------------------------------------------
+
+
+def _pair(runs: Runs, row: int, reference: Runs, base: int) -> Pair:
     events = reference["events"][reference["events"]["point"] == base]
     event_time, event_shift = match_events(runs["events"][runs["events"]["point"] == row], events)
     n_blocks = int(runs["n_blocks"][row])
@@ -164,11 +238,5 @@ def _pair(
     )
 
 
-def _key(runs: Mapping[str, np.ndarray], row: int) -> tuple:
-    names = ("n_blocks", "belt_velocity", "replicate")
-    return tuple(runs[name][row].item() for name in names)
-
-
-def _median_largest(parts: list[np.ndarray]) -> float:
-    largest = [np.abs(part).max() for part in parts if part.size]
-    return float(np.median(largest)) if largest else np.nan
+def _key(runs: Runs, row: int) -> tuple:
+    return tuple(runs[name][row].item() for name in (*PLACE, "replicate"))

@@ -1,13 +1,9 @@
 """What the report says of the two integrators: sentences and rows from the tables of a run."""
 
-from dataclasses import dataclass
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 
-from beltrepro.replication.studies.integrators import compared as agreement
-from beltrepro.replication.studies.integrators import divergence, samples, steps
+from beltrepro.replication.studies.integrators import divergence, measure, samples, steps
 
 PARTS = {
     "trajectories": "Trajectories without noise",
@@ -22,28 +18,13 @@ DATASETS = {
     "attractors": "pairs_states_verlet",
 }
 """Dataset of the tested integrator in each part, whose lengths the other one shares."""
-SHOWN = (agreement.DISORDER, agreement.STILL_STICKING, agreement.FINAL_DISORDER)
+TOLD_BY = ("agreement", "families", "partings", "convergence")
+SHOWN = (measure.DISORDER, measure.STILL_STICKING, measure.FINAL_DISORDER)
 
 
-@dataclass(frozen=True)
-class Tables:
-    """The files that the workflow writes: agreement.csv and those beside the runs."""
-
-    comparisons: Path
-    families: Path
-    partings: Path
-    convergence: Path
-
-
-def describe(tables: Tables, settings: dict) -> dict:
-    """What the template needs: sentences by heading, rows of tables.
-
-    settings : configuration of the preset.
-    """
-    comparisons, families, partings, convergence = (
-        pd.read_csv(path)
-        for path in (tables.comparisons, tables.families, tables.partings, tables.convergence)
-    )
+def describe(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
+    """What the template needs: sentences by heading, rows of tables."""
+    comparisons, families, partings, convergence = (tables[name] for name in TOLD_BY)
     methods = {role: comparisons[role].iloc[0] for role in ("tested", "reference")}
     base = settings["defaults"]["time_step"]
     sentences = {
@@ -54,8 +35,7 @@ def describe(tables: Tables, settings: dict) -> dict:
             *(
                 _on_family(row)
                 for row in _records(families, "attractors")
-                if row["quantity"] != agreement.FINAL_DISORDER
-                and np.isclose(row["time_step"], base)
+                if row["quantity"] != measure.FINAL_DISORDER and np.isclose(row["time_step"], base)
             ),
             *_on_attractors(comparisons, methods, base),
         ],
@@ -181,7 +161,7 @@ def _on_means(row) -> str:
 def _on_attractors(comparisons, methods, base) -> list[str]:
     """Where the distribution of the final r depends on the integrator, for each initial spread."""
     rows = comparisons[
-        (comparisons["quantity"] == agreement.FINAL_DISORDER)
+        (comparisons["quantity"] == measure.FINAL_DISORDER)
         & np.isclose(comparisons["time_step"], base)
     ]
     sentences = []
@@ -205,7 +185,7 @@ def _on_attractors(comparisons, methods, base) -> list[str]:
 
 def _on_steps(comparisons) -> list[str]:
     """How often each time step gave what the reference gives, over all u and spreads."""
-    rows = comparisons[comparisons["quantity"] == agreement.FINAL_DISORDER]
+    rows = comparisons[comparisons["quantity"] == measure.FINAL_DISORDER]
     counted = [
         f"{int((at_step['verdict'] == samples.AGREE).sum())} of {len(at_step)} at dt = {step:g}"
         for step, at_step in rows.groupby("time_step")

@@ -6,10 +6,11 @@ from functools import partial
 import numpy as np
 
 from beltrepro.model import units
+from beltrepro.replication.studies.noise import measure
 from beltrepro.replication.studies.noise.windows import RANGE, share_in_windows, spread_ratio
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.registry import claim
-from beltrepro.stats import transitions_of_runs
+from beltrepro.stats import transitions
 from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import bootstrap, difference, mean, ratio, share, slope
 
@@ -22,7 +23,7 @@ QUIET = {
     "the paper's scheme at sigma = 0, wider starts": "n5_replicates_wide",
 }
 FINDERS = {
-    "median of r over 3 in u": {"smoothing": 3.0},
+    "median of r over 3 in u": {"window": 3.0},
     "fall by 1.5 or more": {"minimum_contrast": 1.5},
 }
 SMALLEST_STEP = 1.3  # factor of a fall or rise that is looked for where it may be gradual
@@ -127,7 +128,7 @@ def _fall(row, **finder):
     """The fall of r, which a row keeps for the usual finder."""
     if not finder:
         return row.fall
-    return transitions_of_runs.fall(row.belt_velocity, row.disorder, **finder)
+    return transitions.fall(row.belt_velocity, row.disorder, **finder)
 
 
 @claim("windows-vanish")
@@ -171,15 +172,15 @@ def sigma_c_u7(evidence):
     return _readings_of_rises(partial(_noise_induced_chaos, evidence))
 
 
-def _readings_of_rises(measure):
+def _readings_of_rises(reading):
     return {
-        "runs with noise": partial(measure, weakest=0.0),
-        "with the paper's scheme at sigma = 0": partial(measure, weakest=-1.0),
+        "runs with noise": partial(reading, weakest=0.0),
+        "with the paper's scheme at sigma = 0": partial(reading, weakest=-1.0),
     }
 
 
 def _noise_induced_chaos(evidence, weakest):
-    rise = _rise(evidence.column("n5_u7", N_BLOCKS, 7.0), weakest)
+    rise = _rise_of(evidence.column("n5_u7", N_BLOCKS, 7.0), weakest)
     exponents = _exponents(evidence, 7.0)
     first, *_ = exponents
     require(first <= WEAKEST, f"no exponents at sigma <= {WEAKEST:g}")
@@ -196,10 +197,8 @@ def _noise_induced_chaos(evidence, weakest):
     )
 
 
-def _rise(column, weakest):
-    """The rise of r along sigma, at noise levels above one."""
-    own = column.noise > weakest
-    return transitions_of_runs.rise(column.noise[own], column.disorder[own])
+def _rise_of(column, above):
+    return measure.rise(column.noise, column.disorder, above=above)
 
 
 def _exponents(evidence, belt_velocity):
@@ -223,7 +222,7 @@ def r_of_sigma(evidence):
 def _rises(evidence, weakest):
     velocities = evidence.values("n5_columns", "belt_velocity")
     rises = {
-        float(u): _rise(evidence.column("n5_columns", N_BLOCKS, float(u)), weakest)
+        float(u): _rise_of(evidence.column("n5_columns", N_BLOCKS, float(u)), weakest)
         for u in velocities[velocities >= 20 - 1e-9]
     }
     critical, width = (

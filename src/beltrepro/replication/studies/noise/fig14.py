@@ -2,9 +2,12 @@
 
 import math
 
-from beltrepro.replication.drawing import panels, replicates, style
+import numpy as np
+
+from beltrepro.replication.drawing import marks, panels, replicates, style
 from beltrepro.replication.plan.registry import Figure
-from beltrepro.stats import sections, transitions
+from beltrepro.replication.studies.noise import measure
+from beltrepro.stats import sections
 
 FIGURE = Figure(
     title="Bifurcation diagrams with noise, and r against noise at u = 7.",
@@ -18,6 +21,7 @@ FIGURE = Figure(
         "u = 7."
     ),
     number="14",
+    shows={"sigma-c-u7": ("sigma_c",)},
 )
 
 BELT_VELOCITY = 7.0
@@ -65,7 +69,9 @@ def _column(axes, scan):
     for spine in axes.spines.values():
         spine.set_color(style.VERMILION)
     with panels.shortage_on(axes, place=(0.5, 0.25), width=14):
-        rise = transitions.critical_noise(noise, disorder)
-        if rise.found:
-            axes.axvline(rise.critical, color="0.4", linewidth=0.8, linestyle="--", zorder=0)
-            axes.set_title(rf"$u = {BELT_VELOCITY:g}$: $\sigma_c = {rise.critical:.2f}$")
+        critical = measure.rise(noise, disorder)["critical"].value
+        if np.isfinite(critical):
+            line = axes.axvline(critical, color="0.4", linewidth=0.8, linestyle="--", zorder=0)
+            words = axes.set_title(rf"$u = {BELT_VELOCITY:g}$: $\sigma_c = {critical:.2f}$")
+            marks.shown(line, "sigma-c-u7", "sigma_c")
+            marks.shown(words, "sigma-c-u7", "sigma_c")

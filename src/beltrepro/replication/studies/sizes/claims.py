@@ -8,7 +8,7 @@ import numpy as np
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import last_block_events
 from beltrepro.replication.verdicts.registry import claim
-from beltrepro.stats import estimates, intermittency, transitions, transitions_of_runs
+from beltrepro.stats import estimates, intermittency, transitions
 from beltrepro.stats.errors import require
 
 N10_SERIES = ("n10_u28", "n10_u31", "n10_u34", "n10_u38")
@@ -25,7 +25,7 @@ def transition_width(evidence):
     """Transition regions at sigma = 1 for N = 5, 7 and 10."""
     options = {
         "median of the runs at each u": {},
-        "median over 3 in u": {"smoothing": 3.0},
+        "median over 3 in u": {"window": 3.0},
         "weak falls too": WEAK,
         "single runs from undeformed springs": None,
     }
@@ -74,27 +74,17 @@ def _wider_than_five(evidence, noise, options):
 
 
 def _falls(evidence, sizes, noise, options):
-    """The fall of r for each number of blocks, as `transitions_of_runs.fall`.
+    """The fall of r for each number of blocks, with options of `transitions.fall`.
 
-    options : of that; None for rows of single runs, whose errors are not known.
+    None for rows of single runs, whose errors are not known.
     """
     if options is None:
-        return {n: _fall_of_single_runs(evidence.row(int(n), noise)) for n in sizes}
+        return {n: evidence.row(int(n), noise).fall for n in sizes}
     rows = {n: evidence.replicates(int(n), noise) for n in sizes}
     if not options:
         return {n: row.fall for n, row in rows.items()}
     return {
-        n: transitions_of_runs.fall(row.belt_velocity, row.disorder, **options)
-        for n, row in rows.items()
-    }
-
-
-def _fall_of_single_runs(row):
-    found = transitions.transition_region(row.belt_velocity, row.disorder, bootstrap=0)
-    values = {name: float(getattr(found, name)) for name in transitions_of_runs.QUANTITIES}
-    return {
-        name: estimates.absent(1) if np.isnan(value) else estimates.single(value)
-        for name, value in values.items()
+        n: transitions.fall(row.belt_velocity, row.disorder, **options) for n, row in rows.items()
     }
 
 

@@ -41,8 +41,7 @@ def _small_chains(evidence, row_of):
 
 def _fall(runs: np.ndarray) -> float:
     """High over low plateau of r(u), runs (R, 2) of u and r; 1 if r falls nowhere."""
-    found = transitions.transition_region(*runs.T, bootstrap=0)
-    return float(np.nan_to_num(found.contrast, nan=1.0))
+    return float(np.nan_to_num(transitions.find_fall(*runs.T, rounds=0).contrast, nan=1.0))
 
 
 def _row_of_scheme(evidence, n_blocks):

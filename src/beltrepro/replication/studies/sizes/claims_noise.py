@@ -10,7 +10,7 @@ from beltrepro.replication.verdicts.registry import claim
 from beltrepro.stats import estimates, transitions
 from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate
-from beltrepro.stats.transitions_of_runs import LEAST_RUNS
+from beltrepro.stats.transitions import LEAST_RUNS
 
 MINIMUM_VELOCITIES = 4
 MINIMUM_CROSSINGS = 30
@@ -41,7 +41,7 @@ def _rises(evidence, evident):
 
 def _of_rise(evident, levels, *groups):
     noise = np.repeat(levels, [len(group) for group in groups])
-    return evident(transitions.critical_noise(noise, np.concatenate(groups), bootstrap=0))
+    return evident(transitions.find_rise(noise, np.concatenate(groups)))
 
 
 def _contrast(rise):

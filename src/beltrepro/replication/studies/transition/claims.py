@@ -7,7 +7,7 @@ import numpy as np
 from beltrepro.replication.studies.transition import lifetimes
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.registry import claim
-from beltrepro.stats import estimates, sections, states, transitions, transitions_of_runs
+from beltrepro.stats import estimates, sections, states, transitions
 from beltrepro.stats.errors import require
 
 PAPERS_SCHEME, EXACT, WIDE = "n5_replicates_check", "n5_replicates", "n5_replicates_wide"
@@ -29,9 +29,9 @@ def u_critical(evidence):
     """Midpoint of the transition region without noise."""
     names = {"critical": "critical"}
     readings = _readings_of_fall(evidence, names, also=("lower", "upper"))
-    for smoothing in (1.0, 5.0):
-        readings[f"running median over {smoothing:g}"] = partial(
-            _fall, evidence, names, ("lower", "upper"), smoothing=smoothing
+    for window in (1.0, 3.0, 5.0):
+        readings[f"running median over {window:g}"] = partial(
+            _fall, evidence, names, ("lower", "upper"), window=window
         )
     return readings
 
@@ -47,11 +47,7 @@ def _readings_of_fall(evidence, names, also=()):
 
 def _fall(evidence, names, also, *, scan=PAPERS_SCHEME, **options):
     runs = evidence.replicates(5, 0.0, scan=scan)
-    found = (
-        transitions_of_runs.fall(runs.belt_velocity, runs.disorder, **options)
-        if options
-        else runs.fall
-    )
+    found = transitions.fall(runs.belt_velocity, runs.disorder, **options) if options else runs.fall
     return _named(names, also, found, _side_by_side(runs, found))
 
 
@@ -66,10 +62,7 @@ def _side_by_side(runs, found):
 
 
 def _fall_of_row(evidence, names, also):
-    row = evidence.row(5, 0.0, scan="n5_rows")
-    found = transitions.transition_region(row.belt_velocity, row.disorder, bootstrap=0)
-    wanted = (*names.values(), *also)
-    return _named(names, also, {name: estimates.single(getattr(found, name)) for name in wanted})
+    return _named(names, also, evidence.row(5, 0.0, scan="n5_rows").fall)
 
 
 def _named(names, also, found, note=""):

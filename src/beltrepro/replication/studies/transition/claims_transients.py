@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from beltrepro.replication.studies.chaos.runs_of_motion import LONG, N_BLOCKS, between, by_spread
+from beltrepro.replication.studies.chaos.runs_of_motion import LONG, N_BLOCKS, by_spread
 from beltrepro.replication.studies.transition import lifetimes
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.registry import claim
@@ -49,45 +49,30 @@ def transient_lifetime(evidence):
 
 
 def _until_it_settles(evidence, spread):
-    arrays, attributes = evidence.runs("survival", n_blocks=N_BLOCKS, initial_spread=spread)
-    horizon = survival.SEEN * float(attributes["duration"])
-    tau = partial(survival.mean_lifetime, horizon=horizon)
-    return _against_velocity(evidence, arrays, "settled", tau)
+    return _against_velocity(
+        evidence, lifetimes.until_settled(evidence.dataset("survival"), spread)
+    )
 
 
 def _until_it_slips(evidence):
-    """Runs that do not escape may be on a stick-slip attractor, so only the others count."""
-    arrays, attributes = evidence.runs("lifetimes", n_blocks=N_BLOCKS)
-    horizon = float(attributes["duration"]) - float(attributes["settle_time"])
-    tau = partial(survival.mean_of_ended, horizon=horizon)
-    return _against_velocity(evidence, arrays, "escaped", tau)
+    return _against_velocity(evidence, lifetimes.until_last_stick(evidence.dataset("lifetimes")))
 
 
-def _against_velocity(evidence, arrays, ended, mean_of):
-    """tau near the transition, far from it, and everywhere; mean_of takes lifetimes and ends."""
+def _against_velocity(evidence, runs):
+    """tau near the transition, far from it, and everywhere."""
     parameters = evidence.claim.parameters
-    velocity = arrays["belt_velocity"]
-
-    def tau(low, high, **options):
-        own = between(velocity, low, high)
-        require(own.any(), f"no lifetimes for {low:g} <= u <= {high:g}")
-        runs = arrays["lifetime"][own], arrays[ended][own].astype(bool)
-        try:
-            return mean_of(*runs, **options)
-        except NotEnoughDataError as error:
-            raise NotEnoughDataError(f"u = {low:g} to {high:g}: {error}") from None
-
-    places = np.unique(velocity[between(velocity, *parameters["belt_velocity"])])
+    velocity = runs.belt_velocity
+    places = np.unique(velocity[lifetimes.between(velocity, *parameters["belt_velocity"])])
     require(
         places.size >= MINIMUM_VELOCITIES,
         f"lifetimes at {places.size} belt velocities, {MINIMUM_VELOCITIES} are needed",
     )
     at_once = 1 - (1 - survival.CONFIDENCE) / places.size  # of the interval of the longest of all
-    each = [tau(place, place) for place in places]
-    wide = [tau(place, place, confidence=at_once) for place in places]
+    each = [runs.mean(place, place) for place in places]
+    wide = [runs.mean(place, place, confidence=at_once) for place in places]
     unknown = sum(np.isinf(found.mean) for found in each)
     require(not unknown, f"{unknown} lifetimes need longer runs")
-    near, far = (tau(*parameters[name]) for name in ("near", "far"))
+    near, far = (runs.mean(*parameters[name]) for name in ("near", "far"))
     longest = max(range(places.size), key=lambda index: each[index].mean)
     return Measurement(
         {
@@ -153,13 +138,8 @@ def _high_lifetime(evidence):
     low, high = evidence.claim.parameters["high_velocity"]
     if not evidence.has("survival"):
         return {}
-    arrays, attributes = evidence.runs("survival", n_blocks=N_BLOCKS)
-    own = between(arrays["belt_velocity"], low, high)
-    if not own.any():
+    try:
+        found = lifetimes.until_settled(evidence.dataset("survival")).mean(low, high)
+    except NotEnoughDataError:
         return {}
-    found = survival.mean_lifetime(
-        arrays["lifetime"][own],
-        arrays["settled"][own].astype(bool),
-        horizon=survival.SEEN * float(attributes["duration"]),
-    )
     return {f"lifetime, u = {low:g} to {high:g}": _estimate(found)}

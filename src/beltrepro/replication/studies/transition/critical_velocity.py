@@ -1,7 +1,10 @@
 """Not in the paper as a figure: the critical velocity against noise and number of blocks."""
 
-from beltrepro.replication.drawing import panels, style
+import numpy as np
+
+from beltrepro.replication.drawing import marks, panels, style
 from beltrepro.replication.plan.registry import Figure
+from beltrepro.replication.verdicts.entries import printed
 
 FIGURE = Figure(
     title="Critical belt velocity against noise and number of blocks, over replicates.",
@@ -15,7 +18,7 @@ FIGURE = Figure(
     words=(
         "The paper prints critical velocities at two noises, and transition regions for three "
         "numbers of blocks. a: the belt velocity in the middle of the fall of r, five blocks, from "
-        "all replicates together. Error bars: one standard error, by drawing replicates anew; pale "
+        "independent runs at each u. Error bars: 95 % intervals, by drawing runs anew; pale "
         "bars: the transition region. Without noise also by the paper's scheme, from starts of two "
         "spreads. b: against the number of blocks. Where words stand instead, r of the "
         "replicates falls by less than a factor of two, and there is no such velocity."
@@ -25,16 +28,25 @@ FIGURE = Figure(
         "of blocks, with the values of the paper as crosses and as lines."
     ),
     category="Further studies",
+    shows={
+        "uc-of-sigma": ("u_c(?)", "u_c(?.?)"),
+        "u-critical": ("critical",),
+        "u-critical: wider starts": ("critical",),
+    },
 )
 
 N_BLOCKS = 5
-PRINTED = {0.0: 16.5, 2.2: 19.0}  # Sec. IV.A and IV.B: sigma and u_c
 NOISES = (0.0, 1.0)  # shown in b
-REGIONS = {5: (15, 18), 7: (23, 32), 10: (27, 40)}  # caption of Fig. 19, sigma = 1
 LOOKS = {
     "n5_replicates": ("exact motion", style.BLUE, "o", 0.0),
     "n5_replicates_check": ("scheme of the paper", style.VERMILION, "s", 0.08),
     "n5_replicates_wide": ("the same, wide starts", style.ORANGE, "^", 0.16),
+}
+# The claim, its variant and the names of its estimates that have the same numbers.
+CLAIMS = {
+    "n5_replicates": ("uc-of-sigma", "", "u_c({:g})"),
+    "n5_replicates_check": ("u-critical", "", "critical"),
+    "n5_replicates_wide": ("u-critical", "wider starts", "critical"),
 }
 
 
@@ -61,9 +73,14 @@ def draw(data, caption):
 def _against_noise(axes, table):
     for name, (label, colour, marker, shift) in LOOKS.items():
         rows = table[table["dataset"] == name]
-        _points(axes, rows["noise"] + shift, rows, label, color=colour, marker=marker)
-    values = list(PRINTED), list(PRINTED.values())
-    axes.plot(*values, "x", color=style.BLACK, markersize=7, label="paper")
+        points = _points(axes, rows["noise"] + shift, rows, label, color=colour, marker=marker)
+        if points:
+            claim, variant, names = CLAIMS[name]
+            found = rows["noise"][rows["critical"].notna()]
+            shown = [names.format(noise) for noise in found]
+            marks.shown(points, claim, *shown, variant=variant)
+    values = printed("u-critical"), printed("uc-sigma22")["u_c"]
+    axes.plot((0.0, 2.2), values, "x", color=style.BLACK, markersize=7, label="paper")
     _say_none(axes, table[table["dataset"] == "n5_replicates"], "noise", r"$\sigma$")
 
 
@@ -73,21 +90,22 @@ def _against_size(axes, table):
         place = rows["n_blocks"] + 0.18 * (index - 0.5)
         look = {"color": style.COLOURS[index], "marker": style.MARKERS[index]}
         _points(axes, place, rows, rf"$\sigma = {noise:g}$", **look)
-    for n_blocks, region in REGIONS.items():
+    for n_blocks, region in ((int(n), ends) for n, ends in printed("transition-width").items()):
         label = "paper, region" if n_blocks == N_BLOCKS else None
         axes.plot([n_blocks + 0.3] * 2, region, "_-", color=style.BLACK, linewidth=0.9, label=label)
     _say_none(axes, table[table["noise"].isin(NOISES)], "n_blocks", "$N$")
 
 
 def _points(axes, place, rows, label, **look):
-    """Critical velocities with their errors, over the transition regions."""
+    """Critical velocities with their intervals, over the transition regions."""
     found = rows["critical"].notna()
     if not found.any():
         return
     place, rows = place[found], rows[found]
     axes.vlines(place, rows["lower"], rows["upper"], color=look["color"], alpha=0.25, linewidth=4)
     how = {"linestyle": "none", "markersize": 4, "elinewidth": 1.0, "capsize": 2}
-    axes.errorbar(place, rows["critical"], rows["error"].fillna(0), label=label, **how, **look)
+    reach = np.nan_to_num([rows["critical"] - rows["low"], rows["high"] - rows["critical"]])
+    return axes.errorbar(place, rows["critical"], reach, label=label, **how, **look)
 
 
 def _say_none(axes, rows, quantity, symbol):

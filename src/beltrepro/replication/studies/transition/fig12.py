@@ -2,30 +2,35 @@
 
 import numpy as np
 
+from beltrepro.replication.drawing import marks, panels, style
 from beltrepro.replication.drawing import motion_panels as motions
-from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
-from beltrepro.replication.studies.transition import lifetimes
-from beltrepro.stats import sections, transitions
+from beltrepro.replication.studies.transition import lifetimes, measure
+from beltrepro.stats import sections
+from beltrepro.stats.errors import NotEnoughDataError
 
 FIGURE = Figure(
     title="Bifurcation diagram, largest exponent and r(u) without noise, with lifetimes.",
-    uses=("n5_rows", "n5_rows_check", "n5_replicates_check", "motion_map", "lifetimes"),
+    uses=("n5_rows", "n5_rows_check", "n5_replicates_check", "motion_map", "lifetimes", "survival"),
     words=(
         "The bifurcation diagram of section velocities and the disorder parameter r against belt "
-        "velocity without noise: bands with windows, then a sharp fall of r. The lifetime of "
-        "irregular transients, an inset in the paper, rises towards that fall; where an arrow "
-        "stands, too few runs ended, and it is longer. Between them, not in the paper: the largest "
-        "Lyapunov exponent of the exact motion, coloured by the motion in which a run ends. Grey "
-        "dots at r are runs from other starts: they end on several attractors."
+        "velocity without noise: bands with windows, then a sharp fall of r. Between them, not in "
+        "the paper: the largest Lyapunov exponent of the exact motion, coloured by the motion in "
+        "which a run ends. Grey dots at r are runs from other starts, which end on several "
+        "attractors; where they fall lies the critical velocity. Below, the mean time for which "
+        "exact motion is irregular, and, as in the inset of the paper, the mean time until the "
+        "last block slips for good, of the runs in which it does by the paper's scheme. An arrow "
+        "stands where a lifetime has no upper limit."
     ),
     alt=(
         "Four panels against belt velocity: section velocities as points, largest Lyapunov "
         "exponents, r as points with a line, and mean lifetimes of transients with error bars."
     ),
     number="12",
+    shows={"u-critical": ("critical", "lower", "upper")},
 )
 
+SPREAD = 10.0  # of the starts whose irregular motion is timed, as in the claim on lifetimes
 PLAIN = 50  # a shorter range of lifetimes has plain numbers
 
 
@@ -45,8 +50,9 @@ def draw(data, caption):
     middle.set_ylabel(motions.EXPONENT)
     motions.legend(figure, [middle], loc="outside upper left")
     _disorder(lower, data)
-    _mark_transition(lower, row)
-    _lifetimes(bottom, data["lifetimes"])
+    if "n5_replicates_check" in data:
+        _mark_transition(lower, measure.fall(data["n5_replicates_check"], 5, 0.0))
+    _lifetimes(bottom, data)
     bottom.set(xlabel=panels.BELT_VELOCITY, ylabel=r"$\tau$", xlim=(0, None))
     figure.align_ylabels()
     return figure
@@ -75,37 +81,60 @@ def _disorder(axes, data):
         axes.legend(loc="upper right", ncols=2)
 
 
-def _mark_transition(axes, row):
-    try:
-        fall = transitions.transition_region(row["belt_velocity"], row["disorder_parameter"])
-    except ValueError:
+def _mark_transition(axes, fall):
+    lower, critical, upper = (fall[name].value for name in ("lower", "critical", "upper"))
+    if np.isnan(critical):
         return
-    if fall.found:
-        axes.axvspan(fall.lower, fall.upper, color="0.9", linewidth=0, zorder=0)
-        axes.axvline(fall.critical, color="0.4", linewidth=0.8, linestyle="--", zorder=0)
-        words = f"grey: transition region {fall.lower:.1f} to {fall.upper:.1f}, dashed: $u_c$"
-        panels.remark(axes, f"{words} = {fall.critical:.1f}")
+    region = axes.axvspan(lower, upper, color="0.9", linewidth=0, zorder=0)
+    line = axes.axvline(critical, color="0.4", linewidth=0.8, linestyle="--", zorder=0)
+    words = f"grey: transition region {lower:.1f} to {upper:.1f}, dashed: $u_c$ = {critical:.1f}"
+    marks.shown(region, "u-critical", "lower", "upper")
+    marks.shown(line, "u-critical", "critical")
+    marks.shown(panels.remark(axes, words), "u-critical", "lower", "upper", "critical")
 
 
-def _lifetimes(axes, runs):
-    table = lifetimes.by_belt_velocity(runs, float(runs.attributes["duration"]))
-    known = np.isfinite(table["tau"])
-    few = ~known & np.isfinite(table["tau_lower"])
-    velocity = table["belt_velocity"]
-    if known.any():
-        look = {"color": style.VERMILION, "markersize": 3.5, "linewidth": 0.8, "elinewidth": 0.8}
-        axes.errorbar(
-            velocity[known], table["tau"][known], table["tau_error"][known], fmt="o", **look
-        )
-    if few.any():
-        limit = table["tau_lower"][few]
-        axes.plot(velocity[few], limit, "^", color=style.BLUE, label="too few runs end: longer")
-        axes.legend(loc="center left")
-    if known.any() or few.any():
-        axes.set_yscale("log")
-        low, high = axes.get_ylim()
-        if high < PLAIN * low:
-            panels.plain_log(axes.yaxis)
-        panels.remark(axes, f"measured from $u$ = {velocity.min():g} on")
-    else:
+def _lifetimes(axes, data):
+    looks = {
+        "irregular, exact motion": (style.BLUE, "o"),
+        "to the last stick, scheme of the paper": (style.VERMILION, "s"),
+    }
+    makers = (
+        lambda: lifetimes.until_settled(data["survival"], SPREAD),
+        lambda: lifetimes.until_last_stick(data["lifetimes"]),
+    )
+    for (label, (colour, marker)), maker in zip(looks.items(), makers, strict=True):
+        place, mean, low, high = _means(maker)
+        look = {"color": colour, "linestyle": "none", "elinewidth": 0.8}
+        ended = np.isfinite(high) & (low > 0)
+        if ended.any():
+            middle = mean[ended]
+            bars = middle - low[ended], high[ended] - middle
+            look_of_means = look | {"marker": marker, "markersize": 3.5, "label": label}
+            axes.errorbar(place[ended], middle, bars, **look_of_means)
+        if (~ended).any():
+            axes.errorbar(place[~ended], low[~ended], low[~ended], lolims=True, **look)
+    if not axes.containers:
         panels.note(axes, "no run of the lifetimes lasts")
+        return
+    axes.set_yscale("log")
+    low, high = axes.get_ylim()
+    if high < PLAIN * low:
+        panels.plain_log(axes.yaxis)
+    panels.legend_within(axes, fontsize=7)
+
+
+def _means(maker):
+    """Belt velocities with a mean lifetime, its value and the ends of its interval."""
+    rows = []
+    try:
+        runs = maker()
+    except NotEnoughDataError:
+        return np.empty((4, 0))
+    for place in np.unique(runs.belt_velocity):
+        try:
+            found = runs.mean(place, place)
+        except NotEnoughDataError:
+            continue
+        if found.time > 0:
+            rows.append((place, found.mean, found.lower, found.upper))
+    return np.array(rows).reshape(-1, 4).T

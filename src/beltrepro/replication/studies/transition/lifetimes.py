@@ -1,13 +1,22 @@
-"""Lifetimes of chaotic transients and the attractors that follow them (inset of Fig. 12)."""
+"""How long transients of five blocks last, and the attractors that follow (inset of Fig. 12).
 
-from collections.abc import Mapping
+Two times are told apart: until the motion rests on an orbit, which may have sticks, and until the
+last block slips for good. A run on a stick-slip orbit never comes to the second.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from beltrepro.stats.errors import NotEnoughDataError
-from beltrepro.stats.survival import MINIMUM_ENDS, mean_lifetime
+from beltrepro.stats import survival
+from beltrepro.stats.errors import NotEnoughDataError, require
+from beltrepro.stats.survival import MeanLifetime
+
+N_BLOCKS = 5
 
 # Disorder parameter that separates the attractors on which the last block slips continuously:
 # between the plateau of small oscillations (0.02 in the paper) and the chaotic one (0.13).
@@ -23,33 +32,60 @@ LARGE_SLIP = "continuous slip, large amplitude"
 ATTRACTORS = (STICK_SLIP, SMALL_SLIP, LARGE_SLIP)
 
 
-def by_belt_velocity(runs: Any, duration: float, *, start: float = 0.0) -> dict[str, np.ndarray]:
-    """Lifetimes for each belt velocity."""
-    arrays = getattr(runs, "arrays", runs)
-    names = ("belt_velocity", "members", "escaped", "tau", "tau_error", "tau_lower", "median")
-    table: dict[str, list] = {name: [] for name in names}
-    for belt_velocity in np.unique(arrays["belt_velocity"]):
-        run = arrays["belt_velocity"] == belt_velocity
-        lifetime, escaped = arrays["lifetime"][run], arrays["escaped"][run].astype(bool)
-        tau, error, lower = _tau(np.where(escaped, lifetime, duration), escaped, start)
-        table["belt_velocity"].append(belt_velocity)
-        table["members"].append(lifetime.size)
-        table["escaped"].append(escaped.mean())
-        table["tau"].append(tau)
-        table["tau_error"].append(error)
-        table["tau_lower"].append(lower)
-        table["median"].append(np.median(np.where(escaped, lifetime, np.inf)))
-    return {name: np.array(values) for name, values in table.items()}
+Lifetime = Callable[..., MeanLifetime]  # of `ends`: takes lifetimes and which runs ended
 
 
-def _tau(lifetime: np.ndarray, escaped: np.ndarray, start: float) -> tuple[float, float, float]:
-    try:
-        found = mean_lifetime(lifetime, escaped, start=start)
-    except NotEnoughDataError:
-        return np.nan, np.nan, np.nan
-    if found.ended < MINIMUM_ENDS:
-        return np.nan, np.nan, found.lower
-    return found.mean, found.error, found.lower
+@dataclass(frozen=True)
+class Ends:
+    """Lifetimes of runs of five blocks, and the estimator of their mean that takes them rightly."""
+
+    belt_velocity: np.ndarray
+    lifetime: np.ndarray
+    ended: np.ndarray
+    mean_of: Lifetime
+
+    def mean(self, low: float, high: float, **options: float) -> MeanLifetime:
+        """Mean lifetime of the runs with low <= u <= high; options of the estimator."""
+        own = between(self.belt_velocity, low, high)
+        require(own.any(), f"no lifetimes for {low:g} <= u <= {high:g}")
+        try:
+            return self.mean_of(self.lifetime[own], self.ended[own], **options)
+        except NotEnoughDataError as error:
+            raise NotEnoughDataError(f"u = {low:g} to {high:g}: {error}") from None
+
+
+def until_settled(runs: Any, spread: float | None = None) -> Ends:
+    """How long motion is irregular, until it rests on any orbit: runs of kind settling.
+
+    spread : of the starts, if only those with this one are wanted.
+    """
+    chosen = runs.arrays["n_blocks"] == N_BLOCKS
+    if spread is not None:
+        chosen &= np.isclose(runs.arrays["initial_spread"], spread)
+    horizon = survival.SEEN * float(runs.attributes["duration"])
+    return _ends(runs, chosen, "settled", partial(survival.mean_lifetime, horizon=horizon))
+
+
+def until_last_stick(runs: Any) -> Ends:
+    """How long the last block still sticks now and then: runs of kind escapes.
+
+    Runs that do not escape may be on a stick-slip orbit, so only the others count.
+    """
+    chosen = runs.arrays["n_blocks"] == N_BLOCKS
+    horizon = float(runs.attributes["duration"]) - float(runs.attributes["settle_time"])
+    return _ends(runs, chosen, "escaped", partial(survival.mean_of_ended, horizon=horizon))
+
+
+def _ends(runs: Any, chosen: np.ndarray, ended: str, mean_of: Lifetime) -> Ends:
+    require(chosen.any(), "no lifetimes of five blocks")
+    names = ("belt_velocity", "lifetime", ended)
+    velocity, lifetime, end = (runs.arrays[name][chosen] for name in names)
+    return Ends(velocity, lifetime, end.astype(bool), mean_of)
+
+
+def between(values: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Mask of low <= value <= high, to the rounding of a grid."""
+    return (values >= low - 1e-9) & (values <= high + 1e-9)
 
 
 def on_shared_orbits(runs: Mapping[str, np.ndarray], settle_time: float) -> np.ndarray:

@@ -1,0 +1,26 @@
+"""What `beltrepro` gives, for editors and mypy."""
+
+from beltrepro.base.progress import Progress as Progress
+from beltrepro.chaos.irregular import time_to_orbit as time_to_orbit
+from beltrepro.chaos.lyapunov import LyapunovSpectrum as LyapunovSpectrum
+from beltrepro.chaos.lyapunov import lyapunov_spectrum as lyapunov_spectrum
+from beltrepro.chaos.naming import Motion as Motion
+from beltrepro.chaos.naming import classify as classify
+from beltrepro.chaos.orbits import PeriodicOrbit as PeriodicOrbit
+from beltrepro.chaos.orbits import close_orbit as close_orbit
+from beltrepro.chaos.orbits import periodic_orbit as periodic_orbit
+from beltrepro.chaos.parting import separation as separation
+from beltrepro.engine.state import ChainState as ChainState
+from beltrepro.model.parameters import ChainParameters as ChainParameters
+from beltrepro.simulation.audit import Audit as Audit
+from beltrepro.simulation.audit import audit as audit
+from beltrepro.simulation.catalogues import catalogue as catalogue
+from beltrepro.simulation.grid import Grid as Grid
+from beltrepro.simulation.results import Results as Results
+from beltrepro.simulation.run import Run as Run
+from beltrepro.simulation.scans import scan as scan
+from beltrepro.simulation.scans import time_to_continuous_slip as time_to_continuous_slip
+from beltrepro.simulation.setup import Setup as Setup
+from beltrepro.simulation.trajectories import simulate as simulate
+
+__version__: str

@@ -1,0 +1,315 @@
+"""How long irregular motion lasts, and what it settles on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Unpack
+
+import numpy as np
+
+from beltrepro.base import checks
+from beltrepro.base.errors import InputError
+from beltrepro.chaos.disturbance import scatters
+from beltrepro.chaos.vectors import INTERVAL, METHOD, grow, slopes, standard_errors, with_vectors
+from beltrepro.engine.integrator import Integrator, Sampling, Section
+from beltrepro.engine.tangent import TangentIntegrator
+from beltrepro.observe.length import LengthMoments
+from beltrepro.observe.sections import ReturnLog
+from beltrepro.observe.slips import SlipOrder
+from beltrepro.simulation import checkpoints
+from beltrepro.simulation.groups import Report, check_progress, groups, integrator_of, observe
+from beltrepro.simulation.results import Results
+from beltrepro.simulation.sampling import sampling_of
+from beltrepro.simulation.setup import (
+    Case,
+    Chains,
+    Keywords,
+    check_duration,
+    columns,
+    setup_of,
+    with_setup,
+)
+from beltrepro.stats.motion import EQUILIBRIUM, PERIODIC
+from beltrepro.stats.recurrence import CLOSED, Recurrence, find_recurrence
+
+IRREGULAR = "irregular"
+SETTLED_STATES = (EQUILIBRIUM, PERIODIC, IRREGULAR)
+
+# Windows in which returns are collected: a period must fit twice in the second half of one.
+_FIRST_WINDOW = 1000.0
+_LONGEST_WINDOW = 250_000.0
+_GROWTH = 0.5  # length of a window as a share of the time before it
+# Of the irregular motion: in the first part the vector turns to its direction, and after the last
+# its growth is known well enough.
+_ALIGNED, _FOLLOWED = 500.0, 100_000.0
+_SHORTEST = 1000.0  # below this no exponent is given
+_FEWEST = 3  # returns in a window; with fewer the section is moved
+
+
+@with_setup
+def time_to_orbit(
+    chains: Chains,
+    *,
+    duration: float,
+    closed: float = CLOSED,
+    progress: Report | None = None,
+    **setup: Unpack[Keywords],
+) -> Results:
+    """How long the motion of each of P chains is irregular before it settles, and on what orbit.
+
+    Each chain is advanced until its motion has settled: no block sticks any more, or its state
+    comes back. Those that have settled stop, so that long irregular motion can be awaited. On the
+    way to a periodic orbit irregular motion is over when the order in which the blocks slip repeats
+    from then on: what follows is a smooth approach to the orbit.
+
+    Where kicks, noise or the steps of "verlet" disturb each slip, states come back only about
+    (`beltrepro.chaos.disturbance`). There all states of the second half of a window must come back,
+    a sixth of the time so far. A disturbed motion may leave its orbit later.
+
+    Parameters
+    ----------
+    chains : ChainParameters, sequence of them, Grid or Setup
+        P chains.
+    duration : float
+        Model time after which a run is given up.
+    closed : float
+        Distance of two states that count as one, as a share of the largest coordinate.
+    progress : callable, optional
+        Called with the fraction done.
+    **setup
+        The keywords of `Setup`. Exponents are measured with "event" without kicks only.
+
+    Returns
+    -------
+    Results
+        settled; lifetime of the irregular motion (the duration if not settled); state out of
+        SETTLED_STATES; period_time (NaN without a period), period_events (slips of all blocks) and
+        period_returns (to a section) of a period, 0 without; disorder_parameter and mean_length of
+        the settled motion, or of the end; irregular_exponent and irregular_error: the largest
+        Lyapunov exponent of the irregular motion over its irregular_time, NaN where that is too
+        short; return_state (P, 2D), displacements and relative velocities of the blocks at the last
+        return, D those of the longest chain, NaN padded. Model units.
+
+    Raises
+    ------
+    InputError
+        A value is not allowed.
+    ModelStateError
+        A state left the range of the model.
+    """
+    duration = check_duration(duration)
+    closed = checks.finite_number("closed", closed)
+    if not 0 < closed < 1:
+        raise InputError(f"closed = {closed:g}: must be greater than 0 and less than 1")
+    check_progress(progress)
+    made = setup_of(chains, setup, kicks=True)
+    runs = [_Run(case, case.state.time) for case in made.cases]
+    _place_sections(runs)
+    with checkpoints.step() as step:
+        passed, runs = step.kept or (0.0, runs)
+        for begin, end in _windows(duration):
+            if end <= passed:
+                continue
+            left = [run for run in runs if not run.settled]
+            share = _part(progress, begin / duration, end / duration)
+            for group, report in groups([run.case for run in left], share) if left else ():
+                _pass_window([left[index] for index in group], end - begin, closed, report)
+            if step.due:
+                step.keep((end, runs))
+    width = 2 * max(case.parameters.n_blocks for case in made.cases)
+    rows = [run.row(duration, width) for run in runs]
+    table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    settings = {"kind": "time to orbit", "duration": duration, "closed": closed}
+    return Results(columns(made) | table, settings)
+
+
+@dataclass
+class _Run:
+    """One chain on its way, and what is remembered of it."""
+
+    case: Case  # it, in its state now
+    start: float  # instant at which it began
+    section: float = np.nan  # length of the chain at which its returns are noted
+    # instants of all slips, and the blocks that slip
+    times: list[np.ndarray] = field(default_factory=list)
+    blocks: list[np.ndarray] = field(default_factory=list)
+    growth: list[np.ndarray] = field(default_factory=list)  # rates of growth of its deviation
+    deviation: np.ndarray | None = None  # the deviation now
+    last_event: float = -np.inf  # instant of the last slip or stick
+    settled: bool = False  # whether its motion has settled
+    motion: dict = field(default_factory=dict)  # what is known of it
+
+    @property
+    def followed(self) -> bool:
+        """Whether a deviation goes along."""
+        exact = self.case.method == METHOD and self.case.kick == 0
+        return exact and self.case.state.time - self.start < _FOLLOWED
+
+    def move_section(self, position: float) -> None:
+        """Note the returns to another section from now on."""
+        if np.isfinite(position):
+            self.section = position
+
+    def remember(self, times: np.ndarray, blocks: np.ndarray) -> None:
+        """Add the slips of a window."""
+        self.times.append(times)
+        self.blocks.append(blocks)
+
+    def judge(self, log: ReturnLog, lane: int, middle: float, closed: float) -> None:
+        """Look for the end of the irregular motion in a window that has just been passed.
+
+        middle : of the window; what settles later shows its numbers in the next one.
+        """
+        times, states, slips = log.returns(lane)
+        self.last_event = max(self.last_event, log.last_event[lane])
+        if len(states):
+            self.motion["return_state"] = states[-1]
+        closing = self._closing(states, times, middle, closed) if len(times) > 2 else None
+        period = int(slips[-1] - slips[-1 - closing.crossings]) if closing else 0
+        since = self._repeats_since(period) if period else np.inf
+        if closing and scatters(self.case):
+            # disturbances may exchange slips of almost one time
+            since = min(since, float(times[closing.since]))
+        if self.last_event <= middle or (closing and not period):
+            self._settle(EQUILIBRIUM, max(self.last_event, self.start))
+        elif closing and since <= middle:
+            self._settle(
+                PERIODIC,
+                since,
+                period_time=closing.time,
+                period_events=period,
+                period_returns=closing.crossings,
+            )
+
+    def _closing(
+        self, states: np.ndarray, times: np.ndarray, middle: float, closed: float
+    ) -> Recurrence | None:
+        """The period of the returns in a window."""
+        if not scatters(self.case):
+            return find_recurrence(states, times, closed=closed)
+        late = int(np.sum(times > middle))
+        for distance in scatters(self.case):  # a narrow one first: it tells like returns apart
+            period = find_recurrence(
+                states, times, closed=closed, distance=distance, crossings=late
+            )
+            if period:
+                return period
+        return None
+
+    def _repeats_since(self, period: int) -> float:
+        """Instant from which on the order of the slips repeats after so many of them."""
+        times, blocks = np.concatenate(self.times), np.concatenate(self.blocks)
+        broken = np.flatnonzero(blocks[period:] != blocks[:-period])
+        return float(times[broken[-1] + 1]) if broken.size else self.start
+
+    def _settle(self, state: str, since: float, **period: float) -> None:
+        self.settled = True
+        self.motion |= {"state": state, "lifetime": since - self.start, **period}
+
+    def row(self, duration: float, width: int) -> dict:
+        """What `time_to_orbit` returns of it; width : numbers of the state of the longest chain."""
+        motion = _UNKNOWN | {"lifetime": duration} | self.motion
+        state = np.full(width, np.nan)
+        state[: motion["return_state"].size] = motion["return_state"]
+        return motion | {"settled": self.settled, "return_state": state} | self._exponent()
+
+    def _exponent(self) -> dict:
+        """The largest exponent of the irregular motion."""
+        rates = np.concatenate([np.empty((0, 1)), *self.growth])
+        last = int(min(self.motion.get("lifetime", np.inf), len(rates) * INTERVAL) / INTERVAL)
+        rates = rates[int(_ALIGNED / INTERVAL) : last][None]
+        if rates.shape[1] * INTERVAL < _SHORTEST:
+            return {"irregular_exponent": np.nan, "irregular_error": np.nan, "irregular_time": 0.0}
+        return {
+            "irregular_exponent": slopes(rates).item(),
+            "irregular_error": standard_errors(rates).item(),
+            "irregular_time": rates.shape[1] * INTERVAL,
+        }
+
+
+_UNKNOWN = {
+    "state": IRREGULAR,
+    "period_time": np.nan,
+    "period_events": 0,
+    "period_returns": 0,
+    "disorder_parameter": np.nan,
+    "mean_length": np.nan,
+    "return_state": np.empty(0),
+}
+
+
+def _windows(duration: float) -> Iterator[tuple[float, float]]:
+    """Begin and end of the windows of a run."""
+    begin = 0.0
+    while begin < duration:
+        longest = min(_LONGEST_WINDOW, _GROWTH * begin)
+        length = max(1.0, longest // _FIRST_WINDOW) * _FIRST_WINDOW
+        end = min(duration, begin + length)
+        yield begin, end
+        begin = end
+
+
+def _part(progress: Report | None, low: float, high: float) -> Report | None:
+    """Progress of a part of the work, from its share `low` to its share `high`."""
+    return progress and (lambda fraction: progress(low + (high - low) * fraction))
+
+
+def _place_sections(runs: list[_Run]) -> None:
+    """Sections at the mean lengths of the chains after their start."""
+    # every motion comes down through its mean length again and again
+    for group, report in groups([run.case for run in runs], None):
+        members = [runs[index] for index in group]
+        moments = LengthMoments(len(group), members[0].start + 0.5 * _FIRST_WINDOW)
+        cases = [run.case for run in members]
+        chains = integrator_of(cases, sampling=_sampling(cases), sampled_blocks=1)
+        observe(chains, _FIRST_WINDOW, [moments], report)
+        lengths = moments.result(members[0].case.parameters.rest_positions[-1])
+        for run, length in zip(members, lengths["mean_length"], strict=True):
+            run.move_section(length)
+
+
+def _pass_window(members: list[_Run], length: float, closed: float, report: Report) -> None:
+    """Advance a group by a window, and judge its motion there."""
+    chain, middle = members[0].case.parameters, members[0].case.state.time + 0.5 * length
+    moments, log, order = observers = (
+        LengthMoments(len(members), middle),
+        ReturnLog(len(members)),
+        SlipOrder(len(members)),
+    )
+    chains = _integrator(members)
+    if isinstance(chains, TangentIntegrator):
+        growth = grow(chains, length, observers, report)
+        for run, rates, deviation in zip(members, growth, chains.deviations(), strict=True):
+            run.growth.append(rates)
+            run.deviation = deviation
+    else:
+        observe(chains, length, observers, report)
+    lengths = moments.result(chain.rest_positions[-1])
+    for lane, (run, state) in enumerate(zip(members, chains.state(), strict=True)):
+        run.case = replace(run.case, state=state)
+        run.remember(*order.slips(lane))
+        run.judge(log, lane, middle, closed)
+        run.motion |= {name: lengths[name][lane] for name in ("disorder_parameter", "mean_length")}
+        if len(log.returns(lane)[0]) < _FEWEST and not run.settled:
+            run.move_section(lengths["mean_length"][lane])
+
+
+def _integrator(members: list[_Run]) -> Integrator:
+    """The integrator of a group in its states now, with a deviation if one goes along."""
+    cases = [run.case for run in members]
+    section = Section(cases[0].parameters.n_blocks, np.array([run.section for run in members]))
+    sampling = _sampling(cases)
+    if not members[0].followed:
+        return integrator_of(cases, sampling=sampling, sampled_blocks=1, section=section)
+    plain = integrator_of(cases, sampling=sampling, sampled_blocks=1)
+    chains = with_vectors(plain, cases, 1, sampling, section)
+    deviations = [run.deviation for run in members if run.deviation is not None]
+    if deviations:
+        chains.set_deviations(np.stack(deviations))
+    return chains
+
+
+def _sampling(cases: Sequence[Case]) -> Sampling:
+    """When the lengths of a group are sampled for r."""
+    return sampling_of(None, cases[0].method, cases[0].time_step)

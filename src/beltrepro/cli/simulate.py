@@ -1,0 +1,58 @@
+"""`beltrepro simulate`: one run of one chain."""
+
+import argparse
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from beltrepro.base.checks import positive
+from beltrepro.cli import options as shared
+
+_FILE = """
+
+The file of --output holds time (T), positions, velocities and friction (T, N) of the samples, in
+the laboratory frame, and the events; groups initial_state and final_state; and the settings as
+attributes. In Python: beltrepro.Run.load(FILE)."""
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    parser = shared.command(
+        commands,
+        "simulate",
+        run,
+        "simulate one chain",
+        "Simulate one chain from all blocks stuck and undeformed springs.",
+        epilog=shared.UNITS + _FILE,
+    )
+    option = parser.add_argument
+    shared.add_run(parser)
+    option("--sample-interval", type=float, default=0.1, help="time between samples in --output")
+    words = "go on where the run in this file, written by --output, has ended"
+    option("--from-state", type=Path, metavar="FILE", help=words)
+    shared.add_output(parser, "write the run to this .h5 file, see below")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Simulate, print r and write the run."""
+    chain = shared.chain_of(options)
+    shared.check_output(options, ".h5")
+    positive("sample_interval", options.sample_interval)  # also where there are no samples
+    from beltrepro.simulation import Run, simulate
+
+    made = simulate(
+        chain,
+        **shared.settings_of(options),
+        initial_state=Run.load(options.from_state).final_state if options.from_state else None,
+        sample_interval=options.sample_interval if options.output else None,
+    )
+    assert isinstance(made, Run)  # as it was one chain
+    if options.output:
+        made.save(options.output)
+    names = ("duration", "transient", "method", "time_step", "tolerance", "seed", "replicate")
+    measured = ("disorder_parameter", "mean_length", "energy_residual")
+    told = {name: getattr(made, name) for name in (*names, *measured)}
+    if made.tolerance is None:
+        del told["tolerance"]
+    chain_told = shared.of_chain(asdict(chain))
+    shared.print_result(chain_told | told | {"events": len(made.events)}, options.json)

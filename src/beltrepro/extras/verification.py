@@ -1,0 +1,247 @@
+"""Results compared with a published list: bits on a like machine, bounds on another one.
+
+A list has for each dataset what it was told, and for each array a checksum, and number, mean and
+standard deviation of its values; for each table a checksum; and the verdict on each claim. Kernels
+compiled for other instructions round differently. Then paths that are too short for chaos to show
+it agree to `TOLERANCE`, and means over the points of long runs to `DEVIATIONS` standard errors.
+What a dataset was told agrees always. A difference matters if a claim gets another verdict.
+"""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+from pydantic import BaseModel, ValidationError, create_model
+
+from beltrepro.base import provenance, store
+from beltrepro.base.atomic import replacing
+from beltrepro.base.errors import InputError
+from beltrepro.replication.plan import files
+from beltrepro.replication.plan.described import checksum, metadata_path
+from beltrepro.replication.plan.points import QUANTITIES
+
+SHORT = 500.0  # model time; a distance grows e-fold in 60 and more
+TOLERANCE = 1e-6  # of means in short runs, as a share of mean plus standard deviation
+DEVIATIONS = 6.0  # standard errors between means of long runs
+SAME, NEAR, WRONG = "the same bits", "within the bounds of another machine", "wrong"
+
+_TOLD: Any = dict.fromkeys((*files.IDENTITY, "digest"), (Any, ...))
+
+
+class _ListedArray(BaseModel):
+    checksum: str
+    values: dict
+
+
+class _ListedDataset(BaseModel):
+    told: create_model("_Told", **_TOLD)  # type: ignore[valid-type]
+    duration: float
+    arrays: dict[str, _ListedArray]
+
+
+class _List(BaseModel):
+    preset: str
+    run: str
+    machine: dict
+    datasets: dict[str, _ListedDataset]
+    tables: dict
+    verdicts: dict = {}
+
+
+class Finding(NamedTuple):
+    """What was found of one file."""
+
+    name: str  # of the dataset or table
+    outcome: str  # SAME, NEAR or WRONG
+    words: str = ""  # what is wrong and how to repair it; empty otherwise
+
+
+def make_list(results: Path) -> dict:
+    """The list of the results of a run."""
+    paths = sorted((results / "datasets").glob("*.h5"))
+    if not paths:
+        raise InputError(f"{results}: no datasets there")
+    datasets = {path.stem: files.read_any(path) for path in paths}
+    first = next(iter(datasets.values())).attributes
+    return {
+        **{name: first[name] for name in ("preset", "run", "code_version")},
+        "machine": {name: first[name] for name in provenance.machine()},
+        "datasets": {name: _described(dataset) for name, dataset in datasets.items()},
+        "tables": {path.stem: checksum(path.read_bytes()) for path in _tables(results)},
+        "verdicts": _verdicts(results),
+    }
+
+
+def write_list(path: Path, results: Path) -> int:
+    """Write the list of the results of a run as JSON."""
+    listed = make_list(results)
+    with replacing(path) as unfinished:
+        unfinished.write_text(json.dumps(listed, indent=1) + "\n", encoding="utf-8")
+    return len(listed["datasets"])
+
+
+def read_list(path: Path) -> dict:
+    """Read a list."""
+    try:
+        listed = json.loads(path.read_text(encoding="utf-8"))
+        _List.model_validate(listed)
+    except FileNotFoundError:
+        raise InputError(
+            f"{path}: no such list; --list FILE takes another one, --write makes one"
+        ) from None
+    except ValidationError as error:
+        fault = error.errors()[0]
+        place = ".".join(map(str, fault["loc"]))
+        raise InputError(f"{path}: not a list of results ({place}: {fault['msg']})") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: not a readable list ({error})") from None
+    return listed
+
+
+def compare(results: Path, listed: dict) -> Iterator[Finding]:
+    """Compare results with a list."""
+    run = {"preset": listed["preset"], "run": listed["run"]}
+    same_machines = True
+    for name, entry in listed["datasets"].items():
+        path = results / "datasets" / f"{name}.h5"
+        try:
+            dataset = files.read(path, entry["told"])
+        except InputError as error:
+            yield Finding(name, WRONG, str(error))
+            continue
+        machine = {part: dataset.attributes.get(part) for part in listed["machine"]}
+        same_machine = machine == listed["machine"]
+        same_machines &= same_machine
+        if differing := "; ".join(_differing(dataset, entry, same_machine)):
+            yield Finding(name, WRONG, f"{path}: {differing}; {files.repair(path, run)}")
+        else:
+            checksums = {name: array["checksum"] for name, array in entry["arrays"].items()}
+            yield Finding(name, SAME if _checksums(dataset) == checksums else NEAR)
+    tables = {path.stem: path for path in _tables(results)}
+    for name, checksum_listed in listed["tables"].items():
+        if name in tables:
+            yield _compare_table(tables[name], checksum_listed, run, same_machines)
+        else:
+            yield Finding(name, WRONG, f"{results}: table {name} is missing")
+    try:
+        verdicts = _verdicts(results)
+    except InputError as error:
+        yield Finding("claims", WRONG, f"{error}; {files.repair(results / 'claims.csv', run)}")
+        return
+    for claim, verdict in listed.get("verdicts", {}).items():
+        if (here := verdicts.get(claim, "missing")) != verdict:
+            words = f"claim {claim}: {here} here, {verdict} in the list; this matters"
+            yield Finding(claim, WRONG, words)
+
+
+def conclusion(findings: list[Finding]) -> str:
+    """What the findings mean together, in a sentence."""
+    outcomes = {finding.outcome for finding in findings}
+    if WRONG in outcomes:
+        return "different: see the lines above"
+    if NEAR in outcomes:
+        return (
+            "equal within the bounds of another machine: this does not matter, "
+            "each claim has its verdict of the list"
+        )
+    return "equal: every bit of the list"
+
+
+def _compare_table(path: Path, listed: str, run: dict, same_machine: bool) -> Finding:
+    try:
+        content = checksum(path.read_bytes())
+    except OSError as error:
+        words = f"{path}: cannot be read ({error.strerror}); {files.repair(path, run)}"
+        return Finding(path.stem, WRONG, words)
+    try:
+        sealed = json.loads(metadata_path(path).read_text(encoding="utf-8"))["beltrepro:checksum"]
+    except (OSError, ValueError, KeyError):
+        sealed = None
+    if content == listed:
+        return Finding(path.stem, SAME)
+    if content == sealed and not same_machine:
+        return Finding(path.stem, NEAR)
+    reason = "differs from the list" if content == sealed else "does not have its checksum"
+    return Finding(path.stem, WRONG, f"{path}: {reason}; {files.repair(path, run)}")
+
+
+def _described(dataset: store.Dataset) -> dict:
+    about = dataset.attributes
+    return {
+        "told": {name: about[name] for name in (*files.IDENTITY, "digest")},
+        "duration": about["duration"],
+        "arrays": {
+            name: {"checksum": store.checksum(array), "values": _summaries(array)}
+            for name, array in dataset.arrays.items()
+        },
+    }
+
+
+def _checksums(dataset: store.Dataset) -> dict[str, str]:
+    return {name: store.checksum(array) for name, array in dataset.arrays.items()}
+
+
+def _differing(dataset: store.Dataset, entry: dict, same_machine: bool) -> Iterator[str]:
+    """What is not as the list says."""
+    if set(dataset.arrays) != set(entry["arrays"]):
+        yield "has other arrays than the list"
+        return
+    n_points = len(dataset.arrays["n_blocks"])
+    for name, array in dataset.arrays.items():
+        listed = entry["arrays"][name]
+        if store.checksum(array) == listed["checksum"]:
+            continue
+        if same_machine or name in QUANTITIES:
+            yield f"{name} has other bits"
+        elif any(
+            _apart(summary, listed["values"].get(part), entry["duration"], n_points)
+            for part, summary in _summaries(array).items()
+        ):
+            yield f"{name} is beyond the bounds"
+
+
+def _apart(summary: list, listed: list | None, duration: float, n_points: int) -> bool:
+    """Whether summaries differ by more than the machines explain."""
+    if listed is None:
+        return True
+    (_, mean, _), (_, other, deviation) = summary, listed
+    if duration <= SHORT:
+        return abs(mean - other) > TOLERANCE * (abs(other) + deviation)
+    # the list is right, and its scatter that of the points
+    error = deviation * np.sqrt(2 / n_points)
+    return abs(mean - other) > DEVIATIONS * error + TOLERANCE * abs(other)
+
+
+def _summaries(array: np.ndarray) -> dict[str, list[Any]]:
+    """Number of finite values, their mean and standard deviation; of records for each field."""
+    parts = {name: array[name] for name in array.dtype.names} if array.dtype.names else {"": array}
+    return {name: _summary(values) for name, values in parts.items() if values.dtype.kind in "fiub"}
+
+
+def _summary(values: np.ndarray) -> list[Any]:
+    finite = values[np.isfinite(values)].astype(float)
+    if not finite.size:
+        return [0, 0.0, 0.0]
+    return [int(finite.size), *(float(f"{moment:.9g}") for moment in (finite.mean(), finite.std()))]
+
+
+def _verdicts(results: Path) -> dict[str, str]:
+    """Verdict by claim; none where claims were not measured."""
+    path = results / "claims.csv"
+    if not path.exists():
+        return {}
+    try:
+        rows = pd.read_csv(path, dtype=str, keep_default_na=False)
+        whole = rows[rows["variant"] == ""]
+        return dict(zip(whole["id"], whole["verdict"], strict=True))
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(f"{path}: not a table of claims ({error})") from None
+
+
+def _tables(results: Path) -> list[Path]:
+    """Tables with the same content for the same numbers: not that of times."""
+    paths = [*results.glob("*.csv"), *(results / "tables").glob("*.csv")]
+    return sorted(path for path in paths if path.stem != "timing")

@@ -1,0 +1,178 @@
+"""The article: a short account of a run as PDF, each number from its tables of claims."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import typst
+
+from beltrepro.base.atomic import replacing
+from beltrepro.replication.plan import registry
+from beltrepro.replication.report import results as claims
+from beltrepro.replication.report.findings import Finding, findings_of
+from beltrepro.replication.report.material import Material
+from beltrepro.replication.report.results import Result, Results
+from beltrepro.replication.report.sentences import all_filled, typeset
+from beltrepro.replication.report.trust import DECIDING, PAPER_DURATION, length, trust
+from beltrepro.replication.verdicts import packaged
+from beltrepro.replication.verdicts.criteria import FAILS, NOT_MEASURED, PARTLY, UNDECIDED
+
+TITLE = "Chaos on the conveyor belt"
+KEYWORDS = ("spring-block model", "stick-slip motion", "avalanches", "chaos", "replication")
+MOST_FIGURES = 5
+TEMPLATE = "article.typ"
+_ROOM = "beltrepro.replication.report"
+
+
+def write(output: Path, material: Material, authors: list[str]) -> None:
+    """Set the article, as PDF/UA: tagged, so that a screen reader can read it.
+
+    The file has no date, and its fonts come with the typesetter, so the same content gives the same
+    bits.
+    """
+    article = content(material, authors)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)  # all that the typesetter sees
+        template = resources.files(_ROOM).joinpath(TEMPLATE).read_bytes()
+        (folder / TEMPLATE).write_bytes(template)
+        (folder / "content.json").write_text(json.dumps(article), encoding="utf-8")
+        for figure in (finding["figure"] for finding in article["findings"]):
+            if figure:
+                shutil.copyfile(material.images[figure["name"]], folder / figure["file"])
+        pdf = typst.compile(
+            folder / TEMPLATE, root=folder, ignore_system_fonts=True, pdf_standards=["ua-1"]
+        )
+    with replacing(output) as unfinished:
+        unfinished.write_bytes(pdf)
+
+
+def name_of(author: Mapping[str, str]) -> str:
+    """Name of an author of CITATION.cff, a person or a group."""
+    parts = (author.get("given-names"), author.get("family-names"))
+    return author.get("name") or " ".join(filter(None, parts))
+
+
+def content(material: Material, authors: list[str]) -> dict[str, Any]:
+    """All words and numbers of the article, as JSON has them."""
+    results = material.claims
+    findings = findings_of(results)
+    about = facts(results, material.settings, _origin(material.file("claims")))
+    sections = {
+        name: _paragraphs(paragraphs, results, about) for name, paragraphs in texts().items()
+    }
+    sections["abstract"] += [" ".join(finding.heading for finding in findings)]
+    not_holding = claims.with_verdict(results, FAILS, PARTLY)
+    open_ones = claims.with_verdict(results, UNDECIDED, NOT_MEASURED)
+    return {
+        "title": f"[Re] {TITLE}",
+        "authors": authors,
+        "keywords": list(KEYWORDS),
+        **sections,
+        "findings": _with_figures(findings, material.images),
+        "trust": typeset(" ".join(trust(results, material.settings))),
+        "failing": [_short(result) for result in not_holding],
+        "undecided": [_short(result) for result in open_ones],
+        "claims": [_row(result) for result in results.values() if result.claim.finding],
+        "construction": [result.id for result in results.values() if not result.claim.finding],
+    }
+
+
+def facts(
+    results: Results, settings: Mapping[str, Any], origin: Mapping[str, Any]
+) -> dict[str, str]:
+    """Facts of the run as short texts by name; those that are not known lack."""
+    counts = claims.count(results)
+    about = {name: str(number) for name, number in counts.by_verdict.items()}
+    about |= {"testable": str(counts.testable), "preset": settings["preset"]}
+    defaults = settings["defaults"]
+    numbers = settings.get("model", {}) | {
+        name: defaults[name] for name in ("time_step", "seed") if name in defaults
+    }
+    about |= {name: f"{value:g}" for name, value in numbers.items()}
+    deciding = settings.get("datasets", {}).get(DECIDING)
+    if deciding:
+        about |= {name: length(float(deciding[name])) for name in ("duration", "transient")}
+        about["replicates"] = str(len(deciding["replicate"]))
+        if deciding["duration"] < PAPER_DURATION:
+            about["shorter"] = about["duration"]
+    if origin:
+        libraries = json.loads(origin["library_versions"])
+        about["code_version"] = origin["code_version"]
+        about["libraries"] = ", ".join(f"{name} {number}" for name, number in libraries.items())
+    return about
+
+
+def texts() -> dict[str, list[list[str]]]:
+    """Sentences of the article, by section and paragraph."""
+    return packaged.read_yaml(_ROOM, "article.yaml")
+
+
+def _paragraphs(paragraphs: list[list[str]], results: Results, about: dict[str, str]) -> list[str]:
+    """Paragraphs without the sentences that lack a number; those without any sentence are gone."""
+    filled = (" ".join(all_filled(sentences, results, about)) for sentences in paragraphs)
+    return [paragraph for paragraph in filled if paragraph]
+
+
+def _origin(table: Path) -> dict[str, Any]:
+    """What made the table of claims, as the file beside it says; empty if there is none."""
+    path = table.with_name(f"{table.name}-metadata.json")
+    if not path.is_file():
+        return {}
+    return json.loads(path.read_text(encoding="utf-8"))["beltrepro:origin"]
+
+
+def _with_figures(findings: list[Finding], images: Mapping[str, Path]) -> list[dict[str, Any]]:
+    """Findings, the first ones with their figure."""
+    pictured = [finding for finding in findings if finding.figure in images][:MOST_FIGURES]
+    return [
+        {
+            "topic": finding.topic,
+            "verdict": finding.verdict,
+            "heading": finding.heading,
+            "text": " ".join(finding.sentences),
+            "figure": _figure(finding.figure) if finding in pictured else None,
+            "claims": [{"id": result.id, "verdict": result.verdict} for result in finding.results],
+        }
+        for finding in findings
+    ]
+
+
+def _figure(name: str) -> dict[str, str]:
+    entry = registry.figures()[name]
+    number = f" (Fig. {entry.number} of the paper)" if entry.number else ""
+    caption = f"{entry.title.removesuffix('.')}{number}."
+    return {"name": name, "file": f"{name}.png", "alt": entry.alt, "caption": caption}
+
+
+def _short(result: Result) -> dict[str, str]:
+    """A claim that does not hold, and why in words; its numbers stand in the table."""
+    return {
+        "id": result.id,
+        "verdict": result.verdict,
+        "statement": result.claim.statement,
+        "why": typeset(result.counted.said),
+    }
+
+
+def _row(result: Result) -> dict[str, Any]:
+    """A row of the table of claims."""
+    return {
+        "id": result.id,
+        "figure": str(result.claim.figure or ""),
+        "verdict": result.verdict,
+        "numbers": [
+            {
+                "name": typeset(number.name),
+                "words": typeset(number.words),
+                "allowed": typeset(number.allowed_words),
+                "verdict": number.verdict,
+            }
+            for number in result.counted.judged
+        ],
+    }

@@ -1,0 +1,123 @@
+"""The sections of the page, in their order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from beltrepro.replication.plan import registry
+from beltrepro.replication.report import conduct, judged, motion_player
+from beltrepro.replication.report.material import Material
+from beltrepro.replication.studies.chaos import words as chaos
+from beltrepro.replication.studies.experiment import words as experiment
+from beltrepro.replication.studies.integrators import words as integrators
+
+COMPARED = registry.CATEGORIES[1]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section: its template in `templates/`, and what gathers the values for it.
+
+    needs : names of the files without which it is left out, as in `Material.files`.
+    pictures : names of figures that it shows in place of the section on figures.
+    """
+
+    template: str
+    title: str
+    anchor: str
+    gather: Callable[[Material], dict[str, Any]]
+    needs: tuple[str, ...] = ()
+    pictures: tuple[str, ...] = ()
+    styles: tuple[str, ...] = ()
+
+
+def _study(
+    template: str,
+    title: str,
+    anchor: str,
+    describe: Callable[[dict[str, pd.DataFrame], dict], dict],
+    tables: tuple[str, ...],
+    pictures: tuple[str, ...] = (),
+) -> Section:
+    """A study in its own words, from its tables, with its pictures."""
+
+    def gather(material: Material) -> dict[str, Any]:
+        read = {name: pd.read_csv(material.file(name)) for name in tables}
+        shown = [picture for picture in material.pictures if picture["name"] in pictures]
+        return describe(read, material.settings) | {"figures": shown}
+
+    return Section(template, title, anchor, gather, tables, pictures)
+
+
+def _figures(material: Material) -> dict[str, Any]:
+    """The pictures that no section of a study shows."""
+    elsewhere = {
+        name for section in SECTIONS if material.has(section.needs) for name in section.pictures
+    }
+    pictures = [picture for picture in material.pictures if picture["name"] not in elsewhere]
+    return {
+        "figures": [picture for picture in pictures if picture["number"]],
+        "studies": [picture for picture in pictures if not picture["number"]],
+        "filmed": material.has(RECORDINGS.needs),
+    }
+
+
+SUMMARY = Section("summary", "", "", judged.summary)
+RECORDINGS = _study(
+    "experiment", "The virtual experiment", "experiment", experiment.of_recordings, ("recordings",)
+)
+SECTIONS: tuple[Section, ...] = (
+    Section("claims", "Claims", "claims", judged.cards, judged.TABLES),
+    Section("figures", "Figures", "figures", _figures, ("figures",)),
+    Section("sensitivity", "Sensitivity", "sensitivity", judged.sensitivity, judged.TABLES),
+    Section(
+        "open_points",
+        "Open points and the readings tried",
+        "ambiguities",
+        judged.open_points,
+        judged.TABLES,
+    ),
+    Section("presets", "Other presets", "presets", judged.presets, (*judged.TABLES, "compared")),
+    _study(
+        "chaos",
+        "Is the motion chaotic?",
+        "chaos",
+        chaos.describe,
+        chaos.TOLD_BY,
+        ("motion_map", "survival", "disturbance"),
+    ),
+    _study(
+        "inference",
+        "What the model says about the experiment",
+        "inference",
+        experiment.of_trials,
+        experiment.TRIALS_TOLD_BY,
+        ("experiment_noise",),
+    ),
+    Section(
+        "player",
+        "The chain in motion",
+        "motion",
+        motion_player.gather,
+        motion_player.NEEDS,
+        styles=("player/player.css",),
+    ),
+    RECORDINGS,
+    _study(
+        "integrators",
+        "Integrators compared",
+        "agreement",
+        integrators.describe,
+        integrators.TOLD_BY,
+        tuple(name for name, entry in registry.figures().items() if entry.category == COMPARED),
+    ),
+    Section("deviations", "Deviations from the paper", "deviations", conduct.deviations),
+    Section("runs", "What was run", "runs", conduct.runs),
+    Section("times", "Time per rule", "time", conduct.times),
+    Section("environment", "Environment", "environment", conduct.environment),
+)
+MOTION = next(section for section in SECTIONS if section.template == "player")

@@ -1,0 +1,83 @@
+"""The page: its template, and in it one section after the other."""
+
+from importlib import resources
+from pathlib import Path
+
+import jinja2
+from markupsafe import Markup
+
+from beltrepro.base.atomic import replacing
+from beltrepro.replication.report.contents import SECTIONS, SUMMARY, Section
+from beltrepro.replication.report.material import Material
+from beltrepro.replication.report.results import as_sentence
+from beltrepro.replication.report.sentences import typeset
+from beltrepro.replication.verdicts.criteria import VERDICTS
+
+STYLES = ("report.css", "player/player.css")
+SYMBOLS = dict(zip(VERDICTS, "✓◐✗?–○", strict=True))
+_ROOM = "beltrepro.replication.report"
+
+
+def render(output: Path, material: Material) -> None:
+    """Write the report of one run as a single HTML file that needs no network.
+
+    Every number in it comes from the files in the material. A section whose files lack is left out.
+    """
+    shown = [section for section in SECTIONS if material.has(section.needs)]
+    html = (
+        _environment()
+        .get_template("templates/page.html.j2")
+        .render(
+            style="".join(map(_style, STYLES)),
+            preset=material.preset,
+            summary=_body(SUMMARY, material),
+            parts=[(section, _body(section, material)) for section in shown],
+        )
+    )
+    with replacing(output) as unfinished:
+        unfinished.write_text(html, encoding="utf-8")
+
+
+def part(section: Section, material: Material) -> str:
+    """One section of the report as HTML, with its own style but not that of the page."""
+    styles = [f"<style>{_style(name)}</style>" for name in section.styles]
+    return "".join([*styles, _body(section, material)])
+
+
+def _body(section: Section, material: Material) -> Markup:
+    """The section as HTML: its own template with what it gathers."""
+    template = _environment().get_template(f"templates/{section.template}.html.j2")
+    return Markup(template.render(section.gather(material)))
+
+
+def _environment() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader(_ROOM, "."),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {
+        "slug": lambda verdict: verdict.replace(" ", "-"),
+        "symbol": SYMBOLS.__getitem__,
+        "minus": typeset,
+        "sentence": as_sentence,
+        "lower_first": lambda text: text[:1].lower() + text[1:],
+        "time": _time,
+    }
+    return environment
+
+
+def _style(name: str) -> str:
+    return resources.files(_ROOM).joinpath(name).read_text(encoding="utf-8")
+
+
+def _time(seconds: float) -> str:
+    """Seconds as 12.3 s, 4 min 05 s or 2 h 03 min."""
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    if minutes < 60:
+        return f"{minutes} min {rest:02d} s"
+    return f"{minutes // 60} h {minutes % 60:02d} min"

@@ -1,0 +1,165 @@
+"""Numbers from films of the model: what each stage loses, and what recordings of the block tell."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from beltrepro.model.units import TIME_S, to_si
+from beltrepro.replication.camera.recording import analyse
+from beltrepro.replication.plan.registry import Table
+from beltrepro.stats import estimates
+from beltrepro.stats.errors import require
+from beltrepro.stats.estimates import Estimate
+from beltrepro.stats.intermittency import slips_of_all
+
+TABLES = {
+    "recordings": Table(
+        title="Recordings of the virtual experiment, with the error of each stage.",
+        uses=(
+            "belt_022",
+            "belt_028",
+            "belt_035",
+            "belt_022_track",
+            "belt_028_track",
+            "belt_035_track",
+            "stage_tracker_track",
+            "stage_lens_track",
+            "stage_sensor_track",
+        ),
+        columns={
+            "film": "name of the film",
+            "dataset": "what is filmed",
+            "belt_speed": "belt velocity (m/s)",
+            "seconds": "length of the film (s)",
+            "frames_per_second": "frames a second",
+            "frames": "frames in which the last block was found",
+            "r_run": "r of the run, at all instants; empty if only a part of it is filmed",
+            "r_sampled": "r of the positions at the instants of the frames, lost ones included",
+            "r_tracked": "r as tracked",
+            "mean_sampled": "mean of x_N at the instants of the frames (m)",
+            "mean_tracked": "mean of x_N as tracked (m)",
+            "small_sampled": "share of the time in lasting stretches of small amplitude, positions",
+            "small_tracked": "the same, as tracked",
+            "offset": "mean error of x_N (pixels)",
+            "scatter": "standard deviation of the error (pixels)",
+            "largest": "largest error (pixels)",
+            "told": "error that the tracker tells, root mean square (pixels)",
+            "scale": "relative error of the scale, from x_N",
+            "metres_per_pixel": "scale as measured (m)",
+        },
+    ),
+}
+
+TRACK = "_track"
+STAGES_OF = "belt_028"  # the run that the films of single stages show
+PARTS = 10  # stretches of a film that count as independent
+_LATE = 0.01  # of the time between true places, by which instants may differ
+
+
+# --- errors of tracking ---------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class TrackingError:
+    """Errors of a track, lengths in metres."""
+
+    offset: float  # mean error of the place
+    scatter: float  # standard deviation of the error
+    largest: float  # largest error, without sign
+    scale: float  # relative error of the scale: slope of the error against the true place
+    places: int  # number of places compared
+
+
+def tracking_error(
+    time_s: npt.ArrayLike, x_m: npt.ArrayLike, true_x_m: npt.ArrayLike, interval_s: float
+) -> TrackingError:
+    """Compare measured places with true ones at the same instants."""
+    position, true = np.asarray(x_m, dtype=float), np.asarray(true_x_m, dtype=float)
+    steps = np.asarray(time_s, dtype=float) / interval_s
+    number = np.rint(steps).astype(int)
+    require(number.size >= 3, f"{number.size} places, 3 are needed")
+    late = np.abs(steps - number).max()
+    require(
+        late < _LATE and number.max() < true.size, "places at other instants than the true ones"
+    )
+    error = position - true[number]
+    scale, _ = np.polyfit(true[number], error, 1)
+    return TrackingError(
+        offset=float(error.mean()),
+        scatter=float(error.std()),
+        largest=float(np.abs(error).max()),
+        scale=float(scale),
+        places=number.size,
+    )
+
+
+def recordings(data) -> pd.DataFrame:
+    """A row for each film."""
+    names = [name for name in TABLES["recordings"].uses if name.endswith(TRACK)]
+    return pd.DataFrame([_recording_row(data, name.removesuffix(TRACK)) for name in names])
+
+
+def _recording_row(data, film):
+    dataset = film if film in data else STAGES_OF
+    run, track = data[dataset], data[film + TRACK]
+    interval = float(run.attributes["sample_interval"]) * TIME_S
+    whole = to_si(run.arrays["positions"][:, -1], "length")
+    # a film that ends before the run does: what is seen of it
+    count = int(np.rint(track.time_s[-1] / interval)) + 1
+    true = whole[:count]
+    error = tracking_error(track.time_s, track.x_m, true, interval)
+    sampled = analyse(interval * np.arange(count), true)
+    tracked = analyse(track.time_s, track.x_m)
+    pixel = track.metres_per_pixel
+    known = film == dataset
+    return {
+        "film": film,
+        "dataset": dataset,
+        "belt_speed": to_si(run.attributes["belt_velocity"], "velocity"),
+        "noise": run.attributes["noise"],
+        "seconds": count * interval,
+        "frames_per_second": 1 / interval,
+        "frames": error.places,
+        "r_run": float(run.arrays["disorder_parameter"]) if known else np.nan,
+        "r_sampled": sampled.disorder_parameter,
+        "r_tracked": tracked.disorder_parameter,
+        "mean_sampled": sampled.mean_length,
+        "mean_tracked": tracked.mean_length,
+        "small_sampled": sampled.lasting_share,
+        "small_tracked": tracked.lasting_share,
+        "offset": error.offset / pixel,
+        "scatter": error.scatter / pixel,
+        "largest": error.largest / pixel,
+        "told": float(np.sqrt(np.mean(track.error_m**2))) / pixel,
+        "scale": error.scale,
+        "metres_per_pixel": pixel,
+    }
+
+
+# --- what films tell ------------------------------------------------------------------------------
+
+
+def disorder_of(track) -> Estimate:
+    """r of x_5 as tracked; its interval from stretches of the film."""
+    recording = analyse(track.time_s, track.x_m)
+    evenly = recording.evenly(*track.time_s[[0, -1]])
+    moments = [(part.mean(), np.mean(part**2)) for part in np.array_split(evenly, PARTS)]
+
+    def disorder(drawn):
+        first, second = drawn.mean(axis=0)
+        return float(np.sqrt(second - first**2) / first)
+
+    estimate = estimates.bootstrap(disorder, [np.array(moments)])
+    # Figs. 4 and 5 print that of the recording, whose samples stand for the time around them.
+    shift = recording.disorder_parameter - estimate.value
+    low, high = estimate.low + shift, estimate.high + shift
+    return replace(estimate, value=recording.disorder_parameter, low=low, high=high)
+
+
+def longest_slip_of_all_s(run) -> float:
+    """Longest time in seconds for which all blocks of a run slip at once."""
+    time, velocities, events = (run.arrays[name] for name in ("time", "velocities", "events"))
+    spans = slips_of_all(time, velocities - run.attributes["belt_velocity"], events)
+    return TIME_S * float(np.diff(spans, axis=1).max(initial=0.0))

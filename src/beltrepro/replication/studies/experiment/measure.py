@@ -1,0 +1,293 @@
+"""Numbers on the noise of the experiment: what trials of its length show, and what that implies."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from beltrepro.model import units
+from beltrepro.replication.plan.registry import Table
+from beltrepro.replication.studies.experiment import inference, observations
+from beltrepro.replication.studies.experiment.observations import EXPERIMENT, RECORDED, TOLERANCE
+from beltrepro.stats import estimates
+from beltrepro.stats.errors import NotEnoughDataError
+from beltrepro.stats.estimates import Estimate
+from beltrepro.stats.shares import share
+
+TABLES = {
+    "alternation": Table(
+        title="How many trials show both regimes, at each noise, friction ratio and belt velocity.",
+        uses=("trials_free",),
+        columns={
+            "runs": "trials",
+            "alternating": "trials with both regimes, each for 15.3 s or more",
+            "share": "share of the trials that alternate",
+            "share_lower": "lower end of its interval (Clopper and Pearson, 95 %)",
+            "share_upper": "upper end",
+            "lasting_share": "mean share of the time in small amplitudes that last",
+            "all_slip_longest_s": "longest time in any trial in which no block sticks (s)",
+            "all_slip": "trials in which no block sticks for a minute",
+            "r": "disorder parameter, median over the trials",
+        },
+    ),
+    "experiment_odds": Table(
+        title="How probable it is, by noise, that a trial shows what the recordings do.",
+        uses=("trials", "trials_short"),
+        columns={
+            "dataset": "of the trials: trials or trials_short",
+            "speed_m_s": "speed of the belt of the recording (m/s)",
+            "recorded_s": "length of a trial after the transient (s)",
+            "noise": "of the trials; empty for those at all noises",
+            "runs": "trials",
+            "r_recorded": "r that the paper prints of the recording",
+            "r": "median r of the trials",
+            "r_lower": "r of the trials, 2.5 %",
+            "r_upper": "r of the trials, 97.5 %",
+            "r_least": "smallest r of a trial",
+            "lasting_share": "mean share of the time in small amplitudes that last",
+            "lasting_longest_s": "longest small amplitude in any trial (s)",
+            "all_slip_longest_s": "longest time in any trial in which no block sticks (s)",
+            "below": "share of the trials with r at or below the recorded one",
+            "below_lower": "lower end of its interval (Clopper and Pearson, 95 %)",
+            "below_upper": "upper end",
+            "alternates": "share of the trials with both regimes, each for 15.3 s or more",
+            "alternates_lower": "lower end of its interval",
+            "alternates_upper": "upper end",
+            "shows": "share of the trials that show both regimes for as long as the recording does",
+            "shows_lower": "lower end of its interval",
+            "shows_upper": "upper end",
+            "agrees": "share of those that show them, with r within 10 % of the recorded one",
+            "agrees_lower": "lower end of its interval",
+            "agrees_upper": "upper end",
+            "both": "share of the trials with r at or below the recorded one that show the two",
+            "both_lower": "lower end of its interval",
+            "both_upper": "upper end",
+        },
+    ),
+    "experiment_posterior": Table(
+        title="Which noise, friction ratio and factor on belt speed agree with both recordings.",
+        uses=("trials_free",),
+        columns={
+            "free": "which parameters are not known; the others have their printed values",
+            "tolerance": "largest distance of ln r at which a trial agrees",
+            "combinations": "combinations of levels of what is free, equally probable before",
+            "runs": "trials of each recording in a combination",
+            "agreed_022": "trials that agree with the recording at 0.22 m/s",
+            "agreed_028": "trials that agree with the recording at 0.28 m/s",
+            "evidence": "probability, before, that trials agree with both recordings",
+            "held_out": "the same under the posterior, by trials that did not make it",
+            "sigma_1_to_2": "posterior of a noise from 1 to 2",
+            "sigma_1_to_2_before": "the same before the trials",
+            "best_noise": "most probable noise, whatever the others; empty if under 20 agree",
+            "noise_levels": "credible set of the noise, 90 %",
+            "noise_coverage": "share of made-up experiments whose true noise lies in the set",
+            "noise_uniform_p": "p-value of the test that posteriors of them are uniform",
+            "best_friction_ratio": "as of the noise",
+            "friction_ratio_levels": "as of the noise",
+            "friction_ratio_coverage": "as of the noise",
+            "friction_ratio_uniform_p": "as of the noise",
+            "best_speed_factor": "as of the noise",
+            "speed_factor_levels": "as of the noise",
+            "speed_factor_coverage": "as of the noise",
+            "speed_factor_uniform_p": "as of the noise",
+            "made_up": "made-up experiments",
+            "unanswered": "further ones with which no trial agreed",
+            "r_022": "r at 0.22 m/s under the posterior, median",
+            "r_022_lower": "5 %",
+            "r_022_upper": "95 %",
+            "r_028": "r at 0.28 m/s under the posterior, median",
+            "r_028_lower": "5 %",
+            "r_028_upper": "95 %",
+        },
+    ),
+}
+
+TOLERANCES = (TOLERANCE, TOLERANCE / 2, 2 * TOLERANCE)
+PRINTED = {"friction_ratio": observations.FRICTION_RATIO, "speed_factor": 1.0}
+FREE = (("noise",), ("noise", "friction_ratio"), ("noise", "speed_factor"), ("noise", *PRINTED))
+
+_POINT = ["noise", "friction_ratio", "belt_velocity"]
+
+
+# --- trials ---------------------------------------------------------------------------------------
+
+
+def alternation(data) -> pd.DataFrame:
+    """A row for each noise, friction ratio and belt velocity."""
+    arrays = data["trials_free"].arrays
+    names = (*_POINT, "lasting_share", "disorder_parameter")
+    runs = pd.DataFrame({name: arrays[name] for name in names})
+    runs["alternates"] = observations.alternates(arrays)
+    runs["all_slip_longest_s"] = units.to_si(arrays["all_slip_longest"], "time")
+    runs["all_slip"] = runs["all_slip_longest_s"] >= EXPERIMENT[0].lasting_s
+    grouped = runs.groupby(_POINT)
+    table = pd.DataFrame({"runs": grouped.size(), "alternating": grouped["alternates"].sum()})
+    shares = [share(*counts) for counts in table[["alternating", "runs"]].to_numpy()]
+    table[["share", "share_lower", "share_upper"]] = np.reshape(shares, (-1, 3))
+    table["lasting_share"] = grouped["lasting_share"].mean()
+    table["all_slip_longest_s"] = grouped["all_slip_longest_s"].max()
+    table["all_slip"] = grouped["all_slip"].sum()
+    table["r"] = grouped["disorder_parameter"].median()
+    return table.reset_index()
+
+
+def experiment_odds(data) -> pd.DataFrame:
+    """A row for each dataset, recording and noise, and one for all noises together."""
+    entry, rows = TABLES["experiment_odds"], []
+    for name in entry.uses:
+        arrays, attributes = data[name].arrays, data[name].attributes
+        length = units.to_si(attributes["duration"] - attributes["transient"], "time")
+        for observation in EXPERIMENT:
+            here = observations.at_speed(observation, arrays)
+            for noise in (*np.unique(arrays["noise"][here]), np.nan):
+                chosen = here if np.isnan(noise) else here & (arrays["noise"] == noise)
+                trials = {key: values[chosen] for key, values in arrays.items()}
+                place = {"dataset": name, "speed_m_s": observation.speed_m_s}
+                place |= {"recorded_s": length, "noise": noise}
+                rows.append(place | _odds(observation, trials))
+    return pd.DataFrame(rows, columns=list(entry.columns))
+
+
+def _odds(observation, trials) -> dict:
+    """What the trials of one recording at one noise say together."""
+    disorder = trials["disorder_parameter"]
+    below = disorder <= observation.disorder_parameter
+    shown = observations.shows(observation, trials)
+    lower, median, upper = np.quantile(disorder, [0.025, 0.5, 0.975])
+    row = {
+        "runs": disorder.size,
+        "r_recorded": observation.disorder_parameter,
+        "r": median,
+        "r_lower": lower,
+        "r_upper": upper,
+        "r_least": disorder.min(),
+        "lasting_share": trials["lasting_share"].mean(),
+        "lasting_longest_s": units.to_si(trials["lasting_longest"].max(), "time"),
+        "all_slip_longest_s": units.to_si(trials["all_slip_longest"].max(), "time"),
+    }
+    for name, having in {
+        "below": below,
+        "alternates": observations.alternates(trials),
+        "shows": shown,
+        "agrees": observations.agrees(observation, trials),
+        "both": below & shown,
+    }.items():
+        row[name], row[f"{name}_lower"], row[f"{name}_upper"] = share(having.sum(), having.size)
+    return row
+
+
+# --- posteriors -----------------------------------------------------------------------------------
+
+
+def experiment_posterior(data) -> pd.DataFrame:
+    """A row for each choice of free parameters and each tolerance."""
+    simulated = observations.on_grid(data["trials_free"].arrays)
+    rows = [
+        _posterior_row(fixed_but(simulated, free), free, tolerance)
+        for free in FREE
+        for tolerance in TOLERANCES
+    ]
+    return pd.DataFrame(rows, columns=list(TABLES["experiment_posterior"].columns))
+
+
+def fixed_but(simulated: inference.Simulated, free) -> inference.Simulated:
+    """The trials with the printed values of all parameters that are not free."""
+    for name, value in PRINTED.items():
+        if name not in free:
+            simulated = simulated.fixed(name, value)
+    return simulated
+
+
+def posterior(simulated: inference.Simulated, tolerance: float = TOLERANCE) -> inference.Posterior:
+    """The posterior given both recordings, if enough trials agree with each."""
+    answer = inference.posterior(simulated, RECORDED, tolerance)
+    observations.require_agreed(answer)
+    return answer
+
+
+def assigned_share(answer: inference.Posterior) -> float:
+    """Posterior of the noise that the paper assigns to the experiment."""
+    return between(answer.levels["noise"], answer.marginal("noise"), observations.ASSIGNED)
+
+
+def assigned_share_before(levels: np.ndarray) -> float:
+    """The same before the trials."""
+    return between(levels, np.full(levels.size, 1 / levels.size), observations.ASSIGNED)
+
+
+def posterior_of_assigned(
+    simulated: inference.Simulated, answer: inference.Posterior, tolerance: float
+) -> Estimate:
+    """`assigned_share` with its interval; the trials of each combination are drawn anew."""
+    rng = np.random.default_rng(0)
+    resampled = []
+    for _ in range(estimates.RESAMPLES):
+        try:
+            drawn = inference.posterior(simulated.drawn_anew(rng), RECORDED, tolerance)
+            resampled.append(assigned_share(drawn))
+        except NotEnoughDataError:
+            resampled.append(np.nan)
+    return estimates.from_resamples(assigned_share(answer), np.array(resampled), min(answer.agreed))
+
+
+def between(levels, probability, ends) -> float:
+    """Probability of a range of noise; a level stands for the noises half way, in ratio, around."""
+    if levels.size == 1:
+        return float(ends[0] <= levels[0] <= ends[1])
+    place = np.log(levels)
+    middle = (place[1:] + place[:-1]) / 2
+    edges = np.concatenate([[2 * place[0] - middle[0]], middle, [2 * place[-1] - middle[-1]]])
+    below = np.interp(np.log(ends), edges, np.concatenate([[0.0], np.cumsum(probability)]))
+    return float(below[1] - below[0])
+
+
+def _posterior_row(simulated, free, tolerance) -> dict:
+    agreed = inference.agreement(simulated, RECORDED, tolerance)
+    row: dict[str, Any] = {
+        "free": ", ".join(free),
+        "tolerance": tolerance,
+        "combinations": agreed[0, ..., 0].size,
+        "runs": simulated.runs,
+        "agreed_022": int(agreed[0].sum()),
+        "agreed_028": int(agreed[1].sum()),
+        "evidence": 0.0,
+    }
+    try:
+        answer = inference.posterior(simulated, RECORDED, tolerance)
+    except NotEnoughDataError:
+        return row
+    row |= {"evidence": answer.evidence}
+    row |= {"held_out": inference.held_out(simulated, RECORDED, tolerance)}
+    if min(answer.agreed) < observations.MINIMUM_AGREED:
+        return row  # sets of so few trials would promise too much
+    row |= {"sigma_1_to_2": assigned_share(answer)}
+    row |= {"sigma_1_to_2_before": assigned_share_before(answer.levels["noise"])}
+    for name in free:
+        levels, chosen = answer.levels[name], answer.credible(name)
+        row[f"best_{name}"] = levels[np.argmax(answer.marginal(name))]
+        row[f"{name}_levels"] = "; ".join(f"{level:.3g}" for level in levels[chosen])
+    if tolerance == TOLERANCE:
+        row |= _calibration(simulated, free, tolerance)
+    return row | _predicted(answer, simulated)
+
+
+def _calibration(simulated, free, tolerance) -> dict:
+    """How posteriors do on trials with known parameters."""
+    try:
+        done = inference.calibrate(simulated, tolerance, shown=RECORDED.shown)
+    except NotEnoughDataError:
+        return {}
+    row: dict[str, float] = {"made_up": done.experiments, "unanswered": done.unanswered}
+    for name in free:
+        row[f"{name}_coverage"] = done.coverage[name].value
+        row[f"{name}_uniform_p"] = done.uniform_p[name]
+    return row
+
+
+def _predicted(answer, simulated) -> dict:
+    """r of both recordings under the posterior."""
+    row: dict[str, float] = {}
+    for name, values in zip(("r_022", "r_028"), np.exp(simulated.summary), strict=True):
+        lower, median, upper = inference.predicted(answer, values, (0.05, 0.5, 0.95))
+        row |= {name: median, f"{name}_lower": lower, f"{name}_upper": upper}
+    return row

@@ -1,0 +1,136 @@
+"""What the paper prints of its two recordings, and which trials show it (Secs. II and IV.B)."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from beltrepro.model import units
+from beltrepro.replication.camera.recording import LASTING_S
+from beltrepro.replication.studies.experiment.inference import Posterior, Recorded, Simulated
+from beltrepro.stats.errors import require
+
+_ALIKE = 1e-3  # share by which two belt velocities of a grid count as one
+FRICTION_RATIO = 0.45  # printed, and measured (Sec. II)
+TOLERANCE = 0.1  # of ln r: within 10 % of what is printed
+MINIMUM_AGREED = 20  # trials that agree with a recording; fewer make no posterior
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What is printed of one recording."""
+
+    speed_m_s: float  # speed of the belt
+    disorder_parameter: float  # r of the recording
+    # it has a small amplitude, and a time without one that lasts, of this length or longer
+    lasting_s: float
+    lively_s: float
+
+    @property
+    def belt_velocity(self) -> float:
+        """Speed of the belt in model units."""
+        return units.from_si(self.speed_m_s, "velocity")
+
+
+EXPERIMENT = (
+    Observation(0.22, 0.072, lasting_s=60.0, lively_s=125.0),
+    Observation(0.28, 0.052, lasting_s=LASTING_S, lively_s=LASTING_S),
+)
+"""At 0.22 m/s avalanches for 125 s and continuous slip for more than a minute, at 0.28 m/s both."""
+
+RECORDED = Recorded([math.log(each.disorder_parameter) for each in EXPERIMENT], [True, True])
+"""ln r of both recordings; both show their regimes."""
+
+ASSIGNED = (1.0, 2.0)
+"""Noise that the paper assigns to the experiment."""
+
+
+def shows(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Which trials show the two regimes as long as the recording does."""
+    lasting, lively = (
+        units.to_si(arrays[name], "time") for name in ("lasting_longest", "lively_longest")
+    )
+    return (lasting >= observation.lasting_s) & (lively >= observation.lively_s)
+
+
+def agrees(
+    observation: Observation, arrays: Mapping[str, np.ndarray], tolerance: float = TOLERANCE
+) -> np.ndarray:
+    """Which trials agree with a recording: in r, and in showing its regimes."""
+    distance = np.abs(np.log(arrays["disorder_parameter"] / observation.disorder_parameter))
+    return (distance <= tolerance) & shows(observation, arrays)
+
+
+def at_speed(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Which trials have the belt velocity of a recording."""
+    return np.isclose(arrays["belt_velocity"], observation.belt_velocity, rtol=_ALIKE, atol=0)
+
+
+def alternates(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Which trials show both regimes, each for as long as a small amplitude lasts at least."""
+    return shows(EXPERIMENT[1], arrays)
+
+
+BANDWIDTH = {"noise": 0.35, "speed_factor": 0.035}
+"""How far shares of trials are averaged over, of the logarithms of these parameters.
+
+The friction ratio is not averaged over: r changes by 15 % where it changes by 0.025.
+"""
+
+
+def assigned(noise: np.ndarray) -> np.ndarray:
+    """Which noises are those that the paper assigns to the experiment."""
+    return (noise >= ASSIGNED[0] - 1e-9) & (noise <= ASSIGNED[1] + 1e-9)
+
+
+def require_agreed(answer: Posterior) -> None:
+    """Refuse a posterior that rests on too few trials."""
+    fewest = min(answer.agreed)
+    require(
+        fewest >= MINIMUM_AGREED,
+        f"{fewest} trials agree with a recording, {MINIMUM_AGREED} are needed",
+    )
+
+
+def on_grid(arrays: Mapping[str, np.ndarray]) -> Simulated:
+    """Trials at all noises, friction ratios and belt velocities, as pairs of recordings.
+
+    Where the belt velocities stand in the ratio of the two speeds of the experiment, the trials at
+    one serve as the first recording and those at the other as the second. Both speeds are then
+    multiplied by one factor.
+    """
+    names = ("noise", "friction_ratio", "belt_velocity")
+    levels = [np.unique(arrays[name]) for name in names]
+    shape = [axis.size for axis in levels]
+    cells = np.prod(shape)
+    points = arrays["noise"].size
+    require(points and points % cells == 0, f"{points} trials are no grid of {cells} cells")
+    order = np.lexsort([arrays[name] for name in reversed(names)])
+    for axis, name in enumerate(names):
+        expected = np.moveaxis(arrays[name][order].reshape(*shape, -1), axis, 0)
+        require(
+            np.all(expected == levels[axis].reshape(-1, 1, 1, 1)), "the trials are no full grid"
+        )
+    first, second = _pairs(levels[2])
+    disorder, shown = [], []
+    for observation, place in zip(EXPERIMENT, (first, second), strict=True):
+        disorder.append(arrays["disorder_parameter"][order].reshape(*shape, -1)[:, :, place])
+        shown.append(shows(observation, arrays)[order].reshape(*shape, -1)[:, :, place])
+    factor = levels[2][first] / EXPERIMENT[0].belt_velocity
+    axes = {"noise": levels[0], "friction_ratio": levels[1], "speed_factor": factor}
+    smoothing = {
+        name: width / np.diff(np.log(axes[name])).mean()
+        for name, width in BANDWIDTH.items()
+        if axes[name].size > 1
+    }
+    return Simulated(axes, np.log(np.stack(disorder)), np.stack(shown), smoothing)
+
+
+def _pairs(velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Indices of the velocities that stand in the ratio of the speeds of the experiment."""
+    wanted = velocity * EXPERIMENT[1].speed_m_s / EXPERIMENT[0].speed_m_s
+    alike = np.isclose(wanted[:, np.newaxis], velocity, rtol=_ALIKE, atol=0)
+    require(alike.any(), "no two belt velocities have the ratio of those of the experiment")
+    first, second = np.nonzero(alike)
+    return first, second

@@ -1,0 +1,120 @@
+"""What was measured of several chains: arrays by name, a row for each chain."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from beltrepro.base import atomic, checks, names, provenance, store
+from beltrepro.base.errors import InputError, needing
+from beltrepro.simulation.checkpoints import once
+from beltrepro.simulation.grid import QUANTITIES
+from beltrepro.simulation.groups import Report, groups
+from beltrepro.simulation.setup import Case, Setup, columns
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+SUFFIXES = (".csv", ".h5")
+Measure = Callable[[np.ndarray, list[Case], Report], dict[str, np.ndarray]]
+
+
+class Results(dict[str, np.ndarray]):
+    """What was measured of P chains: a dict of arrays with first axis P, in model units.
+
+    What each chain is and how it was advanced comes first, then what the function has measured.
+    Where the vectors of a chain are shorter than those of another they end with NaN.
+
+    Attributes
+    ----------
+    settings : dict
+        What the function was told beside the setup, and its name.
+    """
+
+    def __init__(self, arrays: dict[str, np.ndarray], settings: dict[str, Any]) -> None:
+        super().__init__(arrays)
+        self.settings = settings
+
+    def __repr__(self) -> str:
+        chains = len(self["replicate"])
+        return f"Results({chains} of {', '.join(self.axes) or 'one chain'}: {', '.join(self)})"
+
+    @property
+    def axes(self) -> list[str]:
+        """Names of the quantities of a chain that have more than one value, with the replicate."""
+        return [name for name in (*QUANTITIES, "replicate") if len(np.unique(self[name])) > 1]
+
+    def table(self) -> pd.DataFrame:
+        """The results as a table of pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each chain, a column for each array that has one number for a chain.
+
+        Raises
+        ------
+        InputError
+            pandas is not installed.
+        """
+        with needing("the table of a scan"):
+            import pandas as pd
+
+        shape = self["replicate"].shape
+        return pd.DataFrame({name: array for name, array in self.items() if array.shape == shape})
+
+    @names.checked
+    def save(self, path: str | Path) -> None:
+        """Write the table as CSV, or all arrays with the settings as HDF5.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file, .csv or .h5; it appears under its name when it is complete.
+
+        Raises
+        ------
+        InputError
+            It is no path, or has another ending; or it is .csv and pandas is not installed.
+        """
+        path = checks.path("path", path)
+        if path.suffix.lower() not in SUFFIXES:
+            raise InputError(f"path = {path}: must end in {', '.join(SUFFIXES)}")
+        if path.suffix.lower() == ".csv":
+            with atomic.replacing(path) as unfinished:
+                self.table().to_csv(unfinished, index=False)
+            return
+        store.write(path, dict(self), provenance.origin() | self.settings)
+
+
+def gathered(
+    kind: str, setup: Setup, measure: Measure, progress: Report | None, **settings: Any
+) -> Results:
+    """A row for each chain, of the arrays (W, ...) that are measured of each group."""
+    batches, parts = [], []
+    for group, report in groups(setup.cases, progress):
+        batches.append(group)
+        parts.append(once(measure, group, [setup.cases[index] for index in group], report))
+    table = columns(setup)
+    for name in list(parts[0]):
+        arrays = [part.pop(name) for part in parts]  # a scan of many chains is held but once
+        table[name] = _joined(batches, arrays)
+    return Results(table, {"kind": kind} | settings)
+
+
+def _joined(batches: list[np.ndarray], arrays: list[np.ndarray]) -> np.ndarray:
+    """Arrays (W, ...) of groups as one (P, ...) in the order of the chains; padded with NaN."""
+    shape = [max(lengths) for lengths in zip(*(array.shape[1:] for array in arrays), strict=True)]
+    dtype = np.result_type(*arrays)
+    joined = np.empty((sum(map(len, batches)), *shape), dtype)
+    for group, array in zip(batches, arrays, strict=True):
+        if array.shape[1:] == joined.shape[1:]:
+            joined[group] = array
+        else:
+            joined[group] = np.nan
+            corner: Any = (group, *map(slice, array.shape[1:]))
+            joined[corner] = array
+    return joined

@@ -1,0 +1,440 @@
+"""What a call is told of its chains, as one value that is made and checked once."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, field, replace
+from functools import partial
+from inspect import signature
+from typing import Any, TypeAlias, TypedDict, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from beltrepro.base import checks, names
+from beltrepro.base.checks import is_sequence, shown
+from beltrepro.base.errors import InputError
+from beltrepro.engine.event_integrator import EventIntegrator
+from beltrepro.engine.noise import stream_key
+from beltrepro.engine.state import ChainState
+from beltrepro.engine.verlet_integrators import verlet_integrator
+from beltrepro.model import ChainParameters
+from beltrepro.model.friction import noise_beyond_event
+from beltrepro.model.parameters import LIMITS
+from beltrepro.simulation.grid import QUANTITIES, Grid
+
+T = TypeVar("T")
+F = TypeVar("F", bound=Callable[..., Any])
+PerChain: TypeAlias = T | Sequence[T]
+"""One value for all chains, or one for each."""
+
+METHODS = {"verlet": verlet_integrator, "event": EventIntegrator}
+KICKED = "event"  # the method whose starts of slips can be kicked
+# Tolerance of a step that a method takes unless told otherwise, for those that have one.
+TOLERANCES: dict[str, float] = {
+    name: signature(integrator).parameters["tolerance"].default
+    for name, integrator in METHODS.items()
+    if "tolerance" in signature(integrator).parameters
+}
+DEFAULT_SEED = 1
+_STEP_SHARE = 1e-6  # by which an instant may miss a whole number of steps
+_INITIAL_POSITIONS = 1  # purpose of a random stream: initial positions, not friction
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One chain to simulate: from which state, by what means."""
+
+    state: ChainState
+    method: str
+    time_step: float
+    tolerance: float | None  # as asked for; None for the method's own
+    kick: float = 0.0  # standard deviation of the move of a block that starts to slip, model length
+    initial_spread: float = 0.0  # with which the state was made
+
+    @property
+    def parameters(self) -> ChainParameters:
+        """The chain."""
+        return self.state.parameters
+
+    @property
+    def kind(self) -> tuple:
+        """What chains have in common that advance together."""
+        # An integrator may treat chains without noise in another way, and what a chain does must
+        # not depend on the others.
+        chain = self.parameters
+        numerics = self.method, self.time_step, self.tolerance, self.kick > 0
+        return chain.n_blocks, chain.law, chain.noise > 0, self.state.time, *numerics
+
+    @property
+    def accuracy(self) -> dict[str, float]:
+        """What the integrator is told about its accuracy."""
+        if self.tolerance is None:
+            return {}
+        return {"tolerance": self.tolerance, "noise_share": 0.0}  # as asked, noise or not
+
+    @property
+    def identity(self) -> tuple:
+        """What decides all numbers of a run: cases that agree in it give the same run."""
+        state = self.state
+        arrays = [state.displacements, state.relative_velocities, state.directions]
+        if self.parameters.noise > 0:
+            arrays += [state.thresholds]
+        if self.parameters.noise > 0 or self.kick > 0:
+            arrays += [state.stream]
+        return self.parameters, self.kind, self.kick, *(array.tobytes() for array in arrays)
+
+
+@names.checked
+@dataclass(frozen=True, eq=False, repr=False)
+class Setup:
+    """Chains, by what means they are advanced, and where they begin.
+
+    All functions take one, or its chains and keywords: `simulate(Setup(chain, method="verlet"),
+    duration=100)` is `simulate(chain, method="verlet", duration=100)`. Each quantity is one value
+    for all chains, or a sequence with one value for each. One chain with sequences is simulated
+    once for each of their values: `Setup(chain, replicate=range(200))` are 200 runs of it.
+
+    Attributes
+    ----------
+    chains : ChainParameters, sequence of them, or Grid
+        The chains, which may differ in everything.
+    method : str
+        "event", the exact dynamics (docs/event.md), or "verlet", the scheme of the Appendix.
+    time_step : float
+        dt, model time, at most 0.1; for "event" it only sets the strength of the noise.
+    tolerance : float or None
+        Only for "event": last terms of the series of a force allowed at the end of a step, unit of
+        force, 1e-16 to 1. None for the method's own, which is larger with noise (docs/event.md).
+    seed, replicate : int or None
+        Of 0 or greater; with the parameters they fix all random numbers. If not given, 1 and 0, or
+        those of `initial_state`, whose random stream then goes on. A Grid has its own replicates.
+    initial_positions : array (N,), or one for each chain, or None
+        Positions of the blocks at t = 0, model length; undeformed springs if not given. All blocks
+        are stuck.
+    initial_spread : float
+        Standard deviation of normal deviates that are added to the initial positions of replicates
+        other than 0, model length.
+    initial_state : ChainState or None
+        Where to go on, for instance `final_state` of a run, see docs/states.md. Time goes on from
+        that of the state. The chain may have another belt velocity, noise or law than that of the
+        state (`ChainState.under`), and another method may go on.
+    kick : float
+        Standard deviation of the displacement that each block gets when it starts to slip, model
+        length; for "event" only, and for `separation` and `time_to_orbit`.
+    cases : tuple
+        What follows from these: the state of each chain, and how it is advanced.
+
+    Raises
+    ------
+    InputError
+        A value is not allowed; the line names it and says what is.
+    """
+
+    chains: ChainParameters | Sequence[ChainParameters] | Grid
+    _: KW_ONLY
+    method: PerChain[str] = "event"
+    time_step: PerChain[float] = 0.001
+    tolerance: PerChain[float | None] = None
+    seed: PerChain[int] | None = None
+    replicate: PerChain[int] | None = None
+    initial_positions: ArrayLike | Sequence[ArrayLike] | None = None
+    initial_spread: PerChain[float] = 0.0
+    initial_state: PerChain[ChainState] | None = None
+    kick: PerChain[float] = 0.0
+    cases: tuple[Case, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).copy().items():
+            if is_sequence(value) and not isinstance(value, np.ndarray | Grid):
+                object.__setattr__(self, name, list(value))  # it may be an iterator
+        chains, values = _rows(self)
+        rows = zip(chains, *values.values(), strict=True)
+        cases = tuple(_case(chain, **dict(zip(values, row, strict=True))) for chain, *row in rows)
+        object.__setattr__(self, "cases", cases)
+        _warn_of_repeats(cases)
+
+    @property
+    def alone(self) -> bool:
+        """Whether it is one run of one chain, not a sequence or a grid."""
+        several = any(is_sequence(getattr(self, name)) for name in _CHECKS)
+        one_chain = isinstance(self.chains, ChainParameters)
+        return one_chain and not several and not _nested(self.initial_positions)
+
+    def __repr__(self) -> str:
+        many = "" if len(self.cases) == 1 else f", one of {len(self.cases)}"
+        return f"Setup({self.cases[0].parameters.describe()}, {self.cases[0].method}{many})"
+
+
+class Keywords(TypedDict, total=False):
+    """The keywords of `Setup`, for functions that make one."""
+
+    method: PerChain[str]
+    time_step: PerChain[float]
+    tolerance: PerChain[float | None]
+    seed: PerChain[int] | None
+    replicate: PerChain[int] | None
+    initial_positions: ArrayLike | Sequence[ArrayLike] | None
+    initial_spread: PerChain[float]
+    initial_state: PerChain[ChainState] | None
+    kick: PerChain[float]
+
+
+Chains: TypeAlias = ChainParameters | Sequence[ChainParameters] | Grid | Setup
+KEYWORDS = tuple(Keywords.__annotations__)
+
+
+def with_setup(function: F) -> F:
+    """Decorate a function that takes the keywords of a setup beside its own."""
+    return names.checked(function, also=KEYWORDS)
+
+
+def setup_of(chains: Chains, keywords: Mapping[str, Any], *, kicks: bool = False) -> Setup:
+    """The setup that a function is given, or that it makes of chains and keywords."""
+    if not isinstance(chains, Setup):
+        setup = Setup(chains, **keywords)
+    elif keywords:
+        name = next(iter(keywords))
+        raise InputError(
+            f"{name}: not together with a Setup; dataclasses.replace(setup, {name}=...) has it"
+        )
+    else:
+        setup = chains
+    if not kicks and (kick := max(case.kick for case in setup.cases)) > 0:
+        raise InputError(f"kick = {kick:g}: only for separation and time_to_orbit")
+    return setup
+
+
+def part_of(setup: Setup, place: slice) -> Setup:
+    """Some of the chains of a setup."""
+    sequences: dict[str, Any] = {name: getattr(setup, name) for name in ("chains", *_CHECKS)}
+    if isinstance(setup.chains, Grid):
+        sequences |= {"chains": setup.chains.chains, "replicate": setup.chains.replicate}
+    if _nested(setup.initial_positions):
+        sequences["initial_positions"] = setup.initial_positions
+    several = [name for name, value in sequences.items() if is_sequence(value)]
+    return replace(setup, **{name: sequences[name][place] for name in several})
+
+
+def columns(setup: Setup) -> dict[str, np.ndarray]:
+    """What each chain is, how it is advanced and where it begins: arrays (P,) by name."""
+    table = {name: [getattr(case.parameters, name) for case in setup.cases] for name in QUANTITIES}
+    for name in ("method", "time_step", "tolerance", "kick", "initial_spread"):
+        table[name] = [getattr(case, name) for case in setup.cases]
+    table["tolerance"] = [np.nan if value is None else value for value in table["tolerance"]]
+    for name in ("seed", "replicate"):
+        table[name] = [getattr(case.state, name) for case in setup.cases]
+    return {name: np.array(values) for name, values in table.items()}
+
+
+def check_lengths(duration: Any, transient: Any) -> tuple[float, float]:
+    """Duration of a run, and the part of it that is left out of the results."""
+    duration, transient = check_duration(duration), checks.finite_number("transient", transient)
+    if not 0 <= transient < duration:
+        raise InputError(
+            f"transient = {transient:g}: must be at least 0 and less than duration = {duration:g}"
+        )
+    return duration, transient
+
+
+def check_duration(duration: Any) -> float:
+    """Duration of a run."""
+    return checks.positive("duration", duration, LIMITS["duration"]["le"])
+
+
+def for_each(name: str, value: Any, n_chains: int, check: Callable[[str, Any], T]) -> list[T]:
+    """One checked value for each chain, from one for all or a sequence of them."""
+    if not is_sequence(value):
+        return [check(name, value)] * n_chains
+    values = list(value)
+    if len(values) != n_chains:
+        raise InputError(
+            f"{name} of length {len(values)}: one value for all chains is needed, "
+            f"or one for each of {n_chains}"
+        )
+    return [check(name, item) for item in values]
+
+
+def check_tolerance(name: str, value: Any) -> float | None:
+    """A tolerance, or None for the method's own."""
+    return None if value is None else checks.within(name, value, **LIMITS["tolerance"])
+
+
+def _key(name: str, value: Any) -> int | None:
+    """A seed or a replicate, or None if it is left to the rule."""
+    return None if value is None else checks.key(name, value)
+
+
+def _state(name: str, value: Any) -> ChainState | None:
+    """A state to begin from, or None."""
+    if value is not None and not isinstance(value, ChainState):
+        raise InputError(f"{name} = {shown(value)}: a ChainState is needed")
+    return value
+
+
+_CHECKS: dict[str, Callable[[str, Any], Any]] = {
+    "method": partial(names.one_of, allowed=METHODS),
+    "time_step": partial(checks.within, **LIMITS["time_step"]),
+    "tolerance": check_tolerance,
+    "kick": partial(checks.not_negative, most=LIMITS["kick"]["le"]),
+    "seed": _key,
+    "replicate": _key,
+    "initial_spread": partial(checks.not_negative, most=LIMITS["initial_spread"]["le"]),
+    "initial_state": _state,
+}
+
+
+def _rows(setup: Setup) -> tuple[list[ChainParameters], dict[str, list]]:
+    """The chains, and the checked values of each quantity, one for each chain."""
+    values = {name: getattr(setup, name) for name in _CHECKS}
+    starts = setup.initial_positions
+    if isinstance(setup.chains, Grid):
+        if values["replicate"] is not None:
+            raise InputError("replicate: not together with a Grid, which has replicates")
+        chains, values["replicate"] = list(setup.chains.chains), setup.chains.replicate
+    elif isinstance(setup.chains, ChainParameters):
+        chains = [setup.chains] * _count(values | {"initial_positions": starts})
+        if starts is not None and not _nested(starts):
+            starts = [starts] * len(chains)
+    else:
+        chains = list(setup.chains) if is_sequence(setup.chains) else []
+        if not chains or not all(isinstance(chain, ChainParameters) for chain in chains):
+            raise InputError(
+                f"chains = {shown(setup.chains)}: "
+                "a ChainParameters, or a sequence of at least one, a Grid or a Setup is needed"
+            )
+    checked = {
+        name: for_each(name, value, len(chains), _CHECKS[name]) for name, value in values.items()
+    }
+    return chains, checked | {"initial_positions": _positions(starts, chains)}
+
+
+def _nested(starts: Any) -> bool:
+    """Whether these are the positions of several starts."""
+    return is_sequence(starts) and is_sequence(next(iter(starts), None))
+
+
+def _count(values: Mapping[str, Any]) -> int:
+    """How many runs of one chain are asked for."""
+    for name, value in values.items():
+        if is_sequence(value) and (name != "initial_positions" or _nested(value)):
+            count = len(list(value))
+            if not count:
+                raise InputError(f"{name} is empty: at least one value is needed")
+            return count
+    return 1
+
+
+def _positions(starts: Any, chains: Sequence[ChainParameters]) -> list[np.ndarray | None]:
+    """Positions (N,) of the blocks of each chain, or None."""
+    if starts is None:
+        return [None] * len(chains)
+    rows = list(starts) if is_sequence(starts) else [starts]
+    if len(rows) != len(chains):
+        raise InputError(
+            f"initial_positions of length {len(rows)}: "
+            f"one array for each of {len(chains)} chains is needed"
+        )
+    return [
+        checks.positions("initial_positions", start, chain.n_blocks)
+        for chain, start in zip(chains, rows, strict=True)
+    ]
+
+
+def _case(
+    chain: ChainParameters,
+    *,
+    method: str,
+    time_step: float,
+    tolerance: float | None,
+    kick: float,
+    initial_state: ChainState | None,
+    initial_spread: float,
+    **start: Any,
+) -> Case:
+    if tolerance is not None and method not in TOLERANCES:
+        raise InputError(
+            f"tolerance = {tolerance:g}: method {method!r} has none, only {', '.join(TOLERANCES)}"
+        )
+    if kick > 0 and method != KICKED:
+        raise InputError(f"kick = {kick:g}: method {method!r} has none, only {KICKED!r}")
+    if method == "event" and (text := noise_beyond_event(chain)):
+        raise InputError(f"noise {text}")
+    if initial_state is None:
+        state = _fresh_state(chain, initial_spread=initial_spread, **start)
+    else:
+        state = _later_state(chain, initial_state, initial_spread=initial_spread, **start)
+    steps = state.time / time_step
+    if method == "verlet" and abs(steps - round(steps)) > _STEP_SHARE:
+        raise InputError(
+            f"initial_state at t = {state.time!r}: "
+            f"method 'verlet' needs a multiple of time_step = {time_step:g}"
+        )
+    return Case(state, method, time_step, tolerance, kick, initial_spread)
+
+
+def _fresh_state(
+    chain: ChainParameters,
+    *,
+    seed: int | None,
+    replicate: int | None,
+    initial_positions: np.ndarray | None,
+    initial_spread: float,
+) -> ChainState:
+    """All blocks stuck; deviates of the start follow from chain, seed and replicate."""
+    seed = DEFAULT_SEED if seed is None else seed
+    replicate = replicate or 0
+    positions = initial_positions
+    if replicate != 0 and initial_spread != 0:
+        key = stream_key(chain, seed, replicate, _INITIAL_POSITIONS)
+        deviates = np.random.default_rng(key).standard_normal(chain.n_blocks)
+        positions = chain.rest_positions if positions is None else positions
+        positions = positions + initial_spread * deviates
+        if not np.all(np.diff(positions, prepend=0.0) > 0):
+            raise InputError(
+                f"initial_spread = {initial_spread:g}: "
+                f"blocks of replicate {replicate} would begin on the wrong side of each other"
+            )
+    return ChainState.at_rest(chain, positions, seed=seed, replicate=replicate)
+
+
+def _later_state(
+    chain: ChainParameters,
+    initial_state: ChainState,
+    *,
+    seed: int | None,
+    replicate: int | None,
+    initial_positions: np.ndarray | None,
+    initial_spread: float,
+) -> ChainState:
+    """The state given, as one of the chain; its random stream goes on unless told otherwise."""
+    if initial_positions is not None or initial_spread != 0:
+        name = "initial_spread" if initial_positions is None else "initial_positions"
+        raise InputError(f"{name}: not together with initial_state, see ChainState.moved")
+    state = initial_state.under(chain)
+    return state.keyed(
+        state.seed if seed is None else seed,
+        state.replicate if replicate is None else replicate,
+    )
+
+
+def _warn_of_repeats(cases: Sequence[Case]) -> None:
+    repeated = len(cases) - len({case.identity for case in cases})
+    if repeated:
+        noise = any(case.parameters.noise > 0 or case.kick > 0 for case in cases)
+        advice = "" if noise else " and an initial_spread"
+        warnings.warn(
+            f"{repeated} of {len(cases)} chains repeat another bit by bit; for runs that differ "
+            f"give them other replicates: replicate=range({len(cases)}){advice}",
+            stacklevel=caller(),
+        )
+
+
+def caller() -> int:
+    """How many calls above is the one from outside this package."""
+    frame, level = sys._getframe(1), 1
+    while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] == "beltrepro":
+        frame, level = frame.f_back, level + 1
+    return level

@@ -1,0 +1,419 @@
+"""Which numbers the figures draw that the paper does not have: further studies, integrators."""
+
+import itertools
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgba
+from scipy import stats
+from test_figure_content import is_density, shown
+
+import drawn
+import figure_data as made
+from beltrepro.base.errors import InputError
+from beltrepro.base.store import Dataset
+from beltrepro.replication.drawing import style
+from beltrepro.replication.studies.chaos import motion_map
+from beltrepro.stats import survival
+from figure_data import ENDS, dataset
+
+
+def near(panel, label, x, y, ends=None, *, within=0.3):
+    """A curve of these values, whose places are moved aside a little, by less than `within`."""
+    curve = panel.curve(label)
+    np.testing.assert_allclose(curve.y, y)
+    assert np.abs(curve.x - x).max() < within
+    if ends is not None:
+        np.testing.assert_allclose(curve.points.T[2:], ends)
+
+
+# --- transition, friction ratio, avalanches -------------------------------------------------------
+
+
+def test_critical_velocity_is_the_middles_of_the_falls_with_their_regions():
+    left, right = shown("critical_velocity")
+    assert (left.xlabel, left.ylabel) == (r"$\sigma$", "$u_c$")
+    assert (right.xlabel, right.ylabel) == ("$N$", "$u_c$")
+    near(left, "exact motion", [0, 1], [18, 18.5], [[17.5, 18.2], [18.6, 18.8]], within=0.2)
+    near(left, "scheme of the paper", [0], [19.5], [[19.1], [20.1]], within=0.2)
+    near(left, "the same, wide starts", [0], [17.5], [[17.5], [17.5]], within=0.2)
+    paper = left.curve("paper")
+    assert (paper.x.tolist(), paper.y.tolist()) == ([0, 2.2], [16.5, 19])  # Sec. IV.A and IV.B
+    regions = {(low, high) for _, low, high in left.bars}
+    assert regions >= {(17, 19), (18, 19.2), (17.5, 21.5), (16.5, 18.5)}
+    assert r"no fall by half at $\sigma$ = 2.2" in left.title
+    near(right, r"$\sigma = 0$", [5, 7], [18, 28], [[17.5, 27], [18.6, 29]])
+    near(right, r"$\sigma = 1$", [5], [18.5], [[18.2], [18.8]])
+    strips = [tuple(curve.y) for curve in right.curves if curve.line]
+    assert strips == [(15, 18), (23, 32), (27, 40)]  # caption of Fig. 19
+    assert "no fall by half at $N$ = 10" in right.title
+
+
+def test_friction_ratio_is_a_curve_for_each_ratio_and_the_falls():
+    left, right = shown("friction_ratio")
+    arrays = dataset("friction_ratio").arrays
+    curves = []
+    for ratio in (0.2, 0.45, 0.8):
+        here = (arrays["friction_ratio"] == ratio) & (arrays["replicate"] == 1)
+        u, order = arrays["belt_velocity"][here], np.argsort(arrays["belt_velocity"][here])
+        median = arrays["disorder_parameter"][here][order]
+        curves.append((u[order], median, f"$f_s = {ratio:g}$"))
+    left.draws("$u$", "$r$", *curves)
+    right.draws("$f_s$", "$u_c$", ([0.2, 0.8], [31, 17], None, ([1, 0.8], [1.5, 0.4])))
+    np.testing.assert_allclose(right.bars, [(0.2, 28, 35), (0.8, 12, 21)])
+
+
+def test_avalanches_are_a_density_for_each_number_of_blocks_and_where_it_ends():
+    left, right = shown("avalanches")
+    sizes = (3, 5, 7, 10)
+    ends = []
+    for n, name in zip(sizes, ("slips_n3", "slips_u1", "slips_n7", "slips_n10"), strict=True):
+        events = dataset(name).arrays["avalanches"]
+        energy = events["dissipated"]
+        label = f"$N = {n}$, {energy.size} avalanches"
+        is_density(left, energy, label, bins=8, run=events["point"])
+        ends.append((np.quantile(energy, 0.99), energy.max()))
+    left.draws(r"$\Delta E$", r"$P(\Delta E)$", scales="log log", more=4)
+    quantiles, largest = np.transpose(ends)
+    right.draws("$N$", r"$\Delta E$", (sizes, quantiles), (sizes, largest, "largest"),
+                scales="log log", more=1)  # fmt: skip
+    law, bars = right.curve(r"$\propto N"), right.curve("99% quantile").points[:, 2:]
+    # weighted by the intervals, in logarithms
+    weights = 1 / np.log(bars[:, 1] / bars[:, 0])
+    slope, _ = np.polyfit(np.log(sizes), np.log(quantiles), 1, w=weights)
+    np.testing.assert_allclose(np.diff(np.log(law.y)) / np.diff(np.log(law.x)), slope)
+    assert f"{slope:.2f}" in law.label
+
+
+# --- irregular motion -----------------------------------------------------------------------------
+
+
+def runs_at(data, **point):
+    return np.all([data.arrays[name] == value for name, value in point.items()], axis=0)
+
+
+def share_left(data, times, **point):
+    """Share of the runs that are still irregular: all are given up at once, so a plain share."""
+    lifetime = data.arrays["lifetime"][runs_at(data, **point)]
+    return [np.mean(lifetime > time) for time in times]
+
+
+def test_survival_is_the_share_still_irregular():
+    one_each, many, *_ = shown("survival")
+    runs = dataset("survival")
+    assert one_each.xlabel == many.xlabel == "$t$"
+    assert (one_each.axes.get_xscale(), many.axes.get_yscale()) == ("log", "log")
+    assert len(one_each.legend) == 4
+    for label in one_each.legend:
+        size, velocity = (float(part.split("=")[1].strip(" $")) for part in label.split(","))
+        curve = one_each.curve(label)
+        point = {"n_blocks": size, "belt_velocity": velocity, "initial_spread": 1.0}
+        np.testing.assert_allclose(curve.y, share_left(runs, curve.x, **point), atol=1e-12)
+        # the belt velocity at which about half of the runs end, in half of the duration
+        left = [abs(share_left(runs, [5e5], **(point | {"belt_velocity": u}))[0] - 0.5)
+                for u in ENDS]  # fmt: skip
+        assert left[ENDS.index(velocity)] == min(left)
+        assert curve.x[-1] == min(5e5, runs.arrays["lifetime"][runs_at(runs, **point)].max())
+    assert many.legend == [f"$N = 5$, $u = {u:g}$, 150 runs" for u in ENDS[:2]]
+    for u, label in zip(ENDS, many.legend, strict=False):
+        curve = many.curve(label)
+        shares = share_left(dataset("survival_many"), curve.x, belt_velocity=u)
+        np.testing.assert_allclose(curve.y, shares, atol=1e-12)
+    table = dataset("mean_lifetimes")
+    for panel, name, least in ((one_each, "survival", 3), (many, "survival_many", 2)):
+        lines = [curve for curve in panel.curves if curve.line == "--"]
+        means = [-1 / np.polyfit(curve.x, np.log(curve.y), 1)[0] for curve in lines]
+        lifetimes = table.loc[table["dataset"] == name, "lifetime"].to_numpy()
+        assert len(means) >= least  # all but those of which no run ended
+        assert all(np.isclose(value, lifetimes, rtol=1e-6).any() for value in means)
+
+
+def test_mean_lifetimes_have_their_intervals_and_limits_arrows():
+    *_, by_velocity, by_size = shown("survival")
+    table = dataset("mean_lifetimes")
+    for panel, xlabel in ((by_velocity, "$u$"), (by_size, "$N$")):
+        assert (panel.xlabel, panel.axes.get_yscale()) == (xlabel, "log")
+        assert panel.guides == [("y", 5e5)]
+    rows = table[(table["initial_spread"] == 1) & (table["dataset"] == "survival")]
+    unlabelled = np.concatenate([curve.y for curve in by_velocity.curves if not curve.label])
+    assert np.isinf(rows["lifetime"]).any()
+    for n, points in rows.groupby("n_blocks"):
+        ended = points[np.isfinite(points["lifetime"])]
+        bars = [ended["lifetime_lower"], ended["lifetime_upper"]]
+        if len(ended):
+            u = ended["belt_velocity"]
+            near(by_velocity, f"$N = {n}$", u, ended["lifetime"], bars, within=1.5)
+        assert set(points["lifetime_lower"][np.isinf(points["lifetime"])]) <= set(unlabelled)
+    assert set(table.loc[table["dataset"] == "survival_long", "lifetime"]) <= set(unlabelled)
+    for spread in (1, 10):
+        points = table[(table["initial_spread"] == spread) & np.isfinite(table["lifetime"])]
+        near(by_size, f"initial spread {spread}", points["n_blocks"], points["lifetime"])
+
+
+def test_survival_where_all_runs_last():
+    data = made.irregular.settling(
+        lasts=lambda n, u: np.full(n.size, np.inf), initial_spread=[1.0], n_blocks=[10],
+        belt_velocity=[7.0],
+    )  # fmt: skip
+    runs = dict.fromkeys(("survival", "survival_many", "survival_long"), data)
+    runs["mean_lifetimes"] = made.table("mean_lifetimes", runs)
+    one_each, many, *means = shown("survival", **runs)
+    assert [[curve.y.tolist() for curve in panel.curves] for panel in (one_each, many)] == (
+        [[[1, 1]], [[1, 1]]]
+    )
+    lower = runs["mean_lifetimes"]["lifetime_lower"][0]
+    assert all(any(lower in curve.y for curve in panel.curves) for panel in means)
+
+
+def shares_are(panel, data, level, ways, words):
+    """Each cell (u, level) is filled by the shares of the ways that its runs move."""
+    levels, expected = np.unique(data.arrays[level]), {}
+    for (line, value), (place, u) in itertools.product(enumerate(levels), enumerate(ENDS)):
+        here = runs_at(data, belt_velocity=u, **{level: value})
+        for way in np.unique(ways[here]):
+            colour = to_rgba(motion_map._LOOKS[way][0])
+            expected[place, line, colour] = pytest.approx(np.mean(ways[here] == way))
+    cells = {}
+    for bar in panel.axes.patches:
+        x, y = bar.get_x() + bar.get_width() / 2, bar.get_y() + bar.get_height() / 2
+        if bar.get_height() > 0:
+            cells[round(x), round(y), bar.get_facecolor()] = bar.get_height() / motion_map._FILL
+    assert cells == expected
+    assert [text.get_text() for text in panel.axes.get_xticklabels()] == [f"{u:g}" for u in ENDS]
+    assert [text.get_text() for text in panel.axes.get_yticklabels()] == words
+
+
+def test_motion_map_is_the_shares_of_the_ways_to_move():
+    sizes, exponents, kicks, steps = shown("motion_map")
+    labels = [panel.ylabel for panel in (sizes, exponents, kicks, steps)]
+    assert labels == ["$N$", r"largest exponent $\lambda_1$", "size of kicks", "time step $dt$"]
+    points = dataset("motion_map")
+    lines = [f"${n}$" for n in np.unique(points.arrays["n_blocks"])]
+    shares_are(sizes, points, "n_blocks", points.arrays["state"], lines)
+    # By the method event the exponent says which irregular motion is chaotic.
+    arrays = dataset("kicked").arrays
+    value, error = arrays["irregular_exponent"], arrays["irregular_error"]
+    chaotic = (value > 3 * error) & (value > 5 / arrays["irregular_time"])
+    named = np.where(chaotic, "chaotic", "transient")
+    ways = np.where(arrays["state"] == "irregular", named, arrays["state"])
+    assert {"chaotic", "periodic", "equilibrium slip"} <= set(ways)
+    shares_are(kicks, dataset("kicked"), "kick", ways, ["$0$", "$10^{-7}$", "$0.002$"])
+    # Verlet has no exponent: its irregular motion is not told apart.
+    state = dataset("steps").arrays["state"]
+    ways = np.where(state == "irregular", "transient", state)
+    shares_are(steps, dataset("steps"), "time_step", ways, [r"$2 \times 10^{-5}$", "$0.001$"])
+    assert "method event" in kicks.title and "method verlet" in steps.title
+    dots = [curve for curve in exponents.curves if curve.marker == "."]
+    assert sum(curve.x.size for curve in dots) == points.arrays["state"].size
+    for n in np.unique(points.arrays["n_blocks"]):
+        here = [runs_at(points, n_blocks=n, belt_velocity=u) for u in ENDS]
+        median = [np.median(points.arrays["largest_exponent"][runs]) for runs in here]
+        np.testing.assert_allclose(exponents.curve(str(n)).points.T, [ENDS, median])
+
+
+def test_motion_map_marks_what_longer_runs_do():
+    panel = shown("motion_map")[0]
+    table = dataset("mean_lifetimes").copy()
+    table["observed"] = table["counted"] * table["horizon"]
+    most = table.groupby(["n_blocks", "belt_velocity"])["observed"].transform("max")
+    table = table[(table["observed"] == most) & table["n_blocks"].isin(made.SIZES)]
+    table = table.drop_duplicates(["n_blocks", "belt_velocity"], keep="last")
+    sizes = [*made.SIZES[:3], 5, *made.SIZES[3:]]
+    for verdict, words in (
+        (survival.LASTING, "irregular motion lasts in longer runs"),
+        (survival.TRANSIENT, "irregular motion ends in longer runs"),
+    ):
+        rows = table[table["verdict"] == verdict]
+        points = zip(rows["belt_velocity"], rows["n_blocks"], strict=True)
+        expected = {(ENDS.index(u), sizes.index(n)) for u, n in points}
+        marks = set(map(tuple, panel.curve(words).points.astype(int)))
+        assert expected and expected <= marks
+        assert all(sizes[line] == 5 for _, line in marks - expected)  # many runs of five
+
+
+def test_motion_map_without_its_other_datasets_says_so():
+    panels = drawn.panels_of(made.draw("motion_map", {"motion_map": dataset("motion_map")}))
+    notes = [text for panel in panels for text in panel.texts]
+    assert [note.split(" is not there")[0].split()[-1] for note in notes] == [
+        "mean_lifetimes",
+        "kicked",
+        "steps",
+    ]
+    with pytest.raises(InputError, match="figure needs the dataset motion_map"):
+        made.draw("motion_map", {})
+
+
+def settled(irregular, r, **quantity):
+    """Four runs at each u and value of a quantity, `irregular(u, value)` of them irregular."""
+    (name, values), *alike = quantity.items()
+    grid = itertools.product((7.0, 16.0), values, range(4))
+    rows = [(u, x, k < irregular(u, x), r(u, x) + 0.001 * (k - 1.5)) for u, x, k in grid]
+    u, value, state, disorder = (np.array(column) for column in zip(*rows, strict=True))
+    arrays = {"belt_velocity": u, name: value, "disorder_parameter": disorder, **dict(alike)}
+    return arrays | {"state": np.where(state, "irregular", "periodic").astype("S9")}
+
+
+def test_disturbance_is_growth_shares_r_and_noise():
+    kicks, steps, noises = (0.0, 1e-3, 0.1), (1e-4, 1e-3), (0.01, 1.0)
+    kicked = settled(lambda u, k: (u > 10) + 2 * (k > 0.01), lambda u, k: u + k, kick=kicks)
+    scheme = settled(lambda u, s: 1 + 2 * (s > 5e-4), lambda u, s: u - s, time_step=steps)
+    noisy = [
+        settled(lambda u, s: 0, lambda u, s, dt=dt: u + s + 100 * dt, noise=noises)
+        | {"time_step": np.full(16, dt)}
+        for dt in (1e-5, 1e-3)
+    ]
+    noisy = {name: np.concatenate([part[name] for part in noisy]) for name in noisy[0]}
+    data = {
+        name: Dataset(arrays, made.HOW | {"kind": "settling", "transient": None})
+        for name, arrays in (("steps", scheme), ("kicked", kicked), ("weak_noise", noisy))
+    }
+    rates, share, disorder, noise = shown("disturbance", **data)
+    # of the first level nothing is counted
+    levels = np.geomspace(1e-6, 1e-2, 9)
+    sizes = np.sqrt(levels[1:] * levels[:-1])[1:]
+    grown = [(sizes, np.full(7, rate), f"$N = {n}$, {method}")
+             for (n, method), rate in made.RATES.items()]  # fmt: skip
+    rates.draws("distance of two runs", "rate of growth", *grown, scales="log log",
+                more=len(rates.curves) - 4)  # fmt: skip
+    shares, means, against = [], [], []
+    error = np.std([0, 1, 2, 3], ddof=1) * 0.001 / 2
+    for u in (7.0, 16.0):
+        first, more, scaled = f"$u = {u:g}$", 0.25 * (u > 10), u * np.array(steps) / 3**0.5
+        shares += [([1e-3, 0.1], [more, more + 0.5], first), (scaled, [0.25, 0.75], "")]
+        means += [([1e-3, 0.1], [u + 1e-3, u + 0.1], None, [error] * 2)]
+        means += [(scaled, [u - 1e-4, u - 1e-3], None, [error] * 2)]
+        against += [([1e-3, 0.1], [u + 1e-3, u + 0.1], "")]
+        for dt, words in ((1e-5, "10^{-5}"), (1e-3, "0.001")):
+            curve = [u + s + 100 * dt for s in noises]
+            against += [(noises, curve, f"{first}, $dt = {words}$")]
+    share.draws("disturbance of a slip", "share of irregular runs", *shares, scales="log linear")
+    disorder.draws("disturbance of a slip", "$r$", *means, scales="log linear")
+    noise.draws(r"$\sigma$", "$r$", *against, scales="log linear")
+
+
+# --- trials of the experiment ---------------------------------------------------------------------
+
+
+def test_trials_of_the_experiment_and_their_posteriors(monkeypatch):
+    monkeypatch.setattr("beltrepro.replication.studies.experiment.observations.BANDWIDTH", {})
+    disorder, share, plane, noise = shown("experiment_noise")
+    levels = np.array([0.5, 1, 2, 4])
+    curves = []
+    for label, shift in (("0.22 m/s", 0.96), ("0.28 m/s", 1.04)):
+        curves += [(shift * levels, np.full(4, 0.1375), label), (shift * levels, np.full(4, 0.13))]
+    disorder.draws(r"$\sigma$", "$r$", *curves, scales="log linear")
+    assert sorted(disorder.guides) == [("y", 0.052), ("y", 0.072)]
+    velocities = 12.01756 * (14 / 11) ** np.arange(-1.0, 3)
+    for s in levels:
+        np.testing.assert_allclose(share.curve(rf"$\sigma = {s:g}$").points[:, 0], velocities,
+                                   rtol=1e-5)  # fmt: skip
+    assert (share.xlabel, share.ylabel) == ("$u$", "share with both regimes")
+    assert (plane.xlabel, plane.ylabel) == ("friction ratio $f_s$", "factor on the belt speed")
+    (image,) = plane.images
+    np.testing.assert_allclose(image.values, [[0, 0], [0, 1], [0, 0]])
+    np.testing.assert_allclose(image.x_edges, [0.375, 0.525, 0.675])
+    plane.draws(plane.xlabel, plane.ylabel, ([0.45], [1.0]))
+    likelihood = np.array([0, 4, 16, 1]) / 21  # squares of the trials of four that agree
+    noise.draws(
+        r"$\sigma$",
+        "probability",
+        (levels, np.full(4, 0.25)),
+        (levels, likelihood, "$f_s$ free"),
+        (levels, likelihood, "both free"),
+        scales="log linear",
+    )
+    assert any("speed free" in words for words in noise.texts)
+
+
+# --- comparison of integrators --------------------------------------------------------------------
+
+
+def test_disorder_of_two_integrators():
+    left, middle, right = shown("agreement_disorder")
+    u = np.array(made.PAIRED_U)
+    curves, differences, ks, welch = [], [], [], []
+    for s in made.PAIRED_NOISES:
+        ours, theirs = ([made.noisy_r(side, v, s) for v in u] for side in (1, 2))
+        errors = [np.std(values, axis=1, ddof=1) / 3 for values in (ours, theirs)]
+        curves.append((u, np.mean(theirs, axis=1)))
+        curves.append((u, np.mean(ours, axis=1), rf"$\sigma = {s:g}$", errors[0]))
+        difference = np.mean(ours, axis=1) - np.mean(theirs, axis=1)
+        differences.append((u, difference / np.hypot(*errors)))
+        for one, other in zip(ours, theirs, strict=True):
+            ks.append(stats.ks_2samp(one, other).pvalue)
+            welch.append(stats.ttest_ind(one, other, equal_var=False).pvalue)
+    left.draws("$u$", "$r$", *curves)
+    middle.draws("$u$", "difference / standard error", *differences)
+    # the largest of six normal deviates exceeds this in 5 of 100 cases
+    limit = stats.norm.ppf((1 + 0.95 ** (1 / 6)) / 2)
+    assert middle.spans == [("y", -2, 2)]
+    assert [guide[1] for guide in middle.guides] == pytest.approx([-limit, limit], rel=0.01)
+    share = (np.arange(6) + 0.5) / 6
+    p_values = ((share, np.sort(ks), "distributions"), (share, np.sort(welch), "means"))
+    right.draws("expected in order", "p-value", ([0, 1], [0, 1]), *p_values)
+
+
+def test_attractors_of_two_integrators():
+    figure = made.draw("agreement_attractors", made.data_of("agreement_attractors"))
+    looks = [
+        ("verlet, $dt = 0.001$", style.COLOURS[0], 1, 0.001),
+        ("verlet, $dt = 0.002$", style.COLOURS[1], 1, 0.002),
+        ("event", style.BLACK, 2, 0.001),
+    ]
+    assert drawn.plain(figure.legends[0].get_texts()) == [look[0] for look in looks]
+    panels = drawn.panels_of(figure)
+    for row, spread in enumerate(made.SPREADS):
+        left, right = panels[2 * row : 2 * row + 2]
+        assert f"initial spread {spread:g}" in left.title
+        assert (left.ylabel, right.ylabel) == ("share still sticking", "$r$ at the end")
+        for index, (label, colour, side, step) in enumerate(looks):
+            ends = [made.settled_r(side, u, spread, step) for u in made.PAIRED_U]
+            sticks = np.array([stuck for stuck, _ in ends], dtype=float)
+            shares, error = left.curve(label), sticks.std(axis=1, ddof=1) / made.RUNS**0.5
+            assert shares.colour == colour and np.abs(shares.x - np.arange(3)).max() < 0.5
+            np.testing.assert_allclose(shares.y, sticks.mean(axis=1))
+            np.testing.assert_allclose(shares.points[:, 2], shares.y - error)
+            for place, (_, r) in enumerate(ends):
+                dots = right.curves[3 * index + place]
+                np.testing.assert_allclose(dots.y, np.sort(r))
+                assert np.abs(dots.x - place).max() < 0.5 and dots.colour == colour
+    for panel in panels[-2:]:
+        assert panel.xlabel == "$u$"
+        assert drawn.plain(panel.axes.get_xticklabels()) == ["10", "30", "50"]
+
+
+def after(n_events, size):
+    """Root-mean-square separation at N = 5, u = 20, at the first sample after so many events."""
+    time = made.PATH_TIME[made.EVENT_TIME[n_events - 1] < made.PATH_TIME][0]
+    return np.sqrt(np.mean(np.square(made.MEMBERS))) * made.drift(5, 20.0, size) * (time - 10)
+
+
+def test_trajectories_of_two_integrators():
+    first, second, by_step, by_tolerance = shown("agreement_trajectories")
+    separations, shifts = [], []
+    edges = np.linspace(0, 100, 41)
+    for n, u in made.PLACES:
+        slope = made.MEMBERS[1] * made.drift(n, u, 0.001)  # of the member in the middle
+        separation = slope * np.maximum(made.PATH_TIME - 10, 0)
+        separations.append((made.PATH_TIME, np.where(separation > 0, separation, np.nan)))
+        each = 0.01 * np.outer(made.MEMBERS, np.arange(1, 26)) * made.drift(n, u, 0.001)
+        place = np.digitize(made.EVENT_TIME, edges) - 1
+        bins = np.unique(place)
+        medians = [np.median(each[:, place == number]) for number in bins]
+        shifts.append(((edges[bins] + edges[bins + 1]) / 2, medians, f"$N = {n}$, $u = {u:g}$"))
+    first.draws("$t$", "separation of the blocks", *separations, scales="linear log")
+    second.draws("$t$ of the event", "shift of the event", *shifts, scales="linear log")
+    assert first.guides == [("y", 1.0)]
+    for panel, xlabel, numbers, sizes, order in (
+        (by_step, "$dt$", (1, 5, 20), [0.001, 0.002, 0.004], 1),
+        (by_tolerance, "mean step, tolerances 1e-06 to 0.01", (2, 5, 20), [1e-9, 1e-7, 1e-5], 18),
+    ):
+        assert (panel.xlabel, panel.ylabel) == (xlabel, "error")
+        guide = panel.curves[-1]
+        assert np.diff(np.log(guide.y)) / np.diff(np.log(guide.x)) == pytest.approx(order)
+        for count in numbers:
+            curve = panel.curve(f"after {count} event{'s' * (count > 1)}: order")
+            np.testing.assert_allclose(curve.y, [after(count, size) for size in sizes], rtol=1e-6)
+            slope = stats.linregress(np.log(curve.x), np.log(curve.y)).slope
+            assert f"${slope:.2f} \\pm" in curve.label
+    assert by_step.curves[0].x.tolist() == [0.001, 0.002, 0.004]

@@ -1,0 +1,281 @@
+"""The plan made from config.yaml: layers, points, batches, films, and what jobs are told."""
+
+import copy
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from beltrepro.model.units import TIME_S, VELOCITY_M_S
+from beltrepro.replication.plan.config import load_config
+from beltrepro.replication.plan.plan import grid_values, make_plan
+from beltrepro.replication.plan.points import QUANTITIES, columns, plain, points_of
+
+CONFIG = load_config(Path(__file__).parents[2] / "config.yaml")
+
+
+def changed(*changes):
+    """The project's configuration with values changed: pairs of a path and a value."""
+    result = copy.deepcopy(CONFIG)
+    for path, value in zip(changes[::2], changes[1::2], strict=True):
+        *parents, last = path.split(".")
+        section = result
+        for key in parents:
+            section = section.setdefault(key, {})
+        section[last] = value
+    return result
+
+
+def planned(name, *changes, preset="standard"):
+    """One dataset of a preset, after changes."""
+    return make_plan(changed("preset", preset, *changes)).datasets[name]
+
+
+def single(**keys):
+    """A dataset of a made-up preset, one point unless the keys say otherwise."""
+    point = {"kind": "scan", "n_blocks": 5, "belt_velocity": 10}
+    defaults = {"duration": 100, "transient": 50}
+    made_up = {"own": {"defaults": defaults, "datasets": {"one": point | keys}}}
+    whole = {"preset": "own", "seed": 3, "datasets": {}, "presets": made_up}
+    return make_plan(whole).datasets["one"]
+
+
+@pytest.fixture(scope="module", params=sorted(CONFIG["presets"]))
+def plan(request):
+    return make_plan(changed("preset", request.param))
+
+
+# --- points ---------------------------------------------------------------------------------------
+
+
+def test_grids():
+    fine = grid_values({"start": 0.2, "stop": 50, "step": 0.2}, "")
+    coarse = grid_values({"start": 0.5, "stop": 50, "step": 0.5}, "")
+    assert set(range(1, 51)) <= set(fine) & set(coarse), "equal points have equal bits"
+    assert (fine[0], fine[-1], len(fine)) == (0.2, 50, 250)
+    assert grid_values({"start": 1, "stop": 2, "step": 0.3}, "") == (1, 1.3, 1.6, 1.9)
+    assert grid_values(7, "") == (7,)
+    assert grid_values([3, None, 1], "") == (None, 1, 3)
+
+
+AXES = {
+    "n_blocks": [2, 8],
+    "static_friction": [70, 72],
+    "friction_ratio": {"start": 0.1, "stop": 0.9, "step": 0.4},
+    "rest_length": [40, 50],
+    "linear_limit": [10, 20],
+    "compression_rate": [0.1, 0.2],
+    "extension_rate": [0.01, 0.02],
+    "noise": [0, 1],
+    "belt_velocity": [5, 7.5],
+    "initial_spread": [0, 0.1],
+    "method": ["event", "verlet"],
+    "time_step": [0.001, 0.002],
+    "tolerance": [None, 1e-6],
+    "kick": [0, 0.1],
+    "seed": [1, 2],
+    "replicate": [0, 4],
+}
+
+
+@pytest.mark.parametrize("name", QUANTITIES)
+def test_any_quantity_can_be_an_axis(name):
+    exact = {"kind": "settling", "method": "event"} if name in ("kick", "tolerance") else {}
+    found = single(**{name: AXES[name]}, **exact).points
+    expected = [0.1, 0.5, 0.9] if name == "friction_ratio" else AXES[name]
+    assert [getattr(point, name) for point in found] == expected
+
+
+def test_the_last_quantity_varies_fastest():
+    axes = {"seed": [1, 2], "noise": [0, 1], "belt_velocity": [5, 6], "replicate": {"count": 3}}
+    found = single(**axes).points
+    rows = [(point.noise, point.belt_velocity, point.seed, point.replicate) for point in found]
+    assert rows == sorted(rows) and len(set(rows)) == 24
+
+
+def test_a_grid_may_differ_with_the_number_of_blocks():
+    found = single(n_blocks=[6, 5], belt_velocity={5: 18, 6: [27, 26]}).points
+    assert [(p.n_blocks, p.belt_velocity) for p in found] == [(5, 18), (6, 26), (6, 27)]
+
+
+def test_seed_counts_on_that_of_the_top_level():
+    seeds = [single(**keys).points[0].seed for keys in ({}, {"seed": {"offset": 2}}, {"seed": 9})]
+    assert seeds == [3, 5, 9]
+
+
+def test_columns_and_plain_values_keep_the_points():
+    found = single(tolerance=[None, 1e-6], method="event", replicate={"count": 2}).points
+    assert points_of(json.loads(json.dumps(plain(found)))) == list(found)
+    table = columns(found)
+    assert set(table) == set(QUANTITIES)
+    np.testing.assert_array_equal(table["tolerance"], [np.nan, np.nan, 1e-6, 1e-6])
+    assert table["n_blocks"].dtype == np.int64 and table["method"].tolist() == ["event"] * 4
+
+
+# --- batches --------------------------------------------------------------------------------------
+
+
+def test_batches_hold_every_point_once_in_order(plan):
+    for dataset in plan.datasets.values():
+        assert sum(dataset.batches, ()) == dataset.points
+        assert all(len(batch) <= dataset.points_per_job for batch in dataset.batches)
+        for batch in dataset.batches:
+            assert len({(point.method, point.noise > 0) for point in batch}) == 1
+
+
+def test_batches_are_cut_where_noise_or_method_change():
+    methods = {"without_noise": "verlet", "with_noise": "event"}
+    dataset = single(noise=[0, 1], method=methods, replicate={"count": 7}, points_per_job=3)
+    assert [len(batch) for batch in dataset.batches] == [3, 3, 1, 3, 3, 1]
+    assert [batch[0].method for batch in dataset.batches] == ["verlet"] * 3 + ["event"] * 3
+
+
+def test_work_counts_steps_of_verlet_only():
+    steps = {"time_step": [0.001, 0.0005], "n_blocks": [2, 5]}
+    assert single(**steps).work(single(**steps).points) == 100 * (2 + 4 + 5 + 10)
+    exact = single(**steps, method="event")
+    assert exact.work(exact.points) == 100 * (2 + 2 + 5 + 5)
+
+
+@pytest.mark.thorough
+def test_points_of_every_dataset_differ(plan):
+    for dataset in plan.datasets.values():
+        assert len(set(dataset.points)) == len(dataset.points)
+
+
+def test_what_is_told_is_plain_and_all_that_the_job_needs(plan):
+    json.dumps(plan.settings())
+    for name, dataset in plan.datasets.items():
+        number = len(dataset.batches) - 1
+        told = plan.told_batch(name, number)
+        assert json.loads(json.dumps(told)) == told
+        assert tuple(points_of(told["points"])) == dataset.batches[number]
+        assert told["settings"].keys() == set(dataset.kind.settings)
+
+
+# --- methods --------------------------------------------------------------------------------------
+
+
+def test_method_of_all_datasets_in_one_line_but_for_pairs_of_methods():
+    found = make_plan(changed("method", "event")).datasets
+    methods = {name: dataset.values()["method"] for name, dataset in found.items()}
+    assert methods.pop("pairs_r_verlet") == ["verlet"]
+    assert {name for name, used in methods.items() if used != ["event"]} == {
+        "pairs_paths_verlet",
+        "pairs_slips_verlet",
+        "pairs_states_verlet",
+        "growth",
+        "steps",
+    }
+    scheme = make_plan(changed("method", "verlet")).datasets
+    assert {point.method for point in scheme["n5_rows"].points} == {"verlet"}
+    assert {point.method for point in scheme["motion_map"].points} == {"event"}
+
+
+def test_pairs_differ_in_method_and_random_numbers_and_in_nothing_else(plan):
+    names = ("n_blocks", "belt_velocity", "noise", "initial_spread", "replicate")
+    for part in ("paths", "r", "slips", "states"):
+        ours, theirs = (plan.datasets[f"pairs_{part}_{m}"].values() for m in ("verlet", "event"))
+        assert [ours[name] for name in names] == [theirs[name] for name in names]
+        assert ours["seed"] == [1] and theirs["seed"] == ([1] if part == "paths" else [2])
+
+
+# --- layers ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.thorough
+def test_a_dataset_stands_over_defaults_and_a_preset_over_the_top_level():
+    assert CONFIG["preset"] == "standard"
+    assert planned("n5_map").settings["duration"] == 16000
+    assert planned("n5_rows").settings["duration"] == 20000
+    assert planned("u20").settings["transient"] == 0
+    changes = ("defaults.laminar_time", 150, "presets.standard.defaults.laminar_time", 170)
+    assert planned("n5_map", *changes).settings["laminar_time"] == 170
+    assert planned("n5_map", *changes, preset="smoke").settings["laminar_time"] == 150
+    over = (*changes, "presets.standard.datasets.n5_map.laminar_time", 190)
+    assert planned("n5_map", *over).settings["laminar_time"] == 190
+    as_text = planned("n5_rows", "presets.standard.defaults.duration", "2e6")
+    assert as_text.settings["duration"] == 2e6
+
+
+@pytest.mark.thorough
+def test_a_variant_gives_only_what_it_changes():
+    variant = {"based_on": "standard", "defaults": {"friction_ratio": 0.4}}
+    changes = ("presets.f04", variant, "presets.f05.based_on", "f04", "presets.f05.defaults", {})
+    standard = make_plan(changed()).datasets
+    for preset in ("f04", "f05"):
+        found = make_plan(changed("preset", preset, *changes))
+        assert (found.run, found.model["friction_ratio"]) == (preset, 0.4)
+        assert list(found.datasets) == list(standard)
+        ours, theirs = found.datasets["size_rows"], standard["size_rows"]
+        assert ours.points == tuple(point._replace(friction_ratio=0.4) for point in theirs.points)
+        axis = found.datasets["friction_ratio"].values()["friction_ratio"]
+        assert axis == standard["friction_ratio"].values()["friction_ratio"]
+
+
+@pytest.mark.thorough
+def test_constants_of_the_model_reach_every_dataset(plan):
+    found = make_plan(changed("preset", plan.preset, "model.rest_length", 55)).datasets
+    points = [point for dataset in found.values() for point in dataset.points]
+    assert {point.rest_length for point in points} == {55.0}
+
+
+@pytest.mark.parametrize(
+    ("run", "name"), [(None, "standard"), ("f06", "f06"), (6, "6"), ("standard", "standard")]
+)
+def test_a_run_has_a_name(run, name):
+    assert make_plan(changed(*(("run", run) if run else ()))).run == name
+
+
+# --- the grids of the paper -----------------------------------------------------------------------
+
+
+def test_paper_grids_are_those_of_the_paper():
+    paper = make_plan(changed("preset", "paper")).datasets
+    counts = {"n5_map": 100 * 21, "n5_rows": 100 * 5, "size_rows": 6 * 50 * 3}
+    counts |= {"lifetimes": 35 * 1000}
+    for name, count in counts.items():
+        assert len(paper[name].points) == count
+    rows = paper["n5_rows"]
+    assert (rows.settings["duration"], rows.settings["transient"]) == (2e6, 1e6)  # of Fig. 12
+    assert rows.values()["time_step"] == [0.001]
+    # Runs with replicates, each shorter than the paper's one: together at least as long.
+    for name, count in {"n5_u7": 41, "n5_columns": 6 * 21, "size_columns": 4 * 21}.items():
+        settings = paper[name].settings
+        assert len(paper[name].points) == 8 * count
+        assert 8 * (settings["duration"] - settings["transient"]) >= 1e6
+
+
+def test_recordings_have_the_speeds_and_the_frames_of_the_paper(plan):
+    speeds = {"belt_022": (0.22, 1.0), "belt_028": (0.28, 1.0), "belt_035": (0.35, 2.2)}
+    for name, (speed, noise) in speeds.items():
+        dataset = plan.datasets[plan.films[name].dataset]
+        (point,) = dataset.points
+        assert point.belt_velocity * VELOCITY_M_S == pytest.approx(speed, rel=1e-8)
+        assert (point.n_blocks, point.noise, point.initial_spread) == (5, noise, 0)
+        frames = dataset.settings["sample_interval"] * TIME_S * 24
+        assert frames == pytest.approx(1, rel=1e-9)
+        assert dataset.settings["transient"] * TIME_S >= 200
+        kept = (dataset.settings["duration"] - dataset.settings["transient"]) * TIME_S
+        ours = name == "belt_035" and plan.preset == "standard"  # no speed of the experiment
+        assert kept >= (60 if plan.preset == "smoke" else 300 if ours else 1000)
+
+
+def test_a_film_has_the_camera_of_all_but_for_what_it_gives(plan):
+    whole, stage = plan.films["belt_028"], plan.films["stage_lens"]
+    assert whole.camera["blur"] == stage.camera["blur"] == CONFIG["camera"]["blur"]
+    assert whole.camera["compression"] == CONFIG["camera"]["compression"] > 0
+    assert stage.camera["compression"] == stage.camera["sensor_noise"] == 0
+    assert (whole.frames, stage.frames) == (None, 720)
+    assert stage.told() == {"film": "stage_lens", "frames": 720, "camera": stage.camera}
+    assert stage.camera["seed"] == plan.seed
+
+
+@pytest.mark.thorough
+def test_free_trials_include_the_printed_constants(plan):
+    """Their posterior is compared with trials at the printed friction ratio and speeds."""
+    values = plan.datasets["trials_free"].values()
+    assert 0.45 in values["friction_ratio"]
+    printed = plan.datasets["trials"].values()["belt_velocity"]
+    assert set(printed) <= set(values["belt_velocity"])

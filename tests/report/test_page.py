@@ -1,0 +1,476 @@
+"""The page: whole, without network, fit for readers, and each section says what its files say."""
+
+import base64
+import dataclasses
+import html
+import itertools
+import json
+import re
+from pathlib import Path
+
+import html5lib
+import numpy as np
+import pandas as pd
+import pytest
+
+import browser
+import made_up_results
+import pages
+from alternating import posterior_table, studies
+from beltrepro.base import store
+from beltrepro.base.errors import InputError
+from beltrepro.replication.plan import files, registry
+from beltrepro.replication.report import conduct, judged
+from beltrepro.replication.report.contents import SECTIONS, SUMMARY
+from beltrepro.replication.report.findings import findings_of
+from beltrepro.replication.report.results import read_tables
+from beltrepro.replication.verdicts.criteria import VERDICTS
+from beltrepro.replication.verdicts.entries import load_ledger
+from pages import PIXEL, badge, cards, cells, part, plain, typeset, words
+
+FIGURES = registry.figures()
+OTHERWISE = {"r-jump": "holds", "u-critical": "fails"}  # in the run that it is compared with
+PARTS = {
+    "claims": "Claims",
+    "figures": "Figures",
+    "sensitivity": "Sensitivity",
+    "ambiguities": "Open points and the readings tried",
+    "presets": "Other presets",
+    "deviations": "Deviations from the paper",
+    "runs": "What was run",
+    "time": "Time per rule",
+    "environment": "Environment",
+}
+OF_STUDIES = ["chaos", "inference", "motion", "experiment", "agreement"]  # need their tables
+MINUS = "\u2212"
+
+
+def attributes(kind, **others):
+    about = {"kind": kind, "method": "verlet", "duration": 2000.0, "transient": 500.0}
+    about |= {"code_version": "0.1.0+gabc", "processor": "Some CPU"}
+    return about | {"library_versions": json.dumps({"python": "3.11", "numpy": "2.4"})} | others
+
+
+def points(n_blocks, belt_velocity, noise, *, seed=1, time_step=0.001):
+    columns = {"n_blocks": n_blocks, "belt_velocity": belt_velocity, "noise": noise}
+    columns |= {"seed": [seed] * len(n_blocks), "time_step": [time_step] * len(n_blocks)}
+    return {name: np.array(values) for name, values in columns.items()}
+
+
+def datasets(folder):
+    """A scan, a series, a catalogue and lifetimes, with different sizes and parameters."""
+    tables = {"slips": 19, "avalanches": 17, "section": 13}
+    tables = {name: np.zeros(count, [("block", "i4")]) for name, count in tables.items()}
+    residual = np.append(np.zeros(58), [1e-9, -3e-8])
+    made = {
+        "n5_rows": (
+            points([5] * 60, np.arange(1.0, 61), [0, 1] * 30) | {"energy_residual": residual},
+            attributes("scan"),
+        ),
+        "u1": (
+            points([6], [17.5], [2.2], seed=3) | {"time": np.zeros(7), "events": np.zeros(4)},
+            attributes("series"),
+        ),
+        "slips_u1": (
+            points([2, 3], [1.0, 1.0], [0, 0]) | tables,
+            attributes("catalogue", duration=3000.0, transient=0.0),
+        ),
+        "lifetimes": (
+            points([4] * 3, [18.0, 24.0, 30.0], [0.5] * 3, time_step=0.002)
+            | {"energy_residual": np.array([0, 2e-5, np.nan])},
+            attributes("escapes", method="event"),
+        ),
+    }
+    for name, (arrays, about) in made.items():
+        store.write(folder / f"{name}.h5", arrays, about | {"dataset": name})
+    return [folder / f"{name}.h5" for name in made]
+
+
+def benchmarks(folder):
+    """Two jobs of one rule, one of another; the first has the most memory."""
+    for place, seconds, memory in (
+        ("batches/n5_rows/0000", 100, 250),
+        ("batches/n5_rows/0001", 23, 99),
+        ("claims", 4, 61),
+    ):
+        path = folder / "benchmarks" / f"{place}.tsv"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(f"s\th:m:s\tmax_rss\n{seconds}\t0:00:01\t{memory}.4\n")
+
+
+@pytest.fixture(scope="module")
+def text(tmp_path_factory):
+    """The page of a made-up run beside another one."""
+    folder = tmp_path_factory.mktemp("run")
+    other, _ = made_up_results.write(folder / "paper", OTHERWISE)
+    benchmarks(folder)
+    run = pages.material(folder, datasets=datasets(folder), compared=[other])
+    return pages.written(folder, run)
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """The claims on that page."""
+    return read_tables(*made_up_results.write(tmp_path_factory.mktemp("claims")))
+
+
+# --- the page -------------------------------------------------------------------------------------
+
+
+def test_the_page_is_whole_and_needs_no_network(text):
+    page = pages.Page(text)
+    assert page.images
+    assert all(image["src"].startswith("data:image/png;base64,") for image in page.images)
+    assert all(image["alt"].strip() for image in page.images)
+    outside = {address for address in page.addresses if address.startswith("http")}
+    assert outside == {"https://doi.org/10.1103/PhysRevE.87.042920"}
+    assert not re.search(r"<(link|iframe|script src)|@import|url\(", text)
+    inside = {address[1:] for address in page.addresses if address.startswith("#")}
+    assert inside <= set(page.identifiers)
+    assert len(page.identifiers) == len(set(page.identifiers))
+
+
+def test_sections_stand_in_their_order_and_in_the_contents(text):
+    shown = re.findall(r'<section id="(.*?)">\s*<h2>(.*?)</h2>', text)
+    assert shown == list(PARTS.items())
+    (contents,) = re.findall(r'<nav aria-label="Contents">(.*?)</nav>', text, re.S)
+    assert re.findall(r'<a href="#(.*?)">(.*?)</a>', contents) == shown
+    assert sorted(section.anchor for section in SECTIONS) == sorted([*PARTS, *OF_STUDIES])
+    templates = {path.name for path in (Path(judged.__file__).parent / "templates").iterdir()}
+    used = {f"{section.template}.html.j2" for section in (SUMMARY, *SECTIONS)}
+    assert templates == used | {"page.html.j2", "macros.html.j2"}
+
+
+def test_a_section_without_its_files_is_left_out(tmp_path):
+    run = pages.material(tmp_path)
+    text = pages.written(tmp_path, dataclasses.replace(run, files=run.files | {"figures": []}))
+    assert "No benchmark files were found" in text
+    anchors = re.findall(r'<section id="(.*?)">', text)
+    assert "claims" in anchors and "figures" not in anchors
+
+
+def test_a_dataset_that_is_not_the_one_asked_for_is_refused(tmp_path):
+    run = pages.material(tmp_path, datasets=datasets(tmp_path))
+    assert len(run.datasets) == 4
+    told = dict.fromkeys(files.IDENTITY, "other") | {"digest": "other"}
+    with pytest.raises(InputError, match=r"lifetimes\.h5: holds"):
+        _ = dataclasses.replace(run, expected={"lifetimes": told}).datasets
+
+
+def test_the_page_is_valid_html_and_headings_leave_no_level_out(text):
+    parser = html5lib.HTMLParser()
+    parser.parse(text)
+    assert parser.errors == []
+    levels = [int(level) for level in re.findall(r"<h([1-6])[ >]", text)]
+    assert levels[0] == 1 and levels.count(1) == 1
+    assert all(after <= before + 1 for before, after in itertools.pairwise(levels))
+
+
+@pytest.mark.skipif(not browser.BROWSER, reason="no browser here")
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [390, 768, 1300])
+def test_the_page_is_as_wide_as_the_screen(text, tmp_path, width):
+    page = browser.widths(text, tmp_path, width)
+    assert page["out"] == [] and page["needed"] == page["asked"] > 0.9 * width
+    wide = text.replace("<main>", '<main><div style="width: 90rem">wide</div>')
+    page = browser.widths(wide, tmp_path, width)
+    assert page["needed"] > page["asked"] and "wide" in page["out"][0]
+
+
+@pytest.mark.skipif(not browser.BROWSER, reason="no browser here")
+@pytest.mark.slow
+def test_the_page_passes_the_accessibility_check(text, tmp_path):
+    assert browser.violations(text, tmp_path) == []
+    page = text.replace("<main>", '<main><p style="color: #ddd">pale</p>')
+    assert [fault["rule"] for fault in browser.violations(page, tmp_path)] == ["color-contrast"]
+
+
+# --- the first screen -----------------------------------------------------------------------------
+
+
+def summary(text):
+    (markup,) = re.findall(r'<div class="summary">(.*?)</div>\s*<nav', text, re.S)
+    return markup
+
+
+def test_the_first_screen_counts_the_claims(text, results):
+    verdicts = [result.verdict for result in results.values() if result.claim.finding]
+    number = {verdict: verdicts.count(verdict) for verdict in VERDICTS}
+    total, built = len(verdicts), len(results) - len(verdicts)
+    sentence = (
+        f"Of the {total} claims that could come out otherwise, {total - 1} can be tested by "
+        f"simulation: {number['holds']} hold , {number['partly']} hold in part, "
+        f"{number['fails']} fail. Undecided: {number['undecided']}, not measured: "
+        f"{number['not measured']}. {built} more are true because the model is "
+        "built so; they are counted apart."
+    )
+    assert built and sentence in words(summary(text))
+    bar = re.findall(r'<span class="([a-z-]*)" style="flex: (\d+)">', summary(text))
+    assert bar == [(name.replace(" ", "-"), str(count)) for name, count in number.items() if count]
+    badges = [words(item) for item in re.findall(r"<li>(<span.*?)</li>", summary(text), re.S)]
+    assert badges == [f"{badge(name)} {count}" for name, count in number.items()]
+    buttons = re.findall(r'data-show="(.*?)" aria-pressed="\w+">(.*?)</button>', text)
+    expected = [(name, f"{name} {count}") for name, count in number.items()]
+    assert buttons == [("", f"all {len(results)}"), *expected]
+
+
+def test_the_first_screen_tells_the_findings_and_how_far_to_trust_them(text, results):
+    first = summary(text)
+    told = re.findall(r"<strong>([^<]*)</strong></div>\s*<p>(.*?)</p>", first, re.S)
+    expected = findings_of(results)[:5]
+    assert [words(heading) for heading, _ in told] == [plain(one.heading) for one in expected]
+    for (_, sentences), finding in zip(told, expected, strict=True):
+        assert words(sentences) == plain(" ".join(finding.sentences[:4]))
+        assert set(re.findall(r'href="#([^"]*)">', first)) >= {r.id for r in finding.results}
+    numbers = [number for result in results.values() for number in result.counted.judged]
+    undecided = sum(number.verdict == "undecided" for number in numbers)
+    assert f"Of {len(numbers)} numbers that decide, {undecided} are undecided" in words(first)
+    same = sum(
+        results[name].verdict == OTHERWISE.get(name, r.verdict) for name, r in results.items()
+    )
+    assert same < len(results)
+    assert f"{same} of {len(results)} verdicts are those of the run paper." in words(first)
+
+
+# --- claims and figures ---------------------------------------------------------------------------
+
+
+def rows_of(reading):
+    decided = [[n.name, n.words, n.allowed_words, badge(n.verdict)] for n in reading.judged]
+    also = [[n.name, n.words, "–", "reported only"] for n in reading.also]
+    return [[plain(cell) for cell in row] for row in decided + also]
+
+
+def test_each_claim_says_what_its_rows_say(text, results):
+    assert set(cards(text)) == set(results)
+    for name, markup in cards(text).items():
+        result, said = results[name], words(markup)
+        shown = result.verdict if result.claim.finding else ""
+        assert re.search(r'data-verdict="(.*?)"', markup)[1] == shown
+        assert said.startswith(f"{name} {badge(result.verdict)}")
+        assert plain(result.claim.statement) in typeset(said)
+        assert plain(result.criterion)[1:] in typeset(said)
+        rows = [row for row in cells(markup) if row[0] != "Number"]
+        assert rows == [row for reading in result.readings for row in rows_of(reading)]
+        for reading in result.variants:
+            assert f"{badge(reading.verdict)} {reading.name}" in said
+        why = [words(one) for one in re.findall(r'<p class="why">(.*?)</p>', markup, re.S)]
+        assert why == ([f"Why: {plain(result.counted.why)}"] if result.counted.why else [])
+
+
+def test_claims_and_figures_point_at_each_other(text, results):
+    numbered = {entry.number: name for name, entry in FIGURES.items() if entry.number}
+    assert set(judged.SHOWN_BY) <= set(load_ledger())
+    for name, result in results.items():
+        links = re.findall(r'<a href="#(.*?)">', cards(text)[name])
+        if result.claim.figure:
+            assert numbered[str(result.claim.figure)] in links
+        if name in judged.SHOWN_BY:
+            assert judged.SHOWN_BY[name] in links
+    for number, name in numbered.items():
+        markup = pages.picture(text, name)
+        claims = [r for r in results.values() if str(r.claim.figure) == number]
+        shown = re.findall(r'</span> ([a-z ]+)</span> <a href="#(.*?)">(.*?)</a>', markup)
+        assert shown == [(result.verdict, result.id, result.id) for result in claims]
+        assert ("What we see." in words(markup)) == bool(claims)
+        for n in (n for result in claims for n in result.counted.judged):
+            assert plain(f"{n.name} {typeset(n.words)}") in typeset(words(markup))
+
+
+def test_a_claim_without_a_figure_is_shown_by_the_one_with_most_of_its_datasets(results):
+    result = dataclasses.replace(
+        next(r for r in results.values() if not r.claim.figure and r.id not in judged.SHOWN_BY),
+        dataset="a, b, c",
+    )
+    pictures = [
+        {"name": name, "number": "", "uses": uses}
+        for name, uses in (("one", "ax"), ("two", "abxy"), ("three", "abz"), ("none", "xy"))
+    ]
+    assert judged.shown_by(result, pictures)["name"] == "three"  # of equals the one with fewest
+    assert judged.shown_by(result, pictures[3:]) is None and judged.shown_by(result, []) is None
+
+
+def test_claims_that_are_true_by_construction_stand_apart(text, results):
+    groups = re.split(r'<div class="group">', part(text, "claims"))[1:]
+    titles = [words(re.search("<h3>(.*?)</h3>", group, re.S)[1]) for group in groups]
+    sections = [result.claim.section for result in results.values() if result.claim.finding]
+    expected = [judged.GROUPS[section] for section in dict.fromkeys(sections)]
+    assert titles == [*expected, judged.BUILT_SO]
+    built = set(re.findall(r'class="claim [a-z-]+" id="(.*?)"', groups[-1]))
+    assert built == {name for name, result in results.items() if not result.claim.finding}
+
+
+def test_figures_have_their_own_picture_and_words_in_the_order_of_the_paper(text):
+    assert re.findall(r'<article class="figure" id="(.*?)">', text) == list(FIGURES)
+    for name, entry in FIGURES.items():
+        markup = pages.picture(text, name)
+        assert base64.b64decode(re.search(r'base64,(.*?)"', markup)[1]) == PIXEL + name.encode()
+        assert html.unescape(re.search(r'alt="(.*?)"', markup)[1]) == entry.alt
+        said = words(markup)
+        heading = f"Figure {entry.number}. {entry.title}" if entry.number else entry.title
+        begin = "What the paper says. " if entry.number else ""
+        assert f"{heading} {begin}{entry.words}" in said
+        assert (f"Drawn from {', '.join(entry.uses)}." in said) == bool(entry.uses)
+
+
+# --- readings and other runs ----------------------------------------------------------------------
+
+
+def test_open_points_are_those_of_the_model_and_of_the_claims(text, results):
+    section = part(text, "ambiguities")
+    for point, reading in judged.MODEL:
+        assert f"Left open {words(point)} Reading {words(reading)}" in words(section)
+    claims = [result for result in results.values() if result.claim.open]
+    listed = re.findall(r'<div class="point">\s*<h4><a href="#(.*?)">(.*?)</div>', section, re.S)
+    assert [name for name, _ in listed] == [result.id for result in claims]
+    for (_, markup), result in zip(listed, claims, strict=True):
+        for reading in result.readings:
+            numbers = " ".join(f"{n.name} {typeset(n.words)}" for n in reading.judged)
+            said = f"{badge(reading.verdict)} {plain(numbers)}".strip()
+            assert said in typeset(words(markup))
+
+
+def test_printed_values_lie_inside_or_outside_what_the_readings_give(text, results):
+    (table, *_) = re.findall("<table>(.*?)</table>", part(text, "ambiguities"), re.S)
+    rows = {(row[0], row[1]): row for row in cells(table)[1:]}
+    row = rows["u-critical", "critical"]
+    ends = [reading.numbers["critical"].estimate for reading in results["u-critical"].readings
+            if "critical" in reading.numbers]  # fmt: skip
+    low, high = min(end.low for end in ends), max(end.high for end in ends)
+    assert row[2] == "16.5" and row[4].startswith(f"{low:.3g} to {high:.3g} (")
+    assert row[5] == ("inside" if low <= 16.5 <= high else "outside")
+
+
+def test_sensitivity_has_a_table_for_each_change(text):
+    section = part(text, "sensitivity")
+    titles = [words(one) for one in re.findall("<h3>(.*?)</h3>", section)]
+    ledger = load_ledger().values()
+    tried = {what for claim in ledger for what in claim.changes.values()}
+    assert set(titles) == {f"Another {what}" for what in tried}
+    assert "No reading of these claims has another time step" in words(section)
+
+
+def test_other_runs_are_compared(text, results):
+    rows = cells(part(text, "presets"))
+    changed = [name for name, verdict in OTHERWISE.items() if results[name].verdict != verdict]
+    assert [row[0] for row in rows[1:]] == changed
+    for row in rows[1:]:
+        assert row[1:] == [badge(results[row[0]].verdict), badge(OTHERWISE[row[0]])]
+
+
+# --- what was run ---------------------------------------------------------------------------------
+
+
+def test_what_was_run_has_a_row_for_each_dataset(text):
+    assert cells(part(text, "runs"))[1:] == [
+        ["n5_rows", "verlet", "5", "1 to 60 (60)", "0, 1", "2000", "500", "60 points", "3.0e-08"],
+        ["u1", "verlet", "6", "17.5", "2.2", "2000", "500", "1 point, 7 samples, 4 events", ""],
+        ["slips_u1", "verlet", "2, 3", "1", "0", "3000", "0",
+         "2 points, 19 slips, 17 avalanches, 13 section points", ""],
+        ["lifetimes", "event", "4", "18, 24, 30", "0.5", "2000", "500", "3 points", "2.0e-05"],
+    ]  # fmt: skip
+
+
+def test_deviations_are_those_of_the_run_and_the_general_ones(text):
+    rows = cells(part(text, "deviations"))[1:]
+    lengths, integrator, *general = rows
+    assert lengths[:4] == ["Length of the runs", "t = 2e6, of which 1e6 discarded",
+                           "t = 2000, of which 500 discarded", "n5_rows"]  # fmt: skip
+    assert (integrator[0], integrator[3]) == ("Integrator", "lifetimes")
+    assert general == [list(map(row.get, ("what", "paper", "ours", "where", "why")))
+                       for row in conduct.ALWAYS]  # fmt: skip
+    scan = {"kind": "scan", "name": "a", "duration": "2e6", "transient": "1e6", "method": "verlet"}
+    assert conduct.deviations_of_run([scan]) == []
+    rows = conduct.deviations_of_run(
+        [scan, scan | {"transient": "0"}, scan | {"name": "b", "duration": "1e6"}]
+    )
+    assert [(row["ours"], row["where"]) for row in rows] == [
+        ("t = 1e6, of which 1e6 discarded", "b"), ("t = 2e6, of which 0 discarded", "a")
+    ]  # fmt: skip
+
+
+def test_time_is_summed_by_rule(text, tmp_path):
+    assert cells(part(text, "time"))[1:] == [
+        ["simulate batches", "2", "2 min 03 s", "1 min 40 s", "250 MB"],
+        ["measure claims", "1", "4.0 s", "4.0 s", "61 MB"],
+        ["sum", "3", "2 min 07 s", "", ""],
+    ]
+    (tmp_path / "benchmarks" / "a").mkdir(parents=True)
+    table = tmp_path / "benchmarks" / "a" / "1.tsv"
+    table.write_text("s\tmax_rss\n1.5\t10\n2.5\t-\n")  # of a short job there is no memory
+    (row,) = conduct.times(pages.material(tmp_path))["rules"]
+    assert row == {"rule": "a", "jobs": 2, "seconds": 4.0, "longest": 2.5, "memory_mb": 10.0}
+
+
+def test_environment_lists_what_differs(text):
+    rows = re.findall(r"<dt>(.*?)</dt><dd>(.*?)</dd>", part(text, "environment"))
+    facts = {name: html.unescape(value) for name, value in rows}
+    assert facts.pop("Cores").endswith("on the machine that wrote this page")
+    assert facts == {
+        "Code": "0.1.0+gabc",
+        "Libraries": "python 3.11, numpy 2.4",
+        "Processor": "Some CPU",
+        "Seed": "1; 3",
+        "Time step": "0.001; 0.002",
+        "Preset": "smoke",
+        "Constants": "static_friction = 71.4, friction_ratio = 0.45",
+        "Laminar phase": "longer than 213",
+    }
+
+
+# --- the experiment -------------------------------------------------------------------------------
+
+
+def written_with(folder, **tables):
+    """The page of a run that also has these tables."""
+    for name, table in tables.items():
+        table.to_csv(folder / f"{name}.csv", index=False)
+    paths = {name: [folder / f"{name}.csv"] for name in tables}
+    return pages.written(folder, pages.material(folder, figures=["fig12"], **paths))
+
+
+def test_the_section_on_the_trials_says_what_the_tables_do(tmp_path, monkeypatch):
+    monkeypatch.setattr("beltrepro.replication.studies.experiment.observations.BANDWIDTH", {})
+    tables = studies(runs=16)
+    tables["experiment_posterior"] = posterior_table(tables)
+    names = ("experiment_odds", "experiment_posterior", "alternation")
+    section = part(written_with(tmp_path, **{name: tables[name] for name in names}), "inference")
+    said, table = words(section), cells(section)
+    assert "No trial agrees with its recording in r (within 10%) and in its regimes" in said
+    assert "all blocks slip at once for longer than 0.61 s" in said
+    assert "slip for a minute in 0 of 512 trials, and for 0.61 s at most" in said
+    # 64 trials at each speed: none of 64 has r as low, so that at most 0.056 do
+    assert table[1][:5] == ["0.22", "1000", "64", "0.072", "0.138 (0.130 to 0.145)"]
+    assert table[1][5:] == ["0.130", *3 * ["0 (0 to 0.056)"], "0"]
+    places = [["0.28", "1000", "64"], ["0.22", "300", "64"], ["0.28", "300", "64"]]
+    assert [row[:3] for row in table[2:5]] == places
+    assert table[6] == ["0.5", "16", "nowhere", "", "0"]
+    rows = {row[0]: row for row in table[11:]}
+    assert rows["noise"][1:5] == ["64", "0 and 0", "0", ""]
+    free = rows["noise, friction ratio"]
+    assert free[1:4] == ["128", "28 and 28", "0.16"]
+    assert free[5:] == ["1, 2", "0.48 (0.25)", "0.6", ""]
+    assert rows["noise, friction ratio, belt speed"][8] == "1"
+
+
+def test_the_virtual_experiment_is_told_by_its_table(tmp_path):
+    names = ["belt_022", "belt_028", "stage_tracker", "stage_lens", "stage_sensor"]
+    columns = ("scatter", "offset", "largest", "told")
+    table = pd.DataFrame(
+        {"film": name, "dataset": name if name < "c" else "belt_028", "belt_speed": 0.2 + 0.02 * k}
+        | {"noise": 1, "seconds": 1000.0, "frames_per_second": 24.0}
+        | {"r_run": 0.13, "r_sampled": 0.14 + 0.01 * k, "r_tracked": (0.14 + 0.01 * k) * 1.001}
+        | {"mean_sampled": 0.85, "mean_tracked": 0.86, "small_sampled": 0, "small_tracked": 0.1}
+        | {column: 0.01 * (k + 1) + 0.1 * place for place, column in enumerate(columns)}
+        | {"scale": -2e-5 * (k + 1)}
+        for k, name in enumerate(names)
+    )
+    rows = cells(part(written_with(tmp_path, recordings=table), "experiment"))
+    assert rows[1] == ["0.20", "1", "1000", "0.13000", "0.14000", "0.14014", "85.000", "86.000",
+                       "0.0", "10.0"]  # fmt: skip
+    assert [row[0] for row in rows[1:3]] == ["0.20", "0.22"]
+    stages = {row[0].split(":")[0]: row[1:] for row in rows[4:]}
+    assert list(stages) == ["tracker alone", "and the lens", "and the sensor", "and the codec"]
+    errors = ["0.030", "0.130", "0.230", "0.330", f"{MINUS}6e{MINUS}05", f"1e{MINUS}03"]
+    assert stages["tracker alone"] == errors
+    assert stages["and the codec"][0] == "0.020"  # the film of the stages' run comes last

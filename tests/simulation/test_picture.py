@@ -1,0 +1,115 @@
+"""The picture of a run: what it shows is what the run has, and where it goes."""
+
+import matplotlib
+import numpy as np
+import pytest
+
+from beltrepro import ChainParameters, simulate
+from beltrepro.base.errors import InputError
+from beltrepro.cli import app as cli
+from beltrepro.simulation import picture
+
+CHAIN = ChainParameters(3, 10.0, 1.0)
+
+
+@pytest.fixture(scope="module")
+def run():
+    return simulate(CHAIN, duration=400.0, transient=100.0, method="event")
+
+
+def test_slips_are_where_blocks_move_on_the_belt(run):
+    for block in (1, 2, 3):
+        slips = np.array(picture.slips_of(run, block))
+        assert np.all(slips[:, 1] >= slips[:, 0])
+        inside = [np.any((slips[:, 0] < t) & (t < slips[:, 1])) for t in run.time]
+        moves = run.velocities[:, block - 1] != CHAIN.belt_velocity
+        assert np.mean(np.array(inside) == moves) > 0.999  # a sample may lie on an end
+
+
+def test_a_slip_across_the_ends_of_a_run_is_cut():
+    whole = simulate(CHAIN, duration=400.0, method="event")
+    low, high = picture.slips_of(whole, 2)[3]
+    middle = (low + high) / 2
+    before = simulate(CHAIN, duration=middle, method="event")
+    after = simulate(CHAIN, duration=50.0, method="event", initial_state=before.final_state)
+    assert picture.slips_of(before, 2)[-1] == pytest.approx((low, middle))
+    assert picture.slips_of(after, 2)[0] == pytest.approx((middle, high), abs=1e-6)
+
+
+def test_panels_show_the_samples_r_and_the_last_slips(run):
+    length, disorder, slips = picture.draw(run).axes
+    curve, level = disorder.lines
+    assert curve.get_ydata()[-1] == pytest.approx(run.disorder_parameter, rel=1e-3)
+    assert level.get_ydata()[0] == run.disorder_parameter
+    assert curve.get_xdata()[0] == pytest.approx(100.0)
+    trace, mean = length.lines
+    assert np.array_equal(trace.get_xdata(), run.time)
+    assert np.array_equal(trace.get_ydata(), run.positions[:, -1])
+    assert mean.get_ydata()[0] == run.mean_length
+    assert length.get_xlim() == (0.0, 400.0)
+    assert slips.get_xlim() == (200.0, 400.0)
+    # one collection a block; a bar spans the slip, and the row of its block
+    for block, bars in enumerate(slips.collections, start=1):
+        shown = [pair for pair in picture.slips_of(run, block) if pair[1] > 200.0]
+        boxes = [path.get_extents() for path in bars.get_paths()]
+        np.testing.assert_allclose([(box.x0, box.x1) for box in boxes], shown)
+        assert {round((box.y0 + box.y1) / 2, 9) for box in boxes} == {block}
+
+
+def test_one_block_and_a_run_without_samples():
+    bare = simulate(ChainParameters(1, 5.0), duration=50.0, sample_interval=None, method="event")
+    length, disorder, _ = picture.draw(bare).axes
+    assert any("no samples" in text.get_text() for text in length.texts)
+    assert any("no samples" in text.get_text() for text in disorder.texts)
+
+
+def test_title_names_the_constants_that_are_not_the_papers():
+    other = simulate(ChainParameters(1, 5.0, friction_ratio=0.3), duration=50.0, method="event")
+    title = picture.draw(other).axes[0].get_title()
+    assert "N=1, u=5, σ=0, f_s=0.3" in title and "F_st0" not in title
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("suffix", picture.SUFFIXES)
+def test_files_of_each_kind(run, tmp_path, suffix):
+    path = tmp_path / f"run{suffix}"
+    figure = run.plot(path)
+    assert figure.axes and path.stat().st_size > 5000
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_another_ending_is_refused(run, tmp_path):
+    with pytest.raises(InputError, match=r"path = .*run\.txt: must end in \.png, \.pdf, \.svg"):
+        run.plot(tmp_path / "run.txt")
+
+
+def test_without_a_display_it_says_what_to_do(run):
+    with matplotlib.rc_context():
+        matplotlib.use("agg")
+        with pytest.raises(InputError, match="no display to show the figure on"):
+            run.plot()
+
+
+def test_without_a_display_the_command_draws_beside_the_run(run, tmp_path, capsys):
+    run.save(tmp_path / "run.h5")
+    with matplotlib.rc_context():
+        matplotlib.use("agg")
+        assert cli.main(["plot", str(tmp_path / "run.h5")]) == 0
+        before = (tmp_path / "run.png").read_bytes()
+        assert before.startswith(b"\x89PNG")
+        assert str(tmp_path / "run.png") in capsys.readouterr().out
+        assert cli.main(["plot", str(tmp_path / "run.h5")]) == 2
+    assert "is there already; --force overwrites it" in capsys.readouterr().err
+    assert (tmp_path / "run.png").read_bytes() == before
+
+
+@pytest.mark.thorough
+def test_the_command_overwrites_only_if_forced(run, tmp_path, capsys):
+    run.save(tmp_path / "run.h5")
+    words = ["plot", str(tmp_path / "run.h5"), "--output", str(tmp_path / "run.svg")]
+    (tmp_path / "run.svg").write_text("mine")
+    assert cli.main(words) == 2
+    assert "is there already; --force overwrites it" in capsys.readouterr().err
+    assert (tmp_path / "run.svg").read_text() == "mine"
+    assert cli.main([*words, "--force"]) == 0
+    assert (tmp_path / "run.svg").stat().st_size > 5000

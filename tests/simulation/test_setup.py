@@ -1,0 +1,457 @@
+"""A setup is one value for all functions: what follows from it, and what it refuses."""
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+
+from beltrepro import (
+    ChainParameters,
+    ChainState,
+    Grid,
+    Results,
+    Run,
+    Setup,
+    catalogue,
+    classify,
+    lyapunov_spectrum,
+    periodic_orbit,
+    scan,
+    separation,
+    simulate,
+    time_to_continuous_slip,
+    time_to_orbit,
+)
+from beltrepro.base import store
+from beltrepro.base.errors import InputError
+from beltrepro.simulation import sampling
+from beltrepro.simulation import setup as setups
+from beltrepro.simulation.setup import KEYWORDS, check_lengths
+
+CHAIN, NOISY = ChainParameters(2, 20.0), ChainParameters(3, 10.0, 1.0)
+STATE = ChainState.at_rest(CHAIN, time=0.5)
+SHORT = {"duration": 60.0, "transient": 20.0}
+# Three chains that share nothing, the odd one in the middle.
+CHAINS = [NOISY, ChainParameters(1, 5.0, friction_ratio=0.6), CHAIN]
+MIXED = {
+    "method": ["event", "verlet", "event"],
+    "time_step": [0.001, 0.002, 0.004],
+    "tolerance": [1e-8, None, None],
+    "seed": [1, 2, 3],
+    "replicate": [0, 4, 5],
+    "initial_spread": [0.3, 0.5, 1e-3],
+}
+
+
+def bits(outcome):
+    """All numbers that a function returned."""
+    if isinstance(outcome, Run):
+        return [outcome.final_state.positions.tobytes(), outcome.events.tobytes()]
+    if isinstance(outcome, list):
+        return [bits(item) for item in outcome]
+    if isinstance(outcome, dict):
+        return {name: array.tobytes() for name, array in outcome.items()}
+    return {
+        name: value.tobytes() if isinstance(value, np.ndarray) else repr(value)
+        for name, value in vars(outcome).items()
+    }
+
+
+FUNCTIONS = {
+    simulate: SHORT,
+    scan: SHORT,
+    catalogue: SHORT,
+    classify: SHORT,
+    lyapunov_spectrum: SHORT,
+    separation: SHORT | {"distances": [1e-6]},
+    time_to_continuous_slip: {"duration": 60.0},
+    time_to_orbit: {"duration": 60.0},
+}
+
+
+# --- one value for all functions ---
+
+
+@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda function: function.__name__)
+def test_keywords_and_a_setup_that_is_used_again_give_the_same_bits(function):
+    told = {"time_step": 0.002, "seed": 4, "replicate": [0, 2, 7], "initial_spread": [0.1, 0.5, 1]}
+    setup = Setup(CHAINS, **told)
+    by_keywords = bits(function(CHAINS, **told, **FUNCTIONS[function]))
+    assert by_keywords == bits(function(setup, **FUNCTIONS[function]))
+    assert by_keywords == bits(function(setup, **FUNCTIONS[function]))
+    changed = dataclasses.replace(setup, seed=5)
+    assert by_keywords != bits(function(changed, **FUNCTIONS[function]))
+
+
+def test_one_chain_makes_one_value_and_several_make_a_table():
+    setup = Setup(CHAIN, replicate=3, initial_spread=0.5)
+    assert setup.alone and not Setup(CHAIN, replicate=[3]).alone and not Setup([CHAIN]).alone
+    for function, kind in ((simulate, Run), (classify, object)):
+        one, (row,) = function(setup, **SHORT), setup.cases
+        assert isinstance(one, kind) and not isinstance(one, list | dict)
+        assert one.parameters == row.parameters == CHAIN
+    assert isinstance(simulate(Setup([CHAIN]), **SHORT), list)
+    assert isinstance(classify(Setup([CHAIN]), **SHORT), Results)
+    with pytest.raises(InputError, match="one run of one chain is needed"):
+        periodic_orbit(Setup([CHAIN, NOISY]), **SHORT)
+
+
+@pytest.mark.parametrize("function", [simulate, scan, time_to_continuous_slip])
+def test_each_chain_has_its_own_settings_whatever_its_company(function):
+    lengths = {"duration": 60.0}
+    together = function(CHAINS, **MIXED, **lengths)
+    for index, chain in enumerate(CHAINS):
+        alone = function(chain, **{name: MIXED[name][index] for name in MIXED}, **lengths)
+        if function is simulate:
+            assert alone == together[index]
+            continue
+        for name, values in alone.items():
+            row = together[name][index]
+            row = row[: values.shape[1]] if values.ndim == 2 else row
+            np.testing.assert_array_equal(row, values[0], err_msg=name)
+
+
+def test_columns_say_all_of_each_chain():
+    columns = setups.columns(Setup(CHAINS, **MIXED))
+    for index, chain in enumerate(CHAINS):
+        for name, value in vars(chain).items():
+            assert columns[name][index] == value
+        for name in MIXED:
+            value = MIXED[name][index]
+            assert columns[name][index] == value or (value is None and np.isnan(columns[name][1]))
+
+
+def test_one_chain_with_sequences_is_simulated_for_each_of_their_values():
+    starts = [[48.0, 101.0], [50.0, 99.0], [53.0, 102.0]]
+    options = {"duration": 20.0, "seed": 3}
+    runs = simulate(CHAIN, initial_positions=starts, replicate=[2, 0, 1], **options)
+    for run, start, replicate in zip(runs, starts, [2, 0, 1], strict=True):
+        alone = simulate(CHAIN, initial_positions=start, replicate=replicate, **options)
+        assert run == alone and run.initial_state.positions.tolist() == start
+    from_iterator = simulate(NOISY, replicate=iter(range(3)), **options)
+    assert from_iterator == simulate([NOISY] * 3, replicate=range(3), **options)
+    # one start serves all runs of one chain
+    moved = simulate(NOISY, replicate=range(3), initial_positions=[49.0, 99.0, 150.0], **options)
+    assert all(run.initial_state.positions[0] == 49.0 for run in moved)
+
+
+def test_the_start_is_at_rest_on_undeformed_springs():
+    for setup in (Setup(NOISY), Setup(NOISY, initial_spread=3.0), Setup(NOISY, replicate=5)):
+        (case,) = setup.cases
+        np.testing.assert_array_equal(case.state.positions, NOISY.rest_positions)
+        assert not case.state.directions.any()
+    assert (case.method, case.time_step, case.tolerance) == ("event", 0.001, None)
+    spread = Setup(ChainParameters(5, 20.0), replicate=range(1, 400), initial_spread=0.5).cases
+    moved = np.array([case.state.displacements for case in spread])
+    assert moved.std() == pytest.approx(0.5, rel=0.1) and abs(moved.mean()) < 0.06
+
+
+@pytest.mark.parametrize("chains", [CHAINS, NOISY, Grid([2, 3], [5.0, 6.0], 1.0, replicates=2)])
+def test_parts_of_a_setup_are_its_cases(chains):
+    several = {"seed": [7, 8, 9], "initial_spread": 0.5} if chains is NOISY else {}
+    positions = {"initial_positions": [50.0, 101.0, 149.0]} if chains is NOISY else {}
+    setup = Setup(chains, **several, **positions)
+    parts = [setups.part_of(setup, place) for place in (slice(0, 2), slice(2, None))]
+    cases = [case for part in parts for case in part.cases]
+    assert [case.identity for case in cases] == [case.identity for case in setup.cases]
+    assert [case.state for case in cases] == [case.state for case in setup.cases]
+
+
+# --- runs that repeat each other ---
+
+
+def test_runs_that_repeat_each_other_do_not_pass_silently(recwarn):
+    with pytest.warns(UserWarning, match=r"7 of 8 chains repeat.*replicate=range\(8\)$") as warned:
+        simulate([NOISY] * 8, duration=1.0, sample_interval=None)
+    assert all(warning.filename == __file__ for warning in warned)
+    with pytest.warns(UserWarning, match=r"replicate=range\(2\) and an initial_spread$"):
+        Setup(CHAIN, replicate=[0, 1])
+    recwarn.clear()
+    Setup(NOISY, replicate=range(8))
+    Setup(NOISY, seed=[1, 2])
+    Setup(CHAIN, replicate=[0, 1], initial_spread=1e-3)
+    Setup([CHAIN, NOISY])
+    Setup(CHAIN, time_step=[0.001, 0.002])
+    assert not recwarn.list
+
+
+@pytest.mark.parametrize(
+    "field", ["displacements", "relative_velocities", "directions", "thresholds", "stream", "time"]
+)
+def test_runs_that_go_on_from_different_states_repeat_nothing(field, recwarn):
+    """A change in any field that a run depends on makes another run of it, and no warning."""
+    chain = ChainParameters(2, 20.0, 1.0)
+    state = simulate(chain, duration=5, sample_interval=None).final_state
+    recwarn.clear()
+    value = getattr(state, field)
+    changed = value + np.ones_like(value) if field == "stream" else value + 0.5
+    other = dataclasses.replace(state, **{field: changed})
+    Setup([chain] * 2, initial_state=[state, other])
+    assert not recwarn.list
+    if field == "stream":  # without noise nothing is drawn, so it does not matter
+        states = [state.under(CHAIN) for state in (state, other)]
+        with pytest.warns(UserWarning, match="1 of 2 chains repeat"):
+            Setup(CHAIN, initial_state=states)
+    with pytest.warns(UserWarning, match="1 of 2 chains repeat"):
+        Setup(chain, initial_state=[state, state])
+
+
+# --- grids and results ---
+
+AXES = {"n_blocks": [3, 1, 2], "belt_velocity": [5.0, 20.0], "friction_ratio": [0.45, 0.6]}
+
+
+@pytest.fixture(scope="module")
+def results():
+    return scan(Grid(**AXES, noise=1.0, replicates=2), seed=4, initial_spread=1.0, **SHORT)
+
+
+def test_a_grid_is_all_combinations_and_its_numbers_those_of_scan(results):
+    points = list(itertools.product(*AXES.values(), range(2)))
+    names = (*AXES, "replicate")
+    assert list(zip(*(results[name].tolist() for name in names), strict=True)) == points
+    chains = [ChainParameters(n, u, 1.0, friction_ratio=ratio) for n, u, ratio, _ in points]
+    replicates = [replicate for *_, replicate in points]
+    direct = scan(chains, replicate=replicates, seed=4, initial_spread=1.0, **SHORT)
+    assert bits(direct) == bits(results)
+    assert len(np.unique(results["disorder_parameter"])) == len(points)
+    assert results.axes == ["n_blocks", "belt_velocity", "friction_ratio", "replicate"]
+    assert repr(results).startswith("Results(24 of n_blocks, belt_velocity, friction_ratio, rep")
+    one = scan(Grid(2, 5.0), **SHORT)
+    assert len(one.table()) == 1 and one.axes == []
+
+
+def test_all_functions_take_a_grid():
+    grid = Grid([2, 3], 5.0, replicates=2)
+    how = {"initial_spread": 1.0}
+    for function, lengths in FUNCTIONS.items():
+        outcome = function(grid, **how, **lengths)
+        if function is simulate:
+            assert [run.replicate for run in outcome] == [0, 1, 0, 1]
+        elif function is not catalogue:
+            assert outcome["n_blocks"].tolist() == [2, 2, 3, 3]
+
+
+def test_table_and_files_hold_the_same(results, tmp_path):
+    import pandas as pd
+
+    table = results.table()
+    assert len(table) == 24 and "slip_count" not in table and set(table["seed"]) == {4}
+    results.save(tmp_path / "scan.csv")
+    pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "scan.csv"), table, check_dtype=False)
+    results.save(tmp_path / "scan.h5")
+    data = store.read(tmp_path / "scan.h5")
+    for name, values in results.items():
+        np.testing.assert_array_equal(data.arrays[name], values)
+    assert (data.attributes["kind"], data.attributes["duration"]) == ("scan", 60.0)
+    assert "code_version" in data.attributes
+
+
+def test_vectors_of_shorter_chains_end_with_nan():
+    rates = time_to_continuous_slip(CHAINS, duration=60.0)["final_stick_rate"]
+    assert np.isnan(rates).tolist() == [[False] * 3, [False, True, True], [False, False, True]]
+    exponents = lyapunov_spectrum(CHAINS, duration=60.0)["exponents"]
+    assert np.isnan(exponents).sum(axis=1).tolist() == [0, 4, 2]
+    few = lyapunov_spectrum(CHAINS, duration=60.0, n_exponents=3)["exponents"]
+    assert np.isnan(few).sum(axis=1).tolist() == [0, 1, 0]
+
+
+def test_a_catalogue_of_chains_of_several_sizes():
+    chains = [ChainParameters(2, 3.0), ChainParameters(3, 2.0, 1.0), ChainParameters(2, 2.0)]
+    options = {"duration": 200, "section_block": 1, "section_position": 80.0}
+    together = catalogue(chains, seed=[1, 2, 3], replicate=[3, 0, 1], **options)
+    for index, chain in enumerate(chains):
+        alone = catalogue(chain, seed=index + 1, replicate=[3, 0, 1][index], **options)
+        for name, table in alone.items():
+            rows = together[name][together[name]["point"] == index]
+            assert len(rows) == len(table) > 0
+            for column in set(table.dtype.names) - {"point"}:
+                values = rows[column]
+                if values.ndim > 1:
+                    assert np.isnan(values[:, chain.n_blocks :]).all()
+                    values = values[:, : chain.n_blocks]
+                np.testing.assert_array_equal(values, table[column])
+    assert together["section"]["positions"].shape[1] == 3
+    assert np.all(np.diff(together["slips"]["point"]) >= 0)
+
+
+def test_the_section_follows_from_the_chain():
+    chains = [ChainParameters(n_blocks, 20.0) for n_blocks in (2, 5, 8)]
+    table = scan(chains, duration=5)
+    assert table["section_position"].tolist() == [187.7, 615.0, 1157.3]
+    assert np.isfinite(table["disorder_parameter"]).all()
+
+
+# --- samples and memory ---
+
+
+def test_event_samples_at_any_interval():
+    chain, frame = ChainParameters(3, 20.0, 1.0), 0.544518  # 24 a second
+    run = simulate(chain, duration=300, sample_interval=frame)
+    np.testing.assert_array_equal(run.time, np.arange(len(run.time)) * frame)
+    assert run.time[-1] > 300 - frame
+    half = simulate(chain, duration=300, sample_interval=frame / 2)
+    np.testing.assert_allclose(half.positions[::2], run.positions, rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(half.events, run.events)
+
+
+def test_samples_that_do_not_fit_are_refused_before_the_start(monkeypatch):
+    chain = ChainParameters(5, 20.0)
+    monkeypatch.setattr(sampling, "available", lambda: 10**9)
+    with pytest.raises(InputError) as caught:
+        simulate([chain] * 2, duration=2e6, replicate=[0, 1], initial_spread=1e-3)
+    words = str(caught.value)
+    # 2 chains, 2e7 samples of 1 + 3 * 5 numbers of 8 bytes
+    assert "sample_interval = 0.1" in words and "5.12 GB" in words and "\n" not in words
+    fits = float(words.split("from ")[1].split()[0])
+    cases = Setup(chain, seed=[1, 2], replicate=1, initial_spread=1.0).cases
+    sampling.check_memory(cases, 2e6, sample_interval=fits, sample_start=0.0)
+    with pytest.raises(InputError):
+        sampling.check_memory(cases, 2e6, sample_interval=fits / 1.3, sample_start=0.0)
+    sampling.check_memory(cases, 2e6, sample_interval=0.1, sample_start=1.9e6)
+
+
+def test_memory_that_the_system_tells_in_kilobytes_becomes_bytes(monkeypatch):
+    files = {"/proc/meminfo": "MemTotal: 9000 kB\nMemAvailable:    1000 kB\n"}
+    monkeypatch.setattr(sampling.Path, "read_text", lambda path: files[str(path)])
+    assert sampling.available() == 1024 * 1000
+
+
+# --- what is refused ---
+
+
+@pytest.mark.parametrize(
+    ("chains", "options", "words"),
+    [
+        ([], {}, "chains = []: a ChainParameters, or a sequence of at least one"),
+        ("chain", {}, "chains = 'chain': a ChainParameters"),
+        ([CHAIN, 3], {}, "a ChainParameters, or a sequence"),
+        (Setup(CHAIN), {"seed": 3}, "seed: not together with a Setup"),
+        (Grid(2, 5.0), {"replicate": 1}, "replicate: not together with a Grid"),
+        (Grid([2, 3], 5.0), {"seed": [1, 2, 3]}, "seed of length 3: one value for all chains"),
+        (CHAIN, {"replicate": []}, "replicate is empty: at least one value is needed"),
+        (CHAIN, {"seed": [1, 2], "replicate": [1, 2, 3]}, "replicate of length 3: one value for"),
+        ([CHAIN] * 2, {"seed": [1, 2, 3]}, "seed of length 3: one value for all chains is needed"),
+        ([CHAIN] * 2, {"seed": [1, 2.5]}, "seed = 2.5: a whole number"),
+        (CHAIN, {"seed": True}, "seed = True: a whole number"),
+        (CHAIN, {"seed": 2**63}, "must be at most 9223372036854775807"),
+        (CHAIN, {"replicate": -1}, "replicate = -1: a whole number of 0 or greater"),
+        (CHAIN, {"method": 3}, "method = 3: allowed are verlet, event"),
+        (CHAIN, {"method": "evnt"}, "did you mean 'event'"),
+        (CHAIN, {"metod": "event"}, "simulate has no argument 'metod'; did you mean 'method'?"),
+        (CHAIN, {"durration": 5}, "no argument 'durration'; did you mean 'duration'?"),
+        (CHAIN, {"dt": 0.1}, "no argument 'dt'; did you mean 'time_step'?"),
+        (CHAIN, {"kick": 0.1}, "kick = 0.1: only for separation and time_to_orbit"),
+        (CHAIN, {"initial_spread": 1e3, "replicate": 3}, "on the wrong side of each other"),
+        (CHAIN, {"initial_positions": [60.0, 55.0]}, "must be positive and increasing"),
+        (CHAIN, {"initial_positions": [60.0]}, "initial_positions of shape (1,): 2 numbers"),
+        (CHAIN, {"initial_positions": [60.0, "far"]}, "2 numbers are needed"),
+        (CHAIN, {"initial_positions": 3.0}, "initial_positions of shape (): 2 numbers"),
+        (
+            [CHAIN] * 2,
+            {"initial_positions": [[60.0, 110.0]]},
+            "initial_positions of length 1: one array for each of 2 chains",
+        ),
+        (CHAIN, {"initial_state": 3}, "initial_state = 3: a ChainState is needed"),
+        (NOISY, {"initial_state": STATE}, "initial_state of 2 blocks: a chain of n_blocks = 3"),
+        (
+            CHAIN,
+            {"initial_state": STATE, "initial_positions": [60.0, 110.0]},
+            "initial_positions: not together with initial_state",
+        ),
+        (
+            CHAIN,
+            {"initial_state": STATE, "initial_spread": 0.1},
+            "initial_spread: not together with initial_state",
+        ),
+        (
+            CHAIN,
+            {"initial_state": STATE, "time_step": 0.003, "method": "verlet"},
+            "initial_state at t = 0.5: method 'verlet' needs a multiple of time_step = 0.003",
+        ),
+        (
+            CHAIN,
+            {"method": "verlet", "sample_interval": 0.5445},
+            "method 'verlet' needs a multiple of time_step",
+        ),
+        (CHAIN, {"sample_start": 11}, "sample_start = 11: must be at most duration = 10"),
+        (CHAIN, {"transient": 10}, "transient = 10: must be at least 0 and less than"),
+    ],
+)
+def test_bad_input_is_one_line(chains, options, words):
+    with pytest.raises(InputError) as caught:
+        simulate(chains, **{"duration": 10} | options)
+    assert words in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "allowed", "refused"),
+    [
+        ("time_step", [1e-9, 0.1], [0.0, 0.99e-9, 0.1000001]),
+        ("tolerance", [None, 1e-16, 1.0], [0.0, 0.99e-16, 1.0000001]),
+        ("seed", [None, 0, 2**63 - 1], [-1, 2**63]),
+        ("kick", [0.0, 1e-9], [-1e-9]),
+    ],
+)
+def test_settings_at_the_ends_of_their_ranges(name, allowed, refused):
+    assert name in KEYWORDS
+    for value in allowed:
+        Setup(CHAIN, **{name: value})
+    for value in refused:
+        with pytest.raises(InputError, match=name):
+            Setup(CHAIN, **{name: value})
+
+
+def test_lengths_at_the_ends_of_their_ranges():
+    check_lengths(1e-9, 0.0), check_lengths(10.0, 9.999)
+    for lengths in ((0.0, 0.0), (-1.0, 0.0), (10.0, 10.0), (10.0, -1e-9)):
+        with pytest.raises(InputError):
+            check_lengths(*lengths)
+
+
+@pytest.mark.parametrize(
+    ("function", "allowed", "refused"),
+    [
+        (scan, {"section_position": 1e-9}, {"section_position": 0.0}),
+        (scan, {"section_values": 0}, {"section_values": -1}),
+        (scan, {}, {"section_values": 100_001}),
+        (scan, {"laminar_time": 0.0}, {"laminar_time": -1e-9}),
+        (scan, {"section_position": [615.0]}, {"section_position": [600.0, 610.0]}),
+        (scan, {"chains": ChainParameters(10, 3.0)}, {"chains": [CHAIN, ChainParameters(11, 3.0)]}),
+        (catalogue, {"section_block": 2}, {"section_block": 0}),
+        (catalogue, {}, {"section_block": 3}),
+        (catalogue, {}, {"section_block": 1}),  # without a position
+        (catalogue, {"section_position": 1e-9}, {"section_position": -1.0}),
+        (catalogue, {}, {"chains": [NOISY, CHAIN], "section_block": 3, "section_position": 80.0}),
+        (time_to_continuous_slip, {"settle_time": 0.5}, {"settle_time": 0.0}),
+        (time_to_continuous_slip, {}, {"settle_time": 0.51}),
+        (time_to_continuous_slip, {"laminar_time": 0.0}, {"laminar_time": -1e-9}),
+    ],
+)
+def test_what_each_function_is_told_at_the_ends_of_its_range(function, allowed, refused):
+    own = {"chains": CHAIN, "duration": 0.5}
+    assert all(values.dtype != object for values in function(**own | allowed).values())
+    with pytest.raises(InputError, match="n_blocks|" + "|".join(refused)):
+        function(**own | refused)
+
+
+@pytest.mark.parametrize(
+    ("axes", "words"),
+    [
+        ({"n_blocks": []}, "n_blocks is empty"),
+        ({"replicates": 0}, "replicates: makes 0 points, allowed are 1 to 1000000"),
+        ({"noise": np.linspace(0, 1, 1001), "replicates": 1000}, "noise: makes 1001000 points"),
+        ({"belt_velocity": [5.0, -1.0]}, "belt_velocity = -1: must be greater than 0"),
+        ({"friction": 0.3}, "no argument 'friction'; did you mean 'friction_ratio'?"),
+    ],
+)
+def test_a_grid_that_cannot_be_is_one_line(axes, words):
+    with pytest.raises(InputError, match=words.replace("?", r"\?")):
+        Grid(**{"n_blocks": 2, "belt_velocity": 5.0} | axes)
+
+
+def test_progress_ends_at_one():
+    fractions = []
+    scan(Grid(2, [5.0, 6.0, 7.0]), **SHORT, progress=fractions.append)
+    assert fractions == sorted(fractions) and fractions[-1] == pytest.approx(1.0)

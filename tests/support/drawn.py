@@ -1,0 +1,210 @@
+"""Which numbers a figure draws, read off its artists: a Panel for each of its axes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.collections import LineCollection, PolyCollection, QuadMesh
+from matplotlib.colors import LogNorm, to_hex
+from matplotlib.container import ErrorbarContainer
+from matplotlib.patches import Rectangle
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A line or a set of marks: columns x, y and, if there are error bars, their ends."""
+
+    label: str
+    points: np.ndarray
+    colour: str
+    marker: str
+    line: str
+    look: tuple  # whatever tells it from other curves
+
+    @property
+    def x(self):
+        return self.points[:, 0]
+
+    @property
+    def y(self):
+        return self.points[:, 1]
+
+    def __repr__(self):
+        return f"{self.label!r} of {len(self.points)} points from {self.points[:1].tolist()}"
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    x_edges: np.ndarray
+    y_edges: np.ndarray
+    values: np.ndarray
+    scale: str
+    limits: tuple[float, float]
+    label: str
+
+
+def panels_of(figure):
+    """Panels in the order in which they were made, without colour bars."""
+    bars = {mesh.colorbar.ax for axes in figure.axes for mesh in _meshes(axes) if mesh.colorbar}
+    return [Panel(axes) for axes in figure.axes if axes not in bars]
+
+
+def plain(texts):
+    return [" ".join(text.get_text().split()) for text in texts]
+
+
+class Panel:
+    def __init__(self, axes):
+        legend = axes.get_legend()
+        self.axes = axes
+        self.xlabel, self.ylabel = axes.get_xlabel(), axes.get_ylabel()
+        self.title = "|".join(axes.get_title(loc=place) for place in ("left", "center", "right"))
+        self.legend = plain(legend.get_texts()) if legend else []
+        self.texts = plain(axes.texts)
+        self.curves = list(_curves(axes))
+        # (axis, value) of straight lines and (axis, low, high) of strips across the panel
+        self.guides = [_guide(axes, line) for line in axes.lines if _across(axes, line)]
+        self.spans = [span for patch in axes.patches if (span := _span(axes, patch))]
+        self.bands = list(_bands(axes))
+        self.bars = list(_upright_bars(axes))
+        self.images = [*map(_mesh, _meshes(axes)), *map(_picture, axes.images)]
+
+    def draws(self, xlabel, ylabel, *curves, scales="linear linear", more=0):
+        """Assert axes, scales, and just these curves (x, y[, label[, error]]), in any order.
+
+        Points may come in any order too. more : how many curves there are besides.
+        """
+        axes = self.axes
+        assert (self.xlabel, self.ylabel) == (xlabel, ylabel)
+        assert f"{axes.get_xscale()} {axes.get_yscale()}" == scales
+        left = list(self.curves)
+        for x, y, *words in curves:
+            same = [curve for curve in left if _same(curve, x, y, *words)]
+            assert same, f"{words[:1] or 'curve'} not drawn at {list(x)[:2]}, {y[:2]}: {left}"
+            left.remove(same[0])
+        assert len(left) == more, f"also drawn: {left}"
+
+    def curve(self, label):
+        """The one curve of this label, or of one that begins so."""
+        same = [curve for curve in self.curves if curve.label == label]
+        (curve,) = same or [curve for curve in self.curves if curve.label.startswith(label)]
+        return curve
+
+
+def _same(curve, x, y, label=None, error=None):
+    wanted = _rows([x, y] if error is None else [x, y, *ends(y, error)])
+    drawn = _rows(curve.points.T[: wanted.shape[1]])
+    return (
+        (label is None or curve.label == label)
+        and wanted.shape == drawn.shape
+        and np.allclose(wanted, drawn, rtol=1e-6, atol=0, equal_nan=True)
+    )
+
+
+def ends(y, error):
+    """Ends of error bars of these half lengths, or of these lengths below and above."""
+    below, above = np.broadcast_to(error, (2, len(y)))
+    return y - below, y + above
+
+
+def _rows(columns):
+    """Columns as rows in a fixed order."""
+    rows = np.column_stack([np.asarray(column, dtype=float) for column in columns])
+    return rows[np.lexsort(rows.T[::-1])]
+
+
+def _in_data(axes, transform):
+    """Whether x and y of an artist are data, not shares of the panel."""
+    return transform.contains_branch_seperately(axes.transData)
+
+
+def _across(axes, line):
+    return sum(_in_data(axes, line.get_transform())) == 1
+
+
+def _guide(axes, line):
+    if _in_data(axes, line.get_transform())[0]:
+        return "x", float(line.get_xdata()[0])
+    return "y", float(line.get_ydata()[0])
+
+
+def _span(axes, patch):
+    if isinstance(patch, Rectangle):
+        match _in_data(axes, patch.get_data_transform()):
+            case (True, False):
+                return "x", patch.get_x(), patch.get_x() + patch.get_width()
+            case (False, True):
+                return "y", patch.get_y(), patch.get_y() + patch.get_height()
+    return None
+
+
+def _curves(axes):
+    bars = {bar.lines[0]: bar for bar in axes.containers if isinstance(bar, ErrorbarContainer)}
+    for line in axes.lines:
+        columns = [np.asarray(values, dtype=float) for values in line.get_data()]
+        if not columns[0].size or _across(axes, line):
+            continue
+        if line in bars and len(bars[line].lines[2]) == 1:
+            ends = np.array(bars[line].lines[2][0].get_segments())
+            columns += [ends[:, 0, 1], ends[:, 1, 1]]
+        label = str(bars.get(line, line).get_label())
+        marker, dash = (
+            "" if look in ("None", "none", " ") else look
+            for look in (line.get_marker(), line.get_linestyle())
+        )
+        # open markers have no face: their edge tells the colour
+        colour = to_hex(line.get_markeredgecolor() if marker else line.get_color())
+        label = "" if label.startswith("_") else " ".join(label.split())
+        look = colour, marker, dash, to_hex(line.get_markerfacecolor())
+        yield Curve(label, np.column_stack(columns), colour, marker, dash, look)
+
+
+def _bands(axes):
+    """(x, low, high) of `fill_between`: an outline runs along one curve and back along another."""
+    for filled in axes.collections:
+        if isinstance(filled, PolyCollection):
+            for outline in filled.get_paths():
+                corners = np.asarray(outline.vertices)[:-1]  # the last one closes it
+                count = len(corners) // 2 - 1
+                below, above = corners[1 : count + 1], corners[count + 2 :][::-1]
+                yield below[:, 0], below[:, 1], above[:, 1]
+
+
+def _upright_bars(axes):
+    """(x, low, high) of bars that are no error bars."""
+    made = [bar for bar in axes.containers if isinstance(bar, ErrorbarContainer)]
+    errors = [lines for bar in made for lines in bar.lines[2]]
+    for lines in axes.collections:
+        if isinstance(lines, LineCollection) and lines not in errors:
+            yield from ((start[0], start[1], end[1]) for start, end in lines.get_segments())
+
+
+def _meshes(axes):
+    return [mesh for mesh in axes.collections if isinstance(mesh, QuadMesh)]
+
+
+def _mesh(mesh):
+    corners = mesh.get_coordinates()
+    shape = corners.shape[0] - 1, corners.shape[1] - 1
+    words = mesh.colorbar.ax if mesh.colorbar else None
+    return Image(
+        x_edges=np.asarray(corners[0, :, 0]),
+        y_edges=np.asarray(corners[:, 0, 1]),
+        values=np.ma.filled(np.ma.asarray(mesh.get_array(), dtype=float), np.nan).reshape(shape),
+        scale="log" if isinstance(mesh.norm, LogNorm) else "linear",
+        limits=(float(mesh.norm.vmin), float(mesh.norm.vmax)),
+        label=words.get_ylabel() or words.get_xlabel() if words else "",
+    )
+
+
+def _picture(image):
+    """A picture whose first row is at its top."""
+    values = np.asarray(image.get_array())
+    left, right, bottom, top = image.get_extent()
+    return Image(
+        x_edges=np.linspace(left, right, values.shape[1] + 1),
+        y_edges=np.linspace(top, bottom, values.shape[0] + 1),
+        values=values,
+        scale="linear",
+        limits=(float(image.norm.vmin), float(image.norm.vmax)),
+        label="",
+    )

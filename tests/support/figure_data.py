@@ -1,0 +1,437 @@
+"""Made-up data for every figure, in which each number tells where it belongs.
+
+r of a point is a formula of the dataset, N, u and sigma that differs between any two points, and
+rows of a scan come in no order.
+"""
+
+import dataclasses
+import functools
+import importlib
+
+import numpy as np
+import pandas as pd
+from numpy.lib.recfunctions import append_fields
+
+import alternating
+import irregular
+import recorded
+from beltrepro.base.store import Dataset
+from beltrepro.model import ChainParameters
+from beltrepro.replication.plan import registry
+from beltrepro.replication.studies.integrators import measure as integrators
+
+HOW = {
+    "preset": "smoke",
+    "method": "verlet",
+    "time_step": 0.001,
+    "duration": 2000.0,
+    "transient": 500.0,
+    "laminar_time": 200.0,
+    "seed": 1,
+    "code_version": "0.0+gabc",
+}
+LAW = {
+    field.name: field.default
+    for field in dataclasses.fields(ChainParameters)
+    if field.default is not dataclasses.MISSING
+}
+EVENT = [("time", "f8"), ("block", "i8"), ("kind", "U5")]
+U = np.arange(2.0, 50, 3)
+LEVELS = (0.0, 0.25, 0.5, 1.0, 2.2, 5.0, 10.0)
+SIZES = (2, 3, 4, 6, 7, 10)
+# Numbers of blocks, belt velocities and noises of each scan; more than its figures may show.
+SCANS = {
+    "n5_rows": ((4, 5), U, LEVELS),
+    "n5_map": ((4, 5), U, np.arange(0.0, 10.1, 2.5)),
+    "n5_u7": ((5, 6), (6.0, 7.0, 8.0), np.arange(0.0, 2.1, 0.25)),
+    "n5_columns": ((5, 6), (20.0, 30.0, 40.0), np.arange(0.0, 10.1, 2)),
+    "size_rows": (SIZES, U, (0.0, 1.0, 5.0)),
+    "size_columns": ((5, 7, 10), (18.0, 32.0), np.arange(0.0, 10.1, 2)),
+    "n5_rows_check": ((5, 6), U[::2], (0.0, 1.0)),
+    "size_rows_check": ((2, 6), U[::2], (0.0, 1.0)),
+    "n5_columns_check": ((5,), (20.0, 40.0), np.arange(0.0, 10.1, 5)),
+    "size_columns_check": ((5, 7), (18.0,), np.arange(0.0, 10.1, 5)),
+    "n5_replicates": ((4, 5), U[2:11], (0.0, 0.5, 1.0, 2.2, 5.0)),
+    "n5_replicates_check": ((5,), U[1:11], (0.0,)),
+    "n5_replicates_wide": ((5,), U[2:11], (0.0,)),
+    "size_replicates": ((6, 7, 10), U[3:], (0.0, 1.0)),
+}
+SCATTER = np.array([-2e-3, 0.0, 9e-3])  # of r about its median: mean and median differ
+CROSSINGS = 12
+
+
+# --- scans ----------------------------------------------------------------------------------------
+
+
+def r(name, n, u, s):
+    """Disorder parameter of a point; falls beyond u = 15 + 2 * sigma + N and rises with sigma."""
+    high = u < 15 + 2 * s + n if name != "n5_u7" else s > 0.9
+    number = list(SCANS).index(name) + 1
+    return (0.12 if high else 0.03) + 1e-4 * u + 2e-5 * s + 7e-7 * n + 1e-8 * number
+
+
+def crossings(name, n, u, s):
+    """Velocities at the section of a point, one of them far off; the last two are missing."""
+    number = list(SCANS).index(name) + 1
+    values = -0.3 * u - 1e-2 * n - 0.5 * s - 1e-3 * number - 0.011 * np.arange(CROSSINGS)
+    values[0] -= 60
+    values[-2:] = np.nan
+    return values
+
+
+def laminar(u, s):
+    """Share of laminar phases: intermittent from 14 + sigma to 26 + 2 sigma with noise."""
+    return np.where((s > 1) & (u > 14 + s) & (u < 26 + 2 * s), 0.5, 0.99)
+
+
+def scan(name):
+    """Three replicates of every point."""
+    sizes, velocities, noises = SCANS[name]
+    grid = [(n, u, s, k) for n in sizes for u in velocities for s in noises for k in range(3)]
+    grid = np.random.default_rng(3).permutation(np.array(grid))
+    n, u, s, replicate = grid.T
+    replicate = replicate.astype(int)
+    # without noise ten blocks slip for good beyond u = 30, but in replicate 2: 1760 and 1840 are
+    # 1.2 and 0.8 laminar times before the end
+    ended = (n == 10) & (u > 30) & (s == 0)
+    arrays = {
+        "n_blocks": n.astype(int),
+        "belt_velocity": u,
+        "noise": s,
+        "replicate": replicate,
+        "disorder_parameter": np.array([r(name, *row[:3]) for row in grid]) + SCATTER[replicate],
+        "section_position": 111.0 * n,
+        "section_velocity": np.array([crossings(name, *row[:3]) for row in grid]),
+        "laminar_fraction": laminar(u, s),
+        "laminar_count": np.where(laminar(u, s) == 0.5, 9, 1),
+        "last_stick_time": np.where(ended, np.array([np.nan, 1760, 1840])[replicate], 1840.0),
+    }
+    method = "event" if name.endswith("_check") else "verlet"
+    return Dataset(arrays, HOW | {"kind": "scan", "method": method})
+
+
+def friction_ratio():
+    """Three runs at each friction ratio and belt velocity; r tells both."""
+    grid = [(f, u, k) for f in (0.2, 0.45, 0.8) for u in U for k in range(3)]
+    f, u, k = np.random.default_rng(4).permutation(grid).T
+    disorder = np.where(u < 20 + 20 * f, 0.12, 0.03) + 1e-3 * f + 1e-4 * u + SCATTER[k.astype(int)]
+    arrays = {"friction_ratio": f, "belt_velocity": u, "disorder_parameter": disorder}
+    alike = {"n_blocks": np.full(f.size, 5), "noise": np.zeros(f.size), "replicate": k.astype(int)}
+    return Dataset(alike | arrays, HOW | {"kind": "scan"})
+
+
+# --- series and catalogues ------------------------------------------------------------------------
+
+
+def series(n_blocks, belt_velocity, noise, *, length=2000, interval=2.0, transient=500.0):
+    """Samples without any pattern, all different; blocks stick at every tenth one.
+
+    The last block slips twice for longer than 200 after the transient; so does block 1, elsewhere.
+    """
+    rng = np.random.default_rng(int(10 * belt_velocity))
+    time = interval * np.arange(length)
+    velocities = belt_velocity - rng.uniform(1, 50, (length, n_blocks))
+    velocities[::10] = belt_velocity
+    positions = 60.0 * np.arange(1, n_blocks + 1) + rng.uniform(0, 20, (length, n_blocks))
+    slips = [(block, *slip) for block in (1, n_blocks) for slip in long_slips(time[-1], block)]
+    events = [(begin, block, "slip") for block, begin, _ in slips]
+    events += [(end, block, "stick") for block, _, end in slips]
+    arrays = {"time": time, "positions": positions, "velocities": velocities}
+    arrays["events"] = np.sort(np.array(events, EVENT), order="time")
+    chain = {"n_blocks": n_blocks, "belt_velocity": belt_velocity, "noise": noise}
+    span = {"transient": transient, "duration": float(time[-1]), "kind": "series"}
+    return Dataset(arrays, HOW | LAW | chain | span)
+
+
+def long_slips(end, block):
+    """(begin, end) of slips: the first is too short, the last too early."""
+    late = end - 100 * block
+    return [(late - 3000, late - 2810), (late - 2000, late - 1500), (late - 900, late), (0, 450)]
+
+
+def friction_event():
+    """Block 5 of 5 sticks from 5 to 9, slips to 14; block 4 moves at other times."""
+    data = series(5, 1.0, 1.0, length=3000, interval=0.01)
+    events = [(2, 4, "slip"), (5, 5, "stick"), (9, 5, "slip"), (12, 4, "stick"), (14, 5, "stick")]
+    friction = np.random.default_rng(9).uniform(-70, 70, data.arrays["positions"].shape)
+    law = {"static_friction": 80.0, "friction_ratio": 0.4, "rest_length": 55.0}
+    law |= {"linear_limit": 18.0, "compression_rate": 0.21, "extension_rate": 0.012}
+    arrays = data.arrays | {"events": np.array(events, EVENT), "friction": friction}
+    return Dataset(arrays, data.attributes | law)
+
+
+def catalogue(n_blocks=5, *, points=900, repeats=0, method="verlet", count=1200):
+    """Slips of the last two blocks in two chains, each an avalanche, and points of a section.
+
+    repeats : how many of the last points of the section are nearly those at the begin.
+    """
+    rng = np.random.default_rng(n_blocks + 3)
+    names = ["start_time", "stop_time", "start_position", "stop_position", "dissipated"]
+    slips = np.zeros(count, [("point", "i4"), ("block", "i4"), *[(name, "f8") for name in names]])
+    slips["point"] = np.arange(count) % 2
+    slips["block"] = n_blocks - 1 + np.arange(count) // 2 % 2
+    slips["start_time"] = 100.0 * np.arange(count)
+    slips["stop_time"] = slips["start_time"] + rng.uniform(1, 9, count)
+    slips["stop_position"] = rng.uniform(-5, 5, count)
+    slips["start_position"] = slips["stop_position"] + 10 * (1 - 0.99 * rng.random(count)) ** -0.8
+    slips["dissipated"] = 3 * (1 - 0.99 * rng.random(count)) ** -0.7
+    events = slips[["point", "start_time", "stop_time", "dissipated"]].copy()
+    events["dissipated"] = n_blocks**2 * (1 - 0.99 * rng.random(count)) ** -0.7
+    size = slips["start_position"] - slips["stop_position"]
+    more = {
+        "slips": np.ones(count, dtype=int),
+        "blocks": np.ones(count, dtype=int),
+        "spring_energy_drop": 1.1 * events["dissipated"],
+        "last_block_displacement": np.where(slips["block"] == n_blocks, size, 0.0),
+    }
+    events = append_fields(events, list(more), list(more.values()), usemask=False)
+    fields = [("point", "i4"), ("positions", "f8", n_blocks), ("velocities", "f8", n_blocks)]
+    section = np.zeros(points, fields)
+    section["point"] = np.arange(points) % 2
+    section["positions"] = 300 + rng.uniform(0, 90, (points, n_blocks))
+    section["velocities"] = 1.5 - rng.uniform(0, 40, (points, n_blocks))
+    section["velocities"][::7] = 1.5
+    if repeats:
+        section["positions"][-repeats:] = section["positions"][:repeats] + 0.05
+        section["velocities"][-repeats:] = section["velocities"][:repeats]
+    chain = {"n_blocks": n_blocks, "belt_velocity": 1.5, "noise": 0.0, "method": method}
+    where = {"section_block": 3, "section_position": 271.5, "kind": "catalogue"}
+    arrays = {"slips": slips, "avalanches": events, "section": section}
+    return Dataset(arrays, HOW | chain | where)
+
+
+# --- long runs without noise ----------------------------------------------------------------------
+
+
+def lifetimes():
+    """At u = 18, 24 and 30 four, five and two of six runs escape."""
+    escaped = np.array([[1, 1, 1], [1, 1, 1], [1, 1, 0], [1, 1, 0], [0, 1, 0], [0, 0, 0]], bool)
+    u = np.tile([18.0, 24.0, 30.0], 6)
+    arrays = {"belt_velocity": u, "lifetime": 100.0 + 10 * np.arange(18) + u}
+    arrays |= {"escaped": escaped.ravel(), "n_blocks": np.full(18, 5)}
+    return Dataset(arrays, HOW | {"kind": "escapes", "noise": 0.0, "settle_time": 500.0})
+
+
+def critical_velocities():
+    rows = [
+        ("n5_replicates", 5, 0.0, 18.0, 17.5, 18.6, 17.0, 19.0),
+        ("n5_replicates", 5, 1.0, 18.5, 18.2, 18.8, 18.0, 19.2),
+        ("n5_replicates", 5, 2.2, *[np.nan] * 5),
+        ("n5_replicates_check", 5, 0.0, 19.5, 19.1, 20.1, 17.5, 21.5),
+        ("n5_replicates_wide", 5, 0.0, 17.5, np.nan, np.nan, 16.5, 18.5),
+        ("size_replicates", 7, 0.0, 28.0, 27.0, 29.0, 26.0, 30.0),
+        ("size_replicates", 7, 1.0, *[np.nan] * 5),
+        ("size_replicates", 10, 0.0, *[np.nan] * 5),
+        ("size_replicates", 10, 1.0, *[np.nan] * 5),
+    ]
+    names = ["dataset", "n_blocks", "noise", "critical", "low", "high", "lower", "upper"]
+    return pd.DataFrame(rows, columns=names)
+
+
+def friction_falls():
+    rows = [(0.2, 31.0, 30, 32.5, 28, 35), (0.45, *[np.nan] * 5), (0.8, 17.0, 16.2, 17.4, 12, 21)]
+    names = ["friction_ratio", "critical", "low", "high", "lower", "upper"]
+    return pd.DataFrame(rows, columns=names)
+
+
+RATES = {(5, "event"): 1e-4, (5, "verlet"): 1e-3, (7, "event"): 0.005, (7, "verlet"): 0.02}
+
+
+def growth(runs=6):
+    """Distances that grow at the rate of N and method, from the first level and from the third."""
+    levels = np.geomspace(1e-6, 1e-2, 9)
+    rows = [(n, method) for n, method in RATES for _ in range(runs)]
+    first = np.array([np.log(levels / levels[0]) / RATES[row] for row in rows])
+    later = np.where(levels < 0.99 * levels[2], np.nan, first - first[:, 2:3])
+    n, method = zip(*rows, strict=True)
+    arrays = {"n_blocks": np.array(n), "method": np.array(method), "levels": levels}
+    arrays["passage_time"] = np.stack([first, later], axis=1)
+    return Dataset(arrays, HOW | {"kind": "separation", "duration": 1e6, "transient": 0.0})
+
+
+ENDS = [3.0, 12.0, 33.0]  # belt velocities of the runs that settle
+
+
+@functools.cache
+def settling():
+    """Datasets of the end of irregular motion, and the table of their lifetimes."""
+    made = irregular.survivals(n_blocks=[4, 6, 7, 10], belt_velocity=ENDS, initial_spread=[1, 10.0])
+    at = {"n_blocks": [5], "belt_velocity": ENDS}
+    kicks, steps = [0, 1e-7, 2e-3], [2e-5, 1e-3]
+    made["kicked"] = irregular.settling(**at, method=["event"], kick=kicks, errors="kick")
+    made["steps"] = irregular.settling(**at, method=["verlet"], time_step=steps, errors="time_step")
+    made["steps"].arrays["irregular_exponent"][:] = np.nan  # verlet has none
+    noisy = {"kick": [0.0], "time_step": [1e-3, 1e-5], "noise": [0.01, 0.3]}
+    made["weak_noise"] = irregular.settling(**at, **noisy, errors="noise")
+    return made | {"mean_lifetimes": table("mean_lifetimes", made)}
+
+
+# --- both integrators -----------------------------------------------------------------------------
+
+PAIRED_U, PAIRED_NOISES, RUNS = (10.0, 30.0, 50.0), (1.0, 5.0), 9
+SPREADS = (0.001, 1.0)
+
+
+def noisy_r(side, u, s):
+    """r of several runs at a point by one of the methods."""
+    scatter = np.random.default_rng([side, int(u), int(s)]).normal(0, 0.01, RUNS)
+    return 0.01 * side + 0.001 * u + 0.002 * s + scatter
+
+
+def settled_r(side, u, spread, step):
+    """(sticks, r) of some runs at their end; the number that sticks tells where they belong."""
+    rng = np.random.default_rng([side, int(u), int(1000 * spread), int(1e4 * step)])
+    return np.arange(RUNS) < rng.integers(1, RUNS), rng.uniform(0.01, 0.2, RUNS)
+
+
+def columns(names, rows):
+    shuffled = [rows[index] for index in np.random.default_rng(6).permutation(len(rows))]
+    return dict(zip(names.split(), map(np.array, zip(*shuffled, strict=True)), strict=True))
+
+
+def paired(kind):
+    """Noisy runs, or runs at their end, by verlet and by event."""
+    made = {}
+    for side, method in enumerate(("verlet", "event"), start=1):
+        if kind == "r":
+            names = "n_blocks belt_velocity noise disorder_parameter"
+            points = [(5, u, s) for u in PAIRED_U for s in PAIRED_NOISES]
+            rows = [(*point, value) for point in points for value in noisy_r(side, *point[1:])]
+            arrays = columns(names, rows)
+        else:
+            names = "belt_velocity initial_spread time_step sticks final_disorder"
+            steps = (0.001, 0.002)[: 3 - side]
+            points = [(u, spread, dt) for u in PAIRED_U for spread in SPREADS for dt in steps]
+            rows = [
+                (*point, *run)
+                for point in points
+                for run in zip(*settled_r(side, *point), strict=True)
+            ]
+            arrays = columns(names, rows)
+            arrays["final_stick_rate"] = np.zeros((len(rows), 5))
+            arrays["final_stick_rate"][:, -1] = arrays["sticks"]
+            arrays["escaped"] = np.ones(len(rows), dtype=bool)
+            arrays |= {"n_blocks": np.full(len(rows), 5), "noise": np.zeros(len(rows))}
+            arrays["lifetime"] = np.arange(1.0, len(rows) + 1)
+        name = {"r": "pairs_r", "end": "pairs_states"}[kind]
+        made[f"{name}_{method}"] = Dataset(arrays, HOW | {"kind": kind, "method": method})
+    return made
+
+
+def agreement():
+    """The comparisons of r and of the states reached."""
+    noisy, ends = ([data.arrays for data in paired(kind).values()] for kind in ("r", "end"))
+    values = [{integrators.DISORDER: arrays["disorder_parameter"]} for arrays in noisy]
+    rows = integrators.compare_points(*noisy, *values) + integrators.compare_attractors(*ends)
+    return pd.DataFrame(rows)
+
+
+PATH_TIME = np.arange(0.0, 100.25, 0.5)
+EVENT_TIME = 10.0 + 2 * np.arange(25)
+MEMBERS = np.array([1.0, 2.0, 10.0])
+PLACES = [(2, 3.0), (5, 3.0), (5, 20.0), (10, 20.0)]
+
+
+def drift(n, u, size):
+    """How fast runs of an error part, without the factor of the member."""
+    return size * (1 + n / 10 + u / 100)
+
+
+def _paths(method, errors):
+    """Runs of three members at PLACES for each (time step, allowed error, size of the error)."""
+    rows = [(*place, k, *error) for place in PLACES for k in range(3) for error in errors]
+    names = ["n_blocks", "belt_velocity", "replicate", "time_step", "allowed_error", "size"]
+    arrays = dict(zip(names, map(np.array, zip(*rows, strict=True)), strict=True))
+    shape = (len(rows), PATH_TIME.size, 10)
+    wave = 0.1 * np.sin(PATH_TIME)[:, np.newaxis]
+    positions = np.broadcast_to(52.0 * np.arange(1, 11), shape) + wave
+    velocities = np.broadcast_to(0.3 * np.arange(1, 11), shape).copy()
+    events = []
+    for row, (n, u, member, _, _, size) in enumerate(rows):
+        error = MEMBERS[member] * drift(n, u, size)
+        positions[row, :, n - 1] += error * np.maximum(PATH_TIME - 10, 0)
+        positions[row, :, n:] = velocities[row, :, n:] = np.nan
+        for number, instant in enumerate(EVENT_TIME):
+            moved = instant + 0.01 * error * (number + 1)
+            events.append((row, moved, 1, ("slip", "stick")[number % 2]))
+    fields = [("point", "i4"), ("time", "f8"), ("block", "i4"), ("kind", "U5")]
+    alike = {name: np.full(len(rows), value) for name, value in LAW.items()}
+    arrays |= {"time": PATH_TIME, "positions": positions, "velocities": velocities}
+    arrays["events"] = np.array(events, fields)
+    return Dataset(alike | arrays, HOW | {"kind": "paths", "method": method})
+
+
+@functools.cache
+def paths():
+    """Runs by verlet with three steps, by event with two, and by event with four tolerances."""
+    tolerances = [(0.001, allowed, 1e-3 * allowed) for allowed in (1e-2, 1e-4, 1e-6)]
+    made = {
+        "pairs_paths_verlet": _paths("verlet", [(dt, np.nan, dt) for dt in (0.004, 0.002, 0.001)]),
+        "pairs_paths_event": _paths("event", [(dt, np.nan, 0.0) for dt in (0.001, 0.002)]),
+        "pairs_paths_tolerances": _paths("event", [*tolerances, (0.001, 1e-14, 0.0)]),
+    }
+    return made | {"convergence": table("convergence", made)}
+
+
+# --- all of them ----------------------------------------------------------------------------------
+
+
+def table(name, data):
+    """A table as the workflow makes it."""
+    module = importlib.import_module(registry.tables()[name].module)
+    return (getattr(module, "derive", None) or getattr(module, name))(data)
+
+
+@functools.cache
+def recordings():
+    return recorded.recordings(seconds=300, calm=(90, 210))
+
+
+@functools.cache
+def trials():
+    return alternating.studies(runs=16)
+
+
+@functools.cache
+def dataset(name):
+    """The dataset or table of this name; do not change it in place."""
+    made = {
+        "friction_event": friction_event,
+        "u1": lambda: series(5, 1.0, 0.0),
+        "u20": lambda: series(5, 20.0, 0.0, transient=0.0),
+        "u17": lambda: series(5, 17.5, 2.2, length=8000),
+        "u19": lambda: series(5, 19.0, 2.2, length=9000),
+        "slips_u1": catalogue,
+        "slips_u1_event": lambda: catalogue(repeats=40, method="event"),
+        "lifetimes": lifetimes,
+        "motion_map": lambda: irregular.motion(n_blocks=[5, *SIZES], belt_velocity=ENDS, runs=3),
+        "growth": growth,
+        "critical_velocities": critical_velocities,
+        "friction_ratio": friction_ratio,
+        "friction_falls": friction_falls,
+        "agreement": agreement,
+    }
+    made |= {name: functools.partial(scan, name) for name in SCANS}
+    made |= {
+        f"n10_u{u}": lambda u=u: series(10, u, 0.0, length=5500 + 9 * u) for u in (28, 31, 34, 38)
+    }
+    made |= {f"slips_n{n}": lambda n=n: catalogue(n, count=1200 + n) for n in (3, 7, 10)}
+    groups = {
+        "belt_": recordings, "pairs_paths": paths, "convergence": paths, "trials": trials,
+        "experiment_odds": trials, "alternation": trials,
+        "pairs_r": lambda: paired("r"), "pairs_states": lambda: paired("end"),
+    }  # fmt: skip
+    if name in made:
+        return made[name]()
+    group = next((make for start, make in groups.items() if name.startswith(start)), settling)
+    return group()[name]
+
+
+def data_of(figure, *, also=(), **changed):
+    """What a figure uses, checks by the other integrator included, with some of it `changed`."""
+    names = (*registry.figures()[figure].uses, *also)
+    return {name: changed[name] if name in changed else dataset(name) for name in names} | changed
+
+
+def draw(figure, data, caption="small print"):
+    return importlib.import_module(registry.figures()[figure].module).draw(data, caption)
