@@ -11,7 +11,7 @@ import yaml
 
 import pages
 from beltrepro.replication.report import article, sentences
-from beltrepro.replication.report.results import count, with_verdict
+from beltrepro.replication.report.claim_results import count, with_verdict
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, NOT_MEASURED, PARTLY
 from beltrepro.replication.verdicts.ledger import load_ledger
 

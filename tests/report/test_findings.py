@@ -11,7 +11,7 @@ import made_up_results
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import registry
 from beltrepro.replication.report import findings, readings, sentences, trust
-from beltrepro.replication.report.results import (
+from beltrepro.replication.report.claim_results import (
     Number,
     Reading,
     count,

@@ -30,8 +30,8 @@ def require(data, entry):
     """Raise InputError, in one line, unless `data` has what the entry uses, checks excepted."""
     missing = [name for name in entry.uses if name not in data and not name.endswith(CHECK)]
     if missing:
-        given = ", ".join(data) or "none"
-        raise InputError(f"figure needs the dataset {', '.join(missing)}; given: {given}")
+        there = ", ".join(data) or "none"
+        raise InputError(f"figure needs the dataset {', '.join(missing)}; given: {there}")
 
 
 def layers(data, name):
@@ -229,15 +229,15 @@ def legend_within(axes, **words):
 def band_diagram(axes, row, *, colour=style.BLUE, label=None, size=1.6):
     """v_N at the section against u, a dot for each crossing."""
     velocities = np.asarray(row["section_velocity"], dtype=float)
-    known = np.isfinite(velocities)
-    if not known.any():
+    crossed = np.isfinite(velocities)
+    if not crossed.any():
         return
-    abscissa = np.broadcast_to(row["belt_velocity"][:, np.newaxis], velocities.shape)[known]
+    abscissa = np.broadcast_to(row["belt_velocity"][:, np.newaxis], velocities.shape)[crossed]
     # Few dots can afford to be large, many must let through what lies below.
     crowd = (abscissa.size / 10000) ** 0.3
     axes.plot(
         abscissa,
-        velocities[known],
+        velocities[crossed],
         linestyle="none",
         marker=".",
         markersize=size * np.clip(1 / crowd, 0.5, 2.0),

@@ -172,10 +172,10 @@ def _describe(datasets, kind, method, duration, transient):
         for symbol, name in (("N", "n_blocks"), ("u", "belt_velocity"), ("σ", "noise"))
         if (values := _parameter(datasets, name)).size
     }
-    for each in LAW:
-        values = _parameter(datasets, each.name)
-        if np.any(values != each.default):
-            spans[each.symbol] = _span(values)
+    for quantity in LAW:
+        values = _parameter(datasets, quantity.name)
+        if np.any(values != quantity.default):
+            spans[quantity.symbol] = _span(values)
     parts = [f"{symbol} = {span}" for symbol, span in spans.items()]
     parts += [f"method {method}", f"dt = {_span(_parameter(datasets, 'time_step'))}"]
     parts.append(f"t = {_number(duration)}")
@@ -186,12 +186,12 @@ def _describe(datasets, kind, method, duration, transient):
 
 def _parameter(datasets, name):
     """Values of a quantity in all points of all datasets."""
-    found = [
+    values = [
         np.atleast_1d(dataset.arrays[name] if name in dataset.arrays else dataset.attributes[name])
         for dataset in datasets
         if name in dataset.arrays or name in dataset.attributes
     ]
-    return np.unique(np.concatenate(found)) if found else np.array([])
+    return np.unique(np.concatenate(values)) if values else np.array([])
 
 
 def _span(values):

@@ -14,10 +14,10 @@ import typst
 
 from beltrepro.base.atomic import replacing
 from beltrepro.replication.plan import registry
-from beltrepro.replication.report import results as claims
+from beltrepro.replication.report import claim_results as claims
+from beltrepro.replication.report.claim_results import Result, Results
 from beltrepro.replication.report.findings import Finding, findings_of
 from beltrepro.replication.report.material import Material
-from beltrepro.replication.report.results import Result, Results
 from beltrepro.replication.report.sentences import all_filled, typeset
 from beltrepro.replication.report.trust import DECIDING, PAPER_DURATION, length, trust
 from beltrepro.replication.verdicts import ledger

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from beltrepro.replication.report.results import Result, Results
+from beltrepro.replication.report.claim_results import Result, Results
 from beltrepro.replication.report.sentences import all_filled, typeset
 from beltrepro.replication.verdicts import ledger
 from beltrepro.replication.verdicts.criteria import (

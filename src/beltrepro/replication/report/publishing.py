@@ -17,8 +17,8 @@ from beltrepro.base import seal
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import manifest, registry
+from beltrepro.replication.report.claim_results import Results, count, read, with_verdict
 from beltrepro.replication.report.findings import findings_of
-from beltrepro.replication.report.results import Results, count, read, with_verdict
 from beltrepro.replication.report.sentences import filled, place_of, typeset
 from beltrepro.replication.verdicts.criteria import FAILS, PARTLY, UNDECIDED
 from beltrepro.replication.verdicts.ledger import load_ledger

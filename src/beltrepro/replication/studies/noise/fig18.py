@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.colors import BoundaryNorm
 
-from beltrepro.replication.drawing import panels, replicates, style
+from beltrepro.replication.drawing import panels, replicate_panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.noise import measure
 from beltrepro.stats import intermittency, sections
@@ -84,11 +84,11 @@ def _shares(axes, scan):
         label = rf"$\sigma = {noise:g}$"
         share = row["belt_velocity"], row["laminar_fraction"]
         # without noise a run has one of both motions for good
-        replicates.band(axes, *share, index, label=label, band=noise > 0)
+        replicate_panels.band(axes, *share, index, label=label, band=noise > 0)
     for limit in intermittency.LAMINAR_SHARE:
         axes.axhline(limit, color="0.5", linewidth=0.8, linestyle=":")
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.04, 1.04))
-    panels.remark(axes, replicates.WORDS)
+    panels.remark(axes, replicate_panels.WORDS)
     if axes.get_legend_handles_labels()[1]:
         axes.legend(loc="center left")
     else:
