@@ -28,7 +28,7 @@ def verlet_integrator(states: Sequence[ChainState], *, time_step: float, **setti
     first = states[0].parameters
     rate = max(first.compression_rate, first.extension_rate)
     slope = 1 + rate * first.static_friction
-    short = time_step**2 * _FREQUENCY * slope <= 4 * _LEAP_LIMIT
+    short = time_step**2 * _FREQUENCY * slope <= _LEAP_LIMIT
     quiet = all(state.parameters.noise == 0 for state in states)
     chosen = LeapingVerlet if quiet and short else SteppingVerlet
     return chosen(states, time_step=time_step, **settings)
