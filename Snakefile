@@ -24,7 +24,7 @@ rule all:
     "Everything: figures, claims, the comparison of integrators, report and article; the default."
     default_target: True
     input:
-        everything(),
+        FLOW.everything(),
 
 
 include: "workflow/rules/datasets.smk"
@@ -45,4 +45,4 @@ onstart:
 
 # Jobs go on after a failure: say once more, last, what was wrong.
 onerror:
-    say_at_exit(said_of_failures(log))
+    atexit.register(print, lifecycle.said_of_failures(log), file=sys.stderr)

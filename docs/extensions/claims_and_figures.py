@@ -1,7 +1,7 @@
 """The reference of results: figures and tables by their entries, claims by the ledger."""
 
 from beltrepro.replication.plan import registry
-from beltrepro.replication.verdicts.entries import load_ledger
+from beltrepro.replication.verdicts.ledger import load_ledger
 from extensions import markdown
 
 

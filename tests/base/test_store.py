@@ -17,6 +17,7 @@ from beltrepro.base import provenance, store
 from beltrepro.base.errors import InputError
 from beltrepro.engine import vector
 from beltrepro.replication.plan import files, inputs, tables
+from beltrepro.replication.plan.kinds import KINDS
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import columns, points_of
 
@@ -176,7 +177,7 @@ def test_a_damaged_file_is_one_line_with_the_remedy(tmp_path):
 
 def test_batches_are_joined_in_their_order(tmp_path):
     parts = [written(tmp_path / f"{number}.h5", number) for number in (0, 1)]
-    whole = files.join(parts, "scan")
+    whole = files.join(parts, KINDS["scan"].arrays)
     assert whole["n_blocks"].tolist() == [2, 2, 5, 5]
     np.testing.assert_array_equal(whole["disorder_parameter"], [0, 1 / 7, 2 / 7, 0])
     assert whole["slip_count"].shape == (4, 10)
@@ -194,7 +195,7 @@ def test_joining_counts_points_on_and_fills_up_smaller_chains():
         }
         return store.Dataset(arrays, {})
 
-    whole = files.join([part(2, 2, 3), part(5, 1, 2)], "series")
+    whole = files.join([part(2, 2, 3), part(5, 1, 2)], KINDS["series"].arrays)
     assert whole["time"].tolist() == [0, 1, 2]
     assert whole["positions"].shape == (3, 3, 5)
     assert np.isnan(whole["positions"][:2, :, 2:]).all() and (whole["positions"][2] == 1).all()
@@ -203,7 +204,7 @@ def test_joining_counts_points_on_and_fills_up_smaller_chains():
     late = part(2, 1, 0)
     late.arrays["time"] += 1
     with pytest.raises(InputError, match="differ in time"):
-        files.join([part(2, 1, 0), late], "series")
+        files.join([part(2, 1, 0), late], KINDS["series"].arrays)
 
 
 def test_a_series_of_one_point_is_that_run():
@@ -266,87 +267,6 @@ def test_code_version_is_a_version():
 
 
 @pytest.fixture
-def package(tmp_path):
-    """A package of the project's name: simulation -> engine -> two kernels; figures -> style."""
-    root = tmp_path / "beltrepro"
-    sources = {
-        "__init__.py": "from beltrepro.simulation import simulate",
-        "simulation.py": "from beltrepro.engine import driver\nimport numpy",
-        "engine/__init__.py": "",
-        "engine/driver.py": "def go():\n    from . import fast\n    from .slow import step",
-        "engine/fast.py": "",
-        "engine/slow.py": "from beltrepro.law import force",
-        "law.py": "",
-        "figures/__init__.py": "",
-        "figures/style.py": "import beltrepro.law",
-        "figures/one.py": "from beltrepro.figures.style import save",
-        "figures/two.py": "from beltrepro.figures import style",
-        "figures/paper.mplstyle": "",
-    }
-    for name, text in sources.items():
-        path = root / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-    return root
-
-
-def test_code_hash_follows_imports(package):
-    closure = provenance.module_closure("beltrepro.simulation", root=package)
-    names = ["engine", "engine.driver", "engine.fast", "engine.slow", "law", "simulation"]
-    assert closure == {f"beltrepro.{name}" for name in names}
-
-
-@pytest.mark.parametrize(
-    ("touched", "reruns"),
-    [
-        ("engine/fast.py", {"simulation"}),
-        ("engine/slow.py", {"simulation", "simulation without fast"}),
-        ("law.py", {"simulation", "simulation without fast", "one", "two"}),
-        ("figures/one.py", {"one"}),
-        ("figures/paper.mplstyle", {"one", "two"}),
-        ("__init__.py", set()),
-    ],
-)
-def test_code_hash_changes_with_what_it_covers_and_nothing_else(package, touched, reruns):
-    def hashes():
-        code_hash = provenance.code_hash
-        simulation, fast = "beltrepro.simulation", ("beltrepro.engine.fast",)
-        return {
-            "simulation": code_hash(simulation, root=package),
-            "simulation without fast": code_hash(simulation, without=fast, root=package),
-            "one": code_hash("beltrepro.figures.one", root=package),
-            "two": code_hash("beltrepro.figures.two", root=package),
-        }
-
-    before = hashes()
-    assert before == hashes()
-    with (package / touched).open("a") as file:
-        file.write("\n# touched\n")
-    after = hashes()
-    assert {name for name in before if before[name] != after[name]} == reruns
-
-
-def test_code_hash_of_a_script_changes_with_its_text(package, tmp_path):
-    module, script = "beltrepro.figures.one", tmp_path / "draw.py"
-    script.write_text("1")
-    before = provenance.code_hash(module, script=script, root=package)
-    assert before != provenance.code_hash(module, root=package)
-    script.touch()
-    assert before == provenance.code_hash(module, script=script, root=package)
-    script.write_text("2")
-    assert before != provenance.code_hash(module, script=script, root=package)
-
-
-def test_caches_do_not_count_as_code(package):
-    before = provenance.code_hash("beltrepro.figures.one", root=package)
-    cache = package / "figures" / "__pycache__" / "one.pyc"
-    cache.parent.mkdir()
-    cache.write_text("")
-    (package / "figures" / "kernel.nbi").write_text("")
-    assert provenance.code_hash("beltrepro.figures.one", root=package) == before
-
-
-@pytest.fixture
 def checkout(tmp_path, monkeypatch):
     """A git checkout with the package in src/beltrepro; functions that remember forget."""
     root = tmp_path / "src" / "beltrepro"
@@ -383,55 +303,6 @@ def test_code_version_names_the_commit_and_changes_to_it(checkout):
     (tree / "notes.txt").write_text("files that git does not follow change nothing")
     provenance.code_version.cache_clear()
     assert provenance.code_version() == f"1.2+g{git(tree, 'rev-parse', 'HEAD')[:12]}"
-
-
-def test_a_hash_knows_names_of_modules_and_of_files(package):
-    """The same texts elsewhere are other code; a module that is not there counts by its name."""
-    hashes = {provenance.code_hash("beltrepro.law", root=package)}
-    hashes.add(provenance.code_hash("beltrepro.engine.fast", root=package))
-    hashes.add(provenance.code_hash("beltrepro.missing", root=package))
-    hashes.add(provenance.code_hash("beltrepro.missing2", root=package))
-    assert len(hashes) == 4 and {len(each) for each in hashes} == {16}
-    before = provenance.code_hash("beltrepro.figures.one", root=package)
-    (package / "figures" / "paper.mplstyle").rename(package / "figures" / "other.mplstyle")
-    assert provenance.code_hash("beltrepro.figures.one", root=package) != before
-
-
-def test_imports_of_every_form_are_followed(package):
-    forms = {
-        "import beltrepro.law": {"law"},
-        "import beltrepro.engine.fast as quick, json": {"engine", "engine.fast"},
-        "from beltrepro.engine import fast, driver": {
-            "engine", "engine.fast", "engine.driver", "engine.slow", "law"
-        },
-        "from .engine import slow": {"engine", "engine.slow", "law"},
-        "from . import law": {"law"},
-        "from .law import force": {"law"},
-        "import numpy\nfrom scipy import stats\nfrom beltreprox import a": set(),
-        "if True:\n    class A:\n        from beltrepro import law": {"law"},
-    }  # fmt: skip
-    for text, expected in forms.items():
-        (package / "new.py").write_text(text)
-        found = provenance.module_closure("beltrepro.new", root=package)
-        names = {name.removeprefix("beltrepro.") for name in found} - {"new", "beltrepro"}
-        assert names == expected, text
-    deep = package / "engine" / "deep.py"
-    deep.write_text("from ..law import force\nfrom .fast import step")
-    found = provenance.module_closure("beltrepro.engine.deep", root=package)
-    assert found == {f"beltrepro.{n}" for n in ("engine", "engine.deep", "engine.fast", "law")}
-
-
-def test_data_of_a_package_count_wherever_they_lie(package):
-    def touched(*parts):
-        path = package.joinpath("figures", *parts)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        before = provenance.code_hash("beltrepro.figures.one", root=package)
-        path.write_text("text")
-        return provenance.code_hash("beltrepro.figures.one", root=package) != before
-
-    assert touched("templates", "page.j2") and touched("style.css")
-    assert not any(touched(name) for name in (".hidden", "x.pyc", "x.nbc", "not_imported.py"))
-    assert not touched(".cache", "page.j2") and not touched("__pycache__", "x.txt")
 
 
 # What numba compiles, by the decorators of `beltrepro.engine.vector` or by calls of them.

@@ -6,7 +6,14 @@ import pytest
 from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.model.units import TIME_S
-from beltrepro.replication.camera.camera import Movement, View, band, film, pictures, step_changes
+from beltrepro.replication.camera.camera import (
+    Framing,
+    Movement,
+    band,
+    film,
+    pictures,
+    step_changes,
+)
 from beltrepro.replication.camera.scene import Camera, Scene
 from beltrepro.replication.camera.video import read_video
 from filming import FRAMES_PER_SECOND, swaying
@@ -45,7 +52,7 @@ def test_a_band_covers_its_length():
 def test_a_scale_that_the_camera_chooses_fits_whatever_the_rounding():
     for farthest in np.linspace(0.5, 1.5, 1001):
         movement = Movement(np.zeros(1), np.array([[farthest]]), np.zeros((1, 1)))
-        view = View.of(movement, Scene(), Camera())
+        view = Framing.of(movement, Scene(), Camera())
         assert view.along(farthest + 0.02) < view.width
 
 
@@ -62,7 +69,7 @@ def test_the_white_block_brightens_by_its_area():
     assert area == pytest.approx(expected, rel=2e-3)  # 8 bits round
     columns = (first - second).sum(axis=0)
     centre = np.arange(camera.width) @ columns / columns.sum() + 0.5
-    view = View.of(movement, scene, camera)
+    view = Framing.of(movement, scene, camera)
     assert centre == pytest.approx(view.along(movement.x_m[0, -1]), abs=0.01)
 
 
@@ -136,16 +143,23 @@ def test_a_run_is_filmed_at_its_instants(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"frames_per_second": 0}, "frames_per_second = 0"),
+        ({"frames_per_second": 0}, "frames_per_second = 0: must be greater than 0"),
         ({"metres_per_pixel": -1}, "metres_per_pixel = -1"),
-        ({"metres_per_pixel": float("nan")}, "metres_per_pixel = nan"),
-        ({"width": 641}, "even"),
-        ({"height": 1}, "from 16 to 8192"),
-        ({"exposure": 1}, "exposure = 1"),
-        ({"dropped": 1}, "dropped = 1"),
-        ({"compression": 52}, "compression = 52"),
-        ({"angle": 90}, "angle = 90"),
-        ({"sensor_noise": "much"}, "sensor_noise"),
+        ({"metres_per_pixel": float("nan")}, "metres_per_pixel = nan: a finite number"),
+        ({"width": 641}, "width = 641: must be an even number"),
+        ({"height": 14}, "height = 14: must be from 16 to 8192"),
+        ({"width": 9000}, "width = 9000: must be from 16 to 8192"),
+        ({"exposure": 0.05}, "exposure = 0.05: must be from 0 to 0.0416667"),
+        ({"exposure": -0.01}, "exposure = -0.01: must be 0 or greater"),
+        ({"blur": 24}, "blur = 24: must be from 0 to 20"),
+        ({"sensor_noise": 300}, "sensor_noise = 300: must be from 0 to 255"),
+        ({"sensor_noise": "much"}, "sensor_noise = 'much': a number is needed"),
+        ({"light_unevenness": 1.2}, "light_unevenness = 1.2: must be from 0 to 1"),
+        ({"light_drift": 1.2}, "light_drift = 1.2: must be from 0 to 1"),
+        ({"angle": -54}, "angle = -54: must be from -45 to 45"),
+        ({"dropped": 0.95}, "dropped = 0.95: must be from 0 to 0.9"),
+        ({"compression": 52}, "compression = 52: must be from 0 to 51"),
+        ({"compression": 17.5}, "compression = 17.5: a whole number"),
         ({"seed": -1}, "seed = -1"),
     ],
 )
@@ -153,6 +167,18 @@ def test_a_camera_that_cannot_be_is_refused_in_a_line(changes, words):
     with pytest.raises(InputError, match=words) as caught:
         Camera(**changes)
     assert "\n" not in str(caught.value)
+
+
+def test_a_camera_near_its_bounds_is_allowed():
+    Camera(width=16, height=8192, exposure=1 / 24, blur=16, dropped=0.72, compression=51, angle=-36)
+    Camera(frames_per_second=50, exposure=0.016, sensor_noise=204, light_unevenness=0.8)
+
+
+def test_a_scene_has_sizes_and_brightness_within_their_bounds():
+    Scene(belt=204, block=0, spring=255)
+    for changes, words in (({"belt": 300}, "from 0 to 255"), ({"coils": 0}, "greater than 0")):
+        with pytest.raises(InputError, match=words):
+            Scene(**changes)
 
 
 def test_what_does_not_fit_is_refused(tmp_path):

@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 
 from beltrepro.cli import app as cli
-from beltrepro.replication.camera.camera import View, pictures
+from beltrepro.replication.camera.camera import Framing, pictures
 from beltrepro.replication.camera.scene import Camera, Scene
-from beltrepro.replication.camera.tables import read_track
+from beltrepro.replication.camera.track_file import read_track
 from beltrepro.replication.camera.video import Frame, write_video
 from filming import FRAMES_PER_SECOND, swaying
 
 MOVEMENT = swaying(2.0)
 CAMERA = Camera(width=480, height=88)
-SCALE = View.of(MOVEMENT, Scene(), CAMERA).metres_per_pixel
-LEFT = View.of(MOVEMENT, Scene(), CAMERA).left
+SCALE = Framing.of(MOVEMENT, Scene(), CAMERA).metres_per_pixel
+LEFT = Framing.of(MOVEMENT, Scene(), CAMERA).left
 WHOLE = np.array([f.picture for f in pictures(MOVEMENT, camera=CAMERA)])
 TRUE = MOVEMENT.x_m[:, -1]
 SECONDS = 5.0  # in which a command must answer
@@ -55,14 +55,14 @@ def written(path, frames, times=None):
     return path
 
 
-def encoded(path, frames, codec, pixels, *, container=None, **options):
+def encoded(path, frames, codec, pixels, *, layout="gray", container=None, **options):
     """A film by any codec."""
     with av.open(str(path), "w", options=container or {}) as container:
         stream = container.add_stream(codec, rate=24, options=options)
         stream.height, stream.width = frames[0].shape[:2]
         stream.pix_fmt = pixels
         for picture in frames:
-            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="gray")
+            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format=layout)
             container.mux(stream.encode(frame))
         container.mux(stream.encode())
     return path
@@ -127,6 +127,16 @@ RIGHT = {
     "vp9": lambda p: encoded(p.with_suffix(".webm"), WHOLE, "libvpx-vp9", "yuv420p", **LIVE),
     "mjpeg": lambda p: encoded(p.with_suffix(".avi"), WHOLE, "mjpeg", "yuvj420p", **FINE),
     "mpeg4": lambda p: encoded(p.with_suffix(".avi"), WHOLE, "mpeg4", "yuv420p", **FINE),
+    "transparent": lambda p: encoded(
+        p.with_suffix(".mov"),
+        [np.dstack([f, f, f, f // 2]) for f in WHOLE],
+        "png",
+        "rgba",
+        layout="rgba",
+    ),
+    "16 bits": lambda p: encoded(
+        p.with_suffix(".mkv"), WHOLE.astype(np.uint16) * 257, "ffv1", "gray16le", layout="gray16le"
+    ),
     "transport stream": lambda p: encoded(p.with_suffix(".ts"), WHOLE, "libx264", "yuv420p"),
 }  # fmt: skip
 
@@ -265,6 +275,10 @@ WRONG = {
     "one frame": (lambda path: written(path, WHOLE[:1]), "1 of the frames"),
     "black": (lambda path: written(path, shape(12)), "no white block"),
     "white": (lambda path: written(path, shape(12, value=255)), "no white block"),
+    "noise": (
+        lambda p: written(p, np.random.default_rng(2).integers(0, 255, (9, 96, 640), np.uint8)),
+        "no white block|no tape",
+    ),
     "tiny": (lambda path: written(path, shape(12, (16, 16), 99)), "no white block"),
     "huge": (
         lambda p: encoded(p.with_suffix(".mkv"), shape(1, (6000, 6000)), "ffv1", "gray"),
@@ -320,7 +334,7 @@ def test_a_block_that_leaves_the_picture_is_told(tmp_path, capsys):
 
 
 def test_frames_that_are_repeated_count_once(tmp_path, capsys):
-    numbers = [each for each in range(len(WHOLE)) for _ in range(1 + (each % 7 == 0))]
+    numbers = [row for row in range(len(WHOLE)) for _ in range(1 + (row % 7 == 0))]
     path = packets(tmp_path / "film.mkv", WHOLE[numbers], numbers)
     _, x_m, _ = tracked(capsys, path, tmp_path)
     assert len(x_m) == len(WHOLE)
@@ -336,11 +350,16 @@ def test_a_frozen_film_stands_still(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--scale=0"], "metres_per_pixel = 0"),
-        (["--scale=-0.002"], "metres_per_pixel = -0.002"),
-        (["--scale=nan"], "metres_per_pixel"),
-        ([f"--scale={SCALE * 100}"], "metres_per_pixel"),
+        (["--scale=0"], "metres_per_pixel = 0: must be greater"),
+        (["--scale=nan"], "metres_per_pixel = nan: a finite number"),
+        (["--scale=0.12"], "metres_per_pixel = 0.12: must be from 1e-06 to 0.1"),
+        (["--scale=0.08"], "no white block"),
+        (["--scale=8e-7"], "metres_per_pixel = 8e-07"),
         ([f"--scale={SCALE / 100}"], "no white block"),
+        (["--first-mark=-5.5"], "first_mark = -5.5: must be from -5 to 5, in metres"),
+        (["--first-mark=inf"], "first_mark"),
+        (["--block-length=0"], "block_length = 0: must be greater than 0"),
+        (["--mark-spacing=nan"], "mark_spacing"),
         (["--output=film.mp4"], "must end in .csv"),
         (["--output=."], "folder"),
         (["--output=/proc/a.csv"], "/proc/a.csv"),
@@ -388,11 +407,21 @@ def table(time_s=TIMES, x_m=PLACES, header="time_s,x_m"):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "lacks the column"),
-        (table(header="t,x"), "lacks the column time_s, x_m"),
+        (None, "No such file"),
+        ("", "lacks the column time_s, x_m"),
+        (table(header="t,x"), "lacks the column time_s, x_m; its first line is 't,x'"),
+        (table([], []), "has no rows"),
         (table(header="time_s,x_cm"), "lacks the column x_m"),
         (table(x_m=["fast", *PLACES[1:]]), "'fast' is not a number"),
-        (table(x_m=["nan", *PLACES[1:]]), "x_m in row 1"),
+        (table(x_m=["", *PLACES[1:]]), "'' is not a number"),
+        (table(x_m=['"0,9"', *PLACES[1:]]), "x_m: '0,9' is not a number"),
+        (table(x_m=["nan", *PLACES[1:]]), "x_m in row 1 is not a finite number"),
+        (table([*TIMES[1:], "inf"]), "time_s in row 80 is not a finite number"),
+        (table([*TIMES[1:], 1e9]), "row 80 is 1e+09 s later than in the row before"),
+        (table() + "9\n", "row 81 has 1 values, 2 are needed"),
+        (table(header="x_m,x_m"), "lacks the column time_s"),
+        ("time_s,x_m,x_m\n0,1,2\n", "2 columns x_m"),
+        ("time_s,x_m\n\0\0\0", "not a number|values"),
         (table(TIMES[:1], PLACES[:1]), "1 sample"),
         (table(TIMES[::-1]), "time_s in row 2 is not later"),
         (table(np.repeat(TIMES[::2], 2)), "time_s in row 2 is not later"),
@@ -405,7 +434,8 @@ def table(time_s=TIMES, x_m=PLACES, header="time_s,x_m"):
 )
 def test_tables_that_are_refused(tmp_path, capsys, text, words):
     path = tmp_path / "a.csv"
-    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    if text is not None:
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
     refused(run(capsys, "analyse", path), path, words)
 
 
@@ -436,4 +466,20 @@ def test_films_that_are_not_made(tmp_path, capsys, monkeypatch, command, options
     monkeypatch.chdir(tmp_path)
     chain = ["--n-blocks=2", "--belt-velocity=15", "--duration=5"]
     refused(run(capsys, command, *chain, *options), "", words)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("option", "words"),
+    [
+        ("--width=33", "width = 33: must be an even number"),
+        ("--seed=-1", "seed = -1"),
+        ("--metres-per-pixel=1e-5", "take a larger"),
+        ("--transient=50", "transient = 50"),
+    ],
+)
+def test_settings_of_the_camera_that_are_refused(tmp_path, capsys, monkeypatch, option, words):
+    monkeypatch.chdir(tmp_path)
+    chain = ["--n-blocks=2", "--belt-velocity=15", "--duration=10"]
+    refused(run(capsys, "film", *chain, "--output=a.mp4", option), "", words)
     assert not list(tmp_path.iterdir())

@@ -2,7 +2,6 @@
 
 import math
 
-import av
 import cv2
 import numpy as np
 import pytest
@@ -10,7 +9,7 @@ import pytest
 from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.model.units import TIME_S
-from beltrepro.replication.camera.camera import Movement, View, film
+from beltrepro.replication.camera.camera import Framing, Movement, film
 from beltrepro.replication.camera.scene import Camera, Scene
 from beltrepro.replication.camera.tracking import track
 from beltrepro.replication.camera.video import Frame, read_video, write_video
@@ -37,7 +36,7 @@ def tracked(movement, camera, path, **how):
     """The track of a film of a movement, its errors in pixels, and the true scale."""
     film(movement, path, camera=camera)
     found = track(path, **how)
-    scale = View.of(movement, Scene(), camera).metres_per_pixel
+    scale = Framing.of(movement, Scene(), camera).metres_per_pixel
     return found, errors(found, movement.time_s, movement.x_m[:, -1], scale), scale
 
 
@@ -100,7 +99,7 @@ def test_other_colours(tmp_path, scene):
     movement = swaying(0.6)
     film(movement, tmp_path / "film.mp4", scene=scene)
     found = track(tmp_path / "film.mp4")
-    scale = View.of(movement, scene, Camera()).metres_per_pixel
+    scale = Framing.of(movement, scene, Camera()).metres_per_pixel
     assert len(found.time_s) == len(movement.time_s)
     assert rms(errors(found, movement.time_s, movement.x_m[:, -1], scale)) < 0.3
 
@@ -122,7 +121,7 @@ def test_a_film_that_a_phone_has_marked_as_turned(tmp_path):
     content[place : place + 36] = matrix.tobytes()
     path.write_bytes(content)
     found = track(path)
-    scale = View.of(movement, Scene(), Camera()).metres_per_pixel
+    scale = Framing.of(movement, Scene(), Camera()).metres_per_pixel
     assert rms(errors(found, movement.time_s, movement.x_m[:, -1], scale)) < 0.3
 
 
@@ -137,7 +136,7 @@ def test_a_block_that_stops_is_tracked(tmp_path):
 def test_cropped_mirrored_and_upright_films(tmp_path):
     movement, camera = swaying(1.5), Camera()
     film(movement, tmp_path / "film.mp4", camera=camera)
-    view = View.of(movement, Scene(), camera)
+    view = Framing.of(movement, Scene(), camera)
     frames = list(read_video(tmp_path / "film.mp4"))
     # The first 120 pixels are cut off: the first mark that is left reads something else.
     cut = math.ceil((120 - view.left) * view.metres_per_pixel / 0.01) * 0.01
@@ -169,7 +168,7 @@ def test_frames_at_uneven_instants_keep_them(tmp_path):
     found = track(tmp_path / "some.mp4")
     time = movement.time_s[chosen] - movement.time_s[chosen[0]]
     np.testing.assert_allclose(found.time_s, time, atol=1e-3)
-    scale = View.of(movement, Scene(), Camera()).metres_per_pixel
+    scale = Framing.of(movement, Scene(), Camera()).metres_per_pixel
     assert rms(errors(found, time, movement.x_m[chosen, -1], scale)) < 0.2
 
 
@@ -184,7 +183,7 @@ def test_a_hand_in_the_picture_is_told_with_its_instants(tmp_path):
     found = track(tmp_path / "hand.mp4")
     np.testing.assert_allclose(found.lost_s, [[30 / 24, 41 / 24]], atol=1e-3)
     assert len(found.time_s) == len(frames) - 12
-    scale = View.of(movement, Scene(), Camera()).metres_per_pixel
+    scale = Framing.of(movement, Scene(), Camera()).metres_per_pixel
     assert rms(errors(found, movement.time_s, movement.x_m[:, -1], scale)) < 0.2
 
 
@@ -192,7 +191,7 @@ def test_a_hand_in_the_picture_is_told_with_its_instants(tmp_path):
 def test_a_given_scale_counts(tmp_path):
     movement = swaying(1.0)
     film(movement, tmp_path / "film.mp4")
-    scale = View.of(movement, Scene(), Camera()).metres_per_pixel
+    scale = Framing.of(movement, Scene(), Camera()).metres_per_pixel
     found = track(tmp_path / "film.mp4", metres_per_pixel=1.02 * scale)
     assert found.metres_per_pixel == 1.02 * scale
     assert found.x_m.mean() == pytest.approx(1.02 * movement.x_m[:, -1].mean(), rel=1e-3)
@@ -222,7 +221,7 @@ def test_a_glare_that_the_block_passes_is_not_taken_for_a_spring(tmp_path):
     scene = Scene(white_block=200)
     film(movement, tmp_path / "film.mp4", scene=scene, camera=camera)
     frames = list(read_video(tmp_path / "film.mp4"))
-    view = View.of(movement, scene, camera)
+    view = Framing.of(movement, scene, camera)
     spot = round(view.left + 0.56 / view.metres_per_pixel), frames[0].picture.shape[0] // 2 - 10
     for _, picture in frames:
         cv2.circle(picture, spot, 12, 255, -1)
@@ -242,136 +241,5 @@ def test_a_tape_with_marks_at_another_distance_is_told(tmp_path, spacing):
     ):
         track(tmp_path / "film.mp4")
     found = track(tmp_path / "film.mp4", scene=scene)
-    scale = View.of(movement, scene, Camera()).metres_per_pixel
+    scale = Framing.of(movement, scene, Camera()).metres_per_pixel
     assert rms(errors(found, movement.time_s, movement.x_m[:, -1], scale)) < 0.3
-
-
-# --- what is no film of the experiment ------------------------------------------------------------
-
-
-def encoded(path, pictures, *, codec, pixels, layout):
-    """A film with any codec and format of pixels."""
-    with av.open(str(path), "w") as container:
-        stream = container.add_stream(codec, rate=24)
-        stream.height, stream.width = pictures[0].shape[:2]
-        stream.pix_fmt = pixels
-        for picture in pictures:
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format=layout)))
-        container.mux(stream.encode())
-    return path
-
-
-@pytest.fixture(scope="module")
-def frames():
-    """A second of film, as pictures in memory."""
-    from beltrepro.replication.camera.camera import pictures
-
-    return [frame.picture for frame in pictures(swaying(1.0))]
-
-
-@pytest.mark.thorough
-def test_alpha_channels_and_16_bits_are_read(tmp_path, frames):
-    movement = swaying(1.0)
-    scale = View.of(movement, Scene(), Camera()).metres_per_pixel
-    clear = [np.dstack([each, each, each, np.full_like(each, 128)]) for each in frames]
-    deep = [each.astype(np.uint16) * 257 for each in frames]
-    films = (
-        encoded(tmp_path / "alpha.mov", clear, codec="png", pixels="rgba", layout="rgba"),
-        encoded(tmp_path / "deep.mkv", deep, codec="ffv1", pixels="gray16le", layout="gray16le"),
-    )
-    for path in films:
-        found = track(path)
-        assert rms((found.x_m - movement.x_m[:, -1]) / scale) < 0.2, path
-
-
-def broken(kind, folder, frames):
-    """A file, or something else, that is no film of the experiment."""
-    path = folder / "film.mp4"
-    if kind == "folder":
-        return folder
-    if kind == "text":
-        path.write_text("time_s,x_m\n0,1\n")
-    elif kind == "empty":
-        path.touch()
-    elif kind == "garbage":
-        path.write_bytes(np.random.default_rng(1).bytes(50_000))
-    elif kind == "truncated":
-        whole = folder / "whole.mp4"
-        write_video(
-            whole, [Frame(k / 24, each) for k, each in enumerate(frames)], frames_per_second=24
-        )
-        path.write_bytes(whole.read_bytes()[:10_000])
-    elif kind == "picture":
-        path = folder / "film.png"
-        cv2.imwrite(str(path), frames[0])
-    elif kind == "sound":
-        path = folder / "sound.wav"
-        with av.open(str(path), "w") as container:
-            stream = container.add_stream("pcm_s16le", rate=8000, layout="mono")
-            sound = av.AudioFrame.from_ndarray(np.zeros((1, 4000), np.int16), layout="mono")
-            sound.sample_rate = 8000
-            container.mux(stream.encode(sound))
-    elif kind == "one frame":
-        write_video(path, [Frame(0.0, frames[0])], frames_per_second=24)
-    elif kind == "black":
-        dark = [np.full((96, 640), 20, np.uint8)] * 10
-        write_video(
-            path, [Frame(k / 24, each) for k, each in enumerate(dark)], frames_per_second=24
-        )
-    elif kind == "noise":
-        random = np.random.default_rng(2)
-        pictures = [random.integers(0, 255, (96, 640), dtype=np.uint8) for _ in range(10)]
-        write_video(
-            path, [Frame(k / 24, each) for k, each in enumerate(pictures)], frames_per_second=24
-        )
-    elif kind == "no white block":
-        OtherRenderer(whites=0).film(swaying(0.5).x_m, path)
-    elif kind == "two white blocks":
-        OtherRenderer(whites=2).film(swaying(0.5).x_m, path)
-    elif kind == "huge":
-        path = folder / "huge.mkv"
-        encoded(
-            path, [np.zeros((6000, 6000), np.uint8)], codec="ffv1", pixels="gray", layout="gray"
-        )
-    elif kind == "unreadable":
-        path.touch(mode=0o000)
-    return path
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize(
-    ("kind", "words"),
-    [
-        ("missing", "No such file"),
-        ("folder", "directory"),
-        ("text", "not a video"),
-        ("empty", "not a video"),
-        ("garbage", "not a video"),
-        ("truncated", "not a video"),
-        ("picture", "single picture"),
-        ("sound", "no video"),
-        ("one frame", "single frame|1 of the frames"),
-        ("black", "no white block"),
-        ("noise", "no white block|no tape"),
-        ("no white block", "no white block"),
-        ("two white blocks", "2 white blocks found, at the pixels"),
-        ("huge", "6000 x 6000"),
-        ("unreadable", "Permission|not a video"),
-    ],
-)
-def test_what_is_no_film_of_the_experiment_is_refused_in_a_line(tmp_path, frames, kind, words):
-    with pytest.raises(InputError, match=words) as caught:
-        track(broken(kind, tmp_path, frames))
-    assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize("scale", [0, -0.002, float("nan"), float("inf"), 1e-9, 5.0, 0.008, "much"])
-def test_a_wrong_scale_is_refused_in_a_line(tmp_path, frames, scale):
-    write_video(
-        tmp_path / "film.mp4",
-        [Frame(k / 24, each) for k, each in enumerate(frames[:8])],
-        frames_per_second=24,
-    )
-    with pytest.raises(InputError, match=r"metres_per_pixel|would be a bright rectangle") as caught:
-        track(tmp_path / "film.mp4", metres_per_pixel=scale)
-    assert "\n" not in str(caught.value)

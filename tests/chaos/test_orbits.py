@@ -1,6 +1,5 @@
 """Periodic orbits: closed forms, differences, exponents, continuation, and what has no orbit."""
 
-import dataclasses
 from math import atan, pi
 
 import numpy as np
@@ -174,13 +173,6 @@ def test_an_orbit_that_does_not_attract_is_followed_to(two):
     assert np.all(apart[1:] * apart[:-1] < 0)
     ratio = (apart[-1] / apart[0]) ** (1 / 40)
     assert ratio == pytest.approx(abs(orbit.largest_multiplier), abs=1e-3)
-
-
-def test_one_line_says_what_it_is():
-    found = periodic_orbit(ChainParameters(1, 3.0), duration=200, transient=100)
-    assert repr(found).startswith("PeriodicOrbit(N=1, u=3, sigma=0: period 24.0")
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        found.period_time = 1.0
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from beltrepro import (
 )
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.irregular import _windows
+from beltrepro.chaos.vectors import INTERVAL
 from beltrepro.model.spring import spring_extension
 
 FIVE = ChainParameters(5, 16.0)
@@ -62,6 +63,17 @@ def test_lifetime_is_that_of_the_order_of_slips(five):
         if slips["block"][number] != slips["block"][number + period]
     )
     assert five["lifetime"][slowest] == pytest.approx(slips["time"][broken + 1], abs=1e-9)
+
+
+def test_the_settled_tail_changes_no_irregular_exponent(five):
+    """A run that is given up where the irregular motion ends has the same exponent."""
+    assert np.sum(five["irregular_time"] > 0) >= 2
+    for row in np.flatnonzero(five["irregular_time"] > 0):
+        end = INTERVAL * int(five["lifetime"][row] / INTERVAL)
+        cut = time_to_orbit(FIVE, duration=end, replicate=row + 1, initial_spread=10.0)
+        assert cut["irregular_time"][0] == five["irregular_time"][row] == end - 500.0
+        for name in ("irregular_exponent", "irregular_error"):
+            assert cut[name][0] == pytest.approx(five[name][row], rel=1e-6)
 
 
 def test_a_run_does_not_depend_on_its_company(five):

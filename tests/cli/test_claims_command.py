@@ -9,7 +9,7 @@ import pytest
 from test_claims import SETTINGS
 
 from beltrepro.cli import app as cli
-from beltrepro.replication.studies.measuring import measure
+from beltrepro.replication.studies.every_claim import measure
 
 
 @pytest.fixture(scope="module")

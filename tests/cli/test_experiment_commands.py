@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from beltrepro.cli import app as cli
@@ -63,87 +64,7 @@ def test_tables_for_people(video, tmp_path, capsys):
     assert "disorder_parameter" in out
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--scale=0"], "metres_per_pixel = 0: must be greater"),
-        (["--scale=-1"], "metres_per_pixel = -1"),
-        (["--scale=nan"], "finite"),
-        (["--scale=50"], "from 1e-06 to 0.1"),
-        (["--scale=0.05"], "no white block found"),
-        (["--support=top"], "left, right"),
-        (["--block-length=0"], "block_length = 0"),
-        (["--mark-spacing=nan"], "mark_spacing"),
-        (["--first-mark=inf"], "first_mark"),
-        (["--first-mark=10"], "first_mark = 10: must be from -5 to 5, in metres"),
-        (["--output=/no/such/folder/a.csv"], "folder does not exist"),
-    ],
-)
-def test_wrong_options_of_track_are_refused_in_a_line(video, tmp_path, capsys, options, words):
-    output = [] if "--output" in options[0] else [f"--output={tmp_path / 'a.csv'}"]
-    status, out, err = run(capsys, "track", video, *options, *output)
-    assert (status, out) == (2, "")
-    assert words in err
-    assert err.startswith("error: ") and err.count("\n") == 1
-    assert not (tmp_path / "a.csv").exists()
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--output=a.txt"], "must end in"),
-        (["--frames-per-second=0"], "frames_per_second = 0"),
-        (["--width=33"], "even"),
-        (["--metres-per-pixel=1e-5"], "take a larger"),
-        (["--transient=50"], "transient"),
-    ],
-)
-def test_wrong_options_of_film_are_refused_in_a_line(tmp_path, capsys, options, words):
-    chain = ["--n-blocks=2", "--belt-velocity=15", "--duration=10"]
-    output = [] if "--output" in options[0] else [f"--output={tmp_path / 'a.mp4'}"]
-    status, out, err = run(capsys, "film", *chain, *output, *options)
-    assert (status, out) == (2, "")
-    assert words in err
-    assert err.startswith("error: ") and err.count("\n") == 1
-    assert not list(tmp_path.iterdir())
-
-
-ROWS = "".join(f"{each / 24},{0.8 + 0.01 * (each % 9)},1e-4\n" for each in range(60))
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (None, "No such file"),
-        ("", "lacks the column time_s, x_m"),
-        ("no table at all", "lacks the column"),
-        ("time_s,error_m\n0,1\n", "lacks the column x_m"),
-        (HEADER, "has no rows"),
-        (HEADER + "0,0.5,1e-4\n1,0.6,1e-4\n", "2 samples"),
-        (HEADER + ROWS + "9,nan,1\n", "x_m in row 61 is not a finite number"),
-        (HEADER + ROWS + "inf,0.9,1\n", "time_s in row 61"),
-        (HEADER + ROWS + "9,,1\n", "'' is not a number"),
-        (HEADER + ROWS + "9,fast,1\n", "'fast' is not a number"),
-        (HEADER + ROWS + "9,0.9\n", "row 61 has 2 values, 3 are needed"),
-        (HEADER + ROWS + "1,0.9,1\n", "row 61 is not later"),
-        (HEADER + ROWS.replace(",0.8", ",-0.8"), "measured from the support"),
-        (bytes(range(256)), "not a text file"),
-        ("time_s,x_m\n\0\0\0", "not a number|values"),
-        ("t;x\n0;1\n", "lacks the column time_s, x_m; its first line is 't;x'"),
-        ("time_s,x_m,x_m\n0,1,2\n", "2 columns x_m"),
-        (HEADER + ROWS + '9,"0,9",1e-4\n', "x_m: '0,9' is not a number"),
-        (HEADER + ROWS + "1e9,0.9,1e-4\n", "row 61 is 1e+09 s later than in the row before"),
-        ((HEADER + "größe\n").encode("latin-1"), "not a text file in UTF-8"),
-    ],
-)
-def test_a_wrong_table_is_refused_in_a_line(tmp_path, capsys, text, words):
-    path = tmp_path / "a.csv"
-    if text is not None:
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    status, out, err = run(capsys, "analyse", path)
-    assert (status, out) == (2, "")
-    assert any(word in err for word in words.split("|")), err
-    assert err.startswith("error: ") and err.count("\n") == 1
+ROWS = "".join(f"{row / 24},{0.8 + 0.01 * (row % 9)},1e-4\n" for row in range(60))
 
 
 def german(text):
@@ -198,3 +119,15 @@ def test_a_folder_for_a_table(tmp_path, capsys):
     status, _, err = run(capsys, "analyse", tmp_path)
     assert status == 2
     assert err.count("\n") == 1
+
+
+def test_each_option_of_analyse_changes_what_is_printed(tmp_path, capsys):
+    time = np.arange(2400) / 24
+    place = 0.9 + np.where(time < 60, 0.1, 0.01) * np.sin(3 * time) * (1 + 0.3 * np.sin(0.4 * time))
+    rows = "".join(f"{t},{x}\n" for t, x in zip(time, place, strict=True))
+    (tmp_path / "a.csv").write_text("time_s,x_m\n" + rows)
+    outputs = {
+        run(capsys, "analyse", tmp_path / "a.csv", "--json", *option)[1]
+        for option in ([], ["--transient=20"], ["--window=2"], ["--quiet=0.09"])
+    }
+    assert len(outputs) == 4 and "" not in outputs

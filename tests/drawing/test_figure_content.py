@@ -142,7 +142,12 @@ def is_spectrum(panel, data, *, printed=None):
     lines = 0 if printed is None else 2
     panel.draws(r"$\nu$", r"$S(\nu)$", power, scales="log log", more=lines)
     if printed is not None:
-        law = spectra.fit_power_law(*power, low=0.003, high=0.3)
+        # of the mean of the spectra of stretches of ten cycles of the lowest frequency
+        count = int(position.size * (time[1] - time[0]) * 0.003 / 10)
+        stretches = np.split(position[: position.size // count * count], count)
+        each = [spectra.power_spectrum(part, time[1] - time[0]) for part in stretches]
+        law = spectra.fit_power_law(*np.mean(each, axis=0), low=0.003, high=0.3)
+        assert 4 <= count <= 20
         assert f"{law.exponent:.2f}" in panel.curve("$S = ").label
         is_slope(panel, printed, np.array([law.low, law.high]), law)
 

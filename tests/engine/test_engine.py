@@ -11,10 +11,8 @@ import naive
 from beltrepro import (
     ChainParameters,
     ChainState,
-    catalogue,
     scan,
     simulate,
-    time_to_continuous_slip,
 )
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.engine.integrator import Sampling, Section
@@ -25,7 +23,6 @@ from beltrepro.engine.vector import exp2, kernel
 from beltrepro.engine.verlet_integrators import SteppingVerlet
 from beltrepro.model.spring import (
     chain_deformations,
-    external_force,
     spring_energy,
     spring_extension,
     spring_force,
@@ -92,24 +89,6 @@ def test_one_block_follows_the_closed_form():
     assert (sticks - slips[: len(sticks)]).mean() == pytest.approx(slip_time, rel=1e-3)
     assert run.disorder_parameter == pytest.approx(disorder, rel=1e-3)
     assert disorder == pytest.approx(0.2297, rel=1e-3)
-
-
-@pytest.mark.parametrize(("n_blocks", "belt_velocity"), [(1, 15.0), (3, 20.0), (5, 30.0)])
-def test_kernel_is_the_naive_loop(n_blocks, belt_velocity):
-    steps = 12000
-    positions, events = naive.verlet(n_blocks, belt_velocity, steps)
-    run = simulate(
-        ChainParameters(n_blocks, belt_velocity),
-        duration=steps * 0.001,
-        sample_interval=0.001,
-        method="verlet",
-    )
-    assert len(events) >= 2
-    expected = np.array(positions)
-    # 2x(t) - x(t-dt) loses digits in every step that the kernel keeps: 1e-14 a step, 12000 steps
-    assert np.abs(run.positions[1:] - expected).max() < 2e-9
-    found = [(round(e["time"], 6), e["block"], str(e["kind"])) for e in run.events]
-    assert found == [(round(t, 6), block, kind) for t, block, kind in events]
 
 
 def test_first_order_convergence_in_the_time_step():
@@ -255,106 +234,6 @@ def test_replicates_and_seeds_differ():
     assert points([chain], seed=2)["mean_length"][0] != table["mean_length"][0]
 
 
-def test_a_stuck_block_keeps_its_threshold():
-    # one block: it slips exactly where the spring reaches the threshold drawn when it stuck, so
-    # between stick and slip nothing but the belt moves it
-    run = simulate(
-        ChainParameters(1, 5.0, 5.0), duration=400, sample_interval=0.001, seed=3, method="verlet"
-    )
-    stuck = run.velocities[:, 0] == 5.0
-    steps = np.diff(run.positions[:, 0])[stuck[:-1] & stuck[1:]]
-    np.testing.assert_allclose(steps, 0.005, atol=1e-10)
-    slips = run.events[run.events["kind"] == "slip"]
-    thresholds = np.abs(slips["force"])
-    # redrawn every step while stuck, the smallest of thousands would win: mean - 3.5 sigma
-    assert abs(thresholds.mean() - 71.4) < 4 * 5 / np.sqrt(len(thresholds))
-
-
-def test_measured_points_are_what_the_samples_say():
-    chain = ChainParameters(5, 12.0)
-    table = scan([chain], duration=300, transient=100, section_position=615.0, method="verlet")
-    run = simulate(chain, duration=300, transient=100, sample_interval=0.001, method="verlet")
-    length = run.positions[run.time >= 100, -1]
-    assert table["mean_length"][0] == pytest.approx(length.mean(), rel=1e-3)
-    assert table["disorder_parameter"][0] == pytest.approx(length.std() / length.mean(), rel=2e-2)
-    down = (length[:-1] >= 615) & (length[1:] < 615)
-    assert table["section_count"][0] == down.sum() > 5
-    velocity = run.velocities[run.time >= 100, -1][1:][down]
-    np.testing.assert_allclose(table["section_velocity"][0, : down.sum()], velocity, atol=0.1)
-    late = run.events[run.events["time"] >= 100]
-    for block in range(1, 6):
-        slips = (late["block"] == block) & (late["kind"] == "slip")
-        assert table["slip_count"][0, block - 1] == slips.sum()
-
-
-def test_catalogue_is_what_the_events_say():
-    chain = ChainParameters(3, 2.0)
-    recorded = catalogue(chain, duration=400, transient=0, section_position=180.0, method="verlet")
-    run = simulate(chain, duration=400, sample_interval=None, method="verlet")
-    slips, avalanches = recorded["slips"], recorded["avalanches"]
-    sticks = run.events[run.events["kind"] == "stick"]
-    assert len(slips) == len(sticks)
-    np.testing.assert_array_equal(slips["stop_time"], sticks["time"])
-    np.testing.assert_array_equal(slips["stop_position"], sticks["position"])
-    # friction takes f_s F_st for every length slipped over the belt
-    slipped = np.abs(
-        slips["stop_position"]
-        - slips["start_position"]
-        - 2.0 * (slips["stop_time"] - slips["start_time"])
-    )
-    np.testing.assert_allclose(slips["dissipated"], 0.45 * 71.4 * slipped, rtol=0.02, atol=0.5)
-    assert avalanches["slips"].sum() <= len(slips)
-    assert np.all(avalanches["start_time"][1:] >= avalanches["stop_time"][:-1])
-    # all stuck before and after: belt work = loss - drop of spring energy, and it is positive
-    assert np.all(avalanches["dissipated"] > 0)
-
-
-def test_escape_of_a_calm_chain():
-    result = time_to_continuous_slip(
-        [ChainParameters(5, 45.0)] * 3,
-        replicate=range(3),
-        initial_spread=1e-3,
-        duration=3000,
-        settle_time=500,
-        laminar_time=200,
-        method="verlet",
-    )
-    assert result["final_stick_rate"].shape == (3, 5)
-    escaped = result["escaped"]
-    assert np.all(result["lifetime"][~escaped] == 3000)
-    assert np.all(result["final_stick_rate"][escaped, -1] == 0)
-
-
-def test_friction_balances_stuck_blocks():
-    run = simulate(ChainParameters(3, 2.0), duration=150, sample_interval=0.1, method="verlet")
-    force = external_force(run.positions, run.parameters)
-    stuck = run.velocities == 2.0
-    np.testing.assert_allclose(run.friction[stuck], -force[stuck])
-    slipping = np.abs(run.friction[~stuck])
-    np.testing.assert_allclose(slipping, 0.45 * 71.4)
-    assert np.all(np.abs(force[stuck]) <= 71.4 + 0.01)
-    assert chain_deformations(run.positions, run.parameters).shape == run.positions.shape
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"duration": 10, "transient": 10}, "transient = 10: must be"),
-        ({"duration": -1}, "duration = -1: must be"),
-        ({"duration": 10, "method": "euler"}, "method = 'euler': allowed are"),
-        ({"duration": 10, "time_step": 0}, "time_step = 0: must be"),
-        ({"duration": 10, "sample_interval": 0.00015}, "sample_interval = 0.00015: method"),
-        ({"duration": 10, "seed": -1}, "seed = -1: a whole number"),
-        ({"duration": 10, "initial_positions": [1.0, 2.0]}, "initial_positions"),
-    ],
-)
-def test_bad_input_is_one_clear_line(options, message):
-    with pytest.raises(InputError) as error:
-        simulate(SINGLE, **options)
-    assert message in str(error.value)
-    assert "\n" not in str(error.value)
-
-
 def test_broken_state_names_the_parameters():
     with pytest.raises(ModelStateError, match=r"N=3, u=20000.*time_step = 0.1"):
         simulate(
@@ -364,197 +243,6 @@ def test_broken_state_names_the_parameters():
             sample_interval=None,
             method="verlet",
         )
-
-
-def small_buffers(integrator, events, crossings):
-    """Leave an integrator room for a few records of each chain only."""
-    for name, rows in (("_events", events), ("_crossings", crossings)):
-        buffer = getattr(integrator, name)
-        setattr(integrator, name, buffer._replace(rows=buffer.rows[:, :rows].copy()))
-
-
-def recorded(chains, width, events=None, crossings=None):
-    """Samples, crossings and audit of integrators of `width` chains, event records per chain."""
-    rest = chains[0].rest_positions
-    starts = rest + np.random.default_rng(5).uniform(-1, 1, (len(chains), len(rest)))
-    states = [
-        ChainState.at_rest(chain, start, replicate=number)
-        for number, (chain, start) in enumerate(zip(chains, starts, strict=True))
-    ]
-    records, crossed, samples, audit = [], [], [], []
-    for first in range(0, len(chains), width):
-        part = slice(first, first + width)
-        integrator = SteppingVerlet(
-            states[part],
-            time_step=0.01,
-            sampling=Sampling(7, 0.01),
-            sampled_blocks=2,
-            section=Section(3, np.full(len(chains[part]), 330.0)),
-        )
-        if events:
-            small_buffers(integrator, events, crossings)
-        chunks = []
-        for chunk in integrator.advance(120.0):
-            chunks.append(
-                (
-                    [
-                        rows[:n].copy()
-                        for rows, n in zip(chunk.events, chunk.event_count, strict=True)
-                    ],
-                    [
-                        rows[:n].copy()
-                        for rows, n in zip(chunk.crossings, chunk.crossing_count, strict=True)
-                    ],
-                    np.stack(
-                        [chunk.displacement, chunk.relative_velocity, chunk.kinetic_friction]
-                    ).transpose(3, 0, 1, 2),
-                )
-            )
-        assert not events or len(chunks) > 3
-        own, cut, rows = zip(*chunks, strict=True)
-        records += [np.concatenate(parts) for parts in zip(*own, strict=True)]
-        crossed += [np.concatenate(parts) for parts in zip(*cut, strict=True)]
-        samples.append(np.concatenate(rows, axis=2))
-        audit.append(integrator.energy_residual())
-    return records, crossed, np.concatenate(samples), np.concatenate(audit)
-
-
-@pytest.mark.parametrize("noise", [0.0, 3.0])
-def test_width_and_buffers_change_nothing(noise):
-    chains = [ChainParameters(3, 12.0 + i % 7, noise) for i in range(37)]
-    expected = recorded(chains, 32)
-    assert min(map(len, expected[0])) > 10
-    assert sum(map(len, expected[1])) > 10
-    assert np.abs(expected[3]).max() < 1e-2
-    for found in (recorded(chains, 37), recorded(chains, 5), recorded(chains, 32, 30, 6)):
-        for one, other in zip(found, expected, strict=True):
-            for a, b in zip(one, other, strict=True):
-                np.testing.assert_array_equal(a, b)
-
-
-@pytest.mark.parametrize("time_step", [0.05, 0.1])
-def test_hundreds_of_events_follow_the_naive_loop(time_step):
-    steps = 3000
-    positions, events = naive.verlet(5, 30.0, steps, time_step=time_step)
-    run = simulate(
-        ChainParameters(5, 30.0),
-        duration=steps * time_step,
-        time_step=time_step,
-        sample_interval=time_step,
-        method="verlet",
-    )
-    assert len(events) > 80
-    assert np.abs(run.positions[1:] - np.array(positions)).max() < 1e-9
-    found = [(round(e["time"], 6), e["block"], str(e["kind"])) for e in run.events]
-    assert found == [(round(t, 6), block, kind) for t, block, kind in events]
-
-
-def assert_naive(chain, steps, time_step, atol, least_events):
-    """The run is that of the naive loop, with the same events; returns its positions."""
-    positions, events = naive.verlet(
-        chain.n_blocks,
-        chain.belt_velocity,
-        steps,
-        time_step,
-        chain.static_friction,
-        limit=chain.linear_limit,
-    )
-    run = simulate(
-        chain,
-        duration=steps * time_step,
-        time_step=time_step,
-        sample_interval=time_step,
-        method="verlet",
-    )
-    assert len(events) >= least_events
-    np.testing.assert_allclose(run.positions[1:], positions, rtol=0, atol=atol)
-    found = [(round(e["time"], 6), e["block"], str(e["kind"])) for e in run.events]
-    assert found == [(round(t, 6), block, kind) for t, block, kind in events]
-    return np.array(positions), events
-
-
-@pytest.mark.parametrize(("n_blocks", "time_step"), [(5, 0.004), (3, 0.02), (64, 0.01)])
-def test_other_time_steps_follow_the_naive_loop(n_blocks, time_step):
-    assert_naive(ChainParameters(n_blocks, 30.0), 3000, time_step, 1e-9, 10)
-
-
-@pytest.mark.parametrize("time_step", [0.004, 0.01])
-def test_reversals_follow_the_naive_loop(time_step):
-    # so little friction that a block often turns where |F_ex| > F_st
-    chain = ChainParameters(3, 20.0, static_friction=3.05)
-    _, events = assert_naive(chain, round(80 / time_step), time_step, 1e-8, 8)
-    pairs = itertools.pairwise(events)
-    reversals = [a for a, b in pairs if a[:2] == b[:2] and (a[2], b[2]) == ("stick", "slip")]
-    assert len(reversals) >= 3
-
-
-@pytest.mark.parametrize("time_step", [0.004, 0.01])
-def test_ends_of_the_branches_follow_the_naive_loop(time_step):
-    # with a short linear branch, springs pass its ends all the time
-    chain = ChainParameters(4, 15.0, static_friction=30.0, linear_limit=2.0)
-    positions, _ = assert_naive(chain, round(60 / time_step), time_step, 1e-8, 4)
-    deformations = chain_deformations(positions, chain)
-    branch = np.sign(deformations) * (np.abs(deformations) > 2.0)
-    assert np.abs(np.diff(branch, axis=0)).sum() > 20
-    assert (branch < 0).any()
-
-
-def followed(chains, strides, noise_keys):
-    """Events, crossings, last state and audit of an integrator, and its samples every 700 steps."""
-    rest = chains[0].rest_positions
-    starts = rest + np.random.default_rng(6).uniform(-1, 1, (len(noise_keys), len(rest)))
-    integrator = SteppingVerlet(
-        [
-            ChainState.at_rest(chain, start, replicate=key)
-            for chain, start, key in zip(chains, starts, noise_keys, strict=False)
-        ],
-        time_step=0.004,
-        sampling=Sampling(strides, 0.004),
-        sampled_blocks=len(rest),
-        section=Section(2, np.full(len(chains), 190.0)),
-    )
-    events, crossings, samples = ([[] for _ in chains] for _ in range(3))
-    for chunk in integrator.advance(56.0):
-        row = np.isclose(np.round(chunk.time / 0.004) % 700, 0)
-        for lane in range(len(chains)):
-            events[lane].append(chunk.events[lane, : chunk.event_count[lane]].copy())
-            crossings[lane].append(chunk.crossings[lane, : chunk.crossing_count[lane]].copy())
-            values = chunk.displacement, chunk.relative_velocity, chunk.kinetic_friction
-            samples[lane].append(np.stack(values, axis=1)[row, :, :, lane])
-    parts = [[np.concatenate(own) for own in every] for every in (events, crossings, samples)]
-    return [
-        (*own, *last)
-        for *own, last in zip(
-            *parts,
-            zip(
-                integrator.positions(),
-                integrator.velocities(),
-                integrator.energy_residual(),
-                strict=True,
-            ),
-            strict=True,
-        )
-    ]
-
-
-KINDS = [(0.3, 0.0), (12.0, 0.0), (30.0, 0.0), (45.0, 2.0), (20.0, 15.0), (90.0, 0.0), (8.0, 1.0)]
-
-
-def test_neither_sample_stride_nor_neighbours_change_a_bit():
-    # chains of all kinds: nearly always stuck, laminar, noisy, beyond the reach of the series
-    chains = [ChainParameters(4, u, sigma) for u, sigma in KINDS]
-    keys = range(len(chains))
-    expected = followed(chains, 700, keys)
-    assert sum(len(chain[0]) for chain in expected) > 50
-    assert sum(len(chain[1]) for chain in expected) > 5
-    for stride in (1, 7, 10, 100):
-        for one, other in zip(followed(chains, stride, keys), expected, strict=True):
-            for a, b in zip(one, other, strict=True):
-                np.testing.assert_array_equal(a, b)
-    for last in range(1, len(chains)):
-        for one, other in zip(followed(chains[:last], 50, keys), expected, strict=False):
-            for a, b in zip(one, other, strict=True):
-                np.testing.assert_array_equal(a, b)
 
 
 def test_wide_vectors_round_like_one_chain():
@@ -582,3 +270,176 @@ def test_wide_vectors_round_like_one_chain():
     expected = np.empty((10, 16))
     normal_deviates(stream_states([SINGLE] * 16, 7, range(16)), expected)
     np.testing.assert_array_equal(normals, expected)
+
+
+# --- against the naive loop ---
+
+
+def assert_naive(chain, steps, time_step, atol):
+    """The run is that of the naive loop, with the same events; returns its positions and events."""
+    positions, events = naive.verlet(
+        chain.n_blocks,
+        chain.belt_velocity,
+        steps,
+        time_step,
+        chain.static_friction,
+        limit=chain.linear_limit,
+    )
+    run = simulate(
+        chain,
+        duration=steps * time_step,
+        time_step=time_step,
+        sample_interval=time_step,
+        method="verlet",
+    )
+    np.testing.assert_allclose(run.positions[1:], positions, rtol=0, atol=atol)
+    found = [(round(e["time"], 6), e["block"], str(e["kind"])) for e in run.events]
+    assert found == [(round(t, 6), block, kind) for t, block, kind in events]
+    return np.array(positions), events
+
+
+@pytest.mark.parametrize(
+    ("n_blocks", "belt_velocity", "steps", "time_step", "least_events"),
+    [
+        # 2x(t) - x(t-dt) loses digits in every step that the kernel keeps: 1e-14 a step
+        (1, 15.0, 12000, 0.001, 2),
+        (3, 20.0, 12000, 0.001, 2),
+        (5, 30.0, 12000, 0.001, 2),
+        (5, 30.0, 3000, 0.004, 10),
+        (3, 30.0, 3000, 0.02, 10),
+        (64, 30.0, 3000, 0.01, 10),
+        (5, 30.0, 3000, 0.05, 81),
+        (5, 30.0, 3000, 0.1, 81),
+    ],
+)
+def test_kernel_is_the_naive_loop(n_blocks, belt_velocity, steps, time_step, least_events):
+    chain = ChainParameters(n_blocks, belt_velocity)
+    _, events = assert_naive(chain, steps, time_step, 2e-9)
+    assert len(events) >= least_events
+
+
+@pytest.mark.parametrize("time_step", [0.004, 0.01])
+def test_reversals_follow_the_naive_loop(time_step):
+    # so little friction that a block often turns where |F_ex| > F_st
+    chain = ChainParameters(3, 20.0, static_friction=3.05)
+    _, events = assert_naive(chain, round(80 / time_step), time_step, 1e-8)
+    pairs = itertools.pairwise(events)
+    reversals = [a for a, b in pairs if a[:2] == b[:2] and (a[2], b[2]) == ("stick", "slip")]
+    assert len(reversals) >= 3
+
+
+@pytest.mark.parametrize("time_step", [0.004, 0.01])
+def test_ends_of_the_branches_follow_the_naive_loop(time_step):
+    # with a short linear branch, springs pass its ends all the time
+    chain = ChainParameters(4, 15.0, static_friction=30.0, linear_limit=2.0)
+    positions, _ = assert_naive(chain, round(60 / time_step), time_step, 1e-8)
+    deformations = chain_deformations(positions, chain)
+    branch = np.sign(deformations) * (np.abs(deformations) > 2.0)
+    assert np.abs(np.diff(branch, axis=0)).sum() > 20
+    assert (branch < 0).any()
+
+
+# --- the same bits ---
+
+
+def small_buffers(integrator, events, crossings):
+    """Leave an integrator room for a few records of each chain only."""
+    for name, rows in (("_events", events), ("_crossings", crossings)):
+        buffer = getattr(integrator, name)
+        setattr(integrator, name, buffer._replace(rows=buffer.rows[:, :rows].copy()))
+
+
+def recorded(integrator, duration):
+    """Events, crossings, samples and audit of each chain, over one or more chunks."""
+    chunks = []
+    for chunk in integrator.advance(duration):
+        values = chunk.displacement, chunk.relative_velocity, chunk.kinetic_friction
+        samples = np.stack(values, axis=1)
+        chunks.append(
+            [
+                (
+                    chunk.events[lane, : chunk.event_count[lane]].copy(),
+                    chunk.crossings[lane, : chunk.crossing_count[lane]].copy(),
+                    samples[..., lane].copy(),
+                )
+                for lane in range(len(integrator.parameters))
+            ]
+        )
+    joined = [
+        tuple(map(np.concatenate, zip(*parts, strict=True))) for parts in zip(*chunks, strict=True)
+    ]
+    audit = integrator.energy_residual(), integrator.positions(), integrator.velocities()
+    return [(*parts, *last) for parts, *last in zip(joined, *audit, strict=True)]
+
+
+def assert_equal_bits(found, expected):
+    for one, other in zip(found, expected, strict=True):
+        for a, b in zip(one, other, strict=True):
+            np.testing.assert_array_equal(a, b)
+
+
+def stepping(chains, *, time_step, stride, section, numbers=None):
+    """Chains from random starts; `numbers`: those of the chains among all, for start and noise."""
+    rest = chains[0].rest_positions
+    starts = rest + np.random.default_rng(5).uniform(-1, 1, (64, len(rest)))
+    return SteppingVerlet(
+        [
+            ChainState.at_rest(chain, starts[number], replicate=number)
+            for number, chain in zip(numbers or range(len(chains)), chains, strict=True)
+        ],
+        time_step=time_step,
+        sampling=Sampling(stride, time_step),
+        sampled_blocks=len(rest),
+        section=Section(section[0], np.full(len(chains), section[1])),
+    )
+
+
+@pytest.mark.parametrize("noise", [0.0, 3.0])
+def test_width_and_buffers_change_nothing(noise):
+    chains = [ChainParameters(3, 12.0 + i % 7, noise) for i in range(37)]
+
+    def in_parts(width, *rows):
+        found = []
+        for first in range(0, 37, width):
+            numbers = range(37)[first : first + width]
+            part = stepping(
+                [chains[n] for n in numbers],
+                time_step=0.01,
+                stride=7,
+                section=(3, 330.0),
+                numbers=numbers,
+            )
+            if rows:
+                small_buffers(part, *rows)
+            found += recorded(part, 120.0)
+        return found
+
+    expected = in_parts(32)
+    assert min(len(events) for events, *_ in expected) > 10
+    assert sum(len(crossings) for _, crossings, *_ in expected) > 10
+    assert max(abs(audit) for *_, audit, _, _ in expected) < 1e-2
+    for found in (in_parts(37), in_parts(5), in_parts(32, 30, 6)):
+        assert_equal_bits(found, expected)
+
+
+def test_neither_sample_stride_nor_neighbours_change_a_bit():
+    # chains of all kinds: nearly always stuck, laminar, noisy, beyond the reach of the series
+    kinds = [(0.3, 0.0), (12.0, 0.0), (30.0, 0.0), (45.0, 2.0), (20.0, 15.0), (90.0, 0.0), (8, 1.0)]
+    chains = [ChainParameters(4, u, sigma) for u, sigma in kinds]
+
+    def followed(part, stride):
+        found = recorded(stepping(part, time_step=0.004, stride=stride, section=(2, 190.0)), 56.0)
+        # of the samples those at multiples of 700 steps
+        return [
+            (events, crossings, samples[700 // stride - 1 :: 700 // stride], *last)
+            for events, crossings, samples, *last in found
+        ]
+
+    expected = followed(chains, 700)
+    assert sum(len(events) for events, *_ in expected) > 50
+    assert sum(len(crossings) for _, crossings, *_ in expected) > 5
+    assert len(expected[0][2]) == 20
+    for stride in (1, 7, 10, 100):
+        assert_equal_bits(followed(chains, stride), expected)
+    for last in range(1, len(chains)):
+        assert_equal_bits(followed(chains[:last], 50), expected[:last])

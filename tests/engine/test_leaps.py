@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_engine import small_buffers
+from test_engine import assert_equal_bits, recorded, small_buffers
 
 from beltrepro import ChainParameters, ChainState, simulate
 from beltrepro.engine import verlet_integrators
@@ -24,20 +24,6 @@ def integrator(kind, chains, *, spread=0.3, time_step=0.001, stride=100, section
         sampled_blocks=n_blocks,
         section=Section(n_blocks, np.full(len(chains), level)),
     )
-
-
-def recorded(advanced, duration):
-    """Events, crossings and samples of every chain of an integrator over one or more chunks."""
-    width = len(advanced.parameters)
-    events, crossings, samples = ([[] for _ in range(width)] for _ in range(3))
-    for chunk in advanced.advance(duration):
-        for lane in range(width):
-            events[lane].append(chunk.events[lane, : chunk.event_count[lane]].copy())
-            crossings[lane].append(chunk.crossings[lane, : chunk.crossing_count[lane]].copy())
-            values = chunk.displacement, chunk.relative_velocity, chunk.kinetic_friction
-            samples[lane].append(np.stack(values, axis=1)[..., lane].copy())
-    parts = ([np.concatenate(own) for own in every] for every in (events, crossings, samples))
-    return list(zip(*parts, advanced.energy_residual(), strict=True))
 
 
 def assert_same(chains, duration, atol, **settings):
@@ -126,9 +112,7 @@ def test_neighbours_and_buffers_change_no_bit(widths):
         found += recorded(own, 300)
         first += width
     assert len(rest) == 5
-    for one, other in zip(found, expected, strict=True):
-        for a, b in zip(one[:3], other[:3], strict=True):
-            np.testing.assert_array_equal(a, b)
+    assert_equal_bits((one[:3] for one in found), (one[:3] for one in expected))
 
 
 def test_noise_and_long_steps_go_step_by_step():

@@ -6,8 +6,8 @@ from functools import partial
 
 import numpy as np
 import pytest
+from test_engine import recorded
 from test_leaps import integrator as both
-from test_leaps import recorded
 
 import naive
 from beltrepro import ChainParameters, ChainState, scan, simulate, time_to_continuous_slip

@@ -87,6 +87,12 @@ def test_crossings_of_the_section():
     between = x[:-1][down] + share[:, None] * (x[1:] - x[:-1])[down]
     np.testing.assert_allclose(section["positions"], between, atol=1e-9)
     np.testing.assert_allclose(section["positions"][:, 1], 250)
+    measured = scan([chain] * 2, duration=120, transient=40, section_position=[250.0, 600.0],
+                    replicate=[1, 0], method="verlet")  # fmt: skip
+    last = catalogue(chain, duration=120, transient=40, section_position=600.0, method="verlet")
+    assert measured["section_count"][1] == len(last["section"]) > 3
+    velocities = measured["section_velocity"][1, : len(last["section"])]
+    np.testing.assert_allclose(velocities, last["section"]["velocities"][:, -1], rtol=1e-6)
     # velocities change by a*dt within the step, |a| < 200
     assert np.abs(section["velocities"] - v[1:][down]).max() < 0.2
 
@@ -166,19 +172,6 @@ def test_a_stuck_block_slips_at_one_constant_threshold():
     assert len(forces) > 400
     # the force passes the threshold within one step: less than 5.4 * 0.001 * 1.6 too high
     assert kstest(forces, "norm", (71.4, noise)).pvalue > 1e-4
-
-
-def test_points_do_not_depend_on_how_a_list_is_split():
-    # more chains than are advanced together
-    chains = [ChainParameters(2, 1.0 + lane, noise=lane % 3) for lane in range(40)]
-
-    def measure(part):
-        return scan(part, duration=30.0, transient=10.0, section_position=150.0, method="verlet")
-
-    whole, parts = measure(chains), [measure(chains[:7]), measure(chains[7:])]
-    for name, values in whole.items():
-        joined = np.concatenate([part[name] for part in parts])
-        np.testing.assert_array_equal(joined, values, err_msg=name)
 
 
 def test_event_log_is_the_same_however_it_is_cut(monkeypatch):

@@ -17,7 +17,7 @@ from beltrepro import ChainParameters, ChainState, simulate
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.cli import app as cli
 from beltrepro.extras.watch import Clock, Player, View, Window, begin, look, write_film
-from beltrepro.extras.watch.picture import BLOCK_ALONG
+from beltrepro.extras.watch.scenery import BLOCK_ALONG
 from beltrepro.model.spring import chain_deformations, spring_force
 from beltrepro.model.units import FORCE_N, LENGTH_M, TIME_S
 
@@ -386,15 +386,11 @@ def test_the_command_writes_a_film(tmp_path, capsys):
     ("changes", "message"),
     [
         ({"output": "a.avi"}, "output = a.avi: must end in .mp4 or .gif"),
-        ({"output": "no/such/folder/a.mp4"}, "its folder does not exist"),
         ({"output": "a.mp4", "duration": "0"}, "duration = 0: must be greater than 0"),
-        ({"output": "a.mp4", "duration": "nan"}, "duration = nan: a finite number is needed"),
         ({"output": "a.mp4", "duration": "0.01"}, "a film of at least one frame needs 0.0417 s"),
         ({"output": "a.gif", "fps": "60"}, "fps = 60: a gif has at most 50"),
         ({"fps": "0"}, "fps = 0: must be from 1 to 120"),
         ({"speed": "-1"}, "speed = -1: must be from 0.05 to 50"),
-        ({"n-blocks": "0"}, "n_blocks = 0"),
-        ({"output": "a.mp4", "transient": "-1"}, "transient = -1"),
         ({"output": "a.mp4", "seed": "-1"}, "seed = -1"),
         ({"duration": "5"}, "only a film has one, give --output too"),
         ({}, "no display to open a window on: write a film with --output"),

@@ -8,7 +8,8 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import naive
-from beltrepro import ChainParameters
+from beltrepro import ChainParameters, Setup
+from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.model import section_position, units
 from beltrepro.model.friction import friction_force, next_direction
@@ -20,6 +21,8 @@ from beltrepro.model.spring import (
     spring_extension,
     spring_force,
 )
+
+CHAIN = [field.name for field in fields(ChainParameters)]
 
 
 def test_units_are_those_of_the_paper():
@@ -165,30 +168,63 @@ def test_constants_of_the_paper_are_the_defaults():
     assert ChainParameters(5, 7.5, 2.2).describe() == "N=5, u=7.5, sigma=2.2"
 
 
-POSITIVE = ("belt_velocity", "static_friction", "rest_length", "linear_limit")
-POSITIVE += ("compression_rate", "extension_rate")
+# As documented, written here once more: numbers that are allowed, and numbers that are not.
+POSITIVE = (1e-300, 0.8e9, 1e9), (0.0, -1e-300, 1.2e9)
+LIMITS = {
+    "n_blocks": ((1, 2, 51, 64, 5.0, np.int64(5)), (0, 65, 77, 2.5, -3, True, "five", None)),
+    "belt_velocity": POSITIVE,
+    "noise": ((0, 0.8e9), (-1e-300, 1.2e9)),
+    "static_friction": POSITIVE,
+    "friction_ratio": ((0, 0.8, 0.999), (-0.01, 1.0, 1.2)),
+    "rest_length": POSITIVE,
+    "linear_limit": POSITIVE,
+    "compression_rate": POSITIVE,
+    "extension_rate": POSITIVE,
+    "time_step": ((1e-9, 1.2e-9, 0.08, 0.1), (0.8e-9, 0.12, 0)),
+    "tolerance": ((1e-16, 1.2e-16, 0.8, 1), (0.8e-16, 1.2, 0)),
+    "kick": ((0, 3.0), (-1e-9,)),
+    "initial_spread": ((0, 3.0), (-1e-9, 1.2e9)),
+}
 
 
-@pytest.mark.parametrize("name", POSITIVE)
-def test_what_must_be_positive_is_refused_at_zero(name):
-    with pytest.raises(InputError, match=f"{name} = 0: must be greater than 0"):
-        ChainParameters(**{"n_blocks": 5, "belt_velocity": 1.0, name: 0})
-    with pytest.raises(InputError, match=f"{name} = inf: a finite number"):
-        ChainParameters(**{"n_blocks": 5, "belt_velocity": 1.0, name: np.inf})
+@pytest.mark.parametrize("name", LIMITS)
+def test_limits_are_those_of_the_documents(name):
+    def made(value):
+        if name in CHAIN:
+            chain = ChainParameters(**{"n_blocks": 5, "belt_velocity": 1.0} | {name: value})
+            return getattr(chain, name)
+        return getattr(Setup(ChainParameters(5, 1.0), **{name: value}).cases[0], name)
+
+    allowed, refused = LIMITS[name]
+    for value in allowed:
+        number = made(value)
+        assert number == value and type(number) is (int if name == "n_blocks" else float)
+    for value in (*refused, np.nan, np.inf):
+        with pytest.raises(InputError, match=f"^{name} = "):
+            made(value)
 
 
-def test_parameters_at_the_ends_of_their_ranges():
-    for n_blocks in (1, 64, 5.0, np.int64(5)):
-        chain = ChainParameters(n_blocks, 1)
-        assert chain.n_blocks == n_blocks and type(chain.n_blocks) is int
-        assert type(chain.belt_velocity) is float
-    assert ChainParameters(5, 1.0, noise=0, friction_ratio=0).friction_ratio == 0
-    for n_blocks in (0, 65, True, "five", None, np.nan):
-        with pytest.raises(InputError, match="n_blocks = "):
-            ChainParameters(n_blocks, 1.0)
-    for ratio in (-0.01, 1.0):
-        with pytest.raises(InputError, match="at least 0 and below 1"):
-            ChainParameters(5, 1.0, friction_ratio=ratio)
+def test_a_range_is_said_with_both_ends():
+    said = r"^belt_velocity = 0: must be greater than 0 and at most 1e\+09$"
+    with pytest.raises(InputError, match=said):
+        ChainParameters(5, 0)
+    with pytest.raises(InputError, match=r"^friction_ratio = 1: must be at least 0 and below 1$"):
+        ChainParameters(5, 1.0, friction_ratio=1)
+
+
+def test_ranges_of_numbers_have_both_ends_and_no_rounding():
+    assert checks.spaced("u", 0.2, 50, 0.2)[34] == checks.spaced("u", 0.5, 50, 0.5)[13] == 7.0
+    assert checks.spaced("u", 0.1, 0.4, 0.1) == (0.1, 0.2, 0.3, 0.4)
+    assert checks.spaced("u", 1, 2, 0.3) == (1, 1.3, 1.6, 1.9)
+    assert checks.spaced("u", 3, 3, 1) == (3,)
+    assert len(checks.spaced("u", 1, 100_000, 1)) == 100_000
+    for refused, words in (
+        ((1, 100_001, 1), "u.step = 1: gives 1e[+]05 values, at most 100000"),
+        ((2, 1, 1), "u.stop = 1: must not be less than start = 2"),
+        ((1, 2, 0), "u.step = 0: must be greater than 0"),
+    ):
+        with pytest.raises(InputError, match=words):
+            checks.spaced("u", *refused)
 
 
 def balance_by_search(chain):

@@ -10,13 +10,13 @@ import pandas as pd
 import pytest
 
 import damages
-from beltrepro.base import store
+from beltrepro.base import seal, store
 from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
 from beltrepro.extras import verification
 from beltrepro.extras.verification import NEAR, SAME, WRONG
 from beltrepro.replication.drawing import style
-from beltrepro.replication.plan import described, files, inputs, tables
+from beltrepro.replication.plan import files, inputs, tables
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import columns
 
@@ -72,7 +72,7 @@ def damaged(folder, name, damage, place):
     path = place / name
     shutil.copy(whole, path)
     if path.suffix == ".csv":
-        shutil.copy(described.metadata_path(whole), described.metadata_path(path))
+        shutil.copy(seal.metadata_path(whole), seal.metadata_path(path))
     inputs.check(path, expected[name])
     damage(path, other)
     return damages.outcome(path, expected[name], whole)

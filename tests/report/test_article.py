@@ -11,9 +11,9 @@ import yaml
 
 import pages
 from beltrepro.replication.report import article, sentences
-from beltrepro.replication.report.results import count, with_verdict
+from beltrepro.replication.report.claim_results import count, with_verdict
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, NOT_MEASURED, PARTLY
-from beltrepro.replication.verdicts.entries import load_ledger
+from beltrepro.replication.verdicts.ledger import load_ledger
 
 ROOT = Path(__file__).parents[2]
 SETTINGS = {

@@ -11,7 +11,7 @@ import made_up_results
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import registry
 from beltrepro.replication.report import findings, readings, sentences, trust
-from beltrepro.replication.report.results import (
+from beltrepro.replication.report.claim_results import (
     Number,
     Reading,
     count,
@@ -27,7 +27,7 @@ from beltrepro.replication.verdicts.criteria import (
     UNDECIDED,
     VERDICTS,
 )
-from beltrepro.replication.verdicts.entries import CHANGES, load_ledger
+from beltrepro.replication.verdicts.ledger import CHANGES, load_ledger
 from beltrepro.stats.estimates import Estimate
 
 LEDGER = load_ledger()

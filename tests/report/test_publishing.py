@@ -13,9 +13,9 @@ import made_up_results
 from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
 from beltrepro.replication.report import publishing
-from beltrepro.replication.report.results import count, read
+from beltrepro.replication.report.claim_results import count, read
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS
-from beltrepro.replication.verdicts.entries import load_ledger
+from beltrepro.replication.verdicts.ledger import load_ledger
 
 ROOT = Path(__file__).parents[2]
 

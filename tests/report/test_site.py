@@ -20,7 +20,7 @@ import beltrepro
 from beltrepro.cli import app as cli
 from beltrepro.replication.plan import kinds, registry
 from beltrepro.replication.plan.config import schema
-from beltrepro.replication.verdicts.entries import load_ledger
+from beltrepro.replication.verdicts.ledger import load_ledger
 from browser import BROWSER
 from extensions import api, claims_and_figures, configuration, markdown, rule_graph, tutorial
 from made_up import data

@@ -12,9 +12,9 @@ import made_up_results
 import pages
 from beltrepro.cli import app
 from beltrepro.replication.report import article, publishing
+from beltrepro.replication.report.claim_results import read
 from beltrepro.replication.report.findings import findings_of, templates
-from beltrepro.replication.report.results import read
-from beltrepro.replication.verdicts.entries import load_ledger
+from beltrepro.replication.verdicts.ledger import load_ledger
 
 CLAIM = "r-jump"  # has a figure, a finding, and several numbers
 # A verdict: what must stand in the card of the claim, what begins the sentence below its figure,

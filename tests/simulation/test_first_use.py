@@ -2,7 +2,9 @@
 
 import re
 import runpy
+import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import nbformat
@@ -113,3 +115,17 @@ def test_the_module_is_the_command(capsys, monkeypatch):
         runpy.run_module("beltrepro", run_name="__main__")
     assert ended.value.code == 0
     assert capsys.readouterr().out == f"beltrepro {beltrepro.__version__}\n"
+
+
+def test_dir_and_the_stub_show_the_public_names_and_nothing_else():
+    shown = [name for name in dir(beltrepro) if not name.startswith("__")]
+    assert shown == beltrepro.__all__
+    stub = Path(beltrepro.__file__).with_suffix(".pyi").read_text(encoding="utf-8")
+    assert sorted(re.findall(r" import (\w+) as \1$", stub, re.MULTILINE)) == shown
+    for home, name in re.findall(r"^from (\S+) import (\w+)", stub, re.MULTILINE):
+        assert getattr(beltrepro, name) is getattr(import_module(home), name)
+
+
+def test_the_package_alone_loads_no_library():
+    script = "import beltrepro, sys; assert not {'numpy', 'numba', 'h5py'} & sys.modules.keys()"
+    assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0

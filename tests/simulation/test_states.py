@@ -23,7 +23,6 @@ from beltrepro.base.errors import InputError
 from beltrepro.engine.state import settled
 from beltrepro.model.spring import potential_energy
 from beltrepro.simulation.groups import integrator_of
-from beltrepro.simulation.sampling import sampling_of
 
 METHODS = ("verlet", "event")
 BELT_VELOCITIES = {1: 1.0, 5: 7.5, 10: 30.0}
@@ -322,8 +321,7 @@ def test_an_integrator_that_takes_over_holds_the_state_that_it_was_given(method,
     assert 0 < np.count_nonzero(state.directions) < 5
     assert state.friction_losses.max() > 100 and abs(state.wall_impulse) > 100
     cases = Setup(chain, method=method, time_step=time_step, initial_state=state).cases
-    sampling = sampling_of(None, method, time_step)
-    integrator = integrator_of(cases, sampling=sampling, sampled_blocks=5)
+    integrator = integrator_of(cases, sampled_blocks=5)
     (held,) = integrator.state()
     for name in KEPT:
         np.testing.assert_allclose(
@@ -406,16 +404,6 @@ def test_a_state_goes_on_with_its_own_random_numbers_or_with_others():
     ends = np.array([run.final_state.positions for run in runs])
     assert len(np.unique(ends, axis=0)) == 4
     assert [run.seed for run in runs] == [5, 5, 5, 6]
-
-
-def test_moved_blocks_begin_a_new_audit():
-    chain = ChainParameters(3, 20.0)
-    run = simulate(chain, duration=20)
-    moved = run.final_state.moved(positions=run.final_state.positions + np.array([0.0, 0.0, 2.0]))
-    later = simulate(chain, duration=20, initial_state=moved)
-    assert abs(later.energy_residual) < 1e-12
-    stopped = run.final_state.moved(velocities=[20.0, 0.0, 21.0])
-    np.testing.assert_array_equal(stopped.directions, [0, -1, 1])
 
 
 # --- runs ---

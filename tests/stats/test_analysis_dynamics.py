@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from beltrepro.stats import density, dimension, intermittency, sections, states
+from beltrepro.replication.studies.noise import measure
+from beltrepro.stats import dimension, intermittency, sections, states
 from beltrepro.stats.errors import NotEnoughDataError
 
 
@@ -103,7 +104,7 @@ def test_each_column_of_the_velocity_density_is_normalised():
     velocities = np.random.default_rng(0).normal(0, 1, (3, 100))
     velocities[1] = np.nan
     row = scan(belt_velocity=[1.0, 2.0, 4.0], section_velocity=velocities)
-    u_edges, v_edges, found = density.velocity_density(row, bins=20, range=(-5, 5))
+    u_edges, v_edges, found = measure.velocity_density(row, bins=20, range=(-5, 5))
     assert u_edges.tolist() == [0.5, 1.5, 3.0, 5.0]
     assert v_edges.size == 21
     assert np.sum(found[:, 0]) * 0.5 == pytest.approx(1)
@@ -146,16 +147,10 @@ def test_points_are_intermittent_by_share_and_number_of_laminar_phases():
     assert mask.tolist() == [False, False, True, False, True]
 
 
-def test_laminar_phases_from_events_and_from_samples_agree():
+def test_laminar_phases_are_the_long_slips():
     starts, stops = np.array([1.0, 10.0, 70.0]), np.array([5.0, 60.0])
     phases = intermittency.laminar_phases(starts, stops, 20.0, start=0.0, stop=100.0)
     assert phases.tolist() == [[10.0, 60.0], [70.0, 100.0]]
-    time = np.arange(0, 100.05, 0.1)
-    slipping = np.zeros(time.size, bool)
-    for begin, end in zip(starts, [*stops, 101.0], strict=True):
-        slipping |= (time >= begin) & (time < end)
-    sampled = intermittency.sampled_laminar_phases(time, -3.0 * slipping, 20.0)
-    assert sampled == pytest.approx(phases, abs=0.2)
 
 
 def test_laminar_phases_of_a_series_are_those_of_its_last_block():

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from beltrepro.replication.studies.avalanches import measure as avalanches
-from beltrepro.replication.studies.transition import lifetimes
 from beltrepro.stats import spectra
 from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.fits import fit_log_log
@@ -136,20 +135,6 @@ def test_energies_of_avalanches_that_reach_the_last_block():
 
 
 # --- lifetimes ------------------------------------------------------------------------------------
-
-
-def test_attractors_are_labelled_by_sticks_and_amplitude():
-    labels = lifetimes.label_attractors(
-        escaped=[True, True, False, True],
-        final_disorder=[0.01, 0.1, 0.13, 0.13],
-        final_stick_rate=np.array([[0.1, 0.0], [0.1, 0.0], [0.1, 0.0], [0.0, 0.2]]),
-    )
-    assert labels.tolist() == [
-        lifetimes.SMALL_SLIP,
-        lifetimes.LARGE_SLIP,
-        lifetimes.STICK_SLIP,
-        lifetimes.STICK_SLIP,
-    ]
 
 
 def test_errors_of_a_density_come_from_the_scatter_of_runs():

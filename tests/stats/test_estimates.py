@@ -151,3 +151,17 @@ def test_open_runs_are_counted_in_a_share():
     found = estimates.share(3, 10, 4)
     assert found.still_open == 4 and estimates.share(3, 10).still_open == 0
     assert found.high == estimates.share(7, 10).high and found.low == estimates.share(3, 10).low
+
+
+@pytest.mark.parametrize("runs", [5, 30])
+def test_intervals_hold_the_true_share_as_often_as_they_say(runs):
+    """Summed over all counts: 95 % or more, and that of what is open covers both ends."""
+    for true in (0.02, 0.3, 0.5):
+        chance = stats.binom.pmf(np.arange(runs + 1), runs, true)
+        numbers = [estimates.share(count, runs) for count in range(runs + 1)]
+        held = [one.low <= true <= one.high for one in numbers]
+        assert chance @ held >= 0.95 and all(one.low <= one.value <= one.high for one in numbers)
+    both = estimates.share(1, runs, 3)
+    assert (both.low, both.high) == (estimates.share(1, runs).low, estimates.share(4, runs).high)
+    wider = estimates.share(1, runs, confidence=0.99)
+    assert wider.low < estimates.share(1, runs).low and wider.high > estimates.share(1, runs).high

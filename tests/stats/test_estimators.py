@@ -8,9 +8,8 @@ from scipy import stats
 from scipy.spatial.distance import pdist
 
 from beltrepro.replication.studies.avalanches import measure as avalanches
-from beltrepro.replication.studies.transition import lifetimes
+from beltrepro.replication.studies.noise import measure
 from beltrepro.stats import (
-    density,
     dimension,
     fits,
     intermittency,
@@ -206,14 +205,14 @@ def test_a_velocity_density_by_hand():
         "belt_velocity": np.array([2.0, 1.0, 2.0]),
         "section_velocity": np.array([[0.5, 1.5], [0.5, np.nan], [1.5, 9.0]]),
     }
-    u_edges, v_edges, found = density.velocity_density(row, bins=4, range=(0.0, 2.0))
+    u_edges, v_edges, found = measure.velocity_density(row, bins=4, range=(0.0, 2.0))
     assert u_edges.tolist() == [0.5, 1.5, 2.5] and v_edges.tolist() == [0, 0.5, 1, 1.5, 2]
     assert found[:, 0].tolist() == [0, 2, 0, 0]
     np.testing.assert_allclose(found[:, 1], [0, 2 / 3, 0, 4 / 3])
     one = {"belt_velocity": np.array([3.0]), "section_velocity": np.array([[1.0]])}
-    assert density.velocity_density(one, bins=2, range=(0, 2))[0].tolist() == [2.5, 3.5]
+    assert measure.velocity_density(one, bins=2, range=(0, 2))[0].tolist() == [2.5, 3.5]
     none = {"belt_velocity": np.empty(0), "section_velocity": np.empty((0, 3))}
-    assert density.velocity_density(none, bins=2, range=(0, 2))[2].shape == (2, 0)
+    assert measure.velocity_density(none, bins=2, range=(0, 2))[2].shape == (2, 0)
 
 
 # --- dimension ------------------------------------------------------------------------------------
@@ -273,26 +272,7 @@ def test_laminar_phases_longer_than_the_limit_only():
     assert goes_on.tolist() == [[3, 20]]
 
 
-def test_sampled_laminar_phases_end_with_the_last_slipping_sample():
-    velocity = [0, -1, -1, -1, 0, 1e-7, -1, -1, -1, -1]
-    phases = intermittency.sampled_laminar_phases(np.arange(10.0), velocity, 1.5)
-    assert phases.tolist() == [[1, 3], [6, 9]]
-    assert intermittency.sampled_laminar_phases(np.arange(10.0), velocity, 2.0).tolist() == [[6, 9]]
-    assert intermittency.sampled_laminar_phases(np.arange(3.0), [0, 0, 0], 0.5).shape == (0, 2)
-
-
 # --- lifetimes ------------------------------------------------------------------------------------
-
-
-def test_attractors_at_the_edge_of_the_amplitude():
-    found = lifetimes.label_attractors([1, 1, 0], [0.05, 0.0499, 0.0], np.zeros((3, 2)))
-    assert found.tolist() == [lifetimes.LARGE_SLIP, lifetimes.SMALL_SLIP, lifetimes.STICK_SLIP]
-
-
-def test_the_last_block_of_a_shorter_chain_is_the_last_one_that_it_has():
-    rates = [[0.0, 0.1, 0.0], [0.0, 0.1, np.nan], [0.1, 0.0, np.nan], [0.0, 0.0, 0.1]]
-    found = lifetimes.label_attractors([1] * 4, [0.0] * 4, rates)
-    assert (found == lifetimes.STICK_SLIP).tolist() == [False, True, False, True]
 
 
 # --- sections -------------------------------------------------------------------------------------

@@ -6,8 +6,8 @@ from scipy import stats
 
 from beltrepro.stats import survival
 from beltrepro.stats.errors import NotEnoughDataError
+from beltrepro.stats.estimates import share
 from beltrepro.stats.motion import above_zero, margin
-from beltrepro.stats.shares import share
 
 RNG = np.random.default_rng
 
@@ -28,10 +28,10 @@ def within(count, runs, chance, *, errors=4.0):
 def test_a_share_has_the_interval_of_clopper_and_pearson():
     found = share(3, 16)
     assert found.value == 3 / 16
-    assert stats.binom.sf(2, 16, found.lower) == pytest.approx(0.025)
-    assert stats.binom.cdf(3, 16, found.upper) == pytest.approx(0.025)
-    assert share(0, 16) == pytest.approx((0, 0, 1 - 0.025 ** (1 / 16)))
-    assert share(16, 16) == pytest.approx((1, 0.025 ** (1 / 16), 1))
+    assert stats.binom.sf(2, 16, found.low) == pytest.approx(0.025)
+    assert stats.binom.cdf(3, 16, found.high) == pytest.approx(0.025)
+    assert share(0, 16).numbers == pytest.approx((0, 0, 1 - 0.025 ** (1 / 16)))
+    assert share(16, 16).numbers == pytest.approx((1, 0.025 ** (1 / 16), 1))
     with pytest.raises(NotEnoughDataError, match="no runs, 1 is needed"):
         share(0, 0)
 
@@ -42,7 +42,7 @@ def test_the_interval_of_a_share_is_wrong_in_at_most_5_of_100(chance):
     missed = [
         stats.binom.pmf(count, 16, chance)
         for count in range(17)
-        if not share(count, 16).lower <= chance <= share(count, 16).upper
+        if not share(count, 16).low <= chance <= share(count, 16).high
     ]
     assert sum(missed) <= 0.05
 

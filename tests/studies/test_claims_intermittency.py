@@ -8,7 +8,8 @@ from beltrepro.replication.studies.noise.cycles import share_of_time
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.estimates import mean
-from noisy import LEDGER, found, judged, runs, table
+from made_up import LEDGER
+from noisy import found, judged, runs, table
 
 CRITICAL = {0.0: 16.5, 0.5: 16.7, 1.0: 17.0, 2.2: 18.0, 5.0: 20.5}
 STEP = 0.1  # between samples of a series

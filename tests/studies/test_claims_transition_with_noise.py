@@ -7,7 +7,8 @@ from beltrepro.base.store import Dataset
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats import estimates
 from beltrepro.stats.errors import NotEnoughDataError
-from noisy import LEDGER, falling, found, judged, runs, table
+from made_up import LEDGER
+from noisy import falling, found, judged, runs, table
 
 RISING = {0.0: 16.5, 0.5: 16.7, 1.0: 17.0, 2.2: 18.0, 5.0: 20.5}  # u_c by sigma
 WINDOWS = {0.0: 0.25}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from beltrepro.base.store import Dataset
-from beltrepro.replication.studies.transition import lifetimes
+from beltrepro.replication.studies.transition import transients
 from beltrepro.stats.errors import NotEnoughDataError
 from judging import escapes, few_resamples, judged, runs, scan  # noqa: F401
 
@@ -183,13 +183,13 @@ def test_transients_at_u20(counts, verdict):
 
 def test_runs_on_one_orbit_are_told_from_chaotic_ones():
     own = escapes(0, 0, 5, 40)["lifetimes"].arrays
-    assert lifetimes.on_shared_orbits(own, 2000.0).tolist() == [True] * 5 + [False] * 40
+    assert transients.on_shared_orbits(own, 2000.0).tolist() == [True] * 5 + [False] * 40
     two = escapes(0, 0, 2, 4)["lifetimes"].arrays
-    assert not lifetimes.on_shared_orbits(two, 2000.0).any()
+    assert not transients.on_shared_orbits(two, 2000.0).any()
     own["final_stick_rate"][0, 3] += 2 / 2000  # two sticks more: the ends of the time
     own["final_stick_rate"][1, 3] += 4 / 2000
     own["final_amplitude"][2] *= 1.002
-    assert lifetimes.on_shared_orbits(own, 2000.0)[:5].tolist() == [True, False, False, True, True]
+    assert transients.on_shared_orbits(own, 2000.0)[:5].tolist() == [True, False, False, True, True]
 
 
 def test_transients_need_runs_at_u20_of_twice_the_printed_length():
@@ -239,3 +239,19 @@ def test_one_run_decides_nothing_at_u20():
         assert found[0] == "undecided"
         numbers = [each.value for each in found[2].judged.values()]
         assert numbers == [float(last > 4000), ending]
+
+
+@pytest.mark.parametrize(
+    ("escaped", "disorder", "rates", "label"),
+    [
+        (1, 0.0499, [0.1, 0.0], transients.SMALL_SLIP),
+        (1, 0.05, [0.1, 0.0], transients.LARGE_SLIP),
+        (0, 0.13, [0.1, 0.0], transients.STICK_SLIP),  # still irregular, for all that is known
+        (1, 0.13, [0.0, 0.2], transients.STICK_SLIP),
+        (1, 0.0, [0.0, 0.1, np.nan], transients.STICK_SLIP),  # the last block of a shorter chain
+        (1, 0.0, [0.1, 0.0, np.nan], transients.SMALL_SLIP),
+    ],
+)
+def test_attractors_are_labelled_by_sticks_and_amplitude(escaped, disorder, rates, label):
+    found = transients.label_attractors([escaped] * 2, [disorder] * 2, np.array([rates] * 2))
+    assert found.tolist() == [label] * 2

@@ -16,7 +16,7 @@ from beltrepro.base.store import Dataset
 from beltrepro.replication.drawing import marks
 from beltrepro.replication.plan import registry
 from beltrepro.replication.verdicts import evidence
-from beltrepro.replication.verdicts.entries import load_ledger
+from beltrepro.replication.verdicts.ledger import load_ledger
 from beltrepro.stats import estimates, transitions
 
 SHOWING = {name: entry for name, entry in registry.figures().items() if entry.shows}

@@ -10,7 +10,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.plan import registry
 from beltrepro.replication.plan.registry import check_uses
-from beltrepro.replication.studies.friction_ratio import friction_falls
+from beltrepro.replication.studies.friction_ratio.measure import friction_falls
 from beltrepro.replication.studies.transition import measure
 from beltrepro.stats import transitions
 
@@ -41,7 +41,7 @@ def test_every_table_is_a_module_with_a_function():
 
 
 def test_falls_are_found_for_each_friction_ratio():
-    table = friction_falls.derive(falling([0.2, 0.4], np.arange(1.0, 41), 50.0))
+    table = friction_falls(falling([0.2, 0.4], np.arange(1.0, 41), 50.0))
     assert table["friction_ratio"].tolist() == [0.2, 0.4]
     assert table["points"].tolist() == [160, 160]
     np.testing.assert_allclose(table["critical"], [10, 20], atol=1.5)
@@ -51,7 +51,7 @@ def test_falls_are_found_for_each_friction_ratio():
 
 
 def test_too_few_points_leave_the_row_empty():
-    table = friction_falls.derive(falling([0.2], [1.0, 2.0], 50.0))
+    table = friction_falls(falling([0.2], [1.0, 2.0], 50.0))
     assert table["points"].tolist() == [8] and table["critical"].isna().all()
 
 

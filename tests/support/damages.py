@@ -20,31 +20,25 @@ import numpy as np
 
 from beltrepro.base import store
 from beltrepro.base.errors import InputError
+from beltrepro.base.seal import metadata_path
 from beltrepro.base.store import Dataset
-from beltrepro.replication.plan import inputs, registry
+from beltrepro.replication.plan import inputs
 from beltrepro.replication.plan.config import load_config
-from beltrepro.replication.plan.described import metadata_path
-from beltrepro.replication.plan.expectations import Expectations
-from beltrepro.replication.plan.plan import Plan, make_plan
+from beltrepro.replication.plan.workflow import Workflow
 
 ROOT = Path(__file__).parents[2]
 FLIPS = 8  # places in each file
 LONGEST = 60  # seconds to look at a file
 
 
-def expected_of(plan: Plan) -> dict[str, dict]:
+def expected_of(flow: Workflow) -> dict[str, dict]:
     """What each file must say of itself, by its path below the results without suffix."""
-    known = Expectations(plan)
-    folders = {name: f"experiment/{film.name}" for name, film in known.filmed.items()}
-    drawn = {name: known.made_from(*each.uses) for name, each in registry.figures().items()}
-    return {
-        **{folders.get(k, f"datasets/{k}"): v for k, v in known.each(*known.judged).items()},
-        **{
-            each.file(name): known.made_from(*each.uses) for name, each in registry.tables().items()
-        },
-        "claims": known.made_from(*known.judged),
-        **{f"figures/{name}": each for name, each in drawn.items()},
-    }
+    names = (*flow.judged, *flow.tables)
+    files = {flow.file_of(name): expected for name, expected in flow.expected(*names).items()}
+    files |= dict.fromkeys(flow.claims()[:2], flow.made_from(*flow.judged))
+    for name, figure in flow.figures.items():
+        files[f"<results>/figures/{name}.png"] = flow.made_from(*figure.uses)
+    return {path.removeprefix("<results>/"): expected for path, expected in files.items()}
 
 
 def truncated(path: Path, other: Path) -> None:
@@ -145,15 +139,14 @@ def by_itself(function: Callable[..., str], *arguments) -> str:
         process.join()
 
 
-def run(results: Path, plan: Plan) -> tuple[Counter, list[str]]:
+def run(results: Path, flow: Workflow) -> tuple[Counter, list[str]]:
     """Damage all files; how often each kind had which outcome, and what went wrong."""
     counts: Counter = Counter()
     wrong = []
     with tempfile.TemporaryDirectory() as folder:
-        for number, (name, expected) in enumerate(expected_of(plan).items()):
-            places = [results / f"{name}{suffix}" for suffix in (".h5", ".csv", ".png")]
-            whole = next((path for path in places if path.exists()), None)
-            if whole is None:  # of a run of some targets
+        for number, (name, expected) in enumerate(expected_of(flow).items()):
+            whole = results / name
+            if not whole.exists():  # of a run of some targets
                 continue
             alike = sorted(whole.parent.glob(f"*{whole.suffix}"))
             other = next((path for path in alike if path != whole and path.stem != "timing"), None)
@@ -179,7 +172,7 @@ def run(results: Path, plan: Plan) -> tuple[Counter, list[str]]:
 def main(results: str) -> int:
     folder = Path(results)
     config = load_config(ROOT / "config.yaml") | {"preset": "smoke", "run": folder.name}
-    counts, wrong = run(folder, make_plan(config))
+    counts, wrong = run(folder, Workflow(config))
     for (suffix, damage, found), count in sorted(counts.items()):
         print(f"{suffix:5} {damage:17} {found:9} {count:4}")
     print("\n".join(wrong) or f"{counts.total()} damages: none was taken for whole")

@@ -397,7 +397,7 @@ def dataset(name):
     """The dataset or table of this name; do not change it in place."""
     made = {
         "friction_event": friction_event,
-        "u1": lambda: series(5, 1.0, 0.0),
+        "u1": lambda: series(5, 1.0, 0.0, length=7000),
         "u20": lambda: series(5, 20.0, 0.0, transient=0.0),
         "u17": lambda: series(5, 17.5, 2.2, length=8000),
         "u19": lambda: series(5, 19.0, 2.2, length=9000),

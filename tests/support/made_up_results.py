@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from beltrepro.replication.studies.measuring import COLUMNS, ESTIMATE_COLUMNS
+from beltrepro.replication.studies.every_claim import COLUMNS, ESTIMATE_COLUMNS
 from beltrepro.replication.verdicts.criteria import (
     FAILS,
     HOLDS,
@@ -18,7 +18,7 @@ from beltrepro.replication.verdicts.criteria import (
     judge,
     show,
 )
-from beltrepro.replication.verdicts.entries import load_ledger
+from beltrepro.replication.verdicts.ledger import load_ledger
 from beltrepro.stats.estimates import Estimate, sure
 
 WHY = "the measured reason in words has number"

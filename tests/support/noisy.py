@@ -2,14 +2,9 @@
 
 import numpy as np
 
+import judging
 from beltrepro.base.store import Dataset
-from beltrepro.replication.studies.measuring import REGISTRY
-from beltrepro.replication.verdicts.criteria import judge
-from beltrepro.replication.verdicts.entries import load_ledger
-from beltrepro.replication.verdicts.evidence import Evidence
 
-LEDGER = load_ledger()
-SETTINGS = {"defaults": {"laminar_time": 200.0}}
 NOISES = (0.0, 0.5, 1.0, 2.2, 5.0)
 VELOCITIES = (6, 8, 10, 12, 13, 14, 14.5, 15, 15.5, 16, 16.5, 17, 17.5, 18, 18.5, 19, 19.5, 20)
 VELOCITIES += (21, 22, 23, 24, 26, 28, 30, 33, 36)
@@ -18,18 +13,13 @@ HIGH, LOW = 0.13, 0.02
 
 def found(name, reading=None, /, **datasets):
     """Measurement of a claim, in the reading that counts or another one."""
-    evidence = Evidence(datasets, SETTINGS)
-    evidence.start(LEDGER[name])
-    made = REGISTRY[name](evidence)
-    if isinstance(made, dict):
-        return made[next(iter(made)) if reading is None else reading]()
-    return made
+    return judging.judged(name, datasets, reading)[2]
 
 
 def judged(name, reading=None, /, **datasets):
     """Verdict on each component of a claim, by its name, and on the whole under ""."""
-    judgement = judge(LEDGER[name].criterion, found(name, reading, **datasets))
-    return judgement.components | {"": judgement.verdict}
+    verdict, components, _ = judging.judged(name, datasets, reading)
+    return components | {"": verdict}
 
 
 def falling(u, centre, width):

@@ -10,7 +10,7 @@ import yaml
 from alternating import experiments
 from beltrepro.base.store import Dataset
 from beltrepro.model import ChainParameters, spring
-from beltrepro.replication.studies.measuring import COLUMNS, ESTIMATE_COLUMNS, measure
+from beltrepro.replication.studies.every_claim import COLUMNS, ESTIMATE_COLUMNS, measure
 from beltrepro.replication.verdicts.criteria import (
     HOLDS,
     NOT_MEASURED,
@@ -18,9 +18,8 @@ from beltrepro.replication.verdicts.criteria import (
     UNDECIDED,
     bounds,
 )
-from beltrepro.replication.verdicts.entries import KINDS, load_ledger
-from beltrepro.replication.verdicts.entries import SECTIONS as ledger_places
-from beltrepro.replication.verdicts.registry import REGISTRY
+from beltrepro.replication.verdicts.ledger import KINDS, REGISTRY, load_ledger
+from beltrepro.replication.verdicts.ledger import SECTIONS as ledger_places
 from beltrepro.stats import estimates
 from recorded import recordings
 

@@ -1,11 +1,43 @@
 """Cuts through scans, which claims read."""
 
-from made_up import cut
+import numpy as np
+import pytest
+
+from beltrepro.base.store import Dataset
+from beltrepro.replication.verdicts.evidence import Cut
+from beltrepro.stats import transitions
+
+U = np.tile(np.arange(1.0, 41), 4)
 
 
-def test_a_cut_reads_its_points():
-    made = cut([1.0, 5, 9], noise=[0, 1, 2], disorder=[0.1, 0.2, 0.3], velocities=[[1], [2], [3]])
-    assert made.between(1, 5).tolist() == [True, True, False]
-    assert made.between(1 + 1e-12, 9 - 1e-12).tolist() == [True, True, True]
-    assert made.noise.tolist() == [0, 1, 2] and made.disorder.tolist() == [0.1, 0.2, 0.3]
-    assert made.velocities.tolist() == [[1], [2], [3]]
+def scan():
+    """Four runs at each point of two rows, in no order; r falls at u = 12 or, with noise, at 25."""
+    order = np.random.default_rng(2).permutation(2 * U.size)
+    noise = np.repeat([0.0, 1.5], U.size)
+    u, n_blocks = np.tile(U, 2), np.full(2 * U.size, 5)
+    disorder = np.where(u < np.where(noise > 0, 25, 12), 0.1, 0.01)
+    names = ("belt_velocity", "noise", "n_blocks", "disorder_parameter")
+    arrays = dict(zip(names, (u, noise, n_blocks, disorder), strict=True))
+    arrays = {name: values[order] for name, values in arrays.items()}
+    return Dataset(arrays, {"transient": 1e4, "duration": 3e4})
+
+
+@pytest.mark.parametrize(("noise", "place"), [(0.0, 11.5), (1.5, 24.5)])
+def test_a_row_is_that_of_its_noise_in_order(noise, place):
+    row = Cut.of(scan(), n_blocks=5, noise=noise)
+    assert row.belt_velocity.tolist() == sorted(U) and set(row.noise) == {noise}
+    assert (row.transient, row.duration) == (1e4, 3e4)
+    assert row.fall == transitions.fall(row.belt_velocity, row.disorder)
+    assert row.fall["critical"].value == pytest.approx(place)
+
+
+def test_a_column_is_that_of_its_belt_velocity():
+    column = Cut.of(scan(), n_blocks=5, belt_velocity=20.0)
+    assert column.noise.tolist() == [0.0] * 4 + [1.5] * 4 and set(column.belt_velocity) == {20.0}
+    assert column.disorder.tolist() == [0.01] * 4 + [0.1] * 4
+
+
+def test_points_between_two_velocities_count_with_both_ends():
+    row = Cut({"belt_velocity": np.array([1.0, 5, 9])}, 1e5, 2e5)
+    assert row.between(1, 5).tolist() == [True, True, False]
+    assert row.between(1 + 1e-12, 9 - 1e-12).tolist() == [True, True, True]

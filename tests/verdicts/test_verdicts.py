@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from beltrepro.replication.studies import measuring
+from beltrepro.replication.studies import every_claim
 from beltrepro.replication.verdicts import evidence
 from beltrepro.replication.verdicts.criteria import (
     FAILS,
@@ -20,7 +20,7 @@ from beltrepro.replication.verdicts.criteria import (
     range_in_words,
     show,
 )
-from beltrepro.replication.verdicts.entries import Claim
+from beltrepro.replication.verdicts.ledger import Claim
 from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.estimates import Estimate, absent, single, sure
 
@@ -147,11 +147,11 @@ def rows_of(monkeypatch, found, **change):
         return found
 
     own = claim(**{key: value for key, value in change.items() if key != "used"})
-    monkeypatch.setattr(measuring, "load_ledger", lambda: {"x": own})
-    monkeypatch.setitem(measuring.REGISTRY, "x", function)
+    monkeypatch.setattr(every_claim, "load_ledger", lambda: {"x": own})
+    monkeypatch.setitem(every_claim.REGISTRY, "x", function)
     used = SimpleNamespace(used=change.get("used", []), start=lambda claim: None)
-    monkeypatch.setattr(measuring, "Evidence", lambda datasets, settings: used)
-    measured = measuring.measure({}, {})
+    monkeypatch.setattr(every_claim, "Evidence", lambda datasets, settings: used)
+    measured = every_claim.measure({}, {})
     return measured.claims.to_dict("records"), measured.estimates.to_dict("records")
 
 

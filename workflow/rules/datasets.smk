@@ -17,8 +17,8 @@ rule simulate:
         mem_mb=2000,
         runtime=240,
     params:
-        told=told_batch,
-        code=batch_code,
+        told=FLOW.told_batch,
+        code=FLOW.code_of_batch,
     message:
         "Simulating batch {wildcards.batch} of {wildcards.dataset}"
     script:
@@ -28,7 +28,7 @@ rule simulate:
 rule join:
     "Join the batches of a dataset."
     input:
-        batches,
+        FLOW.batches,
     output:
         "<results>/datasets/{dataset}.h5",
     log:
@@ -36,7 +36,7 @@ rule join:
     benchmark:
         "<benchmarks>/datasets/{dataset}.tsv"
     wildcard_constraints:
-        dataset=joined(),
+        dataset=FLOW.joined(),
     priority: BEFORE_FIGURES
     conda:
         "../envs/beltrepro.yaml"
@@ -45,8 +45,9 @@ rule join:
         mem_mb=4000,
         runtime=30,
     params:
-        told=told_dataset,
-        expected=expected_batches,
+        told=FLOW.told_dataset,
+        expected=FLOW.expected_batches,
+        code=FLOW.code("join.py", "beltrepro.replication.plan.files:join"),
     message:
         "Joining the batches of {wildcards.dataset}"
     script:

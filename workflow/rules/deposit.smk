@@ -4,7 +4,7 @@
 rule crate:
     "The results as an RO-Crate: what each job read and wrote, with the sources."
     input:
-        everything(),
+        FLOW.everything(),
     output:
         "<results>/ro-crate-metadata.json",
         sources=directory("<results>/source"),
@@ -19,9 +19,9 @@ rule crate:
         mem_mb=1000,
         runtime=30,
     params:
-        told=told_crate,
+        told=lambda wildcards: FLOW.told_crate(workflow.get_rule),
         commit=lambda wildcards: provenance.code_version(),
-        code=code_hash("beltrepro.extras.deposit", script="crate.py"),
+        code=FLOW.code("crate.py", "beltrepro.extras.deposit.archive:write_crate"),
     message:
         "Describing the run as an RO-Crate"
     script:
@@ -31,9 +31,9 @@ rule crate:
 rule archive:
     "One ZIP file for a data repository: sources, datasets, figures, report, checksums."
     input:
-        everything(),
+        FLOW.everything(),
     output:
-        f"<results>/beltrepro-{PLAN.run}.zip",
+        f"<results>/beltrepro-{RUN}.zip",
     log:
         "<logs>/archive.log",
     benchmark:
@@ -45,9 +45,9 @@ rule archive:
         mem_mb=1000,
         runtime=60,
     params:
-        told=told_crate,
+        told=lambda wildcards: FLOW.told_crate(workflow.get_rule),
         commit=lambda wildcards: provenance.code_version(),
-        code=code_hash("beltrepro.extras.deposit", script="archive.py"),
+        code=FLOW.code("archive.py", "beltrepro.extras.deposit.archive:write"),
     message:
         "Packing the archive"
     script:

@@ -4,7 +4,7 @@
 rule film:
     "Film a dataset with the virtual camera."
     input:
-        unpack(filmed),
+        unpack(FLOW.film_data),
     output:
         video="<results>/experiment/{film}.mp4",
         about="<results>/experiment/{film}.mp4-metadata.json",
@@ -20,9 +20,9 @@ rule film:
         mem_mb=2000,
         runtime=30,
     params:
-        told=told_film,
-        expected=expected_of_film,
-        code=experiment_code("camera", "film.py"),
+        told=FLOW.told_film,
+        expected=FLOW.expected_of_film,
+        code=FLOW.code("film.py", "beltrepro.replication.camera.camera:film"),
     message:
         "Filming {wildcards.film}"
     script:
@@ -48,7 +48,7 @@ rule track:
         mem_mb=2000,
         runtime=30,
     params:
-        code=experiment_code("tracking", "track.py"),
+        code=FLOW.code("track.py", "beltrepro.replication.camera.tracking:track"),
     message:
         "Tracking {wildcards.film}"
     script:

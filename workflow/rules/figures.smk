@@ -8,13 +8,13 @@ localrules:
 rule draw:
     "Draw a figure as PNG and PDF."
     input:
-        unpack(figure_data),
+        unpack(FLOW.figure_data),
     output:
         png=report(
             "<results>/figures/{figure}.png",
             caption="../report/figure.rst",
-            category=of_figure("category"),
-            labels=figure_labels,
+            category=FLOW.of_figure("category"),
+            labels=FLOW.figure_labels,
         ),
         pdf="<results>/figures/{figure}.pdf",
     log:
@@ -28,10 +28,10 @@ rule draw:
         mem_mb=2000,
         runtime=10,
     params:
-        expected=expected_of_figure,
-        title=of_figure("title"),
-        words=of_figure("words"),
-        code=figure_code,
+        expected=FLOW.expected_of_figure,
+        title=FLOW.of_figure("title"),
+        words=FLOW.of_figure("words"),
+        code=FLOW.code_of_figure,
     message:
         "Drawing {wildcards.figure}"
     script:
@@ -41,11 +41,11 @@ rule draw:
 rule figures:
     "All figures."
     input:
-        drawn("png", "pdf"),
+        FLOW.drawn("png", "pdf"),
 
 
 # Only names: `snakemake --cores 2 fig12`. Their sentences in `snakemake --list` are the titles.
-for name, entry in FIGURES.items():
+for name, entry in FLOW.figures.items():
 
     rule:
         name:

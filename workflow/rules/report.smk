@@ -4,7 +4,7 @@
 rule claims:
     "A verdict for every claim of the paper, and the numbers it rests on."
     input:
-        **{name: file_of(name) for name in EXPECTED.judged},
+        **FLOW.files_of(*FLOW.judged),
     output:
         claims=report("<results>/claims.csv", caption="../report/claims.rst", category="Claims"),
         estimates="<results>/estimates.csv",
@@ -21,9 +21,9 @@ rule claims:
         mem_mb=4000,
         runtime=30,
     params:
-        settings=PLAN.settings(),
-        expected=EXPECTED.each(*EXPECTED.judged),
-        code=code_hash("beltrepro.replication.studies.measuring", script="claims.py"),
+        settings=FLOW.plan.settings(),
+        expected=FLOW.expected(*FLOW.judged),
+        code=FLOW.code("claims.py", "beltrepro.replication.studies.every_claim:measure"),
     message:
         "Measuring the claims"
     script:
@@ -33,12 +33,12 @@ rule claims:
 rule report:
     "One page with every figure, the table of claims and what was run: report.html."
     input:
-        **{name: file_of(name) for name in TABLES},
-        datasets=dataset_files(),
+        **FLOW.files_of(*FLOW.tables),
+        datasets=FLOW.datasets(),
         claims="<results>/claims.csv",
         estimates="<results>/estimates.csv",
-        figures=drawn("png"),
-        compared=compared(),
+        figures=FLOW.drawn("png"),
+        compared=FLOW.compared(),
     output:
         report("<results>/report.html", caption="../report/report.rst", category="Report"),
     log:
@@ -52,11 +52,11 @@ rule report:
         mem_mb=2000,
         runtime=10,
     params:
-        preset=PLAN.preset,
-        settings=PLAN.settings(),
-        benchmarks=f"results/{PLAN.run}/benchmarks",
-        expected=expected_of_report(),
-        code=code_hash("beltrepro.replication.report.page", script="report.py"),
+        preset=FLOW.plan.preset,
+        settings=FLOW.plan.settings(),
+        benchmarks=f"results/{RUN}/benchmarks",
+        expected=FLOW.expected_of_report(),
+        code=FLOW.code("report.py", "beltrepro.replication.report.page:render"),
     message:
         "Writing the report"
     script:
@@ -70,7 +70,7 @@ rule article:
         estimates="<results>/estimates.csv",
         about="<results>/claims.csv-metadata.json",
         citation="CITATION.cff",
-        figures=drawn("png"),
+        figures=FLOW.drawn("png"),
     output:
         report("<results>/article.pdf", caption="../report/article.rst", category="Article"),
     log:
@@ -84,9 +84,9 @@ rule article:
         mem_mb=2000,
         runtime=10,
     params:
-        settings=PLAN.settings(),
-        expected=expected_of_article(),
-        code=code_hash("beltrepro.replication.report.article", script="article.py"),
+        settings=FLOW.plan.settings(),
+        expected=FLOW.expected_of_article(),
+        code=FLOW.code("article.py", "beltrepro.replication.report.article:write"),
     message:
         "Setting the article"
     script:

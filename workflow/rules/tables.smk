@@ -8,7 +8,7 @@ localrules:
 rule derive:
     "Derive a table from datasets."
     input:
-        unpack(table_data),
+        unpack(FLOW.table_data),
     output:
         table="<results>/{table}.csv",
         about="<results>/{table}.csv-metadata.json",
@@ -24,8 +24,8 @@ rule derive:
         mem_mb=8000,
         runtime=30,
     params:
-        expected=expected_of_table,
-        code=table_code,
+        expected=FLOW.expected_of_table,
+        code=FLOW.code_of_table,
     message:
         "Deriving {wildcards.table}.csv"
     script:
@@ -35,5 +35,5 @@ rule derive:
 rule agreement:
     "Whether the two integrators agree: agreement.csv and its figures."
     input:
-        file_of("agreement"),
-        drawn("png", "pdf", category="Integrators compared"),
+        FLOW.file_of("agreement"),
+        FLOW.drawn("png", "pdf", category="Integrators compared"),

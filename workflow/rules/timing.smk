@@ -4,7 +4,7 @@
 rule timing:
     "What the preset takes, from one in ten of its simulation jobs: timing.csv."
     input:
-        sampled_jobs,
+        FLOW.sampled,
     output:
         table="<results>/timing.csv",
         about="<results>/timing.csv-metadata.json",
@@ -19,9 +19,9 @@ rule timing:
         mem_mb=500,
         runtime=5,
     params:
-        jobs=SIMULATION_JOBS,
-        benchmarks=f"results/{PLAN.run}/benchmarks",
-        code=code_hash("beltrepro.replication.plan.jobs", script="timing.py"),
+        jobs=FLOW.simulation_jobs(),
+        benchmarks=f"results/{RUN}/benchmarks",
+        code=FLOW.code("timing.py", "beltrepro.replication.plan.jobs:estimate"),
     message:
         "Estimating the time of the preset"
     script:

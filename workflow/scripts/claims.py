@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from beltrepro.replication.plan import inputs, scripting
 from beltrepro.replication.plan import tables as files
-from beltrepro.replication.studies.measuring import measure
+from beltrepro.replication.studies.every_claim import measure
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

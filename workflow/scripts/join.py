@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from beltrepro.base import provenance
-from beltrepro.replication.plan import files, scripting
+from beltrepro.replication.plan import files, kinds, scripting
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
@@ -15,7 +15,7 @@ def join(paths: list, expected: list[dict], told: dict, output) -> None:
     expected : what each of them must say of itself. told : what the whole is, see `Plan.told`.
     """
     parts = [files.read(path, one) for path, one in zip(paths, expected, strict=True)]
-    arrays = files.join(parts, told["kind"])
+    arrays = files.join(parts, kinds.KINDS[told["kind"]].arrays)
     files.write(output, told, arrays, provenance.of_all(part.attributes for part in parts))
 
 

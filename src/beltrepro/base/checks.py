@@ -148,7 +148,7 @@ def numbers(name: str, value: Any, count: int) -> np.ndarray:
 def positions(name: str, value: Any, n_blocks: int) -> np.ndarray:
     """Positions (N,) of the blocks of one chain, from the wall outwards."""
     array = numbers(name, value, n_blocks)
-    if not np.all(np.diff(array, prepend=0.0) > 0):
+    if not (array[0] > 0 and np.all(array[1:] > array[:-1])):  # np.diff takes five times as long
         raise InputError(f"{name} = {shown(array.tolist())}: must be positive and increasing")
     return array
 

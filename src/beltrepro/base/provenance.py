@@ -1,11 +1,9 @@
-"""Where a result comes from: version, commit, libraries, machine; and hashes of code.
+"""Where a result comes from: version, commit, libraries, machine.
 
-Two different things on purpose. `origin` says what made a file and is stored in it. `code_hash`
-decides whether a file must be made again; it knows the text of the modules a job depends on and
-nothing of commits, so that a commit alone reruns nothing.
+It says what made a file and is stored in it. Whether a file must be made again is another question:
+that of the code behind its job, and not of commits.
 """
 
-import ast
 import functools
 import hashlib
 import json
@@ -21,7 +19,6 @@ PACKAGE = "beltrepro"
 ROOT = Path(__file__).parent.parent
 LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "h5py")
 COMMIT_FILE = ".git_archival.txt"  # says the commit where git does not: `git archive` fills it in
-DERIVED = (".pyc", ".nbi", ".nbc")  # caches of Python and Numba
 
 
 def origin() -> dict[str, str]:
@@ -101,43 +98,6 @@ def instructions() -> str:
     return f"{name} {digest}, LLVM {'.'.join(map(str, binding.llvm_version_info))}"
 
 
-def code_hash(
-    *modules: str, script: Path | None = None, without: tuple[str, ...] = (), root: Path = ROOT
-) -> str:
-    """Hash of the modules of this package that the given ones need, found by their imports.
-
-    Imports inside the package are followed, also those within functions; a package counts with its
-    data files (templates, styles). A module that is missing counts by its name: the job that needs
-    it will say so.
-    """
-    digest = hashlib.sha256()
-    for name in sorted(module_closure(*modules, without=without, root=root)):
-        digest.update(f"{name}\0".encode())
-        for path in _files(root, name):
-            digest.update(f"{path.relative_to(root).as_posix()}\0".encode())
-            digest.update(path.read_bytes())
-    if script is not None:
-        digest.update(f"{script.name}\0".encode())
-        digest.update(script.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def module_closure(
-    *modules: str, without: tuple[str, ...] = (), root: Path = ROOT
-) -> frozenset[str]:
-    """Names of the modules that `code_hash` covers."""
-    found: set[str] = set()
-    waiting = list(modules)
-    while waiting:
-        name = waiting.pop()
-        if name in found or name in without:
-            continue
-        found.add(name)
-        waiting += _parents(name)
-        waiting += _imports(root, name)
-    return frozenset(found)
-
-
 def _tree() -> Path:
     """The folder of the project that this package lies in, as `src/beltrepro`."""
     return ROOT.parent.parent
@@ -153,74 +113,3 @@ def _git(tree: Path, *arguments: str) -> str:
     except (OSError, subprocess.CalledProcessError):
         return ""
     return done.stdout.strip()
-
-
-def _files(root: Path, module: str) -> tuple[Path, ...]:
-    """Source file of a module; for a package also its data files. Empty if there is none."""
-    source = _source(root, module)
-    if source is None:
-        return ()
-    if source.name != "__init__.py" or source.parent == root:
-        return (source,)
-    place = source.parent
-    return (source, *sorted(path for path in place.rglob("*") if _is_data(path, place)))
-
-
-def _source(root: Path, module: str) -> Path | None:
-    """File with the text of a module, if there is one."""
-    place = root.joinpath(*module.split(".")[1:])
-    if (place / "__init__.py").is_file():
-        return place / "__init__.py"
-    source = place.with_suffix(".py")
-    return source if place != root and source.is_file() else None
-
-
-def _is_data(path: Path, package: Path) -> bool:
-    """Whether a file is data of this package, and not of one inside it."""
-    folders = path.relative_to(package).parents
-    if any((package / folder / "__init__.py").is_file() for folder in list(folders)[:-1]):
-        return False
-    hidden = any(part.startswith((".", "__")) for part in path.relative_to(package).parts)
-    return path.is_file() and not hidden and path.suffix not in (".py", *DERIVED)
-
-
-def _parents(module: str) -> list[str]:
-    """Packages around a module, but for the outermost: that only repeats names of others."""
-    parts = module.split(".")
-    return [".".join(parts[:length]) for length in range(2, len(parts))]
-
-
-def _imports(root: Path, module: str) -> set[str]:
-    """Modules of this package that a module imports anywhere in its text."""
-    source = _source(root, module)
-    if source is None:
-        return set()
-    package = module if source.name == "__init__.py" else module.rpartition(".")[0]
-    found = _imports_in(source.read_text(encoding="utf-8"), package, str(source))
-    return {_imported(root, origin, name) if name else origin for origin, name in found}
-
-
-@functools.cache  # a workflow asks for the imports of a module again and again
-def _imports_in(text: str, package: str, path: str) -> frozenset[tuple[str, str]]:
-    """Modules of this package that a text imports, and what it takes from each, or ""."""
-    found = set()
-    for node in ast.walk(ast.parse(text, path)):
-        if isinstance(node, ast.Import):
-            found |= {(alias.name, "") for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            origin = node.module or ""
-            if node.level:
-                base = package.split(".")[: len(package.split(".")) - node.level + 1]
-                origin = ".".join([*base, *filter(None, [node.module])])
-            found |= {(origin, alias.name) for alias in node.names}
-    return frozenset((origin, name) for origin, name in found if _inside(origin))
-
-
-def _imported(root: Path, origin: str, name: str) -> str:
-    """The module meant by `from origin import name`: a submodule, or else the origin itself."""
-    submodule = f"{origin}.{name}"
-    return submodule if _source(root, submodule) else origin
-
-
-def _inside(module: str) -> bool:
-    return module.partition(".")[0] == PACKAGE

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Unpack
 
@@ -12,7 +12,7 @@ from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.disturbance import scatters
 from beltrepro.chaos.vectors import INTERVAL, METHOD, grow, slopes, standard_errors, with_vectors
-from beltrepro.engine.integrator import Integrator, Sampling, Section
+from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.sections import ReturnLog
@@ -20,7 +20,7 @@ from beltrepro.observe.slips import SlipOrder
 from beltrepro.simulation import checkpoints
 from beltrepro.simulation.groups import Report, check_progress, groups, integrator_of, observe
 from beltrepro.simulation.results import Results
-from beltrepro.simulation.sampling import sampling_of
+from beltrepro.simulation.sampling import for_moments
 from beltrepro.simulation.setup import (
     Case,
     Chains,
@@ -262,7 +262,7 @@ def _place_sections(runs: list[_Run]) -> None:
         members = [runs[index] for index in group]
         moments = LengthMoments(len(group), members[0].start + 0.5 * _FIRST_WINDOW)
         cases = [run.case for run in members]
-        chains = integrator_of(cases, sampling=_sampling(cases), sampled_blocks=1)
+        chains = integrator_of(cases)
         observe(chains, _FIRST_WINDOW, [moments], report)
         lengths = moments.result(members[0].case.parameters.rest_positions[-1])
         for run, length in zip(members, lengths["mean_length"], strict=True):
@@ -299,17 +299,10 @@ def _integrator(members: list[_Run]) -> Integrator:
     """The integrator of a group in its states now, with a deviation if one goes along."""
     cases = [run.case for run in members]
     section = Section(cases[0].parameters.n_blocks, np.array([run.section for run in members]))
-    sampling = _sampling(cases)
     if not members[0].followed:
-        return integrator_of(cases, sampling=sampling, sampled_blocks=1, section=section)
-    plain = integrator_of(cases, sampling=sampling, sampled_blocks=1)
-    chains = with_vectors(plain, cases, 1, sampling, section)
+        return integrator_of(cases, section=section)
+    chains = with_vectors(integrator_of(cases), cases, 1, for_moments(cases), section)
     deviations = [run.deviation for run in members if run.deviation is not None]
     if deviations:
         chains.set_deviations(np.stack(deviations))
     return chains
-
-
-def _sampling(cases: Sequence[Case]) -> Sampling:
-    """When the lengths of a group are sampled for r."""
-    return sampling_of(None, cases[0].method, cases[0].time_step)

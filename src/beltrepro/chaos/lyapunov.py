@@ -256,7 +256,7 @@ def _followed(
 ) -> dict[str, np.ndarray]:
     """Growth rates (W, T, K) of the vectors of a group, and most blocks stuck at once (W,)."""
     size = min(count, 2 * members[0].parameters.n_blocks)
-    before = integrator_of(members, sampling=NO_SAMPLES, sampled_blocks=1)
+    before = integrator_of(members, sampling=NO_SAMPLES)
     alone = (1 - _ALIGNED) * transient
     if transient > 0:
         observe(before, alone, [], lambda fraction: report(fraction * alone / duration))

@@ -184,7 +184,7 @@ def _after(
     """The chains after the transient, with vectors, and a section at their mean length."""
     # every motion comes down through its mean length again and again
     chain = members[0].parameters
-    before = integrator_of(members, sampling=_SAMPLES, sampled_blocks=1)
+    before = integrator_of(members, sampling=_SAMPLES)
     positions = np.full(len(members), section_position(chain))
     if transient > 0:
         lengths = LengthMoments(len(members), before.time + 0.5 * transient)

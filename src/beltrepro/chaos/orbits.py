@@ -278,7 +278,7 @@ def _integrator(
 ) -> Integrator:
     """One chain by itself."""
     case = Case(state, METHOD, TIME_STEP, tolerance)
-    return integrator_of([case], sampling=sampling, sampled_blocks=1, section=section)
+    return integrator_of([case], sampling=sampling, section=section)
 
 
 def _measured(

@@ -17,7 +17,6 @@ from beltrepro.engine.noise import stream_key
 from beltrepro.engine.state import ChainState
 from beltrepro.simulation.groups import Report, integrator_of, observe
 from beltrepro.simulation.results import Results, gathered
-from beltrepro.simulation.sampling import sampling_of
 from beltrepro.simulation.setup import Case, Chains, Keywords, check_lengths, setup_of, with_setup
 
 # Of twins at first, model length. Rounding is a tenth of the smallest.
@@ -111,15 +110,14 @@ def _followed(
     transient: float,
 ) -> dict[str, np.ndarray]:
     """Passage times (W, D, L) of a group."""
-    sampling = sampling_of(None, members[0].method, members[0].time_step)
-    before = integrator_of(members, sampling=sampling, sampled_blocks=1)
+    before = integrator_of(members)
     if transient > 0:
         observe(before, transient, [], lambda done: report(done * transient / duration))
     # variables of the scheme are made anew for all, since a twin has none
     firsts = [replace(state, scheme=None) for state in before.state()]
     states = firsts + [_moved(state, distance) for distance in distances for state in firsts]
     cases = [replace(members[row % len(members)], state=state) for row, state in enumerate(states)]
-    chains = integrator_of(cases, sampling=sampling, sampled_blocks=before.n_blocks)
+    chains = integrator_of(cases, sampled_blocks=before.n_blocks)
     passages = _Passages(len(members), distances, levels, chains.time)
     start, left = chains.time, duration - transient
     for chunk in chains.advance(start + left):

@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> None:
     """Analyse, print the numbers and draw the figure."""
     shared.check_output(options, ".png", ".pdf", ".svg")
     from beltrepro.replication.camera.recording import analyse
-    from beltrepro.replication.camera.tables import read_track
+    from beltrepro.replication.camera.track_file import read_track
     from beltrepro.stats.errors import NotEnoughDataError
 
     for check, name in ((not_negative, "transient"), (positive, "window"), (positive, "quiet")):

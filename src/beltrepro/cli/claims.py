@@ -16,7 +16,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.cli import options as shared
 
 if TYPE_CHECKING:
-    from beltrepro.replication.report.results import Result
+    from beltrepro.replication.report.claim_results import Result
 
 
 def add(commands: Any) -> None:
@@ -38,7 +38,7 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Print the table."""
-    from beltrepro.replication.report.results import read
+    from beltrepro.replication.report.claim_results import read
 
     folder = options.results or Path("results", options.preset)
     results = list(read(folder).values())

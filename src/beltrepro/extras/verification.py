@@ -16,11 +16,10 @@ import numpy as np
 import pandas as pd
 from pydantic import BaseModel, ValidationError, create_model
 
-from beltrepro.base import provenance, store
+from beltrepro.base import provenance, seal, store
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import files
-from beltrepro.replication.plan.described import checksum, metadata_path
 from beltrepro.replication.plan.points import QUANTITIES
 
 SHORT = 500.0  # model time; a distance grows e-fold in 60 and more
@@ -51,7 +50,7 @@ class _List(BaseModel):
     verdicts: dict = {}
 
 
-class Finding(NamedTuple):
+class Comparison(NamedTuple):
     """What was found of one file."""
 
     name: str  # of the dataset or table
@@ -70,7 +69,7 @@ def make_list(results: Path) -> dict:
         **{name: first[name] for name in ("preset", "run", "code_version")},
         "machine": {name: first[name] for name in provenance.machine()},
         "datasets": {name: _described(dataset) for name, dataset in datasets.items()},
-        "tables": {path.stem: checksum(path.read_bytes()) for path in _tables(results)},
+        "tables": {path.stem: seal.digest_of(path)[:16] for path in _tables(results)},
         "verdicts": _verdicts(results),
     }
 
@@ -101,7 +100,7 @@ def read_list(path: Path) -> dict:
     return listed
 
 
-def compare(results: Path, listed: dict) -> Iterator[Finding]:
+def compare(results: Path, listed: dict) -> Iterator[Comparison]:
     """Compare results with a list."""
     run = {"preset": listed["preset"], "run": listed["run"]}
     same_machines = True
@@ -110,36 +109,36 @@ def compare(results: Path, listed: dict) -> Iterator[Finding]:
         try:
             dataset = files.read(path, entry["told"])
         except InputError as error:
-            yield Finding(name, WRONG, str(error))
+            yield Comparison(name, WRONG, str(error))
             continue
         machine = {part: dataset.attributes.get(part) for part in listed["machine"]}
         same_machine = machine == listed["machine"]
         same_machines &= same_machine
         if differing := "; ".join(_differing(dataset, entry, same_machine)):
-            yield Finding(name, WRONG, f"{path}: {differing}; {files.repair(path, run)}")
+            yield Comparison(name, WRONG, f"{path}: {differing}; {files.repair(path, run)}")
         else:
             checksums = {name: array["checksum"] for name, array in entry["arrays"].items()}
-            yield Finding(name, SAME if _checksums(dataset) == checksums else NEAR)
+            yield Comparison(name, SAME if _checksums(dataset) == checksums else NEAR)
     tables = {path.stem: path for path in _tables(results)}
     for name, checksum_listed in listed["tables"].items():
         if name in tables:
             yield _compare_table(tables[name], checksum_listed, run, same_machines)
         else:
-            yield Finding(name, WRONG, f"{results}: table {name} is missing")
+            yield Comparison(name, WRONG, f"{results}: table {name} is missing")
     try:
         verdicts = _verdicts(results)
     except InputError as error:
-        yield Finding("claims", WRONG, f"{error}; {files.repair(results / 'claims.csv', run)}")
+        yield Comparison("claims", WRONG, f"{error}; {files.repair(results / 'claims.csv', run)}")
         return
     for claim, verdict in listed.get("verdicts", {}).items():
         if (here := verdicts.get(claim, "missing")) != verdict:
             words = f"claim {claim}: {here} here, {verdict} in the list; this matters"
-            yield Finding(claim, WRONG, words)
+            yield Comparison(claim, WRONG, words)
 
 
-def conclusion(findings: list[Finding]) -> str:
-    """What the findings mean together, in a sentence."""
-    outcomes = {finding.outcome for finding in findings}
+def conclusion(comparisons: list[Comparison]) -> str:
+    """What the comparisons mean together, in a sentence."""
+    outcomes = {file.outcome for file in comparisons}
     if WRONG in outcomes:
         return "different: see the lines above"
     if NEAR in outcomes:
@@ -150,22 +149,22 @@ def conclusion(findings: list[Finding]) -> str:
     return "equal: every bit of the list"
 
 
-def _compare_table(path: Path, listed: str, run: dict, same_machine: bool) -> Finding:
+def _compare_table(path: Path, listed: str, run: dict, same_machine: bool) -> Comparison:
     try:
-        content = checksum(path.read_bytes())
+        content = seal.digest_of(path)[:16]
     except OSError as error:
         words = f"{path}: cannot be read ({error.strerror}); {files.repair(path, run)}"
-        return Finding(path.stem, WRONG, words)
+        return Comparison(path.stem, WRONG, words)
     try:
-        sealed = json.loads(metadata_path(path).read_text(encoding="utf-8"))["beltrepro:checksum"]
+        sealed = json.loads(seal.metadata_path(path).read_text(encoding="utf-8"))[seal.KEY]
     except (OSError, ValueError, KeyError):
         sealed = None
     if content == listed:
-        return Finding(path.stem, SAME)
+        return Comparison(path.stem, SAME)
     if content == sealed and not same_machine:
-        return Finding(path.stem, NEAR)
+        return Comparison(path.stem, NEAR)
     reason = "differs from the list" if content == sealed else "does not have its checksum"
-    return Finding(path.stem, WRONG, f"{path}: {reason}; {files.repair(path, run)}")
+    return Comparison(path.stem, WRONG, f"{path}: {reason}; {files.repair(path, run)}")
 
 
 def _described(dataset: store.Dataset) -> dict:

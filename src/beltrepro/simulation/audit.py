@@ -141,14 +141,14 @@ def replayed(
     """
     samples = max(1, round(length / (time[1] - time[0])))
     starts = np.unique(np.linspace(0, len(time) - 1 - samples, windows).astype(int))
-    found = []
+    distances = []
     for start in starts[starts >= 0]:
         end = start + samples
         place, _ = motion(
             positions[start], velocities[start], float(time[end] - time[start]), parameters
         )
-        found.append(np.abs(place - positions[end]).max())
-    return np.array(found)
+        distances.append(np.abs(place - positions[end]).max())
+    return np.array(distances)
 
 
 def motion(

@@ -17,7 +17,7 @@ from beltrepro.observe.sections import CrossingLog
 from beltrepro.observe.slips import AVALANCHE, SLIP, EventLog, slips_and_avalanches
 from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.groups import Report, groups, integrator_of, observe
-from beltrepro.simulation.sampling import EventWatch, sampling_of
+from beltrepro.simulation.sampling import EventWatch
 from beltrepro.simulation.setup import (
     Case,
     Chains,
@@ -93,15 +93,8 @@ def catalogue(
 
 def _section_dtype(n_blocks: int) -> np.dtype:
     """The record of one crossing of the section."""
-    vector = (n_blocks,)
-    return np.dtype(
-        [
-            ("point", "i4"),
-            ("time", "f8"),
-            ("positions", "f8", vector),
-            ("velocities", "f8", vector),
-        ]
-    )
+    vectors = [(name, "f8", (n_blocks,)) for name in ("positions", "velocities")]
+    return np.dtype([("point", "i4"), ("time", "f8"), *vectors])
 
 
 def _section_block(value: Any, cases: Sequence[Case]) -> int:
@@ -133,12 +126,7 @@ def _record(
 ) -> dict[str, list[np.ndarray]]:
     """Slips, avalanches and section points of a group with these numbers: tables of each chain."""
     chain = members[0].parameters
-    integrator = integrator_of(
-        members,
-        sampling=sampling_of(None, members[0].method, members[0].time_step),
-        sampled_blocks=1,
-        section=Section(block or chain.n_blocks, sections),
-    )
+    integrator = integrator_of(members, section=Section(block or chain.n_blocks, sections))
     start = members[0].state.time + transient
     events = EventLog(len(members), chain.rest_positions)
     crossings = CrossingLog(start)
@@ -148,9 +136,8 @@ def _record(
     law = law_constants(chain)
     tables: dict[str, list[np.ndarray]] = {"slips": [], "avalanches": [], "section": []}
     for lane, (number, case) in enumerate(zip(group, members, strict=True)):
-        slips, avalanches = slips_and_avalanches(
-            events.events(lane), number, case.state, law, start
-        )
+        rows_of_chain = events.events(lane), number, case.state, law, start
+        slips, avalanches = slips_and_avalanches(*rows_of_chain)
         tables["slips"].append(slips)
         tables["avalanches"].append(avalanches)
         crossed = rows[rows[:, 0] == lane]

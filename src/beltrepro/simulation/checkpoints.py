@@ -55,14 +55,13 @@ class Checkpoint:
 
     def kept(self, place: Place) -> Any:
         """The value of a step, None if there is none."""
-        found = self._values.get(place)
-        return None if found is None else pickle.loads(found)
+        value = self._values.get(place)
+        return None if value is None else pickle.loads(value)
 
     def keep(self, place: Place, value: Any) -> None:
         """Keep the value of the step that is open; it stands for all steps in it so far."""
-        inner = [each for each in self._values if each[: len(place)] == place]
-        for each in inner:
-            del self._values[each]
+        for inner in [inner for inner in self._values if inner[: len(place)] == place]:
+            del self._values[inner]
         self._begun[-1] = 0
         self._values[place] = pickle.dumps(value, protocol=5)  # as it is now
         if self.due:
@@ -139,12 +138,12 @@ def step(kept: bool = True) -> Iterator[Step]:
         yield begun
 
 
-def once(work: Callable[..., V], *told: Any, **also: Any) -> V:
+def once(work: Callable[..., V], *arguments: Any) -> V:
     """The value of a function, which is not called if its value is kept."""
     with step() as begun:
         if begun.kept is not None:
             return begun.kept
-        value = work(*told, **also)
+        value = work(*arguments)
         begun.end(lambda: value)
     return value
 
@@ -158,14 +157,14 @@ def restore(observers: Sequence, kept: Sequence) -> None:
 def _read(path: Path, work: bytes) -> dict[Place, bytes]:
     """Values of the steps of this work in a file; none if it holds other work or is damaged."""
     try:
-        found = path.read_bytes()
+        content = path.read_bytes()
     except OSError:
         return {}
-    told, checksum, content = found[:32], found[32:_HEADER], found[_HEADER:]
+    work_of_file, checksum, content = content[:32], content[32:_HEADER], content[_HEADER:]
     if hashlib.sha256(content).digest() != checksum:
         logger.warning("%s: damaged, beginning anew", path)
         return {}
-    if told != work:
+    if work_of_file != work:
         logger.info("%s: of other settings, code or machine, beginning anew", path)
         return {}
     logger.info("going on from %s", path)

@@ -47,21 +47,24 @@ _SCHEME_UNIT = "as the integrator keeps it"
 def save_run(path: str | Path, run: Run) -> None:
     """Write a run; the file appears under its name when it is complete."""
     arrays = {name: getattr(run, name) for name in _ARRAYS}
-    about = {name: _about(*words) for name, words in _ARRAYS.items()}
+    words = dict(_ARRAYS)
     attributes = asdict(run.parameters) | {"kind": KIND, "units": "model units"}
     attributes |= {name: getattr(run, name) for name in _attributes()}
     for name in _STATES:
         state = getattr(run, name)
-        arrays |= {f"{name}/{own}": getattr(state, own) for own in _STATE_ARRAYS}
-        about |= {f"{name}/{own}": _about(*words) for own, words in _STATE_ARRAYS.items()}
+        arrays |= {f"{name}/{part}": getattr(state, part) for part in _STATE_ARRAYS}
+        words |= {f"{name}/{part}": about for part, about in _STATE_ARRAYS.items()}
         if state.scheme is not None:
             attributes[f"{name}_integrator"] = state.scheme.integrator
             attributes[f"{name}_time_step"] = state.scheme.time_step
-            for own, value in state.scheme.variables.items():
-                arrays[f"{name}/scheme/{own}"] = value
-                about[f"{name}/scheme/{own}"] = _about(_SCHEME_UNIT, "")
-    known = {name: value for name, value in attributes.items() if value is not None}
-    store.write(path, arrays, known, about)
+            variables = state.scheme.variables
+            arrays |= {f"{name}/scheme/{part}": value for part, value in variables.items()}
+            words |= {f"{name}/scheme/{part}": (_SCHEME_UNIT, "") for part in variables}
+    present = {name: value for name, value in attributes.items() if value is not None}
+    about = {
+        name: {"unit": unit, "dimensions": dimensions} for name, (unit, dimensions) in words.items()
+    }
+    store.write(path, arrays, present, about)
 
 
 def load_run(path: str | Path) -> Run:
@@ -70,8 +73,9 @@ def load_run(path: str | Path) -> Run:
     if data.attributes.get("kind") != KIND:
         raise InputError(f"{path}: not a run, but of kind {data.attributes.get('kind')!r}")
     try:
-        names = [field.name for field in fields(ChainParameters)]
-        chain = ChainParameters(**{name: data.attributes[name] for name in names})
+        chain = ChainParameters(
+            **{field.name: data.attributes[field.name] for field in fields(ChainParameters)}
+        )
         values: dict[str, Any] = {name: data.attributes.get(name) for name in _attributes()}
         values |= {name: data.arrays[name] for name in _ARRAYS}
         values |= {name: _state(name, chain, data) for name in _STATES}
@@ -86,23 +90,16 @@ def _attributes() -> list[str]:
     return [field.name for field in fields(Run) if field.name not in others]
 
 
-def _about(unit: str, dimensions: str) -> dict[str, str]:
-    return {"unit": unit, "dimensions": dimensions}
-
-
 def _state(name: str, chain: ChainParameters, data: store.Dataset) -> ChainState:
-    own = {each: data.arrays[f"{name}/{each}"] for each in _STATE_ARRAYS}
-    values: dict[str, Any] = {
-        each: value if value.ndim else value.item() for each, value in own.items()
-    }
-    scheme = None
-    if f"{name}_integrator" in data.attributes:
+    arrays = {part: data.arrays[f"{name}/{part}"] for part in _STATE_ARRAYS}
+    values: Any = {part: array if array.ndim else array.item() for part, array in arrays.items()}
+    integrator, scheme = data.attributes.get(f"{name}_integrator"), None
+    if integrator is not None:
         prefix = f"{name}/scheme/"
         variables = {
-            each.removeprefix(prefix): np.asarray(value)
-            for each, value in data.arrays.items()
-            if each.startswith(prefix)
+            place.removeprefix(prefix): np.asarray(value)
+            for place, value in data.arrays.items()
+            if place.startswith(prefix)
         }
-        integrator = data.attributes[f"{name}_integrator"]
         scheme = Scheme(integrator, data.attributes[f"{name}_time_step"], variables)
     return ChainState(parameters=chain, **values, scheme=scheme)

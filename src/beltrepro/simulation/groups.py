@@ -10,7 +10,16 @@ from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import CUT_TIME, GROUP_SIZE, Integrator, Sampling, Section
 from beltrepro.engine.kicks import KickedIntegrator
 from beltrepro.simulation import checkpoints
+from beltrepro.simulation.sampling import for_moments
 from beltrepro.simulation.setup import METHODS, Case
+
+# By the method of the cases, or what kicked ones take. As a table, so that the code behind a job of
+# the workflow is that of its own integrator.
+INTEGRATORS: dict[str, Any] = {
+    "verlet": METHODS["verlet"],
+    "event": METHODS["event"],
+    "kicked": KickedIntegrator,
+}
 
 Report: TypeAlias = Callable[[float], None]
 """Called with the fraction done."""
@@ -47,23 +56,23 @@ def groups(cases: Sequence[Case], progress: Report | None) -> Iterator[tuple[np.
 def integrator_of(
     members: Sequence[Case],
     *,
-    sampling: Sampling,
-    sampled_blocks: int,
+    sampling: Sampling | None = None,
+    sampled_blocks: int = 1,
     section: Section | None = None,
 ) -> Integrator:
-    """The integrator that advances a group of cases."""
+    """The integrator that advances a group; it samples the last block for r unless told more."""
     first = members[0]
     settings: dict[str, Any] = {
         "time_step": first.time_step,
-        "sampling": sampling,
+        "sampling": sampling or for_moments(members),
         "sampled_blocks": sampled_blocks,
         "section": section,
         **first.accuracy,
     }
     states = [case.state for case in members]
     if first.kick > 0:
-        return KickedIntegrator(states, sizes=[case.kick for case in members], **settings)
-    return METHODS[first.method](states, **settings)
+        settings["sizes"] = [case.kick for case in members]
+    return INTEGRATORS["kicked" if first.kick > 0 else first.method](states, **settings)
 
 
 def observe(

@@ -19,7 +19,7 @@ from beltrepro.observe.slips import EventLog
 from beltrepro.simulation.setup import Case, caller
 
 MOMENTS_INTERVAL = 0.1  # model time between samples of x_N for r, about; oscillations take 3
-FEWEST = 10  # samples that r is lengths of
+FEWEST = 10  # samples for r and <x_N>
 _ROUNDING = 1e-9  # share of an interval
 _UNWATCHED = 2**27  # bytes of events
 
@@ -39,10 +39,14 @@ def checked(
     return {"sample_interval": interval, "sample_start": start}
 
 
-def sampling_of(sample_interval: float | None, method: str, time_step: float) -> Sampling:
-    """When a method takes samples; about every MOMENTS_INTERVAL, for r, if none are kept."""
-    if sample_interval is None:
-        return Sampling(max(1, round(MOMENTS_INTERVAL / time_step)), time_step)
+def for_moments(members: Sequence[Case]) -> Sampling:
+    """When a group takes samples of x_N for r alone."""
+    time_step = members[0].time_step
+    return Sampling(max(1, round(MOMENTS_INTERVAL / time_step)), time_step)
+
+
+def sampling_of(sample_interval: float, method: str, time_step: float) -> Sampling:
+    """When a method takes samples that are kept."""
     steps = round(sample_interval / time_step)
     if steps >= 1 and abs(steps * time_step - sample_interval) <= _ROUNDING * sample_interval:
         return Sampling(steps, time_step)
@@ -71,10 +75,10 @@ def with_moments(sampling: Sampling, method: str) -> tuple[Sampling, int]:
 
 
 def moments_of(
-    moments: LengthMoments, rest_length: float, sampling: Sampling, start: float, end: float
+    moments: LengthMoments, members: Sequence[Case], sampling: Sampling, start: float, end: float
 ) -> dict[str, np.ndarray]:
     """Moments of the chain length (W,) from `start` to `end`; NaN, warned, of too few samples."""
-    lengths = moments.result(rest_length)
+    lengths = moments.result(members[0].parameters.rest_positions[-1])
     last = math.floor(end / sampling.interval + _ROUNDING)
     before = max(math.ceil(start / sampling.interval - _ROUNDING) - 1, 0)
     if last - before < FEWEST:

@@ -16,7 +16,7 @@ from beltrepro.observe.sections import SectionValues
 from beltrepro.observe.slips import SlipActivity
 from beltrepro.simulation.groups import Report, integrator_of, observe, slipping_since
 from beltrepro.simulation.results import Results, gathered
-from beltrepro.simulation.sampling import moments_of, sampling_of
+from beltrepro.simulation.sampling import for_moments, moments_of
 from beltrepro.simulation.setup import (
     Case,
     Chains,
@@ -120,14 +120,8 @@ def _scanned(
 ) -> dict[str, np.ndarray]:
     """What a scan measures of a group of W chains: arrays with first axis W."""
     chain, width = members[0].parameters, len(members)
-    sampling = sampling_of(None, members[0].method, members[0].time_step)
     start = members[0].state.time + transient
-    integrator = integrator_of(
-        members,
-        sampling=sampling,
-        sampled_blocks=1,
-        section=Section(chain.n_blocks, sections[group]),
-    )
+    integrator = integrator_of(members, section=Section(chain.n_blocks, sections[group]))
     moments = LengthMoments(width, start)
     belt_velocities = np.array([case.parameters.belt_velocity for case in members])
     section = SectionValues(belt_velocities, section_values, start)
@@ -136,7 +130,7 @@ def _scanned(
     counts = np.zeros((width, MAXIMUM_BLOCKS), dtype=np.int64)
     counts[:, : chain.n_blocks] = slips.slip_count
     return {
-        **moments_of(moments, chain.rest_positions[-1], sampling, start, integrator.time),
+        **moments_of(moments, members, for_moments(members), start, integrator.time),
         "energy_residual": integrator.energy_residual(),
         "section_position": sections[group],
         "section_count": section.count,
@@ -224,15 +218,13 @@ def _until_slip(
 ) -> dict[str, np.ndarray]:
     """When the W chains of a group come to continuous slip: arrays with first axis W."""
     chain, width = members[0].parameters, len(members)
-    sampling = sampling_of(None, members[0].method, members[0].time_step)
     start = members[0].state.time
     settled = start + (duration - settle_time)
-    integrator = integrator_of(members, sampling=sampling, sampled_blocks=1)
+    integrator = integrator_of(members)
     moments = LengthMoments(width, settled)
     slips = SlipActivity(width, chain.n_blocks, settled, laminar_time, slipping_since(members))
     observe(integrator, duration, [moments, slips], report)
-    rest_length = chain.rest_positions[-1]
-    final = moments_of(moments, rest_length, sampling, settled, integrator.time)
+    final = moments_of(moments, members, for_moments(members), settled, integrator.time)
     # NaN (stuck at the end) compares false; without a stick on the way the lifetime is 0
     escaped = integrator.time - slips.slipping_since > laminar_time
     last_stick = np.nan_to_num(slips.last_stick_time, nan=start)

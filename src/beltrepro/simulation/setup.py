@@ -6,7 +6,7 @@ import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from inspect import signature
 from typing import Any, TypeAlias, TypedDict, TypeVar
 
@@ -59,7 +59,7 @@ class Case:
         """The chain."""
         return self.state.parameters
 
-    @property
+    @cached_property
     def kind(self) -> tuple:
         """What chains have in common that advance together."""
         # An integrator may treat chains without noise in another way, and what a chain does must
@@ -392,7 +392,7 @@ def _fresh_state(
         deviates = np.random.default_rng(key).standard_normal(chain.n_blocks)
         positions = chain.rest_positions if positions is None else positions
         positions = positions + initial_spread * deviates
-        if not np.all(np.diff(positions, prepend=0.0) > 0):
+        if positions[0] <= 0 or np.any(positions[1:] <= positions[:-1]):
             raise InputError(
                 f"initial_spread = {initial_spread:g}: "
                 f"blocks of replicate {replicate} would begin on the wrong side of each other"

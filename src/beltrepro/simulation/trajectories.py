@@ -25,6 +25,7 @@ from beltrepro.simulation.sampling import (
     SampleLog,
     check_memory,
     checked,
+    for_moments,
     moments_of,
     no_samples,
     sampling_of,
@@ -39,6 +40,13 @@ from beltrepro.simulation.setup import (
     setup_of,
     with_setup,
 )
+
+_EVENT_COLUMNS = {
+    "time": EVENT_TIME,
+    "force": EVENT_FORCE,
+    "position": EVENT_POSITION,
+    "dissipated": EVENT_DISSIPATED,
+}
 
 
 @with_setup
@@ -104,11 +112,12 @@ def _follow(members: list[Case], lengths: dict, samples: dict, report: Report) -
     first = members[0]
     rest, start = first.parameters.rest_positions, first.state.time
     keeps_samples = samples["sample_interval"] is not None
-    kept = sampling_of(samples["sample_interval"], first.method, first.time_step)
-    sampling, every = with_moments(kept, first.method)
-    integrator = integrator_of(
-        members, sampling=sampling, sampled_blocks=len(rest) if keeps_samples else 1
-    )
+    sampling, every, sampled_blocks = for_moments(members), 1, 1
+    if keeps_samples:
+        kept = sampling_of(samples["sample_interval"], first.method, first.time_step)
+        sampling, every = with_moments(kept, first.method)
+        sampled_blocks = len(rest)
+    integrator = integrator_of(members, sampling=sampling, sampled_blocks=sampled_blocks)
     moments = LengthMoments(len(members), start + lengths["transient"])
     events = EventLog(len(members), rest)
     observers = [moments, events, EventWatch(members, events)]
@@ -119,37 +128,30 @@ def _follow(members: list[Case], lengths: dict, samples: dict, report: Report) -
     # samples and events would fill a checkpoint
     observe(integrator, lengths["duration"], observers, report, kept=False)
     measured = sampling, start + lengths["transient"], integrator.time
-    length, residual = moments_of(moments, rest[-1], *measured), integrator.energy_residual()
-    states = integrator.state()
-    return [
-        _run(
-            case,
+    length, residual = moments_of(moments, members, *measured), integrator.energy_residual()
+    runs = []
+    for lane, (case, state) in enumerate(zip(members, integrator.state(), strict=True)):
+        recorded: dict[str, Any] = log.of(lane) if keeps_samples else no_samples(len(rest))
+        for name in ("disorder_parameter", "mean_length"):
+            recorded[name] = float(length[name][lane])
+        run = Run(
+            parameters=case.parameters,
+            method=case.method,
+            time_step=case.time_step,
+            tolerance=case.tolerance or TOLERANCES.get(case.method),
+            seed=case.state.seed,
+            replicate=case.state.replicate,
+            initial_state=case.state,
+            final_state=state,
+            version=_version(),
+            energy_residual=float(residual[lane]),
+            events=_event_records(events, lane),
+            **recorded,
             **lengths,
             **samples,
-            final_state=states[lane],
-            **{name: float(length[name][lane]) for name in ("disorder_parameter", "mean_length")},
-            energy_residual=float(residual[lane]),
-            **(log.of(lane) if keeps_samples else no_samples(len(rest))),
-            events=_event_records(events, lane),
         )
-        for lane, case in enumerate(members)
-    ]
-
-
-def _run(case: Case, **recorded: Any) -> Run:
-    """The run of a case."""
-    default = TOLERANCES.get(case.method)
-    return Run(
-        parameters=case.parameters,
-        method=case.method,
-        time_step=case.time_step,
-        tolerance=default if case.tolerance is None else case.tolerance,
-        seed=case.state.seed,
-        replicate=case.state.replicate,
-        initial_state=case.state,
-        version=_version(),
-        **recorded,
-    )
+        runs.append(run)
+    return runs
 
 
 @cache  # reading it takes half a millisecond
@@ -163,11 +165,9 @@ def _event_records(log: EventLog, lane: int) -> np.ndarray:
     start = 0
     for rows in log.give_up(lane):
         part = records[start : start + len(rows)]
-        part["time"] = rows[:, EVENT_TIME]
+        for name, column in _EVENT_COLUMNS.items():
+            part[name] = rows[:, column]
         part["block"] = rows[:, EVENT_BLOCK].astype(np.int64) + 1
         part["kind"] = np.where(rows[:, EVENT_SLIP] > 0, "slip", "stick")
-        part["force"] = rows[:, EVENT_FORCE]
-        part["position"] = rows[:, EVENT_POSITION]
-        part["dissipated"] = rows[:, EVENT_DISSIPATED]
         start += len(rows)
     return records

@@ -14,9 +14,8 @@ import numpy as np
 import scipy
 
 from beltrepro.stats.errors import require
-from beltrepro.stats.shares import CONFIDENCE
-from beltrepro.stats.shares import share as share_of_runs
 
+CONFIDENCE = 0.95  # of intervals, where nothing else is said
 RESAMPLES = 1000
 
 
@@ -34,6 +33,11 @@ class Estimate:
     high: float
     runs: int | None = None
     still_open: int = 0
+
+    @property
+    def numbers(self) -> tuple[float, float, float]:
+        """The number and the ends of its interval."""
+        return self.value, self.low, self.high
 
     @property
     def words(self) -> str:
@@ -96,14 +100,23 @@ def smallest(samples: Sequence[float] | np.ndarray) -> Estimate:
     return Estimate(value, value - float(reach), value, samples.size)
 
 
-def share(count: int, runs: int, still_open: int = 0) -> Estimate:
+def share(
+    count: int, runs: int, still_open: int = 0, *, confidence: float = CONFIDENCE
+) -> Estimate:
     """Share of independent runs, with the exact interval.
+
+    The interval is that of Clopper and Pearson (Biometrika 26, 404, 1934). It holds for few runs
+    and for shares of 0 and 1 too. Each end is wrong in at most half of 1 - confidence of all cases.
 
     still_open : runs of which it is not known; the interval covers both that none and that all of
     them have the property, its value is that none has.
     """
-    least, most = share_of_runs(count, runs), share_of_runs(count + still_open, runs)
-    return Estimate(least.value, least.lower, most.upper, runs, still_open)
+    require(runs > 0, "no runs, 1 is needed")
+    least, most = (
+        scipy.stats.binomtest(having, int(runs)).proportion_ci(confidence, method="exact")
+        for having in (int(count), int(count + still_open))
+    )
+    return Estimate(count / runs, float(least.low), float(most.high), int(runs), int(still_open))
 
 
 def bootstrap(

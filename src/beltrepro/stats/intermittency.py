@@ -1,7 +1,6 @@
 """Laminar phases and the region of intermittency (Figs. 16, 18 and 20)."""
 
 from collections.abc import Mapping
-from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -71,24 +70,3 @@ def slips_of_all(
     count = stuck + np.concatenate([[0], np.cumsum(change)])
     spans = np.column_stack([edges[:-1], edges[1:]])[count == 0]
     return spans[spans[:, 1] > spans[:, 0]]
-
-
-def sampled_laminar_phases(
-    time: npt.ArrayLike,
-    relative_velocity: np.ndarray,
-    laminar_time: float,
-    *,
-    tolerance: float = 1e-6,
-) -> np.ndarray:
-    """Laminar phases of a sampled series: intervals in which no sample of the last block sticks.
-
-    Sticks shorter than the sample interval are missed: prefer `laminar_phases` where events are at
-    hand.
-    """
-    time = np.asarray(time, dtype=float)
-    slipping = np.abs(relative_velocity) > tolerance
-    change = np.flatnonzero(np.diff(slipping.astype(np.int8))) + 1
-    edges = np.concatenate([[0], change, [time.size]])
-    begins = [(a, b) for a, b in pairwise(edges) if slipping[a]]
-    phases = np.array([(time[a], time[b - 1]) for a, b in begins]).reshape(-1, 2)
-    return phases[phases[:, 1] - phases[:, 0] > laminar_time]

@@ -24,8 +24,8 @@ import numpy.typing as npt
 import scipy
 
 from beltrepro.stats.errors import require
+from beltrepro.stats.estimates import CONFIDENCE, share
 from beltrepro.stats.motion import FOLDINGS, above_zero
-from beltrepro.stats.shares import CONFIDENCE, share
 
 REGULAR = "regular"
 TRANSIENT = "transient"
@@ -72,13 +72,13 @@ def kaplan_meier(
     lower, upper = _band(curve, confidence)
     whole, none = (share(count, ended.size, confidence=confidence) for count in (ended.size, 0))
     left = curve.probabilities
-    lower = np.select([left == 1, left == 0], [whole.lower, none.lower], lower)
-    upper = np.select([left == 1, left == 0], [whole.upper, none.upper], upper)
+    lower = np.select([left == 1, left == 0], [whole.low, none.low], lower)
+    upper = np.select([left == 1, left == 0], [whole.high, none.high], upper)
     return SurvivalCurve(
         time=np.concatenate([[0.0], curve.quantiles]),
         share=np.concatenate([[1.0], left]),
-        lower=np.concatenate([[whole.lower], lower]),
-        upper=np.concatenate([[whole.upper], upper]),
+        lower=np.concatenate([[whole.low], lower]),
+        upper=np.concatenate([[whole.high], upper]),
     )
 
 

@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 import yaml
 
-from beltrepro.base import provenance
+from beltrepro.base import provenance, seal
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan.manifest import checksum_of
 
 if TYPE_CHECKING:
     from rocrate.rocrate import ROCrate
@@ -49,7 +48,7 @@ _MEDIA = {
 
 
 @dataclass(frozen=True)
-class Record:
+class JobRecord:
     """What one job of the workflow read and wrote."""
 
     rule: str  # its rule
@@ -59,7 +58,7 @@ class Record:
 
 
 @dataclass(frozen=True)
-class Run:
+class WorkflowRun:
     """A run as the workflow knows it."""
 
     name: str  # its name and its preset
@@ -67,7 +66,7 @@ class Run:
     seed: int  # that of the configuration
     # by rule its sentence and its script: "workflow/scripts/join.py"
     rules: Mapping[str, tuple[str, str]]
-    records: tuple[Record, ...]  # its jobs
+    records: tuple[JobRecord, ...]  # its jobs
 
     @property
     def folder(self) -> str:
@@ -75,13 +74,13 @@ class Run:
         return f"results/{self.name}"
 
 
-def run_from(told: Mapping[str, Any]) -> Run:
+def run_from(values: Mapping[str, Any]) -> WorkflowRun:
     """A run from plain values, as a script of the workflow is given them."""
     records = (
-        Record(rule, name, tuple(inputs), tuple(outputs))
-        for rule, name, inputs, outputs in told["records"]
+        JobRecord(rule, name, tuple(inputs), tuple(outputs))
+        for rule, name, inputs, outputs in values["records"]
     )
-    return Run(**{**told, "records": tuple(records)})
+    return WorkflowRun(**{**values, "records": tuple(records)})
 
 
 @dataclass(frozen=True)
@@ -99,7 +98,7 @@ class Layout:
         return path
 
 
-def describe(top: Path, run: Run, layout: Layout) -> str:
+def describe(top: Path, run: WorkflowRun, layout: Layout) -> str:
     """The crate of a run."""
     made = _Made(top, run, layout)
     made.add_top()
@@ -121,7 +120,7 @@ def _without_lists_of_one(entity: Mapping[str, Any]) -> dict[str, Any]:
 class _Made:
     """A crate while it is made: entities by the paths of the project."""
 
-    def __init__(self, top: Path, run: Run, layout: Layout) -> None:
+    def __init__(self, top: Path, run: WorkflowRun, layout: Layout) -> None:
         self.top, self.run, self.layout = top, run, layout
         self.crate = _empty_crate()
         self.crate.metadata.extra_terms |= {
@@ -134,9 +133,8 @@ class _Made:
 
     def add(self, identifier: str, kind: str | list[str], **properties: Any) -> Any:
         """A contextual entity, or the one that has this identifier."""
-        if found := self.crate.get(identifier):
-            return found
-        return self.crate.add_jsonld({"@id": identifier, "@type": kind} | properties)
+        entity = {"@id": identifier, "@type": kind} | properties
+        return self.crate.get(identifier) or self.crate.add_jsonld(entity)
 
     def file(self, path: str, properties: Mapping[str, Any] | None = None) -> Any:
         """A file of the project; a batch, which no archive holds, by its name only."""
@@ -145,9 +143,9 @@ class _Made:
                 name = path.removeprefix(f"{self.run.folder}/")
                 self.files[path] = self.add(f"#{name}", "CreativeWork", name=name)
             else:
-                known = self._of_file(path) | dict(properties or {})
+                about = self._of_file(path) | dict(properties or {})
                 place = self.layout.place(path)
-                self.files[path] = self.crate.add_file(dest_path=place, properties=known)
+                self.files[path] = self.crate.add_file(dest_path=place, properties=about)
         return self.files[path]
 
     def _of_file(self, path: str) -> dict[str, Any]:
@@ -155,7 +153,7 @@ class _Made:
         return {
             "name": path.removeprefix(f"{self.run.folder}/"),
             "contentSize": str(there.stat().st_size),
-            "sha256": checksum_of(there),
+            "sha256": seal.digest_of(there),
             "encodingFormat": _MEDIA.get(there.suffix, "text/plain"),
         }
 
@@ -172,16 +170,16 @@ class _Made:
         root["license"] = {"@id": licence}
         root["version"] = provenance.code_version()
         root["author"] = [
-            self.add(f"#{each['name'].replace(' ', '-')}", "Organization", name=each["name"])
-            for each in about["authors"]
+            self.add(f"#{author['name'].replace(' ', '-')}", "Organization", name=author["name"])
+            for author in about["authors"]
         ]
         for paper in about["references"]:
             work = self.add(f"https://doi.org/{paper['doi']}", "ScholarlyArticle")
             work["name"] = paper["title"]
             root.append_to("citation", work)
         root["conformsTo"] = [
-            self.add(each, "CreativeWork", name=name, version=each.rpartition("/")[2])
-            for each, name in _PROFILES.items()
+            self.add(profile, "CreativeWork", name=name, version=profile.rpartition("/")[2])
+            for profile, name in _PROFILES.items()
         ]
         self.file("README.md", {"about": {"@id": root.id}})
 
@@ -243,16 +241,16 @@ class _Made:
 
     def _whole_run(self, actions: list[Any]) -> Any:
         """The run of the workflow, from what it was told to all that it made."""
-        told = [self.file("config.yaml"), *self._settings()]
+        settings = [self.file("config.yaml"), *self._settings()]
         run = self.add("#run", "CreateAction", name=f"Run {self.run.name}")
         run["description"] = "The workflow, from its configuration to figures and report."
-        run["instrument"], run["object"] = self.workflow, told
+        run["instrument"], run["object"] = self.workflow, settings
         made = [path for record in self.run.records for path in record.outputs]
         batches = f"{self.run.folder}/batches/"
         run["result"] = [self.file(path) for path in made if not path.startswith(batches)]
-        run["startTime"] = min(each.get("startTime", each["endTime"]) for each in actions)
-        run["endTime"] = max(each["endTime"] for each in actions)
-        self._add_parameters(told)
+        run["startTime"] = min(action.get("startTime", action["endTime"]) for action in actions)
+        run["endTime"] = max(action["endTime"] for action in actions)
+        self._add_parameters(settings)
         return run
 
     def _settings(self) -> Iterable[Any]:
@@ -261,10 +259,10 @@ class _Made:
         for name, value in values.items():
             yield self.add(f"#{name}", "PropertyValue", name=name, value=value)
 
-    def _add_parameters(self, told: list[Any]) -> None:
+    def _add_parameters(self, settings: list[Any]) -> None:
         """Inputs and outputs of the workflow, each with the value that it had."""
         report = self.files.get(f"{self.run.folder}/report.html")
-        ends = {"input": told[:3], "output": [report] if report else []}
+        ends = {"input": settings[:3], "output": [report] if report else []}
         for end, values in ends.items():
             parameters = []
             for value in values:
@@ -276,7 +274,7 @@ class _Made:
             if parameters:
                 self.workflow[end] = parameters
 
-    def _job(self, record: Record) -> Any:
+    def _job(self, record: JobRecord) -> Any:
         action = self.add(f"#job-{record.rule}-{record.name}", "CreateAction")
         action["name"] = f"{record.rule}: {record.name}"
         action["description"] = self.run.rules[record.rule][0]
@@ -286,7 +284,7 @@ class _Made:
         self._add_times(action, record)
         return action
 
-    def _add_times(self, action: Any, record: Record) -> None:
+    def _add_times(self, action: Any, record: JobRecord) -> None:
         """When the job ended, and how long it took where its benchmark file is there."""
         benchmark = self.top / self.run.folder / "benchmarks" / f"{record.name}.tsv"
         if not benchmark.is_file():

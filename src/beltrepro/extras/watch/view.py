@@ -17,8 +17,8 @@ from beltrepro.base import checks
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.extras.watch import look
-from beltrepro.extras.watch.picture import ChainPicture, Strips, signs_explained
 from beltrepro.extras.watch.player import Clock, Player
+from beltrepro.extras.watch.scenery import ChainPicture, Strips, signs_explained
 from beltrepro.model.units import LENGTH_M, TIME_S, VELOCITY_M_S
 
 SIZE = (12.8, 7.2)  # inches; at 100 dots an inch a film of 1280 by 720

@@ -75,7 +75,7 @@ def pictures(
     scene, camera = scene or Scene(), camera or Camera()
     movement = motion if isinstance(motion, Movement) else Movement.of(motion)
     _check_instants(movement.time_s, camera.frames_per_second)
-    view = View.of(movement, scene, camera)
+    view = Framing.of(movement, scene, camera)
     drawing, shutter = _Drawing(scene, view, camera.blur), _Shutter(camera, view)
     half, count = movement.v_m_s * camera.exposure / 2, len(movement.time_s)
     lights = drawing.frames(movement.x_m - half, movement.x_m + half)
@@ -89,7 +89,7 @@ def pictures(
 
 
 @dataclass(frozen=True)
-class View:
+class Framing:
     """Which part of the scene the picture shows, before it is turned."""
 
     metres_per_pixel: float  # scale
@@ -99,7 +99,7 @@ class View:
     top: float
 
     @classmethod
-    def of(cls, movement: Movement, scene: Scene, camera: Camera) -> View:
+    def of(cls, movement: Movement, scene: Scene, camera: Camera) -> Framing:
         """The view of a camera that is put up for a movement."""
         extent = movement.x_m.max() + scene.block_length / 2 + 2 * MARGIN
         scale = camera.metres_per_pixel
@@ -132,7 +132,7 @@ class _Drawing:
     come before the picture is turned.
     """
 
-    def __init__(self, scene: Scene, view: View, blur: float) -> None:
+    def __init__(self, scene: Scene, view: Framing, blur: float) -> None:
         self._scene, self._view, self._blur = scene, view, blur
         middle = scene.block_width / 2
         bands = [
@@ -200,7 +200,7 @@ def _steps(
     return edges[0], edges[1], np.concatenate([bright, -bright])
 
 
-def _still_picture(scene: Scene, view: View) -> np.ndarray:
+def _still_picture(scene: Scene, view: Framing) -> np.ndarray:
     """Belt, support and tape measure: brightness (H, W)."""
     picture = np.full((view.height, view.width), float(scene.belt))
     lane = band(view.across(0), view.across(scene.block_width), view.height)
@@ -231,7 +231,7 @@ def _still_picture(scene: Scene, view: View) -> np.ndarray:
 class _Shutter:
     """What direction, lamp, sensor and recorder make of the light."""
 
-    def __init__(self, camera: Camera, view: View) -> None:
+    def __init__(self, camera: Camera, view: Framing) -> None:
         self._camera = camera
         self._random = np.random.default_rng(camera.seed)
         size = (view.width, view.height)

@@ -41,43 +41,45 @@ class Spectrum:
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
+class Regimes:
+    """Where x_N(t) has a small amplitude, and its moments."""
+
+    observed_s: float  # time that the samples stand for, without gaps
+    disorder_parameter: float  # r = standard deviation of x_N over its mean (Eq. 4)
+    mean_length: float  # of x_N, metres
+    small_share: float  # share of the time with small amplitude
+    lasting_share: float  # share of the time in those stretches of it that last
+    small: np.ndarray  # which samples have a small amplitude
+    small_s: np.ndarray  # begin and end of the stretches of small amplitude
+    lasting_s: np.ndarray  # those of them that last
+    lively_s: np.ndarray  # begin and end of the stretches between those that last
+
+
+@dataclass(frozen=True, eq=False)
+class Recording(Regimes):
     """A measured x_N(t) and what it tells."""
 
     time_s: np.ndarray  # the samples after the transient
     x_m: np.ndarray
     interval_s: float  # median time between them
-    observed_s: float  # time that they stand for, without gaps
-    disorder_parameter: float  # r = standard deviation of x_N over its mean (Eq. 4)
-    mean_length: float  # of x_N, metres
-    minimum_length: float
-    maximum_length: float
-    small_share: float  # share of the time with small amplitude
-    small_s: np.ndarray  # begin and end of the stretches of small amplitude
-    lasting_share: float  # share of the time in those of them that last longer than `lasting_s`
     # of the "whole", and of the longest stretch of "small" and of "large" amplitude, where they
     # are long enough
     spectra: dict[str, Spectrum]
+
+    @property
+    def minimum_length(self) -> float:
+        """The smallest x_N, metres."""
+        return float(self.x_m.min())
+
+    @property
+    def maximum_length(self) -> float:
+        """The largest x_N, metres."""
+        return float(self.x_m.max())
 
     def evenly(self, begin_s: float, end_s: float) -> np.ndarray:
         """Positions within a stretch at equal intervals, straight across gaps."""
         inside = (self.time_s >= begin_s) & (self.time_s <= end_s)
         return _even(self.time_s[inside], self.x_m[inside], self.interval_s)[1]
-
-
-@dataclass(frozen=True, eq=False)
-class Regimes:
-    """Where x_N(t) has a small amplitude, and its moments; fields as of `Recording`."""
-
-    observed_s: float  # as of `Recording`
-    disorder_parameter: float
-    mean_length: float
-    small_share: float
-    lasting_share: float
-    small: np.ndarray  # which samples have a small amplitude
-    small_s: np.ndarray  # begin and end of the stretches of small amplitude
-    lasting_s: np.ndarray  # those of them that last
-    lively_s: np.ndarray  # begin and end of the stretches between those that last
 
 
 @names.checked
@@ -164,21 +166,14 @@ def analyse(
     )
     require(np.all(np.diff(time) > 0), "instants time_s must rise")
     interval = float(np.median(np.diff(time)))
-    found = regimes(time, position, window_s=window_s, quiet=quiet, lasting_s=lasting_s)
-    lively_s = _stretches(time, ~found.small)
+    parts = regimes(time, position, window_s=window_s, quiet=quiet, lasting_s=lasting_s)
+    large_s = _stretches(time, ~parts.small)
     return Recording(
+        **vars(parts),
         time_s=time,
         x_m=position,
         interval_s=interval,
-        observed_s=found.observed_s,
-        disorder_parameter=found.disorder_parameter,
-        mean_length=found.mean_length,
-        minimum_length=float(position.min()),
-        maximum_length=float(position.max()),
-        small_share=found.small_share,
-        small_s=found.small_s,
-        lasting_share=found.lasting_share,
-        spectra=_spectra(time, position, interval, found.small_s, lively_s),
+        spectra=_spectra(time, position, interval, parts.small_s, large_s),
     )
 
 
@@ -201,7 +196,7 @@ def _is_small(
     instants, even = _even(time, position, interval)
     size = max(3, min(round(window_s / interval), even.size))
     centred = even - even.mean()
-    mean, square = (ndimage.uniform_filter1d(each, size) for each in (centred, centred**2))
+    mean, square = (ndimage.uniform_filter1d(power, size) for power in (centred, centred**2))
     amplitude = np.sqrt(np.maximum(square - mean**2, 0))
     calm = amplitude < quiet * (mean + even.mean())
     # A window with a burst is not quiet, but samples beside the burst are: give them back.
@@ -219,20 +214,20 @@ def _spectra(
     time: np.ndarray,
     position: np.ndarray,
     interval: float,
-    quiet_s: np.ndarray,
-    lively_s: np.ndarray,
+    small_s: np.ndarray,
+    large_s: np.ndarray,
 ) -> dict[str, Spectrum]:
     """Spectra of the whole, and of the longest stretches of each kind."""
     spans = {WHOLE: (time[0], time[-1])}
-    for name, stretches in ((SMALL, quiet_s), (LARGE, lively_s)):
+    for name, stretches in ((SMALL, small_s), (LARGE, large_s)):
         if len(stretches):
             spans[name] = tuple(stretches[np.argmax(np.diff(stretches, axis=1))])
-    found = {}
+    spectra = {}
     for name, (begin, end) in spans.items():
         inside = (time >= begin) & (time <= end)
         if inside.sum() >= _LEAST_SAMPLES:
-            found[name] = _spectrum(time[inside], position[inside], interval)
-    return found
+            spectra[name] = _spectrum(time[inside], position[inside], interval)
+    return spectra
 
 
 def _spectrum(time: np.ndarray, position: np.ndarray, interval: float) -> Spectrum:

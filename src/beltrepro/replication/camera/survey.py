@@ -53,7 +53,7 @@ class Survey:
         mean = np.stack(pictures).mean(axis=0, dtype=np.float32)
         angle = tape.direction(mean)
         ratio = scene.block_length / scene.block_width
-        regions = [_candidates(each, angle, ratio) for each in pictures]
+        regions = [_candidates(picture, angle, ratio) for picture in pictures]
         measure, scale = _scale(mean, angle, regions, scene, metres_per_pixel, name)
         blocks = _one_each(pictures, regions, angle, scale, scene, name)
         along, across = scene.block_length / scale, scene.block_width / scale
@@ -96,14 +96,14 @@ class Survey:
 
 def _check_size(blocks: list[Region | None], scale: float, scene: Scene, name: str) -> None:
     """Refuse a scale at which the block has another size: of a tape with other marks, mostly."""
-    sides = np.median([(each.along, each.across) for each in blocks if each], axis=0)
-    told = np.array([scene.block_length, scene.block_width])
-    seen, expected = np.sqrt(sides.prod()), np.sqrt(told.prod()) / scale
+    sides = np.median([(block.along, block.across) for block in blocks if block], axis=0)
+    sizes = np.array([scene.block_length, scene.block_width])
+    seen, expected = np.sqrt(sides.prod()), np.sqrt(sizes.prod()) / scale
     if not _SMALLER * expected - _EDGES < seen < _LARGER * expected + _EDGES:
         length, width = 100 * scale * sides
         raise InputError(
             f"{name}: at {scale:.3g} m per pixel the white block has {length:.1f} x {width:.1f} "
-            f"cm, and not {100 * told[0]:g} x {100 * told[1]:g}: give the distance of the marks, "
+            f"cm, and not {100 * sizes[0]:g} x {100 * sizes[1]:g}: give the distance of the marks, "
             f"--mark-spacing, or the sizes of the block, --block-length and --block-width, in "
             f"metres"
         )
@@ -129,9 +129,9 @@ def _side(
     # is. What moves otherwise, as a glare that the block passes, is there in fewer than half.
     around = np.stack(
         [
-            _around(each, at, angle, half, rows)
-            for each, at in zip(pictures, blocks, strict=True)
-            if at
+            _around(picture, block, angle, half, rows)
+            for picture, block in zip(pictures, blocks, strict=True)
+            if block
         ]
     )
     left, right = (
@@ -163,11 +163,11 @@ def _around(picture: np.ndarray, block: Region, angle: float, half: int, rows: i
 
 def _candidates(picture: np.ndarray, angle: float, ratio: float) -> list[Region]:
     """What may be the white block in a picture, of any size."""
-    found: list[Region] = []
+    regions: list[Region] = []
     for opening in _OPENINGS:
-        if opening < picture.shape[0] / 2 and not found:
-            found = list(white_block.bright_rectangles(picture, angle, ratio, opening))
-    return sorted(found, key=lambda region: -region.along * region.across)
+        if opening < picture.shape[0] / 2 and not regions:
+            regions = list(white_block.bright_rectangles(picture, angle, ratio, opening))
+    return sorted(regions, key=lambda region: -region.along * region.across)
 
 
 def _scale(
@@ -182,7 +182,7 @@ def _scale(
     if scale is not None:
         return tape.find_tape(mean, angle, scene.mark_spacing / scale), scale
     area = scene.block_length * scene.block_width
-    sizes = [np.sqrt(each.along * each.across / area) for one in regions for each in one]
+    sizes = [np.sqrt(region.along * region.across / area) for seen in regions for region in seen]
     if not sizes:
         raise InputError(
             f"{name}: no white block found: a bright rectangle across the belt, which must run "
@@ -192,21 +192,21 @@ def _scale(
     # within a tenth are one, and the rare ones are not tried.
     often = Counter(np.round(np.log(sizes) * 10).astype(int).tolist()).most_common(6)
     guesses = [
-        float(np.median(np.array(sizes)[np.round(np.log(sizes) * 10) == each])) for each, _ in often
+        float(np.median(np.array(sizes)[np.round(np.log(sizes) * 10) == size])) for size, _ in often
     ]
-    found = [
+    tapes = [
         measure
         for pixels in guesses
         if (measure := tape.find_tape(mean, angle, pixels * scene.mark_spacing))
     ]
-    if not found:
+    if not tapes:
         size = guesses[0] * scene.block_length, guesses[0] * scene.block_width
         raise InputError(
             f"{name}: no tape measure with a mark every {100 * scene.mark_spacing:g} cm found: if "
             f"the white block is a rectangle of {size[0]:.0f} x {size[1]:.0f} pixels, give the "
             f"scale, about {1 / guesses[0]:.2g} m per pixel; if not, film a white block and a tape"
         )
-    best = max(found, key=lambda measure: measure.clearness)
+    best = max(tapes, key=lambda measure: measure.clearness)
     return best, scene.mark_spacing / best.spacing
 
 
@@ -222,12 +222,12 @@ def _one_each(
     along, across = scene.block_length / scale, scene.block_width / scale
     blocks = [
         [
-            each
-            for each in one
-            if white_block.has_size(each, along, across)
-            and white_block.place_block(picture, each, angle, along, across)
+            region
+            for region in candidates
+            if white_block.has_size(region, along, across)
+            and white_block.place_block(picture, region, angle, along, across)
         ]
-        for picture, one in zip(pictures, regions, strict=True)
+        for picture, candidates in zip(pictures, regions, strict=True)
     ]
     seen = [one for one in blocks if one]
     if not seen:
@@ -237,7 +237,7 @@ def _one_each(
         )
     several = [one for one in seen if len(one) > 1]
     if 2 * len(several) > len(seen):
-        places = " and ".join(f"({each.x:.0f}, {each.y:.0f})" for each in several[0][:2])
+        places = " and ".join(f"({block.x:.0f}, {block.y:.0f})" for block in several[0][:2])
         raise InputError(
             f"{name}: {len(several[0])} white blocks found, at the pixels {places}; "
             f"one is needed: cover the other"

@@ -47,13 +47,13 @@ def direction(picture: np.ndarray) -> float:
     best = angles[np.argmax([_row_contrast(small, angle) for angle in angles])]
     angles = np.arange(best - 1, best + 1.05, 0.1)
     best = angles[np.argmax([_row_contrast(small, angle) for angle in angles])]
-    found = scipy.optimize.minimize_scalar(
+    best_fit = scipy.optimize.minimize_scalar(
         lambda angle: -_row_contrast(small, angle),
         bounds=(best - 0.1, best + 0.1),
         method="bounded",
         options={"xatol": 0.005},
     )
-    return float(found.x)
+    return float(best_fit.x)
 
 
 def straightened(picture: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
@@ -129,13 +129,13 @@ def _refined(profile: np.ndarray, frequency: float) -> float:
     """The frequency near a given one at which the transform is greatest."""
     profile = profile.astype(float)
     step = 0.5 / profile.size
-    found = scipy.optimize.minimize_scalar(
-        lambda each: -abs(_transform(profile, np.array([each]))[0]),
+    best_fit = scipy.optimize.minimize_scalar(
+        lambda cycles: -abs(_transform(profile, np.array([cycles]))[0]),
         bounds=(frequency - step, frequency + step),
         method="bounded",
         options={"xatol": 1e-4 * step},
     )
-    return float(found.x)
+    return float(best_fit.x)
 
 
 def _first_mark(

@@ -59,7 +59,7 @@ class Track:
     @classmethod
     def load(cls, path: str | Path) -> Track:
         """Read a CSV file with the columns time_s, x_m and, if known, error_m."""
-        from beltrepro.replication.camera.tables import read_track
+        from beltrepro.replication.camera.track_file import read_track
 
         (time_s, x_m, error_m), settings = read_track(Path(path))
         return cls(
@@ -105,18 +105,18 @@ def track(
         support=support,
         name=str(video),
     )
-    found, lost, across = [], [], []
+    places, lost, across = [], [], []
     for frame, place in _follow(read_video(video), survey):
         if place is None:
             lost.append(frame.time_s)
         else:
-            found.append((frame.time_s, survey.along_belt(place), place.error))
+            places.append((frame.time_s, survey.along_belt(place), place.error))
             across.append(survey.across_belt(place))
         if progress:
             progress(frame.time_s)
-    if len(found) < _LEAST_FRAMES:
-        raise InputError(f"{video}: no white block found in more than {len(found)} of the frames")
-    time, along, error = np.array(found).T
+    if len(places) < _LEAST_FRAMES:
+        raise InputError(f"{video}: no white block found in more than {len(places)} of the frames")
+    time, along, error = np.array(places).T
     return Track(
         time_s=time,
         x_m=(first_mark or 0.0) + along * survey.metres_per_pixel,
@@ -149,16 +149,16 @@ def _look(
     if last is not None and reach is not None:
         askew = abs(np.sin(np.radians(survey.angle)))
         half = (reach + 1.5 * survey.along, reach * askew + survey.across)
-        left, top = (max(0, int(each - by)) for each, by in zip(last[:2], half, strict=True))
-        right, bottom = (int(each + by) + 1 for each, by in zip(last[:2], half, strict=True))
+        left, top = (max(0, int(middle - by)) for middle, by in zip(last[:2], half, strict=True))
+        right, bottom = (int(middle + by) + 1 for middle, by in zip(last[:2], half, strict=True))
         window = picture[top:bottom, left:right]
     regions: Iterable[Region] = _blocks(window, survey, last, (left, top))
     if last is None:
-        regions = sorted(regions, key=lambda each: -each.along * each.across)
+        regions = sorted(regions, key=lambda region: -region.along * region.across)
     elif reach is None:
-        regions = sorted(regions, key=lambda each: _distance(each, last))
+        regions = sorted(regions, key=lambda region: _distance(region, last))
     else:  # others are cut by the edge of the window
-        regions = (each for each in regions if _distance(each, last) < reach + survey.along / 2)
+        regions = (seen for seen in regions if _distance(seen, last) < reach + survey.along / 2)
     for region in regions:
         place = white_block.place_block(picture, region, survey.angle, survey.along, survey.across)
         if place is not None:
@@ -173,11 +173,11 @@ def _blocks(
     lane = None if last is None else survey.across_belt(last)
     shape, opening = survey.along / survey.across, int(SPRING * survey.across)
     for region in white_block.bright_rectangles(window, survey.angle, shape, opening):
-        found = region._replace(x=region.x + corner[0], y=region.y + corner[1])
-        if white_block.has_size(found, survey.along, survey.across) and (
-            lane is None or abs(survey.across_belt(found) - lane) < survey.across / 2
+        placed = region._replace(x=region.x + corner[0], y=region.y + corner[1])
+        if white_block.has_size(placed, survey.along, survey.across) and (
+            lane is None or abs(survey.across_belt(placed) - lane) < survey.across / 2
         ):
-            yield found
+            yield placed
 
 
 def _distance(one: Region, other: Place) -> float:
@@ -191,11 +191,11 @@ def _slope(along: np.ndarray, across: np.ndarray, length: float) -> float:
     return float(np.degrees(np.arctan(np.polyfit(along, across, 1)[0])))
 
 
-def _stretches(lost: np.ndarray, found: np.ndarray) -> np.ndarray:
+def _stretches(lost: np.ndarray, seen: np.ndarray) -> np.ndarray:
     """Begin and end (L, 2) of runs of lost frames with no frame in between that was found."""
     if not lost.size:
         return np.empty((0, 2))
-    place = np.searchsorted(found, lost)
+    place = np.searchsorted(seen, lost)
     parts = np.split(lost, np.flatnonzero(np.diff(place)) + 1)
     return np.array([(part[0], part[-1]) for part in parts])
 

@@ -34,7 +34,7 @@ def trials(
 ) -> dict[str, np.ndarray]:
     """What the recording of each of P runs would tell.
 
-    Small amplitudes, and those that last, are as `analysis.recording` defines them.
+    Small amplitudes, and those that last, are as `camera.recording` defines them.
     """
     made = setup_of(chains, setup)
     lasting_s = units.to_si(checks.positive("laminar_time", laminar_time), "time")

@@ -48,15 +48,15 @@ def bright_rectangles(
     """
     if opening > 1:
         picture = cv2.morphologyEx(picture, cv2.MORPH_OPEN, np.ones((opening, 1), np.uint8))
-    found: list[Region] = []
+    seen: list[Region] = []
     above = picture.ravel()
     for _ in range(_LEVELS):
         if above.size < 2 * _SMALLEST**2:
             break
         threshold, _ = cv2.threshold(above, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
         for region in _rectangles(picture > threshold, angle, ratio):
-            if all(_apart(region, other) for other in found):
-                found.append(region)
+            if all(_apart(region, other) for other in seen):
+                seen.append(region)
                 yield region
         above = above[above > threshold]
 
@@ -118,8 +118,8 @@ def _as_rectangle(part: np.ndarray, area: int, angle: float) -> Region | None:
     (_, _), (first, second), tilt = cv2.minAreaRect(outline[0])
     # Pixels reach half a pixel beyond their middles.
     sides = {tilt: first + 1, tilt + 90: second + 1}
-    off = {each: abs((each - angle + 90) % 180 - 90) for each in sides}
-    near = min(off, key=lambda each: off[each])
+    off = {turn: abs((turn - angle + 90) % 180 - 90) for turn in sides}
+    near = min(off, key=off.__getitem__)
     along, across = sides[near], sides[near - 90 if near > tilt else near + 90]
     moments = cv2.moments(part, binaryImage=True)
     if off[near] > _TILT or area < _FILLED * along * across:

@@ -30,13 +30,13 @@ def trace(axes, series, laminar_time, window, *, zero=0.0):
     time, position, _ = panels.last_block(series)
     shown = (time >= window[0]) & (time <= window[1])
     panels.trace(axes, time[shown] - zero, position[shown], ylabel=panels.POSITION)
-    found = phases(series, laminar_time)
-    for begin, end in np.clip(found, *window) - zero:
+    laminar = phases(series, laminar_time)
+    for begin, end in np.clip(laminar, *window) - zero:
         if end > begin:
             axes.axvspan(begin, end, color=style.ORANGE, alpha=0.3, linewidth=0, zorder=0)
     about = series.attributes
     length = about["duration"] - about["transient"]
-    share = np.diff(found, axis=1).sum() / length if length else 0.0
-    many = "1 laminar phase" if len(found) == 1 else f"{len(found)} laminar phases"
+    share = np.diff(laminar, axis=1).sum() / length if length else 0.0
+    many = "1 laminar phase" if len(laminar) == 1 else f"{len(laminar)} laminar phases"
     point = rf"$u = {about['belt_velocity']:g}$, $\sigma = {about['noise']:g}$"
     panels.remark(axes, f"{point}: {many}, {share:.0%} of $t$ = {length:g}")

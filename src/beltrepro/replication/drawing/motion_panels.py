@@ -28,11 +28,11 @@ _MARKERS = {CHAOTIC: "o", TRANSIENT: "^"}  # the rest, regular, are squares
 def exponents(axes, scan, n_blocks, *, size=2.4):
     """Largest exponent of each run of a number of blocks against u, coloured by its motion."""
     arrays = scan.arrays
-    own = arrays["n_blocks"] == n_blocks
+    of_size = arrays["n_blocks"] == n_blocks
     states = np.asarray(arrays["state"], dtype=str)
     axes.axhline(0, color="0.5", linewidth=0.6, zorder=0)
     for state, colour in COLOURS.items():
-        chosen = own & (states == state)
+        chosen = of_size & (states == state)
         if chosen.any():
             axes.errorbar(
                 arrays["belt_velocity"][chosen],
@@ -45,7 +45,7 @@ def exponents(axes, scan, n_blocks, *, size=2.4):
                 elinewidth=0.5,
                 label=state,
             )
-    if not own.any():
+    if not of_size.any():
         panels.note(axes, f"no run with N = {n_blocks}")
     low, high = axes.get_ylim()
     axes.set_ylim(min(low, LEAST_RANGE[0]), max(high, LEAST_RANGE[1]))
@@ -54,8 +54,10 @@ def exponents(axes, scan, n_blocks, *, size=2.4):
 def limits(scan, sizes):
     """Range of the largest exponents, with their errors, of these numbers of blocks."""
     arrays = scan.arrays
-    own = np.isin(arrays["n_blocks"], sizes) & np.isfinite(arrays["largest_exponent"])
-    value, error = (np.nan_to_num(arrays[n][own]) for n in ("largest_exponent", "standard_error"))
+    measured = np.isin(arrays["n_blocks"], sizes) & np.isfinite(arrays["largest_exponent"])
+    value, error = (
+        np.nan_to_num(arrays[name][measured]) for name in ("largest_exponent", "standard_error")
+    )
     low = min((value - error).min(initial=0), LEAST_RANGE[0])
     high = max((value + error).max(initial=0), LEAST_RANGE[1])
     return low - 0.05 * (high - low), high + 0.05 * (high - low)
@@ -63,10 +65,10 @@ def limits(scan, sizes):
 
 def legend(figure, panels_with_motions, **place):
     """The names of the motions that the panels show, once for the figure."""
-    found = {}
+    entries = {}
     for axes in panels_with_motions:
         handles, labels = axes.get_legend_handles_labels()
-        found |= dict(zip(labels, handles, strict=True))
-    names = [name for name in COLOURS if name in found]
+        entries |= dict(zip(labels, handles, strict=True))
+    names = [name for name in COLOURS if name in entries]
     if names:
-        figure.legend([found[name] for name in names], names, ncols=len(names), **place)
+        figure.legend([entries[name] for name in names], names, ncols=len(names), **place)

@@ -30,8 +30,8 @@ def require(data, entry):
     """Raise InputError, in one line, unless `data` has what the entry uses, checks excepted."""
     missing = [name for name in entry.uses if name not in data and not name.endswith(CHECK)]
     if missing:
-        given = ", ".join(data) or "none"
-        raise InputError(f"figure needs the dataset {', '.join(missing)}; given: {given}")
+        there = ", ".join(data) or "none"
+        raise InputError(f"figure needs the dataset {', '.join(missing)}; given: {there}")
 
 
 def layers(data, name):
@@ -147,8 +147,8 @@ def zoom(axes, inner, time, values, window):
     inner.set_title("enlarged", size=8, color="0.35")
 
 
-def spectrum(axes, series, *, printed=None):
-    """Power spectrum of x_N after the transient; with its power law beside a `printed` exponent."""
+def spectrum(axes, series):
+    """Power spectrum of x_N after the transient."""
     from beltrepro.stats import spectra
 
     axes.set(xlabel=r"$\nu$", ylabel=r"$S(\nu)$")
@@ -160,15 +160,6 @@ def spectrum(axes, series, *, printed=None):
         axes.loglog(frequency, power, color=style.SKY, linewidth=0.4, rasterized=True)
         axes.set_xlim(frequency[0], min(_SPECTRUM_TO, frequency[-1]))
         axes.set_ylim(np.quantile(power[frequency <= _SPECTRUM_TO], 0.02), 5 * power.max())
-        if printed is not None:
-            low, high = spectra.FIT_BAND
-            law = spectra.fit_power_law(frequency, power, low=low, high=high)
-            exponent = rf"{law.exponent:.2f} \pm {law.exponent_error:.2f}"
-            power_law(axes, law, label=rf"$S = {law.prefactor:.2g}\,\nu^{{{exponent}}}$")
-            printed_slope(axes, law, printed)
-            axes.legend(loc="lower left", fontsize=7)
-            half = rf"amplitude $\sqrt{{S}} \propto \nu^{{{law.exponent / 2:.2f}}}$"
-            axes.set_title(half, size=8, color=style.VERMILION)
 
 
 def power_law(axes, law, **look):
@@ -238,15 +229,15 @@ def legend_within(axes, **words):
 def band_diagram(axes, row, *, colour=style.BLUE, label=None, size=1.6):
     """v_N at the section against u, a dot for each crossing."""
     velocities = np.asarray(row["section_velocity"], dtype=float)
-    known = np.isfinite(velocities)
-    if not known.any():
+    crossed = np.isfinite(velocities)
+    if not crossed.any():
         return
-    abscissa = np.broadcast_to(row["belt_velocity"][:, np.newaxis], velocities.shape)[known]
+    abscissa = np.broadcast_to(row["belt_velocity"][:, np.newaxis], velocities.shape)[crossed]
     # Few dots can afford to be large, many must let through what lies below.
     crowd = (abscissa.size / 10000) ** 0.3
     axes.plot(
         abscissa,
-        velocities[known],
+        velocities[crossed],
         linestyle="none",
         marker=".",
         markersize=size * np.clip(1 / crowd, 0.5, 2.0),

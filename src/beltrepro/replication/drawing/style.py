@@ -13,7 +13,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from beltrepro.base import provenance
+from beltrepro.base import provenance, seal
 from beltrepro.base.atomic import replacing
 from beltrepro.replication.plan.points import LAW
 
@@ -151,6 +151,8 @@ def write(figure, path, title, source="", lineage=None) -> None:
     canvas, dpi = _CANVASES[kind](figure), figure.dpi
     with replacing(path) as unfinished:
         getattr(canvas, f"print_{kind}")(unfinished, metadata=about[kind])
+        if kind != "svg":  # nothing may follow the end of XML
+            seal.put(unfinished)
     figure.set_dpi(dpi)  # that of a PDF is 72
 
 
@@ -170,10 +172,10 @@ def _describe(datasets, kind, method, duration, transient):
         for symbol, name in (("N", "n_blocks"), ("u", "belt_velocity"), ("σ", "noise"))
         if (values := _parameter(datasets, name)).size
     }
-    for each in LAW:
-        values = _parameter(datasets, each.name)
-        if np.any(values != each.default):
-            spans[each.symbol] = _span(values)
+    for quantity in LAW:
+        values = _parameter(datasets, quantity.name)
+        if np.any(values != quantity.default):
+            spans[quantity.symbol] = _span(values)
     parts = [f"{symbol} = {span}" for symbol, span in spans.items()]
     parts += [f"method {method}", f"dt = {_span(_parameter(datasets, 'time_step'))}"]
     parts.append(f"t = {_number(duration)}")
@@ -184,12 +186,12 @@ def _describe(datasets, kind, method, duration, transient):
 
 def _parameter(datasets, name):
     """Values of a quantity in all points of all datasets."""
-    found = [
+    values = [
         np.atleast_1d(dataset.arrays[name] if name in dataset.arrays else dataset.attributes[name])
         for dataset in datasets
         if name in dataset.arrays or name in dataset.attributes
     ]
-    return np.unique(np.concatenate(found)) if found else np.array([])
+    return np.unique(np.concatenate(values)) if values else np.array([])
 
 
 def _span(values):

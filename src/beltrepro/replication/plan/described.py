@@ -4,12 +4,11 @@ It follows CSV on the Web (W3C, https://www.w3.org/TR/tabular-metadata/) also fo
 stays plain, NAME.csv-metadata.json has its title, its sources, what made it, and its checksum.
 """
 
-import hashlib
 import json
 from pathlib import Path
 from typing import Any
 
-from beltrepro.base import provenance
+from beltrepro.base import provenance, seal
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan.files import repair
@@ -32,10 +31,10 @@ def describe(
         "dc:source": sources,
         "beltrepro:origin": provenance.origin() | ({"units": units} if units else {}),
         "beltrepro:lineage": lineage or {},
-        "beltrepro:checksum": checksum(path.read_bytes()),
+        seal.KEY: seal.digest_of(path)[:16],
         **more,
     }
-    with replacing(metadata_path(path)) as unfinished:
+    with replacing(seal.metadata_path(path)) as unfinished:
         unfinished.write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
 
 
@@ -61,26 +60,18 @@ def check(path: Path, expected: dict) -> None:
         raise InputError(f"{path}: {reason}; {repair(path, expected)}")
 
 
-def checksum(content: bytes) -> str:
-    """Of the bytes of a file."""
-    return hashlib.sha256(content).hexdigest()[:16]
-
-
-def metadata_path(path: Path) -> Path:
-    """Where it is said what a file is: beside it."""
-    return path.with_name(f"{path.name}-metadata.json")
-
-
 def _about(path: Path) -> tuple[dict[str, Any], str]:
     """What is said of a file, and what is wrong with the file."""
     try:
-        content = path.read_bytes()
-        about = json.loads(metadata_path(path).read_text(encoding="utf-8"))
-        known = about["url"], about["beltrepro:checksum"], about["dc:source"]
+        seal.check(path)
+        about = json.loads(seal.metadata_path(path).read_text(encoding="utf-8"))
+        named = about["url"], about[seal.KEY], about["dc:source"]
+    except InputError as error:
+        return {}, str(error).removeprefix(f"{path}: ")
     except (OSError, ValueError, KeyError, TypeError) as error:
         return {}, f"cannot be read with its metadata ({type(error).__name__})"
-    if known[:2] != (path.name, checksum(content)):
-        return {}, "damaged, or another file: it does not have its checksum"
+    if named[0] != path.name:
+        return {}, f"is another file: its metadata are those of {named[0]}"
     if "beltrepro:lineage" not in about:
         return {}, "of an older version, which did not say what made its data: remove it"
     return about, ""

@@ -1,18 +1,16 @@
 """Files of datasets: what they say of themselves, how batches are joined, what readers check."""
 
-import hashlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from beltrepro.base import provenance, store
+from beltrepro.base import provenance, seal, store
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.model import ChainParameters
-from beltrepro.replication.plan import trailer
-from beltrepro.replication.plan.kinds import KINDS, POINT
+from beltrepro.replication.plan.kinds import KINDS, POINT, Array
 from beltrepro.replication.plan.points import CHAIN, QUANTITIES
 
 IDENTITY = ("dataset", "kind", "preset", "run")
@@ -24,7 +22,7 @@ def write(
     arrays: dict[str, np.ndarray],
     origin: dict[str, str] | None = None,
 ) -> None:
-    """Write arrays with what they are; the file has a trailer."""
+    """Write arrays with what they are; the file is sealed."""
     known = KINDS[told["kind"]].arrays
     about = {name: known[name].attributes() for name in arrays}
     attributes = _attributes(told, arrays, origin or provenance.origin())
@@ -33,7 +31,7 @@ def write(
             store.write(unfinished, arrays, attributes, about)
         except InputError as error:  # it names the file that it was given
             raise InputError(str(error).replace(str(unfinished), str(path))) from None
-        trailer.put(unfinished)
+        seal.put(unfinished)
 
 
 def _attributes(told: dict, arrays: dict, origin: dict) -> dict:
@@ -59,7 +57,7 @@ def _attributes(told: dict, arrays: dict, origin: dict) -> dict:
 
 def digest(told: dict) -> str:
     """Text that differs for files that were told different things."""
-    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:16]
+    return seal.digest(json.dumps(told, sort_keys=True).encode())[:16]
 
 
 def expected(told: dict) -> dict:
@@ -83,7 +81,7 @@ def read(path: str | Path, expected: dict) -> store.Dataset:
 
 def read_any(path: str | Path) -> store.Dataset:
     """Read a file, whatever dataset or batch it holds, and check that it is whole."""
-    trailer.check(Path(path))  # before libhdf5 has it
+    seal.check(Path(path))  # before libhdf5 has it
     return store.read(path, strict=True)
 
 
@@ -95,21 +93,20 @@ def repair(path: str | Path, expected: dict) -> str:
     return f"to make it again: {command}"
 
 
-def join(parts: Sequence[store.Dataset], kind: str) -> dict[str, np.ndarray]:
+def join(parts: Sequence[store.Dataset], described: dict[str, Array]) -> dict[str, np.ndarray]:
     """Arrays of a whole dataset from those of its batches, in their order.
 
     Arrays are joined along the axis of points; of records, `point` counts on. Further axes of
     different lengths are filled up, with NaN or 0. Arrays without points must agree.
     """
-    known = KINDS[kind].arrays
     counts = [len(part.arrays["n_blocks"]) for part in parts]
     first = np.concatenate([[0], np.cumsum(counts)[:-1]])
     arrays = {}
     for name in parts[0].arrays:
         pieces = [part.arrays[name] for part in parts]
-        if known[name].fields:
+        if described[name].fields:
             pieces = [_shifted(piece, by) for piece, by in zip(pieces, first, strict=True)]
-        elif POINT not in known[name].dimensions:
+        elif POINT not in described[name].dimensions:
             if not all(np.allclose(piece, pieces[0]) for piece in pieces):
                 raise InputError(f"the batches differ in {name}")
             pieces = pieces[:1]

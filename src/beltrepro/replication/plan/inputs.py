@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from beltrepro.base import provenance
+from beltrepro.base import provenance, seal
 from beltrepro.base.errors import InputError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.plan import described, files
@@ -75,10 +75,13 @@ def _check_figure(path: Path, expected: dict) -> None:
     from PIL import Image  # only the report looks at figures
 
     try:
+        seal.check(path)
         with Image.open(path) as image:
             said = image.info.get("Title"), image.info.get("Source")
-            image.verify()
+            image.verify()  # those of older runs have no seal
             reason = ""
+    except InputError as error:
+        raise InputError(f"{error}; {files.repair(path, expected)}") from None
     except (OSError, SyntaxError, ValueError) as error:
         reason = f"not a whole PNG ({error})"
     if not reason and said != (path.stem, source(expected)):

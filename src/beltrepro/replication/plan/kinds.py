@@ -439,7 +439,7 @@ CATALOGUE = Kind(
 
 ESCAPES = Kind(
     "escapes",
-    "When each run left the chaotic saddle, and the state that it reached (inset of Fig. 12).",
+    "When the last block of each run came to slip for good, and the state then (inset of Fig. 12).",
     ("duration", "settle_time", "laminar_time"),
     "beltrepro.simulation.scans:time_to_continuous_slip",
     _arrays(

@@ -9,11 +9,13 @@ import errno
 import fcntl
 import logging
 import os
+import re
 import select
 import signal
 import sys
 import threading
 import time
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn
@@ -207,6 +209,13 @@ class _Brief(logging.Filter):
             "for want of memory; run the same command again"
         )
         return True
+
+
+def said_of_failures(logs: Iterable[str]) -> str:
+    """What failed jobs wrote in their logs, which Snakemake repeats in its own."""
+    text = "".join(Path(log).read_text() for log in logs)
+    said = dict.fromkeys(re.findall(r"^[0-9:]+ ERROR (.*)$", text, re.M))
+    return "\n".join(f"error: {line}" for line in said)
 
 
 def _said_in(log: str) -> bool:

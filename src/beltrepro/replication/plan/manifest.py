@@ -4,7 +4,6 @@ It lies at the top of an unpacked archive. Datasets that it lists came with the 
 as they are there the workflow takes them as they are.
 """
 
-import hashlib
 from pathlib import Path, PurePosixPath
 
 from beltrepro.base.errors import InputError
@@ -17,17 +16,6 @@ _RESULTS = "results"
 def line(checksum: str, name: str) -> str:
     """One line of the list."""
     return f"{checksum}  {name}\n"
-
-
-def checksum_of(path: Path) -> str:
-    """SHA-256 of a file."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def checksum_of_text(text: str) -> str:
-    """SHA-256 of a text in UTF-8, as of its file."""
-    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def read(top: Path) -> dict[str, str]:

@@ -13,6 +13,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint
@@ -63,6 +64,17 @@ def check_settings(entries: Iterable[str]) -> None:
             told = f"--config '{first}={json.dumps(meant)}'"
             raise InputError(f"--config {entry}: a key below another is given as {told}")
         raise InputError(f"--config {entry}: {name!r} is no name of a setting")
+
+
+def end_if_unknown(rules: Iterable[Any], is_file: Callable[[str], bool]) -> None:
+    """End the process with one line if the command line asks for what the workflow lacks."""
+    rules = list(rules)
+    targets = [rule.name for rule in rules if not rule.has_wildcards()]
+    others = [rule.name for rule in rules if rule.has_wildcards()]
+    try:
+        check_targets(targets, others, is_file)
+    except InputError as error:
+        sys.exit(f"error: {error}")
 
 
 def check_targets(

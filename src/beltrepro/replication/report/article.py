@@ -14,13 +14,13 @@ import typst
 
 from beltrepro.base.atomic import replacing
 from beltrepro.replication.plan import registry
-from beltrepro.replication.report import results as claims
+from beltrepro.replication.report import claim_results as claims
+from beltrepro.replication.report.claim_results import Result, Results
 from beltrepro.replication.report.findings import Finding, findings_of
 from beltrepro.replication.report.material import Material
-from beltrepro.replication.report.results import Result, Results
 from beltrepro.replication.report.sentences import all_filled, typeset
 from beltrepro.replication.report.trust import DECIDING, PAPER_DURATION, length, trust
-from beltrepro.replication.verdicts import packaged
+from beltrepro.replication.verdicts import ledger
 from beltrepro.replication.verdicts.criteria import FAILS, NOT_MEASURED, PARTLY, UNDECIDED
 
 TITLE = "Chaos on the conveyor belt"
@@ -110,7 +110,7 @@ def facts(
 
 def texts() -> dict[str, list[list[str]]]:
     """Sentences of the article, by section and paragraph."""
-    return packaged.read_yaml(_ROOM, "article.yaml")
+    return ledger.read_yaml(_ROOM, "article.yaml")
 
 
 def _paragraphs(paragraphs: list[list[str]], results: Results, about: dict[str, str]) -> list[str]:

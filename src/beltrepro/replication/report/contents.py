@@ -19,7 +19,7 @@ COMPARED = registry.CATEGORIES[1]
 
 
 @dataclass(frozen=True)
-class Section:
+class PageSection:
     """A section: its template in `templates/`, and what gathers the values for it.
 
     needs : names of the files without which it is left out, as in `Material.files`.
@@ -42,7 +42,7 @@ def _study(
     describe: Callable[[dict[str, pd.DataFrame], dict], dict],
     tables: tuple[str, ...],
     pictures: tuple[str, ...] = (),
-) -> Section:
+) -> PageSection:
     """A study in its own words, from its tables, with its pictures."""
 
     def gather(material: Material) -> dict[str, Any]:
@@ -50,7 +50,7 @@ def _study(
         shown = [picture for picture in material.pictures if picture["name"] in pictures]
         return describe(read, material.settings) | {"figures": shown}
 
-    return Section(template, title, anchor, gather, tables, pictures)
+    return PageSection(template, title, anchor, gather, tables, pictures)
 
 
 def _figures(material: Material) -> dict[str, Any]:
@@ -66,22 +66,24 @@ def _figures(material: Material) -> dict[str, Any]:
     }
 
 
-SUMMARY = Section("summary", "", "", judged.summary)
+SUMMARY = PageSection("summary", "", "", judged.summary)
 RECORDINGS = _study(
     "experiment", "The virtual experiment", "experiment", experiment.of_recordings, ("recordings",)
 )
-SECTIONS: tuple[Section, ...] = (
-    Section("claims", "Claims", "claims", judged.cards, judged.TABLES),
-    Section("figures", "Figures", "figures", _figures, ("figures",)),
-    Section("sensitivity", "Sensitivity", "sensitivity", judged.sensitivity, judged.TABLES),
-    Section(
+SECTIONS: tuple[PageSection, ...] = (
+    PageSection("claims", "Claims", "claims", judged.cards, judged.TABLES),
+    PageSection("figures", "Figures", "figures", _figures, ("figures",)),
+    PageSection("sensitivity", "Sensitivity", "sensitivity", judged.sensitivity, judged.TABLES),
+    PageSection(
         "open_points",
         "Open points and the readings tried",
         "ambiguities",
         judged.open_points,
         judged.TABLES,
     ),
-    Section("presets", "Other presets", "presets", judged.presets, (*judged.TABLES, "compared")),
+    PageSection(
+        "presets", "Other presets", "presets", judged.presets, (*judged.TABLES, "compared")
+    ),
     _study(
         "chaos",
         "Is the motion chaotic?",
@@ -98,7 +100,7 @@ SECTIONS: tuple[Section, ...] = (
         experiment.TRIALS_TOLD_BY,
         ("experiment_noise",),
     ),
-    Section(
+    PageSection(
         "player",
         "The chain in motion",
         "motion",
@@ -115,9 +117,9 @@ SECTIONS: tuple[Section, ...] = (
         integrators.TOLD_BY,
         tuple(name for name, entry in registry.figures().items() if entry.category == COMPARED),
     ),
-    Section("deviations", "Deviations from the paper", "deviations", conduct.deviations),
-    Section("runs", "What was run", "runs", conduct.runs),
-    Section("times", "Time per rule", "time", conduct.times),
-    Section("environment", "Environment", "environment", conduct.environment),
+    PageSection("deviations", "Deviations from the paper", "deviations", conduct.deviations),
+    PageSection("runs", "What was run", "runs", conduct.runs),
+    PageSection("times", "Time per rule", "time", conduct.times),
+    PageSection("environment", "Environment", "environment", conduct.environment),
 )
 MOTION = next(section for section in SECTIONS if section.template == "player")

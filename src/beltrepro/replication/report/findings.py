@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from beltrepro.replication.report.results import Result, Results
+from beltrepro.replication.report.claim_results import Result, Results
 from beltrepro.replication.report.sentences import all_filled, typeset
-from beltrepro.replication.verdicts import packaged
+from beltrepro.replication.verdicts import ledger
 from beltrepro.replication.verdicts.criteria import (
     FAILS,
     HOLDS,
@@ -44,7 +44,7 @@ class Finding:
 @functools.cache
 def templates() -> tuple[dict[str, Any], ...]:
     """The templates as they stand in the file."""
-    return tuple(packaged.read_yaml("beltrepro.replication.report", "topics.yaml"))
+    return tuple(ledger.read_yaml("beltrepro.replication.report", "topics.yaml"))
 
 
 def findings_of(results: Results) -> list[Finding]:

@@ -1,12 +1,12 @@
 """Sections on what was judged: summary, claims, their readings, and other runs."""
 
+from beltrepro.replication.report.claim_results import Result, count
 from beltrepro.replication.report.findings import findings_of
 from beltrepro.replication.report.material import Material
 from beltrepro.replication.report.readings import depends_on_reading, differing, printed, shifts
-from beltrepro.replication.report.results import Result, count
 from beltrepro.replication.report.trust import trust
 from beltrepro.replication.verdicts.criteria import VERDICTS
-from beltrepro.replication.verdicts.entries import SECTIONS
+from beltrepro.replication.verdicts.ledger import SECTIONS
 
 TABLES = ("claims", "estimates")  # files that these sections need
 MOST, SENTENCES = 5, 4  # findings on the first screen, and sentences of each

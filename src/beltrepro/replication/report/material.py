@@ -11,9 +11,9 @@ import numpy as np
 
 from beltrepro.base.store import Dataset
 from beltrepro.replication.plan import files, registry
+from beltrepro.replication.report.claim_results import Results, read_tables
 from beltrepro.replication.report.findings import seen
 from beltrepro.replication.report.readings import OtherRun, compared
-from beltrepro.replication.report.results import Results, read_tables
 from beltrepro.replication.report.trust import length
 
 

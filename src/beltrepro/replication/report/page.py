@@ -7,9 +7,9 @@ import jinja2
 from markupsafe import Markup
 
 from beltrepro.base.atomic import replacing
-from beltrepro.replication.report.contents import SECTIONS, SUMMARY, Section
+from beltrepro.replication.report.claim_results import as_sentence
+from beltrepro.replication.report.contents import SECTIONS, SUMMARY, PageSection
 from beltrepro.replication.report.material import Material
-from beltrepro.replication.report.results import as_sentence
 from beltrepro.replication.report.sentences import typeset
 from beltrepro.replication.verdicts.criteria import VERDICTS
 
@@ -38,13 +38,13 @@ def render(output: Path, material: Material) -> None:
         unfinished.write_text(html, encoding="utf-8")
 
 
-def part(section: Section, material: Material) -> str:
+def part(section: PageSection, material: Material) -> str:
     """One section of the report as HTML, with its own style but not that of the page."""
     styles = [f"<style>{_style(name)}</style>" for name in section.styles]
     return "".join([*styles, _body(section, material)])
 
 
-def _body(section: Section, material: Material) -> Markup:
+def _body(section: PageSection, material: Material) -> Markup:
     """The section as HTML: its own template with what it gathers."""
     template = _environment().get_template(f"templates/{section.template}.html.j2")
     return Markup(template.render(section.gather(material)))

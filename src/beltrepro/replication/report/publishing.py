@@ -13,13 +13,14 @@ from pathlib import Path
 
 from PIL import Image
 
+from beltrepro.base import seal
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import manifest
-from beltrepro.replication.report.results import Results, count, read
+from beltrepro.replication.report.claim_results import Results, count, read
 from beltrepro.replication.report.sentences import filled, place_of, typeset
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, PARTLY, UNDECIDED
-from beltrepro.replication.verdicts.entries import load_ledger
+from beltrepro.replication.verdicts.ledger import load_ledger
 
 PLACE = Path("docs/results")
 LIMIT = 20_000_000  # bytes of a published run, as repositories and their readers bear them
@@ -212,7 +213,7 @@ def _fewer_colours(picture: bytes) -> bytes:
 
 def _list(folder: Path) -> None:
     lines = [
-        manifest.line(manifest.checksum_of(path), path.relative_to(folder).as_posix())
+        manifest.line(seal.digest_of(path), path.relative_to(folder).as_posix())
         for path in _files(folder)
     ]
     (folder / manifest.NAME).write_text("".join(lines), encoding="utf-8")

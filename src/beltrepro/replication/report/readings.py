@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from beltrepro.replication.report.results import Number, Reading, Result, Results, read_claims
-from beltrepro.replication.verdicts.entries import CHANGES
+from beltrepro.replication.report.claim_results import Number, Reading, Result, Results, read_claims
+from beltrepro.replication.verdicts.ledger import CHANGES
 from beltrepro.stats.estimates import Estimate, difference
 
 

@@ -9,7 +9,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 
-from beltrepro.replication.report.results import Results
+from beltrepro.replication.report.claim_results import Results
 
 _PLACE = re.compile(r"\{([^{}]+)\}")
 MINUS = "\u2212"

@@ -6,8 +6,8 @@ import statistics
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
+from beltrepro.replication.report.claim_results import Results, judged_numbers, with_verdict
 from beltrepro.replication.report.readings import OtherRun
-from beltrepro.replication.report.results import Results, judged_numbers, with_verdict
 from beltrepro.replication.verdicts.criteria import NOT_MEASURED, UNDECIDED
 
 PAPER_DURATION, PAPER_TRANSIENT = 2e6, 1e6

@@ -6,7 +6,7 @@ import numpy as np
 
 from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.replication.verdicts.registry import claim
+from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates
 from beltrepro.stats.errors import require
 

@@ -2,8 +2,11 @@
 
 import numpy as np
 
-from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.drawing import marks, panels, style
 from beltrepro.replication.plan.registry import Figure
+from beltrepro.replication.studies.avalanches import measure
+from beltrepro.stats.fits import PowerLawFit
+from beltrepro.stats.spectra import FIT_BAND
 
 FIGURE = Figure(
     title="Position and relative velocity of the last block at u = 1, with the power spectrum.",
@@ -19,6 +22,7 @@ FIGURE = Figure(
         "fitted line and a dashed one; bursts of relative velocity, and one of them enlarged."
     ),
     number="8",
+    shows={"spectrum-exponent": ("exponent",)},
 )
 
 SHOWN = 3000.0  # last part of the series that is drawn
@@ -39,7 +43,9 @@ def draw(data, caption):
     (upper, spectrum), (lower, enlarged) = figure.subplots(2, 2, width_ratios=(1.7, 1))
     panels.letter(upper, "a")
     panels.trace(upper, time, position, ylabel=panels.POSITION)
-    panels.spectrum(spectrum, series, printed=EXPONENT)
+    panels.spectrum(spectrum, series)
+    with panels.shortage_on(spectrum):
+        _law(spectrum, series)
     panels.letter(lower, "b")
     panels.trace(lower, time, relative, ylabel=panels.RELATIVE_VELOCITY)
     lower.set_xlabel(panels.TIME)
@@ -51,3 +57,16 @@ def draw(data, caption):
     else:
         panels.note(enlarged, "no samples")
     return figure
+
+
+def _law(axes, series):
+    """The power law of the mean spectrum of its stretches, beside the printed exponent."""
+    exponent, prefactor, *_ = measure.spectral_law(series)
+    law = PowerLawFit(exponent.value, np.nan, prefactor.value, *FIT_BAND)
+    words = rf"$S = {law.prefactor:.2g}\,\nu^{{{law.exponent:.2f}}}$"
+    panels.power_law(axes, law, label=words)
+    panels.printed_slope(axes, law, EXPONENT)
+    first, *_ = axes.legend(loc="lower left", fontsize=7).get_texts()
+    marks.shown(first, "spectrum-exponent", "exponent")
+    half = rf"amplitude $\sqrt{{S}} \propto \nu^{{{law.exponent / 2:.2f}}}$"
+    axes.set_title(half, size=8, color=style.VERMILION)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from beltrepro.stats import estimates, scale_free
+from beltrepro.stats import estimates, scale_free, spectra
 from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.fits import PowerLawFit, fit_log_log
@@ -18,6 +18,8 @@ CUTOFF_QUANTILE = 0.99
 # Of the logarithm of a cutoff. Slips of one periodic orbit do not scatter at all.
 CUTOFF_RESOLUTION = 0.02
 STARTS_TRIED = 12
+LEAST_CYCLES = 10  # of the lowest frequency of a fit, in a stretch of a series
+LEAST_STRETCHES, STRETCHES = 4, 20
 
 
 # --- slips and avalanches of a catalogue ----------------------------------------------------------
@@ -155,6 +157,52 @@ def most_at_once(avalanches: np.ndarray, slips: np.ndarray) -> np.ndarray:
         last = np.searchsorted(time[order], avalanches["stop_time"][of_chain])
         most[of_chain] = [slipping[begin:end].max() for begin, end in zip(first, last, strict=True)]
     return most
+
+
+# --- the spectrum of Fig. 8 -----------------------------------------------------------------------
+
+
+class SpectralLaw(NamedTuple):
+    """Power law S = prefactor * nu**exponent of a series, and the stretches that tell it."""
+
+    exponent: Estimate
+    prefactor: Estimate
+    count: int
+    length: float
+
+
+def spectral_law(
+    series, *, window: str = "hann", band: tuple[float, float] = spectra.FIT_BAND
+) -> SpectralLaw:
+    """Of the mean spectrum of x_N in the stretches of a series, which are drawn anew."""
+    time = series.arrays["time"]
+    values = series.arrays["positions"][time >= series.attributes["transient"], -1]
+    interval = float(np.median(np.diff(time)))
+    low, high = band
+    shortest = LEAST_CYCLES / low
+    count = min(STRETCHES, int(values.size * interval / shortest + 1e-9))
+    require(
+        count >= LEAST_STRETCHES,
+        f"the series lasts {values.size * interval:.0f}: {LEAST_STRETCHES} stretches of "
+        f"{shortest:.0f} are needed for nu >= {low:g}",
+    )
+    length = values.size // count
+    stretches = values[: count * length].reshape(count, length)
+    by_stretch = [spectra.power_spectrum(stretch, interval, window=window) for stretch in stretches]
+    frequency, power = by_stretch[0][0], np.array([spectrum for _, spectrum in by_stretch])
+
+    def fit(drawn):
+        # The logarithm of a single noisy spectrum would lie too low where bins are narrow.
+        return spectra.fit_power_law(frequency, drawn.mean(axis=0), low=low, high=high)
+
+    return SpectralLaw(
+        estimates.bootstrap(lambda drawn: fit(drawn).exponent, [power]),
+        estimates.exponential(
+            estimates.bootstrap(lambda drawn: np.log(fit(drawn).prefactor), [power])
+        ),
+        count,
+        length * interval,
+    )
 
 
 # --- densities and their exponents ----------------------------------------------------------------

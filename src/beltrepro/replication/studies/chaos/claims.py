@@ -19,7 +19,7 @@ from beltrepro.replication.studies.chaos.runs_of_motion import (
     settled_motions,
 )
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.replication.verdicts.registry import claim
+from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import dimension, estimates, states
 from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate

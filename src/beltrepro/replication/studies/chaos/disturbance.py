@@ -5,8 +5,8 @@ import numpy as np
 from beltrepro.model.scheme_error import equivalent_kick
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
+from beltrepro.stats.estimates import share
 from beltrepro.stats.growth import finite_size_exponents
-from beltrepro.stats.shares import shares
 
 FIGURE = Figure(
     title="What the time step does: growth by size, and periodic motion under disturbance.",
@@ -108,7 +108,10 @@ def _draw_rates(axes, levels, times, observed, **look):
 
 def _draw_shares(axes, disturbance, having, **look):
     """Share of runs with a property at each disturbance."""
-    levels, value, lower, upper = shares(disturbance, having)
+    levels = np.unique(disturbance)
+    runs = [having[disturbance == level] for level in levels]
+    numbers = [share(each.sum(), each.size).numbers for each in runs]
+    value, lower, upper = np.reshape(numbers, (-1, 3)).T
     if value.size:
         axes.errorbar(levels, value, [value - lower, upper - value], **look)
 

@@ -7,8 +7,8 @@ from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.studies.chaos import orbits
 from beltrepro.stats import survival
 from beltrepro.stats.errors import NotEnoughDataError
+from beltrepro.stats.estimates import share
 from beltrepro.stats.motion import CHAOTIC, MOTIONS, PERIODIC, TRANSIENT
-from beltrepro.stats.shares import share
 
 TABLES = {
     "motions": Table(
@@ -159,7 +159,7 @@ def attractors(data) -> pd.DataFrame:
             count = {"runs": runs["state"].size}
             for number, attractor in enumerate(orbits.catalogue(runs), start=1):
                 row = {"dataset": name, "number": number, "reached": attractor.runs} | point
-                row |= dict(zip(_SHARE, attractor.basin, strict=True))
+                row |= dict(zip(_SHARE, attractor.basin.numbers, strict=True))
                 rows.append(vars(attractor) | row | count)
     return pd.DataFrame(rows, columns=_columns("attractors"))
 
@@ -191,7 +191,7 @@ def _lasting(runs, horizon) -> dict:
     return {
         "runs": settled.size,
         "settled": int(settled.sum()),
-        **dict(zip(_SHARE, left, strict=True)),
+        **dict(zip(_SHARE, left.numbers, strict=True)),
         **span,
         **_lifetime(lifetime, settled, span),
         "exponent": exponent.value,

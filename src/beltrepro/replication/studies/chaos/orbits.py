@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from beltrepro.stats.errors import require
+from beltrepro.stats.estimates import CONFIDENCE, Estimate, share
 from beltrepro.stats.motion import PERIODIC
-from beltrepro.stats.shares import CONFIDENCE, Share, share
 
 # Relative difference up to which two periods are one: states close to 1e-8, while different orbits
 # of equal numbers of slips differ by far more.
@@ -28,7 +28,9 @@ class Attractor:
 
     state: str  # "periodic", "equilibrium slip" or "irregular"
     runs: int  # runs that ended on it
-    basin: Share  # its share of all runs, with interval: of the starts, the part that leads to it
+    basin: (
+        Estimate  # its share of all runs, with interval: of the starts, the part that leads to it
+    )
     period_time: float  # length of a period, median over the runs; NaN if it is not periodic
     period_events: int  # slips of all blocks in a period; 0 if it is not periodic
     period_returns: int  # returns to the section in a period; 0 if it is not periodic

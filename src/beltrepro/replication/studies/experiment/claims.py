@@ -18,7 +18,7 @@ from beltrepro.replication.studies.experiment.lines import (
     stand_out,
 )
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.replication.verdicts.registry import claim
+from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates
 from beltrepro.stats.errors import require
 

@@ -7,7 +7,7 @@ import numpy as np
 from beltrepro.replication.studies.experiment import films, measure, observations
 from beltrepro.replication.studies.noise.claims import N_BLOCKS, RUNS
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.replication.verdicts.registry import claim
+from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate, mean, share, sure
 

@@ -18,7 +18,7 @@ import numpy as np
 import scipy
 
 from beltrepro.stats.errors import NotEnoughDataError, require
-from beltrepro.stats.shares import Share, share
+from beltrepro.stats.estimates import Estimate, share
 
 CREDIBILITY = 0.9  # of sets of levels, where nothing else is said
 
@@ -168,7 +168,7 @@ class Calibration(NamedTuple):
     """How posteriors do on trials with known parameters."""
 
     # by parameter, share of the made-up experiments whose true level lies in the credible set
-    coverage: dict[str, Share]
+    coverage: dict[str, Estimate]
     # by parameter, p of the test that the posterior probability below the true level is uniform
     # (Kolmogorov and Smirnov); ties are broken at random
     uniform_p: dict[str, float]

@@ -11,8 +11,7 @@ from beltrepro.replication.studies.experiment import inference, observations
 from beltrepro.replication.studies.experiment.observations import EXPERIMENT, RECORDED, TOLERANCE
 from beltrepro.stats import estimates
 from beltrepro.stats.errors import NotEnoughDataError
-from beltrepro.stats.estimates import Estimate
-from beltrepro.stats.shares import share
+from beltrepro.stats.estimates import Estimate, share
 
 TABLES = {
     "alternation": Table(
@@ -122,7 +121,7 @@ def alternation(data) -> pd.DataFrame:
     runs["all_slip"] = runs["all_slip_longest_s"] >= EXPERIMENT[0].lasting_s
     grouped = runs.groupby(_POINT)
     table = pd.DataFrame({"runs": grouped.size(), "alternating": grouped["alternates"].sum()})
-    shares = [share(*counts) for counts in table[["alternating", "runs"]].to_numpy()]
+    shares = [share(*counts).numbers for counts in table[["alternating", "runs"]].to_numpy()]
     table[["share", "share_lower", "share_upper"]] = np.reshape(shares, (-1, 3))
     table["lasting_share"] = grouped["lasting_share"].mean()
     table["all_slip_longest_s"] = grouped["all_slip_longest_s"].max()
@@ -172,7 +171,8 @@ def _odds(observation, trials) -> dict:
         "agrees": observations.agrees(observation, trials),
         "both": below & shown,
     }.items():
-        row[name], row[f"{name}_lower"], row[f"{name}_upper"] = share(having.sum(), having.size)
+        found = share(having.sum(), having.size)
+        row |= {name: found.value, f"{name}_lower": found.low, f"{name}_upper": found.high}
     return row
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.replication.verdicts.registry import claim
+from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates
 from beltrepro.stats.errors import NotEnoughDataError, require
 

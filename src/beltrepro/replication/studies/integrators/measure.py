@@ -14,7 +14,7 @@ from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.integrators import divergence, samples
 from beltrepro.replication.studies.integrators.divergence import PLACE
-from beltrepro.replication.studies.transition import lifetimes
+from beltrepro.replication.studies.transition import transients
 
 TABLES = {
     "agreement": Table(
@@ -270,11 +270,11 @@ def compare_points(
 def compare_attractors(tested: Arrays, reference: Arrays) -> list[dict]:
     """Where runs without noise end, for each u, initial spread and time step of the tested side.
 
-    The share that still sticks is tested over all labels of `lifetimes.ATTRACTORS`. The reference
+    The share that still sticks is tested over all labels of `transients.ATTRACTORS`. The reference
     is the one with its smallest step.
     """
     rows = []
-    labels = [lifetimes.labels_of(side) for side in (tested, reference)]
+    labels = [transients.labels_of(side) for side in (tested, reference)]
     finest = reference["time_step"] == reference["time_step"].min()
     for point in _points(tested, reference, (*_POINT, "initial_spread")):
         at_reference = _at(reference, point) & finest
@@ -283,8 +283,8 @@ def compare_attractors(tested: Arrays, reference: Arrays) -> list[dict]:
             comparisons = {
                 STILL_STICKING: samples.compare_shares(
                     *(side[rows] for side, rows in zip(labels, chosen, strict=True)),
-                    labels=lifetimes.ATTRACTORS,
-                    counted=lifetimes.STICK_SLIP,
+                    labels=transients.ATTRACTORS,
+                    counted=transients.STICK_SLIP,
                 ),
                 FINAL_DISORDER: samples.compare_samples(
                     *_columns("final_disorder", tested, reference, chosen)

@@ -6,13 +6,11 @@ import numpy as np
 
 from beltrepro.model import ChainParameters, spring, units
 from beltrepro.replication.studies.integrators import divergence
+from beltrepro.replication.studies.laws import measure
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.replication.verdicts.registry import claim
+from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats.errors import require
-from beltrepro.stats.estimates import bootstrap, mean, ratio, smallest, sure
-
-STRETCHES = 20
-_STUCK = 1e-9
+from beltrepro.stats.estimates import mean, sure
 
 
 @claim("units")
@@ -32,14 +30,14 @@ def friction_constants(evidence):
     """The measured friction forces in model units, and whether the runs used the printed ones."""
     used, paper = evidence.settings["model"], evidence.claim.paper
     force = units.from_si(units.STATIC_FRICTION_N, "force")
-    own = {
+    measured = {
         "static_friction": sure(force),
         "friction_ratio": sure(units.KINETIC_FRICTION_N / units.STATIC_FRICTION_N),
     }
     checks = {
         f"the runs used {name} = {value:g}": used[name] == value for name, value in paper.items()
     }
-    return Measurement(own | {name: sure(passes) for name, passes in checks.items()})
+    return Measurement(measured | {name: sure(passes) for name, passes in checks.items()})
 
 
 @claim("spring-law")
@@ -67,45 +65,8 @@ def friction_law(evidence):
     """Statistics of the friction force while blocks are stuck and while they slip."""
     series = evidence.dataset("friction_event")
     chain = _chain(evidence, n_blocks=int(series.attributes["n_blocks"]))
-    friction = series.arrays["friction"]
-    relative = series.arrays["velocities"] - series.attributes["belt_velocity"]
-    external = spring.external_force(series.arrays["positions"], chain)
-    stuck = np.abs(relative) <= _STUCK
-    inner = stuck[:-1] & stuck[1:]
-    balance = np.abs(friction + external)[:-1][inner] / chain.static_friction
-    slipping = ~stuck[:-1] & ~stuck[1:] & (np.sign(relative[:-1]) == np.sign(relative[1:]))
-    require(slipping.sum() >= 1000 and inner.sum() >= 1000, "too few samples of stick and of slip")
-    kinetic = np.abs(friction[:-1][slipping])
-    following = np.abs(friction[1:][slipping])
-    events = series.arrays["events"]
-    before = np.abs(events["force"][events["kind"] == "slip"])
-    require(before.size >= 2, f"{before.size} slips, not 2")
-    target = chain.friction_ratio * chain.static_friction
-    spread = chain.friction_ratio * series.attributes["noise"]
-    in_slip = _over_stretches(np.mean, kinetic)
-    return Measurement(
-        {
-            "stuck: |F_f + F_ex| / F_st0": _over_stretches(_nearly_all, balance),
-            "slip: mean / (f_s F_st0)": _over_stretches(np.mean, kinetic / target),
-            "slip: spread / (f_s sigma)": _over_stretches(np.std, kinetic / spread),
-            "slip: correlation of steps": _over_stretches(_correlation, kinetic, following),
-            "friction in slip / before": ratio(in_slip, mean(before)),
-        },
-        note=f"{kinetic.size} samples in slip, in {STRETCHES} stretches",
-    )
-
-
-def _over_stretches(statistic, *samples):
-    parts = zip(*(np.array_split(each, STRETCHES) for each in samples), strict=True)
-    return mean([statistic(*part) for part in parts])
-
-
-def _nearly_all(values):
-    return np.quantile(values, 0.99)
-
-
-def _correlation(one, other):
-    return np.corrcoef(one, other)[0, 1] if one.std() > 0 else 1.0
+    numbers, count = measure.friction_numbers(series, chain)
+    return Measurement(numbers, note=f"{count} samples in slip, in {measure.STRETCHES} stretches")
 
 
 @claim("chain-length")
@@ -162,14 +123,13 @@ def _smallest_gap(evidence, contact):
         name: np.diff(evidence.dataset(name).arrays["positions"], axis=1).min(axis=1) - contact
         for name in names
     }
-    name = min(gaps, key=lambda each: gaps[each].min())
-    found = smallest([part.min() for part in np.array_split(gaps[name], STRETCHES)])
-    of_experiment = [gaps[each].min() for each in names if each.startswith("belt")]
+    name = min(names, key=lambda name: gaps[name].min())
+    of_experiment = [gap.min() for name, gap in gaps.items() if name.startswith("belt")]
     at_speeds = (
         {"at the speeds of the experiment": sure(min(of_experiment))} if of_experiment else {}
     )
     return Measurement(
-        {"smallest gap": found},
+        {"smallest gap": measure.smallest_gap(gaps[name])},
         at_speeds,
         note=f"of {len(names)} runs, in {name}; below zero for {np.mean(gaps[name] < 0):.2g} of "
         "its time",
@@ -179,64 +139,35 @@ def _smallest_gap(evidence, contact):
 @claim("scheme-order")
 def scheme_order(evidence):
     """Order of the scheme in the time step: of runs, and of its formula."""
-    own = evidence.claim.parameters
-    order = partial(_order_of_runs, evidence, own["n_blocks"], own["belt_velocity"])
+    place = evidence.claim.parameters
+    n_blocks, belt_velocity, after = (
+        place[name] for name in ("n_blocks", "belt_velocity", "after_events")
+    )
     return {
-        "after 5 slips and sticks": partial(order, own["after_events"]),
-        "after 1": partial(order, 1),
-        "after 20": partial(order, 20),
-        "N = 2": partial(_order_of_runs, evidence, 2, own["belt_velocity"], own["after_events"]),
-        "u = 3": partial(_order_of_runs, evidence, own["n_blocks"], 3.0, own["after_events"]),
+        "after 5 slips and sticks": partial(_order, evidence, n_blocks, belt_velocity, after),
+        "after 1": partial(_order, evidence, n_blocks, belt_velocity, 1),
+        "after 20": partial(_order, evidence, n_blocks, belt_velocity, 20),
+        "N = 2": partial(_order, evidence, 2, belt_velocity, after),
+        "u = 3": partial(_order, evidence, n_blocks, 3.0, after),
         "the formula, in a run": partial(_order_of_formula, in_one_step=False),
         "the formula, in a step and per time": partial(_order_of_formula, in_one_step=True),
     }
 
 
-def _order_of_runs(evidence, n_blocks, belt_velocity, after_events):
+def _order(evidence, n_blocks, belt_velocity, after_events):
     """Errors against the exact dynamics from the same states; starts are drawn anew."""
-    tested, reference = (
-        evidence.dataset(f"pairs_paths_{method}").arrays for method in ("verlet", "event")
-    )
-    finest = divergence.equal(reference["time_step"], reference["time_step"].min())
-    at = (tested["n_blocks"] == n_blocks) & np.isclose(tested["belt_velocity"], belt_velocity)
-    require(at.any(), f"no paths with N = {n_blocks}, u = {belt_velocity:g}")
-    steps = np.unique(tested["time_step"][at])
-    errors = []
-    for step in steps:
-        rows = at & divergence.equal(tested["time_step"], step)
-        found = divergence.pairs(tested, reference, rows=rows, reference_rows=finest)
-        errors.append([pair.error_after(after_events) for pair in found[n_blocks, belt_velocity]])
-    errors = np.array(errors).T
-    errors = errors[np.isfinite(errors).all(axis=1)]
-    require(len(errors) >= 4, f"{len(errors)} starts with so many events, 4 are needed")
+    sides = [evidence.dataset(f"pairs_paths_{method}").arrays for method in ("verlet", "event")]
+    steps, errors = measure.errors_of_runs(*sides, n_blocks, belt_velocity, after_events)
+    first, *_, last = divergence.root_mean_square(errors)
     return Measurement(
-        {"order": bootstrap(partial(_order, steps), [errors])},
+        {"order": measure.order_of_runs(steps, errors)},
         note="slips and sticks are found once in a step, late by up to dt; root mean square error "
-        f"{_root_mean_square(errors)[0]:.2g} at dt = {steps[0]:g} and "
-        f"{_root_mean_square(errors)[-1]:.2g} at {steps[-1]:g}",
+        f"{first:.2g} at dt = {steps[0]:g} and {last:.2g} at {steps[-1]:g}",
     )
-
-
-def _order(steps, errors):
-    return divergence.convergence_order(steps, _root_mean_square(errors))[0]
-
-
-def _root_mean_square(errors):
-    return np.sqrt(np.mean(errors**2, axis=0))
 
 
 def _order_of_formula(*, in_one_step):
-    """x(t+dt) = 2x(t) - x(t-dt) + a(t) dt^2 for x'' = -x, of which cos t is a solution."""
-    steps = 2.0 ** -np.arange(4, 9)
-    errors = []
-    for step in steps:
-        before, now = np.cos(1 - step), np.cos(1.0)
-        count = 1 if in_one_step else round(1 / step)
-        for _ in range(count):
-            before, now = now, 2 * now - before - now * step**2
-        error = abs(now - np.cos(1 + count * step))
-        errors.append(error / step if in_one_step else error)
-    return Measurement({"order": sure(divergence.convergence_order(steps, errors)[0])})
+    return Measurement({"order": sure(measure.order_of_formula(in_one_step=in_one_step))})
 
 
 def _chain(evidence, n_blocks=1):

@@ -9,7 +9,7 @@ from beltrepro.model import units
 from beltrepro.replication.studies.noise import measure
 from beltrepro.replication.studies.noise.windows import RANGE, share_in_windows, spread_ratio
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.replication.verdicts.registry import claim
+from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import transitions
 from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import bootstrap, difference, mean, ratio, share, slope

@@ -11,11 +11,10 @@ from beltrepro.replication.studies.experiment.lines import LEAST_PEAKS, SEGMENT_
 from beltrepro.replication.studies.noise.claims import N_BLOCKS, QUIET, RUNS
 from beltrepro.replication.studies.noise.cycles import share_of_time
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.replication.verdicts.registry import claim
+from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import intermittency
 from beltrepro.stats.errors import require
-from beltrepro.stats.estimates import Estimate, difference, mean, ratio, share, sure
-from beltrepro.stats.shares import CONFIDENCE
+from beltrepro.stats.estimates import CONFIDENCE, Estimate, difference, mean, ratio, share, sure
 
 SERIES = "u17"
 CRITICAL_SERIES = "u19"  # at the critical velocity that the paper prints for the same noise

@@ -4,8 +4,7 @@ import numpy as np
 import scipy
 
 from beltrepro.stats.errors import require
-from beltrepro.stats.estimates import Estimate
-from beltrepro.stats.shares import CONFIDENCE
+from beltrepro.stats.estimates import CONFIDENCE, Estimate
 
 LEAST_CYCLES = 5
 

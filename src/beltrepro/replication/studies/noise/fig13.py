@@ -1,6 +1,6 @@
 """Fig. 13: the fall of r at several noise levels."""
 
-from beltrepro.replication.drawing import panels, replicates, style
+from beltrepro.replication.drawing import panels, replicate_panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.stats import sections
 
@@ -41,7 +41,7 @@ def draw(data, caption):
                 draw_row = _replicates if mark == "a" else _single_runs
                 draw_row(panel, points, noise, noises.index(noise), overlay)
         panels.finish_curves(panel, xlabel=panels.BELT_VELOCITY)
-    panels.remark(axes[0], rf"{replicates.WORDS}; dots: runs at $\sigma = 0$")
+    panels.remark(axes[0], rf"{replicate_panels.WORDS}; dots: runs at $\sigma = 0$")
     panels.remark(axes[1], "single runs")
     axes[1].set_xlim(left=0)
     return figure
@@ -51,11 +51,11 @@ def _replicates(axes, points, noise, index, overlay):
     """Without noise runs end on attractors that are far apart: each is drawn, and no band."""
     colour = style.line_style(index)["color"]
     if overlay:
-        replicates.crosses(axes, *points, colour, overlay)
+        replicate_panels.crosses(axes, *points, colour, overlay)
     else:
         apart = {"runs": colour, "band": False} if noise == 0 else {}
         label = rf"$\sigma = {noise:g}$"
-        replicates.band(axes, *points, index, label=label, **apart)
+        replicate_panels.band(axes, *points, index, label=label, **apart)
 
 
 def _single_runs(axes, points, noise, index, overlay):

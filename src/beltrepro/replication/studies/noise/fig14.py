@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from beltrepro.replication.drawing import marks, panels, replicates, style
+from beltrepro.replication.drawing import marks, panels, replicate_panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.noise import measure
 from beltrepro.stats import sections
@@ -59,7 +59,7 @@ def _column(axes, scan):
     """r(sigma) at one belt velocity, with the noise at which it rises."""
     column = sections.columns(scan, n_blocks=5, belt_velocity=BELT_VELOCITY)
     noise, disorder = column["noise"], column["disorder_parameter"]
-    replicates.band(axes, noise, disorder, 1, runs=style.BLACK, linewidth=0.8, linestyle="-")
+    replicate_panels.band(axes, noise, disorder, 1, runs=style.BLACK, linewidth=0.8, linestyle="-")
     panels.finish_curves(axes, xlabel=panels.NOISE, width=14)
     axes.set_title(f"$u = {BELT_VELOCITY:g}$")
     axes.yaxis.set_label_position("right")

@@ -1,6 +1,6 @@
 """Fig. 15: r rises with noise."""
 
-from beltrepro.replication.drawing import panels, replicates, style
+from beltrepro.replication.drawing import panels, replicate_panels, style
 from beltrepro.replication.plan.registry import Figure
 
 FIGURE = Figure(
@@ -28,6 +28,6 @@ def draw(data, caption):
     velocities = panels.levels(data["n5_columns"], "belt_velocity")
     figure = style.page(caption, 4.6)
     places = {(5, u): f"$u = {u:g}$" for u in velocities}
-    for axes in replicates.against_noise(figure, data, "n5_columns", places, across=3):
+    for axes in replicate_panels.against_noise(figure, data, "n5_columns", places, across=3):
         axes.axvline(GUIDE, color="0.6", linewidth=0.8, linestyle="--", zorder=0)
     return figure

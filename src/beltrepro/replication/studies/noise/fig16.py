@@ -1,6 +1,6 @@
 """Fig. 16: noise-induced intermittency."""
 
-from beltrepro.replication.drawing import alternation, panels, replicates, style
+from beltrepro.replication.drawing import alternation, panels, replicate_panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.stats import sections
 
@@ -49,10 +49,12 @@ def draw(data, caption):
     panels.letter(below, "c")
     noise = data["u17"].attributes["noise"]
     row = sections.rows(scan, n_blocks=5, noise=noise)
-    replicates.band(below, row["belt_velocity"], row["laminar_fraction"], 0, runs=style.BLACK)
+    replicate_panels.band(below, row["belt_velocity"], row["laminar_fraction"], 0, runs=style.BLACK)
     below.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.05, 1.05))
     below.set_xlim(*VELOCITIES)
     if not below.has_data() or not row["noise"].size:
         panels.note(below, "no run at this noise")
-    panels.remark(below, rf"$\sigma = {noise:g}$; dots: runs; {replicates.WORDS}; dashed: a, b")
+    panels.remark(
+        below, rf"$\sigma = {noise:g}$; dots: runs; {replicate_panels.WORDS}; dashed: a, b"
+    )
     return figure

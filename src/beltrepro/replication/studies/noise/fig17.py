@@ -6,7 +6,8 @@ from matplotlib.ticker import LogLocator
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
-from beltrepro.stats import density, intermittency, replicates, sections
+from beltrepro.replication.studies.noise import measure
+from beltrepro.stats import intermittency, replicates, sections
 
 FIGURE = Figure(
     title=(
@@ -43,7 +44,7 @@ def draw(data, caption):
     figure = style.page(caption, 5.6)
     grid = figure.subplots(2, 2, sharex=True, sharey=True)
     maps = {
-        noise: density.velocity_density(row, bins=BINS, range=span)
+        noise: measure.velocity_density(row, bins=BINS, range=span)
         for noise, row in rows.items()
         if np.isfinite(row["section_velocity"]).any()
     }

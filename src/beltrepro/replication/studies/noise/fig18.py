@@ -3,8 +3,9 @@
 import numpy as np
 from matplotlib.colors import BoundaryNorm
 
-from beltrepro.replication.drawing import panels, replicates, style
+from beltrepro.replication.drawing import panels, replicate_panels, style
 from beltrepro.replication.plan.registry import Figure
+from beltrepro.replication.studies.noise import measure
 from beltrepro.stats import intermittency, sections
 
 FIGURE = Figure(
@@ -54,8 +55,8 @@ def _map(figure, axes, points):
     highest = np.nanmax(disorder) if np.isfinite(disorder).any() else STEP
     levels = STEP * np.arange(np.ceil(highest / STEP - 1e-9) + 1)
     image = axes.pcolormesh(
-        _edges(velocities),
-        _edges(noises),
+        measure.cell_edges(velocities),
+        measure.cell_edges(noises),
         disorder,
         cmap="viridis",
         norm=BoundaryNorm(levels, 256),
@@ -83,11 +84,11 @@ def _shares(axes, scan):
         label = rf"$\sigma = {noise:g}$"
         share = row["belt_velocity"], row["laminar_fraction"]
         # without noise a run has one of both motions for good
-        replicates.band(axes, *share, index, label=label, band=noise > 0)
+        replicate_panels.band(axes, *share, index, label=label, band=noise > 0)
     for limit in intermittency.LAMINAR_SHARE:
         axes.axhline(limit, color="0.5", linewidth=0.8, linestyle=":")
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.04, 1.04))
-    panels.remark(axes, replicates.WORDS)
+    panels.remark(axes, replicate_panels.WORDS)
     if axes.get_legend_handles_labels()[1]:
         axes.legend(loc="center left")
     else:
@@ -103,11 +104,3 @@ def _table(points):
     for place in np.unique(cell):
         disorder.flat[place] = np.median(points["disorder_parameter"][cell == place])
     return velocities, noises, disorder
-
-
-def _edges(centres):
-    """Borders of cells around grid values."""
-    if centres.size == 1:
-        return np.array([centres[0] - 0.5, centres[0] + 0.5])
-    middle = (centres[1:] + centres[:-1]) / 2
-    return np.concatenate([[2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]])

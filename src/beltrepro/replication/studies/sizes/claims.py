@@ -7,7 +7,7 @@ import numpy as np
 
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import last_block_events
-from beltrepro.replication.verdicts.registry import claim
+from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates, intermittency, transitions
 from beltrepro.stats.errors import require
 

@@ -7,7 +7,7 @@ import scipy
 
 from beltrepro.replication.studies.chaos.runs_of_motion import motions
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.replication.verdicts.registry import claim
+from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates, states, transitions
 from beltrepro.stats.errors import require
 from beltrepro.stats.motion import CHAOTIC, PERIODIC

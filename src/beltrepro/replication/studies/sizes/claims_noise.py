@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.replication.verdicts.registry import claim
+from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates, transitions
 from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate

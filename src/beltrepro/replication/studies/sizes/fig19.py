@@ -1,7 +1,8 @@
 """Fig. 19: the fall of r for several system sizes."""
 
-from beltrepro.replication.drawing import panels, replicates, style
+from beltrepro.replication.drawing import panels, replicate_panels, style
 from beltrepro.replication.plan.registry import Figure
+from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.stats import sections
 
 FIGURE = Figure(
@@ -28,7 +29,7 @@ FIGURE = Figure(
 )
 
 NOISE = 1.0
-PRINTED = {5: (15, 18), 7: (23, 32), 10: (27, 40)}  # transition regions in the caption of Fig. 19
+SHOWN = (5, 7, 10)
 ORDER = (5, 7, 10, 2, 3, 4, 6)  # numbers of blocks in the order of the styles
 
 
@@ -40,7 +41,7 @@ def draw(data, caption):
     above, below = figure.subplots(2, 1, sharex=True)
     panels.letter(above, "a")
     panels.letter(below, "b")
-    for n_blocks in PRINTED:
+    for n_blocks in SHOWN:
         _band(above, data, n_blocks)
     for name in ("n5_rows", "size_rows"):
         for scan, overlay in panels.layers(data, name):
@@ -54,7 +55,7 @@ def draw(data, caption):
         axes.label_outer()
     _strips(above)
     words = rf"$\sigma = {NOISE:g}$"
-    panels.remark(above, f"{words}; {replicates.WORDS}; strips: regions in the paper")
+    panels.remark(above, f"{words}; {replicate_panels.WORDS}; strips: regions in the paper")
     panels.remark(below, f"{words}; single runs")
     above.set_xlim(left=0)
     return figure
@@ -69,13 +70,14 @@ def _band(axes, data, n_blocks):
     for name in ("n5_replicates", "size_replicates"):
         row = sections.rows(data[name], n_blocks=n_blocks, noise=NOISE)
         points = row["belt_velocity"], row["disorder_parameter"], _index(n_blocks)
-        replicates.band(axes, *points, label=f"$N = {n_blocks}$", linestyle="-")
+        replicate_panels.band(axes, *points, label=f"$N = {n_blocks}$", linestyle="-")
 
 
 def _strips(axes):
     """The printed regions as strips at the top, in the colours of the curves."""
     axes.set_ylim(top=axes.get_ylim()[1] * 1.2)
-    for place, (n_blocks, (low, high)) in enumerate(PRINTED.items()):
+    for place, n_blocks in enumerate(SHOWN):
+        low, high = printed("transition-width")[str(n_blocks)]
         top = 0.97 - 0.045 * place
         colour = style.line_style(_index(n_blocks))["color"]
         axes.axvspan(low, high, top - 0.03, top, color=colour, linewidth=0)

@@ -1,6 +1,6 @@
 """Fig. 21: the rise of r with noise for several system sizes."""
 
-from beltrepro.replication.drawing import panels, replicates, style
+from beltrepro.replication.drawing import panels, replicate_panels, style
 from beltrepro.replication.plan.registry import Figure
 
 FIGURE = Figure(
@@ -27,5 +27,5 @@ def draw(data, caption):
     points = sorted(set(zip(arrays["n_blocks"], arrays["belt_velocity"], strict=True)))
     figure = style.page(caption, 4.6)
     places = {(n, u): f"$N = {n}$, $u = {u:g}$" for n, u in points}
-    replicates.against_noise(figure, data, "size_columns", places, across=2)
+    replicate_panels.against_noise(figure, data, "size_columns", places, across=2)
     return figure

@@ -4,9 +4,9 @@ from functools import partial
 
 import numpy as np
 
-from beltrepro.replication.studies.transition import lifetimes
+from beltrepro.replication.studies.transition import transients
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.replication.verdicts.registry import claim
+from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates, sections, states, transitions
 from beltrepro.stats.errors import require
 
@@ -110,9 +110,9 @@ def _outliers_of_many(evidence):
     large, regular = [], []
     for place in np.unique(velocity[_between(evidence, velocity)]):
         own = sections.select({name: runs.arrays[name] for name in ENDS}, velocity == place)
-        slipping = lifetimes.labels_of(own) != lifetimes.STICK_SLIP
+        slipping = transients.labels_of(own) != transients.STICK_SLIP
         large += (own["final_disorder"] > limit).tolist()
-        regular += (slipping | lifetimes.on_shared_orbits(own, settle_time)).tolist()
+        regular += (slipping | transients.on_shared_orbits(own, settle_time)).tolist()
     large, regular = np.array(large, dtype=bool), np.array(regular, dtype=bool)
     return _outlying(large, regular, ~regular, "other runs that still stick may be chaotic")
 

@@ -1,19 +1,20 @@
 """Claims on single motions of the deterministic chain of five blocks (Sec. IV.A)."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from beltrepro.replication.studies.transition import lifetimes
+from beltrepro.replication.studies.avalanches import measure as avalanches
+from beltrepro.replication.studies.transition import transients
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import last_block_events
-from beltrepro.replication.verdicts.registry import claim
-from beltrepro.stats import estimates, sections, spectra
+from beltrepro.replication.verdicts.ledger import claim
+from beltrepro.stats import estimates, sections
 from beltrepro.stats.errors import require
 from beltrepro.stats.motion import PERIODIC
 
-LEAST_CYCLES = 10  # of the lowest frequency of a fit, in a stretch of a series
-LEAST_STRETCHES, STRETCHES = 4, 20
+STRETCHES = 20
 PRINTED_LENGTH = 1e6  # of the series behind Fig. 8, if it is as long as those behind Fig. 12
 
 
@@ -24,9 +25,7 @@ PRINTED_LENGTH = 1e6  # of the series behind Fig. 8, if it is as long as those b
 def spectrum_exponent(evidence):
     """Exponent and prefactor of the spectrum of x_N in every reading of "power spectrum"."""
     series = evidence.dataset("u1")
-    time, positions = series.arrays["time"], series.arrays["positions"][:, -1]
-    settled = time >= series.attributes["transient"]
-    law = partial(_spectral_law, positions[settled], float(np.median(np.diff(time))))
+    law = partial(_spectral_law, series)
     return {
         "power": law,
         "amplitude, T = 1e6": partial(law, amplitude=True),
@@ -39,40 +38,23 @@ def spectrum_exponent(evidence):
     }
 
 
-def _spectral_law(values, interval, *, window="hann", band=spectra.FIT_BAND, amplitude=False):
+def _spectral_law(series, *, amplitude=False, **how):
     """Law of the mean spectrum of the stretches of the series, which are drawn anew."""
-    low, high = band
-    shortest = LEAST_CYCLES / low
-    count = min(STRETCHES, int(values.size * interval / shortest + 1e-9))
-    require(
-        count >= LEAST_STRETCHES,
-        f"the series lasts {values.size * interval:.0f}: {LEAST_STRETCHES} stretches of "
-        f"{shortest:.0f} are needed for nu >= {low:g}",
-    )
-    length = values.size // count
-    stretches = values[: count * length].reshape(count, length)
-    found = [spectra.power_spectrum(each, interval, window=window) for each in stretches]
-    frequency, power = found[0][0], np.array([each for _, each in found])
-
-    def fit(drawn):
-        # The logarithm of a single noisy spectrum would lie too low where bins are narrow.
-        law = spectra.fit_power_law(frequency, drawn.mean(axis=0), low=low, high=high)
-        exponent, prefactor = law.exponent, np.log(law.prefactor)
-        if amplitude:
-            # 2|X|/n of n samples over a time T is the root of 2 S / T.
-            exponent, prefactor = exponent / 2, (prefactor + np.log(2 / PRINTED_LENGTH)) / 2
-        return exponent, prefactor
-
-    exponent, prefactor = (
-        estimates.bootstrap(lambda drawn, part=part: fit(drawn)[part], [power]) for part in (0, 1)
-    )
-    note = f"{count} stretches of {length * interval:.0f}"
-    if not amplitude:
-        root = np.sqrt(2 * np.exp(prefactor.value) / PRINTED_LENGTH)
+    law = avalanches.spectral_law(series, **how)
+    exponent, prefactor = law.exponent, law.prefactor
+    note = f"{law.count} stretches of {law.length:.0f}"
+    if amplitude:
+        exponent, prefactor = exponent.scaled(0.5), _amplitude(prefactor)
+    else:
+        root = _amplitude(prefactor).value
         note += f"; the amplitude 2|X|/n over T = 1e6 has {exponent.value / 2:.3g} and {root:.2g}"
-    return Measurement(
-        {"exponent": exponent, "prefactor": estimates.exponential(prefactor)}, note=note
-    )
+    return Measurement({"exponent": exponent, "prefactor": prefactor}, note=note)
+
+
+def _amplitude(power):
+    """2|X|/n of n samples over a time T is the root of 2 S / T."""
+    values = (np.sqrt(2 * value / PRINTED_LENGTH) for value in (power.value, power.low, power.high))
+    return replace(power, **dict(zip(("value", "low", "high"), map(float, values), strict=True)))
 
 
 @claim("slip-velocity")
@@ -170,8 +152,8 @@ def _transients(evidence):
     require(duration >= 2 * printed, f"runs of {duration:g} cannot show lifetimes of {printed}")
     own = _at(runs.arrays, belt_velocity=20.0)
     escaped = own["escaped"].astype(bool)
-    slipping = lifetimes.labels_of(own) != lifetimes.STICK_SLIP
-    on_orbit = ~escaped & lifetimes.on_shared_orbits(own, float(runs.attributes["settle_time"]))
+    slipping = transients.labels_of(own) != transients.STICK_SLIP
+    on_orbit = ~escaped & transients.on_shared_orbits(own, float(runs.attributes["settle_time"]))
     beyond = escaped & (own["lifetime"] > printed)
     note = f"{escaped.sum()} of {escaped.size} runs escape"
     if escaped.any():
@@ -188,7 +170,7 @@ def _exact_transients(evidence):
         evidence.dataset("survival").arrays, n_blocks=5, belt_velocity=20.0, initial_spread=10.0
     )
     settled = runs["settled"].astype(bool)
-    slipping = settled & (runs["disorder_parameter"] < lifetimes.LARGE_AMPLITUDE)
+    slipping = settled & (runs["disorder_parameter"] < transients.LARGE_AMPLITUDE)
     # A run that settles on a stick-slip orbit has a known transient, and one that is not settled
     # has a long one.
     beyond = runs["lifetime"] > evidence.claim.paper

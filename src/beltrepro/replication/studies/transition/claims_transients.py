@@ -5,9 +5,9 @@ from functools import partial
 import numpy as np
 
 from beltrepro.replication.studies.chaos.runs_of_motion import LONG, N_BLOCKS, by_spread
-from beltrepro.replication.studies.transition import lifetimes
+from beltrepro.replication.studies.transition import transients
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.replication.verdicts.registry import claim
+from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates, survival
 from beltrepro.stats.errors import NotEnoughDataError, require
 from beltrepro.stats.estimates import Estimate
@@ -50,19 +50,19 @@ def transient_lifetime(evidence):
 
 def _until_it_settles(evidence, spread):
     return _against_velocity(
-        evidence, lifetimes.until_settled(evidence.dataset("survival"), spread)
+        evidence, transients.until_settled(evidence.dataset("survival"), spread)
     )
 
 
 def _until_it_slips(evidence):
-    return _against_velocity(evidence, lifetimes.until_last_stick(evidence.dataset("lifetimes")))
+    return _against_velocity(evidence, transients.until_last_stick(evidence.dataset("lifetimes")))
 
 
 def _against_velocity(evidence, runs):
     """tau near the transition, far from it, and everywhere."""
     parameters = evidence.claim.parameters
     velocity = runs.belt_velocity
-    places = np.unique(velocity[lifetimes.between(velocity, *parameters["belt_velocity"])])
+    places = np.unique(velocity[transients.between(velocity, *parameters["belt_velocity"])])
     require(
         places.size >= MINIMUM_VELOCITIES,
         f"lifetimes at {places.size} belt velocities, {MINIMUM_VELOCITIES} are needed",
@@ -120,7 +120,7 @@ def _slips_on(evidence, low_scan, high_scan):
         on = ~_sticks_late(cut)[own]
         unknown = 0 if cut.duration >= LONG else int((~on).sum())
         found[f"slips on, u = {name}"] = estimates.share(int(on.sum()), on.size, unknown)
-        large.append((cut.disorder[own] >= lifetimes.LARGE_AMPLITUDE)[on])
+        large.append((cut.disorder[own] >= transients.LARGE_AMPLITUDE)[on])
     amplitude = np.concatenate(large)
     require(amplitude.size, "no run slips on")
     also = {"large amplitude, of these": estimates.share(int(amplitude.sum()), amplitude.size)}
@@ -139,7 +139,7 @@ def _high_lifetime(evidence):
     if not evidence.has("survival"):
         return {}
     try:
-        found = lifetimes.until_settled(evidence.dataset("survival")).mean(low, high)
+        found = transients.until_settled(evidence.dataset("survival")).mean(low, high)
     except NotEnoughDataError:
         return {}
     return {f"lifetime, u = {low:g} to {high:g}": _estimate(found)}

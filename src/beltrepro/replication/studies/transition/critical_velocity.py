@@ -4,7 +4,7 @@ import numpy as np
 
 from beltrepro.replication.drawing import marks, panels, style
 from beltrepro.replication.plan.registry import Figure
-from beltrepro.replication.verdicts.entries import printed
+from beltrepro.replication.verdicts.ledger import printed
 
 FIGURE = Figure(
     title="Critical belt velocity against noise and number of blocks, over replicates.",

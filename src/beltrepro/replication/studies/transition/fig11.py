@@ -4,7 +4,7 @@ import numpy as np
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
-from beltrepro.replication.studies.transition.settling import settled_orbit
+from beltrepro.replication.studies.transition.transients import settled_orbit
 
 FIGURE = Figure(
     title="Chaotic transient and the motion that follows it at u = 20.",

@@ -5,7 +5,7 @@ import numpy as np
 from beltrepro.replication.drawing import marks, panels, style
 from beltrepro.replication.drawing import motion_panels as motions
 from beltrepro.replication.plan.registry import Figure
-from beltrepro.replication.studies.transition import lifetimes, measure
+from beltrepro.replication.studies.transition import measure, transients
 from beltrepro.stats import sections
 from beltrepro.stats.errors import NotEnoughDataError
 
@@ -99,8 +99,8 @@ def _lifetimes(axes, data):
         "to the last stick, scheme of the paper": (style.VERMILION, "s"),
     }
     makers = (
-        lambda: lifetimes.until_settled(data["survival"], SPREAD),
-        lambda: lifetimes.until_last_stick(data["lifetimes"]),
+        lambda: transients.until_settled(data["survival"], SPREAD),
+        lambda: transients.until_last_stick(data["lifetimes"]),
     )
     for (label, (colour, marker)), maker in zip(looks.items(), makers, strict=True):
         place, mean, low, high = _means(maker)

@@ -32,9 +32,8 @@ from beltrepro.replication.verdicts.criteria import (
     judge,
     show,
 )
-from beltrepro.replication.verdicts.entries import Claim, load_ledger
 from beltrepro.replication.verdicts.evidence import Evidence
-from beltrepro.replication.verdicts.registry import REGISTRY
+from beltrepro.replication.verdicts.ledger import REGISTRY, Claim, load_ledger
 from beltrepro.stats.errors import NotEnoughDataError
 
 SECTIONS = (

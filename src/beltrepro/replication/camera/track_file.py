@@ -73,8 +73,8 @@ def _check_names(path: Path, names: list[str], header: str) -> None:
     """Refuse a table without the columns that are needed, or with one of them twice."""
     missing = [name for name in _NEEDED if name not in names]
     if missing:
-        found = f"; its first line is {shown(header)}" if header else ""
-        raise InputError(f"{path}: lacks the column {', '.join(missing)}{found}")
+        first = f"; its first line is {shown(header)}" if header else ""
+        raise InputError(f"{path}: lacks the column {', '.join(missing)}{first}")
     for name in _NEEDED + _OPTIONAL:
         if names.count(name) > 1:
             raise InputError(f"{path}: has {names.count(name)} columns {name}")

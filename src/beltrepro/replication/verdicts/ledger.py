@@ -1,14 +1,15 @@
-"""Reading of the ledger, the files in `ledger/`."""
+"""The ledger: claims of the paper with their criteria, and the functions that measure them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
+from importlib import resources
 from types import MappingProxyType
 from typing import Any
 
-from beltrepro.replication.verdicts import packaged
+import yaml
 
 SECTIONS = {
     "model": "laws/claims",
@@ -26,6 +27,9 @@ SECTIONS = {
     "noise_and_size": "sizes/claims_noise",
     "integrators": "integrators/claims",
 }
+REGISTRY: dict[str, Callable] = {}
+# PyYAML's own reader takes ten times as long; it is the one where libyaml is not to be had.
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 KINDS = ("number", "shape", "construction")
 # What a reading can change that the paper leaves to the one who computes.
 CHANGES = (
@@ -67,9 +71,31 @@ class Claim:
         return self.kind != "construction"
 
 
-def printed(claim: str) -> Any:
+def claim(identifier: str) -> Callable:
+    """Register a function `(evidence) -> Measurement`, or one that returns readings, for a claim.
+
+    Readings of an open point are a dict of functions `() -> Measurement` by name; the first is the
+    one that counts, the others are variants.
+    """
+
+    def register(function: Callable) -> Callable:
+        if identifier in REGISTRY:
+            raise ValueError(f"claim {identifier!r} has two functions")
+        REGISTRY[identifier] = function
+        return function
+
+    return register
+
+
+def read_yaml(room: str, name: str) -> Any:
+    """Content of a YAML file that is part of the package."""
+    text = resources.files(room).joinpath(name).read_text(encoding="utf-8")
+    return yaml.load(text, Loader=_LOADER)
+
+
+def printed(identifier: str) -> Any:
     """What the paper prints of a claim."""
-    return load_ledger()[claim].paper
+    return load_ledger()[identifier].paper
 
 
 @cache
@@ -77,7 +103,7 @@ def load_ledger() -> Mapping[str, Claim]:
     """All claims by id, section by section; read once."""
     claims = {}
     for section, place in SECTIONS.items():
-        for entry in packaged.read_yaml("beltrepro.replication.studies", f"{place}.yaml"):
+        for entry in read_yaml("beltrepro.replication.studies", f"{place}.yaml"):
             needs = tuple(entry.pop("needs"))
             claims[entry["id"]] = Claim(**entry, section=section, needs=needs)
     return MappingProxyType(claims)

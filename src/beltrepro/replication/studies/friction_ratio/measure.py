@@ -1,4 +1,4 @@
-"""friction_falls.csv: where r falls, for each friction ratio f_s."""
+"""Where r falls, for each friction ratio f_s."""
 
 import numpy as np
 import pandas as pd
@@ -7,23 +7,25 @@ from beltrepro.replication.plan.registry import Table
 from beltrepro.stats import transitions
 from beltrepro.stats.errors import NotEnoughDataError
 
-TABLE = Table(
-    title="Belt velocity at which r falls, for each friction ratio.",
-    uses=("friction_ratio",),
-    columns={
-        "points": "points of the scan, replicates included",
-        "critical": "middle of the transition region (model velocity); empty if r does not fall",
-        "low": "lower end of its 95 % interval",
-        "high": "upper end",
-        "lower": "u at which the fall begins (model velocity)",
-        "upper": "u at which it ends (model velocity)",
-        "r_high": "plateau of r below the transition",
-        "r_low": "plateau of r above it",
-    },
-)
+TABLES = {
+    "friction_falls": Table(
+        title="Belt velocity at which r falls, for each friction ratio.",
+        uses=("friction_ratio",),
+        columns={
+            "points": "points of the scan, replicates included",
+            "critical": "middle of the transition region (model velocity); empty if none is found",
+            "low": "lower end of its 95 % interval",
+            "high": "upper end",
+            "lower": "u at which the fall begins (model velocity)",
+            "upper": "u at which it ends (model velocity)",
+            "r_high": "plateau of r below the transition",
+            "r_low": "plateau of r above it",
+        },
+    )
+}
 
 
-def derive(data) -> pd.DataFrame:
+def friction_falls(data) -> pd.DataFrame:
     """A row for each friction ratio."""
     arrays = data["friction_ratio"].arrays
     rows = []

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 import damages
-from beltrepro.base import atomic, provenance, store
+from beltrepro.base import atomic, provenance, seal, store
 from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
 from beltrepro.extras import verification
-from beltrepro.replication.plan import files, inputs, trailer
+from beltrepro.replication.plan import files, inputs
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import columns
 from beltrepro.replication.report.material import Material
@@ -79,9 +79,9 @@ def killed(*told):
 def test_hdf5_looks_no_further_than_its_end(copy):
     path, content, _ = copy
     assert content[8] == 0  # a superblock of version 0, with the end at byte 40
-    assert int.from_bytes(content[40:48], "little") == len(content) - trailer.LENGTH
+    assert int.from_bytes(content[40:48], "little") == len(content) - seal.LENGTH
     with_trailer = store.read(path)
-    path.write_bytes(content[: -trailer.LENGTH])
+    path.write_bytes(content[: -seal.LENGTH])
     assert damages.same(store.read(path), with_trailer)
 
 
@@ -89,8 +89,8 @@ def test_a_file_that_is_opened_for_writing_loses_the_trailer(copy):
     path, content, _ = copy
     with h5py.File(path, "r+"):
         pass
-    assert path.read_bytes()[-trailer.LENGTH :].find(trailer.MARKER) < 0
-    trailer.put(path)
+    assert path.read_bytes()[-seal.LENGTH :].find(seal.MARKER) < 0
+    seal.put(path)
     assert path.read_bytes() == content
 
 
@@ -102,7 +102,7 @@ def test_the_same_content_has_the_same_bytes(made, tmp_path):
 
 def test_no_flipped_bit_reaches_the_library(made, copy):
     (whole, _), (path, content, expected) = made, copy
-    end = 8 * (len(content) - trailer.LENGTH)
+    end = 8 * (len(content) - seal.LENGTH)
     heap = 8 * content.index(b"GCOL")
     bits = sorted({*range(0, end, 31), *range(heap, heap + 8 * 4096, 7)})
     found = damages.by_itself(outcomes, path, bits, expected, whole)
@@ -113,13 +113,13 @@ def test_a_bit_that_kills_the_library_is_one_line(copy, made):
     path, content, expected = copy
     flip(path, 8 * (content.index(TEXT) + 1) + 1)
     assert damages.by_itself(damages.outcome, path, expected, made[0]) == "refused"
-    path.write_bytes(path.read_bytes()[: -trailer.LENGTH])
+    path.write_bytes(path.read_bytes()[: -seal.LENGTH])
     assert damages.by_itself(killed, path, expected, made[0]) == "crashed"
 
 
 def test_a_file_without_a_trailer_is_read_and_has_its_own_checksum(copy, made):
     path, content, expected = copy
-    path.write_bytes(content[: -trailer.LENGTH])
+    path.write_bytes(content[: -seal.LENGTH])
     assert damages.same(files.read(path, expected), store.read(made[0]))
     place = content.index(np.array([0.1, 0.2]).tobytes())
     flip(path, 8 * place)
@@ -129,8 +129,8 @@ def test_a_file_without_a_trailer_is_read_and_has_its_own_checksum(copy, made):
 
 def test_a_flipped_bit_of_the_trailer_is_refused_or_harmless(copy, made):
     path, content, expected = copy
-    first = 8 * (len(content) - trailer.LENGTH)
-    digits = first + 8 * len(trailer.MARKER)
+    first = 8 * (len(content) - seal.LENGTH)
+    digits = first + 8 * len(seal.MARKER)
     harmless, refused = range(first, digits, 11), range(digits, 8 * len(content))
     found = damages.by_itself(outcomes, path, [*harmless, *refused], expected, made[0])
     assert found == {"harmless": [*harmless], "refused": [*refused]}
@@ -138,14 +138,14 @@ def test_a_flipped_bit_of_the_trailer_is_refused_or_harmless(copy, made):
 
 def test_a_cut_trailer_is_refused_or_harmless(copy, made):
     path, content, expected = copy
-    for cut in (1, 20, 63, 64, 65, 70, trailer.LENGTH, trailer.LENGTH + 1, trailer.LENGTH + 8):
+    for cut in (1, 20, 63, 64, 65, 70, seal.LENGTH, seal.LENGTH + 1, seal.LENGTH + 8):
         path.write_bytes(content[:-cut])
         found = damages.by_itself(damages.outcome, path, expected, made[0])
-        harmless = 64 < cut <= trailer.LENGTH  # a part of the marker is left
+        harmless = 64 < cut <= seal.LENGTH  # a part of the marker is left
         assert found == ("harmless" if harmless else "refused"), cut
 
 
-@pytest.mark.parametrize("more", [b"\0", b"x" * trailer.LENGTH])
+@pytest.mark.parametrize("more", [b"\0", b"x" * seal.LENGTH])
 def test_bytes_behind_the_trailer_are_refused_or_harmless(copy, made, more):
     path, content, expected = copy
     path.write_bytes(content + more)
@@ -195,7 +195,7 @@ def test_the_command_verify_names_the_damage_and_the_remedy(tmp_path, capsys):
     assert shown.out.startswith("1 wrong\n")
 
 
-@pytest.mark.parametrize("place", ["base.store.look_for_room", "replication.plan.trailer.put"])
+@pytest.mark.parametrize("place", ["base.store.look_for_room", "base.seal.put"])
 def test_a_full_disk_is_one_line_and_harms_nothing(copy, monkeypatch, place):
     path, content, _ = copy
 
@@ -213,4 +213,4 @@ def test_a_full_disk_is_one_line_and_harms_nothing(copy, monkeypatch, place):
 @pytest.mark.parametrize(("name", "words"), [("none.h5", "no such file"), ("", "cannot be read")])
 def test_what_cannot_be_read_is_one_line(tmp_path, name, words):
     with pytest.raises(InputError, match=f"{re.escape(str(Path(tmp_path, name)))}: {words}"):
-        trailer.check(tmp_path / name)
+        seal.check(tmp_path / name)

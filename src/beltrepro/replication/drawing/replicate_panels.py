@@ -10,27 +10,27 @@ WORDS = f"lines: means over runs; bands: {replicates.SHARE:.0%} of the runs"
 
 def band(axes, abscissa, values, index, *, label=None, runs="", band=True, **changes):
     """What was measured of runs: their mean, with a band; in the colour `runs` a dot for each."""
-    found = replicates.spread(abscissa, values)
-    if not found.place.size:
+    spread = replicates.spread(abscissa, values)
+    if not spread.place.size:
         return
     look = style.line_style(index) | {"markersize": 2.6, "label": label} | changes
     if runs:
-        known = np.isfinite(values)
-        place, value = np.asarray(abscissa)[known], np.asarray(values)[known]
+        measured = np.isfinite(values)
+        place, value = np.asarray(abscissa)[measured], np.asarray(values)[measured]
         dots = {"marker": ".", "markersize": 3.5, "markeredgewidth": 0, "zorder": 1.5}
         axes.plot(place, value, linestyle="none", color=runs, **dots)
     if band:
         axes.fill_between(
-            found.place, found.low, found.high, color=look["color"], alpha=0.2, linewidth=0
+            spread.place, spread.low, spread.high, color=look["color"], alpha=0.2, linewidth=0
         )
-    axes.plot(found.place, found.mean, **look)
+    axes.plot(spread.place, spread.mean, **look)
 
 
 def crosses(axes, abscissa, values, colour, overlay):
     """Means of runs by the other integrator, over those of `band`, with its name in the legend."""
-    found = replicates.spread(abscissa, values)
+    spread = replicates.spread(abscissa, values)
     label = overlay if overlay not in axes.get_legend_handles_labels()[1] else None
-    axes.plot(found.place, found.mean, "x", color=colour, markersize=4, label=label)
+    axes.plot(spread.place, spread.mean, "x", color=colour, markersize=4, label=label)
 
 
 def against_noise(figure, data, name, places, *, across):

@@ -22,7 +22,7 @@ from beltrepro.replication.verdicts.criteria import (
     judge,
     range_in_words,
 )
-from beltrepro.replication.verdicts.entries import Claim, load_ledger
+from beltrepro.replication.verdicts.ledger import Claim, load_ledger
 from beltrepro.stats.estimates import Estimate
 
 _BY = {FAILS: "It fails by", PARTLY: "It fails in part, by", UNDECIDED: "It is undecided by"}

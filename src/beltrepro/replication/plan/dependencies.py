@@ -1,0 +1,380 @@
+"""The code behind a job: the definitions that its function uses, wherever they stand.
+
+From a function its names are followed through the imports of the package, definition by
+definition; of a class, the methods that somebody asks for. So an edit reruns a job if it can change
+what the job makes: comments, docstrings and what other jobs use do not count. What cannot be
+followed (a module as a value) counts whole. Where a table chooses by method, only what is chosen
+counts.
+"""
+
+import ast
+import functools
+import hashlib
+import io
+import re
+import tokenize
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from beltrepro.base.provenance import PACKAGE, ROOT
+
+_DERIVED = (".pyc", ".nbi", ".nbc")  # caches of Python and Numba
+_FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
+_MODULE = re.compile(rf"{PACKAGE}(\.\w+)+(:\w+)?")
+WHOLE = ""  # in place of the name of a definition: all of the module
+
+
+def code_hash(
+    *functions: str, script: Path | None = None, choices: Iterable[str] = (), root: Path = ROOT
+) -> str:
+    """Hash of the code behind functions, named as "module:function".
+
+    script : counts by its own text only. choices : methods of the points, where a table chooses.
+    """
+    digest = hashlib.sha256()
+    for (module, name), text in sorted(definitions(*functions, choices=choices, root=root).items()):
+        digest.update(f"{module}:{name}\0{text}\0".encode())
+    if script is not None:
+        digest.update(f"{script.name}\0".encode() + script.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def definitions(
+    *functions: str, choices: Iterable[str] = (), root: Path = ROOT
+) -> dict[tuple[str, str], str]:
+    """Text of each definition behind functions, by module and name; of data files their hash."""
+    search = _Search(frozenset(choices), root)
+    for function in functions:
+        module, _, name = function.partition(":")
+        search.ask(module, name)
+    return search.finish()
+
+
+@dataclass
+class _Uses:
+    """What a piece of code mentions."""
+
+    names: set[str] = field(default_factory=set)  # but as the base of an attribute
+    pairs: set[tuple[str, str]] = field(default_factory=set)  # name and attribute
+    words: set[str] = field(default_factory=set)  # all attributes, and texts that may be one
+    modules: set[tuple[str, str]] = field(default_factory=set)  # named in texts
+    imports: dict[str, tuple[str, str]] = field(default_factory=dict)
+
+
+@dataclass
+class _Definition:
+    """A statement at the top of a module, or a method."""
+
+    node: ast.stmt
+    text: str
+    uses: _Uses
+    is_registered: bool = False  # whether it counts as soon as its module does
+    methods: dict[str, "_Definition"] = field(default_factory=dict)
+    choices: dict[str, _Uses] = field(default_factory=dict)  # of a table by method
+
+
+class _Search:
+    """Follows names from some functions, until there are no new ones."""
+
+    def __init__(self, choices: frozenset[str], root: Path) -> None:
+        self._choices, self._root = choices, root
+        self._waiting: list[tuple[str, str]] = []
+        self._found: dict[tuple[str, str], str] = {}
+        self._asked: set[tuple[str, str]] = set()
+        self._touched: set[str] = set()
+        self._words: set[str] = set()
+        self._methods: dict[str, list[tuple[str, str, _Definition]]] = {}  # not asked for yet
+
+    def ask(self, module: str, name: str) -> None:
+        """Follow a definition, or with WHOLE all of a module."""
+        if (module, name) not in self._asked:
+            self._asked.add((module, name))
+            self._waiting.append((module, name))
+
+    def finish(self) -> dict[tuple[str, str], str]:
+        """Follow all that waits."""
+        while self._waiting:
+            self._look_up(*self._waiting.pop())
+        return self._found
+
+    def _look_up(self, module: str, name: str) -> None:
+        if self._source(module) is None:
+            self._found[module, name] = "missing"  # the job that needs it will say so
+            return
+        known = self._module(module)
+        self._touch(module)
+        if name == WHOLE:
+            for key in known.definitions:
+                self.ask(module, key)
+        elif name in known.definitions:
+            self._take(module, name, known.definitions[name], known)
+        elif name in known.imports:
+            self._ask_import(*known.imports[name])
+        elif self._source(f"{module}.{name}"):
+            self.ask(f"{module}.{name}", WHOLE)
+        elif "__getattr__" in known.definitions:  # of names that are imported late
+            self.ask(module, "__getattr__")
+
+    def _touch(self, module: str) -> None:
+        """Take what counts as soon as a module is imported, in it and in those that it imports."""
+        if module in self._touched or not self._source(module):
+            return
+        self._touched.add(module)
+        known = self._module(module)
+        for key, definition in known.definitions.items():
+            if definition.is_registered:
+                self._take(module, key, definition, known)
+        for origin, name in known.imports.values():
+            self._touch(origin)
+            self._touch(f"{origin}.{name}")
+
+    def _take(self, module: str, name: str, definition: _Definition, known: "_Module") -> None:
+        if (module, name) in self._found:
+            return
+        text, uses = definition.text, [definition.uses]
+        if definition.choices:
+            chosen = sorted(set(definition.choices) & self._choices or set(definition.choices))
+            text, uses = f"{name}: {chosen}", [definition.choices[key] for key in chosen]
+        self._found[module, name] = text
+        for part in uses:
+            self._follow(module, part, known)
+        for method, inner in definition.methods.items():
+            word = f".{method}" if "classmethod" in inner.uses.names else method
+            if method.startswith("__") or {word, f".{method}"} & self._words:
+                self._take(module, f"{name}.{method}", inner, known)
+            else:
+                place = module, f"{name}.{method}", inner
+                self._methods.setdefault(word, []).append(place)
+
+    def _follow(self, module: str, uses: _Uses, known: "_Module") -> None:
+        imports = known.imports | uses.imports
+        words = set(uses.words)
+        for name in uses.names:
+            if name in imports:
+                self._ask_import(*imports[name])
+            elif name in known.definitions:
+                self.ask(module, name)
+        for name, attribute in uses.pairs:
+            origin = ".".join(filter(None, imports.get(name, ())))
+            if self._source(origin):
+                self.ask(origin, attribute)
+                continue
+            # through an instance, or through a class, which alone has class methods
+            words.add(f".{attribute}" if name[0].isupper() or name == "cls" else attribute)
+            if name in imports:
+                self.ask(*imports[name])
+            elif name in known.definitions:
+                self.ask(module, name)
+        if PACKAGE in uses.names | {name for name, _ in uses.pairs}:  # import package.module
+            for origin in (origin for name, (origin, _) in imports.items() if "." in name):
+                self.ask(origin, WHOLE)
+        for named, name in uses.modules:
+            if self._source(named):
+                self.ask(named, name)
+                if not name:
+                    self._take_data(named)
+        if uses.names & {"__file__", "resources"} or ("resources", "files") in uses.pairs:
+            self._take_data(module if known.is_package else module.rpartition(".")[0])
+        for word in words - self._words:
+            self._words.add(word)
+            for key in {word, word.removeprefix(".")}:
+                for owner, name, method in self._methods.pop(key, ()):
+                    self._take(owner, name, method, self._module(owner))
+
+    def _source(self, module: str) -> Path | None:
+        return _source(self._root, module)
+
+    def _module(self, module: str) -> "_Module":
+        source = self._source(module)
+        assert source is not None, module
+        return _module(source, source.read_text(encoding="utf-8"), module)
+
+    def _ask_import(self, origin: str, name: str) -> None:
+        submodule = f"{origin}.{name}" if name else origin
+        is_module = self._source(submodule) is not None
+        self.ask(*((submodule, WHOLE) if is_module else (origin, name)))
+
+    def _take_data(self, package: str) -> None:
+        """Templates, styles and lists of a package, and of those in it."""
+        place = self._root.joinpath(*package.split(".")[1:])
+        for path in sorted(place.rglob("*")):
+            hidden = any(part.startswith((".", "__")) for part in path.relative_to(place).parts)
+            if path.is_file() and not hidden and path.suffix not in (".py", *_DERIVED):
+                digest = hashlib.sha256(path.read_bytes()).hexdigest()
+                self._found[package, path.relative_to(place).as_posix()] = digest
+
+
+@dataclass(frozen=True)
+class _Module:
+    """A module as its text says it, none of it run."""
+
+    definitions: dict[str, _Definition]
+    imports: dict[str, tuple[str, str]]  # name here -> module and name there
+    is_package: bool
+
+
+@functools.cache  # a workflow asks for the same modules again and again
+def _module(path: Path, text: str, module: str) -> _Module:
+    is_package = path.name == "__init__.py"
+    package = module if is_package else module.rpartition(".")[0]
+    lines = text.splitlines(keepends=True)
+    definitions: dict[str, _Definition] = {}
+    imports: dict[str, tuple[str, str]] = {}
+    tree = ast.parse(text, str(path))
+    for number, node in enumerate(tree.body):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            imports |= _imports(node, package)
+        elif _is_text(node) or _is_for_others(node):
+            continue
+        else:
+            definition = _define(node, lines, package)
+            imports |= definition.uses.imports if not isinstance(node, _FUNCTIONS) else {}
+            names = list(_names(node))
+            definition.is_registered = not names
+            for name in names or [f"statement {number}"]:
+                definitions[name] = definition
+    ours = definitions.keys() | imports.keys()
+    for definition in definitions.values():
+        decorators = getattr(definition.node, "decorator_list", ())
+        calls = [part for part in decorators if isinstance(part, ast.Call)]
+        definition.is_registered |= any(_base(call) in ours for call in calls)  # as @claim("id")
+    return _Module(definitions, imports, is_package)
+
+
+def _define(node: ast.stmt, lines: list[str], package: str) -> _Definition:
+    methods = {}
+    if isinstance(node, ast.ClassDef):
+        inner = [part for part in node.body if isinstance(part, _FUNCTIONS)]
+        methods = {part.name: _define(part, lines, package) for part in inner}
+    left_out = [part for part in getattr(node, "body", ()) if _is_method(node, part)]
+    uses = _Uses()
+    _collect(node, uses, package, {id(part) for part in left_out})
+    definition = _Definition(node, _text(node, lines, left_out), uses, methods=methods)
+    value = getattr(node, "value", None)
+    if isinstance(value, ast.Dict) and _chooses_by_method(value):
+        for key, choice in zip(value.keys, value.values, strict=True):
+            definition.choices[key.value] = chosen = _Uses()  # type: ignore[union-attr]
+            _collect(choice, chosen, package, set())
+    return definition
+
+
+def _is_method(owner: ast.AST, part: ast.AST) -> bool:
+    return isinstance(owner, ast.ClassDef) and isinstance(part, _FUNCTIONS)
+
+
+def _chooses_by_method(table: ast.Dict) -> bool:
+    """Whether the keys of a table are methods, and each says what is used by it."""
+    keys = {key.value for key in table.keys if isinstance(key, ast.Constant)}
+    return len(table.keys) > 1 and len(keys) == len(table.keys) and {"verlet", "event"} <= keys
+
+
+def _collect(node: ast.AST, uses: _Uses, package: str, left_out: set[int]) -> None:
+    """Add what a piece of code mentions, but for its annotations."""
+    if id(node) in left_out:
+        return
+    if isinstance(node, ast.Import | ast.ImportFrom):
+        uses.imports |= _imports(node, package)
+        for name in _imports(node, package):
+            uses.names.add(name)
+        return
+    if isinstance(node, ast.Attribute):
+        if isinstance(node.value, ast.Name):
+            uses.pairs.add((node.value.id, node.attr))
+            return
+        uses.words.add(node.attr)
+    elif isinstance(node, ast.Name):
+        uses.names.add(node.id)
+    elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+        if node.value.isidentifier():
+            uses.words.add(node.value)
+        elif _MODULE.fullmatch(node.value):
+            module, _, name = node.value.partition(":")
+            uses.modules.add((module, name))
+    for name, value in ast.iter_fields(node):
+        if name in ("annotation", "returns"):
+            continue
+        for part in value if isinstance(value, list) else [value]:
+            if isinstance(part, ast.AST):
+                _collect(part, uses, package, left_out)
+
+
+def _imports(node: ast.Import | ast.ImportFrom, package: str) -> dict[str, tuple[str, str]]:
+    """Names that an import of this package makes, and the module and name that each stands for."""
+    if isinstance(node, ast.Import):
+        aliases = [(alias.asname or alias.name, alias.name, "") for alias in node.names]
+    else:
+        parents = package.split(".")
+        base = parents[: len(parents) - node.level + 1] if node.level else []
+        origin = ".".join([*base, *filter(None, [node.module])])
+        aliases = [(alias.asname or alias.name, origin, alias.name) for alias in node.names]
+    return {
+        name: (origin, part) for name, origin, part in aliases if origin.split(".")[0] == PACKAGE
+    }
+
+
+def _names(node: ast.stmt) -> Iterator[str]:
+    """Names that a statement defines."""
+    if isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+        yield node.name
+    elif isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign):
+        targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+        for target in targets:
+            yield from (part.id for part in ast.walk(target) if isinstance(part, ast.Name))
+
+
+def _base(node: ast.AST) -> str:
+    """The first name in an expression."""
+    return next((part.id for part in ast.walk(node) if isinstance(part, ast.Name)), "")
+
+
+def _is_text(node: ast.stmt) -> bool:
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+
+
+def _is_for_others(node: ast.stmt) -> bool:
+    """Whether a statement is for the checker of types, or for the module as a command."""
+    test = ast.unparse(node.test) if isinstance(node, ast.If) else ""
+    return test == "TYPE_CHECKING" or test.startswith("__name__ ==")
+
+
+def _text(node: ast.stmt, lines: list[str], left_out: list[ast.stmt]) -> str:
+    """The text of a definition without docstrings, comments, blank lines and methods."""
+    skipped = [part for part in ast.walk(node) if isinstance(part, ast.stmt) and _is_text(part)]
+    gone: set[int] = set()
+    for part in (*skipped, *left_out):
+        gone |= set(range(_first(part), (part.end_lineno or part.lineno) + 1))
+    numbers = range(_first(node), (node.end_lineno or node.lineno) + 1)
+    text = "".join(lines[number - 1] for number in numbers if number not in gone)
+    if "#" in text:
+        text = _without_comments(text)
+    return "\n".join(line.rstrip() for line in text.splitlines() if line.strip())
+
+
+def _first(node: ast.stmt) -> int:
+    decorators = getattr(node, "decorator_list", ())
+    return min(part.lineno for part in (node, *decorators))
+
+
+def _without_comments(text: str) -> str:
+    lines = text.splitlines(keepends=True)
+    try:
+        for token in tokenize.generate_tokens(io.StringIO(text).readline):
+            if token.type == tokenize.COMMENT:
+                row, column = token.start
+                lines[row - 1] = lines[row - 1][:column] + "\n"
+    except (tokenize.TokenError, IndentationError):
+        return text  # of a class without its methods, perhaps: its comments count
+    return "".join(lines)
+
+
+def _source(root: Path, module: str) -> Path | None:
+    """File with the text of a module of this package, if there is one."""
+    first, *parts = module.split(".")
+    if first != PACKAGE:
+        return None
+    place = root.joinpath(*parts)
+    if (place / "__init__.py").is_file():
+        return place / "__init__.py"
+    source = place.with_suffix(".py")
+    return source if parts and source.is_file() else None

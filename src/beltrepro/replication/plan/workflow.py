@@ -1,0 +1,306 @@
+"""What the rules of the workflow ask: files of a run, what jobs are told, the code behind them."""
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from beltrepro.replication.plan import dependencies, files, jobs, manifest, registry
+from beltrepro.replication.plan.films import FILM, TRACK
+from beltrepro.replication.plan.plan import make_plan
+
+SCRIPTS = Path("workflow", "scripts")
+
+
+class Workflow:
+    """The files of a run and the jobs that make them, as Snakemake's rules have them.
+
+    Paths begin with "<results>", which stands for the folder of the run. What takes `wildcards` is
+    called by Snakemake. What files must say of themselves is known by the name of what they hold:
+    that of a dataset or table is its own; a film F and its track are "F_film" and "F_track".
+    """
+
+    def __init__(self, config: dict, top: Path = Path()) -> None:
+        self.plan = make_plan(config)
+        self.tables, self.figures = registry.tables(), registry.figures()
+        self.results = top / "results" / self.plan.run
+        self.deposited = manifest.datasets(top, self.plan.run)
+        self.filmed = {
+            f"{name}{end}": film for name, film in self.plan.films.items() for end in (FILM, TRACK)
+        }
+        self.judged = [*self.plan.datasets, *(f"{name}{TRACK}" for name in self.plan.films)]
+        self._top = top
+        self._known: dict[str, dict] = {}
+        self._codes: dict[tuple, str] = {}
+        registry.check_names(self.plan.datasets)
+        known = [*self.plan.datasets, *self.filmed, *self.tables]
+        for entries in (self.tables, self.figures):
+            registry.check_uses(entries, known, f"preset {self.plan.preset}")
+
+    # --- files ---
+
+    def wildcards(self) -> dict[str, str]:
+        """Patterns of the wildcards."""
+        return {
+            "dataset": "|".join(self.plan.datasets),
+            "batch": "[0-9]{4}",
+            "film": "|".join(self.plan.films),
+            "table": "|".join(table.file(name) for name, table in self.tables.items()),
+            "figure": "|".join(self.figures),
+        }
+
+    def joined(self) -> str:
+        """Pattern of the datasets made here; one that came with an archive is no output."""
+        return "|".join(name for name in self.plan.datasets if name not in self.deposited) or "(?!)"
+
+    def file_of(self, name: str) -> str:
+        """The file of a dataset or table, or of a film or track."""
+        if name in self.tables:
+            return f"<results>/{self.tables[name].file(name)}.csv"
+        if name in self.filmed:
+            ending = ".mp4" if name.endswith(FILM) else ".csv"
+            return f"<results>/experiment/{self.filmed[name].name}{ending}"
+        return f"<results>/datasets/{name}.h5"
+
+    def files_of(self, *names: str) -> dict[str, str]:
+        """Files by name."""
+        return {name: self.file_of(name) for name in names}
+
+    def datasets(self) -> list[str]:
+        """Files of all datasets."""
+        return list(self.files_of(*self.plan.datasets).values())
+
+    def batches(self, wildcards: Any) -> list[str]:
+        """Files of the batches of a dataset."""
+        count = len(self.plan.datasets[wildcards.dataset].batches)
+        return [f"<results>/batches/{wildcards.dataset}/{number:04d}.h5" for number in range(count)]
+
+    def with_metadata(self, table: str) -> list[str]:
+        """A table and the file that says what it is."""
+        return [self.file_of(table), f"{self.file_of(table)}-metadata.json"]
+
+    def claims(self) -> list[str]:
+        """The tables of claims and estimates, and what they are."""
+        tables = [f"<results>/{name}.csv" for name in ("claims", "estimates")]
+        return [*tables, *(f"{path}-metadata.json" for path in tables)]
+
+    def drawn(self, *endings: str, category: str | None = None) -> list[str]:
+        """Files of all figures, or of those of one category."""
+        return [
+            f"<results>/figures/{name}.{ending}"
+            for name, figure in self.figures.items()
+            if category in (None, figure.category)
+            for ending in endings
+        ]
+
+    def everything(self) -> list[str]:
+        """What the target `all` makes: all that is compared and published."""
+        return [
+            *self.datasets(),
+            *self.drawn("png", "pdf"),
+            *(path for name in self.tables for path in self.with_metadata(name)),
+            *self.claims(),
+            "<results>/report.html",
+            "<results>/article.pdf",
+        ]
+
+    def compared(self) -> list[str]:
+        """Tables of claims of other runs: those here, or published in docs/results."""
+        found: dict[str, str] = {}
+        for folder in ("docs/results", "results"):
+            paths = (self._top / folder).glob("*/claims.csv")
+            found |= {path.parent.name: str(path) for path in paths}
+        return [path for name, path in sorted(found.items()) if name != self.plan.run]
+
+    def is_made(self, path: str, is_output: Callable[[str], bool]) -> bool:
+        """Whether a target is a file of this run; of batches, only those that there are."""
+        place = Path(path)
+        if place.is_relative_to(f"results/{self.plan.run}/batches"):
+            return path in {
+                f"results/{self.plan.run}/{job.name}.h5" for job in jobs.simulation_jobs(self.plan)
+            }
+        in_datasets = place.parent == Path(f"results/{self.plan.run}/datasets")
+        return (in_datasets and place.stem in self.deposited) or is_output(path)
+
+    def sampled(self, wildcards: Any) -> list[str]:
+        """Results of the jobs by which the time of the preset is judged."""
+        sample = jobs.draw(jobs.simulation_jobs(self.plan), self.plan.seed)
+        return [f"<results>/{job.name}.h5" for job in sample]
+
+    def simulation_jobs(self) -> list[tuple]:
+        """All simulation jobs; plain tuples, which travel to a script as parameters."""
+        return [dataclasses.astuple(job) for job in jobs.simulation_jobs(self.plan)]
+
+    # --- what single jobs are made from ---
+
+    def table_data(self, wildcards: Any) -> dict[str, str]:
+        """Inputs of a table."""
+        return self.files_of(*self._table(wildcards).uses)
+
+    def figure_data(self, wildcards: Any) -> dict[str, str]:
+        """Inputs of a figure."""
+        return self.files_of(*self.figures[wildcards.figure].uses)
+
+    def film_data(self, wildcards: Any) -> dict[str, str]:
+        """The dataset that is filmed, under its name."""
+        return self.files_of(self.plan.films[wildcards.film].dataset)
+
+    def of_figure(self, field: str) -> Callable[[Any], Any]:
+        """What the entry of the figure says under this name, for a directive."""
+        return lambda wildcards: getattr(self.figures[wildcards.figure], field)
+
+    def figure_labels(self, wildcards: Any) -> dict[str, str]:
+        """Labels of a figure in Snakemake's report."""
+        return {"figure": wildcards.figure, "title": self.figures[wildcards.figure].title}
+
+    def _table(self, wildcards: Any) -> registry.Table:
+        return self.tables[Path(wildcards.table).name]  # it may lie at the top of the results
+
+    # --- what a job is told; all of it in params, so that a change reruns the job ---
+
+    def told_batch(self, wildcards: Any) -> dict:
+        """What a batch is told."""
+        return self.plan.told_batch(wildcards.dataset, int(wildcards.batch))
+
+    def told_dataset(self, wildcards: Any) -> dict:
+        """What the file of a dataset is told."""
+        return self.plan.told(wildcards.dataset)
+
+    def told_film(self, wildcards: Any) -> dict:
+        """What a film is told."""
+        return self.plan.films[wildcards.film].told()
+
+    # --- what files must say of themselves ---
+
+    def expected(self, *names: str) -> dict[str, dict]:
+        """What the files of these must say, by name."""
+        return {name: self._expected(name) for name in names}
+
+    def made_from(self, *names: str) -> dict:
+        """What a table, figure or list of claims must say that is made from these."""
+        return self._of(self.expected(*names))
+
+    def expected_batches(self, wildcards: Any) -> list[dict]:
+        """Of the batches of a dataset."""
+        name = wildcards.dataset
+        count = len(self.plan.datasets[name].batches)
+        return [files.expected(self.plan.told_batch(name, number)) for number in range(count)]
+
+    def expected_of_table(self, wildcards: Any) -> dict[str, dict]:
+        """Of what a table is made from."""
+        return self.expected(*self._table(wildcards).uses)
+
+    def expected_of_film(self, wildcards: Any) -> dict[str, dict]:
+        """Of what is filmed."""
+        return self.expected(self.plan.films[wildcards.film].dataset)
+
+    def expected_of_figure(self, wildcards: Any) -> dict:
+        """Of what a figure is drawn from."""
+        return self.made_from(*self.figures[wildcards.figure].uses)
+
+    def expected_of_report(self) -> dict[str, dict]:
+        """By name of the input of the report, and of the figure or dataset in it."""
+        judged = self.made_from(*self.judged)
+        return {
+            "datasets": self.expected(*self.plan.datasets),
+            **{name: {name: judged} for name in ("claims", "estimates")},
+            "figures": {name: self.made_from(*each.uses) for name, each in self.figures.items()},
+            **{name: {name: each} for name, each in self.expected(*self.tables).items()},
+        }
+
+    def expected_of_article(self) -> dict[str, dict]:
+        """By name of the input of the article."""
+        expected = self.expected_of_report()
+        return {name: expected[name] for name in ("claims", "estimates", "figures")}
+
+    def _expected(self, name: str) -> dict:
+        if name not in self._known:
+            self._known[name] = self._made(name)
+        return self._known[name]
+
+    def _made(self, name: str) -> dict:
+        if name in self.plan.datasets:
+            return files.expected(self.plan.told(name))
+        if name in self.filmed:
+            film = self.filmed[name]
+            return self._of(self.expected(film.dataset) | {f"{film.name}{FILM}": film.told()})
+        return self.made_from(*self.tables[name].uses)
+
+    def _of(self, sources: dict) -> dict:
+        return {"preset": self.plan.preset, "run": self.plan.run, "sources": sources}
+
+    # --- the code behind a job ---
+    # Snakemake does not see imported modules. Of a script it compares the time, by which a checkout
+    # or a clone would make everything anew: profiles/default turns that off.
+
+    def code(self, script: str, *functions: str, choices: tuple[str, ...] = ()) -> str:
+        """Hash of the code behind the functions that a script calls, and of its own text."""
+        key = script, functions, choices
+        if key not in self._codes:
+            path = self._top / SCRIPTS / script
+            self._codes[key] = dependencies.code_hash(*functions, script=path, choices=choices)
+        return self._codes[key]
+
+    def code_of_batch(self, wildcards: Any) -> str:
+        """Code behind a batch: the function of its kind, by its own integrator."""
+        dataset = self.plan.datasets[wildcards.dataset]
+        batch = dataset.batches[int(wildcards.batch)]
+        choices: set[str] = {point.method for point in batch}
+        choices |= {"kicked" for point in batch if point.kick > 0}
+        return self.code("simulate.py", dataset.kind.record, choices=tuple(sorted(choices)))
+
+    def code_of_table(self, wildcards: Any) -> str:
+        """Code behind a table: the function of its name."""
+        name = Path(wildcards.table).name
+        functions = (f"{self.tables[name].module}:{function}" for function in (name, "derive"))
+        return self.code("derive.py", *functions)
+
+    def code_of_figure(self, wildcards: Any) -> str:
+        """Code behind a figure: what draws and what saves it."""
+        style = [f"beltrepro.replication.drawing.style:{name}" for name in ("save", "small_print")]
+        return self.code("figure.py", f"{self.figures[wildcards.figure].module}:draw", *style)
+
+    # --- what each job reads and writes, for the crate ---
+
+    def records(self) -> Iterator[tuple[str, str, list[str], list[str]]]:
+        """Rule, name, inputs and outputs of each job of the run."""
+        for name, dataset in self.plan.datasets.items():
+            parts = [f"batches/{name}/{number:04d}" for number in range(len(dataset.batches))]
+            paths = [f"<results>/{part}.h5" for part in parts]
+            for part, path in zip(parts, paths, strict=True):
+                yield "simulate", part, ["config.yaml"], [path]
+            yield "join", f"datasets/{name}", paths, [self.file_of(name)]
+        for name, table in self.tables.items():
+            sources = list(self.files_of(*table.uses).values())
+            yield "derive", table.file(name), sources, self.with_metadata(name)
+        for name, figure in self.figures.items():
+            outputs = [f"<results>/figures/{name}.{ending}" for ending in ("png", "pdf")]
+            yield "draw", f"figures/{name}", list(self.files_of(*figure.uses).values()), outputs
+        claims, datasets = self.claims()[:2], self.datasets()
+        yield "claims", "claims", datasets, self.claims()
+        tables = list(self.files_of(*self.tables).values())
+        shown = [*datasets, *tables, *claims, *self.drawn("png")]
+        yield "report", "report", shown, ["<results>/report.html"]
+        about = [*claims, f"{claims[0]}-metadata.json", "CITATION.cff", *self.drawn("png")]
+        yield "article", "article", about, ["<results>/article.pdf"]
+
+    def told_crate(self, rule_of: Callable[[str], Any]) -> dict:
+        """What `deposit.crate.Run` is made of, as plain values; rule_of : a rule by its name."""
+        records = [
+            (rule, name, self._below_project(inputs), self._below_project(outputs))
+            for rule, name, inputs, outputs in self.records()
+        ]
+        rules = {name: rule_of(name) for name in dict.fromkeys(record[0] for record in records)}
+        return {
+            "name": self.plan.run,
+            "preset": self.plan.preset,
+            "seed": self.plan.seed,
+            "rules": {
+                name: (rule.docstring, f"{SCRIPTS}/{Path(rule.script).name}")
+                for name, rule in rules.items()
+            },
+            "records": records,
+        }
+
+    def _below_project(self, paths: list[str]) -> list[str]:
+        return [path.replace("<results>", f"results/{self.plan.run}") for path in paths]

@@ -1,0 +1,140 @@
+"""Numbers on the laws of force and friction in sampled runs, and on the order of the scheme."""
+
+from functools import partial
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from beltrepro.model import ChainParameters, spring
+from beltrepro.replication.plan import files
+from beltrepro.replication.plan.registry import Table
+from beltrepro.replication.studies.integrators import divergence
+from beltrepro.simulation.audit import audit as audit_run
+from beltrepro.stats.errors import require
+from beltrepro.stats.estimates import Estimate, bootstrap, mean, ratio, smallest
+
+TABLES = {
+    "audit": Table(
+        title="Whether sampled runs obey the law, judged without the integrators.",
+        uses=("u20", "u17", "friction_event", "n10_u28"),
+        columns={
+            "dataset": "name",
+            "energy_residual": "share of the belt's work that the energy balance does not explain",
+            "wrong_way": "greatest speed over the belt at which friction pushed a block on",
+            "overload": "greatest external force on a stuck block over F_st0",
+            "windows": "pieces of a run without noise that were computed anew",
+            "deviation": "greatest distance of a block at their ends from where it is in the run",
+            "noise_ratio": "variance of what noise does to the momentum of blocks over the due one",
+            "noise_error": "standard error of noise_ratio",
+        },
+    )
+}
+
+
+def audit(data) -> pd.DataFrame:
+    """A row for each run."""
+    return pd.DataFrame([{"dataset": name} | _audited(data[name]) for name in TABLES["audit"].uses])
+
+
+def _audited(dataset) -> dict:
+    run: Any = SimpleNamespace(  # what an audit asks of a run
+        parameters=files.chain(dataset),
+        method=str(dataset.attributes["method"]),
+        time_step=float(dataset.attributes["time_step"]),
+        energy_residual=float(np.ravel(dataset.arrays["energy_residual"])[0]),
+        **{name: dataset.arrays[name] for name in ("time", "positions", "velocities", "friction")},
+    )
+    chain = run.parameters
+    how = {"method": run.method, "n_blocks": chain.n_blocks}
+    how |= {"belt_velocity": chain.belt_velocity, "noise": chain.noise}
+    return how | vars(audit_run(run))
+
+
+# --- friction -------------------------------------------------------------------------------------
+
+STRETCHES = 20  # of a series, which count as independent
+_STUCK = 1e-9
+
+
+def friction_numbers(series, chain: ChainParameters) -> tuple[dict[str, Estimate], int]:
+    """Statistics of the friction force on stuck and on slipping blocks, and samples in slip."""
+    friction = series.arrays["friction"]
+    relative = series.arrays["velocities"] - series.attributes["belt_velocity"]
+    external = spring.external_force(series.arrays["positions"], chain)
+    stuck = np.abs(relative) <= _STUCK
+    inner = stuck[:-1] & stuck[1:]
+    balance = np.abs(friction + external)[:-1][inner] / chain.static_friction
+    slipping = ~stuck[:-1] & ~stuck[1:] & (np.sign(relative[:-1]) == np.sign(relative[1:]))
+    require(slipping.sum() >= 1000 and inner.sum() >= 1000, "too few samples of stick and of slip")
+    kinetic, following = np.abs(friction[:-1][slipping]), np.abs(friction[1:][slipping])
+    events = series.arrays["events"]
+    before = np.abs(events["force"][events["kind"] == "slip"])
+    require(before.size >= 2, f"{before.size} slips, not 2")
+    target = chain.friction_ratio * chain.static_friction
+    spread = chain.friction_ratio * series.attributes["noise"]
+    return {
+        "stuck: |F_f + F_ex| / F_st0": over_stretches(partial(np.quantile, q=0.99), balance),
+        "slip: mean / (f_s F_st0)": over_stretches(np.mean, kinetic / target),
+        "slip: spread / (f_s sigma)": over_stretches(np.std, kinetic / spread),
+        "slip: correlation of steps": over_stretches(_correlation, kinetic, following),
+        "friction in slip / before": ratio(over_stretches(np.mean, kinetic), mean(before)),
+    }, kinetic.size
+
+
+def over_stretches(statistic, *samples: np.ndarray) -> Estimate:
+    """Mean of a statistic of some samples side by side over the stretches of a series."""
+    parts = zip(*(np.array_split(sample, STRETCHES) for sample in samples), strict=True)
+    return mean([statistic(*part) for part in parts])
+
+
+def _correlation(one, other):
+    return np.corrcoef(one, other)[0, 1] if one.std() > 0 else 1.0
+
+
+def smallest_gap(gap: np.ndarray) -> Estimate:
+    """Of a run; its interval from stretches of that run."""
+    return smallest([part.min() for part in np.array_split(gap, STRETCHES)])
+
+
+# --- order of the scheme --------------------------------------------------------------------------
+
+
+def errors_of_runs(tested, reference, n_blocks, belt_velocity, after_events):
+    """Time steps (S,), and errors (R, S) of runs from the same starts as those of the reference."""
+    finest = divergence.equal(reference["time_step"], reference["time_step"].min())
+    at = (tested["n_blocks"] == n_blocks) & np.isclose(tested["belt_velocity"], belt_velocity)
+    require(at.any(), f"no paths with N = {n_blocks}, u = {belt_velocity:g}")
+    steps = np.unique(tested["time_step"][at])
+    errors = []
+    for step in steps:
+        rows = at & divergence.equal(tested["time_step"], step)
+        pairs = divergence.pairs(tested, reference, rows=rows, reference_rows=finest)
+        errors.append([pair.error_after(after_events) for pair in pairs[n_blocks, belt_velocity]])
+    errors = np.array(errors).T
+    errors = errors[np.isfinite(errors).all(axis=1)]
+    require(len(errors) >= 4, f"{len(errors)} starts with so many events, 4 are needed")
+    return steps, errors
+
+
+def order_of_runs(steps: np.ndarray, errors: np.ndarray) -> Estimate:
+    """Order in the step of the root mean square over starts, which are drawn anew."""
+    return bootstrap(
+        lambda drawn: divergence.convergence_order(steps, divergence.root_mean_square(drawn))[0],
+        [errors],
+    )
+
+
+def order_of_formula(*, in_one_step: bool) -> float:
+    """x(t+dt) = 2x(t) - x(t-dt) + a(t) dt^2 for x'' = -x, of which cos t is a solution."""
+    steps = 2.0 ** -np.arange(4, 9)
+    errors = []
+    for step in steps:
+        before, now = np.cos(1 - step), np.cos(1.0)
+        count = 1 if in_one_step else round(1 / step)
+        for _ in range(count):
+            before, now = now, 2 * now - before - now * step**2
+        error = abs(now - np.cos(1 + count * step))
+        errors.append(error / step if in_one_step else error)
+    return divergence.convergence_order(steps, errors)[0]
