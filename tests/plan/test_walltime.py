@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from beltrepro.replication.plan import walltime
-from beltrepro.replication.plan.jobs import Job, estimate
-from beltrepro.replication.plan.walltime import job_seconds, table, wall_seconds
+from beltrepro.replication.plan import jobs as walltime
+from beltrepro.replication.plan.jobs import Job, estimate, job_seconds, wall_seconds
+from beltrepro.replication.plan.jobs import wall_times as table
 
 ROOT = Path(__file__).parents[2]
 FREE = {"overhead": 0.0, "rate": np.inf}  # what a schedule on paper costs

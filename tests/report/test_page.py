@@ -418,7 +418,7 @@ def test_environment_lists_what_differs(text):
     }
 
 
-# --- the experiment -------------------------------------------------------------------------------
+# --- studies -------------------------------------------------------------------------------
 
 
 def written_with(folder, **tables):
@@ -429,11 +429,52 @@ def written_with(folder, **tables):
     return pages.written(folder, pages.material(folder, figures=["fig12"], **paths))
 
 
+def test_the_section_on_chaos_counts_what_the_tables_have(tmp_path):
+    motions = pd.DataFrame({
+        "n_blocks": [2, 5, 5, 5, 7, 7, 10], "belt_velocity": [9.0, 9, 14, 30, 9, 14, 9],
+        "runs": 8, "periodic": [8, 4, 6, 8, 0, 1, 2], "quasi-periodic": 0,
+        "chaotic": [0, 0, 1, 0, 5, 7, 6], "transient": [0, 4, 1, 0, 3, 0, 0],
+        "exponent": [0, 1e-3, 4e-3, 0, 0.012, 0.015, 0.02], "error": 2e-4,
+        "longest_period": [12, 90, 40, 7, 0, 300, 0],
+        "r_periodic": [0.1, 0.10, 0.10, 0.10, np.nan, 0.1, 0.1],
+        "r_irregular": [np.nan, 0.12, 0.13, 0.90, 0.1, 0.11, np.nan],
+    })  # fmt: skip
+    lifetimes = pd.DataFrame({
+        "n_blocks": [5, 5, 5, 7], "belt_velocity": [9.0, 14, 9, 9], "initial_spread": 1.0,
+        "runs": [16, 16, 4, 9], "settled": [16, 12, 3, 2], "lifetime": [1e4, np.inf, 2345.6, 7e5],
+        "lifetime_lower": [8e3, 1e6, 1e3, 5e5], "lifetime_upper": [12e3, np.inf, 4e3, 9e5],
+        "exponent": [2e-3, 5e-4, 1e-3, 0.01], "exponent_error": [1e-4, 2e-4, 4e-4, 1e-3],
+        "verdict": ["ends", "lasts", "ends", "ends"], "attractor": "periodic",
+        "attractor_events": [18, 0, 57, 5],
+    })  # fmt: skip
+    noisy = pd.DataFrame({"belt_velocity": 9.0, "noise": [0.1, 1.0, 5.0],
+                          "exponent": [2.9e-3, 3.1e-3, -0.02], "error": 1e-3})  # fmt: skip
+    tables = {"motions": motions, "mean_lifetimes": lifetimes, "noisy_motions": noisy}
+    section = part(written_with(tmp_path, **tables), "chaos")
+    said, rows = words(section), cells(section)
+    assert "From N = 7 on, at least half of the runs are chaotic." in said
+    assert "No run is chaotic for N = 2 ." in said or "No run is chaotic for N = 2." in said
+    assert rows[2] == ["5", "24", "18", "0", "1", "5", "14", "0.004 ± 0.0002", "14", "90"]
+    # of two rows of one point the later one counts; 0.001 is below three times its error
+    assert "15 of 20 runs from spread starts settled" in said and "(75%)" in said
+    assert "Some runs were still irregular at u = 9, 14." in said
+    assert "above zero at 0 of 2 points" in said and "N = 7: 2 of 9 runs settled" in said
+    assert "u = 9, σ = 0.1, 1, 5: λ 1 is between -0.02 and 0.0031" in said
+    assert "It is above zero at σ = 1." in said
+    assert "At 3 points with u ≤ 15" in said and "by 20% (median), and by 30% at most" in typeset(
+        said
+    )
+    assert rows[-1][:5] == ["9", "1", "3 of 4", "2.35e+03", "1e+03 to 4e+03"]
+
+
 def test_the_section_on_the_trials_says_what_the_tables_do(tmp_path, monkeypatch):
     monkeypatch.setattr("beltrepro.replication.studies.experiment.observations.BANDWIDTH", {})
     tables = studies(runs=16)
     tables["experiment_posterior"] = posterior_table(tables)
     names = ("experiment_odds", "experiment_posterior", "alternation")
+    shares = tables["alternation"]
+    first, second, *_ = shares.index[(shares["noise"] == 1) & (shares["friction_ratio"] == 0.45)]
+    shares.loc[[first, second], "share"] = 0.5, 0.49
     section = part(written_with(tmp_path, **{name: tables[name] for name in names}), "inference")
     said, table = words(section), cells(section)
     assert "No trial agrees with its recording in r (within 10%) and in its regimes" in said
@@ -445,6 +486,7 @@ def test_the_section_on_the_trials_says_what_the_tables_do(tmp_path, monkeypatch
     places = [["0.28", "1000", "64"], ["0.22", "300", "64"], ["0.28", "300", "64"]]
     assert [row[:3] for row in table[2:5]] == places
     assert table[6] == ["0.5", "16", "nowhere", "", "0"]
+    assert table[7] == ["1", "16", "9.44", "0.17", "0.5"]
     rows = {row[0]: row for row in table[11:]}
     assert rows["noise"][1:5] == ["64", "0 and 0", "0", ""]
     free = rows["noise, friction ratio"]

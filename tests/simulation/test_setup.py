@@ -46,8 +46,6 @@ MIXED = {
 
 def bits(outcome):
     """All numbers that a function returned."""
-    if isinstance(outcome, Run):
-        return [outcome.final_state.positions.tobytes(), outcome.events.tobytes()]
     if isinstance(outcome, list):
         return [bits(item) for item in outcome]
     if isinstance(outcome, dict):
@@ -82,6 +80,53 @@ def test_keywords_and_a_setup_that_is_used_again_give_the_same_bits(function):
     assert by_keywords == bits(function(setup, **FUNCTIONS[function]))
     changed = dataclasses.replace(setup, seed=5)
     assert by_keywords != bits(function(changed, **FUNCTIONS[function]))
+
+
+LONG = {"duration": 400.0, "transient": 100.0}
+USUAL = {"seed": 2, "replicate": 3, "initial_spread": 0.2}
+CHANGES = {
+    "method": "verlet",
+    "time_step": 0.002,
+    "tolerance": 1e-3,
+    "seed": 3,
+    "replicate": 4,
+    "initial_positions": [50.0, 101.0, 149.0],
+    "initial_spread": 0.3,
+    "kick": 0.1,
+}
+OWN = [
+    (simulate, {"duration": 390.0, "transient": 90.0, "sample_interval": 0.2, "sample_start": 9.0}),
+    (scan, {"duration": 390.0, "transient": 90.0, "section_position": 320.0}),
+    (scan, {"section_values": 3, "laminar_time": 1.0}),
+    (catalogue, {"duration": 390.0, "transient": 90.0, "section_position": 320.0}),
+    (time_to_continuous_slip, {"duration": 390.0, "settle_time": 20.0}),
+    (lyapunov_spectrum, {"duration": 340.0, "transient": 50.0, "n_exponents": 2}),
+    (lyapunov_spectrum, {"noise_clock": "laboratory"}),
+    (classify, {"duration": 340.0, "transient": 50.0, "noise_clock": "laboratory"}),
+    (separation, {"transient": 90.0, "levels": [1e-6, 1.0], "distances": [1e-3]}),
+    (time_to_orbit, {"duration": 300.0}),
+]
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_each_keyword_is_told_to_the_run(name):
+    function = time_to_orbit if name == "kick" else simulate
+    usual = function(NOISY, duration=100.0, **USUAL)
+    changed = function(NOISY, duration=100.0, **USUAL | {name: CHANGES[name]})
+    if name == "kick":
+        assert not np.array_equal(usual["return_state"], changed["return_state"])
+    else:
+        assert not np.array_equal(usual.positions, changed.positions)
+
+
+@pytest.mark.parametrize(("function", "own"), OWN)
+def test_each_argument_changes_what_is_found(function, own):
+    lengths = (
+        LONG if function not in (time_to_continuous_slip, time_to_orbit) else {"duration": 400}
+    )
+    usual = bits(function([NOISY], **USUAL, **lengths))
+    for name, value in own.items():
+        assert bits(function([NOISY], **USUAL, **lengths | {name: value})) != usual, name
 
 
 def test_one_chain_makes_one_value_and_several_make_a_table():

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.chaos import measure
 from beltrepro.replication.studies.chaos.orbits import catalogue
 from beltrepro.stats import survival
@@ -179,3 +180,44 @@ def test_each_dataset_has_rows_with_its_own_horizon():
 
 def test_datasets_without_runs_make_empty_tables():
     assert all(table_of(name, NONE).empty for name in ("attractors", "mean_lifetimes"))
+
+
+# --- motions --------------------------------------------------------------------------------------
+
+
+def test_motions_and_exponents_under_noise_by_a_plain_loop():
+    """Points with unequal numbers of runs, in any order."""
+    rng = np.random.default_rng(4)
+    points = [(4, 7.0)] * 3 + [(4, 9.0)] * 7 + [(6, 7.0)] * 5
+    n_blocks, u = (np.array(column) for column in zip(*rng.permutation(points), strict=True))
+    names = np.array(["periodic", "chaotic", "transient", "equilibrium slip"])
+    arrays = {
+        "n_blocks": n_blocks.astype(int),
+        "belt_velocity": u,
+        "noise": n_blocks / 10,
+        "state": rng.choice(names, u.size),
+        "largest_exponent": rng.normal(size=u.size),
+        "period_events": rng.integers(0, 30, u.size),
+        "disorder_parameter": rng.random(u.size),
+    }
+    data = {name: Dataset(arrays, {}) for name in ("motion_map", "noisy_motion")}
+    table = measure.motions(data).set_index(["n_blocks", "belt_velocity"])
+    noisy = measure.noisy_motions(data).set_index(["noise", "belt_velocity"])
+    assert len(table) == len(noisy) == 3
+    for (n, velocity), row in table.iterrows():
+        runs = [k for k in range(u.size) if (n_blocks[k], u[k]) == (n, velocity)]
+        exponents = arrays["largest_exponent"][runs]
+        mean = [exponents.mean(), exponents.std(ddof=1) / np.sqrt(len(runs))]
+        np.testing.assert_allclose(row[["exponent", "error"]].astype(float), mean)
+        under_noise = noisy.loc[(n / 10, velocity)]
+        np.testing.assert_allclose(under_noise[["exponent", "error"]].astype(float), mean)
+        assert row["runs"] == under_noise["runs"] == len(runs)
+        r = arrays["disorder_parameter"][runs]
+        assert under_noise["r"] == pytest.approx(r.mean())
+        assert row["longest_period"] == max(arrays["period_events"][runs])
+        states = list(arrays["state"][runs])
+        assert all(row[name] == states.count(name) for name in names)
+        for column, group in (("r_periodic", names[:1]), ("r_irregular", names[1:3])):
+            of_group = [value for value, state in zip(r, states, strict=True) if state in group]
+            expected = np.mean(of_group) if of_group else np.nan
+            assert row[column] == pytest.approx(expected, nan_ok=True)

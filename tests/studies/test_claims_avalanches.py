@@ -173,6 +173,49 @@ def test_cutoffs_of_orbits_without_scatter_have_an_interval():
     assert np.isfinite(judged("soc-cutoff", made)[2].judged["slip size: growth with N"].high)
 
 
+def test_a_cutoff_that_scatters_less_weighs_more():
+    """Slope and line of least squares with the intervals of unequal chains; NaN of one chain."""
+    rng = RNG(8)
+    samples = {}
+    for n_blocks, scatter, chains in ((3, 0.02, 6), (5, 0.5, 9), (10, 0.2, 7)):
+        size = n_blocks**1.3 * np.exp(scatter * rng.standard_normal(chains))
+        chain = np.repeat(np.arange(chains), 40)
+        samples[n_blocks] = avalanches.Sample(size[chain] * rng.uniform(0.9, 1, chain.size), chain)
+    growth = avalanches.growth(samples)
+    n_blocks = np.array(list(samples))
+    cutoffs = [np.quantile(sample.values, 0.99) for sample in samples.values()]
+    assert [estimate.value for estimate in growth.cutoffs] == pytest.approx(cutoffs)
+    width = [np.log(estimate.high / estimate.low) for estimate in growth.cutoffs]
+    weights = 1 / np.array(width)
+    slope, level = np.polyfit(np.log(n_blocks), np.log(cutoffs), 1, w=weights)
+    assert growth.power.value == pytest.approx(slope)
+    np.testing.assert_allclose(growth.line(n_blocks), np.exp(level) * n_blocks**slope)
+    one = {n: avalanches.Sample(of.values, 0 * of.chain) for n, of in samples.items()}
+    with pytest.raises(NotEnoughDataError, match="one chain"):
+        avalanches.growth(one)
+
+
+def test_samples_are_of_the_last_block_and_of_what_it_takes_part_in():
+    """Slips forward count as none; a slip that begins at the end of an avalanche is in it."""
+    slips = np.zeros(6, SLIP)
+    slips["point"] = [0, 0, 0, 4, 4, 4]
+    slips["block"] = [2, 1, 2, 2, 2, 1]
+    slips["start_time"], slips["stop_time"] = [5, 1, 30, 2, 50, 60], [6, 5, 31, 3, 54, 61]
+    slips["start_position"] = [9, 99, 1, 3, 8, 99]
+    slips["stop_position"] = [4, 0, 3, 1, 1, 0]
+    made = np.zeros(4, AVALANCHE)
+    made["point"] = [0, 0, 4, 4]
+    made["start_time"], made["stop_time"] = [1, 29, 2, 60], [5, 31, 3, 61]
+    made["dissipated"] = [10, 20, 30, 40]
+    data = Dataset({"slips": slips, "avalanches": made}, {"n_blocks": 2, "belt_velocity": 3.0})
+    sizes, belt = (avalanches.slip_sizes(data, frame) for frame in ("laboratory", "belt"))
+    assert (sizes.values.tolist(), sizes.chain.tolist()) == ([5, 2, 7], [0, 4, 4])
+    assert belt.values.tolist() == [8, 1, 5, 19]
+    energies = avalanches.avalanche_energies(data)
+    assert (energies.values.tolist(), energies.chain.tolist()) == ([10, 20, 30], [0, 0, 4])
+    assert avalanches.all_energies(data).values.tolist() == [10, 20, 30, 40]
+
+
 # --- blocks that slip together --------------------------------------------------------------------
 
 

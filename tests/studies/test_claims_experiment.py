@@ -118,6 +118,22 @@ def test_a_model_that_alternates_holds():
     assert found.judged["trials that alternate"].runs == 100
 
 
+def test_a_trial_alternates_from_a_twentieth_of_the_time_on():
+    made = trials(0, [1.0])
+    shares = np.resize([0.04, 0.06, 0.94, 0.96, 0.0], 200)
+    made["trials"].arrays["lasting_share"] = shares
+    judgement = judged("experiment-028", made | alternating_film())[2]
+    assert judgement.judged["trials that alternate"].value == pytest.approx(0.4)
+
+
+def test_stretches_shorter_than_a_segment_of_the_spectrum_are_left_out():
+    """Of 15.3 s and more they last, but a spectrum of lines needs 20 s."""
+    parts = [(noise_like(60, k, slope=0.8), periodic(40 if k % 3 else 16)) for k in range(12)]
+    film = {"belt_028_track": track(np.concatenate([piece for pair in parts for piece in pair]))}
+    measurement = judged("experiment-028", trials(20, [1.0]) | film)[2]
+    assert measurement.judged["small stretches with peaks at equal distances"].runs == 8
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize(("count", "part"), [(0, "fails"), (9, "undecided"), (25, "holds")])
 def test_how_often_trials_alternate(count, part):

@@ -66,16 +66,23 @@ def test_the_springs_of_a_chain_with_another_scheme_are_noticed(monkeypatch):
     assert with_(lambda x, force: force + 0.1 * np.eye(5)[2] * (x - rest)[0]) == [1, 1, 0]
 
 
-def friction_series(*, shift=0.0, spread=1.0, imbalance=0.0, memory=0.0, before=71.4, size=8000):
+NOISE = 5.0
+
+
+def friction_series(
+    *, shift=0.0, spread=1.0, imbalance=0.0, rarely=1, memory=0.0, before=71.4, size=8000
+):
+    """Imbalance of the stuck blocks in one sample of so many."""
     rng = np.random.default_rng(0)
-    chain = ChainParameters(2, 1.0, noise=2.0)
+    chain = ChainParameters(2, 1.0, noise=NOISE)
     slipping = np.arange(size) % 200 >= 100
     positions = chain.rest_positions + rng.uniform(-5, 5, (size, 2))
     drawn = rng.standard_normal((size, 2))
     for index in range(1, size):
         drawn[index] = memory * drawn[index - 1] + math.sqrt(1 - memory**2) * drawn[index]
-    kinetic = 0.45 * 71.4 * (1 + shift) + 0.45 * 2.0 * spread * drawn
-    stuck = -spring.external_force(positions, chain) + imbalance
+    kinetic = 0.45 * 71.4 * (1 + shift) + 0.45 * NOISE * spread * drawn
+    stuck = -spring.external_force(positions, chain)
+    stuck[::rarely] += imbalance
     kinds = [("kind", "U5"), ("force", "f8")]
     arrays = {
         "positions": positions,
@@ -83,7 +90,7 @@ def friction_series(*, shift=0.0, spread=1.0, imbalance=0.0, memory=0.0, before=
         "friction": np.where(slipping[:, None], kinetic, stuck),
         "events": np.array([("slip", -before), ("stick", 0), ("slip", before)], dtype=kinds),
     }
-    about = {"n_blocks": 2, "belt_velocity": 1.0, "noise": 2.0}
+    about = {"n_blocks": 2, "belt_velocity": 1.0, "noise": NOISE}
     return {"friction_event": Dataset(arrays, about)}
 
 
@@ -93,6 +100,7 @@ def friction_series(*, shift=0.0, spread=1.0, imbalance=0.0, memory=0.0, before=
         ({}, None),
         ({"imbalance": 0.75}, 0),
         ({"imbalance": -0.75}, 0),
+        ({"imbalance": 0.75, "rarely": 30}, 0),
         ({"shift": 0.013}, 1),
         ({"shift": -0.013}, 1),
         ({"spread": 1.25}, 2),

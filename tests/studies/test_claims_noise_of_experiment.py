@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from alternating import experiments
+from beltrepro.replication.studies.experiment.films import disorder_of
 from beltrepro.replication.studies.experiment.measure import between
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats.errors import NotEnoughDataError
@@ -78,6 +79,17 @@ def test_r_in_films():
     short = made | {"belt_022_track": film(0.13, seconds=890.0)}
     with pytest.raises(NotEnoughDataError, match="belt_022 has 890 s, 900 are needed"):
         found("r-experiment", "films, sigma = 1", **short)
+
+
+def test_r_of_a_film_with_a_gap_is_that_of_its_frames():
+    """Figs. 4 and 5 print it; a straight line across a gap would count as frames."""
+    whole = film(0.13)
+    seen = (whole.time_s < 300) | (whole.time_s > 420)
+    rest = SimpleNamespace(time_s=whole.time_s[seen], x_m=whole.x_m[seen])
+    estimate, full = disorder_of(rest), disorder_of(whole)
+    assert estimate.value == pytest.approx(rest.x_m.std() / rest.x_m.mean(), rel=1e-3)
+    reach = [side - estimate.value for side in (estimate.low, estimate.high)]
+    assert reach[0] < 0 < reach[1] and np.ptp(reach) > full.high - full.low
 
 
 # --- intermittency --------------------------------------------------------------------------------

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from beltrepro.replication.studies.experiment import inference, observations
+from beltrepro.base.store import Dataset
+from beltrepro.model.units import TIME_S
+from beltrepro.replication.studies.experiment import inference, measure, observations
 from beltrepro.replication.studies.experiment.inference import (
     Recorded,
     Simulated,
@@ -210,3 +212,39 @@ def test_a_trial_agrees_in_r_and_in_both_regimes():
     velocity = {"belt_velocity": np.array([12.0176, 12.1, 15.2951])}
     assert observations.at_speed(first, velocity).tolist() == [True, False, False]
     assert observations.at_speed(second, velocity).tolist() == [False, False, True]
+
+
+def test_the_odds_are_those_of_a_plain_loop():
+    """Trials in which no two properties go together, in cells of unequal size."""
+    rng, first = np.random.default_rng(3), observations.EXPERIMENT[0]
+    noise = np.repeat([1.0, 2.0, 3.0], (7, 12, 5))
+    arrays = {
+        "noise": noise,
+        "belt_velocity": np.full(noise.size, first.belt_velocity),
+        "disorder_parameter": 0.072 * rng.uniform(0.8, 1.2, noise.size),
+        "lasting_share": rng.random(noise.size),
+        "lasting_longest": rng.choice([100, 500, 1000], noise.size),
+        "lively_longest": rng.choice([100, 1000, 3000], noise.size),
+        "all_slip_longest": rng.uniform(0, 10, noise.size),
+    }
+    second = {name: values.copy() for name, values in arrays.items()}
+    second["belt_velocity"][:] = observations.EXPERIMENT[1].belt_velocity
+    both = {name: np.r_[values, second[name]] for name, values in arrays.items()}
+    trials = Dataset(both, {"duration": 200.0, "transient": 50.0})
+    table = measure.experiment_odds({"trials": trials, "trials_short": trials})
+    for level in (1.0, 2.0, 3.0):
+        row = table[(table["noise"] == level) & (table["speed_m_s"] == 0.22)].iloc[0]
+        counts = dict.fromkeys(("below", "alternates", "shows", "agrees", "both"), 0)
+        chosen = np.flatnonzero(noise == level)
+        for k in chosen:
+            r = arrays["disorder_parameter"][k]
+            seconds = [TIME_S * arrays[name][k] for name in ("lasting_longest", "lively_longest")]
+            shows = seconds[0] >= 60 and seconds[1] >= 125
+            counts["below"] += r <= 0.072
+            counts["alternates"] += min(seconds) >= 200 * TIME_S
+            counts["shows"] += shows
+            counts["agrees"] += shows and abs(np.log(r / 0.072)) <= 0.1
+            counts["both"] += shows and r <= 0.072
+        assert row["runs"] == chosen.size
+        for name, count in counts.items():
+            assert row[name] == pytest.approx(count / chosen.size), name

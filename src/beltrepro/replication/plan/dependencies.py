@@ -225,7 +225,7 @@ def _module(path: Path, text: str, module: str) -> _Module:
     for number, node in enumerate(tree.body):
         if isinstance(node, ast.Import | ast.ImportFrom):
             imports |= _imports(node, package)
-        elif _is_text(node) or _is_for_types(node):
+        elif _is_text(node) or _is_for_others(node):
             continue
         else:
             definition = _define(node, lines, package)
@@ -332,8 +332,10 @@ def _is_text(node: ast.stmt) -> bool:
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
 
 
-def _is_for_types(node: ast.stmt) -> bool:
-    return isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+def _is_for_others(node: ast.stmt) -> bool:
+    """Whether a statement is for the checker of types, or for the module as a command."""
+    test = ast.unparse(node.test) if isinstance(node, ast.If) else ""
+    return test == "TYPE_CHECKING" or test.startswith("__name__ ==")
 
 
 def _text(node: ast.stmt, lines: list[str], left_out: list[ast.stmt]) -> str:

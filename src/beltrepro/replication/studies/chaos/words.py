@@ -35,7 +35,7 @@ def describe(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
 def _size(n_blocks: int, points: pd.DataFrame) -> dict:
     """What the runs of so many blocks end in, and where the exponent is largest."""
     top = points.loc[points["exponent"].idxmax()]
-    chaotic = points.loc[points[CHAOTIC] > 1, "belt_velocity"]
+    chaotic = points.loc[points[CHAOTIC] > 0, "belt_velocity"]
     return {
         "n_blocks": n_blocks,
         "runs": int(points["runs"].sum()),

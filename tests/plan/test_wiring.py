@@ -1,0 +1,179 @@
+"""Wiring: each thing that a job is told reaches what it is for."""
+
+import ast
+import copy
+import re
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from beltrepro.base import seal, store
+from beltrepro.base.errors import InputError
+from beltrepro.replication.plan import files, inputs, kinds, tables
+from beltrepro.replication.plan.kinds import KINDS, SETTINGS
+from beltrepro.replication.plan.plan import make_plan
+from beltrepro.replication.plan.points import CHAIN, QUANTITIES, points_of
+
+WORKFLOW = Path(__file__).parents[2] / "workflow"
+OTHER = {  # than those of `planned`, and sensible
+    "method": "verlet",
+    "tolerance": 1e-5,
+    "samples": ["velocities"],
+    "noise_clock": "laboratory",
+    "distances": [0.5, 0.25],
+    "section_block": 1,
+    "section_position": 61.5,
+}
+
+
+def planned(kind="scan", **keys):
+    """A dataset of three points of two sizes, cut into unequal batches."""
+    lengths = {"duration": 60, "transient": 20, "settle_time": 15}
+    point = {"kind": kind, "n_blocks": [2, 3], "belt_velocity": {2: [5, 7], 3: 6}, "noise": 1}
+    point |= {name: lengths[name] for name in KINDS[kind].settings if name in lengths}
+    point |= {"method": "event", "initial_spread": 0.5, "replicate": 2, "points_per_job": 2} | keys
+    presets = {"own": {"datasets": {"one": point}}}
+    return make_plan({"preset": "own", "seed": 3, "run": "r", "datasets": {}, "presets": presets})
+
+
+def changed(told, name):
+    """The same with another value of a quantity or setting."""
+    told = copy.deepcopy(told)
+    part = told["points"] if name in QUANTITIES else told["settings"]
+    value = part[name][0] if name in QUANTITIES and isinstance(part[name], list) else part[name]
+    part[name] = OTHER[name] if name in OTHER else value * 0.5 if value % 1 else value + 1
+    return told
+
+
+def script(name):
+    return runpy.run_path(str(WORKFLOW / "scripts" / f"{name}.py"))
+
+
+# --- from the plan to the function of a kind ------------------------------------------------------
+
+
+@pytest.mark.filterwarnings("ignore:.*repeat another")
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_quantity_and_setting_reaches_the_function_of_the_kind(kind, monkeypatch):
+    calls = []
+
+    def recording(setup, **told):
+        calls.append((setup.cases, told))
+        return {}
+
+    monkeypatch.setattr(kinds, "resolve_name", {KINDS[kind].record: recording}.__getitem__)
+    whole = planned(kind).told_batch("one", 0)
+    names = [*QUANTITIES, *KINDS[kind].settings]
+    heard = set()
+    for told in (whole, *(changed(whole, name) for name in names)):
+        points = points_of(told["points"])
+        columns = kinds.record(kind, points, told["settings"], progress=print)
+        cases, settings = calls[-1]
+        assert settings == told["settings"] | {"progress": print}
+        for row, (point, case) in enumerate(zip(points, cases, strict=True)):
+            assert all(getattr(case.parameters, name) == getattr(point, name) for name in CHAIN)
+            for name in ("method", "time_step", "tolerance", "kick", "initial_spread"):
+                assert getattr(case, name) == getattr(point, name)
+            assert (case.state.seed, case.state.replicate) == (point.seed, point.replicate)
+            for name, values in columns.items():
+                assert values[row] == getattr(point, name) or getattr(point, name) is None
+        heard.add(repr((told["settings"], points)))
+    assert len(heard) == len(names) + 1
+
+
+@pytest.mark.parametrize("name", [*QUANTITIES, *KINDS["scan"].settings, "dataset", "run", "preset"])
+def test_whatever_a_batch_is_told_is_known_of_its_file(tmp_path, name):
+    told = planned().told_batch("one", 0)
+    other = changed(told, name) if name in QUANTITIES | SETTINGS else told | {name: "other"}
+    arrays = {"mean_length": np.array([1.0, 2.0])}
+    arrays = kinds.columns(points_of(told["points"])) | arrays
+    files.write(tmp_path / "a.h5", told, arrays)
+    files.read(tmp_path / "a.h5", files.expected(told))
+    with pytest.raises(InputError, match=r"holds dataset one .*to make it again: rm "):
+        files.read(tmp_path / "a.h5", files.expected(other))
+
+
+# --- scripts --------------------------------------------------------------------------------------
+
+
+def rules():
+    """Text of each rule that runs a script, by name of the script."""
+    for path in sorted((WORKFLOW / "rules").glob("*.smk")):
+        for rule in re.split(r"^rule ", path.read_text(), flags=re.M)[1:]:
+            if named := re.search(r'"\.\./scripts/(\w+)\.py"', rule):
+                yield named[1], rule
+
+
+@pytest.mark.parametrize(("name", "rule"), list(rules()), ids=[name for name, _ in rules()])
+def test_a_script_reads_each_parameter_of_its_rule_and_no_other(name, rule):
+    block = re.search(r"^    params:\n((?:        .*\n)+)", rule, re.M)[1]
+    given = set(re.findall(r"^        (\w+)=", block, re.M))
+    tree = ast.parse((WORKFLOW / "scripts" / f"{name}.py").read_text())
+    bases = [node for node in ast.walk(tree) if isinstance(node, ast.Attribute)]
+    read = {node.attr for node in bases if ast.unparse(node.value) in ("job.params", "told")}
+    whole = given - read - {"code", "commit", "title", "words"}  # of reruns and captions
+    assert whole == set(), "never read"
+    assert read & {"told", "expected", "settings", "code", "jobs", "benchmarks"} <= given
+
+
+def test_a_dataset_is_joined_from_its_batches_in_their_order(tmp_path):
+    plan = planned()
+    paths, expected, points = [], [], []
+    for number, batch in enumerate(plan.datasets["one"].batches):
+        told = plan.told_batch("one", number)
+        paths.append(tmp_path / f"{number}.h5")
+        expected.append(files.expected(told))
+        points += batch
+        arrays = {"mean_length": np.array([point.belt_velocity for point in batch])}
+        files.write(paths[-1], told, kinds.columns(batch) | arrays)
+    assert [len(batch) for batch in plan.datasets["one"].batches] == [2, 1]
+    join, told = script("join")["join"], plan.told("one")
+    join(paths, expected, told, tmp_path / "one.h5")
+    whole = files.read(tmp_path / "one.h5", files.expected(told))
+    assert whole.arrays["mean_length"].tolist() == [point.belt_velocity for point in points]
+    join(paths, expected, told | {"run": "other"}, tmp_path / "other.h5")
+    assert store.read(tmp_path / "other.h5").attributes["run"] == "other"
+    with pytest.raises(InputError, match="with other settings"):
+        join(paths, expected[::-1], told, tmp_path / "wrong.h5")
+    with pytest.raises(ValueError, match="shorter"):
+        join(paths, expected[:1], told, tmp_path / "wrong.h5")
+
+
+@pytest.mark.slow
+def test_a_film_is_taken_as_told(tmp_path):
+    plan = planned("series", n_blocks=2, belt_velocity=5, sample_interval=0.5448376, noise=0)
+    told = plan.told("one")
+    points = plan.datasets["one"].points
+    files.write(tmp_path / "one.h5", told, kinds.record("series", points, told["settings"]))
+    expected = {"one": files.expected(told)}
+    small = {"width": 64, "height": 32, "seed": 1, "compression": 0}
+    asked = {"film": "f", "frames": 12, "camera": small}
+    take, made = script("film")["take"], {}
+    others = {"width": 66, "height": 48, "seed": 2, "blur": 3, "angle": 5, "sensor_noise": 9}
+    others |= {"exposure": 0.04, "light_unevenness": 0.5, "dropped": 0.5}
+    others |= {"compression": 40, "metres_per_pixel": 0.01}
+    variants = [asked, asked | {"frames": 9}]
+    variants += [asked | {"camera": small | {name: value}} for name, value in others.items()]
+    for number, variant in enumerate(variants):
+        output = tmp_path / f"{number}.mp4"
+        take({"one": tmp_path / "one.h5"}, expected, variant, output)
+        made[seal.digest_of(output)] = variant
+        sources = expected | {"f_film": variant}
+        inputs.check(output, {"preset": "own", "run": "r", "sources": sources})
+    assert len(made) == len(variants)
+
+
+def test_a_table_is_refused_where_its_sources_are_others(tmp_path):
+    import pandas as pd
+
+    sources = {"one": {"digest": "a"}, "two": {"digest": "b"}, "three": {"digest": "c"}}
+    frame = pd.DataFrame({"a": [1]})
+    tables.write(tmp_path / "t.csv", frame, title="T.", columns={}, sources=sources)
+    about = {"preset": "own", "run": "r", "sources": sources}
+    inputs.check(tmp_path / "t.csv", about)
+    for name in sources:
+        other = sources | {name: {"digest": "d"}}
+        with pytest.raises(InputError, match="made from other datasets"):
+            inputs.check(tmp_path / "t.csv", about | {"sources": other})
