@@ -170,3 +170,35 @@ def test_a_file_that_is_there_stays_unless_forced(tmp_path):
     assert done.returncode == 0 and store.read(path).attributes["kind"] == "run"
     done = command(output=tmp_path / "run.csv")
     assert done.returncode == 2 and "must end in .h5" in done.stderr
+
+
+ONE_CHAIN = {
+    "n_blocks": 2, "belt_velocity": 18, "noise": 2, "static_friction": 80, "friction_ratio": 0.3,
+    "rest_length": 40, "linear_limit": 5, "compression_rate": 0.1, "extension_rate": 0.02,
+    "duration": 40, "transient": 5, "method": "verlet", "time_step": 0.002, "tolerance": 1e-2,
+    "seed": 5, "replicate": 1,
+}  # fmt: skip
+OPTIONS = [
+    *(("simulate", name, value) for name, value in ONE_CHAIN.items()),
+    *(("scan", name, value) for name, value in ONE_CHAIN.items() if name != "replicate"),
+    ("scan", "replicates", 2),
+]
+
+
+def measured(action, **changes):
+    """What is measured, without the settings that are printed beside it."""
+    result = json.loads(command("--json", action=action, **{"linear_limit": 10} | changes).stdout)
+    rows = result if isinstance(result, list) else [result]
+    return [(row["mean_length"], row["disorder_parameter"]) for row in rows]
+
+
+@pytest.mark.parametrize(("action", "name", "value"), OPTIONS)
+def test_each_option_changes_what_is_measured(action, name, value):
+    assert measured(action, **{name: value}) != measured(action)
+
+
+def test_the_spread_of_the_start_acts_on_other_replicates():
+    for action, more in (("scan", {"replicates": 2, "noise": 0}), ("classify", {"replicate": 1})):
+        assert measured(action, initial_spread=2, **more) != measured(action, **more)
+    first, other = measured("scan", initial_spread=2, replicates=2, noise=0)
+    assert first == measured("scan", noise=0)[0] != other

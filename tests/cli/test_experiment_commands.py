@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from beltrepro.cli import app as cli
@@ -118,3 +119,15 @@ def test_a_folder_for_a_table(tmp_path, capsys):
     status, _, err = run(capsys, "analyse", tmp_path)
     assert status == 2
     assert err.count("\n") == 1
+
+
+def test_each_option_of_analyse_changes_what_is_printed(tmp_path, capsys):
+    time = np.arange(2400) / 24
+    place = 0.9 + np.where(time < 60, 0.1, 0.01) * np.sin(3 * time) * (1 + 0.3 * np.sin(0.4 * time))
+    rows = "".join(f"{t},{x}\n" for t, x in zip(time, place, strict=True))
+    (tmp_path / "a.csv").write_text("time_s,x_m\n" + rows)
+    outputs = {
+        run(capsys, "analyse", tmp_path / "a.csv", "--json", *option)[1]
+        for option in ([], ["--transient=20"], ["--window=2"], ["--quiet=0.09"])
+    }
+    assert len(outputs) == 4 and "" not in outputs

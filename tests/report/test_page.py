@@ -472,6 +472,9 @@ def test_the_section_on_the_trials_says_what_the_tables_do(tmp_path, monkeypatch
     tables = studies(runs=16)
     tables["experiment_posterior"] = posterior_table(tables)
     names = ("experiment_odds", "experiment_posterior", "alternation")
+    shares = tables["alternation"]
+    first, second, *_ = shares.index[(shares["noise"] == 1) & (shares["friction_ratio"] == 0.45)]
+    shares.loc[[first, second], "share"] = 0.5, 0.49
     section = part(written_with(tmp_path, **{name: tables[name] for name in names}), "inference")
     said, table = words(section), cells(section)
     assert "No trial agrees with its recording in r (within 10%) and in its regimes" in said
@@ -483,6 +486,7 @@ def test_the_section_on_the_trials_says_what_the_tables_do(tmp_path, monkeypatch
     places = [["0.28", "1000", "64"], ["0.22", "300", "64"], ["0.28", "300", "64"]]
     assert [row[:3] for row in table[2:5]] == places
     assert table[6] == ["0.5", "16", "nowhere", "", "0"]
+    assert table[7] == ["1", "16", "9.44", "0.17", "0.5"]
     rows = {row[0]: row for row in table[11:]}
     assert rows["noise"][1:5] == ["64", "0 and 0", "0", ""]
     free = rows["noise, friction ratio"]

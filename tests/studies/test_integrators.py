@@ -651,22 +651,19 @@ def test_rates_are_of_the_settled_time_of_each_side(made_up, tables):
             assert row[f"mean_{role}"] == pytest.approx(counts(arrays)[here].mean() / time)
 
 
-def describe(tables, folder):
-    paths = {name: folder / f"{name}.csv" for name in tables}
-    for name, table in tables.items():
-        table.to_csv(paths[name], index=False)
+def sentences(tables):
     settings = make_plan(CONFIG | {"preset": "smoke"}).settings()
-    parts = page.describe(page.Tables(paths.pop("agreement"), **paths), settings)["parts"]
+    parts = page.describe(tables, settings)["parts"]
     return {part["title"]: " ".join(part["sentences"]) for part in parts}
 
 
-def test_the_page_concludes_from_the_tables_alone(tables, tmp_path):
-    sentences = describe(tables, tmp_path)
-    assert "falls as dt to the power 1.00" in sentences["Trajectories without noise"]
-    assert "falls as its mean step to the power 15.0" in sentences["Trajectories without noise"]
+def test_the_page_concludes_from_the_tables_alone(tables):
+    on_trajectories = sentences(tables)["Trajectories without noise"]
+    assert "falls as dt to the power 1.00" in on_trajectories
+    assert "falls as its mean step to the power 15.0" in on_trajectories
     for word, end in ((samples.AGREE, "nothing speaks against"), (samples.DIFFER, "does not hold")):
         turned = tables | {"agreement": tables["agreement"].assign(verdict=word)}
-        last = describe(turned, tmp_path)["Attractors and lifetimes without noise"]
+        last = sentences(turned)["Attractors and lifetimes without noise"]
         assert end in last.rpartition("So ")[2]
 
 

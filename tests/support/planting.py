@@ -320,26 +320,25 @@ def _shared():
     return {path.stem: path for path in paths if not path.name.startswith("test_")}
 
 
-def attempt(tree: Path, plant: Plant, tests: list[str], workers: int) -> str:
+def attempt(tree: Path, plant: Plant, tests: list[str], options: list[str]) -> str:
     """Outcome of the tests with one error in the tree: the first failing test, or "survived"."""
     path = tree / plant.file
     right, stamp = path.read_bytes(), path.stat()
     try:
         path.write_bytes(plant.apply(right))
-        return run(tree, tests, workers, LIMIT)
+        failed = run(tree, tests, [*options, "-x"], LIMIT)
+        return f"noticed: {failed[0]}" if failed else "survived"
     finally:
         path.write_bytes(right)
         os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
 
 
-def run(tree: Path, tests: list[str], workers: int, limit: float | None = None) -> str:
-    """Run tests in a process of their own: first failing test, or "survived"."""
+def run(tree: Path, tests: list[str], options: list[str], limit: float | None = None) -> list[str]:
+    """Run tests in a process of their own: those that fail, or why there is no answer."""
     environment = os.environ | {"PYTHONPATH": str(tree / "src")}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)  # compiled once, whatever the outside says
-    several = ["-n", str(workers)] if workers > 1 else []
-    command = ["-m", "pytest", "-x", "-q", "-rfE", "-p", "no:cacheprovider", *several, *tests]
     process = subprocess.Popen(
-        [sys.executable, *command],
+        [sys.executable, "-m", "pytest", "-q", "-rfE", "-p", "no:cacheprovider", *options, *tests],
         cwd=tree,
         env=environment,
         stdout=subprocess.PIPE,
@@ -350,15 +349,13 @@ def run(tree: Path, tests: list[str], workers: int, limit: float | None = None) 
     try:
         text, _ = process.communicate(timeout=limit)
     except subprocess.TimeoutExpired:
-        return "noticed: takes too long"
+        return ["takes too long"]
     finally:
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)  # with all that the tests have started
             process.wait()
-    if not process.returncode:
-        return "survived"
-    where = re.search(r"^(?:FAILED|ERROR) (\S+)", text, re.M)
-    return f"noticed: {where[1] if where else f'exit status {process.returncode}'}"
+    failed = re.findall(r"^(?:FAILED|ERROR) (\S+)", text, re.M)
+    return failed or ([f"exit status {process.returncode}"] if process.returncode else [])
 
 
 def main():
@@ -389,13 +386,15 @@ def main():
     try:
         shutil.copytree(ROOT, tree, ignore=_not_copied, dirs_exist_ok=True)
         before = ["tests"] if options.all else sorted({test for tests in chosen for test in tests})
-        if (outcome := run(tree, before, options.workers)) != "survived":
-            raise SystemExit(f"the tests fail without any error planted: {outcome}")
+        settings = ["-n", str(options.workers)] if options.workers > 1 else []
+        for failed in run(tree, before, settings):
+            print(f"fails without any error planted, and is left out: {failed}", flush=True)
+            settings += ["--deselect", failed]
         for number, (plant, tests) in enumerate(zip(plants, chosen, strict=True), 1):
             begin = time.perf_counter()
-            plant.outcome = attempt(tree, plant, tests, options.workers) if tests else "survived"
+            plant.outcome = attempt(tree, plant, tests, settings) if tests else "survived"
             if options.all and plant.outcome == "survived":
-                plant.outcome = attempt(tree, plant, ["tests"], options.workers)
+                plant.outcome = attempt(tree, plant, ["tests"], settings)
             spent = time.perf_counter() - begin
             print(f"{number:3} {plant}\n      {plant.outcome} ({spent:.0f} s)", flush=True)
             if options.write:
