@@ -706,6 +706,15 @@ def test_thresholds_are_drawn_once_for_each_stick():
     assert abs(correlation) < 5 / np.sqrt(len(following))
 
 
+def test_noise_sets_the_tolerance_where_it_is_more():
+    """docs/event.md: the larger of the tolerance and 0.01 sqrt(q), q = f_s^2 sigma^2 dt."""
+    chains = [ChainParameters(2, 5.0, noise, friction_ratio=0.3) for noise in (0.0, 1e-6, 2.0)]
+    expected = [1e-10, 1e-10, 0.01 * 0.3 * 2.0 * np.sqrt(0.001)]
+    told = integrator(chains)._group.conditions
+    np.testing.assert_allclose(2.0 ** told.log_tolerance[:3], expected, rtol=1e-12)
+    np.testing.assert_allclose(told.noise_power[:3], np.array([0, 3e-7, 0.6]) ** 2 * 0.001)
+
+
 def slipping_blocks(count, until):
     """End states of `count` replicates of one block with a linear spring that slips from t = 0.
 
@@ -732,18 +741,18 @@ def slipping_blocks(count, until):
 
 
 @pytest.mark.parametrize(
-    "until",
+    ("until", "count"),
     [
-        pytest.param(0.5, marks=pytest.mark.slow),
-        pytest.param(1.5, marks=pytest.mark.thorough),
-        pytest.param(2.5, marks=pytest.mark.slow),
+        (1.5, 800),
+        pytest.param(0.5, 12_000, marks=pytest.mark.slow),
+        pytest.param(1.5, 12_000, marks=pytest.mark.thorough),
+        pytest.param(2.5, 12_000, marks=pytest.mark.slow),
     ],
 )
-def test_kinetic_noise_has_the_law_of_an_oscillator_in_white_noise(until, monkeypatch):
+def test_kinetic_noise_has_the_law_of_an_oscillator_in_white_noise(until, count, monkeypatch):
     # intensity q = f_s^2 sigma^2 dt; at the end of a cell the variances are 1e-4 too small,
     # invisible here. Bounds at 5 standard errors: error rate 6e-7 each.
     monkeypatch.setattr(engine_integrator, "_EVENTS", 16)
-    count = 12_000
     deviations = slipping_blocks(count, until)
     power = 0.45**2 * 0.001
     covariance = power * np.array(

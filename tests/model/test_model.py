@@ -169,19 +169,19 @@ def test_constants_of_the_paper_are_the_defaults():
 
 
 # As documented, written here once more: numbers that are allowed, and numbers that are not.
-POSITIVE = (1e-300, 0.8e9, 1e9), (0.0, -1e-300, 1.2e9)
+POSITIVE = (1e-300, 0.8e9, 1e9), (0.0, -1e-300, 1.001e9, 1.2e9)
 LIMITS = {
     "n_blocks": ((1, 2, 51, 64, 5.0, np.int64(5)), (0, 65, 77, 2.5, -3, True, "five", None)),
     "belt_velocity": POSITIVE,
-    "noise": ((0, 0.8e9), (-1e-300, 1.2e9)),
+    "noise": ((0, 0.8e9, 1e9), (-1e-300, 1.001e9, 1.2e9)),
     "static_friction": POSITIVE,
     "friction_ratio": ((0, 0.8, 0.999), (-0.01, 1.0, 1.2)),
     "rest_length": POSITIVE,
     "linear_limit": POSITIVE,
     "compression_rate": POSITIVE,
     "extension_rate": POSITIVE,
-    "time_step": ((1e-9, 1.2e-9, 0.08, 0.1), (0.8e-9, 0.12, 0)),
-    "tolerance": ((1e-16, 1.2e-16, 0.8, 1), (0.8e-16, 1.2, 0)),
+    "time_step": ((1e-9, 1.2e-9, 0.08, 0.1), (0.999e-9, 0.8e-9, 0.1001, 0.12, 0)),
+    "tolerance": ((1e-16, 1.2e-16, 0.8, 1), (0.999e-16, 0.8e-16, 1.001, 1.2, 0)),
     "kick": ((0, 3.0), (-1e-9,)),
     "initial_spread": ((0, 3.0), (-1e-9, 1.2e9)),
 }
@@ -214,7 +214,7 @@ def test_a_range_is_said_with_both_ends():
 
 def test_ranges_of_numbers_have_both_ends_and_no_rounding():
     assert checks.spaced("u", 0.2, 50, 0.2)[34] == checks.spaced("u", 0.5, 50, 0.5)[13] == 7.0
-    assert checks.spaced("u", 0.1, 0.4, 0.1) == (0.1, 0.2, 0.3, 0.4)
+    assert checks.spaced("u", 0.1, 0.7, 0.1) == (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
     assert checks.spaced("u", 1, 2, 0.3) == (1, 1.3, 1.6, 1.9)
     assert checks.spaced("u", 3, 3, 1) == (3,)
     assert len(checks.spaced("u", 1, 100_000, 1)) == 100_000
