@@ -2,6 +2,7 @@
 
 import base64
 import hashlib
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
 from beltrepro.replication.report import publishing
 from beltrepro.replication.report.claim_results import count, read
-from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
+from beltrepro.replication.verdicts.criteria import FAILS, HOLDS
 from beltrepro.replication.verdicts.ledger import load_ledger
 
 ROOT = Path(__file__).parents[2]
@@ -123,40 +124,51 @@ def test_readme_has_the_numbers_of_the_published_run():
         assert written == publishing.block(place), "`beltrepro publish` writes it"
 
 
-def test_the_block_takes_its_numbers_from_the_tables(finished, tmp_path, monkeypatch):
+AS_SAID = {name: verdict for _, verdicts in publishing.FOUND for name, verdict in verdicts.items()}
+
+
+@pytest.fixture
+def judged(tmp_path, monkeypatch):
+    """Publishes made-up tables of a run with these verdicts, and gives the block of README.md."""
     monkeypatch.chdir(tmp_path)
-    Path("README.md").write_text(
-        f"before\n{publishing.BEGIN}\nOLD NUMBERS\n{publishing.END}\nafter\n"
-    )
+
+    def block(name="paper", **verdicts):
+        folder = Path("docs") / "results" / name
+        made_up_results.write(folder, dict.fromkeys(load_ledger(), HOLDS) | AS_SAID | verdicts)
+        return publishing.block(), read(folder)
+
+    return block
+
+
+def test_the_block_takes_its_numbers_from_the_tables(judged):
+    text, results = judged()
+    for name, number in (("u-critical", "critical"), ("r-jump", "ratio")):
+        assert f" {results[name].counted.numbers[number].words} |" in text
+    assert text.count("\n| ") == len(publishing.HEADLINE) + 2  # and the head
+    assert "| exponent of slip sizes | −1.47 | " in text and "| 0.132 | " in text  # as printed
+    assert text.count("\n- ") + text.startswith("- ") == len(publishing.FOUND)
+    assert f"Of {count(results).testable} statements" in text
+    assert "docs/results/paper/report.html" in text
+
+
+@pytest.mark.parametrize("name", AS_SAID)
+def test_a_sentence_whose_verdict_is_another_is_refused(judged, name):
+    other = FAILS if AS_SAID[name] == HOLDS else HOLDS
+    with pytest.raises(InputError, match=f"{name} must be '{AS_SAID[name]}'.* is '{other}'"):
+        judged(**{name: other})
+    shutil.rmtree("docs")
+    text, _ = judged("standard", **{name: other})  # of another run it is left out
+    assert text.count("\n- ") + text.startswith("- ") == len(publishing.FOUND) - 1
+
+
+def test_the_command_writes_the_block(finished, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(publishing, "FOUND", ())
+    Path("README.md").write_text(f"before\n{publishing.BEGIN}\nOLD\n{publishing.END}\nafter\n")
     assert cli.main(["publish", str(finished)]) == 0
     text = Path("README.md").read_text()
     assert text.startswith("before\n") and text.endswith(f"{publishing.END}\nafter\n")
-    assert "OLD" not in text and "docs/results/paper/report.html" in text
-    results = read(finished)
-    number = results["u-critical"].counted.numbers["critical"].words
-    assert f"| critical velocity without noise, five blocks | 16.5 | {number} |" in text
-    assert text.count("\n| ") == len(publishing.HEADLINE) + 2  # and the head
-    assert "| exponent of slip sizes | −1.47 | " in text and "| 0.132 | " in text  # as printed
-    assert f"tests {count(results).testable} claims" in text
-
-
-def test_the_block_lists_what_does_not_hold_and_shows_figures(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    folder = Path("docs") / "results" / "paper"
-    verdicts = dict.fromkeys(load_ledger(), HOLDS) | {"u-critical": FAILS, "outliers": UNDECIDED}
-    made_up_results.write(folder, verdicts)
-    for name in ("fig09", "fig12", "fig13"):
-        picture(folder / "figures" / f"{name}.png")
-    text = publishing.block()
-    claim = load_ledger()["u-critical"].statement
-    (line,) = (line for line in text.splitlines() if line.endswith("(`u-critical`)."))
-    assert line.startswith(f"- *{claim}* Measured: ")
-    assert "These claims fail:" in text and "hold in part:" not in text
-    assert "Undecided are `outliers`." in text
-    assert text.count("docs/results/paper/figures/") == 2 * 3
-    assert text.index("fig09.png") < text.index("fig12.png") < text.index("fig13.png")
-    rows = [line for line in text.splitlines() if "<br>" in line]
-    assert [row.count("|") for row in rows] == [3, 3]
+    assert "OLD" not in text and publishing.block() in text
 
 
 def test_a_page_without_marks_is_refused(tmp_path):

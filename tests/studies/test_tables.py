@@ -35,8 +35,7 @@ def test_every_table_is_a_module_with_a_function():
     assert of_integrators | of_chaos | of_experiment | others == set(TABLES)
     for name, entry in TABLES.items():
         module = importlib.import_module(registry.tables()[name].module)
-        made = getattr(module, "TABLES", {}).get(name) or module.TABLE
-        assert entry == made and callable(getattr(module, "derive", None) or getattr(module, name))
+        assert entry == module.TABLES[name] and callable(getattr(module, name))
         assert entry.file(name) == (name if name == "agreement" else f"tables/{name}")
 
 

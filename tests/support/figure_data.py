@@ -379,7 +379,7 @@ def paths():
 def table(name, data):
     """A table as the workflow makes it."""
     module = importlib.import_module(registry.tables()[name].module)
-    return (getattr(module, "derive", None) or getattr(module, name))(data)
+    return getattr(module, name)(data)
 
 
 @functools.cache

@@ -19,7 +19,7 @@ def derive(name: str, paths: dict, expected: dict, output) -> None:
     entry = registry.tables()[name]
     module = importlib.import_module(entry.module)
     data = inputs.load(paths, expected)
-    table = (getattr(module, "derive", None) or getattr(module, name))(data)
+    table = getattr(module, name)(data)
     files.write(
         output,
         table,

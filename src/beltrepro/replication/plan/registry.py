@@ -116,8 +116,6 @@ def tables(folder: Path = STUDIES) -> dict[str, Table]:
             if not isinstance(name, str) or name in entries:
                 raise InputError(f"{_place(path)}: TABLES: {name!r} must be a name of its own")
             entries[name] = _entry(path, f"TABLES[{name!r}]", call, Table)
-    for path, call in _assigned(folder, "TABLE"):  # until all have moved
-        entries[path.stem] = _entry(path, "TABLE", call, Table)
     return dict(sorted(entries.items()))
 
 
