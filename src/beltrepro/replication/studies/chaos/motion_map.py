@@ -153,7 +153,7 @@ def _draw_legend(figure, axes):
         Patch(facecolor=colour, hatch=hatch, edgecolor="0.25", linewidth=0.5, label=words)
         for colour, hatch, words in _LOOKS.values()
     ]
-    handles = [each for each in handles if each.get_facecolor() in used]
+    handles = [patch for patch in handles if patch.get_facecolor() in used]
     handles += [line for line in axes.lines if len(line.get_xdata())]
     if handles:
         figure.legend(handles=handles, loc="outside upper left", ncols=2, fontsize=_FONT - 1.5)

@@ -159,8 +159,8 @@ def _half_ends(runs, size, spread):
 
 def _draw_by_velocity(axes, table, colours):
     """A curve for each N, of the smallest initial spread, side by side; longer runs beside it."""
-    known = table[table["lifetime_lower"].notna()]
-    usual = _of(known, "survival")
+    measured = table[table["lifetime_lower"].notna()]
+    usual = _of(measured, "survival")
     usual = usual[usual["initial_spread"] == usual["initial_spread"].min()]
     if usual.empty:
         panels.note(axes, "no mean lifetimes")
@@ -173,7 +173,7 @@ def _draw_by_velocity(axes, table, colours):
         joined = rows["lifetime"].where(np.isfinite(rows["lifetime"]))
         axes.plot(rows["belt_velocity"] + shift, joined, color=colour, linewidth=0.6)
         _draw_means(axes, rows, shift, look | {"label": f"$N = {size}$"})
-        longer = _of(known, "survival_long")
+        longer = _of(measured, "survival_long")
         longer = longer[longer["n_blocks"] == size]
         open_marks = {"markerfacecolor": "white", "markersize": 6}
         _draw_means(axes, longer, shift + step / 2, look | open_marks)
@@ -193,13 +193,13 @@ def _draw_means(axes, rows, shift, look):
 
 def _draw_by_size(axes, table):
     """A dot for each u at each N: full for the smallest initial spread, open for the others."""
-    known = table[table["lifetime_lower"].notna()]
-    if known.empty:
+    measured = table[table["lifetime_lower"].notna()]
+    if measured.empty:
         panels.note(axes, "no mean lifetimes")
         return
-    spreads, sizes = np.unique(known["initial_spread"]), np.unique(known["n_blocks"])
+    spreads, sizes = np.unique(measured["initial_spread"]), np.unique(measured["n_blocks"])
     for index, spread in enumerate(spreads):
-        rows = known[known["initial_spread"] == spread]
+        rows = measured[measured["initial_spread"] == spread]
         place = rows["n_blocks"] + 0.25 * (index - (spreads.size - 1) / 2)
         ended = np.isfinite(rows["lifetime"])
         look = {"linestyle": "none", "color": style.BLUE, "markersize": 3.5}

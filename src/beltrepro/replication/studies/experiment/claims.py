@@ -176,7 +176,7 @@ def _flatness(recording, stretches):
 
 
 def _pieces(recording, stretches):
-    spectra = [pieces(recording.evenly(*each), recording.interval_s) for each in stretches]
+    spectra = [pieces(recording.evenly(*span), recording.interval_s) for span in stretches]
     return spectra[0][0], np.concatenate([power for _, power in spectra])
 
 
@@ -229,7 +229,7 @@ def _factor(evidence, film):
     def factor(*powers):
         # Two noisy spectra of one law would differ at single frequencies.
         smooth = [scipy.ndimage.uniform_filter1d(power.mean(axis=0), size) for power in powers]
-        return spectral_ratio(*(stand_out(frequency, each) for each in smooth))
+        return spectral_ratio(*(stand_out(frequency, power) for power in smooth))
 
     return estimates.bootstrap(factor, [whole, large])
 

@@ -43,14 +43,14 @@ def draw(data, caption):
     chosen = slice(begin, begin + STRIPS)
     until = track.time_s[chosen][-1]
     pictures = filmed.first_pictures(data["belt_028_film"], _frames_until(track, until))
-    pictures = [each for each in pictures if each.time_s >= track.time_s[begin] - 1e-6][:STRIPS]
+    pictures = [taken for taken in pictures if taken.time_s >= track.time_s[begin] - 1e-6][:STRIPS]
 
     panels.letter(left, "a")
     panels.letter(right, "b")
     time, position = track.time_s[chosen], 100 * track.x_m[chosen]
     _draw_strips(left, pictures, position.mean() / 100)
     left.plot(position, np.arange(len(time)) + 0.5, ".", color=style.VERMILION, markersize=5)
-    left.set_yticks(np.arange(0, len(time), 4) + 0.5, [f"{each:.2f}" for each in time[::4]])
+    left.set_yticks(np.arange(0, len(time), 4) + 0.5, [f"{instant:.2f}" for instant in time[::4]])
     left.set(xlabel=filmed.LENGTH, ylabel=filmed.SECONDS)
     left.set_title(filmed.speed(data["belt_028"]), size=8)
 

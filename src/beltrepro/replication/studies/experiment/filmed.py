@@ -91,7 +91,7 @@ def _lane(picture, survey):
     shape = survey.along / survey.across
     regions = white_block.bright_rectangles(picture, survey.angle, shape, opening)
     sizes = survey.along, survey.across
-    return survey.across_belt(next(each for each in regions if has_size(each, *sizes)))
+    return survey.across_belt(next(region for region in regions if has_size(region, *sizes)))
 
 
 def draw_recording(trace, spectra, data, film):
@@ -152,10 +152,10 @@ def _draw_multiples(axes, recording, spectrum):
     values = recording.evenly(spectrum.begin_s, spectrum.end_s)
     with panels.shortage_on(axes, place=(0.3, 0.85), size=6.5):
         peaks = lines(values, recording.interval_s).peaks_hz
-        words = "peaks (Hz): " + (", ".join(f"{each:.2f}" for each in peaks) or "none")
+        words = "peaks (Hz): " + (", ".join(f"{peak:.2f}" for peak in peaks) or "none")
         if peaks.size >= LEAST_PEAKS:
-            found = spacing(peaks)
-            for number in range(1, int(BAND_HZ[1] / found.step_hz) + 1):
-                axes.axvline(number * found.step_hz, color=style.GREY, linewidth=0.7, linestyle=":")
-            words += f"\nmultiples of {found.step_hz:.3g} Hz: p = {found.p:.2g}"
+            best = spacing(peaks)
+            for number in range(1, int(BAND_HZ[1] / best.step_hz) + 1):
+                axes.axvline(number * best.step_hz, color=style.GREY, linewidth=0.7, linestyle=":")
+            words += f"\nmultiples of {best.step_hz:.3g} Hz: p = {best.p:.2g}"
         axes.text(0.03, 0.92, words, transform=axes.transAxes, size=6.5, va="top")

@@ -113,7 +113,7 @@ def _recording_row(data, film):
     sampled = analyse(interval * np.arange(count), true)
     tracked = analyse(track.time_s, track.x_m)
     pixel = track.metres_per_pixel
-    known = film == dataset
+    whole_run = film == dataset
     return {
         "film": film,
         "dataset": dataset,
@@ -122,7 +122,7 @@ def _recording_row(data, film):
         "seconds": count * interval,
         "frames_per_second": 1 / interval,
         "frames": error.places,
-        "r_run": float(run.arrays["disorder_parameter"]) if known else np.nan,
+        "r_run": float(run.arrays["disorder_parameter"]) if whole_run else np.nan,
         "r_sampled": sampled.disorder_parameter,
         "r_tracked": tracked.disorder_parameter,
         "mean_sampled": sampled.mean_length,

@@ -116,7 +116,7 @@ def posterior(
     asked = np.ones_like(agreed) if without is None else ~without
     agreed &= asked
     likelihood = np.prod(_shares(simulated, agreed, asked), axis=0)
-    counts = tuple(int(each.sum()) for each in agreed)
+    counts = tuple(int(trials.sum()) for trials in agreed)
     require(
         likelihood.any(),
         f"{' and '.join(map(str, counts))} of {agreed[0].size} trials agree with the recordings, "
@@ -130,8 +130,8 @@ def _shares(simulated: Simulated, agreed: np.ndarray, asked: np.ndarray) -> np.n
     """Shares (S, *C) of the trials asked that agree, averaged over neighbouring levels."""
     width = (0.0, *(simulated.smoothing.get(name, 0.0) for name in simulated.levels))
     agreeing, all_asked = (
-        scipy.ndimage.gaussian_filter(each.sum(axis=-1, dtype=float), width, mode="constant")
-        for each in (agreed, asked)
+        scipy.ndimage.gaussian_filter(trials.sum(axis=-1, dtype=float), width, mode="constant")
+        for trials in (agreed, asked)
     )
     return agreeing / all_asked
 
@@ -147,20 +147,20 @@ def held_out(simulated: Simulated, recorded: Recorded, tolerance: float) -> floa
     """
     require(simulated.runs >= 2, "two trials in a cell are needed, to ask other ones")
     halves = simulated.part(slice(0, None, 2)), simulated.part(slice(1, None, 2))
-    found = []
+    agreeing = []
     for made_of, asked in (halves, halves[::-1]):
         try:
-            own = posterior(made_of, recorded, tolerance).probability
+            probability = posterior(made_of, recorded, tolerance).probability
         except NotEnoughDataError:
-            own = np.zeros(())
+            probability = np.zeros(())
         fresh = np.prod(agreement(asked, recorded, tolerance).mean(axis=-1), axis=0)
-        found.append(float((own * fresh).sum()))
-    return float(np.mean(found))
+        agreeing.append(float((probability * fresh).sum()))
+    return float(np.mean(agreeing))
 
 
-def predicted(found: Posterior, values: np.ndarray, quantiles: Sequence[float]) -> np.ndarray:
+def predicted(answer: Posterior, values: np.ndarray, quantiles: Sequence[float]) -> np.ndarray:
     """Quantiles of a number of trials under the posterior."""
-    weights = np.broadcast_to(found.probability[..., np.newaxis], values.shape)
+    weights = np.broadcast_to(answer.probability[..., np.newaxis], values.shape)
     return np.quantile(values.ravel(), quantiles, weights=weights.ravel(), method="inverted_cdf")
 
 
@@ -199,18 +199,18 @@ def calibrate(
     covered: dict[str, list[bool]] = {name: [] for name in simulated.levels}
     for cell in cells:
         at = np.unravel_index(cell, weight.shape)
-        own = [generator.choice(np.flatnonzero(one[at])) for one in alike]
+        taken = [generator.choice(np.flatnonzero(shows[at])) for shows in alike]
         without = np.zeros(simulated.shown.shape, dtype=bool)
-        for number, run in enumerate(own):
+        for number, run in enumerate(taken):
             without[(number, *at, run)] = True
-        found = _answer(simulated, without, tolerance, shown)
-        if found is None:
+        answer = _answer(simulated, without, tolerance, shown)
+        if answer is None:
             continue
         for name, level in zip(simulated.levels, at, strict=True):
-            marginal = found.marginal(name)
+            marginal = answer.marginal(name)
             below = marginal[:level].sum() + generator.random() * marginal[level]
             places[name].append(float(below))
-            covered[name].append(bool(found.credible(name, credibility=credibility)[level]))
+            covered[name].append(bool(answer.credible(name, credibility=credibility)[level]))
     answered = len(next(iter(places.values())))
     require(answered, "no made-up experiment has a posterior")
     return Calibration(

@@ -106,7 +106,7 @@ def spectral_ratio(
     """Factor by which two spectra differ, each over its integral: median over a band."""
     frequency = one.frequency_hz
     inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
-    first, second = (each.power / each.power.sum() for each in (one, other))
+    first, second = (side.power / side.power.sum() for side in (one, other))
     return float(np.exp(np.median(np.abs(np.log(first / second))[inside])))
 
 

@@ -75,13 +75,13 @@ def _paths(left, right, tested, reference):
     base = float(reference["time_step"].min())
     steps = np.unique(tested["time_step"])
     nearest = steps[np.argmin(np.abs(steps - base))]
-    found = divergence.pairs(
+    by_point = divergence.pairs(
         tested,
         reference,
         rows=divergence.equal(tested["time_step"], nearest),
         reference_rows=divergence.equal(reference["time_step"], base),
     )
-    for index, (point, members) in enumerate(sorted(found.items())):
+    for index, (point, members) in enumerate(sorted(by_point.items())):
         look = style.line_style(index) | {"marker": "", "linewidth": 0.9}
         _separation(left, members, look)
         _shifts(right, members, look | {"label": f"$N = {point[0]}$, $u = {point[1]:g}$"})
@@ -114,10 +114,10 @@ def _shifts(axes, members, look):
     shifts = np.abs(np.concatenate([pair.event_shift for pair in members]))
     edges = np.linspace(0, members[0].time[-1], 41)
     slices = np.digitize(instants, edges)
-    known = np.unique(slices)
-    known = known[known < edges.size]
-    centre = (edges[known - 1] + edges[known]) / 2
-    middle = np.array([np.median(shifts[slices == one]) for one in known])
+    filled = np.unique(slices)
+    filled = filled[filled < edges.size]
+    centre = (edges[filled - 1] + edges[filled]) / 2
+    middle = np.array([np.median(shifts[slices == one]) for one in filled])
     axes.semilogy(centre, np.where(middle > 0, middle, np.nan), **look)
 
 

@@ -63,7 +63,7 @@ def with_steps(runs: Runs) -> Runs:
     """
     steps = runs["time_step"].copy()
     for row in np.flatnonzero(np.isfinite(runs["allowed_error"])):
-        names = [each.name for each in fields(ChainParameters)]
+        names = [parameter.name for parameter in fields(ChainParameters)]
         chain = ChainParameters(**{name: runs[name][row].item() for name in names})
         positions, velocities = (
             runs[name][row][:, : chain.n_blocks] for name in ("positions", "velocities")

@@ -96,12 +96,12 @@ def _on_trajectories(partings, convergence, methods, base) -> list[str]:
     before = convergence[convergence["after_events"] == 0]
     if len(before):
         sentences.append(f"Before the first event all runs agree to {before['error'].max():.1g}.")
-    own = by_step[(by_step["method"] == reference) & (reference != tested)]
-    if len(own):
-        others = ", ".join(f"{step:g}" for step in np.sort(own["time_step"].unique()))
+    itself = by_step[(by_step["method"] == reference) & (reference != tested)]
+    if len(itself):
+        others = ", ".join(f"{step:g}" for step in np.sort(itself["time_step"].unique()))
         sentences.append(
             f"{reference} with time step {others} differs from itself with {base:g} by at most "
-            f"{own['error'].max():.1g} in any of these errors."
+            f"{itself['error'].max():.1g} in any of these errors."
         )
     return sentences
 
@@ -167,7 +167,7 @@ def _on_attractors(comparisons, methods, base) -> list[str]:
     sentences = []
     for spread, at_spread in rows.groupby("initial_spread"):
         runs = int(at_spread["n_tested"].min())
-        found = "; ".join(
+        verdicts = "; ".join(
             f"{verdict} at {_velocities(at_spread[at_spread['verdict'] == verdict])}"
             for verdict in samples.VERDICTS
             if (at_spread["verdict"] == verdict).any()
@@ -175,7 +175,7 @@ def _on_attractors(comparisons, methods, base) -> list[str]:
         sentences.append(
             f"Initial states within {spread:g} (standard deviation of each position): the "
             f"distributions of r at the end of the runs by {methods['tested']} at dt = {base:g} "
-            f"and by {methods['reference']} {found} (Kolmogorov-Smirnov, {runs} runs a side; it "
+            f"and by {methods['reference']} {verdicts} (Kolmogorov-Smirnov, {runs} runs a side; it "
             f"sees cumulative shares that differ by {_visible(runs):.2f}, before the correction)."
         )
     sentences += _on_steps(comparisons)
