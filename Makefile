@@ -33,7 +33,7 @@ paper: env  ## the same with the lengths of the paper: hours
 test: env  ## the quick tests; ARGS="-m thorough" or ARGS="-m slow" for the others
 	$(BIN)/python -m pytest --numprocesses $(CORES) --dist loadfile $(ARGS)
 
-lint: env  ## style, imports, type hints, docstrings, and the Snakemake files
+lint: env  ## style, imports, type hints, and the Snakemake files
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports --no-logo
