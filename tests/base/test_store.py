@@ -54,8 +54,6 @@ def test_same_content_gives_same_bytes(tmp_path):
     assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
 
 
-
-
 def test_unreadable_file_is_one_line(tmp_path):
     text = tmp_path / "text.h5"
     text.write_text("no HDF5")
@@ -118,8 +116,6 @@ def test_a_file_holds_no_path_of_this_machine(tmp_path):
     content = (tmp_path / "data.h5").read_bytes()
     for place in (provenance.ROOT.parents[1], tmp_path):
         assert str(place).encode() not in content
-
-
 
 
 @pytest.mark.parametrize(
@@ -245,8 +241,6 @@ def test_figures_and_tables_read_datasets_and_tables(tmp_path):
 
 
 # --- provenance ---
-
-
 
 
 @pytest.fixture
