@@ -86,8 +86,6 @@ def test_friction_force():
     assert friction_force(-1, 30.0, 71.4, 0.45) == pytest.approx(0.45 * 71.4)
 
 
-
-
 # --- other laws, edges ----------------------------------------------------------------------------
 
 OTHER = ChainParameters(
