@@ -9,14 +9,7 @@ from scipy.spatial.distance import pdist
 
 from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.noise import measure
-from beltrepro.stats import (
-    dimension,
-    fits,
-    intermittency,
-    sections,
-    spectra,
-    states,
-)
+from beltrepro.stats import dimension, fits, intermittency, sections, spectra, states
 from beltrepro.stats.errors import NotEnoughDataError
 
 RNG = np.random.default_rng

@@ -121,8 +121,7 @@ def replicates(effects, *, scatter=0.05, count=8, seed=1, beyond=0.0):
 @pytest.mark.thorough
 @pytest.mark.parametrize("reading", [None, ALL_U, SECTION])
 @pytest.mark.parametrize(
-    ("effects", "verdict"),
-    [((0.5, 0.4, 0.3, 0.1), HOLDS), ((0.1, 0.3, 0.4, 0.5), FAILS)],
+    ("effects", "verdict"), [((0.5, 0.4, 0.3, 0.1), HOLDS), ((0.1, 0.3, 0.4, 0.5), FAILS)]
 )
 def test_the_effect_of_noise_against_n(effects, verdict, reading):
     made = judged("noise-less-relevant", reading, n5_replicates=replicates(effects))

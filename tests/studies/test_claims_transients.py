@@ -178,11 +178,7 @@ NAMES = ("slips on, u = 18 to 36", "slips on, u = 36 to 50")
 
 @pytest.mark.parametrize(
     ("low", "high", "verdicts"),
-    [
-        (1.0, 1.0, (HOLDS, HOLDS)),
-        (0.5, 1.0, (FAILS, HOLDS)),
-        (1.0, 0.5, (HOLDS, FAILS)),
-    ],
+    [(1.0, 1.0, (HOLDS, HOLDS)), (0.5, 1.0, (FAILS, HOLDS)), (1.0, 0.5, (HOLDS, FAILS))],
 )
 def test_continuous_slip(low, high, verdicts):
     rows = slipping(LOW[4:77], low, replicates=8), slipping(HIGH[37:121], high)

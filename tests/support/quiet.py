@@ -5,13 +5,7 @@ import numpy as np
 from beltrepro.base.store import Dataset
 from beltrepro.stats.motion import CHAOTIC, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, TRANSIENT
 
-NAMES = {
-    "e": EQUILIBRIUM,
-    "p": PERIODIC,
-    "q": QUASI_PERIODIC,
-    "c": CHAOTIC,
-    "t": TRANSIENT,
-}
+NAMES = {"e": EQUILIBRIUM, "p": PERIODIC, "q": QUASI_PERIODIC, "c": CHAOTIC, "t": TRANSIENT}
 ABOVE = np.full(8, 0.002) + np.tile([-1e-4, 1e-4], 4)  # exponents
 CLEAR, SHORT = 2e5, 99_999.0  # durations on both sides of the shortest that counts as long
 
