@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from beltrepro.base.store import Dataset
-from beltrepro.replication.studies.sizes import claims_noise as noise_and_size
+from beltrepro.replication.studies.sizes import claims as noise_and_size
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats import estimates
 from beltrepro.stats.errors import NotEnoughDataError
