@@ -18,7 +18,7 @@ from beltrepro.replication.verdicts.criteria import (
     bounds,
 )
 from beltrepro.replication.verdicts.ledger import KINDS, REGISTRY, SECTIONS, load_ledger
-from judging import SETTINGS, few_resamples  # noqa: F401
+from made_up import SETTINGS, few_resamples  # noqa: F401
 
 CONFIG = Path(__file__).parents[2] / "config.yaml"
 # Those of `figure_data` lack columns that claims read, and figures do not.
