@@ -120,9 +120,9 @@ def test_windows_are_counted_at_each_noise(share, expected):
     verdict = verdicts("windows-vanish", n5_replicates=replicates(RISING, windows=share))
     names = [f"at sigma = {level}" for level in ("0", "1", "2.2", "5")]
     assert [verdict[name] for name in names] == expected
-    measured = measured("windows-vanish", n5_replicates=replicates(RISING, windows=share))
-    assert measured.judged["at sigma = 0"].value == share[0.0]
-    assert measured.runs == 64  # eight runs at each of eight velocities up to 15
+    made = measured("windows-vanish", n5_replicates=replicates(RISING, windows=share))
+    assert made.judged["at sigma = 0"].value == share[0.0]
+    assert made.runs == 64  # eight runs at each of eight velocities up to 15
 
 
 @pytest.mark.parametrize(("spread", "share"), [(0.45, 0.5), (0.55, 0.0)])
