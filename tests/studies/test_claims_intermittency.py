@@ -8,7 +8,7 @@ from beltrepro.replication.studies.noise.measure import share_of_time
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.estimates import mean
-from made_up import LEDGER, measured, replicates, table, verdicts
+from made_up import LEDGER, grades, measured, replicates, table
 
 CRITICAL = {0.0: 16.5, 0.5: 16.7, 1.0: 17.0, 2.2: 18.0, 5.0: 20.5}
 STEP = 0.1  # between samples of a series
@@ -21,7 +21,7 @@ def noisy_only(u, noise):
 
 def components(name, reading=None, /, **datasets):
     """Verdicts in the order of the criterion."""
-    verdict = verdicts(name, reading, **datasets)
+    verdict = grades(name, reading, **datasets)
     return [verdict[each] for each in LEDGER[name].criterion["allowed"]]
 
 

@@ -8,7 +8,7 @@ import pytest
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats import estimates
 from beltrepro.stats.errors import NotEnoughDataError
-from made_up import SHORT, measured, motion_map, scan, verdicts
+from made_up import SHORT, grades, measured, motion_map, scan
 
 SIZES = (5, 6, 7, 10)
 
@@ -47,7 +47,7 @@ def fall(factor):
 )
 def test_small_chains_are_regular(letters, verdict):
     runs = motion_map({2: letters[:50], 3: letters[50:100], 4: letters[100:]})
-    made = verdicts("small-n-regular", motion_map=runs, size_rows=rows({}))
+    made = grades("small-n-regular", motion_map=runs, size_rows=rows({}))
     assert made["chaotic"] == verdict
 
 
@@ -60,13 +60,12 @@ def test_small_chains_that_were_followed_briefly_are_open():
 @pytest.mark.parametrize(("factor", "verdict"), [(1, HOLDS), (2, HOLDS), (6.5, FAILS)])
 def test_small_chains_have_no_transition(factor, verdict):
     runs = motion_map({2: "p" * 40, 3: "p" * 40, 4: "p" * 40})
-    made = verdicts("small-n-regular", motion_map=runs, size_rows=rows({3: fall(factor)}))
+    made = grades("small-n-regular", motion_map=runs, size_rows=rows({3: fall(factor)}))
     names = [f"contrast, N = {n}" for n in (2, 3, 4)]
     assert [made[name] for name in names] == [HOLDS, verdict, HOLDS]
     exact = motion_map(dict.fromkeys((2, 3, 4), "p" * 40), disorder=np.tile(fall(factor), 3))
     assert (
-        verdicts("small-n-regular", "r by the exact dynamics", motion_map=exact)[names[1]]
-        == verdict
+        grades("small-n-regular", "r by the exact dynamics", motion_map=exact)[names[1]] == verdict
     )
 
 
@@ -107,13 +106,13 @@ DOMINANT = ("c" * 45 + "p" * 15, "c" * 52 + "p" * 8, "c" * 56 + "p" * 4, "c" * 6
 
 
 def test_chaos_dominates_with_fewer_windows_and_wider_transitions_from_five_blocks_on():
-    assert set(verdicts("chaos-from-n5", **chaos_from(DOMINANT)).values()) == {HOLDS}
-    rising = verdicts("chaos-from-n5", **chaos_from(DOMINANT[::-1], (12, 8, 4, 2)))
+    assert set(grades("chaos-from-n5", **chaos_from(DOMINANT)).values()) == {HOLDS}
+    rising = grades("chaos-from-n5", **chaos_from(DOMINANT[::-1], (12, 8, 4, 2)))
     assert (rising["periodic share over N"], rising["width over N"]) == (FAILS, FAILS)
     assert rising["chaotic, N = 10"] == HOLDS
     regular = ("p" * 60, *DOMINANT[1:])
-    assert verdicts("chaos-from-n5", **chaos_from(regular))["chaotic, N = 5"] == FAILS
-    alike = verdicts("chaos-from-n5", **chaos_from(["c" * 32 + "p" * 28] * 4, (4, 4, 4, 4)))
+    assert grades("chaos-from-n5", **chaos_from(regular))["chaotic, N = 5"] == FAILS
+    alike = grades("chaos-from-n5", **chaos_from(["c" * 32 + "p" * 28] * 4, (4, 4, 4, 4)))
     names = ("chaotic, N = 7", "periodic share over N", "width over N")
     assert {alike[name] for name in names} == {UNDECIDED}
 
@@ -127,7 +126,7 @@ def test_chaos_below_the_transition_only():
 
 
 def test_widths_of_two_sizes_make_no_trend():
-    made = verdicts("chaos-from-n5", **chaos_from(DOMINANT, (None, None, 8, 12)))
+    made = grades("chaos-from-n5", **chaos_from(DOMINANT, (None, None, 8, 12)))
     assert made["width over N"] == FAILS and made["chaotic, N = 5"] == HOLDS
 
 
@@ -162,7 +161,7 @@ def varied(*richest):
     ],
 )
 def test_the_richest_dynamics(richest, verdict):
-    assert verdicts("complexity-at-n5", motion_map=varied(*richest))[""] == verdict
+    assert grades("complexity-at-n5", motion_map=varied(*richest))[""] == verdict
 
 
 def test_the_entropy_is_that_of_the_shares():
@@ -190,4 +189,4 @@ def test_orbits_are_told_apart_by_their_returns_in_a_reading():
     reading = "sigma = 0, motions and their periods"
     bits = measured("complexity-at-n5", reading, motion_map=made).also
     assert bits["bits, N = 3"].value == pytest.approx(np.log2(6)) and bits["bits, N = 4"].value == 0
-    assert verdicts("complexity-at-n5", reading, motion_map=made)[""] == FAILS
+    assert grades("complexity-at-n5", reading, motion_map=made)[""] == FAILS

@@ -10,7 +10,7 @@ from beltrepro.replication.studies.sizes import claims as noise_and_size
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats import estimates
 from beltrepro.stats.errors import NotEnoughDataError
-from made_up import measured, scan, verdicts
+from made_up import grades, measured, scan
 
 SIZES = (5, 6, 7, 10)
 LEVELS = np.arange(0.0, 10.5, 1)
@@ -54,7 +54,7 @@ def columns(ratios, *, width=2.0, scatter=0.02, replicates=8):
 )
 def test_rises_against_n(ratios, slope, difference):
     scatter = 0.02 if slope != UNDECIDED else 0.3
-    made = verdicts("r-of-sigma-size", size_columns=columns(ratios, scatter=scatter))
+    made = grades("r-of-sigma-size", size_columns=columns(ratios, scatter=scatter))
     if slope == UNDECIDED:
         assert made["N = 5 minus N = 10"] == UNDECIDED
     else:
@@ -80,12 +80,12 @@ def test_a_steep_rise_is_more_evident_in_a_reading():
 
 def test_without_any_rise_none_is_weaker():
     flat = columns((1.0,) * 4, scatter=0.0)
-    assert verdicts("r-of-sigma-size", size_columns=flat)[""] == FAILS
+    assert grades("r-of-sigma-size", size_columns=flat)[""] == FAILS
 
 
 def test_single_runs_tell_nothing_of_the_rise():
     single = columns((6.0, 4.0, 3.0, 2.0), replicates=1)
-    assert verdicts("r-of-sigma-size", size_columns=single)[""] == UNDECIDED
+    assert grades("r-of-sigma-size", size_columns=single)[""] == UNDECIDED
 
 
 # --- effect on r and on the section ---------------------------------------------------------------
@@ -123,7 +123,7 @@ def replicates(effects, *, scatter=0.05, count=8, seed=1, beyond=0.0):
     ("effects", "verdict"), [((0.5, 0.4, 0.3, 0.1), HOLDS), ((0.1, 0.3, 0.4, 0.5), FAILS)]
 )
 def test_the_effect_of_noise_against_n(effects, verdict, reading):
-    made = verdicts("noise-less-relevant", reading, n5_replicates=replicates(effects))
+    made = grades("noise-less-relevant", reading, n5_replicates=replicates(effects))
     assert set(made.values()) == {verdict}
 
 
@@ -132,7 +132,7 @@ def test_equal_effects_are_undecided_and_have_their_size():
     for n_blocks in SIZES:
         effect = made.also[f"N = {n_blocks}"]
         assert effect.low < 0.09 < effect.high and effect.runs == 8
-    assert verdicts("noise-less-relevant", n5_replicates=replicates((0.3,) * 4))[""] == UNDECIDED
+    assert grades("noise-less-relevant", n5_replicates=replicates((0.3,) * 4))[""] == UNDECIDED
 
 
 def test_the_scatter_of_the_runs_is_no_effect_of_noise():

@@ -10,7 +10,7 @@ from beltrepro.replication.studies.experiment.films import disorder_of
 from beltrepro.replication.studies.experiment.measure import between
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats.errors import NotEnoughDataError
-from made_up import LEDGER, measured, replicates, verdicts
+from made_up import LEDGER, grades, measured, replicates
 
 
 @pytest.fixture(autouse=True)
@@ -20,7 +20,7 @@ def no_smoothing(monkeypatch):
 
 def components(name, reading=None, /, **datasets):
     """Verdicts in the order of the criterion."""
-    verdict = verdicts(name, reading, **datasets)
+    verdict = grades(name, reading, **datasets)
     return [verdict[each] for each in LEDGER[name].criterion["allowed"]]
 
 

@@ -7,7 +7,7 @@ from beltrepro.base.store import Dataset
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.motion import EQUILIBRIUM, PERIODIC
-from made_up import ABOVE, CLEAR, SHORT, joined, measured, scan, settled, verdicts
+from made_up import ABOVE, CLEAR, SHORT, grades, joined, measured, scan, settled
 
 # --- u = 7 ----------------------------------------------------------------------------------------
 
@@ -23,11 +23,11 @@ from made_up import ABOVE, CLEAR, SHORT, joined, measured, scan, settled, verdic
     ],
 )
 def test_the_transient_at_u7(lifetime, state, verdicts):
-    made = verdicts("u7-transient-chaos", survival=settled(lifetime, u=7.0, state=state))
+    made = grades("u7-transient-chaos", survival=settled(lifetime, u=7.0, state=state))
     assert (made["ends periodic"], made["irregular for 1000"]) == verdicts
     assert made["exponent"] == HOLDS
     low = settled(lifetime, u=7.0, state=state, exponents=-ABOVE)
-    assert verdicts("u7-transient-chaos", survival=low)["exponent"] == FAILS
+    assert grades("u7-transient-chaos", survival=low)["exponent"] == FAILS
 
 
 def test_runs_at_u7_that_are_given_up_are_open():
@@ -85,7 +85,7 @@ def escapes(tau, *, stuck=0.0, duration=1e4, **options):
     ],
 )
 def test_lifetimes_against_u(tau, verdicts):
-    made = verdicts("transient-lifetime", survival=settling(tau))
+    made = grades("transient-lifetime", survival=settling(tau))
     assert tuple(made[name] for name in ("near over far", "slope of ln tau", "longest")) == verdicts
 
 
@@ -125,7 +125,7 @@ def test_runs_beyond_the_range_and_other_starts_are_left_out():
     )
     alone = measured("transient-lifetime", survival=settling(tau)).judged
     assert measured("transient-lifetime", survival=runs).judged == alone
-    other = verdicts(
+    other = grades(
         "transient-lifetime", "until the motion settles, starts spread by 1", survival=runs
     )
     assert other["near over far"] == FAILS
@@ -181,7 +181,7 @@ NAMES = ("slips on, u = 18 to 36", "slips on, u = 36 to 50")
 )
 def test_continuous_slip(low, high, verdicts):
     rows = slipping(LOW[4:77], low, replicates=8), slipping(HIGH[37:121], high)
-    made = verdicts("continuous-slip", n5_replicates_check=rows[0], n5_rows=rows[1])
+    made = grades("continuous-slip", n5_replicates_check=rows[0], n5_rows=rows[1])
     assert tuple(made[name] for name in NAMES) == verdicts
 
 
@@ -192,7 +192,7 @@ def test_a_late_stick_and_the_range_of_u():
     inside = (low.arrays["belt_velocity"] >= 18) & (low.arrays["belt_velocity"] <= 36)
     for last, verdict in ((middle - 1, HOLDS), (middle, FAILS)):
         low.arrays["last_stick_time"] = np.where(inside, last, 1e6)
-        made = verdicts("continuous-slip", n5_replicates_check=low, n5_rows=high)
+        made = grades("continuous-slip", n5_replicates_check=low, n5_rows=high)
         assert made[NAMES[0]] == verdict
     made = measured("continuous-slip", n5_replicates_check=low, n5_rows=high)
     assert made.judged[NAMES[0]].runs == inside.sum()
@@ -218,4 +218,4 @@ def test_large_orbits_that_stay_and_the_lifetimes_at_high_velocities():
     assert made.also["large amplitude, of these"].value == pytest.approx(19 / (73 + 84))
     assert made.also["lifetime, u = 43 to 50"].value == pytest.approx(3000)
     exact = {"n5_replicates": low, "n5_rows_check": high}
-    assert verdicts("continuous-slip", "exact dynamics", **exact)[""] == HOLDS
+    assert grades("continuous-slip", "exact dynamics", **exact)[""] == HOLDS

@@ -7,7 +7,7 @@ from beltrepro.base.store import Dataset
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats import estimates
 from beltrepro.stats.errors import NotEnoughDataError
-from made_up import LEDGER, falling, measured, replicates, table, verdicts
+from made_up import LEDGER, falling, grades, measured, replicates, table
 
 RISING = {0.0: 16.5, 0.5: 16.7, 1.0: 17.0, 2.2: 18.0, 5.0: 20.5}  # u_c by sigma
 WINDOWS = {0.0: 0.25}
@@ -27,13 +27,13 @@ def like_the_paper(**changes):
 
 
 def test_weak_noise_leaves_the_transition_and_removes_windows():
-    assert set(verdicts("sigma1-transition", **like_the_paper()).values()) == {HOLDS}
+    assert set(grades("sigma1-transition", **like_the_paper()).values()) == {HOLDS}
     shifted = {"n5_replicates": replicates(RISING | {1.0: 20.0}, windows=WINDOWS)}
     at_limit = {"n5_replicates": replicates(RISING | {1.0: 18.0}, windows=WINDOWS)}
-    assert verdicts("sigma1-transition", **shifted)["u_c(1) - u_c(0)"] == FAILS
-    assert verdicts("sigma1-transition", **at_limit)["u_c(1) - u_c(0)"] == UNDECIDED
+    assert grades("sigma1-transition", **shifted)["u_c(1) - u_c(0)"] == FAILS
+    assert grades("sigma1-transition", **at_limit)["u_c(1) - u_c(0)"] == UNDECIDED
     remaining = {"n5_replicates": replicates(RISING, windows={0.0: 0.5, 1.0: 0.25})}
-    assert verdicts("sigma1-transition", **remaining)["windows at 1"] == FAILS
+    assert grades("sigma1-transition", **remaining)["windows at 1"] == FAILS
 
 
 def test_the_scatter_of_r_is_compared_run_by_run():
@@ -69,7 +69,7 @@ def test_a_reading_takes_the_runs_without_noise_from_the_scheme():
     ],
 )
 def test_u_c_of_sigma(critical, difference, slope):
-    verdict = verdicts("uc-of-sigma", n5_replicates=replicates(critical))
+    verdict = grades("uc-of-sigma", n5_replicates=replicates(critical))
     assert verdict["u_c(2.2) - u_c(0)"] == difference
     # One level that lies off the line widens the interval of the slope.
     assert verdict["slope of u_c over sigma"] in (slope, UNDECIDED)
@@ -101,7 +101,7 @@ def test_other_settings_of_the_finder_are_readings():
 )
 def test_the_critical_velocity_at_sigma_22(u_c, verdict):
     made = {"n5_replicates": replicates(RISING | {2.2: u_c})}
-    assert verdicts("uc-sigma22", **made)[""] == verdict
+    assert grades("uc-sigma22", **made)[""] == verdict
     if u_c < 90:
         in_si = measured("uc-sigma22", **made).also["u_c_m_s"].value
         assert in_si == pytest.approx(0.0183065 * u_c, rel=0.02)
@@ -117,7 +117,7 @@ def test_the_critical_velocity_at_sigma_22(u_c, verdict):
     ],
 )
 def test_windows_are_counted_at_each_noise(share, expected):
-    verdict = verdicts("windows-vanish", n5_replicates=replicates(RISING, windows=share))
+    verdict = grades("windows-vanish", n5_replicates=replicates(RISING, windows=share))
     names = [f"at sigma = {level}" for level in ("0", "1", "2.2", "5")]
     assert [verdict[name] for name in names] == expected
     made = measured("windows-vanish", n5_replicates=replicates(RISING, windows=share))
@@ -178,7 +178,7 @@ EXPONENTS = {0.25: -0.001, 0.75: 0.0, 1.0: 0.001, 1.5: 0.002, 2.2: 0.003, 5.0: -
 def test_noise_induced_chaos_at_u_7():
     def verdict(centre=0.75, exponents=(), **options):
         made = noisy_motion(EXPONENTS | dict(exponents), **options)
-        return verdicts("sigma-c-u7", n5_u7=u7(centre), noisy_motion=made)
+        return grades("sigma-c-u7", n5_u7=u7(centre), noisy_motion=made)
 
     assert set(verdict().values()) == {HOLDS}
     assert verdict(1.3)["sigma_c"] == FAILS
@@ -223,7 +223,7 @@ def columns(centre, width, *, high=0.13):
 
 def test_the_rise_of_r_against_u():
     def verdict(centre=lambda u: 0.2 * u - 2, width=lambda u: 0.1 * u, **options):
-        judgement = verdicts("r-of-sigma", **columns(centre, width, **options))
+        judgement = grades("r-of-sigma", **columns(centre, width, **options))
         return [judgement[name] for name in LEDGER["r-of-sigma"].criterion["allowed"]]
 
     assert verdict() == [HOLDS, HOLDS, HOLDS]
@@ -254,13 +254,13 @@ def rows(spread):
 def test_the_natural_distribution(quiet, strong, verdicts):
     made = replicates(RISING, width={0.0: 1.0, 0.5: 1.0, 1.0: 1.0, 2.2: 2.0, 5.0: 9.0})
     both = {"n5_replicates": made, "n5_rows": rows({0.0: quiet, 10.0: strong})}
-    verdict = verdicts("natural-distribution", **both)
+    verdict = grades("natural-distribution", **both)
     assert verdict["windows at 1"] == verdict["width(5) - width(1)"] == HOLDS
     assert [verdict["spread ratio at 0"], verdict["spread ratio at 10"]] == verdicts
     both["n5_replicates"] = replicates(
         RISING, width={1.0: 9.0, 5.0: 1.0} | dict.fromkeys((0, 0.5, 2.2), 1.0)
     )
-    assert verdicts("natural-distribution", **both)["width(5) - width(1)"] == FAILS
+    assert grades("natural-distribution", **both)["width(5) - width(1)"] == FAILS
 
 
 def map_of(factor=1.0, *, quiet=0, loud=0):
@@ -286,7 +286,7 @@ def map_of(factor=1.0, *, quiet=0, loud=0):
     ],
 )
 def test_the_map(change, expected):
-    verdict = verdicts("r-map", n5_map=map_of(**change), n5_replicates=replicates(RISING))
+    verdict = grades("r-map", n5_map=map_of(**change), n5_replicates=replicates(RISING))
     assert [verdict[name] for name in LEDGER["r-map"].criterion["allowed"]] == expected
 
 
@@ -294,7 +294,7 @@ def test_the_map_is_not_compared_across_integrators():
     made = replicates(RISING)
     own = made.arrays["noise"] == 0
     made.arrays["disorder_parameter"][own] *= 9  # without noise
-    assert verdicts("r-map", n5_map=map_of(), n5_replicates=made)[""] == HOLDS
+    assert grades("r-map", n5_map=map_of(), n5_replicates=made)[""] == HOLDS
     with pytest.raises(NotEnoughDataError, match="0 points shared, not 10"):
         measured("r-map", n5_map=map_of(), n5_replicates=replicates(RISING, noises=(0.0,)))
 
@@ -314,7 +314,7 @@ def noise_steps(r_of, *, scatter=0.002):
 
 def test_the_noise_depends_on_the_time_step():
     def verdict(r_of, **options):
-        found = verdicts("noise-time-step", **noise_steps(r_of, **options))
+        found = grades("noise-time-step", **noise_steps(r_of, **options))
         return [found["equal sigma"], found["equal sigma sqrt(dt)"]]
 
     def by_product(noise, step):

@@ -140,7 +140,7 @@ def measured(name, reading=None, /, **datasets):
     return judged(name, datasets, reading)[2]
 
 
-def verdicts(name, reading=None, /, **datasets):
+def grades(name, reading=None, /, **datasets):
     """Verdict on each component of a claim, by its name, and on the whole under ""."""
     verdict, components, _ = judged(name, datasets, reading)
     return components | {"": verdict}

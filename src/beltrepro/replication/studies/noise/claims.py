@@ -1,6 +1,5 @@
 """Claims on noise: the transition of five blocks, and intermittency (Sec. IV.B)."""
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -19,9 +18,11 @@ from beltrepro.stats.estimates import (
     Estimate,
     bootstrap,
     difference,
+    exponential,
     mean,
     ratio,
     share,
+    share_of,
     slope,
     sure,
 )
@@ -298,7 +299,7 @@ def r_map(evidence):
     high_u = (table.belt_velocity >= 25) & (table.noise <= 2)
     require(low_u.any() and high_u.any(), "the map lacks points at u <= 15 or at u >= 25")
     chaotic = {
-        float(level): _share_of(table.disorder[low_u & (table.noise == level)] > 0.1)
+        float(level): share_of(table.disorder[low_u & (table.noise == level)] > 0.1)
         for level in np.unique(table.noise)
     }
     distances = _distances(table, evidence.table(RUNS))
@@ -306,13 +307,9 @@ def r_map(evidence):
         {
             "difference from independent runs": bootstrap(np.median, [distances]),
             "r > 0.1 at u <= 15, least share": min(chaotic.values(), key=lambda each: each.value),
-            "r < 0.05 at u >= 25, sigma <= 2": _share_of(table.disorder[high_u] < 0.05),
+            "r < 0.05 at u >= 25, sigma <= 2": share_of(table.disorder[high_u] < 0.05),
         }
     )
-
-
-def _share_of(having):
-    return share(int(np.count_nonzero(having)), having.size)
 
 
 def _distances(table, runs):
@@ -356,9 +353,7 @@ def _mean_r(table, noise, time_step):
     """Geometric mean of r over the runs, which has no interval below zero."""
     own = _at(table, noise=noise, time_step=time_step)
     require(own.any(), f"no runs with sigma = {noise:g}, dt = {time_step:g}")
-    found = mean(np.log(table.disorder[own]))
-    value, low, high = (float(np.exp(each)) for each in (found.value, found.low, found.high))
-    return replace(found, value=value, low=low, high=high)
+    return exponential(mean(np.log(table.disorder[own])))
 
 
 SERIES = "u17"
@@ -400,7 +395,7 @@ def _in_runs(evidence, quiet):
     return Measurement(
         {
             "laminar share": mean(row.points["laminar_fraction"][here]),
-            "alternating": share(int(np.count_nonzero(count >= 2)), count.size),
+            "alternating": share_of(count >= 2),
             "intermittent without noise": _without_noise(evidence, quiet),
         },
         note=_where_most(row),
@@ -449,7 +444,7 @@ def _without_noise(evidence, scan, *, longest=0.0):
     near = row.between(*LIKELY)
     require(near.any(), f"no runs at {LIKELY[0]:g} <= u <= {LIKELY[1]:g} without noise")
     having = _lastingly_intermittent(row) & (row.points["laminar_longest"] >= longest)
-    return share(int(np.count_nonzero(having[near])), int(np.count_nonzero(near)))
+    return share_of(having[near])
 
 
 def _lastingly_intermittent(row):
@@ -530,7 +525,7 @@ def _region(evidence, low, high):
     without = _lastingly_intermittent(quiet)
     return Measurement(
         {
-            "intermittent at sigma = 0": share(int(np.count_nonzero(without)), without.size),
+            "intermittent at sigma = 0": share_of(without),
             "width, sigma up to 4": weak,
             "width beyond 4 over width up to 4": ratio(strong, weak),
             "growth across 4 less growth below": difference(

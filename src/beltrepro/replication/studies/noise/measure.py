@@ -8,7 +8,7 @@ import scipy
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import sections, transitions
 from beltrepro.stats.errors import NotEnoughDataError, require
-from beltrepro.stats.estimates import CONFIDENCE, Estimate, bootstrap, share
+from beltrepro.stats.estimates import CONFIDENCE, Estimate, bootstrap, share_of
 
 
 def rise(noise: np.ndarray, disorder: np.ndarray, *, above: float = 0.0) -> dict[str, Estimate]:
@@ -55,7 +55,7 @@ def share_in_windows(row: Cut, usual: Cut) -> Estimate:
     span = float(np.nanmin(velocities)), float(np.nanmax(velocities))
     least = 0.5 * np.median(_filled(velocities, span))
     own = _filled(row.velocities[row.between(*RANGE)], span)
-    return share(int(np.count_nonzero(own < least)), own.size)
+    return share_of(own < least)
 
 
 def spread_ratio(row: Cut) -> Estimate:

@@ -144,15 +144,12 @@ def _intermittent_series(evidence, laminar_time):
 
 def _phases_of_series(evidence, name, laminar_time):
     """u, the run as in `_intermittency`, length after the transient, and when its end begins."""
-    series = evidence.dataset(name)
-    transient, duration = (float(series.attributes[key]) for key in ("transient", "duration"))
-    length = duration - transient
-    require(length >= MINIMUM_SERIES, f"{name} covers {length:g}, {MINIMUM_SERIES:g} are needed")
-    slips, sticks = last_block_events(series)
-    phases = intermittency.laminar_phases(
-        slips["time"], sticks["time"], laminar_time, start=transient, stop=duration
+    phases, length = evidence.laminar_phases(
+        name, shortest=MINIMUM_SERIES, laminar_time=laminar_time
     )
-    last = sticks["time"].max(initial=-np.inf)
+    series = evidence.dataset(name)
+    _, sticks = last_block_events(series)
+    duration, last = float(series.attributes["duration"]), sticks["time"].max(initial=-np.inf)
     run = np.array([[np.diff(phases).sum() / length, len(phases), last]])
     return float(series.attributes["belt_velocity"]), run, length, duration - LAST_PART * length
 
@@ -165,8 +162,8 @@ def _intermittency(velocities, groups, length, late):
     slope = estimates.bootstrap(partial(_slope_of_phases, velocities, length), groups)
     return Measurement(
         {
-            "intermittent": estimates.share(int(mask.sum()), mask.size),
-            "lasts": estimates.share(int(lasting.sum()), lasting.size),
+            "intermittent": estimates.share_of(mask),
+            "lasts": estimates.share_of(lasting),
             "laminar phase over u": slope if count.any() else estimates.absent(slope.runs),
         },
         note="; ".join(

@@ -115,7 +115,7 @@ def _periodic_ends(evidence, name, **where):
     runs = _at(evidence.dataset(name).arrays, initial_spread=10.0, **place, **where)
     settled = runs["settled"].astype(bool)
     periodic = settled & (runs["state"].astype(str) == PERIODIC) & (runs["period_events"] > 0)
-    found = estimates.share(int(periodic.sum()), settled.size, int((~settled).sum()))
+    found = estimates.share_of(periodic, ~settled)
     return Measurement(
         {"runs that end in periodic stick-slip": found},
         note=f"{(~settled).sum()} of {settled.size} runs do not settle",
@@ -163,7 +163,7 @@ def _transients(evidence):
         note += f", half of them before {np.median(lived):.0f}"
         note += f", at {np.unique(np.round(lived)).size} different times"
     note += f"; {on_orbit.sum()} end on stick-slip orbits that several runs share"
-    return _two_shares(beyond, slipping, ~escaped, note, open_ends=~escaped & ~on_orbit)
+    return _two_shares(beyond, slipping, ~escaped, ~escaped & ~on_orbit, note)
 
 
 def _exact_transients(evidence):
@@ -176,7 +176,7 @@ def _exact_transients(evidence):
     # A run that settles on a stick-slip orbit has a known transient, and one that is not settled
     # has a long one.
     beyond = runs["lifetime"] > evidence.claim.paper
-    return _two_shares(beyond, slipping, ~settled & ~beyond, "", open_ends=~settled)
+    return _two_shares(beyond, slipping, ~settled & ~beyond, ~settled, "")
 
 
 def _single_transient(evidence):
@@ -187,20 +187,14 @@ def _single_transient(evidence):
     left = duration - end > max(evidence.laminar_time, 0.1 * duration)
     words = f"last stick at {end:.0f} in a run of {duration:g}"
     left, beyond = np.array([left]), np.array([end > evidence.claim.paper])
-    return _two_shares(beyond, left, ~left & ~beyond, words, open_ends=~left)
+    return _two_shares(beyond, left, ~left & ~beyond, ~left, words)
 
 
-def _two_shares(beyond, slipping, still_open, note, *, open_ends=None):
-    open_ends = still_open if open_ends is None else open_ends
-    count = np.size(slipping)
+def _two_shares(beyond, slipping, still_open, open_ends, note):
     return Measurement(
         {
-            "runs with a transient beyond 4000": estimates.share(
-                int(np.sum(beyond)), count, int(np.sum(still_open))
-            ),
-            "runs that end in continuous slip": estimates.share(
-                int(np.sum(slipping)), count, int(np.sum(open_ends))
-            ),
+            "runs with a transient beyond 4000": estimates.share_of(beyond, still_open),
+            "runs that end in continuous slip": estimates.share_of(slipping, open_ends),
         },
         note=note,
     )
@@ -327,13 +321,11 @@ def _outliers_of_many(evidence):
 def _outlying(large, regular, still_open, note):
     require(large.size >= 4, f"{large.size} runs in 20 < u < 22, 4 are needed")
     count = int(large.sum())
-    kept = (
-        estimates.share(int((large & regular).sum()), count, int((large & still_open).sum()))
-        if count
-        else estimates.absent()
-    )
+    kept = estimates.absent()
+    if count:
+        kept = estimates.share_of(regular[large], still_open[large])
     return Measurement(
-        {"runs of large r": estimates.share(count, large.size), "of these not chaotic": kept},
+        {"runs of large r": estimates.share_of(large), "of these not chaotic": kept},
         note=f"{count} of {large.size} runs" + (f", {note}" if note else ""),
     )
 
@@ -493,7 +485,7 @@ def _slips_on(evidence, low_scan, high_scan):
         large.append((cut.disorder[own] >= transients.LARGE_AMPLITUDE)[on])
     amplitude = np.concatenate(large)
     require(amplitude.size, "no run slips on")
-    also = {"large amplitude, of these": estimates.share(int(amplitude.sum()), amplitude.size)}
+    also = {"large amplitude, of these": estimates.share_of(amplitude)}
     return Measurement(found, also | _high_lifetime(evidence))
 
 
