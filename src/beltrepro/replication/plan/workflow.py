@@ -32,6 +32,7 @@ class Workflow:
         self._top = top
         self._known: dict[str, dict] = {}
         self._codes: dict[tuple, str] = {}
+        self._tree = dependencies.Tree()
         registry.check_names(self.plan.datasets)
         known = [*self.plan.datasets, *self.filmed, *self.tables]
         for entries in (self.tables, self.figures):
@@ -238,7 +239,9 @@ class Workflow:
         key = script, functions, choices
         if key not in self._codes:
             path = self._top / SCRIPTS / script
-            self._codes[key] = dependencies.code_hash(*functions, script=path, choices=choices)
+            self._codes[key] = dependencies.code_hash(
+                *functions, script=path, choices=choices, tree=self._tree
+            )
         return self._codes[key]
 
     def code_of_batch(self, wildcards: Any) -> str:
