@@ -95,10 +95,7 @@ def permanent_chaos(evidence):
             initial_spread=evidence.claim.parameters["initial_spread"],
         ),
         "irregular for 1e5 by the paper's scheme": partial(
-            _stays_irregular,
-            evidence,
-            "steps",
-            time_step=evidence.claim.parameters["time_step"],
+            _stays_irregular, evidence, "steps", time_step=evidence.claim.parameters["time_step"]
         ),
     }
 

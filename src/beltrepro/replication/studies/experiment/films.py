@@ -49,7 +49,7 @@ TABLES = {
             "scale": "relative error of the scale, from x_N",
             "metres_per_pixel": "scale as measured (m)",
         },
-    ),
+    )
 }
 
 TRACK = "_track"
