@@ -660,7 +660,7 @@ def sentences(tables):
 def test_the_page_concludes_from_the_tables_alone(tables):
     on_trajectories = sentences(tables)["Trajectories without noise"]
     assert "falls as dt to the power 1.00" in on_trajectories
-    assert "falls as its mean step to the power 15.0" in on_trajectories
+    assert "falls as its mean step to the power 15.00" in on_trajectories
     for word, end in ((samples.AGREE, "nothing speaks against"), (samples.DIFFER, "does not hold")):
         turned = tables | {"agreement": tables["agreement"].assign(verdict=word)}
         last = sentences(turned)["Attractors and lifetimes without noise"]
