@@ -28,10 +28,11 @@ from beltrepro.chaos.vectors import (
     with_vectors,
 )
 from beltrepro.engine.records import EVENT_FORCE, EVENT_TIME
-from beltrepro.model.spring import spring_extension
 from beltrepro.observe.slips import MostStuck
 from beltrepro.simulation.groups import integrator_of
+from slipping import sliding
 
+ELSEWHERE = {"replicate": 5, "initial_spread": 1.0}
 EIGHT = {"replicate": range(8), "initial_spread": 1.0}
 
 
@@ -39,8 +40,7 @@ def test_one_block_has_a_limit_cycle_that_erases_all_but_the_phase():
     found = lyapunov_spectrum(ChainParameters(1, 3.0), duration=4000, transient=1000, **EIGHT)
     assert found.exponents.shape == found.standard_error.shape == (2,)
     assert abs(found.exponents[0]) < 3 * found.standard_error[0] < 1e-3
-    assert found.exponents[1] == -np.inf
-    assert found.standard_error[1] == 0.0
+    assert (found.exponents[1], found.standard_error[1]) == (-np.inf, 0.0)
     assert (found.trivial, found.erased) == (0, 1)
 
 
@@ -95,14 +95,8 @@ def twin_growth(chain, *, pairs, transient, segments, length, apart=1e-8):
 @pytest.mark.thorough
 def test_seven_blocks_are_chaotic_and_twins_say_the_same():
     chain = ChainParameters(7, 10.0)
-    found = lyapunov_spectrum(
-        chain,
-        duration=10000,
-        transient=2000,
-        n_exponents=3,
-        replicate=range(16),
-        initial_spread=1.0,
-    )
+    starts = {"replicate": range(16), "initial_spread": 1.0}
+    found = lyapunov_spectrum(chain, duration=10000, transient=2000, n_exponents=3, **starts)
     first, error = found.exponents[0], found.standard_error[0]
     assert first > 8 * error
     assert first == pytest.approx(0.0045, abs=4 * error)
@@ -147,15 +141,9 @@ def test_noise_of_the_laboratory_acts_on_a_deviation_at_the_end_of_the_rest_alon
     """
     speed, threshold = 3.0, 15.0
     chain = ChainParameters(1, speed, 1.0, static_friction=threshold)
-    chains = LaboratoryIntegrator(
-        [ChainState.at_rest(chain)],
-        n_vectors=1,
-        time_step=0.05,
-        sampling=NO_SAMPLES,
-        sampled_blocks=1,
-        tolerance=1e-12,
-        noise_share=0.0,
-    )
+    accuracy = {"time_step": 0.05, "tolerance": 1e-12, "noise_share": 0.0}
+    settings = {"n_vectors": 1, "sampling": NO_SAMPLES, "sampled_blocks": 1, **accuracy}
+    chains = LaboratoryIntegrator([ChainState.at_rest(chain)], **settings)
     chains.set_deviations(np.array([[[1.0], [0.0], [0.0]]]))
     start, force = first_slip(chains)
     state = chains.state()[0]
@@ -193,14 +181,6 @@ def test_under_noise_the_largest_exponent_of_five_blocks_is_the_trivial_one():
     assert seven.exponents[0] > 10 * seven.standard_error[0]
 
 
-def sliding(chain, displacements):
-    """All blocks in slip for ever: about the lengths at which springs balance kinetic friction."""
-    kinetic = chain.friction_ratio * chain.static_friction
-    forces = kinetic * np.arange(chain.n_blocks, 0, -1)
-    balance = np.cumsum(spring_extension(forces, chain) + chain.rest_length)
-    return ChainState.in_motion(chain, balance + displacements, np.zeros(chain.n_blocks))
-
-
 def test_all_exponents_of_continuous_slip_are_finite_zero_and_sum_to_nothing():
     """Between events the motion is Hamiltonian, so the volume is kept."""
     chain = ChainParameters(3, 60.0)
@@ -227,40 +207,27 @@ def test_blocks_that_reverse_are_not_stuck():
     rows = [(1.0, 0, 0), (1.0, 0, 1), (2.0, 0, 0), (2.5, 1, 0), (3.0, 1, 1)]
     events = np.zeros((1, 8, 6))
     events[0, :5, :3] = rows
-    reversing = MostStuck(np.array([0]))
-    reversing.observe(SimpleNamespace(events=events, event_count=np.array([2])))
-    assert reversing.most == [0]
-    for count, most in ((3, 1), (4, 2), (5, 2)):
+    for count, most in ((2, 0), (3, 1), (4, 2), (5, 2)):
         followed = MostStuck(np.array([0]))
         followed.observe(SimpleNamespace(events=events, event_count=np.array([count])))
         assert followed.most == [most]
 
 
 def test_one_run_without_transient():
-    chain = ChainParameters(3, 10.0)
-    found = lyapunov_spectrum(
-        chain, duration=3000, transient=0, n_exponents=2, replicate=5, initial_spread=1.0
-    )
+    chain, settings = ChainParameters(3, 10.0), {"duration": 3000, "n_exponents": 2, **ELSEWHERE}
+    found = lyapunov_spectrum(chain, **settings)
     assert found.growth.shape == (1, 150, 2)
     assert found.interval == 20.0
     np.testing.assert_array_equal(found.exponents, found.runs[0])
     assert np.all(found.standard_error > 0)
-    row = lyapunov_spectrum(
-        [chain], duration=3000, n_exponents=2, replicate=5, initial_spread=1.0, seed=1
-    )
-    np.testing.assert_array_equal(row["exponents"][0], found.exponents)
-    np.testing.assert_array_equal(row["standard_error"][0], found.standard_error)
+    row = lyapunov_spectrum([chain], **settings)
+    for name in ("exponents", "standard_error"):
+        np.testing.assert_array_equal(row[name][0], getattr(found, name))
 
 
 def test_more_runs_than_a_group_holds():
     chain = ChainParameters(2, 8.0)
-    settings = {
-        "duration": 400,
-        "transient": 100,
-        "n_exponents": 2,
-        "seed": 9,
-        "initial_spread": 1.0,
-    }
+    settings = {"duration": 400, "transient": 100, "n_exponents": 2, "initial_spread": 1.0}
     many = lyapunov_spectrum(chain, replicate=range(33), **settings)
     assert many.runs.shape == (33, 2)
     for replicate in (3, 32):
@@ -293,10 +260,7 @@ def test_the_trivial_exponent_may_not_be_among_those_asked_for():
     [
         ({"n_exponents": 0}, "n_exponents = 0: allowed are 1 to 2N = 8"),
         ({"n_exponents": 9}, "n_exponents = 9: allowed are 1 to 2N = 8"),
-        ({"n_exponents": 1.5}, "n_exponents = 1.5: a whole number"),
         ({"method": "verlet"}, "method = 'verlet': only 'event' has a tangent dynamics"),
-        ({"method": "euler"}, "method = 'euler': allowed are verlet, event"),
-        ({"transient": 10}, "transient = 10: must be at least 0 and less than duration = 10"),
         ({"initial_spread": 0}, "replicate: some runs would be the same; each needs another one"),
         ({"noise_clock": "wall"}, "noise_clock = 'wall': allowed are rest, laboratory"),
         ({"replicate": [1, 1]}, "replicate: some runs would be the same; each needs another one"),
@@ -359,16 +323,9 @@ def test_growth_in_turns_has_an_error_that_covers_where_it_ends():
 
 def spectrum_of(growth, interval=20.0):
     """A spectrum with made-up growth (R, T, K)."""
-    runs = slopes(growth)
-    return LyapunovSpectrum(
-        ChainParameters(7, 10.0),
-        runs.mean(axis=0),
-        np.zeros(growth.shape[2]),
-        runs,
-        growth,
-        interval,
-        np.full(len(growth), 7),
-    )
+    runs, errors, stuck = slopes(growth), np.zeros(growth.shape[2]), np.full(len(growth), 7)
+    chain = ChainParameters(7, 10.0)
+    return LyapunovSpectrum(chain, runs.mean(axis=0), errors, runs, growth, interval, stuck)
 
 
 def test_finite_time_exponents_are_means_over_stretches():

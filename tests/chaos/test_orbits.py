@@ -15,7 +15,7 @@ from beltrepro import (
     simulate,
 )
 from beltrepro.base.errors import InputError
-from beltrepro.model.spring import spring_extension
+from slipping import sliding
 
 ELSEWHERE = {"replicate": 1, "initial_spread": 1.0}
 LENGTHS = {"duration": 4000.0, "transient": 2000.0, **ELSEWHERE}
@@ -77,13 +77,8 @@ def test_it_is_the_orbit_that_the_motion_is_named_by(two):
 
 def test_r_and_mean_length_are_those_of_a_run_of_whole_periods(two):
     """Samples every 0.1 in one, samples that divide the period in the other."""
-    run = simulate(
-        two.parameters,
-        duration=100 * two.period_time,
-        method="event",
-        initial_state=two.state,
-        sample_interval=None,
-    )
+    how = {"initial_state": two.state, "sample_interval": None}
+    run = simulate(two.parameters, duration=100 * two.period_time, **how)
     assert run.disorder_parameter == pytest.approx(two.disorder_parameter, rel=1e-4)
     assert run.mean_length == pytest.approx(two.mean_length, rel=1e-5)
 
@@ -181,10 +176,7 @@ def test_an_orbit_that_does_not_attract_is_followed_to(two):
         ({"chains": ChainParameters(2, 5.0, 1.0)}, "noise = 1: must be 0"),
         ({"chains": ChainParameters(7, 10.0)}, "N=7, u=10, sigma=0: no state comes back"),
         ({"duration": 2010.0}, "N=2, u=5, sigma=0: no state comes back in the last 10 time units"),
-        ({"chains": 2}, "chains = 2: a ChainParameters"),
         ({"transient": 0.0}, "transient = 0: must be greater than 0"),
-        ({"transient": 5000.0}, "transient = 5000: must be at least 0 and less than"),
-        ({"tolerance": -1.0}, "tolerance = -1: must be"),
     ],
 )
 def test_bad_input_is_one_line(changes, message):
@@ -194,21 +186,15 @@ def test_bad_input_is_one_line(changes, message):
     assert message in str(caught.value) and "\n" not in str(caught.value)
 
 
-def test_what_does_not_come_back_is_one_line(five):
+def test_what_does_not_come_back_is_one_line():
     chain = ChainParameters(7, 10.0)
     state = after(ChainState.at_rest(chain, chain.rest_positions + np.arange(7.0)), 3000.0)
     with pytest.raises(InputError, match="no orbit closes near the state after about the time 50"):
         close_orbit(state, 50.0)
-    with pytest.raises(InputError, match="period_time = 0: must be greater than 0"):
-        close_orbit(five.state, 0.0)
-    with pytest.raises(InputError, match="state = 3: a ChainState is needed"):
-        close_orbit(3, 10.0)
 
 
 def test_equilibrium_slip_has_no_orbit():
     chain = ChainParameters(3, 60.0)
-    kinetic = chain.friction_ratio * chain.static_friction
-    balance = np.cumsum(spring_extension(kinetic * np.array([3.0, 2.0, 1.0]), chain) + 50.0)
-    state = ChainState.in_motion(chain, balance + np.array([0.5, -1.0, 1.5]), np.zeros(3))
+    state = sliding(chain, np.array([0.5, -1.0, 1.5]))
     with pytest.raises(InputError, match="equilibrium slip"):
         close_orbit(state, 20.0)

@@ -85,14 +85,10 @@ def test_a_twin_is_moved_by_the_distance_and_stays_stuck_where_it_was():
 
 def test_twins_meet_the_same_noise_and_kicks():
     """Chains of one block forget how they began, so under the same noise they meet again."""
-    chain = ChainParameters(1, 3.0, noise=1.0)
-    found = separation(chain, duration=2000, transient=100, distances=[1e-6], levels=[1e-6, 1.0])
-    assert np.isnan(found["passage_time"][0, 0, 1])
-    quiet = ChainParameters(1, 3.0)
-    found = separation(
-        quiet, duration=2000, transient=100, distances=[1e-6], levels=[1e-6, 1.0], kick=0.1
-    )
-    assert np.isnan(found["passage_time"][0, 0, 1])
+    told = {"duration": 2000, "transient": 100, "distances": [1e-6], "levels": [1e-6, 1.0]}
+    for noise, kick in ((1.0, 0.0), (0.0, 0.1)):
+        found = separation(ChainParameters(1, 3.0, noise), kick=kick, **told)
+        assert np.isnan(found["passage_time"][0, 0, 1])
 
 
 def test_kind_records_what_it_says():
@@ -111,12 +107,9 @@ def test_kind_records_what_it_says():
     ("wrong", "words"),
     [
         ({"distances": [0.0]}, "distances = 0: must be greater than 0"),
-        ({"distances": []}, "distances is empty"),
         ({"distances": [300.0]}, "distances = 300: blocks of a twin would be beyond each other"),
         ({"levels": [1.0]}, "levels = "),
         ({"levels": [1.0, 0.5]}, "levels = "),
-        ({"transient": 20.0}, "transient = 20"),
-        ({"kick": 0.1, "method": "verlet"}, "kick = 0.1: method 'verlet' has none"),
     ],
 )
 def test_wrong_values_are_named(wrong, words):

@@ -38,11 +38,7 @@ def test_json_is_what_simulate_returns():
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
     run = simulate(
-        ChainParameters(3, 20.0, 1.0),
-        duration=30.0,
-        transient=10.0,
-        seed=4,
-        sample_interval=None,
+        ChainParameters(3, 20.0, 1.0), duration=30.0, transient=10.0, seed=4, sample_interval=None
     )
     assert result["disorder_parameter"] == run.disorder_parameter
     assert result["mean_length"] == run.mean_length

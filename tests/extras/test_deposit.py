@@ -141,11 +141,7 @@ def test_figures_of_other_data_have_other_bytes_and_of_the_same_the_same(made, t
 
 @pytest.mark.parametrize(
     ("text", "expected"),
-    [
-        (f"node: {'0a' * 20}\n", "0a" * 20),
-        ("node: $Format:%H$\n", ""),
-        ("", ""),
-    ],
+    [(f"node: {'0a' * 20}\n", "0a" * 20), ("node: $Format:%H$\n", ""), ("", "")],
 )
 def test_commit_of_an_archive(tmp_path, monkeypatch, text, expected):
     (tmp_path / provenance.COMMIT_FILE).write_text(text)

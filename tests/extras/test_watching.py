@@ -130,8 +130,6 @@ def test_the_belt_moves_with_its_velocity(later):
 def test_a_clock_pauses_steps_and_changes_speed():
     clock = Clock(speed=0.5, frames_per_second=30)
     assert clock.ticks_of_frame * clock.tick * TIME_S == pytest.approx(0.5 / 30)
-    paused = replace(clock, paused=True)
-    assert paused.ticks_of_frame == 0 and paused.ticks_of_step == clock.ticks_of_frame
     fast, slow = clock.changed(1), clock.changed(-1)
     assert fast.shown_speed == 1.0 and slow.shown_speed == 0.25
     assert (fast.ticks_of_frame, slow.ticks_of_frame) == (

@@ -5,7 +5,7 @@ from pkgutil import resolve_name
 import pytest
 
 from beltrepro.replication.plan import dependencies, registry
-from beltrepro.replication.plan.dependencies import code_hash, definitions
+from beltrepro.replication.plan.dependencies import Tree, code_hash, definitions
 from beltrepro.replication.plan.kinds import KINDS
 
 FILES = {
@@ -107,7 +107,7 @@ def package(tmp_path):
 
 def hashes(root):
     return {
-        name: code_hash(function, choices=choices, root=root)
+        name: code_hash(function, choices=choices, tree=Tree(root))
         for name, (function, choices) in JOBS.items()
     }
 
@@ -170,11 +170,11 @@ def test_an_edit_reruns_what_depends_on_it_and_nothing_else(package, file, old, 
 )
 def test_imports_of_every_form_are_followed(package, text):
     (package / "new.py").write_text(text)
-    assert ("beltrepro.special", "kick") in definitions("beltrepro.new:f", root=package)
+    assert ("beltrepro.special", "kick") in definitions("beltrepro.new:f", tree=Tree(package))
 
 
 def test_what_is_missing_caches_and_scripts(package, tmp_path):
-    missing = {code_hash(f"beltrepro.{name}", root=package) for name in ("a", "b", "c")}
+    missing = {code_hash(f"beltrepro.{name}", tree=Tree(package)) for name in ("a", "b", "c")}
     assert len(missing) == 3 and {len(each) for each in missing} == {16}
     before = hashes(package)
     for name in ("__pycache__/one.pyc", "kernel.nbi", ".hidden", ".cache/page.j2", "more.py"):
@@ -187,7 +187,7 @@ def test_what_is_missing_caches_and_scripts(package, tmp_path):
     script, found = tmp_path / "draw.py", set()
     for text in ("", "1", "1", "2"):
         script.write_text(text)
-        found.add(code_hash("beltrepro.figures.one:draw", script=script, root=package))
+        found.add(code_hash("beltrepro.figures.one:draw", script=script, tree=Tree(package)))
     assert len(found) == 3
 
 
@@ -236,3 +236,24 @@ def test_every_function_that_a_rule_names_is_there():
     named = {match[0] for match in dependencies._MODULE.finditer(text) if ":" in match[0]}
     assert len(named) >= 8
     assert all(callable(resolve_name(name)) for name in named)
+
+
+def test_hashes_are_kept_until_a_source_changes(tmp_path):
+    root, path = tmp_path / "package", tmp_path / "kept" / "hashes.json"
+    (root / "inner").mkdir(parents=True)
+    (root / "inner" / "a.py").write_text("x = 1")
+    made = []
+
+    def hash_of(key):
+        hashes = dependencies.KeptHashes(path, root)
+        return hashes.get(key, lambda: made.append(key) or f"hash {len(made)}")
+
+    assert hash_of("one") == "hash 1" and not path.exists()  # there is no folder to keep it in
+    path.parent.mkdir()
+    assert [hash_of(key) for key in ("one", "two", "three", "two")] == [
+        "hash 2", "hash 3", "hash 4", "hash 3",
+    ]  # fmt: skip
+    (root / "inner" / "table.yaml").write_text("data count too")
+    assert hash_of("two") == "hash 5" and hash_of("two") == "hash 5"
+    path.write_text('{"sources": 3}')
+    assert hash_of("two") == "hash 6"

@@ -101,15 +101,3 @@ def test_without_a_display_the_command_draws_beside_the_run(run, tmp_path, capsy
         assert cli.main(["plot", str(tmp_path / "run.h5")]) == 2
     assert "is there already; --force overwrites it" in capsys.readouterr().err
     assert (tmp_path / "run.png").read_bytes() == before
-
-
-@pytest.mark.thorough
-def test_the_command_overwrites_only_if_forced(run, tmp_path, capsys):
-    run.save(tmp_path / "run.h5")
-    words = ["plot", str(tmp_path / "run.h5"), "--output", str(tmp_path / "run.svg")]
-    (tmp_path / "run.svg").write_text("mine")
-    assert cli.main(words) == 2
-    assert "is there already; --force overwrites it" in capsys.readouterr().err
-    assert (tmp_path / "run.svg").read_text() == "mine"
-    assert cli.main([*words, "--force"]) == 0
-    assert (tmp_path / "run.svg").stat().st_size > 5000

@@ -111,19 +111,17 @@ OWN = [
 @pytest.mark.parametrize("name", CHANGES)
 def test_each_keyword_is_told_to_the_run(name):
     function = time_to_orbit if name == "kick" else simulate
-    usual = function(NOISY, duration=100.0, **USUAL)
-    changed = function(NOISY, duration=100.0, **USUAL | {name: CHANGES[name]})
-    if name == "kick":
-        assert not np.array_equal(usual["return_state"], changed["return_state"])
-    else:
-        assert not np.array_equal(usual.positions, changed.positions)
+    usual, changed = (
+        function(NOISY, duration=100.0, **USUAL | more) for more in ({}, {name: CHANGES[name]})
+    )
+    pick = (lambda table: table["return_state"]) if name == "kick" else (lambda run: run.positions)
+    assert not np.array_equal(pick(usual), pick(changed))
 
 
 @pytest.mark.parametrize(("function", "own"), OWN)
 def test_each_argument_changes_what_is_found(function, own):
-    lengths = (
-        LONG if function not in (time_to_continuous_slip, time_to_orbit) else {"duration": 400}
-    )
+    no_transient = function in (time_to_continuous_slip, time_to_orbit)
+    lengths = {"duration": 400} if no_transient else LONG
     usual = bits(function([NOISY], **USUAL, **lengths))
     for name, value in own.items():
         assert bits(function([NOISY], **USUAL, **lengths | {name: value})) != usual, name
@@ -271,17 +269,6 @@ def test_a_grid_is_all_combinations_and_its_numbers_those_of_scan(results):
     assert len(one.table()) == 1 and one.axes == []
 
 
-def test_all_functions_take_a_grid():
-    grid = Grid([2, 3], 5.0, replicates=2)
-    how = {"initial_spread": 1.0}
-    for function, lengths in FUNCTIONS.items():
-        outcome = function(grid, **how, **lengths)
-        if function is simulate:
-            assert [run.replicate for run in outcome] == [0, 1, 0, 1]
-        elif function is not catalogue:
-            assert outcome["n_blocks"].tolist() == [2, 2, 3, 3]
-
-
 def test_table_and_files_hold_the_same(results, tmp_path):
     import pandas as pd
 
@@ -369,63 +356,31 @@ def test_memory_that_the_system_tells_in_kilobytes_becomes_bytes(monkeypatch):
 
 # --- what is refused ---
 
+LATER, STEPS = {"initial_state": STATE}, {"method": "verlet"}
+
 
 @pytest.mark.parametrize(
     ("chains", "options", "words"),
     [
         ([], {}, "chains = []: a ChainParameters, or a sequence of at least one"),
-        ("chain", {}, "chains = 'chain': a ChainParameters"),
         ([CHAIN, 3], {}, "a ChainParameters, or a sequence"),
         (Setup(CHAIN), {"seed": 3}, "seed: not together with a Setup"),
         (Grid(2, 5.0), {"replicate": 1}, "replicate: not together with a Grid"),
         (Grid([2, 3], 5.0), {"seed": [1, 2, 3]}, "seed of length 3: one value for all chains"),
         (CHAIN, {"replicate": []}, "replicate is empty: at least one value is needed"),
         (CHAIN, {"seed": [1, 2], "replicate": [1, 2, 3]}, "replicate of length 3: one value for"),
-        ([CHAIN] * 2, {"seed": [1, 2, 3]}, "seed of length 3: one value for all chains is needed"),
         ([CHAIN] * 2, {"seed": [1, 2.5]}, "seed = 2.5: a whole number"),
-        (CHAIN, {"seed": True}, "seed = True: a whole number"),
-        (CHAIN, {"seed": 2**63}, "must be at most 9223372036854775807"),
-        (CHAIN, {"replicate": -1}, "replicate = -1: a whole number of 0 or greater"),
-        (CHAIN, {"method": 3}, "method = 3: allowed are verlet, event"),
-        (CHAIN, {"method": "evnt"}, "did you mean 'event'"),
         (CHAIN, {"metod": "event"}, "simulate has no argument 'metod'; did you mean 'method'?"),
-        (CHAIN, {"durration": 5}, "no argument 'durration'; did you mean 'duration'?"),
-        (CHAIN, {"dt": 0.1}, "no argument 'dt'; did you mean 'time_step'?"),
         (CHAIN, {"kick": 0.1}, "kick = 0.1: only for separation and time_to_orbit"),
         (CHAIN, {"initial_spread": 1e3, "replicate": 3}, "on the wrong side of each other"),
         (CHAIN, {"initial_positions": [60.0, 55.0]}, "must be positive and increasing"),
-        (CHAIN, {"initial_positions": [60.0]}, "initial_positions of shape (1,): 2 numbers"),
-        (CHAIN, {"initial_positions": [60.0, "far"]}, "2 numbers are needed"),
-        (CHAIN, {"initial_positions": 3.0}, "initial_positions of shape (): 2 numbers"),
-        (
-            [CHAIN] * 2,
-            {"initial_positions": [[60.0, 110.0]]},
-            "initial_positions of length 1: one array for each of 2 chains",
-        ),
-        (CHAIN, {"initial_state": 3}, "initial_state = 3: a ChainState is needed"),
+        ([CHAIN] * 2, {"initial_positions": [[60.0, 110.0]]}, "of length 1: one array for each"),
         (NOISY, {"initial_state": STATE}, "initial_state of 2 blocks: a chain of n_blocks = 3"),
-        (
-            CHAIN,
-            {"initial_state": STATE, "initial_positions": [60.0, 110.0]},
-            "initial_positions: not together with initial_state",
-        ),
-        (
-            CHAIN,
-            {"initial_state": STATE, "initial_spread": 0.1},
-            "initial_spread: not together with initial_state",
-        ),
-        (
-            CHAIN,
-            {"initial_state": STATE, "time_step": 0.003, "method": "verlet"},
-            "initial_state at t = 0.5: method 'verlet' needs a multiple of time_step = 0.003",
-        ),
-        (
-            CHAIN,
-            {"method": "verlet", "sample_interval": 0.5445},
-            "method 'verlet' needs a multiple of time_step",
-        ),
+        (CHAIN, LATER | {"initial_positions": [60.0, 110.0]}, "initial_positions: not together"),
+        (CHAIN, LATER | {"initial_spread": 0.1}, "initial_spread: not together with initial_state"),
+        (CHAIN, LATER | STEPS | {"time_step": 0.003}, "initial_state at t = 0.5: method 'verlet'"),
+        (CHAIN, STEPS | {"sample_interval": 0.5445}, "'verlet' needs a multiple of time_step"),
         (CHAIN, {"sample_start": 11}, "sample_start = 11: must be at most duration = 10"),
-        (CHAIN, {"transient": 10}, "transient = 10: must be at least 0 and less than"),
     ],
 )
 def test_bad_input_is_one_line(chains, options, words):

@@ -9,13 +9,7 @@ from typing import Any, Unpack
 import numpy as np
 
 from beltrepro.chaos.clocks import REST, integrator_by
-from beltrepro.chaos.vectors import (
-    check_method,
-    grow,
-    slopes,
-    standard_errors,
-    with_vectors,
-)
+from beltrepro.chaos.vectors import check_method, grow, slopes, standard_errors, with_vectors
 from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters

@@ -57,10 +57,7 @@ def count_intervals(length: float) -> int:
 
 
 def grow(
-    chains: TangentIntegrator,
-    length: float,
-    observers: Sequence,
-    report: Callable[[float], None],
+    chains: TangentIntegrator, length: float, observers: Sequence, report: Callable[[float], None]
 ) -> np.ndarray:
     """Advance by `length`; rates of growth (W, T, K) of the vectors in its T intervals."""
     begin, count = chains.time, count_intervals(length)

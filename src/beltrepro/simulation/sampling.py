@@ -96,12 +96,7 @@ class SampleLog:
     """Keeps every so many samples of a group of runs, from `start` on; one at t = 0 the start."""
 
     def __init__(
-        self,
-        members: Sequence[Case],
-        sampling: Sampling,
-        every: int,
-        start: float,
-        end: float,
+        self, members: Sequence[Case], sampling: Sampling, every: int, start: float, end: float
     ) -> None:
         self._start = start
         self._interval, self._every = sampling.interval, every

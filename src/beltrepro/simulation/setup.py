@@ -415,8 +415,7 @@ def _later_state(
         raise InputError(f"{name}: not together with initial_state, see ChainState.moved")
     state = initial_state.under(chain)
     return state.keyed(
-        state.seed if seed is None else seed,
-        state.replicate if replicate is None else replicate,
+        state.seed if seed is None else seed, state.replicate if replicate is None else replicate
     )
 
 

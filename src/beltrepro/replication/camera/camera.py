@@ -57,10 +57,7 @@ def film(
     camera = camera or Camera()
     frames = pictures(motion, scene=scene, camera=camera, progress=progress)
     return write_video(
-        path,
-        frames,
-        frames_per_second=camera.frames_per_second,
-        compression=camera.compression,
+        path, frames, frames_per_second=camera.frames_per_second, compression=camera.compression
     )
 
 

@@ -11,12 +11,14 @@ import ast
 import functools
 import hashlib
 import io
+import json
 import re
 import tokenize
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from beltrepro.base.atomic import replacing
 from beltrepro.base.provenance import PACKAGE, ROOT
 
 _DERIVED = (".pyc", ".nbi", ".nbc")  # caches of Python and Numba
@@ -26,14 +28,18 @@ WHOLE = ""  # in place of the name of a definition: all of the module
 
 
 def code_hash(
-    *functions: str, script: Path | None = None, choices: Iterable[str] = (), root: Path = ROOT
+    *functions: str,
+    script: Path | None = None,
+    choices: Iterable[str] = (),
+    tree: "Tree | None" = None,
 ) -> str:
     """Hash of the code behind functions, named as "module:function".
 
     script : counts by its own text only. choices : methods of the points, where a table chooses.
     """
     digest = hashlib.sha256()
-    for (module, name), text in sorted(definitions(*functions, choices=choices, root=root).items()):
+    found = definitions(*functions, choices=choices, tree=tree)
+    for (module, name), text in sorted(found.items()):
         digest.update(f"{module}:{name}\0{text}\0".encode())
     if script is not None:
         digest.update(f"{script.name}\0".encode() + script.read_bytes())
@@ -41,14 +47,74 @@ def code_hash(
 
 
 def definitions(
-    *functions: str, choices: Iterable[str] = (), root: Path = ROOT
+    *functions: str, choices: Iterable[str] = (), tree: "Tree | None" = None
 ) -> dict[tuple[str, str], str]:
     """Text of each definition behind functions, by module and name; of data files their hash."""
-    search = _Search(frozenset(choices), root)
+    search = _Search(frozenset(choices), tree or Tree())
     for function in functions:
         module, _, name = function.partition(":")
         search.ask(module, name)
     return search.finish()
+
+
+class KeptHashes:
+    """Hashes in a file, as long as no source of the package changes: the search takes seconds.
+
+    Every job of a run starts a process that asks for them.
+    """
+
+    def __init__(self, path: Path, root: Path = ROOT) -> None:
+        self._path, self._state = path, _state(root)
+        self._hashes: dict[str, str] = {}
+        try:
+            kept = json.loads(path.read_text(encoding="utf-8"))
+            if kept["sources"] == self._state:
+                self._hashes = dict(kept["hashes"])
+        except (OSError, ValueError, TypeError, KeyError):
+            pass  # none are kept, or by a version that wrote another form
+
+    def get(self, key: str, make: Callable[[], str]) -> str:
+        """The hash of this key, made and kept if it is not there."""
+        if key not in self._hashes:
+            self._hashes[key] = make()
+            if self._path.parent.is_dir():
+                with replacing(self._path) as unfinished:
+                    kept = {"sources": self._state, "hashes": self._hashes}
+                    unfinished.write_text(json.dumps(kept), encoding="utf-8")
+        return self._hashes[key]
+
+
+def _state(root: Path) -> str:
+    """Hash of all sources and data files of the package."""
+    digest = hashlib.sha256()
+    for path in sorted(root.rglob("*")):
+        if path.is_file() and "__pycache__" not in path.parts and path.suffix not in _DERIVED:
+            digest.update(f"{path.relative_to(root)}\0".encode())
+            digest.update(hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()
+
+
+class Tree:
+    """The sources of the package as they were when they were first asked for."""
+
+    def __init__(self, root: Path = ROOT) -> None:
+        self.root = root
+        self._sources: dict[str, Path | None] = {}
+        self._modules: dict[str, _Module] = {}
+
+    def source(self, module: str) -> Path | None:
+        """File with the text of a module, if there is one."""
+        if module not in self._sources:
+            self._sources[module] = _source(self.root, module)
+        return self._sources[module]
+
+    def module(self, module: str) -> "_Module":
+        """A module that has a source."""
+        if module not in self._modules:
+            source = self.source(module)
+            assert source is not None, module
+            self._modules[module] = _module(source, source.read_text(encoding="utf-8"), module)
+        return self._modules[module]
 
 
 @dataclass
@@ -64,21 +130,45 @@ class _Uses:
 
 @dataclass
 class _Definition:
-    """A statement at the top of a module, or a method."""
+    """A statement at the top of a module, or a method; looked into only when it is asked for."""
 
     node: ast.stmt
-    text: str
-    uses: _Uses
+    lines: list[str]  # of the module
+    package: str
     is_registered: bool = False  # whether it counts as soon as its module does
-    methods: dict[str, "_Definition"] = field(default_factory=dict)
-    choices: dict[str, _Uses] = field(default_factory=dict)  # of a table by method
+
+    @functools.cached_property
+    def methods(self) -> dict[str, "_Definition"]:
+        """Of a class."""
+        inner = [part for part in getattr(self.node, "body", ()) if _is_method(self.node, part)]
+        return {part.name: _Definition(part, self.lines, self.package) for part in inner}
+
+    @functools.cached_property
+    def uses(self) -> _Uses:
+        """What it mentions."""
+        left_out = {id(method.node) for method in self.methods.values()}
+        return _mentioned(self.node, self.package, left_out)
+
+    @functools.cached_property
+    def text(self) -> str:
+        """What counts of it."""
+        return _text(self.node, self.lines, [method.node for method in self.methods.values()])
+
+    @functools.cached_property
+    def choices(self) -> dict[str, _Uses]:
+        """Of a table by method: what each entry mentions."""
+        table = getattr(self.node, "value", None)
+        if not isinstance(table, ast.Dict) or not _chooses_by_method(table):
+            return {}
+        entries = zip(table.keys, table.values, strict=True)
+        return {key.value: _mentioned(choice, self.package) for key, choice in entries}  # type: ignore[union-attr]
 
 
 class _Search:
     """Follows names from some functions, until there are no new ones."""
 
-    def __init__(self, choices: frozenset[str], root: Path) -> None:
-        self._choices, self._root = choices, root
+    def __init__(self, choices: frozenset[str], tree: Tree) -> None:
+        self._choices, self._tree = choices, tree
         self._waiting: list[tuple[str, str]] = []
         self._found: dict[tuple[str, str], str] = {}
         self._asked: set[tuple[str, str]] = set()
@@ -99,10 +189,10 @@ class _Search:
         return self._found
 
     def _look_up(self, module: str, name: str) -> None:
-        if self._source(module) is None:
+        if self._tree.source(module) is None:
             self._found[module, name] = "missing"  # the job that needs it will say so
             return
-        known = self._module(module)
+        known = self._tree.module(module)
         self._touch(module)
         if name == WHOLE:
             for key in known.definitions:
@@ -111,17 +201,17 @@ class _Search:
             self._take(module, name, known.definitions[name], known)
         elif name in known.imports:
             self._ask_import(*known.imports[name])
-        elif self._source(f"{module}.{name}"):
+        elif self._tree.source(f"{module}.{name}"):
             self.ask(f"{module}.{name}", WHOLE)
         elif "__getattr__" in known.definitions:  # of names that are imported late
             self.ask(module, "__getattr__")
 
     def _touch(self, module: str) -> None:
         """Take what counts as soon as a module is imported, in it and in those that it imports."""
-        if module in self._touched or not self._source(module):
+        if module in self._touched or not self._tree.source(module):
             return
         self._touched.add(module)
-        known = self._module(module)
+        known = self._tree.module(module)
         for key, definition in known.definitions.items():
             if definition.is_registered:
                 self._take(module, key, definition, known)
@@ -157,7 +247,7 @@ class _Search:
                 self.ask(module, name)
         for name, attribute in uses.pairs:
             origin = ".".join(filter(None, imports.get(name, ())))
-            if self._source(origin):
+            if self._tree.source(origin):
                 self.ask(origin, attribute)
                 continue
             # through an instance, or through a class, which alone has class methods
@@ -170,7 +260,7 @@ class _Search:
             for origin in (origin for name, (origin, _) in imports.items() if "." in name):
                 self.ask(origin, WHOLE)
         for named, name in uses.modules:
-            if self._source(named):
+            if self._tree.source(named):
                 self.ask(named, name)
                 if not name:
                     self._take_data(named)
@@ -180,24 +270,16 @@ class _Search:
             self._words.add(word)
             for key in {word, word.removeprefix(".")}:
                 for owner, name, method in self._methods.pop(key, ()):
-                    self._take(owner, name, method, self._module(owner))
-
-    def _source(self, module: str) -> Path | None:
-        return _source(self._root, module)
-
-    def _module(self, module: str) -> "_Module":
-        source = self._source(module)
-        assert source is not None, module
-        return _module(source, source.read_text(encoding="utf-8"), module)
+                    self._take(owner, name, method, self._tree.module(owner))
 
     def _ask_import(self, origin: str, name: str) -> None:
         submodule = f"{origin}.{name}" if name else origin
-        is_module = self._source(submodule) is not None
+        is_module = self._tree.source(submodule) is not None
         self.ask(*((submodule, WHOLE) if is_module else (origin, name)))
 
     def _take_data(self, package: str) -> None:
         """Templates, styles and lists of a package, and of those in it."""
-        place = self._root.joinpath(*package.split(".")[1:])
+        place = self._tree.root.joinpath(*package.split(".")[1:])
         for path in sorted(place.rglob("*")):
             hidden = any(part.startswith((".", "__")) for part in path.relative_to(place).parts)
             if path.is_file() and not hidden and path.suffix not in (".py", *_DERIVED):
@@ -214,7 +296,6 @@ class _Module:
     is_package: bool
 
 
-@functools.cache  # a workflow asks for the same modules again and again
 def _module(path: Path, text: str, module: str) -> _Module:
     is_package = path.name == "__init__.py"
     package = module if is_package else module.rpartition(".")[0]
@@ -228,9 +309,10 @@ def _module(path: Path, text: str, module: str) -> _Module:
         elif _is_text(node) or _is_for_others(node):
             continue
         else:
-            definition = _define(node, lines, package)
-            imports |= definition.uses.imports if not isinstance(node, _FUNCTIONS) else {}
+            definition = _Definition(node, lines, package)
             names = list(_names(node))
+            if not names or isinstance(node, ast.ClassDef):  # as in try: import
+                imports |= definition.uses.imports
             definition.is_registered = not names
             for name in names or [f"statement {number}"]:
                 definitions[name] = definition
@@ -242,23 +324,6 @@ def _module(path: Path, text: str, module: str) -> _Module:
     return _Module(definitions, imports, is_package)
 
 
-def _define(node: ast.stmt, lines: list[str], package: str) -> _Definition:
-    methods = {}
-    if isinstance(node, ast.ClassDef):
-        inner = [part for part in node.body if isinstance(part, _FUNCTIONS)]
-        methods = {part.name: _define(part, lines, package) for part in inner}
-    left_out = [part for part in getattr(node, "body", ()) if _is_method(node, part)]
-    uses = _Uses()
-    _collect(node, uses, package, {id(part) for part in left_out})
-    definition = _Definition(node, _text(node, lines, left_out), uses, methods=methods)
-    value = getattr(node, "value", None)
-    if isinstance(value, ast.Dict) and _chooses_by_method(value):
-        for key, choice in zip(value.keys, value.values, strict=True):
-            definition.choices[key.value] = chosen = _Uses()  # type: ignore[union-attr]
-            _collect(choice, chosen, package, set())
-    return definition
-
-
 def _is_method(owner: ast.AST, part: ast.AST) -> bool:
     return isinstance(owner, ast.ClassDef) and isinstance(part, _FUNCTIONS)
 
@@ -267,6 +332,12 @@ def _chooses_by_method(table: ast.Dict) -> bool:
     """Whether the keys of a table are methods, and each says what is used by it."""
     keys = {key.value for key in table.keys if isinstance(key, ast.Constant)}
     return len(table.keys) > 1 and len(keys) == len(table.keys) and {"verlet", "event"} <= keys
+
+
+def _mentioned(node: ast.AST, package: str, left_out: set[int] | None = None) -> _Uses:
+    uses = _Uses()
+    _collect(node, uses, package, left_out or set())
+    return uses
 
 
 def _collect(node: ast.AST, uses: _Uses, package: str, left_out: set[int]) -> None:
@@ -340,11 +411,13 @@ def _is_for_others(node: ast.stmt) -> bool:
 
 def _text(node: ast.stmt, lines: list[str], left_out: list[ast.stmt]) -> str:
     """The text of a definition without docstrings, comments, blank lines and methods."""
-    skipped = [part for part in ast.walk(node) if isinstance(part, ast.stmt) and _is_text(part)]
+    numbers = range(_first(node), (node.end_lineno or node.lineno) + 1)
     gone: set[int] = set()
+    skipped: list[ast.stmt] = []
+    if any(lines[number - 1].lstrip()[:1] in ("'", '"') for number in numbers):
+        skipped = [part for part in ast.walk(node) if isinstance(part, ast.stmt) and _is_text(part)]
     for part in (*skipped, *left_out):
         gone |= set(range(_first(part), (part.end_lineno or part.lineno) + 1))
-    numbers = range(_first(node), (node.end_lineno or node.lineno) + 1)
     text = "".join(lines[number - 1] for number in numbers if number not in gone)
     if "#" in text:
         text = _without_comments(text)

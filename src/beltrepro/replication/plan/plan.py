@@ -57,6 +57,10 @@ class PlannedDataset:
 
     def values(self) -> dict[str, list]:
         """Distinct values of each quantity, rising."""
+        return dict(self._values)
+
+    @functools.cached_property
+    def _values(self) -> dict[str, list]:
         columns = zip(QUANTITIES, zip(*self.points, strict=True), strict=True)
         return {name: sorted(set(values), key=_none_first) for name, values in columns}
 
