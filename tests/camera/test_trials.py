@@ -81,12 +81,6 @@ def test_a_trial_is_what_the_analysis_of_a_recording_says_of_the_frames(found):
     assert (found["lasting_count"] > 0).any() and (found["lasting_count"] == 0).any()
 
 
-def test_r_of_the_frames_is_that_of_the_run(found):
-    run = simulate(CHAINS[0], **SPAN, method="event", seed=4, replicate=3)
-    assert found["disorder_parameter"][0] == pytest.approx(run.disorder_parameter, rel=0.02)
-    assert found["mean_length"][0] == pytest.approx(run.mean_length, rel=1e-3)
-
-
 def test_trials_do_not_depend_on_how_many_are_made_at_once(found, monkeypatch):
     monkeypatch.setattr("beltrepro.replication.camera.trials._AT_ONCE", 2)
     again = trials(CHAINS, **SPAN, sample_interval=FRAME, **HOW)
