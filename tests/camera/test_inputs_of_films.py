@@ -294,12 +294,12 @@ def test_few_or_repeated_pictures_are_measured(tmp_path, capsys, rows):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--scale=0"], "metres_per_pixel = 0: must be greater"),
+        (["--scale=0"], "metres_per_pixel = 0: must be at least"),
         (["--scale=nan"], "metres_per_pixel = nan: a finite number"),
-        (["--scale=0.12"], "metres_per_pixel = 0.12: must be from 1e-06 to 0.1"),
+        (["--scale=0.12"], "metres_per_pixel = 0.12: must be at least 1e-06 and at most 0.1"),
         (["--scale=0.08"], "no white block"),
         (["--scale=8e-7"], "metres_per_pixel = 8e-07"),
-        (["--first-mark=-5.5"], "first_mark = -5.5: must be from -5 to 5, in metres"),
+        (["--first-mark=-5.5"], "first_mark = -5.5: must be at least -5 and at most 5"),
         (["--block-length=0"], "block_length = 0: must be greater than 0"),
         (["--output=film.mp4"], "must end in .csv"),
         (["--support=up"], "left, right, auto"),

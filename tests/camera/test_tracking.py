@@ -54,14 +54,8 @@ def test_the_block_is_placed_to_parts_of_a_pixel(tmp_path, camera, limit):
 
 
 def test_r_of_the_film_is_r_of_the_run(tmp_path):
-    run = simulate(
-        ChainParameters(5, 15.3, 1.0),
-        duration=340.0,
-        transient=200.0,
-        method="event",
-        sample_interval=1 / 24 / TIME_S,
-        sample_start=200.0,
-    )
+    how = {"transient": 200.0, "sample_interval": 1 / 24 / TIME_S, "sample_start": 200.0}
+    run = simulate(ChainParameters(5, 15.3, 1.0), duration=340.0, **how)
     film(run, tmp_path / "film.mp4", camera=POOR)
     found = track(tmp_path / "film.mp4")
     frame = np.rint(found.time_s * 24).astype(int)

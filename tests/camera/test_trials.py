@@ -36,12 +36,8 @@ def naive_slip(run, blocks):
             if not stuck and since is None:
                 since = time
         else:
-            at_once = [
-                other
-                for other in run.events[run.events["time"] == event["time"]]
-                if other["block"] == event["block"] and other["kind"] == "slip"
-            ]
-            if not at_once:
+            at_once = run.events[run.events["time"] == event["time"]]
+            if not any(at_once["kind"][at_once["block"] == event["block"]] == "slip"):
                 if since is not None:
                     longest = max(longest, time - since)
                 stuck.add(event["block"])
@@ -51,15 +47,8 @@ def naive_slip(run, blocks):
 
 def test_a_trial_is_what_the_analysis_of_a_recording_says_of_the_frames(found):
     for row, chain in enumerate(CHAINS):
-        run = simulate(
-            chain,
-            **SPAN,
-            sample_interval=FRAME,
-            sample_start=500.0,
-            method="event",
-            seed=4,
-            replicate=HOW["replicate"][row],
-        )
+        how = HOW | {"replicate": HOW["replicate"][row], "sample_start": 500.0}
+        run = simulate(chain, **SPAN, sample_interval=FRAME, **how)
         film = recording.analyse(
             units.to_si(run.time, "time"), units.to_si(run.positions[:, -1], "length")
         )

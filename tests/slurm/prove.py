@@ -50,6 +50,9 @@ def snakemake(place, run, options, arguments, environment):
     """Status of Snakemake on the copy, with the package of the copy."""
     command = [sys.executable, "-m", "snakemake", *arguments.targets, *options, "--config"]
     command += [f"preset={arguments.preset}", f"run={run}"]
+    if arguments.points_per_job:
+        defaults = f'{{"points_per_job": {arguments.points_per_job}}}'
+        command.append(f'presets={{"{arguments.preset}": {{"defaults": {defaults}}}}}')
     environment = environment | {
         "PYTHONPATH": f"{place / 'src'}:{os.environ.get('PYTHONPATH', '')}"
     }
@@ -176,6 +179,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--preset", default="smoke")
     parser.add_argument("--targets", nargs="*", default=[], help="of Snakemake; all if none")
+    parser.add_argument("--points-per-job", type=int, help="fewer points make more jobs")
     parser.add_argument("--cores", type=int, default=2, help="of the run without Slurm")
     parser.add_argument("--slots", type=int, default=8, help="jobs that the node takes at once")
     parser.add_argument("--niceness", type=int, default=10)

@@ -81,10 +81,9 @@ def track(
     """
     scene = scene or Scene()
     if metres_per_pixel is not None:
-        checks.positive("metres_per_pixel", metres_per_pixel)
-        _check("metres_per_pixel", metres_per_pixel, *_SCALES, "")
+        checks.within("metres_per_pixel", metres_per_pixel, ge=_SCALES[0], le=_SCALES[1])
     if first_mark is not None:
-        _check("first_mark", first_mark, -_FIRST_MARK, _FIRST_MARK, ", in metres")
+        checks.within("first_mark", first_mark, ge=-_FIRST_MARK, le=_FIRST_MARK)
     if support not in SUPPORTS:
         raise InputError(f"support = {support!r}: allowed are {', '.join(SUPPORTS)}")
     beginning = itertools.islice(read_video(video), 0, _SURVEY, _EVERY)
@@ -110,11 +109,6 @@ def track(
         angle=survey.angle + survey.towards * _slope(along, np.array(across), survey.along),
         lost_s=_stretches(np.array(lost), time),
     )
-
-
-def _check(name: str, value: float, low: float, high: float, unit: str) -> None:
-    if not low <= checks.finite_number(name, value) <= high:
-        raise InputError(f"{name} = {value:g}: must be from {low:g} to {high:g}{unit}")
 
 
 def _follow(frames: Iterator[Frame], survey: Survey) -> Iterator[tuple[Frame, Place | None]]:
