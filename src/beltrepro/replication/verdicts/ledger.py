@@ -44,7 +44,7 @@ CHANGES = (
 
 @dataclass(frozen=True)
 class Claim:
-    """One entry of the ledger; the fields are explained in `ledger/README.md`."""
+    """One entry of the ledger; the fields are explained in README.md beside this file."""
 
     id: str
     section: str
