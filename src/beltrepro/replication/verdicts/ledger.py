@@ -32,14 +32,7 @@ REGISTRY: dict[str, Callable] = {}
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 KINDS = ("number", "shape", "construction")
 # What a reading can change that the paper leaves to the one who computes.
-CHANGES = (
-    "integrator",
-    "time step",
-    "initial state",
-    "transient",
-    "length",
-    "number of runs",
-)
+CHANGES = ("integrator", "time step", "initial state", "transient", "length", "number of runs")
 
 
 @dataclass(frozen=True)
