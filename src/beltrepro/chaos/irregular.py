@@ -93,10 +93,8 @@ def time_to_orbit(
 
     Raises
     ------
-    InputError
-        A value is not allowed.
-    ModelStateError
-        A state left the range of the model.
+    InputError, ModelStateError
+        A value is not allowed, or a state left the range of the model.
     """
     duration = check_duration(duration)
     closed = checks.finite_number("closed", closed)
@@ -174,13 +172,8 @@ class _Run:
         if self.last_event <= middle or (closing and not period):
             self._settle(EQUILIBRIUM, max(self.last_event, self.start))
         elif closing and since <= middle:
-            self._settle(
-                PERIODIC,
-                since,
-                period_time=closing.time,
-                period_events=period,
-                period_returns=closing.crossings,
-            )
+            counts = {"period_events": period, "period_returns": closing.crossings}
+            self._settle(PERIODIC, since, period_time=closing.time, **counts)
 
     def _closing(
         self, states: np.ndarray, times: np.ndarray, middle: float, closed: float
@@ -190,10 +183,8 @@ class _Run:
             return find_recurrence(states, times, closed=closed)
         late = int(np.sum(times > middle))
         for distance in scatters(self.case):  # a narrow one first: it tells like returns apart
-            period = find_recurrence(
-                states, times, closed=closed, distance=distance, crossings=late
-            )
-            if period:
+            near: dict = {"distance": distance, "crossings": late}
+            if period := find_recurrence(states, times, closed=closed, **near):
                 return period
         return None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Unpack
+from typing import Unpack
 
 import numpy as np
 
@@ -194,11 +194,7 @@ def lyapunov_spectrum(
             "replicate: some runs would be the same; each needs another one, and without noise an "
             "initial_spread too"
         )
-    settings: dict[str, Any] = {
-        "duration": duration,
-        "transient": transient,
-        "noise_clock": noise_clock,
-    }
+    settings: dict = {"duration": duration, "transient": transient, "noise_clock": noise_clock}
     measure = partial(_followed, count=count, **settings)
     spectra = gathered("exponents", made, measure, progress, **settings)
     growth = spectra["growth"]

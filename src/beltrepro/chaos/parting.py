@@ -71,10 +71,8 @@ def separation(
 
     Raises
     ------
-    InputError
-        A value is not allowed.
-    ModelStateError
-        A state left the range of the model.
+    InputError, ModelStateError
+        A value is not allowed, or a state left the range of the model.
     """
     duration, transient = check_lengths(duration, transient)
     apart = checks.several("distances", distances, checks.positive)
