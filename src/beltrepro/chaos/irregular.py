@@ -149,11 +149,6 @@ class _Run:
         if np.isfinite(position):
             self.section = position
 
-    def remember(self, times: np.ndarray, blocks: np.ndarray) -> None:
-        """Add the slips of a window."""
-        self.times.append(times)
-        self.blocks.append(blocks)
-
     def judge(self, log: ReturnLog, lane: int, middle: float, closed: float) -> None:
         """Look for the end of the irregular motion in a window that has just been passed.
 
@@ -252,8 +247,7 @@ def _place_sections(runs: list[_Run]) -> None:
     for group, report in groups([run.case for run in runs], None):
         members = [runs[index] for index in group]
         moments = LengthMoments(len(group), members[0].start + 0.5 * _FIRST_WINDOW)
-        cases = [run.case for run in members]
-        chains = integrator_of(cases)
+        chains = integrator_of([run.case for run in members])
         observe(chains, _FIRST_WINDOW, [moments], report)
         lengths = moments.result(members[0].case.parameters.rest_positions[-1])
         for run, length in zip(members, lengths["mean_length"], strict=True):
@@ -263,10 +257,11 @@ def _place_sections(runs: list[_Run]) -> None:
 def _pass_window(members: list[_Run], length: float, closed: float, report: Report) -> None:
     """Advance a group by a window, and judge its motion there."""
     chain, middle = members[0].case.parameters, members[0].case.state.time + 0.5 * length
-    moments, log, order = observers = (
-        LengthMoments(len(members), middle),
-        ReturnLog(len(members)),
-        SlipOrder(len(members)),
+    width = len(members)
+    observers = moments, log, order = (
+        LengthMoments(width, middle),
+        ReturnLog(width),
+        SlipOrder(width),
     )
     chains = _integrator(members)
     if isinstance(chains, TangentIntegrator):
@@ -279,7 +274,8 @@ def _pass_window(members: list[_Run], length: float, closed: float, report: Repo
     lengths = moments.result(chain.rest_positions[-1])
     for lane, (run, state) in enumerate(zip(members, chains.state(), strict=True)):
         run.case = replace(run.case, state=state)
-        run.remember(*order.slips(lane))
+        for slips, kept in zip(order.slips(lane), (run.times, run.blocks), strict=True):
+            kept.append(slips)
         run.judge(log, lane, middle, closed)
         run.motion |= {name: lengths[name][lane] for name in ("disorder_parameter", "mean_length")}
         if len(log.returns(lane)[0]) < _FEWEST and not run.settled:

@@ -21,7 +21,6 @@ from beltrepro.chaos.vectors import (
     standard_errors,
     with_vectors,
 )
-from beltrepro.engine.integrator import Integrator
 from beltrepro.model import ChainParameters
 from beltrepro.observe.slips import MostStuck
 from beltrepro.simulation.groups import Report, integrator_of, observe
@@ -259,15 +258,10 @@ def _followed(
     chains = with_vectors(before, members, size, noise_clock=noise_clock)
     if transient > 0:
         grow(chains, transient - alone, [], lambda fraction: None)
-    stuck = MostStuck(_stuck_now(chains))
+    stuck = MostStuck(np.array([np.sum(state.directions == 0) for state in chains.state()]))
     counted = duration - transient
     growth = grow(
         chains, counted, [stuck], lambda done: report((transient + done * counted) / duration)
     )
     erased = np.arange(size) >= 2 * chains.n_blocks - stuck.most[:, None]
     return {"most_stuck": stuck.most, "growth": np.where(erased[:, None], -np.inf, growth)}
-
-
-def _stuck_now(chains: Integrator) -> np.ndarray:
-    """Number of blocks (W,) of each chain that are stuck."""
-    return np.array([np.sum(state.directions == 0) for state in chains.state()])
