@@ -5,37 +5,27 @@ import itertools
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.stats import chi2, kstest
+from scipy.optimize import brentq
+from scipy.stats import chi2, kstest, norm
 
 import naive
-from beltrepro import (
-    ChainParameters,
-    ChainState,
-    scan,
-    simulate,
-)
+from beltrepro import ChainParameters, ChainState, scan, simulate
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.law import law_constants, tension
 from beltrepro.engine.noise import normal_deviates, normal_pairs_wide, stream_states
 from beltrepro.engine.simd import load_wide, store
-from beltrepro.engine.vector import exp2, kernel
+from beltrepro.engine.vector import kernel
 from beltrepro.engine.verlet_integrators import SteppingVerlet
-from beltrepro.model.spring import (
-    chain_deformations,
-    spring_energy,
-    spring_extension,
-    spring_force,
-)
+from beltrepro.model.spring import chain_deformations, spring_energy, spring_extension, spring_force
 
 SINGLE = ChainParameters(1, 1.0)
 
 
 def limit_cycle():
-    """Period and r of one block (N=1, u=1, sigma=0) by quadrature of the energy integral.
+    """Slip time, period and r of one block (N=1, u=1, sigma=0): quadrature of the energy integral.
 
-    In the frame of the belt... the block starts to slip at F_e = F_st with v = u. While it slips,
-    v^2/2 + U(x) - F_k x is constant; it sticks where v = u again; in between v_r < 0.
+    It starts to slip at F_e = F_st with v = u; then v^2/2 + U(x) - F_k x is constant until v = u.
     """
     kinetic = 0.45 * 71.4
     high = float(spring_extension(71.4))
@@ -46,8 +36,6 @@ def limit_cycle():
     energy = 0.5 + effective(high)
     # v = +1 at `high`, turns, moves to lower x, turns again and reaches v = 1 at the same
     # effective potential below the minimum
-    from scipy.optimize import brentq
-
     middle = float(spring_extension(kinetic))
     top = brentq(lambda x: effective(x) - energy, high, high + 50)
     bottom = brentq(lambda x: effective(x) - energy, -200, middle)
@@ -62,12 +50,8 @@ def limit_cycle():
             speed = np.sqrt(max(2 * (energy - effective(x)), 1e-300))
             return (50 + x) ** power * w * np.cos(theta) / speed
 
-        return np.array(
-            [
-                quad(integrand, -np.pi / 2, np.pi / 2, (p,), epsabs=1e-11, limit=400)[0]
-                for p in range(3)
-            ]
-        )
+        ends = -np.pi / 2, np.pi / 2
+        return np.array([quad(integrand, *ends, p, epsabs=1e-11, limit=400)[0] for p in range(3)])
 
     slip = moments(high, top) + moments(bottom, top) + moments(bottom, low)
     stuck = np.array([((50 + high) ** (p + 1) - (50 + low) ** (p + 1)) / (p + 1) for p in range(3)])
@@ -79,9 +63,8 @@ def limit_cycle():
 def test_one_block_follows_the_closed_form():
     slip_time, period, disorder = limit_cycle()
     assert period == pytest.approx(65.895, rel=1e-4)
-    run = simulate(
-        SINGLE, duration=65.895 * 61, transient=65.895, sample_interval=0.01, method="verlet"
-    )
+    lengths = {"duration": 65.895 * 61, "transient": 65.895, "sample_interval": 0.01}
+    run = simulate(SINGLE, method="verlet", **lengths)
     slips = run.events["time"][run.events["kind"] == "slip"]
     sticks = run.events["time"][run.events["kind"] == "stick"]
     assert slips[0] == pytest.approx(20 + 100 * np.log(1.514), abs=0.0011)
@@ -113,65 +96,33 @@ def test_first_order_convergence_in_the_time_step():
 
 def test_without_samples_any_time_step_will_do():
     """The samples behind r are then about 0.1 apart, whatever the step."""
-    odd, even = (
-        simulate(
-            ChainParameters(3, 20.0),
-            duration=30,
-            time_step=step,
-            sample_interval=None,
-            method="verlet",
-        )
-        for step in (0.0013, 0.001)
-    )
-    assert odd.mean_length == pytest.approx(even.mean_length, rel=1e-3)
+
+    def run(step, interval=None):
+        options = {"duration": 30, "method": "verlet", "sample_interval": interval}
+        return simulate(ChainParameters(3, 20.0), time_step=step, **options)
+
+    assert run(0.0013).mean_length == pytest.approx(run(0.001).mean_length, rel=1e-3)
     with pytest.raises(InputError, match=r"sample_interval = 0\.1: method .verlet. needs"):
-        simulate(
-            ChainParameters(3, 20.0),
-            duration=30,
-            time_step=0.0013,
-            sample_interval=0.1,
-            method="verlet",
-        )
+        run(0.0013, 0.1)
 
 
 def test_energy_audit_closes_and_improves_with_the_step():
-    chain = ChainParameters(5, 20.0, 1.0)
-    coarse, fine = (
-        abs(
-            simulate(
-                chain, duration=200, time_step=dt, sample_interval=None, method="verlet"
-            ).energy_residual
-        )
-        for dt in (0.01, 0.001)
-    )
-    assert fine < 1e-4
-    assert fine < coarse
+    options = {"duration": 200, "sample_interval": None, "method": "verlet"}
+    runs = [simulate(ChainParameters(5, 20.0, 1.0), time_step=h, **options) for h in (0.01, 0.001)]
+    coarse, fine = (abs(run.energy_residual) for run in runs)
+    assert fine < 1e-4 and fine < coarse
 
 
-def test_exponential_is_good_to_two_units_in_the_last_place():
-    @kernel
-    def fill(x, y):
-        for i in range(len(x)):
-            y[i] = exp2(x[i], 1.0)
-
-    x = np.linspace(-30, 30, 100001)
-    y = np.empty_like(x)
-    fill(x, y)
-    exact = np.exp2(x.astype(np.longdouble))
-    assert np.max(np.abs((y - exact) / np.spacing(y))) < 2
-    fill(np.zeros(1), y[:1])
-    assert y[0] == 1.0
+@kernel
+def fill_tensions(x, law, y):
+    for i in range(len(x)):
+        y[i] = tension(x[i], law)
 
 
 def test_kernel_spring_law_is_the_model():
-    @kernel
-    def fill(x, law, y):
-        for i in range(len(x)):
-            y[i] = tension(x[i], law)
-
     x = np.linspace(-60, 300, 3601)
     y = np.empty_like(x)
-    fill(x, law_constants(SINGLE), y)
+    fill_tensions(x, law_constants(SINGLE), y)
     np.testing.assert_allclose(y, -spring_force(x), rtol=2e-14, atol=2e-13)
     np.testing.assert_allclose(y, [-naive.spring_force(value) for value in x], atol=1e-10)
 
@@ -189,11 +140,9 @@ def test_normal_deviates_have_the_right_law():
     count = normals.size
     for power, expected, variance in ((1, 0, 1), (2, 1, 2), (3, 0, 15), (4, 3, 96)):
         assert abs((normals**power).mean() - expected) < 5 * np.sqrt(variance / count)
-    edges = np.array([-4.5, -4, -3, -2, -1, 0, 1, 2, 3, 4, 4.5])
-    from scipy.stats import norm
-
-    probability = np.diff(norm.cdf(np.concatenate([[-np.inf], edges, [np.inf]])))
-    observed = np.histogram(normals, np.concatenate([[-np.inf], edges, [np.inf]]))[0]
+    edges = [-np.inf, -4.5, -4, -3, -2, -1, 0, 1, 2, 3, 4, 4.5, np.inf]
+    probability = np.diff(norm.cdf(edges))
+    observed = np.histogram(normals, edges)[0]
     statistic = ((observed - count * probability) ** 2 / (count * probability)).sum()
     assert chi2.sf(statistic, len(probability) - 1) > 1e-5
     assert kstest(normals[:, 0], "norm").pvalue > 1e-5
@@ -228,21 +177,15 @@ def test_points_do_not_depend_on_order_or_company():
 
 def test_replicates_and_seeds_differ():
     chain = ChainParameters(5, 20.0, 1.0)
-    table = points([chain] * 3, replicate=[0, 1, 0])
-    assert table["mean_length"][0] == table["mean_length"][2]
-    assert table["mean_length"][0] != table["mean_length"][1]
-    assert points([chain], seed=2)["mean_length"][0] != table["mean_length"][0]
+    one, other, again = points([chain] * 3, replicate=[0, 1, 0])["mean_length"]
+    assert one == again != other
+    assert points([chain], seed=2)["mean_length"][0] != one
 
 
 def test_broken_state_names_the_parameters():
+    options = {"duration": 200, "sample_interval": None, "method": "verlet"}
     with pytest.raises(ModelStateError, match=r"N=3, u=20000.*time_step = 0.1"):
-        simulate(
-            ChainParameters(3, 20000.0),
-            duration=200,
-            time_step=0.1,
-            sample_interval=None,
-            method="verlet",
-        )
+        simulate(ChainParameters(3, 20000.0), time_step=0.1, **options)
 
 
 def test_wide_vectors_round_like_one_chain():
@@ -256,16 +199,11 @@ def test_wide_vectors_round_like_one_chain():
             store(normals, (row, 0), first)
             store(normals, (row + 1, 0), second)
 
-    @kernel
-    def fill_one(law, x, y):
-        for i in range(len(x)):
-            y[i] = tension(x[i], law)
-
     x = np.linspace(-60, 300, 3600)
     wide, one, normals = np.empty_like(x), np.empty_like(x), np.empty((10, 16))
     states = stream_states([SINGLE] * 16, 7, range(16))
     fill(states, law_constants(SINGLE), x, wide, normals)
-    fill_one(law_constants(SINGLE), x, one)
+    fill_tensions(x, law_constants(SINGLE), one)
     np.testing.assert_array_equal(wide, one)
     expected = np.empty((10, 16))
     normal_deviates(stream_states([SINGLE] * 16, 7, range(16)), expected)
@@ -277,21 +215,10 @@ def test_wide_vectors_round_like_one_chain():
 
 def assert_naive(chain, steps, time_step, atol):
     """The run is that of the naive loop, with the same events; returns its positions and events."""
-    positions, events = naive.verlet(
-        chain.n_blocks,
-        chain.belt_velocity,
-        steps,
-        time_step,
-        chain.static_friction,
-        limit=chain.linear_limit,
-    )
-    run = simulate(
-        chain,
-        duration=steps * time_step,
-        time_step=time_step,
-        sample_interval=time_step,
-        method="verlet",
-    )
+    law = {"threshold": chain.static_friction, "limit": chain.linear_limit}
+    positions, events = naive.verlet(chain.n_blocks, chain.belt_velocity, steps, time_step, **law)
+    steps_of = {"time_step": time_step, "sample_interval": time_step, "method": "verlet"}
+    run = simulate(chain, duration=steps * time_step, **steps_of)
     np.testing.assert_allclose(run.positions[1:], positions, rtol=0, atol=atol)
     found = [(round(e["time"], 6), e["block"], str(e["kind"])) for e in run.events]
     assert found == [(round(t, 6), block, kind) for t, block, kind in events]
@@ -351,25 +278,19 @@ def small_buffers(integrator, events, crossings):
 
 def recorded(integrator, duration):
     """Events, crossings, samples and audit of each chain, over one or more chunks."""
-    chunks = []
+    lanes = [[] for _ in integrator.parameters]
     for chunk in integrator.advance(duration):
         values = chunk.displacement, chunk.relative_velocity, chunk.kinetic_friction
         samples = np.stack(values, axis=1)
-        chunks.append(
-            [
-                (
-                    chunk.events[lane, : chunk.event_count[lane]].copy(),
-                    chunk.crossings[lane, : chunk.crossing_count[lane]].copy(),
-                    samples[..., lane].copy(),
-                )
-                for lane in range(len(integrator.parameters))
-            ]
-        )
-    joined = [
-        tuple(map(np.concatenate, zip(*parts, strict=True))) for parts in zip(*chunks, strict=True)
-    ]
+        for lane, parts in enumerate(lanes):
+            events = chunk.events[lane, : chunk.event_count[lane]]
+            crossings = chunk.crossings[lane, : chunk.crossing_count[lane]]
+            parts.append([part.copy() for part in (events, crossings, samples[..., lane])])
     audit = integrator.energy_residual(), integrator.positions(), integrator.velocities()
-    return [(*parts, *last) for parts, *last in zip(joined, *audit, strict=True)]
+    return [
+        (*map(np.concatenate, zip(*parts, strict=True)), *last)
+        for parts, *last in zip(lanes, *audit, strict=True)
+    ]
 
 
 def assert_equal_bits(found, expected):
@@ -402,13 +323,8 @@ def test_width_and_buffers_change_nothing(noise):
         found = []
         for first in range(0, 37, width):
             numbers = range(37)[first : first + width]
-            part = stepping(
-                [chains[n] for n in numbers],
-                time_step=0.01,
-                stride=7,
-                section=(3, 330.0),
-                numbers=numbers,
-            )
+            options = {"time_step": 0.01, "stride": 7, "section": (3, 330.0)}
+            part = stepping([chains[n] for n in numbers], numbers=numbers, **options)
             if rows:
                 small_buffers(part, *rows)
             found += recorded(part, 120.0)

@@ -5,15 +5,8 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from beltrepro import (
-    ChainParameters,
-    ChainState,
-    Setup,
-    catalogue,
-    scan,
-    simulate,
-    time_to_continuous_slip,
-)
+from beltrepro import ChainParameters, ChainState, Setup, catalogue, scan, simulate
+from beltrepro import time_to_continuous_slip as escapes
 from beltrepro.engine.noise import stream_key
 from beltrepro.simulation.groups import groups
 
@@ -30,13 +23,8 @@ def start(chain, replicate, seed=1):
 
 def alone(replicate, **lengths):
     """One chain followed by itself from its declared state."""
-    return simulate(
-        CHAIN,
-        replicate=replicate,
-        initial_positions=start(CHAIN, replicate),
-        **lengths,
-        method="verlet",
-    )
+    begin = {"replicate": replicate, "initial_positions": start(CHAIN, replicate)}
+    return simulate(CHAIN, method="verlet", **begin, **lengths)
 
 
 def test_points_of_mixed_laws_sizes_and_noise_are_those_of_single_calls():
@@ -49,37 +37,26 @@ def test_points_of_mixed_laws_sizes_and_noise_are_those_of_single_calls():
     chains += [ChainParameters(2, 4.5 + k) for k in range(MORE_THAN_A_GROUP)]
     sections = [110.0 + k for k in range(len(chains))]
     replicates = [k % 3 for k in range(len(chains))]
-    lengths = {"duration": 30.0, "transient": 10.0, "initial_spread": SPREAD}
-    whole = scan(
-        chains, section_position=sections, replicate=replicates, **lengths, method="verlet"
-    )
-    np.testing.assert_array_equal(whole["n_blocks"], [chain.n_blocks for chain in chains])
-    np.testing.assert_array_equal(whole["belt_velocity"], [chain.belt_velocity for chain in chains])
-    np.testing.assert_array_equal(whole["noise"], [chain.noise for chain in chains])
+    lengths = {"duration": 30.0, "transient": 10.0, "initial_spread": SPREAD, "method": "verlet"}
+    whole = scan(chains, section_position=sections, replicate=replicates, **lengths)
+    for name in ("n_blocks", "belt_velocity", "noise"):
+        np.testing.assert_array_equal(whole[name], [getattr(chain, name) for chain in chains])
     np.testing.assert_array_equal(whole["replicate"], replicates)
     np.testing.assert_array_equal(whole["section_position"], sections)
     assert len(np.unique(whole["mean_length"])) == len(chains)
     for row in (0, 1, 2, 5, 40, 69, 70, 101, 102, 104):
-        one = scan(
-            chains[row],
-            section_position=sections[row],
-            replicate=replicates[row],
-            **lengths,
-            method="verlet",
-        )
+        place = {"section_position": sections[row], "replicate": replicates[row]}
+        one = scan(chains[row], **place, **lengths)
         for name, values in one.items():
             np.testing.assert_array_equal(whole[name][row], values[0], err_msg=f"{name} {row}")
 
 
 def test_runs_of_mixed_kinds_come_back_in_their_order():
     chains = [ChainParameters(1 + k % 2, 3.0 + k, noise=k % 3) for k in range(MORE_THAN_A_GROUP)]
-    runs = simulate(chains, duration=20, sample_interval=1.0, method="verlet")
-    for chain, run in list(zip(chains, runs, strict=True))[::8]:
+    options = {"duration": 20, "sample_interval": 1.0, "method": "verlet"}
+    for chain, run in list(zip(chains, simulate(chains, **options), strict=True))[::8]:
         assert run.parameters == chain
-        np.testing.assert_array_equal(
-            run.positions,
-            simulate(chain, duration=20, sample_interval=1.0, method="verlet").positions,
-        )
+        np.testing.assert_array_equal(run.positions, simulate(chain, **options).positions)
 
 
 def test_a_catalogue_of_more_chains_than_a_group_keeps_them_apart():
@@ -115,7 +92,7 @@ def test_a_catalogue_of_more_chains_than_a_group_keeps_them_apart():
 
 
 def test_escapes_of_more_members_than_a_group_keep_them_apart():
-    found = time_to_continuous_slip(
+    found = escapes(
         [CHAIN] * MORE_THAN_A_GROUP,
         replicate=range(MORE_THAN_A_GROUP),
         duration=60.0,

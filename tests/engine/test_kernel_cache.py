@@ -1,7 +1,6 @@
 """The cache of kernels: what one process saves, others load; one compiles while the others wait."""
 
 import itertools
-import json
 import os
 import subprocess
 import sys
@@ -31,15 +30,6 @@ def test_what_was_saved_is_loaded_by_key(tmp_path):
     assert cache(tmp_path / "new").load(KEY) == {"code": b"abc"}
     assert cache(tmp_path / "new").load(OTHER) == {"code": b"xyz"}
     assert not list(tmp_path.glob("**/*.tmp.*"))
-
-
-def test_two_that_save_at_once_keep_their_own(tmp_path):
-    one, other = cache(tmp_path), cache(tmp_path)
-    assert one.load(KEY) is None and other.load(OTHER) is None
-    one.save(KEY, "for one")
-    other.save(OTHER, "for the other")
-    assert cache(tmp_path).load(KEY) == "for one"
-    assert cache(tmp_path).load(OTHER) == "for the other"
 
 
 def test_another_source_and_a_damaged_file_count_as_missing(tmp_path):
@@ -88,66 +78,12 @@ def test_a_process_that_died_holds_nobody_up(tmp_path):
     assert time.monotonic() - began < 1
 
 
-def test_patience_has_an_end(tmp_path, monkeypatch):
-    monkeypatch.setattr(kernel_cache, "PATIENCE", 0.3)
-    holder = cache(tmp_path)
-    assert holder.load(KEY) is None
-    assert cache(tmp_path).load(KEY) is None
-
-
 def test_without_a_folder_or_locks_each_compiles_for_itself(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     assert cache(tmp_path / "file" / "folder").load(KEY) is None
     monkeypatch.setattr(kernel_cache, "fcntl", None)
     one, other = cache(tmp_path), cache(tmp_path)
     assert one.load(KEY) is None and other.load(KEY) is None
-
-
-def test_flush_forgets(tmp_path):
-    cache(tmp_path).save(KEY, "code")
-    cache(tmp_path).flush()
-    assert cache(tmp_path).load(KEY) is None
-
-
-@pytest.mark.slow
-def test_of_several_processes_one_compiles(tmp_path):
-    (tmp_path / "small.py").write_text(
-        "import json\n"
-        "from beltrepro.engine.vector import kernel\n\n\n"
-        "@kernel\n"
-        "def twice(x):\n"
-        "    return 2.0 * x\n\n\n"
-        "assert twice(3.0) == 6.0\n"
-        "print(sum(twice.stats.cache_misses.values()))\n"
-    )
-    path = os.pathsep.join([str(ROOT / "src"), os.environ.get("PYTHONPATH", "")])
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": path}
-    command = [sys.executable, str(tmp_path / "small.py")]
-    running = [
-        subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
-        for _ in range(4)
-    ]
-    misses = [json.loads(each.communicate()[0]) for each in running]
-    assert sorted(misses) == [0, 0, 0, 1]
-
-
-@pytest.mark.thorough
-def test_a_process_that_compiles_says_so_once(tmp_path):
-    (tmp_path / "small.py").write_text(
-        "from beltrepro.engine.vector import kernel\n\n\n"
-        "@kernel\n"
-        "def twice(x):\n"
-        "    return 2.0 * x\n\n\n"
-        "assert twice(3.0) == 6.0 and twice(3) == 6.0\n"
-    )
-    path = os.pathsep.join([str(ROOT / "src"), os.environ.get("PYTHONPATH", "")])
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": path}
-    command = [sys.executable, str(tmp_path / "small.py")]
-    said = [
-        subprocess.run(command, env=environment, stderr=subprocess.PIPE, text=True, check=True)
-        for _ in range(2)
-    ]
-    assert [each.stderr for each in said] == [kernel_cache.COMPILING + "\n", ""]
 
 
 def test_a_job_says_it_in_its_log(tmp_path):

@@ -72,12 +72,19 @@ def test_the_chain_that_stops_the_run_is_named():
 # --- numbers that are too large ---
 
 
-def test_the_exponential_overflows_instead_of_wrapping_round():
+def test_the_exponential_is_good_to_two_units_and_overflows_instead_of_wrapping_round():
     @kernel
     def fill(x, y):
         for i in range(len(x)):
             y[i] = exp2(x[i], 1.0)
 
+    x = np.linspace(-30, 30, 100001)
+    y = np.empty_like(x)
+    fill(x, y)
+    exact = np.exp2(x.astype(np.longdouble))
+    assert np.max(np.abs((y - exact) / np.spacing(y))) < 2
+    fill(np.zeros(1), y[:1])
+    assert y[0] == 1.0
     x = np.concatenate([np.linspace(1020.0, 2100.0, 2001), [1e5, 1e300, np.inf, np.nan]])
     y = np.empty_like(x)
     fill(x, y)
@@ -125,12 +132,8 @@ def test_steps_are_counted_over_full_buffers(monkeypatch):
     # a chain of many events with room for few: the count of its steps goes on
     monkeypatch.setattr(event_integrator, "_PASSES_AT_ONCE", 50)
     monkeypatch.setattr(event_integrator, "_PASSES_PER_TIME", 0)
-    chain = EventIntegrator(
-        [ChainState.at_rest(ChainParameters(5, 20.0))],
-        time_step=0.001,
-        sampling=Sampling(100, 0.001),
-        sampled_blocks=1,
-    )
+    start, sampling = ChainState.at_rest(ChainParameters(5, 20.0)), Sampling(100, 0.001)
+    chain = EventIntegrator([start], time_step=0.001, sampling=sampling, sampled_blocks=1)
     chain._events = chain._events._replace(rows=chain._events.rows[:, :4].copy())
     with pytest.raises(ModelStateError, match="more than"):
         list(chain.advance(200.0))
@@ -162,8 +165,8 @@ def test_slips_at_the_edge_of_the_range_are_as_frequent_as_in_steps(friction_rat
     chain = dataclasses.replace(chain, noise=START_NOISE / start_noise(chain))
     counts = []
     for method, seed in (("verlet", 1), ("event", 2)):
-        own = {"method": method, "seed": seed, "replicate": range(32)}
-        counts.append(scan([chain] * 32, duration=1e4, **own)["slip_count"].sum())
+        table = scan([chain] * 32, duration=1e4, method=method, seed=seed, replicate=range(32))
+        counts.append(table["slip_count"].sum())
     assert counts[1] == pytest.approx(counts[0], rel=0.012)
 
 
@@ -235,17 +238,13 @@ def test_too_few_samples_for_r_are_said():
             read = found.__getitem__ if simulated is scan else partial(getattr, found)
             assert np.isnan(read("disorder_parameter")) and np.isnan(read("mean_length"))
     with pytest.warns(UserWarning, match="r and <x_N> are NaN"):
-        assert np.isnan(
-            time_to_continuous_slip(chain, duration=20.0, settle_time=0.5, method="verlet")[
-                "final_disorder"
-            ]
-        )
+        escape = time_to_continuous_slip(chain, duration=20, settle_time=0.5, method="verlet")
+    assert np.isnan(escape["final_disorder"])
+    enough = {"duration": 21.0, "transient": 20.0, "method": "verlet"}
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert (
-            simulate(chain, duration=21.0, transient=20.0, method="verlet").disorder_parameter > 0
-        )
-        assert scan(chain, duration=21.0, transient=20.0, method="verlet")["disorder_parameter"] > 0
+        assert simulate(chain, **enough).disorder_parameter > 0
+        assert scan(chain, **enough)["disorder_parameter"] > 0
 
 
 # --- leaps ---

@@ -141,11 +141,6 @@ def test_asking_for_laminar_phases_does_not_end_the_slip_that_goes_on():
     assert found.laminar()["laminar_longest"] == [14] and found.laminar()["laminar_count"] == [1]
 
 
-def test_nothing_observed_has_no_laminar_share():
-    found = SlipActivity(2, 1, 10.0, 1.0).laminar()
-    assert np.isnan(found["laminar_fraction"]).all() and found["laminar_mean"].tolist() == [0, 0]
-
-
 def test_the_event_log_turns_displacements_into_positions():
     log = EventLog(2, np.array([50.0, 100.0]))
     chunk = chunk_of(1.0, [(0.5, 1, 1), (0.6, 0, 1)], [(0.7, 1, 1)])
@@ -256,15 +251,3 @@ def test_from_a_state_on_only_what_begins_later_counts(cut):
         assert len(expected) == len(found) > 3
         for name in found.dtype.names:
             np.testing.assert_allclose(found[name], expected[name], atol=1e-9, err_msg=name)
-
-
-def test_an_avalanche_that_goes_on_at_the_end_is_left_out():
-    events = np.array([(1, 0, 1, 0, 52, 0), (2, 0, 0, 0, 50, 1), (3, 0, 1, 0, 52, 1)], dtype=float)
-    slips, avalanches = slips_and_avalanches(
-        events, 0, stuck(CHAIN.rest_positions), law_constants(CHAIN), 0.0
-    )
-    assert (len(slips), len(avalanches)) == (1, 1)
-    empty = slips_and_avalanches(
-        events[:0], 0, stuck(CHAIN.rest_positions), law_constants(CHAIN), 0.0
-    )
-    assert [len(records) for records in empty] == [0, 0]

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.stats import kstest
 
 from beltrepro import ChainParameters, catalogue, scan, simulate
 from beltrepro.model.spring import potential_energy
@@ -10,25 +9,18 @@ from beltrepro.observe.slips import EventLog
 
 CHAINS = [ChainParameters(5, 12.0), ChainParameters(5, 25.0, 1.0), ChainParameters(3, 40.0, 2.0)]
 DURATION, TRANSIENT, LAMINAR_TIME = 300.0, 100.0, 4.0
+LENGTHS = {"duration": DURATION, "transient": TRANSIENT, "method": "verlet"}
 
 
 @pytest.fixture(scope="module")
 def table():
-    return scan(
-        CHAINS,
-        duration=DURATION,
-        transient=TRANSIENT,
-        section_position=[615.0, 615.0, 250.0],
-        laminar_time=LAMINAR_TIME,
-        method="verlet",
-    )
+    sections = [615.0, 615.0, 250.0]
+    return scan(CHAINS, section_position=sections, laminar_time=LAMINAR_TIME, **LENGTHS)
 
 
 @pytest.fixture(scope="module")
 def runs():
-    return simulate(
-        CHAINS, duration=DURATION, transient=TRANSIENT, sample_interval=0.1, method="verlet"
-    )
+    return simulate(CHAINS, sample_interval=0.1, **LENGTHS)
 
 
 def test_moments(table, runs):
@@ -97,39 +89,6 @@ def test_crossings_of_the_section():
     assert np.abs(section["velocities"] - v[1:][down]).max() < 0.2
 
 
-def test_slips_and_avalanches_of_a_catalogue():
-    chain = ChainParameters(3, 2.0)
-    recorded = catalogue(chain, duration=400, transient=0, section_position=180.0, method="verlet")
-    events = simulate(chain, duration=400, sample_interval=None, method="verlet").events
-    rows = []
-    for block in range(1, 4):
-        own = events[events["block"] == block]
-        for slip, stick in zip(own[::2], own[1::2], strict=False):
-            rows.append((stick["time"], block, slip["time"], slip["position"], stick["position"]))
-    slips = recorded["slips"]
-    names = ("stop_time", "block", "start_time", "start_position", "stop_position")
-    found = sorted(zip(*(slips[name] for name in names), strict=True))
-    assert found == sorted(rows)
-
-    # avalanches: merge the slips that overlap or touch
-    merged: list[list[float]] = []
-    for stop, _, start, *_ in sorted(rows, key=lambda row: row[2]):
-        if merged and start <= merged[-1][1]:
-            merged[-1][1] = max(merged[-1][1], stop)
-        else:
-            merged.append([start, stop])
-    avalanches = recorded["avalanches"]
-    assert len(avalanches) > 5
-    np.testing.assert_array_equal(avalanches["start_time"], [start for start, _ in merged])
-    np.testing.assert_array_equal(avalanches["stop_time"], [stop for _, stop in merged])
-    assert avalanches["slips"].sum() == len(slips)
-    for avalanche in avalanches:
-        ends = avalanche[["start_time", "stop_time"]].tolist()
-        inside = slips[(slips["start_time"] >= ends[0]) & (slips["stop_time"] <= ends[1])]
-        assert avalanche["blocks"] == len(np.unique(inside["block"]))
-        assert avalanche["dissipated"] == pytest.approx(inside["dissipated"].sum())
-
-
 def test_event_positions_are_those_of_the_samples():
     run = simulate(ChainParameters(3, 2.0), duration=400, sample_interval=0.001, method="verlet")
     step = np.round(run.events["time"] / 0.001).astype(int)
@@ -140,38 +99,18 @@ def test_event_positions_are_those_of_the_samples():
 def test_avalanches_take_their_energy_from_the_springs():
     chain = ChainParameters(3, 2.0)
     run = simulate(chain, duration=400, sample_interval=0.001, method="verlet")
-    avalanches = catalogue(
-        chain, duration=400, transient=0, section_position=180.0, method="verlet"
-    )["avalanches"]
+    recorded = catalogue(chain, duration=400, transient=0, section_position=180.0, method="verlet")
+    avalanches = recorded["avalanches"]
+    starts = run.events["time"][run.events["kind"] == "slip"]
+    assert len(avalanches) > 5 and set(recorded["slips"]["start_time"]) <= set(starts)
     before, after = (
         run.positions[np.round(avalanches[name] / 0.001).astype(int)]
         for name in ("start_time", "stop_time")
     )
-    np.testing.assert_allclose(
-        avalanches["last_block_displacement"], (after - before)[:, -1], atol=1e-9
-    )
+    moved = (after - before)[:, -1]
+    np.testing.assert_allclose(avalanches["last_block_displacement"], moved, atol=1e-9)
     drop = potential_energy(before, chain) - potential_energy(after, chain)
     np.testing.assert_allclose(avalanches["spring_energy_drop"], drop, rtol=1e-9, atol=1e-6)
-
-
-def test_a_stuck_block_slips_at_one_constant_threshold():
-    """Each slip starts in the first step in which |F_ex| exceeds a threshold drawn at its stick.
-
-    So the forces at slip are normal (71.4, sigma). Drawn anew in every step while stuck, the
-    lowest of thousands of draws would decide: about three sigma less. One block; Kolmogorov's
-    test rejects a correct engine with probability 1e-4 (seed fixed).
-    """
-    noise = 2.0
-    chains = [ChainParameters(1, 5.0 + 0.01 * lane, noise) for lane in range(32)]
-    forces = []
-    for run in simulate(chains, duration=300, sample_interval=None, seed=5, method="verlet"):
-        slips = run.events[run.events["kind"] == "slip"]
-        assert np.all(slips["force"] < 0)
-        forces.append(-slips["force"])
-    forces = np.concatenate(forces)
-    assert len(forces) > 400
-    # the force passes the threshold within one step: less than 5.4 * 0.001 * 1.6 too high
-    assert kstest(forces, "norm", (71.4, noise)).pvalue > 1e-4
 
 
 def test_event_log_is_the_same_however_it_is_cut(monkeypatch):

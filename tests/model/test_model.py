@@ -86,23 +86,6 @@ def test_friction_force():
     assert friction_force(-1, 30.0, 71.4, 0.45) == pytest.approx(0.45 * 71.4)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"n_blocks": 0}, "n_blocks = 0"),
-        ({"n_blocks": 2.5}, "n_blocks = 2.5"),
-        ({"belt_velocity": -1}, "belt_velocity = -1"),
-        ({"belt_velocity": "fast"}, "belt_velocity = 'fast'"),
-        ({"noise": -0.1}, "noise = -0.1"),
-        ({"noise": float("nan")}, "noise = nan"),
-        ({"friction_ratio": 1}, "friction_ratio = 1"),
-    ],
-)
-def test_bad_parameters_are_named(arguments, message):
-    with pytest.raises(InputError, match=message):
-        ChainParameters(**({"n_blocks": 5, "belt_velocity": 1.0} | arguments))
-
-
 # --- other laws, edges ----------------------------------------------------------------------------
 
 OTHER = ChainParameters(

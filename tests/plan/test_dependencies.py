@@ -236,3 +236,24 @@ def test_every_function_that_a_rule_names_is_there():
     named = {match[0] for match in dependencies._MODULE.finditer(text) if ":" in match[0]}
     assert len(named) >= 8
     assert all(callable(resolve_name(name)) for name in named)
+
+
+def test_hashes_are_kept_until_a_source_changes(tmp_path):
+    root, path = tmp_path / "package", tmp_path / "kept" / "hashes.json"
+    (root / "inner").mkdir(parents=True)
+    (root / "inner" / "a.py").write_text("x = 1")
+    made = []
+
+    def hash_of(key):
+        hashes = dependencies.KeptHashes(path, root)
+        return hashes.get(key, lambda: made.append(key) or f"hash {len(made)}")
+
+    assert hash_of("one") == "hash 1" and not path.exists()  # there is no folder to keep it in
+    path.parent.mkdir()
+    assert [hash_of(key) for key in ("one", "two", "three", "two")] == [
+        "hash 2", "hash 3", "hash 4", "hash 3",
+    ]  # fmt: skip
+    (root / "inner" / "table.yaml").write_text("data count too")
+    assert hash_of("two") == "hash 5" and hash_of("two") == "hash 5"
+    path.write_text('{"sources": 3}')
+    assert hash_of("two") == "hash 6"

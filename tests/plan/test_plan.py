@@ -132,9 +132,9 @@ def test_batches_are_cut_where_noise_or_method_change():
 
 
 def test_work_counts_steps_of_verlet_only():
-    steps = {"time_step": [0.001, 0.0005], "n_blocks": [2, 5]}
+    steps = {"time_step": [0.001, 0.0005], "n_blocks": [2, 5], "method": "verlet"}
     assert single(**steps).work(single(**steps).points) == 100 * (2 + 4 + 5 + 10)
-    exact = single(**steps, method="event")
+    exact = single(**steps | {"method": "event"})
     assert exact.work(exact.points) == 100 * (2 + 2 + 5 + 5)
 
 

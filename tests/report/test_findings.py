@@ -15,7 +15,6 @@ from beltrepro.replication.report.claim_results import (
     Number,
     Reading,
     count,
-    judged_numbers,
     read,
     read_tables,
 )
@@ -303,7 +302,9 @@ def test_trust_says_how_long_the_runs_are_and_how_many(tmp_path, duration, words
     made = results(tmp_path)
     said = list(trust.trust(made, settings))
     assert words in said[0]
-    runs = sorted(n.estimate.runs for n in judged_numbers(made) if n.estimate.runs is not None)
+    runs = sorted(
+        n.estimate.runs for r in made.values() for n in r.counted.judged if n.estimate.runs
+    )
     middle = runs[(len(runs) - 1) // 2]
     assert f"on {middle} independent runs (median; {runs[0]} to {runs[-1]})" in said[1]
     missing = [result.id for result in made.values() if result.verdict == NOT_MEASURED]

@@ -294,7 +294,7 @@ def test_claims_that_are_true_by_construction_stand_apart(text, results):
     groups = re.split(r'<div class="group">', part(text, "claims"))[1:]
     titles = [words(re.search("<h3>(.*?)</h3>", group, re.S)[1]) for group in groups]
     sections = [result.claim.section for result in results.values() if result.claim.finding]
-    expected = [judged.GROUPS[section] for section in dict.fromkeys(sections)]
+    expected = [judged.WORDS["groups"][section] for section in dict.fromkeys(sections)]
     assert titles == [*expected, judged.BUILT_SO]
     built = set(re.findall(r'class="claim [a-z-]+" id="(.*?)"', groups[-1]))
     assert built == {name for name, result in results.items() if not result.claim.finding}
@@ -318,8 +318,8 @@ def test_figures_have_their_own_picture_and_words_in_the_order_of_the_paper(text
 
 def test_open_points_are_those_of_the_model_and_of_the_claims(text, results):
     section = part(text, "ambiguities")
-    for point, reading in judged.MODEL:
-        assert f"Left open {words(point)} Reading {words(reading)}" in words(section)
+    for point in judged.WORDS["model"]:
+        assert f"Left open {point['open']} Reading {point['reading']}" in words(section)
     claims = [result for result in results.values() if result.claim.open]
     listed = re.findall(r'<div class="point">\s*<h4><a href="#(.*?)">(.*?)</div>', section, re.S)
     assert [name for name, _ in listed] == [result.id for result in claims]
@@ -378,7 +378,7 @@ def test_deviations_are_those_of_the_run_and_the_general_ones(text):
                            "t = 2000, of which 500 discarded", "n5_rows"]  # fmt: skip
     assert (integrator[0], integrator[3]) == ("Integrator", "lifetimes")
     assert general == [list(map(row.get, ("what", "paper", "ours", "where", "why")))
-                       for row in conduct.ALWAYS]  # fmt: skip
+                       for row in conduct.WORDS["deviations"]]  # fmt: skip
     scan = {"kind": "scan", "name": "a", "duration": "2e6", "transient": "1e6", "method": "verlet"}
     assert conduct.deviations_of_run([scan]) == []
     rows = conduct.deviations_of_run(

@@ -124,7 +124,8 @@ def test_readme_has_the_numbers_of_the_published_run():
         assert written == publishing.block(place), "`beltrepro publish` writes it"
 
 
-AS_SAID = {name: verdict for _, verdicts in publishing.FOUND for name, verdict in verdicts.items()}
+FOUND = publishing.WORDS["found"]
+AS_SAID = {name: verdict for entry in FOUND for name, verdict in entry["rests_on"].items()}
 
 
 @pytest.fixture
@@ -144,9 +145,9 @@ def test_the_block_takes_its_numbers_from_the_tables(judged):
     text, results = judged()
     for name, number in (("u-critical", "critical"), ("r-jump", "ratio")):
         assert f" {results[name].counted.numbers[number].words} |" in text
-    assert text.count("\n| ") == len(publishing.HEADLINE) + 2  # and the head
+    assert text.count("\n| ") == len(publishing.WORDS["numbers"]) + 2  # and the head
     assert "| exponent of slip sizes | −1.47 | " in text and "| 0.132 | " in text  # as printed
-    assert text.count("\n- ") + text.startswith("- ") == len(publishing.FOUND)
+    assert text.count("\n- ") + text.startswith("- ") == len(FOUND)
     assert f"Of {count(results).testable} statements" in text
     assert "docs/results/paper/report.html" in text
 
@@ -158,12 +159,12 @@ def test_a_sentence_whose_verdict_is_another_is_refused(judged, name):
         judged(**{name: other})
     shutil.rmtree("docs")
     text, _ = judged("standard", **{name: other})  # of another run it is left out
-    assert text.count("\n- ") + text.startswith("- ") == len(publishing.FOUND) - 1
+    assert text.count("\n- ") + text.startswith("- ") == len(FOUND) - 1
 
 
 def test_the_command_writes_the_block(finished, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(publishing, "FOUND", ())
+    monkeypatch.setitem(publishing.WORDS, "found", [])
     Path("README.md").write_text(f"before\n{publishing.BEGIN}\nOLD\n{publishing.END}\nafter\n")
     assert cli.main(["publish", str(finished)]) == 0
     text = Path("README.md").read_text()

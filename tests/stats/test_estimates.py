@@ -29,16 +29,6 @@ def test_a_mean_covers_its_expectation_in_95_percent():
 
 
 @pytest.mark.thorough
-def test_a_share_covers_at_least_that():
-    rng = np.random.default_rng(2)
-    found = [estimates.share(rng.binomial(12, 0.3), 12) for _ in range(TRIALS)]
-    assert covered(0.3, found) >= FEWEST
-    low, high = estimates.share(3, 8), estimates.share(5, 8)
-    open_ = estimates.share(3, 8, still_open=2)
-    assert (open_.low, open_.high, open_.value) == (low.low, high.high, 3 / 8)
-
-
-@pytest.mark.thorough
 def test_bootstrap_of_groups():
     """A ratio of two means."""
     rng = np.random.default_rng(3)
@@ -145,12 +135,6 @@ def test_a_trend_covers():
 def test_single_runs_have_no_error_to_resample():
     found = estimates.bootstrap(lambda *groups: float(sum(map(np.mean, groups))), [[1.0], [2, 3]])
     assert (found.value, found.low, found.high, found.runs) == (3.5, -math.inf, math.inf, 1)
-
-
-def test_open_runs_are_counted_in_a_share():
-    found = estimates.share(3, 10, 4)
-    assert found.still_open == 4 and estimates.share(3, 10).still_open == 0
-    assert found.high == estimates.share(7, 10).high and found.low == estimates.share(3, 10).low
 
 
 @pytest.mark.parametrize("runs", [5, 30])

@@ -9,14 +9,7 @@ from scipy.spatial.distance import pdist
 
 from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.noise import measure
-from beltrepro.stats import (
-    dimension,
-    fits,
-    intermittency,
-    sections,
-    spectra,
-    states,
-)
+from beltrepro.stats import dimension, fits, intermittency, sections, spectra, states
 from beltrepro.stats.errors import NotEnoughDataError
 
 RNG = np.random.default_rng
@@ -40,6 +33,7 @@ def test_a_line_has_the_slope_and_error_of_weighted_least_squares():
     assert fit.exponent_error == pytest.approx(math.sqrt(residual / spread))
     assert fit.prefactor == pytest.approx(math.exp(b0 - slope * a0))
     assert (fit.low, fit.high, fit.sample_size) == (0.5, 60, 9)
+    assert fit(2.0) == pytest.approx(fit.prefactor * 2**slope)
     plain, line = fits.fit_log_log(x, y, low=0.5, high=60), stats.linregress(a, b)
     assert plain.exponent == pytest.approx(line.slope)
     assert plain.exponent_error == pytest.approx(line.stderr)
@@ -198,6 +192,8 @@ def test_a_periodogram_is_the_square_of_the_fourier_transform():
     np.testing.assert_allclose(spectra.amplitude_spectrum(frequency, power), np.sqrt(expected / 16))
     assert spectra.power_spectrum(values, 0.25, segment=16)[0].tolist() == list(np.arange(1, 9) / 4)
     assert spectra.power_spectrum(values[:16], 1.0, segment=99)[0].size == 8
+    with pytest.raises(NotEnoughDataError, match="15 samples, a spectrum needs 16"):
+        spectra.power_spectrum(values[:15], 1.0)
 
 
 def test_a_velocity_density_by_hand():
@@ -211,6 +207,8 @@ def test_a_velocity_density_by_hand():
     np.testing.assert_allclose(found[:, 1], [0, 2 / 3, 0, 4 / 3])
     one = {"belt_velocity": np.array([3.0]), "section_velocity": np.array([[1.0]])}
     assert measure.velocity_density(one, bins=2, range=(0, 2))[0].tolist() == [2.5, 3.5]
+    blank = {"belt_velocity": np.ones(1), "section_velocity": np.full((1, 3), np.nan)}
+    assert np.isnan(measure.velocity_density(blank, bins=2, range=(0, 2))[2]).all()
     none = {"belt_velocity": np.empty(0), "section_velocity": np.empty((0, 3))}
     assert measure.velocity_density(none, bins=2, range=(0, 2))[2].shape == (2, 0)
 
@@ -270,9 +268,7 @@ def test_laminar_phases_longer_than_the_limit_only():
     assert without_start.tolist() == [[1, 8]]
     goes_on = intermittency.laminar_phases([3.0], [], 5.0, start=1, stop=20)
     assert goes_on.tolist() == [[3, 20]]
-
-
-# --- lifetimes ------------------------------------------------------------------------------------
+    assert intermittency.laminar_phases([], [], 5.0, start=0.0, stop=1.0).shape == (0, 2)
 
 
 # --- sections -------------------------------------------------------------------------------------
@@ -336,20 +332,17 @@ def test_the_0_1_test_is_that_of_a_plain_loop():
 
 def test_rows_tell_noise_levels_and_order_replicates():
     table = {
-        "n_blocks": np.full(5, 5),
-        "belt_velocity": np.array([2.0, 1.0, 2.0, 1.0, 1.0]),
-        "noise": np.array([0.3, 0.3, 0.1 + 0.2, 0.31, 0.3]),
-        "replicate": np.array([1, 1, 0, 0, 0]),
+        "n_blocks": np.array([5, 5, 5, 4, 5, 5]),
+        "belt_velocity": np.array([2.0, 1.0, 2.0, 1.0, 1.0, 1.0]),
+        "noise": np.array([0.3, 0.3, 0.1 + 0.2, 0.3, 0.31, 0.3]),
+        "replicate": np.array([1, 1, 0, 0, 0, 0]),
     }
     row = sections.rows(table, n_blocks=5, noise=0.3)
     assert row["belt_velocity"].tolist() == [1, 1, 2, 2]
     assert row["replicate"].tolist() == [0, 1, 0, 1]
     column = sections.columns(table, n_blocks=5, belt_velocity=1.0)
-    assert column["noise"].tolist() == [0.3, 0.3, 0.31] and column["replicate"].tolist() == [
-        0,
-        1,
-        0,
-    ]
+    assert column["noise"].tolist() == [0.3, 0.3, 0.31]
+    assert column["replicate"].tolist() == [0, 1, 0]
     del table["replicate"]
     assert sections.rows(table, n_blocks=5, noise=0.3)["belt_velocity"].tolist() == [1, 1, 2, 2]
     kept = sections.select(row, row["replicate"] == 1)
@@ -388,3 +381,265 @@ def test_states_at_the_edges_of_their_criteria(monkeypatch):
         (0.19, states.QUASI_PERIODIC),
     ):
         assert one_state(monkeypatch, velocities=wandering, chaos=chaos) == label
+
+
+# --- on maps and samples whose answer is known --------------------------------------------------
+
+
+def logistic(rate, size, start=0.3):
+    """Orbit of the logistic map after a transient."""
+    orbit = np.empty(2000 + size)
+    value = start
+    for step in range(orbit.size):
+        value = rate * value * (1 - value)
+        orbit[step] = value
+    return orbit[2000:]
+
+
+def henon(size):
+    """Orbit of the Henon map with its usual parameters."""
+    orbit = np.empty((size + 100, 2))
+    x, y = 0.1, 0.1
+    for step in range(orbit.shape[0]):
+        x, y = 1 - 1.4 * x * x + y, 0.3 * x
+        orbit[step] = x, y
+    return orbit[100:]
+
+
+def scan(**arrays):
+    """A scan in the layout of `scan`, filled with defaults."""
+    size = len(arrays["belt_velocity"])
+    defaults = {
+        "n_blocks": np.full(size, 5),
+        "noise": np.zeros(size),
+        "replicate": np.zeros(size, dtype=int),
+        "disorder_parameter": np.full(size, 0.1),
+        "section_velocity": np.full((size, 100), np.nan),
+        "laminar_fraction": np.zeros(size),
+        "laminar_count": np.zeros(size, dtype=int),
+        "last_stick_time": np.full(size, 1000.0),
+    }
+    return defaults | {name: np.asarray(values) for name, values in arrays.items()}
+
+
+@pytest.mark.parametrize(("rate", "period"), [(2.8, 1), (3.2, 2), (3.5, 4), (3.83, 3), (3.55, 8)])
+def test_periods_of_the_logistic_map(rate, period):
+    orbit = logistic(rate, 120)
+    assert sections.find_period(orbit, tolerance=1e-4) == period
+
+
+def test_chaos_and_quasi_periodic_motion_have_no_period():
+    assert sections.find_period(100 * logistic(4.0, 200)) == 0
+    assert sections.find_period(10 * np.cos(2 * np.pi * 0.618034 * np.arange(200))) == 0
+
+
+def test_the_period_tolerates_the_scatter_of_the_scheme_and_no_more():
+    scatter = np.random.default_rng(0).uniform(-0.5, 0.5, 120)
+    orbit = np.tile([-50.0, -10.0, -30.0], 40)
+    assert sections.find_period(orbit + 0.7 * scatter) == 3
+    assert sections.find_period(orbit + 4.0 * scatter) == 0
+
+
+def test_the_0_1_test_tells_chaos_from_regular_motion():
+    assert sections.zero_one_test(logistic(4.0, 400)) > 0.9
+    assert sections.zero_one_test(logistic(3.97, 400)) > 0.8
+    assert abs(sections.zero_one_test(logistic(3.5, 400))) < 0.2
+    rotation = np.cos(2 * np.pi * 0.618034 * np.arange(400))
+    assert sections.zero_one_test(rotation) < 0.2
+
+
+def test_the_correlation_dimension_of_the_henon_attractor():
+    found = dimension.correlation_dimension(henon(5000))
+    assert found.dimension == pytest.approx(1.2, abs=0.04)
+    assert found.error < 0.1
+
+
+@pytest.mark.parametrize("true", [1, 2])
+def test_the_correlation_dimension_of_a_curve_and_of_a_surface(true):
+    parameters = np.random.default_rng(0).random((4000, true))
+    embedding = np.random.default_rng(1).normal(size=(true, 6))
+    found = dimension.correlation_dimension(parameters @ embedding)
+    assert found.dimension == pytest.approx(true, abs=0.1)
+
+
+def test_a_dimension_needs_points_in_more_than_a_few_places():
+    with pytest.raises(NotEnoughDataError, match="500 are needed"):
+        dimension.correlation_dimension(np.zeros((10, 2)))
+    with pytest.raises(NotEnoughDataError, match="few places"):
+        dimension.correlation_dimension(np.tile([[0.0, 0.0], [1.0, 2.0]], (400, 1)))
+
+
+def test_laminar_phases_of_a_series_are_those_of_its_last_block():
+    fields = [("time", "f8"), ("block", "i8"), ("kind", "U5")]
+    rows = [(1, 2, "slip"), (5, 3, "slip"), (40, 2, "stick"), (41, 3, "stick"), (60, 3, "slip")]
+    events = np.array(rows, fields)
+    phases = intermittency.last_block_phases(events, 3, 30.0, start=0.0, stop=100.0)
+    np.testing.assert_array_equal(phases, [[5, 41], [60, 100]])
+    phases = intermittency.last_block_phases(events, 2, 30.0, start=5.0, stop=100.0)
+    np.testing.assert_array_equal(phases, [[5, 40]])
+
+
+def test_states_of_points():
+    velocities = np.full((7, 300), np.nan)
+    velocities[0] = -50 * logistic(4.0, 300)
+    velocities[1] = np.tile([-20.0, -40.0], 150)
+    velocities[2] = -20 + 9 * np.cos(2 * np.pi * 0.618034 * np.arange(300))
+    velocities[3:6] = velocities[0]
+    points = scan(
+        belt_velocity=np.arange(1.0, 8),
+        section_velocity=velocities,
+        last_stick_time=[999, 999, 999, 400, 600, 999, 999],
+        laminar_fraction=[0, 0, 0, 1, 0.8, 0.5, 0],
+        laminar_count=[0, 0, 0, 1, 1, 4, 0],
+    )
+    labels = states.label_states(points, transient=500.0, duration=1000.0)
+    assert labels.tolist() == [
+        states.CHAOTIC,
+        states.PERIODIC,
+        states.QUASI_PERIODIC,
+        states.CONTINUOUS,
+        states.TRANSIENT,
+        states.INTERMITTENT,
+        states.UNDECIDED,
+    ]
+
+
+def test_states_near_an_earlier_one_are_repeated():
+    orbit = 100 * np.random.default_rng(3).random((7, 4))
+    jitter = np.random.default_rng(4).uniform(-0.1, 0.1, (21, 4))
+    states = np.vstack([orbit] * 3) + jitter
+    np.testing.assert_array_equal(sections.repeated(states), np.arange(21) >= 7)
+    assert not sections.repeated(states, near=1e-5).any()
+    assert sections.repeated(np.empty((0, 4))).shape == (0,)
+
+
+def test_new_states_are_apart_and_all_others_near_one_of_them():
+    """Also over more states than are compared at once."""
+    states = np.random.default_rng(5).random((2600, 2))
+    again = sections.repeated(states, near=0.05)
+    limit = 0.05 * np.ptp(states, axis=0).max()
+    new = []
+    for index, state in enumerate(states):
+        near = any(np.hypot(*(state - states[other])) <= limit for other in new)
+        assert again[index] == near
+        if not near:
+            new.append(index)
+    assert 50 < len(new) < 500
+
+
+SLIP = [
+    ("point", "i4"),
+    ("block", "i4"),
+    ("start_time", "f8"),
+    ("stop_time", "f8"),
+    ("start_position", "f8"),
+    ("stop_position", "f8"),
+    ("dissipated", "f8"),
+]
+
+
+def bounded_power_law(exponent, low, high, size, seed=1):
+    """Sample of a density ~ x**exponent between low and high, by inversion."""
+    power = 1 + exponent
+    uniform = np.random.default_rng(seed).random(size)
+    return (low**power + uniform * (high**power - low**power)) ** (1 / power)
+
+
+def coloured_noise(slope, size, seed=1):
+    """Series whose power spectral density falls as frequency**slope."""
+    rng = np.random.default_rng(seed)
+    frequency = np.fft.rfftfreq(size)
+    amplitude = np.zeros_like(frequency)
+    amplitude[1:] = frequency[1:] ** (slope / 2)
+    phase = np.exp(2j * np.pi * rng.random(frequency.size))
+    return np.fft.irfft(amplitude * phase, size)
+
+
+@pytest.mark.parametrize("slope", [0.0, -1.2, -2.0])
+def test_the_slope_of_a_spectrum_is_recovered(slope):
+    frequency, power = spectra.power_spectrum(coloured_noise(slope, 2**15), 0.1)
+    fit = spectra.fit_power_law(frequency, power, low=0.01, high=3)
+    assert fit.exponent == pytest.approx(slope, abs=0.05)
+    amplitude = spectra.amplitude_spectrum(frequency, power)
+    halved = spectra.fit_power_law(frequency, amplitude, low=0.01, high=3)
+    assert halved.exponent == pytest.approx(slope / 2, abs=0.05)
+
+
+def test_a_power_spectrum_is_normalised_to_the_variance():
+    values = np.random.default_rng(0).normal(5.0, 2.0, 20_000)
+    frequency, power = spectra.power_spectrum(values, 0.5, segment=256)
+    assert np.sum(power) * (frequency[1] - frequency[0]) == pytest.approx(4.0, rel=0.05)
+
+
+@pytest.mark.parametrize("exponent", [-0.87, -1.47, -2.5])
+def test_power_law_exponents_are_recovered_over_less_than_a_decade(exponent):
+    values = bounded_power_law(exponent, 60, 400, 20_000)
+    histogram = avalanches.log_histogram(values, bins_per_decade=20, low=60, high=400)
+    line = avalanches.fit_density(*histogram, low=65, high=350)
+    assert line.exponent == pytest.approx(exponent, abs=0.1)
+
+
+def test_log_histogram_is_a_density_and_keeps_the_extremes():
+    values = bounded_power_law(-1.5, 1, 1000, 5000)
+    centre, density, count = avalanches.log_histogram(values, bins_per_decade=10)
+    width = centre * (10**0.05 - 10**-0.05)
+    assert count.sum() == values.size
+    assert np.sum(density * width) == pytest.approx(1, rel=1e-6)
+    assert avalanches.log_histogram([100.0, -3.0], bins_per_decade=10)[2].sum() == 1
+
+
+def test_slip_sizes_in_both_frames():
+    slips = np.array(
+        [(0, 5, 1.0, 3.0, 600.0, 500.0, 9.0), (0, 4, 1.0, 2.0, 0.0, 1.0, 1.0)], dtype=SLIP
+    )
+    sizes = avalanches.last_block_slip_sizes(slips, 5, 2.0)
+    assert sizes.tolist() == [100.0]
+    assert avalanches.last_block_slip_sizes(slips, 5, 2.0, frame="belt").tolist() == [104.0]
+    with pytest.raises(ValueError, match="laboratory, belt"):
+        avalanches.last_block_slip_sizes(slips, 5, 2.0, frame="moon")
+
+
+def test_energies_of_avalanches_that_reach_the_last_block():
+    slips = np.array(
+        [
+            (0, 1, 0.0, 2.0, 0, 0, 10.0),
+            (0, 2, 1.0, 4.0, 0, 0, 30.0),
+            (0, 5, 1.0, 2.0, 0, 0, 7.0),
+            (0, 1, 10.0, 11.0, 0, 0, 5.0),
+            (1, 5, 10.0, 11.0, 0, 0, 6.0),
+        ],
+        dtype=SLIP,
+    )
+    # While block 5 slips (1 to 2): half of the first slip, a third of the second, its own.
+    energies = avalanches.dissipation_while_last_block_slips(slips, 5)
+    assert energies.tolist() == [5.0 + 10.0 + 7.0, 6.0]
+    catalogue = np.array(
+        [(0, 0.0, 4.0), (0, 10.0, 11.0), (1, 10.0, 11.0)],
+        dtype=[("point", "i4"), ("start_time", "f8"), ("stop_time", "f8")],
+    )
+    assert avalanches.with_last_block(catalogue, slips, 5).tolist() == [True, False, True]
+
+
+def test_errors_of_a_density_come_from_the_scatter_of_runs():
+    """Values of one run hang together: the error is that of the number of runs, not of values."""
+    rng = np.random.default_rng(11)
+    n_runs, each = 40, 50
+    found = []
+    for _ in range(200):
+        place = np.repeat(rng.random(n_runs) < 0.3, each)
+        values = np.where(place, 2.0, 30.0)
+        run = np.repeat(np.arange(n_runs), each)
+        centre, density, _ = avalanches.log_histogram(values, bins_per_decade=1, low=1, high=100)
+        error = avalanches.density_error(values, run, centre, bins_per_decade=1)
+        found.append((density[0], error[0]))
+    densities, errors = np.array(found).T
+    assert errors.mean() == pytest.approx(densities.std(), rel=0.1)
+
+
+def test_error_of_a_density_by_hand():
+    values, run = [2.0, 3.0, 20.0, 4.0, 50.0, 60.0, -1.0], [0, 0, 0, 1, 1, 1, 1]
+    centre, *_ = avalanches.log_histogram(values, bins_per_decade=1)
+    error = avalanches.density_error(values, run, centre, bins_per_decade=1)
+    # without one of two runs the shares in the first bin, 1 to 10, are 1/3 and 2/3
+    np.testing.assert_allclose(error, [1 / 6 / 9, 1 / 6 / 90])
+    assert np.isnan(avalanches.density_error([2.0, 3.0], [4, 4], centre, bins_per_decade=1)).all()

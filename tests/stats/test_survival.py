@@ -36,17 +36,6 @@ def test_a_share_has_the_interval_of_clopper_and_pearson():
         share(0, 0)
 
 
-@pytest.mark.parametrize("chance", [0.02, 0.3, 0.9])
-def test_the_interval_of_a_share_is_wrong_in_at_most_5_of_100(chance):
-    """Exactly: the chances of all counts whose interval misses are summed."""
-    missed = [
-        stats.binom.pmf(count, 16, chance)
-        for count in range(17)
-        if not share(count, 16).low <= chance <= share(count, 16).high
-    ]
-    assert sum(missed) <= 0.05
-
-
 # --- curves ---------------------------------------------------------------------------------------
 
 
@@ -72,13 +61,6 @@ def test_survival_agrees_with_a_naive_twin(seed):
     np.testing.assert_allclose(curve.share, left, atol=1e-12)
     assert np.all((curve.lower <= curve.share) & (curve.share <= curve.upper))
     assert np.isfinite(curve.lower).all() and np.isfinite(curve.upper).all()
-
-
-def test_without_censoring_before_the_end_survival_is_the_share_left():
-    lifetime, ended = followed(np.array([5.0, 1, 2, 10, 12]), 10.0)
-    curve = survival.kaplan_meier(lifetime, ended)
-    assert curve.time.tolist() == [0, 1, 2, 5, 10]
-    np.testing.assert_allclose(curve.share, [1, 0.8, 0.6, 0.4, 0.4])
 
 
 def test_survival_of_runs_that_all_last_or_all_end():
@@ -120,13 +102,6 @@ def test_without_an_end_there_is_a_lower_limit_only():
     found = survival.mean_lifetime(np.full(16, 1000.0), np.zeros(16, bool))
     assert found.mean == found.upper == found.error == np.inf
     assert np.exp(-1000 / found.lower) ** 16 == pytest.approx(0.025)
-
-
-def test_a_mean_lifetime_needs_a_run_after_the_start():
-    with pytest.raises(NotEnoughDataError, match="no run is irregular at t = 5, 1 is needed"):
-        survival.mean_lifetime([1.0, 2.0], [True, True], start=5.0)
-    with pytest.raises(NotEnoughDataError, match="2 lifetimes of 3 runs"):
-        survival.mean_lifetime([1.0, 2.0], [True, True, True])
 
 
 @pytest.mark.thorough
@@ -234,13 +209,6 @@ def test_the_weibull_test_by_hand():
     assert found.p == pytest.approx(expected, rel=1e-3)
 
 
-def test_the_unit_of_time_does_not_matter():
-    lifetime, ended = followed(RNG(4).exponential(1, 20), 1.5)
-    small, large = (survival.weibull_test(lifetime * unit, ended) for unit in (1e-3, 1e6))
-    assert small.p == pytest.approx(large.p, rel=1e-6)
-    assert small.shape == pytest.approx(large.shape, rel=1e-6)
-
-
 def rejections(draw, duration, trials, *, runs, start=0.0, seed=5):
     rng = RNG(seed)
     found = [
@@ -277,15 +245,6 @@ def test_a_mixture_is_rejected_until_the_count_begins_after_it():
     assert from_zero == 15 and all(each.shape < 1 for each in found)
     later, _ = rejections(mixture, 2.0, 15, runs=60, start=0.05)
     assert later <= 4  # of 15 with a chance of 5 %: more in 1 of 1600 cases
-
-
-def test_the_distance_from_an_exponential_by_hand():
-    """Ends at 1 and 2 of four runs given up at 3: the mean is 9 / 2."""
-    expected = 1 - np.exp(-np.array([1, 2, 3]) / 4.5)
-    steps = [(0, 0.25), (0.25, 0.5), (0.5, 0.5)]
-    distance = max(abs(f - step) for f, pair in zip(expected, steps, strict=True) for step in pair)
-    found = survival._distance(np.array([[3.0, 1, 3, 2]]), 3.0)
-    assert found == pytest.approx([distance])
 
 
 @pytest.mark.parametrize(("runs", "critical"), [(10, 0.325), (20, 0.234)])
@@ -337,22 +296,6 @@ def test_verdicts_by_hand():
     assert survival.decide(np.where(ended, 50.0, 100.0), ended) == survival.OPEN
     # What ended before the start does not count.
     assert survival.decide(np.where(ended, 5.0, 100.0), ended, start=10) == survival.LASTING
-
-
-def test_four_runs_are_the_least_for_lasting_motion():
-    """The lower limit of the mean is the length of a run times 4 / 3.69."""
-    found = survival.mean_lifetime(np.full(4, 100.0), np.zeros(4, bool))
-    assert found.lower == pytest.approx(100 * 4 / np.log(40))
-
-
-def test_transient_motion_is_found_while_most_of_it_lasts():
-    """Mean lifetime of twice the observation; 5 % of the verdicts may be "open"."""
-    rng = RNG(6)
-    verdicts = [
-        survival.decide(*followed(rng.exponential(2.0, 32), 1.0), start=0.05) for _ in range(20)
-    ]
-    assert verdicts.count(survival.TRANSIENT) >= 16
-    assert set(verdicts) <= {survival.TRANSIENT, survival.OPEN}
 
 
 def test_a_rate_that_rises_does_not_keep_motion_from_being_transient():

@@ -9,7 +9,7 @@ from beltrepro.observe.slips import AVALANCHE, SLIP
 from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.stats import scale_free
 from beltrepro.stats.errors import NotEnoughDataError
-from judging import few_resamples, judged, readings  # noqa: F401
+from made_up import few_resamples, judged, readings  # noqa: F401
 
 RNG = np.random.default_rng
 LAB = "laboratory frame"

@@ -9,7 +9,7 @@ from beltrepro.base.store import Dataset
 from beltrepro.model.units import LENGTH_M, TIME_S
 from beltrepro.replication.camera.tracking import Track
 from beltrepro.stats.errors import NotEnoughDataError
-from judging import few_resamples, judged, runs  # noqa: F401
+from made_up import columns, few_resamples, judged  # noqa: F401
 
 INTERVAL_S = 1 / 24
 SPEEDS = (12.0176, 15.2951)
@@ -94,7 +94,7 @@ def trials(alternating, slipping_s, *, noise=1.0, count=100, duration=15_691.0):
     """Trials at both speeds: shares that alternate, and longest slips."""
     size = 2 * count
     number = np.tile(np.arange(count), 2)
-    arrays = runs(
+    arrays = columns(
         belt_velocity=np.repeat(SPEEDS, count),
         noise=noise,
         lasting_share=np.where(number < alternating, 0.3, np.where(number % 2, 0.0, 1.0)),

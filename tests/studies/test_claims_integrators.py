@@ -5,8 +5,7 @@ import pytest
 
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats.errors import NotEnoughDataError
-from noisy import found, judged
-from quiet import scan
+from made_up import measured, scan
 
 U = np.linspace(5, 45, 60)
 
@@ -45,9 +44,9 @@ def named(verdicts, which="with"):
     ],
 )
 def test_both_methods_agree(options, verdicts):
-    made = judged("method-independence", **pair(**options))
+    made = verdicts("method-independence", **pair(**options))
     assert named(made) == verdicts and named(made, "without") == (HOLDS, HOLDS)
-    made = judged("method-independence", **pair(quiet=options))
+    made = verdicts("method-independence", **pair(quiet=options))
     assert named(made) == (HOLDS, HOLDS)
     assert named(made, "without")[1] == verdicts[1]
 
@@ -56,14 +55,14 @@ def test_the_ratio_is_of_means_over_runs_and_each_point_counts_once():
     event = scan(5, U, np.tile([0.08, 0.12], 60), replicates=2, noise=1.0)
     verlet = scan(5, U, 0.1, replicates=2, noise=1.0, method="verlet")
     made = pair() | {"pairs_r_event": event, "pairs_r_verlet": verlet}
-    estimate = found("method-independence", **made).judged["mean shift, with noise"]
+    estimate = measured("method-independence", **made).judged["mean shift, with noise"]
     assert estimate.value == pytest.approx(0) and estimate.runs == 60  # not the pair that follows
 
 
 def test_which_dataset_is_of_which_method_is_read_off_its_points():
     """At sigma = 0 the check is by `event`, elsewhere the scan."""
     turned = both(0.06, names=("size_rows", "size_rows_check"))
-    made = found("method-independence", **both(noise=1.0), **turned)
+    made = measured("method-independence", **both(noise=1.0), **turned)
     assert made.judged["mean shift, without noise"].value == pytest.approx(0.06, abs=0.01)
     assert made.also["largest shift, without noise"].value > 0.06
 
@@ -73,8 +72,8 @@ def test_transients_are_left_out():
     for name in ("n5_rows", "n5_rows_check"):
         made[name].attributes["transient"] = 4999.0
     with pytest.raises(NotEnoughDataError, match="0 points with noise by both integrators, 8"):
-        found("method-independence", **made)
+        measured("method-independence", **made)
     del made["n5_replicates"]
     made["n5_rows"].attributes["transient"] = made["n5_rows_check"].attributes["transient"] = 5000.0
     with pytest.raises(NotEnoughDataError, match="0 points without noise by both"):
-        found("method-independence", **made)
+        measured("method-independence", **made)

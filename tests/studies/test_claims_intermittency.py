@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 from beltrepro.base.store import Dataset
-from beltrepro.replication.studies.noise.cycles import share_of_time
+from beltrepro.replication.studies.noise.measure import share_of_time
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.estimates import mean
-from made_up import LEDGER
-from noisy import found, judged, runs, table
+from made_up import LEDGER, grades, measured, replicates, table
 
 CRITICAL = {0.0: 16.5, 0.5: 16.7, 1.0: 17.0, 2.2: 18.0, 5.0: 20.5}
 STEP = 0.1  # between samples of a series
@@ -22,7 +21,7 @@ def noisy_only(u, noise):
 
 def components(name, reading=None, /, **datasets):
     """Verdicts in the order of the criterion."""
-    verdict = judged(name, reading, **datasets)
+    verdict = grades(name, reading, **datasets)
     return [verdict[each] for each in LEDGER[name].criterion["allowed"]]
 
 
@@ -39,7 +38,7 @@ def components(name, reading=None, /, **datasets):
     ],
 )
 def test_alternation_with_noise_and_without(laminar, expected):
-    made = runs(CRITICAL, laminar=laminar)
+    made = replicates(CRITICAL, laminar=laminar)
     if UNDECIDED in expected:
         here = (made.arrays["belt_velocity"] == 17.5) & (made.arrays["noise"] == 2.2)
         made.arrays["laminar_count"][here] = [9, 9, 9, 9, 9, 0, 0, 1]
@@ -48,13 +47,13 @@ def test_alternation_with_noise_and_without(laminar, expected):
 
 
 def test_one_laminar_phase_is_no_alternation():
-    made = runs(CRITICAL, laminar=noisy_only)
+    made = replicates(CRITICAL, laminar=noisy_only)
     made.arrays["laminar_count"][:] = 1
     assert components("intermittency", n5_replicates=made) == [HOLDS, FAILS, HOLDS]
 
 
 def test_an_escape_for_good_is_no_intermittency():
-    made = runs(CRITICAL, laminar=lambda u, noise: 1.0)
+    made = replicates(CRITICAL, laminar=lambda u, noise: 1.0)
     quiet = made.arrays["noise"] == 0
     made.arrays["last_stick_time"][quiet] = 5e5  # before the last half of 2e5 to 1e6
     assert components("intermittency", n5_replicates=made) == [HOLDS, HOLDS, HOLDS]
@@ -65,19 +64,19 @@ def test_an_escape_for_good_is_no_intermittency():
 
 
 def test_the_note_says_where_runs_are_intermittent():
-    made = runs(CRITICAL, laminar=lambda u, noise: float(u == 19) if noise == 2.2 else 1.0)
-    note = found("intermittency", n5_replicates=made).note
+    made = replicates(CRITICAL, laminar=lambda u, noise: float(u == 19) if noise == 2.2 else 1.0)
+    note = measured("intermittency", n5_replicates=made).note
     assert note == "most runs are intermittent at u = 19: 100% of them"
-    without = runs(CRITICAL)
-    assert "no run at sigma = 2.2" in found("intermittency", n5_replicates=without).note
+    without = replicates(CRITICAL)
+    assert "no run at sigma = 2.2" in measured("intermittency", n5_replicates=without).note
 
 
 def test_only_velocities_near_the_transition_are_asked_without_noise():
-    made = runs(CRITICAL, laminar=lambda u, s: float(s > 0 or not 15 <= u <= 20))
+    made = replicates(CRITICAL, laminar=lambda u, s: float(s > 0 or not 15 <= u <= 20))
     assert components("intermittency", n5_replicates=made) == [HOLDS, HOLDS, HOLDS]
-    few = runs(CRITICAL, velocities=(15.0, 16, 20))
+    few = replicates(CRITICAL, velocities=(15.0, 16, 20))
     with pytest.raises(NotEnoughDataError, match=r"no runs at u = 17\.5"):
-        found("intermittency", n5_replicates=few)
+        measured("intermittency", n5_replicates=few)
 
 
 # --- Fig. 16, one long run ------------------------------------------------------------------------
@@ -151,19 +150,19 @@ def series(lengths, *, chaotic="noise", laminar="lines", between=900.0):
 
 
 def test_readings_of_one_long_run():
-    made = {"n5_replicates": runs(CRITICAL, laminar=noisy_only)}
+    made = {"n5_replicates": replicates(CRITICAL, laminar=noisy_only)}
     made["u17"] = series([300.0, 900.0] * 6)
-    whole = found("intermittency", "one long run", **made)
+    whole = measured("intermittency", "one long run", **made)
     assert "12 laminar phases" in whole.note
     assert whole.judged["laminar share"].value == pytest.approx(600 / 1500, abs=0.03)
-    longer = found("intermittency", "one long run, phases longer than 784", **made)
+    longer = measured("intermittency", "one long run, phases longer than 784", **made)
     assert "6 laminar phases" in longer.note
     assert longer.judged["laminar share"].value == pytest.approx(900 / 3000, abs=0.01)
-    quiet = found("intermittency", "one long run, small amplitudes", **made)
+    quiet = measured("intermittency", "one long run, small amplitudes", **made)
     assert quiet.judged["laminar share"].value == pytest.approx(600 / 1500, abs=0.06)
     for reading in ("one long run", "one long run, small amplitudes"):
         assert components("intermittency", reading, **made) == [HOLDS, HOLDS, HOLDS]
-    made["n5_replicates"] = runs(CRITICAL, laminar=lambda u, noise: 1.0)
+    made["n5_replicates"] = replicates(CRITICAL, laminar=lambda u, noise: 1.0)
     assert components("intermittency", "one long run", **made)[2] == FAILS
     made["n5_replicates"].arrays["laminar_longest"][:] = 783.0
     reading = "one long run, phases longer than 784"
@@ -192,10 +191,10 @@ def test_spectra_of_laminar_and_chaotic_stretches(change, expected):
 def test_spectra_are_of_stretches_that_are_long_enough():
     made = series([600.0, 500.0] * 4)  # 40 s are 523
     peaks, few = "peaks at equal distances, laminar", series([600.0] + [500.0] * 4)
-    assert found("laminar-spectra", "u = 17.5 alone", u17=made).judged[peaks].runs == 4
-    assert found("laminar-spectra", u17=few, u19=made).judged[peaks].runs == 5
+    assert measured("laminar-spectra", "u = 17.5 alone", u17=made).judged[peaks].runs == 4
+    assert measured("laminar-spectra", u17=few, u19=made).judged[peaks].runs == 5
     with pytest.raises(NotEnoughDataError, match="1 phases of 40 s or more, 2 are needed"):
-        found("laminar-spectra", "u = 17.5 alone", u17=few)
+        measured("laminar-spectra", "u = 17.5 alone", u17=few)
 
 
 # --- Fig. 18 --------------------------------------------------------------------------------------
@@ -216,7 +215,7 @@ def region(widths, share=0.5):
 
 
 def width_components(widths, *, laminar=noisy_only, reading=None, share=0.5):
-    made = runs(CRITICAL, laminar=laminar)
+    made = replicates(CRITICAL, laminar=laminar)
     given = dict(zip(LEVELS, widths, strict=True))
     return components(
         "intermittency-region", reading, n5_map=region(given, share), n5_replicates=made
@@ -249,8 +248,8 @@ def test_all_intermittent_points_count_and_the_share_is_that_of_the_reading():
     made = region(widths)
     apart = (made.arrays["belt_velocity"] == 40) & (made.arrays["noise"] == 1)
     made.arrays["laminar_fraction"][apart], made.arrays["laminar_count"][apart] = 0.5, 2
-    both = {"n5_map": made, "n5_replicates": runs(CRITICAL)}
-    width = found("intermittency-region", **both).judged["width, sigma up to 4"]
+    both = {"n5_map": made, "n5_replicates": replicates(CRITICAL)}
+    width = measured("intermittency-region", **both).judged["width, sigma up to 4"]
     assert width.value == 2.25  # mean of 3, 2, 2, 2 points, 1 apart
     assert width.runs == 200  # four levels of 50 velocities
     for share, holding in (

@@ -10,8 +10,7 @@ from beltrepro.base.store import Dataset
 from beltrepro.model import ChainParameters, spring, units
 from beltrepro.stats import estimates
 from beltrepro.stats.errors import NotEnoughDataError
-from judging import SETTINGS, few_resamples, judged, scan  # noqa: F401
-from made_up import LAW, LEDGER
+from made_up import LAW, LEDGER, SETTINGS, few_resamples, judged, scan_of_laws  # noqa: F401
 
 # --- what is put in -------------------------------------------------------------------------------
 
@@ -123,7 +122,7 @@ def test_the_friction_law_needs_samples():
 
 
 def test_the_chain_length_is_that_of_the_runs_nearest_in_speed():
-    made = scan([11, 12, 15, 15.5], lambda u, rng: 0.1, noise=1.0)
+    made = scan_of_laws([11, 12, 15, 15.5], lambda u, rng: 0.1, noise=1.0)
     length = {11: 1.0, 12: 600.0, 15: 1.0, 15.5: 650.0}
     made.arrays["mean_length"] = np.array([length[u] for u in made.arrays["belt_velocity"]])
     verdict, _, found = judged("chain-length", {"n5_replicates": made})

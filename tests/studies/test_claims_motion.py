@@ -10,8 +10,18 @@ from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import states
 from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.motion import CHAOTIC, PERIODIC
-from noisy import found, judged
-from quiet import ABOVE, CLEAR, NAMES, SHORT, joined, motion_map, scan, settled
+from made_up import (
+    ABOVE,
+    CLEAR,
+    NAMES,
+    SHORT,
+    grades,
+    joined,
+    measured,
+    motion_map,
+    scan,
+    settled,
+)
 
 # --- shares with open runs ------------------------------------------------------------------------
 
@@ -75,7 +85,7 @@ def cantor(size, share):
 )
 def test_the_dimension_of_the_section(coordinates, verdict):
     runs = settled([CLEAR] * 8, u=1.0)
-    made = judged("poincare", slips_u1=section(coordinates), survival=runs)
+    made = grades("poincare", slips_u1=section(coordinates), survival=runs)
     assert made["dimension"] == verdict and made["exponent"] == HOLDS
 
 
@@ -85,12 +95,12 @@ def test_the_readings_of_the_section_leave_out_stuck_states_and_project():
     points = section(np.random.default_rng(1).random((12_000, 3)))
     names = ("all nine coordinates", "points shown (v_rN < 0)", "their projection on (x_N, v_rN)")
     values = [
-        found("poincare", name, slips_u1=points, survival=runs).judged["dimension"].value
+        measured("poincare", name, slips_u1=points, survival=runs).judged["dimension"].value
         for name in names
     ]
     assert values[2] == pytest.approx(2, abs=0.2) and values[1] > 2.5
     with pytest.raises(NotEnoughDataError, match="2000 section points are too few"):
-        found(
+        measured(
             "poincare", slips_u1=section(np.random.default_rng(1).random((2000, 2))), survival=runs
         )
 
@@ -101,9 +111,9 @@ def test_a_group_of_runs_that_is_elsewhere_widens_the_interval():
     runs = settled([CLEAR] * 8, u=1.0)
     rng = np.random.default_rng(5)
     plane = rng.random((12_000, 2))
-    alike = found("poincare", slips_u1=section(plane), survival=runs).judged["dimension"]
+    alike = measured("poincare", slips_u1=section(plane), survival=runs).judged["dimension"]
     plane[np.arange(12_000) % 16 < 4, 1] = 0.0  # a quarter of the runs stays on a line
-    apart = found("poincare", slips_u1=section(plane), survival=runs).judged["dimension"]
+    apart = measured("poincare", slips_u1=section(plane), survival=runs).judged["dimension"]
     assert apart.high - apart.low > 2 * (alike.high - alike.low)
 
 
@@ -116,17 +126,17 @@ def test_a_group_of_runs_that_is_elsewhere_widens_the_interval():
 def test_aperiodic_motion_at_u15(long, verdict):
     """Of 40 runs: two in three hold, one in two do not tell, one in six fail."""
     runs = settled([1e5] * long + [99_999.0] * (40 - long), u=15.0)
-    assert judged("u15-aperiodic", survival=runs)["irregular for 1e5"] == verdict
+    assert grades("u15-aperiodic", survival=runs)["irregular for 1e5"] == verdict
 
 
 def test_runs_at_u15_that_are_given_up_are_open():
     lifetimes = [SHORT] * 20 + [500.0] * 20
-    share = found("u15-aperiodic", survival=settled(lifetimes, u=15.0, duration=SHORT)).judged[
+    share = measured("u15-aperiodic", survival=settled(lifetimes, u=15.0, duration=SHORT)).judged[
         "irregular for 1e5"
     ]
     assert (share.value, share.still_open) == (0, 20) and share.high > 0.6
     enough = settled([SHORT] * 4 + [500.0] * 36, u=15.0, duration=SHORT)
-    assert judged("u15-aperiodic", survival=enough)["irregular for 1e5"] == FAILS
+    assert grades("u15-aperiodic", survival=enough)["irregular for 1e5"] == FAILS
 
 
 @pytest.mark.parametrize(
@@ -142,29 +152,29 @@ def test_runs_at_u15_that_are_given_up_are_open():
 )
 def test_exponents_against_their_scatter_over_the_runs(exponents, verdict):
     runs = settled([1e5] * 8, u=15.0, exponents=exponents)
-    assert judged("u15-aperiodic", survival=runs)["exponent"] == verdict
+    assert grades("u15-aperiodic", survival=runs)["exponent"] == verdict
 
 
 def test_an_exponent_is_missing_only_if_all_motion_settled_too_soon():
     none = np.full(8, np.nan)
     soon = settled([400.0] * 8, u=15.0, exponents=none, duration=1000.0)
-    assert judged("u15-aperiodic", survival=soon)["exponent"] == FAILS
+    assert grades("u15-aperiodic", survival=soon)["exponent"] == FAILS
     one = settled([400.0] * 7 + [1000.0], u=15.0, exponents=none, duration=1000.0)
     with pytest.raises(NotEnoughDataError, match=r"7 of 8 runs .* needed for an exponent"):
-        found("u15-aperiodic", survival=one)
+        measured("u15-aperiodic", survival=one)
 
 
 def test_starts_of_each_spread_are_a_reading_and_the_longest_runs_serve():
     wide, narrow = settled([1e5] * 8, u=15.0), settled([500.0] * 8, u=15.0, spread=1.0)
     elsewhere = settled([500.0] * 8, u=15.5)
     runs = joined(narrow, elsewhere, wide)
-    assert judged("u15-aperiodic", survival=runs)["irregular for 1e5"] == HOLDS
+    assert grades("u15-aperiodic", survival=runs)["irregular for 1e5"] == HOLDS
     narrow_name = "starts spread by 1"
-    assert judged("u15-aperiodic", narrow_name, survival=runs)["irregular for 1e5"] == FAILS
+    assert grades("u15-aperiodic", narrow_name, survival=runs)["irregular for 1e5"] == FAILS
     longer = settled([500.0] * 8, u=15.0, duration=5e5)
     made = {"survival": runs, "survival_many": longer}
-    assert judged("u15-aperiodic", **made)["irregular for 1e5"] == FAILS
-    assert "within 500000" in found("u15-aperiodic", **made).note
+    assert grades("u15-aperiodic", **made)["irregular for 1e5"] == FAILS
+    assert "within 500000" in measured("u15-aperiodic", **made).note
 
 
 # --- u <= 15 --------------------------------------------------------------------------------------
@@ -184,7 +194,7 @@ BELOW = np.linspace(1, 15, 30)
 )
 def test_permanent_chaos(letters, verdict):
     made = motion_map({5: letters}, u=BELOW)
-    assert judged("permanent-chaos", motion_map=made)[""] == verdict
+    assert grades("permanent-chaos", motion_map=made)[""] == verdict
 
 
 def test_windows_do_not_count_against_permanent_chaos():
@@ -192,29 +202,29 @@ def test_windows_do_not_count_against_permanent_chaos():
     letters = "c" * 20 + "p" * 10
     windows = motion_map({5: letters}, u=BELOW, returns=[0] * 20 + [20] * 10)
     long_orbits = motion_map({5: letters}, u=BELOW, returns=[0] * 20 + [21] * 10)
-    assert judged("permanent-chaos", motion_map=windows)[""] == HOLDS
-    assert judged("permanent-chaos", motion_map=long_orbits)[""] == UNDECIDED
-    assert found("permanent-chaos", motion_map=windows).runs == 20
-    assert "10 of 30 runs end in a window" in found("permanent-chaos", motion_map=windows).note
+    assert grades("permanent-chaos", motion_map=windows)[""] == HOLDS
+    assert grades("permanent-chaos", motion_map=long_orbits)[""] == UNDECIDED
+    assert measured("permanent-chaos", motion_map=windows).runs == 20
+    assert "10 of 30 runs end in a window" in measured("permanent-chaos", motion_map=windows).note
     only = motion_map({5: "p" * 30}, u=BELOW, returns=1)
     with pytest.raises(NotEnoughDataError, match="30 of 30 runs end in a window"):
-        found("permanent-chaos", motion_map=only)
+        measured("permanent-chaos", motion_map=only)
 
 
 def test_permanent_chaos_by_lifetimes_and_by_the_scheme():
     runs = settled([1e5] * 28 + [5e4] * 2, u=BELOW)
     beyond = settled([10.0] * 40, u=15.1)
     reading = "irregular for 1e5"
-    assert judged("permanent-chaos", reading, survival=joined(runs, beyond))[""] == HOLDS
+    assert grades("permanent-chaos", reading, survival=joined(runs, beyond))[""] == HOLDS
     scheme = joined(
         settled([CLEAR] * 30, u=BELOW, time_step=0.001),
         settled([10.0] * 30, u=BELOW, time_step=0.004),
     )
     name = "irregular for 1e5 by the paper's scheme"
-    assert judged("permanent-chaos", name, steps=scheme)[""] == HOLDS
+    assert grades("permanent-chaos", name, steps=scheme)[""] == HOLDS
     brief = settled([2e4] * 30, u=BELOW, time_step=0.001, duration=2e4)
-    assert judged("permanent-chaos", name, steps=brief)[""] == UNDECIDED
-    assert "30 open" in found("permanent-chaos", name, steps=brief).note
+    assert grades("permanent-chaos", name, steps=brief)[""] == UNDECIDED
+    assert "30 open" in measured("permanent-chaos", name, steps=brief).note
 
 
 # --- u >= 18 --------------------------------------------------------------------------------------
@@ -238,7 +248,7 @@ def beyond(low, high, **options):
 )
 def test_chaotic_runs_beyond_the_transition(low, high, verdicts):
     reading = "starts spread by 1, after a transient"
-    made = judged("no-permanent-chaos", reading, motion_map=beyond(low, high))
+    made = grades("no-permanent-chaos", reading, motion_map=beyond(low, high))
     names = ("chaotic, u = 18 to 35", "chaotic, u = 36 to 50")
     assert tuple(made[name] for name in names) == verdicts
     if set(verdicts) == {HOLDS, FAILS}:
@@ -254,13 +264,13 @@ def test_runs_that_settle_count_beside_the_motions():
     own = settled([CLEAR] * 60, u=np.linspace(18, 35, 60), spread=1.0)
     calm = joined(settled([100.0] * 60, u=np.linspace(18, 35, 60)), own)
     name = "chaotic, u = 18 to 35"
-    assert judged("no-permanent-chaos", motion_map=few, survival=calm)[name] == HOLDS
+    assert grades("no-permanent-chaos", motion_map=few, survival=calm)[name] == HOLDS
     wild = settled([CLEAR] * 20 + [100.0] * 40, u=np.linspace(18, 35, 60))
-    assert judged("no-permanent-chaos", motion_map=few, survival=wild)[name] == FAILS
+    assert grades("no-permanent-chaos", motion_map=few, survival=wild)[name] == FAILS
     unknown = settled([CLEAR] * 20 + [100.0] * 40, u=np.linspace(18, 35, 60), exponents=0.0)
-    assert judged("no-permanent-chaos", motion_map=few, survival=unknown)[name] == UNDECIDED
+    assert grades("no-permanent-chaos", motion_map=few, survival=unknown)[name] == UNDECIDED
     brief = settled([SHORT] * 20 + [100.0] * 40, u=np.linspace(18, 35, 60), duration=SHORT)
-    share = found("no-permanent-chaos", motion_map=few, survival=brief).judged[name]
+    share = measured("no-permanent-chaos", motion_map=few, survival=brief).judged[name]
     assert (share.value, share.still_open, share.runs) == (0, 20, 90)
 
 
@@ -280,7 +290,7 @@ def test_runs_that_settle_count_beside_the_motions():
 )
 def test_bands_and_windows_up_to_u15(letters, chaotic, periodic):
     u = [0.9, *np.linspace(1, 15, 60), 15.1]
-    made = judged("bifurcation-sigma0", motion_map=motion_map({5: f"p{letters}p"}, u=u))
+    made = grades("bifurcation-sigma0", motion_map=motion_map({5: f"p{letters}p"}, u=u))
     assert (made["chaotic"], made["periodic"]) == (chaotic, periodic)
 
 
@@ -290,7 +300,7 @@ def test_bands_and_windows_by_the_look_of_the_section(monkeypatch):
     labels = np.append(labels, [states.PERIODIC] * 4)  # at u = 16
     monkeypatch.setattr(Cut, "states", labels)
     reading = "look of the section, the paper's scheme"
-    made = found("bifurcation-sigma0", reading, n5_replicates_check=row)
+    made = measured("bifurcation-sigma0", reading, n5_replicates_check=row)
     assert made.judged["chaotic"].value == 0.75 and made.judged["periodic"].value == 0.2
     assert made.judged["chaotic"].still_open == 3 and made.runs == 60
-    assert judged("bifurcation-sigma0", reading, n5_replicates_check=row)[""] == HOLDS
+    assert grades("bifurcation-sigma0", reading, n5_replicates_check=row)[""] == HOLDS

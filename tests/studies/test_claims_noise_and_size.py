@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from beltrepro.base.store import Dataset
-from beltrepro.replication.studies.sizes import claims_noise as noise_and_size
+from beltrepro.replication.studies.sizes import claims as noise_and_size
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats import estimates
 from beltrepro.stats.errors import NotEnoughDataError
-from noisy import found, judged
-from quiet import scan
+from made_up import grades, measured, scan
 
 SIZES = (5, 6, 7, 10)
 LEVELS = np.arange(0.0, 10.5, 1)
@@ -55,7 +54,7 @@ def columns(ratios, *, width=2.0, scatter=0.02, replicates=8):
 )
 def test_rises_against_n(ratios, slope, difference):
     scatter = 0.02 if slope != UNDECIDED else 0.3
-    made = judged("r-of-sigma-size", size_columns=columns(ratios, scatter=scatter))
+    made = grades("r-of-sigma-size", size_columns=columns(ratios, scatter=scatter))
     if slope == UNDECIDED:
         assert made["N = 5 minus N = 10"] == UNDECIDED
     else:
@@ -63,7 +62,7 @@ def test_rises_against_n(ratios, slope, difference):
 
 
 def test_the_rise_is_measured_at_the_highest_velocity_of_each_n():
-    made = found("r-of-sigma-size", size_columns=columns((6.0, 4.0, 3.0, 2.0)))
+    made = measured("r-of-sigma-size", size_columns=columns((6.0, 4.0, 3.0, 2.0)))
     assert made.also["N = 5"].value == pytest.approx(np.log(6), abs=0.05) and made.runs == 8
     slope = np.polyfit(SIZES, np.log([6, 4, 3, 2]), 1)[0]
     assert made.judged["slope over N"].value == pytest.approx(slope, abs=0.02)
@@ -73,7 +72,7 @@ def test_a_steep_rise_is_more_evident_in_a_reading():
     wide, steep = columns((4.0,) * 4, width=8.0), columns((4.0,) * 4, width=0.5)
     reading = "the same over the width of the rise"
     values = [
-        found("r-of-sigma-size", reading, size_columns=made).also["N = 5"].value
+        measured("r-of-sigma-size", reading, size_columns=made).also["N = 5"].value
         for made in (wide, steep)
     ]
     assert values[1] > 3 * values[0] > 0
@@ -81,12 +80,12 @@ def test_a_steep_rise_is_more_evident_in_a_reading():
 
 def test_without_any_rise_none_is_weaker():
     flat = columns((1.0,) * 4, scatter=0.0)
-    assert judged("r-of-sigma-size", size_columns=flat)[""] == FAILS
+    assert grades("r-of-sigma-size", size_columns=flat)[""] == FAILS
 
 
 def test_single_runs_tell_nothing_of_the_rise():
     single = columns((6.0, 4.0, 3.0, 2.0), replicates=1)
-    assert judged("r-of-sigma-size", size_columns=single)[""] == UNDECIDED
+    assert grades("r-of-sigma-size", size_columns=single)[""] == UNDECIDED
 
 
 # --- effect on r and on the section ---------------------------------------------------------------
@@ -121,20 +120,19 @@ def replicates(effects, *, scatter=0.05, count=8, seed=1, beyond=0.0):
 @pytest.mark.thorough
 @pytest.mark.parametrize("reading", [None, ALL_U, SECTION])
 @pytest.mark.parametrize(
-    ("effects", "verdict"),
-    [((0.5, 0.4, 0.3, 0.1), HOLDS), ((0.1, 0.3, 0.4, 0.5), FAILS)],
+    ("effects", "verdict"), [((0.5, 0.4, 0.3, 0.1), HOLDS), ((0.1, 0.3, 0.4, 0.5), FAILS)]
 )
 def test_the_effect_of_noise_against_n(effects, verdict, reading):
-    made = judged("noise-less-relevant", reading, n5_replicates=replicates(effects))
+    made = grades("noise-less-relevant", reading, n5_replicates=replicates(effects))
     assert set(made.values()) == {verdict}
 
 
 def test_equal_effects_are_undecided_and_have_their_size():
-    made = found("noise-less-relevant", n5_replicates=replicates((0.3,) * 4))
+    made = measured("noise-less-relevant", n5_replicates=replicates((0.3,) * 4))
     for n_blocks in SIZES:
         effect = made.also[f"N = {n_blocks}"]
         assert effect.low < 0.09 < effect.high and effect.runs == 8
-    assert judged("noise-less-relevant", n5_replicates=replicates((0.3,) * 4))[""] == UNDECIDED
+    assert grades("noise-less-relevant", n5_replicates=replicates((0.3,) * 4))[""] == UNDECIDED
 
 
 def test_the_scatter_of_the_runs_is_no_effect_of_noise():
@@ -142,7 +140,7 @@ def test_the_scatter_of_the_runs_is_no_effect_of_noise():
     effects = []
     for seed in range(25):
         made = replicates((0,) * 4, scatter=0.5, seed=seed)
-        effects += found("noise-less-relevant", n5_replicates=made).also.values()
+        effects += measured("noise-less-relevant", n5_replicates=made).also.values()
     held = sum(each.low <= 0 <= each.high for each in effects)
     assert abs(np.mean([each.value for each in effects])) < 0.012  # 0.06 with the scatter in it
     assert held >= 88  # of 100: 95 expected, three standard errors less
@@ -152,16 +150,16 @@ def test_the_scatter_of_the_runs_is_no_effect_of_noise():
 def test_the_velocities_of_a_reading():
     effects = (0.3, 0.2, 0.1, 0.0)
     apart = replicates(effects, beyond=2.0)
-    common = found("noise-less-relevant", n5_replicates=apart).also["N = 10"]
-    every = found("noise-less-relevant", ALL_U, n5_replicates=apart).also["N = 10"]
+    common = measured("noise-less-relevant", n5_replicates=apart).also["N = 10"]
+    every = measured("noise-less-relevant", ALL_U, n5_replicates=apart).also["N = 10"]
     assert common.high < 0.01 < every.low
-    section = found("noise-less-relevant", SECTION, n5_replicates=apart).also
+    section = measured("noise-less-relevant", SECTION, n5_replicates=apart).also
     assert section["N = 5"].low > section["N = 10"].high
 
 
 def test_the_effect_needs_independent_runs_at_shared_velocities():
     with pytest.raises(NotEnoughDataError, match="3 runs at u = 8, 4 are needed"):
-        found("noise-less-relevant", n5_replicates=replicates((0.1,) * 4, count=3))
+        measured("noise-less-relevant", n5_replicates=replicates((0.1,) * 4, count=3))
     made = replicates((0.1,) * 4)
     arrays = made.arrays | {
         "belt_velocity": np.where(
@@ -171,4 +169,4 @@ def test_the_effect_needs_independent_runs_at_shared_velocities():
         )
     }
     with pytest.raises(NotEnoughDataError, match="0 shared belt velocities at N = 5"):
-        found("noise-less-relevant", n5_replicates=Dataset(arrays, made.attributes))
+        measured("noise-less-relevant", n5_replicates=Dataset(arrays, made.attributes))

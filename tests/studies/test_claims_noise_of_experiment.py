@@ -10,8 +10,7 @@ from beltrepro.replication.studies.experiment.films import disorder_of
 from beltrepro.replication.studies.experiment.measure import between
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats.errors import NotEnoughDataError
-from made_up import LEDGER
-from noisy import found, judged, runs
+from made_up import LEDGER, grades, measured, replicates
 
 
 @pytest.fixture(autouse=True)
@@ -21,7 +20,7 @@ def no_smoothing(monkeypatch):
 
 def components(name, reading=None, /, **datasets):
     """Verdicts in the order of the criterion."""
-    verdict = judged(name, reading, **datasets)
+    verdict = grades(name, reading, **datasets)
     return [verdict[each] for each in LEDGER[name].criterion["allowed"]]
 
 
@@ -30,7 +29,7 @@ def components(name, reading=None, /, **datasets):
 
 def with_r(first, second, *, scatter=0.002, noise=1.0):
     """Runs with these r near u = 12 and 15.3 at a noise, and another far from them."""
-    made = runs(dict.fromkeys((0.0, 0.5, 1.0, 2.2, 5.0), 30.0))
+    made = replicates(dict.fromkeys((0.0, 0.5, 1.0, 2.2, 5.0), 30.0))
     arrays, rng = made.arrays, np.random.default_rng(3)
     u, own = arrays["belt_velocity"], arrays["noise"] == noise
     arrays["disorder_parameter"][:] = 9.0
@@ -55,9 +54,9 @@ def test_r_at_the_speeds_of_the_experiment(first, second, expected):
 
 
 def test_r_has_an_interval_from_runs():
-    r_028 = found("r-experiment", **with_r(0.132, 0.134, scatter=0.02)).judged["r_028"]
+    r_028 = measured("r-experiment", **with_r(0.132, 0.134, scatter=0.02)).judged["r_028"]
     assert r_028.runs == 16 and 0.01 < r_028.high - r_028.low < 0.04
-    other = found("r-experiment", "sigma = 2.2", **with_r(0.1, 0.2, noise=2.2)).judged
+    other = measured("r-experiment", "sigma = 2.2", **with_r(0.1, 0.2, noise=2.2)).judged
     assert other["r_022"].value == pytest.approx(0.1, abs=0.003)
     assert other["r_022 over the experiment's"].value == pytest.approx(0.1 / 0.072, rel=0.03)
 
@@ -71,14 +70,14 @@ def film(ratio, *, seconds=1000.0, seed=1):
 
 def test_r_in_films():
     made = with_r(0.132, 0.134) | {"belt_022_track": film(0.13), "belt_028_track": film(0.10)}
-    measurement = found("r-experiment", "films, sigma = 1", **made)
+    measurement = measured("r-experiment", "films, sigma = 1", **made)
     assert measurement.judged["r_022"].value == pytest.approx(0.13, rel=0.02)
     assert 0 < measurement.judged["r_022"].high - measurement.judged["r_022"].low < 0.005
     assert components("r-experiment", "films, sigma = 1", **made) == [HOLDS, FAILS, HOLDS, HOLDS]
     assert measurement.runs == 10
     short = made | {"belt_022_track": film(0.13, seconds=890.0)}
     with pytest.raises(NotEnoughDataError, match="belt_022 has 890 s, 900 are needed"):
-        found("r-experiment", "films, sigma = 1", **short)
+        measured("r-experiment", "films, sigma = 1", **short)
 
 
 def test_r_of_a_film_with_a_gap_is_that_of_its_frames():
@@ -97,7 +96,7 @@ def test_r_of_a_film_with_a_gap_is_that_of_its_frames():
 
 def alternating(share_of_runs, agreeing, *, fraction=0.4):
     """Runs of which a share is intermittent at the speeds, and trials that alternate at noises."""
-    made = runs(dict.fromkeys((1.0, 2.2), 17.0), noises=(1.0, 2.2))
+    made = replicates(dict.fromkeys((1.0, 2.2), 17.0), noises=(1.0, 2.2))
     arrays = made.arrays
     chosen = arrays["replicate"] <= 8 * share_of_runs
     arrays["laminar_fraction"] = np.where(chosen & (arrays["noise"] == 1), fraction, 0.0)
@@ -122,7 +121,7 @@ def test_runs_with_laminar_phases_at_the_speeds():
     arrays = made["n5_replicates"].arrays
     arrays["laminar_count"] = np.where(arrays["laminar_fraction"] > 0, 3, 0)
     arrays["laminar_longest"] = np.where(arrays["belt_velocity"] == 15.5, 800.0, 300.0)
-    also = found("intermittency-experiment", **made).also
+    also = measured("intermittency-experiment", **made).also
     for speed, longest in (("0.22 m/s", 300.0), ("0.28 m/s", 800.0)):
         assert also[f"runs with laminar phases, {speed}"].value == 0.25
         assert also[f"longest laminar phase, {speed}"].value == longest
@@ -186,10 +185,10 @@ def test_agreement_of_few_trials_is_undecided():
 
 def test_what_is_needed_for_the_noise_of_the_experiment():
     with pytest.raises(NotEnoughDataError, match="78 trials, 80 are needed"):
-        found("sigma-experiment", **experiments([1.0], runs=26))
+        measured("sigma-experiment", **experiments([1.0], runs=26))
     few = experiments([1.0], runs=30) | {"trials_free": experiments([1.0], runs=19)["trials_free"]}
     with pytest.raises(NotEnoughDataError, match="19 trials agree with a recording, 20 are needed"):
-        found("sigma-experiment", **few)
+        measured("sigma-experiment", **few)
 
 
 def test_levels_stand_for_the_noises_around_them():

@@ -7,8 +7,7 @@ from beltrepro.base.store import Dataset
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats import estimates
 from beltrepro.stats.errors import NotEnoughDataError
-from noisy import found, judged
-from quiet import scan
+from made_up import grades, measured, scan
 
 PRINTED = {5: (15, 18), 6: (18, 24), 7: (23, 32), 10: (27, 40)}
 
@@ -42,7 +41,7 @@ def replicated(edges=None, *, noise=1.0, high=0.13, low=0.02, replicates=8, seed
 
 
 def test_the_printed_edges_hold():
-    assert set(judged("transition-width", n5_replicates=replicated()).values()) == {HOLDS}
+    assert set(grades("transition-width", n5_replicates=replicated()).values()) == {HOLDS}
 
 
 @pytest.mark.parametrize(
@@ -57,27 +56,27 @@ def test_the_printed_edges_hold():
     ],
 )
 def test_other_edges_do_not(edges, changed):
-    made = judged("transition-width", n5_replicates=replicated(edges))
+    made = grades("transition-width", n5_replicates=replicated(edges))
     assert {name: made[name] for name in changed} == changed
 
 
 def test_a_weak_fall_is_found_in_a_reading_only():
     weak = replicated(low=0.08)
-    made = found("transition-width", n5_replicates=weak)
+    made = measured("transition-width", n5_replicates=weak)
     assert np.isnan(made.judged["lower, N = 7"].value)
     assert "N = 7: no fall is found, its plateaus differ by a factor of 1.5" in made.note
-    assert judged("transition-width", n5_replicates=weak)["lower, N = 7"] == FAILS
-    assert judged("transition-width", "weak falls too", n5_replicates=weak)["lower, N = 7"] == HOLDS
+    assert grades("transition-width", n5_replicates=weak)["lower, N = 7"] == FAILS
+    assert grades("transition-width", "weak falls too", n5_replicates=weak)["lower, N = 7"] == HOLDS
 
 
 def test_single_runs_decide_nothing():
     rows = replicated(replicates=1)
     reading = "single runs from undeformed springs"
-    assert judged("transition-width", reading, n5_rows=rows)[""] == UNDECIDED
-    value = found("transition-width", reading, n5_rows=rows).judged["lower, N = 10"].value
+    assert grades("transition-width", reading, n5_rows=rows)[""] == UNDECIDED
+    value = measured("transition-width", reading, n5_rows=rows).judged["lower, N = 10"].value
     assert value == pytest.approx(27, abs=1.5)
     with pytest.raises(NotEnoughDataError, match="2 runs at a point, 4 are needed"):
-        found("transition-width", n5_replicates=replicated(replicates=2))
+        measured("transition-width", n5_replicates=replicated(replicates=2))
 
 
 @pytest.mark.parametrize(
@@ -89,15 +88,15 @@ def test_single_runs_decide_nothing():
     ],
 )
 def test_the_sharpest_transition(edges, verdicts):
-    made = judged("sharpest-at-n5", n5_replicates=replicated(edges))
+    made = grades("sharpest-at-n5", n5_replicates=replicated(edges))
     assert tuple(made[f"width, N = {n} minus N = 5"] for n in (6, 7, 10)) == verdicts
 
 
 def test_the_sharpest_transition_without_noise_is_a_reading():
     quiet = {"n5_replicates": replicated(noise=0.0)}
-    assert judged("sharpest-at-n5", "sigma = 0", **quiet)[""] == HOLDS
+    assert grades("sharpest-at-n5", "sigma = 0", **quiet)[""] == HOLDS
     with pytest.raises(NotEnoughDataError, match="N = 5, sigma = 1"):
-        found("sharpest-at-n5", **quiet)
+        measured("sharpest-at-n5", **quiet)
 
 
 # --- intermittency of ten blocks ------------------------------------------------------------------
@@ -135,7 +134,7 @@ LONGER = ([0.2, 0.3, 0.4, 0.5], [160, 120, 80, 40])  # mean phases of 1000 to 10
     ],
 )
 def test_ten_blocks_alternate(phases, last, verdicts):
-    made = judged("n10-intermittency", size_replicates=alternating(*phases, last))
+    made = grades("n10-intermittency", size_replicates=alternating(*phases, last))
     names = ("intermittent", "lasts", "laminar phase over u")
     assert tuple(made[name] for name in names) == verdicts
 
@@ -146,21 +145,21 @@ def test_the_slope_of_laminar_phases_covers_the_truth():
     mean = np.repeat(1000 + 100 * (np.array(U) - 28.0), 8)
     count = rng.poisson(40, 32) + 2
     phases = np.array([rng.exponential(m, n).sum() for m, n in zip(mean, count, strict=True)])
-    made = found("n10-intermittency", size_replicates=alternating(phases / 8e5, count))
+    made = measured("n10-intermittency", size_replicates=alternating(phases / 8e5, count))
     slope = made.judged["laminar phase over u"]
     assert slope.low < 100 < slope.high and slope.low > 0 and slope.runs == 8
     flat = np.array([rng.exponential(1000, n).sum() for n in count])
-    no_trend = judged("n10-intermittency", size_replicates=alternating(flat / 8e5, count))
+    no_trend = grades("n10-intermittency", size_replicates=alternating(flat / 8e5, count))
     assert no_trend["laminar phase over u"] == UNDECIDED
 
 
 def test_runs_that_never_stick_do_not_last():
-    made = judged("n10-intermittency", size_replicates=alternating(*LONGER, np.nan))
+    made = grades("n10-intermittency", size_replicates=alternating(*LONGER, np.nan))
     assert made["lasts"] == FAILS
     other = alternating(*LONGER)
     other.arrays["belt_velocity"] = np.where(other.arrays["belt_velocity"] == 31, 30.5, 31.5)
     with pytest.raises(NotEnoughDataError, match="no runs of ten blocks at u = 28, 31, 34, 38"):
-        found("n10-intermittency", size_replicates=other)
+        measured("n10-intermittency", size_replicates=other)
 
 
 def series(u, phases):
@@ -184,12 +183,12 @@ def test_the_four_series_are_readings():
         for u, length in zip(U, (600, 700, 1000, 1500), strict=True)
     }
     scheme, long = "four series by the paper's scheme", "the series, laminar from 784 on"
-    first = found("n10-intermittency", scheme, **made)
+    first = measured("n10-intermittency", scheme, **made)
     assert first.judged["intermittent"].value == 1 and first.judged["lasts"].value == 1
     expected = np.polyfit(U, (600, 700, 1000, 1500), 1)[0]
     assert first.judged["laminar phase over u"].value == pytest.approx(expected, rel=0.02)
-    assert judged("n10-intermittency", scheme, **made)["laminar phase over u"] == UNDECIDED
-    assert found("n10-intermittency", long, **made).judged["intermittent"].value == 0.5
+    assert grades("n10-intermittency", scheme, **made)["laminar phase over u"] == UNDECIDED
+    assert measured("n10-intermittency", long, **made).judged["intermittent"].value == 0.5
     made["n10_u28"].attributes["transient"] = 20_001.0
     with pytest.raises(NotEnoughDataError, match="n10_u28 covers 4999, 5000 are needed"):
-        found("n10-intermittency", scheme, **made)
+        measured("n10-intermittency", scheme, **made)

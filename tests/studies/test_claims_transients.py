@@ -7,8 +7,7 @@ from beltrepro.base.store import Dataset
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.motion import EQUILIBRIUM, PERIODIC
-from noisy import found, judged
-from quiet import ABOVE, CLEAR, SHORT, joined, scan, settled
+from made_up import ABOVE, CLEAR, SHORT, grades, joined, measured, scan, settled
 
 # --- u = 7 ----------------------------------------------------------------------------------------
 
@@ -24,20 +23,20 @@ from quiet import ABOVE, CLEAR, SHORT, joined, scan, settled
     ],
 )
 def test_the_transient_at_u7(lifetime, state, verdicts):
-    made = judged("u7-transient-chaos", survival=settled(lifetime, u=7.0, state=state))
+    made = grades("u7-transient-chaos", survival=settled(lifetime, u=7.0, state=state))
     assert (made["ends periodic"], made["irregular for 1000"]) == verdicts
     assert made["exponent"] == HOLDS
     low = settled(lifetime, u=7.0, state=state, exponents=-ABOVE)
-    assert judged("u7-transient-chaos", survival=low)["exponent"] == FAILS
+    assert grades("u7-transient-chaos", survival=low)["exponent"] == FAILS
 
 
 def test_runs_at_u7_that_are_given_up_are_open():
-    made = found(
+    made = measured(
         "u7-transient-chaos", survival=settled([SHORT] * 20 + [1000] * 20, u=7.0, duration=SHORT)
     )
     ends = made.judged["ends periodic"]
     assert (ends.value, ends.still_open) == (0.5, 20) and ends.high == 1
-    brief = found("u7-transient-chaos", survival=settled([900.0] * 40, u=7.0, duration=900.0))
+    brief = measured("u7-transient-chaos", survival=settled([900.0] * 40, u=7.0, duration=900.0))
     assert brief.judged["irregular for 1000"].still_open == 40
 
 
@@ -86,7 +85,7 @@ def escapes(tau, *, stuck=0.0, duration=1e4, **options):
     ],
 )
 def test_lifetimes_against_u(tau, verdicts):
-    made = judged("transient-lifetime", survival=settling(tau))
+    made = grades("transient-lifetime", survival=settling(tau))
     assert tuple(made[name] for name in ("near over far", "slope of ln tau", "longest")) == verdicts
 
 
@@ -94,17 +93,17 @@ def test_lifetimes_are_those_of_the_escapes():
     """Known lifetimes near, far and longest lie in the intervals, with runs given up or not."""
     tau = {u: (3000.0 if u <= 21 else 1000.0 if u < 30 else 500.0) for u in PLACES}
     for runs in (settling(tau), settling(tau, duration=6000.0)):
-        made = found("transient-lifetime", survival=runs)
+        made = measured("transient-lifetime", survival=runs)
         near, far = made.also["tau near"], made.also["tau far"]
         assert near.low < 3000 < near.high and far.low < 500 < far.high
         ratio, longest = made.judged["near over far"], made.judged["longest"]
         assert ratio.low < 6 < ratio.high and longest.low < 3000 < longest.high
     few = {u: own for u, own in tau.items() if u >= 24}
     with pytest.raises(NotEnoughDataError, match="no lifetimes for 18 <= u <= 21"):
-        found("transient-lifetime", survival=settling(few))
+        measured("transient-lifetime", survival=settling(few))
     with pytest.raises(NotEnoughDataError, match="at 4 belt velocities, 5 are needed"):
         four = {u: tau[u] for u in (18.0, 21.0, 30.0, 35.0)}
-        found("transient-lifetime", survival=settling(four))
+        measured("transient-lifetime", survival=settling(four))
 
 
 def test_the_longest_lifetime_is_judged_for_all_velocities_at_once():
@@ -112,7 +111,7 @@ def test_the_longest_lifetime_is_judged_for_all_velocities_at_once():
     held = 0
     for seed in range(100):
         runs = settling(dict.fromkeys(PLACES, 1000.0), runs=20, seed=seed)
-        longest = found("transient-lifetime", survival=runs).judged["longest"]
+        longest = measured("transient-lifetime", survival=runs).judged["longest"]
         held += longest.low <= 1000 <= longest.high
     assert held >= 92  # three standard errors below; 82 with an interval for each
 
@@ -124,9 +123,9 @@ def test_runs_beyond_the_range_and_other_starts_are_left_out():
         settling({17.5: 1e5, 36.0: 1e5}, seed=2),
         settling(dict.fromkeys(PLACES, 1000.0), spread=1.0),
     )
-    alone = found("transient-lifetime", survival=settling(tau)).judged
-    assert found("transient-lifetime", survival=runs).judged == alone
-    other = judged(
+    alone = measured("transient-lifetime", survival=settling(tau)).judged
+    assert measured("transient-lifetime", survival=runs).judged == alone
+    other = grades(
         "transient-lifetime", "until the motion settles, starts spread by 1", survival=runs
     )
     assert other["near over far"] == FAILS
@@ -135,13 +134,13 @@ def test_runs_beyond_the_range_and_other_starts_are_left_out():
 def test_runs_on_stick_slip_attractors_are_no_surviving_chaos():
     """A third of the runs never escapes; the lifetimes are those of the others."""
     tau = falling(2000.0, 400.0)
-    made = found("transient-lifetime", SLIPS, lifetimes=escapes(tau, stuck=0.33))
-    plain = found("transient-lifetime", SLIPS, lifetimes=escapes(tau))
+    made = measured("transient-lifetime", SLIPS, lifetimes=escapes(tau, stuck=0.33))
+    plain = measured("transient-lifetime", SLIPS, lifetimes=escapes(tau))
     for case in (made, plain):
         assert case.judged["longest"].low < 2000 < case.judged["longest"].high
         assert case.also["tau far"].value == pytest.approx(400 * 1.19, rel=0.15)
     with pytest.raises(NotEnoughDataError, match=r"u = 18 to 18: 2 runs ended, 3 are needed"):
-        found("transient-lifetime", SLIPS, lifetimes=_two_escapes(escapes(tau)))
+        measured("transient-lifetime", SLIPS, lifetimes=_two_escapes(escapes(tau)))
 
 
 def _two_escapes(runs):
@@ -151,7 +150,7 @@ def _two_escapes(runs):
 
 def test_lifetimes_longer_than_the_runs_are_not_measured():
     with pytest.raises(NotEnoughDataError, match="8 lifetimes need longer runs"):
-        found("transient-lifetime", survival=settling(dict.fromkeys(PLACES, 1e9)))
+        measured("transient-lifetime", survival=settling(dict.fromkeys(PLACES, 1e9)))
 
 
 # --- continuous slip ------------------------------------------------------------------------------
@@ -178,15 +177,11 @@ NAMES = ("slips on, u = 18 to 36", "slips on, u = 36 to 50")
 
 @pytest.mark.parametrize(
     ("low", "high", "verdicts"),
-    [
-        (1.0, 1.0, (HOLDS, HOLDS)),
-        (0.5, 1.0, (FAILS, HOLDS)),
-        (1.0, 0.5, (HOLDS, FAILS)),
-    ],
+    [(1.0, 1.0, (HOLDS, HOLDS)), (0.5, 1.0, (FAILS, HOLDS)), (1.0, 0.5, (HOLDS, FAILS))],
 )
 def test_continuous_slip(low, high, verdicts):
     rows = slipping(LOW[4:77], low, replicates=8), slipping(HIGH[37:121], high)
-    made = judged("continuous-slip", n5_replicates_check=rows[0], n5_rows=rows[1])
+    made = grades("continuous-slip", n5_replicates_check=rows[0], n5_rows=rows[1])
     assert tuple(made[name] for name in NAMES) == verdicts
 
 
@@ -197,18 +192,18 @@ def test_a_late_stick_and_the_range_of_u():
     inside = (low.arrays["belt_velocity"] >= 18) & (low.arrays["belt_velocity"] <= 36)
     for last, verdict in ((middle - 1, HOLDS), (middle, FAILS)):
         low.arrays["last_stick_time"] = np.where(inside, last, 1e6)
-        made = judged("continuous-slip", n5_replicates_check=low, n5_rows=high)
+        made = grades("continuous-slip", n5_replicates_check=low, n5_rows=high)
         assert made[NAMES[0]] == verdict
-    made = found("continuous-slip", n5_replicates_check=low, n5_rows=high)
+    made = measured("continuous-slip", n5_replicates_check=low, n5_rows=high)
     assert made.judged[NAMES[0]].runs == inside.sum()
 
 
 def test_short_runs_that_still_stick_are_open():
     low = slipping(LOW[4:77], 0.5, replicates=4, duration=4e4)
     low.attributes["transient"] = 2e4
-    share = found("continuous-slip", n5_replicates_check=low, n5_rows=slipping(HIGH, 1.0)).judged[
-        NAMES[0]
-    ]
+    share = measured(
+        "continuous-slip", n5_replicates_check=low, n5_rows=slipping(HIGH, 1.0)
+    ).judged[NAMES[0]]
     assert share.value == 0.5 and share.still_open == share.runs / 2
 
 
@@ -217,10 +212,10 @@ def test_large_orbits_that_stay_and_the_lifetimes_at_high_velocities():
     high = slipping(HIGH[37:121], 1.0)
     at_high = settled(np.full(100, 3000.0), u=45.0)
     below = settled(np.full(100, 10.0), u=42.0)
-    made = found(
+    made = measured(
         "continuous-slip", n5_replicates_check=low, n5_rows=high, survival=joined(at_high, below)
     )
     assert made.also["large amplitude, of these"].value == pytest.approx(19 / (73 + 84))
     assert made.also["lifetime, u = 43 to 50"].value == pytest.approx(3000)
     exact = {"n5_replicates": low, "n5_rows_check": high}
-    assert judged("continuous-slip", "exact dynamics", **exact)[""] == HOLDS
+    assert grades("continuous-slip", "exact dynamics", **exact)[""] == HOLDS

@@ -7,8 +7,7 @@ from beltrepro.base.store import Dataset
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats import estimates
 from beltrepro.stats.errors import NotEnoughDataError
-from made_up import LEDGER
-from noisy import falling, found, judged, runs, table
+from made_up import LEDGER, falling, grades, measured, replicates, table
 
 RISING = {0.0: 16.5, 0.5: 16.7, 1.0: 17.0, 2.2: 18.0, 5.0: 20.5}  # u_c by sigma
 WINDOWS = {0.0: 0.25}
@@ -21,28 +20,28 @@ def fewer_resamples(monkeypatch):
 
 
 def like_the_paper(**changes):
-    return {"n5_replicates": runs(RISING, windows=WINDOWS, **changes)}
+    return {"n5_replicates": replicates(RISING, windows=WINDOWS, **changes)}
 
 
 # --- Figs. 13 and 14 ------------------------------------------------------------------------------
 
 
 def test_weak_noise_leaves_the_transition_and_removes_windows():
-    assert set(judged("sigma1-transition", **like_the_paper()).values()) == {HOLDS}
-    shifted = {"n5_replicates": runs(RISING | {1.0: 20.0}, windows=WINDOWS)}
-    at_limit = {"n5_replicates": runs(RISING | {1.0: 18.0}, windows=WINDOWS)}
-    assert judged("sigma1-transition", **shifted)["u_c(1) - u_c(0)"] == FAILS
-    assert judged("sigma1-transition", **at_limit)["u_c(1) - u_c(0)"] == UNDECIDED
-    remaining = {"n5_replicates": runs(RISING, windows={0.0: 0.5, 1.0: 0.25})}
-    assert judged("sigma1-transition", **remaining)["windows at 1"] == FAILS
+    assert set(grades("sigma1-transition", **like_the_paper()).values()) == {HOLDS}
+    shifted = {"n5_replicates": replicates(RISING | {1.0: 20.0}, windows=WINDOWS)}
+    at_limit = {"n5_replicates": replicates(RISING | {1.0: 18.0}, windows=WINDOWS)}
+    assert grades("sigma1-transition", **shifted)["u_c(1) - u_c(0)"] == FAILS
+    assert grades("sigma1-transition", **at_limit)["u_c(1) - u_c(0)"] == UNDECIDED
+    remaining = {"n5_replicates": replicates(RISING, windows={0.0: 0.5, 1.0: 0.25})}
+    assert grades("sigma1-transition", **remaining)["windows at 1"] == FAILS
 
 
 def test_the_scatter_of_r_is_compared_run_by_run():
     def ratio(quiet, noisy):
         scatter = {0.0: quiet, 1.0: noisy}
-        return found("sigma1-transition", n5_replicates=runs(RISING, scatter=scatter)).judged[
-            "scatter of r, 1 over 0"
-        ]
+        return measured(
+            "sigma1-transition", n5_replicates=replicates(RISING, scatter=scatter)
+        ).judged["scatter of r, 1 over 0"]
 
     assert ratio(0.01, 0.003).high < 1 < ratio(0.003, 0.01).low
     same = ratio(0.006, 0.006)
@@ -52,12 +51,12 @@ def test_the_scatter_of_r_is_compared_run_by_run():
 
 def test_a_reading_takes_the_runs_without_noise_from_the_scheme():
     made = like_the_paper()
-    made["n5_replicates_check"] = runs({0.0: 15.0}, noises=[0.0], width=1.0)
+    made["n5_replicates_check"] = replicates({0.0: 15.0}, noises=[0.0], width=1.0)
     reading = "the paper's scheme at sigma = 0"
-    shift = found("sigma1-transition", reading, **made).judged["u_c(1) - u_c(0)"]
+    shift = measured("sigma1-transition", reading, **made).judged["u_c(1) - u_c(0)"]
     assert shift.value == pytest.approx(2.0, abs=0.5)
     with pytest.raises(NotEnoughDataError, match="n5_replicates_wide"):
-        found("sigma1-transition", f"{reading}, wider starts", **made)
+        measured("sigma1-transition", f"{reading}, wider starts", **made)
 
 
 @pytest.mark.parametrize(
@@ -70,7 +69,7 @@ def test_a_reading_takes_the_runs_without_noise_from_the_scheme():
     ],
 )
 def test_u_c_of_sigma(critical, difference, slope):
-    verdict = judged("uc-of-sigma", n5_replicates=runs(critical))
+    verdict = grades("uc-of-sigma", n5_replicates=replicates(critical))
     assert verdict["u_c(2.2) - u_c(0)"] == difference
     # One level that lies off the line widens the interval of the slope.
     assert verdict["slope of u_c over sigma"] in (slope, UNDECIDED)
@@ -79,21 +78,21 @@ def test_u_c_of_sigma(critical, difference, slope):
 
 
 def test_u_c_of_sigma_without_a_transition_at_strong_noise():
-    made = runs(RISING, noises=(0.0, 0.5, 1.0, 2.2))
-    flat = runs({5.0: 99.0}, noises=(5.0,))
+    made = replicates(RISING, noises=(0.0, 0.5, 1.0, 2.2))
+    flat = replicates({5.0: 99.0}, noises=(5.0,))
     both = {name: np.concatenate([made.arrays[name], flat.arrays[name]]) for name in made.arrays}
-    measurement = found("uc-of-sigma", n5_replicates=Dataset(both, made.attributes))
+    measurement = measured("uc-of-sigma", n5_replicates=Dataset(both, made.attributes))
     assert np.isnan(measurement.also["u_c(5)"].value)
     assert measurement.judged["slope of u_c over sigma"].value == pytest.approx(0.7, abs=0.2)
-    few = runs(RISING, noises=(0.0, 2.2))
+    few = replicates(RISING, noises=(0.0, 2.2))
     with pytest.raises(NotEnoughDataError, match="2 of 2 noise levels, not 3"):
-        found("uc-of-sigma", n5_replicates=few)
+        measured("uc-of-sigma", n5_replicates=few)
 
 
 def test_other_settings_of_the_finder_are_readings():
-    made = {"n5_replicates": runs(RISING)}
-    wide = found("uc-sigma22", "median of r over 3 in u", **made)
-    usual = found("uc-sigma22", **made)
+    made = {"n5_replicates": replicates(RISING)}
+    wide = measured("uc-sigma22", "median of r over 3 in u", **made)
+    usual = measured("uc-sigma22", **made)
     assert wide.also["lower edge"].value < usual.also["lower edge"].value
 
 
@@ -101,10 +100,10 @@ def test_other_settings_of_the_finder_are_readings():
     ("u_c", "verdict"), [(18.8, HOLDS), (15.0, FAILS), (17.6, UNDECIDED), (99.0, FAILS)]
 )
 def test_the_critical_velocity_at_sigma_22(u_c, verdict):
-    made = {"n5_replicates": runs(RISING | {2.2: u_c})}
-    assert judged("uc-sigma22", **made)[""] == verdict
+    made = {"n5_replicates": replicates(RISING | {2.2: u_c})}
+    assert grades("uc-sigma22", **made)[""] == verdict
     if u_c < 90:
-        in_si = found("uc-sigma22", **made).also["u_c_m_s"].value
+        in_si = measured("uc-sigma22", **made).also["u_c_m_s"].value
         assert in_si == pytest.approx(0.0183065 * u_c, rel=0.02)
 
 
@@ -118,31 +117,31 @@ def test_the_critical_velocity_at_sigma_22(u_c, verdict):
     ],
 )
 def test_windows_are_counted_at_each_noise(share, expected):
-    verdict = judged("windows-vanish", n5_replicates=runs(RISING, windows=share))
+    verdict = grades("windows-vanish", n5_replicates=replicates(RISING, windows=share))
     names = [f"at sigma = {level}" for level in ("0", "1", "2.2", "5")]
     assert [verdict[name] for name in names] == expected
-    measured = found("windows-vanish", n5_replicates=runs(RISING, windows=share))
-    assert measured.judged["at sigma = 0"].value == share[0.0]
-    assert measured.runs == 64  # eight runs at each of eight velocities up to 15
+    made = measured("windows-vanish", n5_replicates=replicates(RISING, windows=share))
+    assert made.judged["at sigma = 0"].value == share[0.0]
+    assert made.runs == 64  # eight runs at each of eight velocities up to 15
 
 
 @pytest.mark.parametrize(("spread", "share"), [(0.45, 0.5), (0.55, 0.0)])
 def test_a_window_fills_less_than_half_of_the_usual_bins(spread, share):
-    made = runs(RISING)
+    made = replicates(RISING)
     half = (made.arrays["noise"] == 0) & (made.arrays["replicate"] <= 4)
     velocity = np.linspace(-60, 0, 100) * np.ones((half.size, 1))
     made.arrays["section_velocity"] = np.where(half[:, None], spread * velocity, velocity)
-    assert found("windows-vanish", n5_replicates=made).judged["at sigma = 0"].value == share
+    assert measured("windows-vanish", n5_replicates=made).judged["at sigma = 0"].value == share
 
 
 def test_windows_are_those_of_the_range_and_the_section():
-    made = runs(RISING, windows={0.0: 0.5})
+    made = replicates(RISING, windows={0.0: 0.5})
     made.arrays["section_velocity"][:, 11:] = np.nan
     with pytest.raises(NotEnoughDataError, match="0 runs cross the section, 6 are needed"):
-        found("windows-vanish", n5_replicates=made)
-    above = runs(RISING, windows={0.0: 0.0})
+        measured("windows-vanish", n5_replicates=made)
+    above = replicates(RISING, windows={0.0: 0.0})
     above.arrays["section_velocity"][above.arrays["belt_velocity"] > 15] = -20.0
-    assert found("windows-vanish", n5_replicates=above).judged["at sigma = 0"].value == 0
+    assert measured("windows-vanish", n5_replicates=above).judged["at sigma = 0"].value == 0
 
 
 # --- along sigma ----------------------------------------------------------------------------------
@@ -179,7 +178,7 @@ EXPONENTS = {0.25: -0.001, 0.75: 0.0, 1.0: 0.001, 1.5: 0.002, 2.2: 0.003, 5.0: -
 def test_noise_induced_chaos_at_u_7():
     def verdict(centre=0.75, exponents=(), **options):
         made = noisy_motion(EXPONENTS | dict(exponents), **options)
-        return judged("sigma-c-u7", n5_u7=u7(centre), noisy_motion=made)
+        return grades("sigma-c-u7", n5_u7=u7(centre), noisy_motion=made)
 
     assert set(verdict().values()) == {HOLDS}
     assert verdict(1.3)["sigma_c"] == FAILS
@@ -196,18 +195,18 @@ def test_noise_induced_chaos_at_u_7():
 
 def test_the_scheme_without_noise_counts_in_a_reading_only():
     made = {"n5_u7": u7(0.75, without=9.0), "noisy_motion": noisy_motion(EXPONENTS)}
-    assert found("sigma-c-u7", **made).judged["sigma_c"].value == pytest.approx(0.75, abs=0.05)
-    other = found("sigma-c-u7", "with the paper's scheme at sigma = 0", **made)
+    assert measured("sigma-c-u7", **made).judged["sigma_c"].value == pytest.approx(0.75, abs=0.05)
+    other = measured("sigma-c-u7", "with the paper's scheme at sigma = 0", **made)
     assert other.judged["sigma_c"].value != pytest.approx(0.75, abs=0.05)
 
 
 def test_noise_induced_chaos_needs_exponents_on_both_sides():
     strong = {level: value for level, value in EXPONENTS.items() if level > 0.3}
     with pytest.raises(NotEnoughDataError, match=r"no exponents at sigma <= 0\.3"):
-        found("sigma-c-u7", n5_u7=u7(0.75), noisy_motion=noisy_motion(strong))
+        measured("sigma-c-u7", n5_u7=u7(0.75), noisy_motion=noisy_motion(strong))
     weak = {level: value for level, value in EXPONENTS.items() if level < 1 or level > 3}
     with pytest.raises(NotEnoughDataError, match=r"no exponents from sigma = 1 to 2\.2"):
-        found("sigma-c-u7", n5_u7=u7(0.75), noisy_motion=noisy_motion(weak))
+        measured("sigma-c-u7", n5_u7=u7(0.75), noisy_motion=noisy_motion(weak))
 
 
 def columns(centre, width, *, high=0.13):
@@ -224,7 +223,7 @@ def columns(centre, width, *, high=0.13):
 
 def test_the_rise_of_r_against_u():
     def verdict(centre=lambda u: 0.2 * u - 2, width=lambda u: 0.1 * u, **options):
-        judgement = judged("r-of-sigma", **columns(centre, width, **options))
+        judgement = grades("r-of-sigma", **columns(centre, width, **options))
         return [judgement[name] for name in LEDGER["r-of-sigma"].criterion["allowed"]]
 
     assert verdict() == [HOLDS, HOLDS, HOLDS]
@@ -253,15 +252,15 @@ def rows(spread):
     [(5.0, 50.0, [HOLDS, HOLDS]), (50.0, 5.0, [FAILS, FAILS]), (27.0, 27.0, [UNDECIDED] * 2)],
 )
 def test_the_natural_distribution(quiet, strong, verdicts):
-    made = runs(RISING, width={0.0: 1.0, 0.5: 1.0, 1.0: 1.0, 2.2: 2.0, 5.0: 9.0})
+    made = replicates(RISING, width={0.0: 1.0, 0.5: 1.0, 1.0: 1.0, 2.2: 2.0, 5.0: 9.0})
     both = {"n5_replicates": made, "n5_rows": rows({0.0: quiet, 10.0: strong})}
-    verdict = judged("natural-distribution", **both)
+    verdict = grades("natural-distribution", **both)
     assert verdict["windows at 1"] == verdict["width(5) - width(1)"] == HOLDS
     assert [verdict["spread ratio at 0"], verdict["spread ratio at 10"]] == verdicts
-    both["n5_replicates"] = runs(
+    both["n5_replicates"] = replicates(
         RISING, width={1.0: 9.0, 5.0: 1.0} | dict.fromkeys((0, 0.5, 2.2), 1.0)
     )
-    assert judged("natural-distribution", **both)["width(5) - width(1)"] == FAILS
+    assert grades("natural-distribution", **both)["width(5) - width(1)"] == FAILS
 
 
 def map_of(factor=1.0, *, quiet=0, loud=0):
@@ -287,17 +286,17 @@ def map_of(factor=1.0, *, quiet=0, loud=0):
     ],
 )
 def test_the_map(change, expected):
-    verdict = judged("r-map", n5_map=map_of(**change), n5_replicates=runs(RISING))
+    verdict = grades("r-map", n5_map=map_of(**change), n5_replicates=replicates(RISING))
     assert [verdict[name] for name in LEDGER["r-map"].criterion["allowed"]] == expected
 
 
 def test_the_map_is_not_compared_across_integrators():
-    made = runs(RISING)
+    made = replicates(RISING)
     own = made.arrays["noise"] == 0
     made.arrays["disorder_parameter"][own] *= 9  # without noise
-    assert judged("r-map", n5_map=map_of(), n5_replicates=made)[""] == HOLDS
+    assert grades("r-map", n5_map=map_of(), n5_replicates=made)[""] == HOLDS
     with pytest.raises(NotEnoughDataError, match="0 points shared, not 10"):
-        found("r-map", n5_map=map_of(), n5_replicates=runs(RISING, noises=(0.0,)))
+        measured("r-map", n5_map=map_of(), n5_replicates=replicates(RISING, noises=(0.0,)))
 
 
 # --- what sigma means -----------------------------------------------------------------------------
@@ -315,7 +314,7 @@ def noise_steps(r_of, *, scatter=0.002):
 
 def test_the_noise_depends_on_the_time_step():
     def verdict(r_of, **options):
-        found = judged("noise-time-step", **noise_steps(r_of, **options))
+        found = grades("noise-time-step", **noise_steps(r_of, **options))
         return [found["equal sigma"], found["equal sigma sqrt(dt)"]]
 
     def by_product(noise, step):

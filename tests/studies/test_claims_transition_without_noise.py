@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from beltrepro.stats.errors import NotEnoughDataError
-from judging import escapes, few_resamples, judged, readings, scan  # noqa: F401
+from made_up import escapes, few_resamples, judged, readings, scan_of_laws  # noqa: F401
 
 U = [6, 8, 10, 12, 13, 14, 15, 15.5, 16, 16.5, 17, 17.5, 18, 19, 20, 21, 22, 24, 28, 33]
 
@@ -21,7 +21,7 @@ def falling(at=16.5, high=0.13, low=0.02, scatter=0.004):
 
 def replicates(**how):
     names = ("n5_replicates_check", "n5_replicates", "n5_replicates_wide")
-    return {name: scan(U, falling(**how)) for name in names}
+    return {name: scan_of_laws(U, falling(**how)) for name in names}
 
 
 @pytest.mark.parametrize(
@@ -35,13 +35,13 @@ def replicates(**how):
     ],
 )
 def test_the_plateaus_of_r(how, verdict):
-    found = judged("r-jump", {"n5_replicates_check": scan(U, falling(**how))})
+    found = judged("r-jump", {"n5_replicates_check": scan_of_laws(U, falling(**how))})
     assert found[0] == verdict and found[2].runs == 8
 
 
 def test_the_readings_of_the_fall_use_the_scans_of_their_names():
     scans = ("n5_replicates_check", "n5_replicates", "n5_replicates_wide")
-    made = {name: scan(U, falling(high=0.1 + 0.02 * k)) for k, name in enumerate(scans)}
+    made = {name: scan_of_laws(U, falling(high=0.1 + 0.02 * k)) for k, name in enumerate(scans)}
     names = ("the paper's scheme", "exact dynamics", "wider starts")
     found = [judged("r-jump", made, name)[2].judged["r_chaotic"].value for name in names]
     assert found == pytest.approx([0.1, 0.12, 0.14], abs=0.003)
@@ -51,7 +51,7 @@ def test_the_readings_of_the_fall_use_the_scans_of_their_names():
     ("at", "verdict"), [(16.5, "holds"), (19.5, "fails"), (14.0, "fails"), (17.4, "undecided")]
 )
 def test_the_critical_velocity(at, verdict):
-    found = judged("u-critical", {"n5_replicates_check": scan(U, falling(at=at))})
+    found = judged("u-critical", {"n5_replicates_check": scan_of_laws(U, falling(at=at))})
     assert found[0] == verdict
     assert found[2].judged["critical"].value == pytest.approx(at, abs=0.6)
     assert found[2].also["lower"].value < found[2].also["upper"].value
@@ -70,7 +70,7 @@ def test_the_readings_of_the_critical_velocity():
 
 
 def test_one_run_at_each_u_decides_nothing():
-    row = {"n5_rows": scan(np.arange(4, 40, 0.5), falling(), replicates=1)}
+    row = {"n5_rows": scan_of_laws(np.arange(4, 40, 0.5), falling(), replicates=1)}
     for name in ("r-jump", "u-critical"):
         assert judged(name, row, "one run at each u")[0] == "undecided"
     with pytest.raises(NotEnoughDataError, match="no independent runs"):
@@ -84,7 +84,7 @@ def with_outliers(large, label):
     def disorder(u, rng):
         return 0.12 if u in large else falling()(u, rng)
 
-    return scan(
+    return scan_of_laws(
         np.arange(10, 30, 0.25),
         disorder,
         replicates=1,
@@ -138,8 +138,10 @@ def test_r_in_the_periodic_windows(r, verdict):
 
     # beyond u = 15 the periodic motion has no say
     u = np.arange(3, 40, 1.0)
-    row = scan(u, lambda u, rng: disorder(u, rng) if u <= 15 else 0.5, replicates=1, labels=label)
+    row = scan_of_laws(
+        u, lambda u, rng: disorder(u, rng) if u <= 15 else 0.5, replicates=1, labels=label
+    )
     found = judged("r-windows", {"n5_rows": row})
     assert found[0] == verdict and "6 periodic and 7 chaotic runs" in found[2].note
     with pytest.raises(NotEnoughDataError, match="2 periodic"):
-        judged("r-windows", {"n5_rows": scan(u[:5], disorder, replicates=1, labels=label)})
+        judged("r-windows", {"n5_rows": scan_of_laws(u[:5], disorder, replicates=1, labels=label)})

@@ -6,7 +6,7 @@ import pytest
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.transition import transients
 from beltrepro.stats.errors import NotEnoughDataError
-from judging import escapes, few_resamples, judged, runs, scan  # noqa: F401
+from made_up import columns, escapes, few_resamples, judged, scan_of_laws  # noqa: F401
 
 RNG = np.random.default_rng
 
@@ -117,7 +117,7 @@ def test_what_is_said_of_velocities_while_stuck():
 def ends(periodic, irregular=0, sliding=0, **other):
     """Runs of kind settling at u = 7, and runs at other places that must not count."""
     states = ["periodic"] * periodic + ["irregular"] * irregular + ["periodic"] * sliding
-    own = runs(
+    own = columns(
         n_blocks=5,
         belt_velocity=7.0,
         initial_spread=10.0,
@@ -152,7 +152,7 @@ def test_the_ends_of_runs_at_u7(counts, verdict):
     [([1.0, 5.0, 9.0], 1.91e5, "holds"), ([1.0, 5.0, 9.0], 1.89e5, "fails"), (None, 2e5, "fails")],
 )
 def test_the_run_from_the_declared_state_at_u7(cycle, last_stick, verdict):
-    column = scan([7.0], lambda u, rng: 0.1, replicates=1)
+    column = scan_of_laws([7.0], lambda u, rng: 0.1, replicates=1)
     if cycle:
         column.arrays["section_velocity"] = np.tile(cycle, 10)[None]
     column.arrays["last_stick_time"][:] = last_stick
@@ -204,7 +204,7 @@ def test_transients_by_the_exact_dynamics():
         size = short + long + sticking + open_ended
         index = np.arange(size)
         calm = index < short + long
-        arrays = runs(
+        arrays = columns(
             n_blocks=np.full(size, 5),
             belt_velocity=20.0,
             initial_spread=10.0,

@@ -107,34 +107,6 @@ def test_credible_sets_cover_the_truth_as_often_as_they_say():
     assert done.experiments + done.unanswered == 600 and done.unanswered < 30
 
 
-def test_calibration_sees_a_wrong_simulator():
-    simulated = gaussian(runs=150)
-    # the made-up experiments come from trials whose levels are mislabelled
-    wrong = Simulated(
-        simulated.levels | {"mean": LEVELS}, simulated.summary.copy(), simulated.shown
-    )
-    wrong.summary[0] += 3.0 * (np.arange(150) % 2)
-    right = calibrate(simulated, 0.15, shown=[True, True], draws=300)
-    assert right.uniform_p["mean"] > 0.01
-    biased = _told_by_odd_runs(wrong)
-    assert biased < 1e-3
-
-
-def _told_by_odd_runs(simulated):
-    """p of uniformity where experiments are odd runs and the trials to compare with even ones."""
-    generator, below = np.random.default_rng(1), []
-    even = simulated.part(slice(0, None, 2))
-    for _ in range(200):
-        cell = tuple(generator.integers(size) for size in (LEVELS.size, 3))
-        summary = simulated.summary[(slice(None), *cell, 2 * generator.integers(75) + 1)]
-        try:
-            marginal = posterior(even, Recorded(summary, [True, True]), 0.3).marginal("mean")
-        except NotEnoughDataError:
-            continue
-        below.append(marginal[: cell[0]].sum() + generator.random() * marginal[cell[0]])
-    return stats.kstest(below, "uniform").pvalue
-
-
 def test_quantiles_under_the_posterior():
     simulated = gaussian()
     found = posterior(simulated, Recorded([1.0, 1.0], [True, True]), 0.2)

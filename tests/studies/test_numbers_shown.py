@@ -11,7 +11,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.text import Text
 
 import figure_data as made
-import judging
+import made_up
 from beltrepro.base.store import Dataset
 from beltrepro.replication.drawing import marks
 from beltrepro.replication.plan import registry
@@ -54,7 +54,7 @@ def data_for(name):
 def estimates_of(key, data):
     """Estimates by name of a claim, or of a variant of one."""
     claim, _, variant = key.partition(": ")
-    readings = judging.readings(claim, data)
+    readings = made_up.readings(claim, data)
     measurement = readings[variant or next(iter(readings))]()
     return measurement.judged | measurement.also
 

@@ -1,11 +1,17 @@
-"""The ledger with its functions, the law of the model, and the plainest stand-in of a dataset."""
+"""Verdicts of claims on made-up runs: datasets whose answers are known."""
 
 from types import SimpleNamespace
 
-from beltrepro.replication.studies.every_claim import REGISTRY
-from beltrepro.replication.verdicts.ledger import load_ledger
+import numpy as np
+import pytest
 
-__all__ = ["LAW", "LEDGER", "REGISTRY", "data"]
+from beltrepro.base.store import Dataset
+from beltrepro.replication.studies.every_claim import REGISTRY
+from beltrepro.replication.verdicts.criteria import judge
+from beltrepro.replication.verdicts.evidence import Evidence
+from beltrepro.replication.verdicts.ledger import load_ledger
+from beltrepro.stats import estimates
+from beltrepro.stats.motion import CHAOTIC, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, TRANSIENT
 
 LEDGER = load_ledger()
 LAW = {
@@ -20,3 +26,251 @@ LAW = {
 
 def data(arrays=None, **attributes):
     return SimpleNamespace(arrays=arrays or {}, attributes=attributes)
+
+
+# --- verdicts, and scans by laws ------------------------------------------------------------------
+
+SETTINGS = {"model": LAW, "defaults": {"laminar_time": 200.0}}
+
+
+@pytest.fixture(autouse=True)
+def few_resamples(monkeypatch):
+    """Intervals from fewer resamples, where a module imports this."""
+    monkeypatch.setitem(estimates.bootstrap.__kwdefaults__, "resamples", 100)
+    monkeypatch.setattr(estimates, "RESAMPLES", 100)
+
+
+def readings(name, datasets=None, settings=SETTINGS):
+    """Functions of a claim by reading, the one that counts first."""
+    evidence = Evidence(datasets or {}, settings)
+    evidence.start(LEDGER[name])
+    found = REGISTRY[name](evidence)
+    return found if isinstance(found, dict) else {"": lambda: found}
+
+
+def judged(name, datasets=None, reading=None, settings=SETTINGS):
+    """Verdict, what each number makes of it, and the measurement; of the first reading if none is
+    named."""
+    found = readings(name, datasets, settings)
+    measurement = found[reading if reading is not None else next(iter(found))]()
+    judgement = judge(LEDGER[name].criterion, measurement)
+    return judgement.verdict, judgement.components, measurement
+
+
+def columns(**arrays):
+    """Arrays of one length; single values are repeated."""
+    size = max(np.size(values) for values in arrays.values())
+    return {
+        name: np.array(values) if np.ndim(values) else np.full(size, values)
+        for name, values in arrays.items()
+    }
+
+
+def scan_of_laws(belt_velocity, disorder, *, replicates=8, labels=None, noise=0.0, n_blocks=5):
+    """Rows of a scan: r(u) by a function of u and a random stream, states by one of u."""
+    rng = np.random.default_rng(0)
+    u = np.repeat(np.asarray(belt_velocity, dtype=float), replicates)
+    transient, duration = 1e5, 2e5
+    named = [labels(each) if labels else "chaotic" for each in u]
+    cycle = {"periodic": np.tile([5.0, 9.0], 50), "continuous": np.full(100, np.nan)}
+    velocity = [cycle.get(each, -1.0) for each in named]
+    irregular = _irregular(u.size)
+    arrays = columns(
+        n_blocks=np.full(u.size, n_blocks),
+        noise=noise,
+        belt_velocity=u,
+        replicate=np.tile(np.arange(1, replicates + 1), u.size // replicates),
+        disorder_parameter=[disorder(each, rng) for each in u],
+        laminar_fraction=0.0,
+        laminar_count=0,
+        last_stick_time=[0.0 if each == "continuous" else duration for each in named],
+    )
+    arrays["section_velocity"] = np.array(
+        [own if np.ndim(own) else other for own, other in zip(velocity, irregular, strict=True)]
+    )
+    return Dataset(arrays, {"transient": transient, "duration": duration})
+
+
+def escapes(short, long, on_orbit, chaotic, *, duration=1e4, u=20.0):
+    """Runs that escape before and after 4000, end on stick-slip orbits, or are chaotic still."""
+    rng = np.random.default_rng(5)
+    size = short + long + on_orbit + chaotic
+    kept = short + long
+    reach = np.r_[np.full(kept, 30.0), np.full(on_orbit, 350.0), rng.uniform(300, 400, chaotic)]
+    rates = np.full((size, 5), 0.1)
+    rates[kept + on_orbit :] += 0.02 * rng.random((chaotic, 5))
+    rates[:kept, -1] = 0
+    arrays = columns(
+        n_blocks=np.full(size, 5),
+        belt_velocity=u,
+        lifetime=np.r_[
+            np.full(short, 900.0), np.full(long, 6000.0), np.full(on_orbit + chaotic, duration)
+        ],
+        escaped=np.arange(size) < kept,
+        final_disorder=np.where(np.arange(size) < kept, 0.02, 0.12),
+        final_amplitude=reach,
+    )
+    return {
+        "lifetimes": Dataset(
+            arrays | {"final_stick_rate": rates}, {"duration": duration, "settle_time": 2000.0}
+        )
+    }
+
+
+def _irregular(count, size=100):
+    """Rows of a logistic map, which is chaotic."""
+    values = np.random.default_rng(1).uniform(0.1, 0.9, count)
+    rows = []
+    for _ in range(size + 20):
+        values = 4 * values * (1 - values)
+        rows.append(10 * values)
+    return np.array(rows[20:]).T
+
+
+# --- five blocks with noise -----------------------------------------------------------------------
+
+NOISES = (0.0, 0.5, 1.0, 2.2, 5.0)
+VELOCITIES = (6, 8, 10, 12, 13, 14, 14.5, 15, 15.5, 16, 16.5, 17, 17.5, 18, 18.5, 19, 19.5, 20)
+VELOCITIES += (21, 22, 23, 24, 26, 28, 30, 33, 36)
+HIGH, LOW = 0.13, 0.02
+
+
+def measured(name, reading=None, /, **datasets):
+    """Measurement of a claim, in the reading that counts or another one."""
+    return judged(name, datasets, reading)[2]
+
+
+def grades(name, reading=None, /, **datasets):
+    """Verdict on each component of a claim, by its name, and on the whole under ""."""
+    verdict, components, _ = judged(name, datasets, reading)
+    return components | {"": verdict}
+
+
+def falling(u, centre, width):
+    """R(u) that falls in a straight line."""
+    return LOW + (HIGH - LOW) * np.clip((centre + width / 2 - u) / width, 0, 1)
+
+
+def replicates(
+    critical, *, noises=NOISES, velocities=VELOCITIES, replicates=8, width=3.0, scatter=0.003,
+    windows=None, laminar=None, seed=1, **lengths,
+):  # fmt: skip
+    """Scan with independent runs at each point.
+
+    critical, width, scatter : number, or dict by noise.
+    windows : share of the runs at u <= 15 that are periodic, by noise; theirs is a smaller r.
+    laminar : function of u and noise: probability that a run is intermittent.
+    """
+    points = np.array(
+        [(u, s, k) for s in noises for u in velocities for k in range(1, replicates + 1)], float
+    )
+    rng = np.random.default_rng(seed)
+    u, noise, replicate = points.T
+    of = {
+        name: np.array([each.get(s, 0.0) if isinstance(each, dict) else each for s in noise])
+        for name, each in {"critical": critical, "width": width, "scatter": scatter}.items()
+    }
+    disorder = falling(u, of["critical"], of["width"])
+    disorder = disorder * (1 + of["scatter"] / HIGH * rng.standard_normal(u.size))
+    share = np.array([(windows or {}).get(s, 0.0) for s in noise])
+    periodic = (u <= 15) & (replicate <= replicates * share)
+    velocity = np.where(periodic[:, None], -20.0, rng.uniform(-60, 0, (u.size, 100)))
+    alternating = np.zeros(u.size, dtype=bool)
+    if laminar is not None:
+        alternating = rng.random(u.size) < [laminar(*each) for each in points[:, :2]]
+    arrays = {
+        "n_blocks": np.full(u.size, 5),
+        "belt_velocity": u,
+        "noise": noise,
+        "replicate": replicate.astype(int),
+        "disorder_parameter": np.where(periodic, 0.6 * disorder, disorder),
+        "section_velocity": velocity,
+        "laminar_fraction": np.where(alternating, 0.4 + 0.1 * rng.random(u.size), 0.0),
+        "laminar_count": np.where(alternating, 9, 0),
+        "laminar_longest": np.where(alternating, 900.0, 0.0),
+    }
+    attributes = {"transient": 2e5, "duration": 1e6} | lengths
+    arrays["last_stick_time"] = np.full(u.size, attributes["duration"])
+    return Dataset(arrays, attributes)
+
+
+def table(points, disorder, **others):
+    """Scan of single points (u, sigma) with these values."""
+    u, noise = np.array(points, dtype=float).T
+    arrays = {"n_blocks": np.full(u.size, 5), "belt_velocity": u, "noise": noise}
+    arrays |= {"disorder_parameter": np.array(disorder, dtype=float)}
+    arrays |= {name: np.asarray(values) for name, values in others.items()}
+    return Dataset(arrays, {"transient": 2e5, "duration": 1e6})
+
+
+# --- motions by name, runs that settle, scans without noise ---------------------------------------
+
+NAMES = {"e": EQUILIBRIUM, "p": PERIODIC, "q": QUASI_PERIODIC, "c": CHAOTIC, "t": TRANSIENT}
+ABOVE = np.full(8, 0.002) + np.tile([-1e-4, 1e-4], 4)  # exponents
+CLEAR, SHORT = 2e5, 99_999.0  # durations on both sides of the shortest that counts as long
+
+
+def settled(
+    lifetime, *, u, spread=10.0, exponents=ABOVE, state=PERIODIC, returns=500, duration=CLEAR,
+    **others,
+):  # fmt: skip
+    """Runs of five blocks with these lifetimes; those of `duration` did not settle."""
+    lifetime = np.array(lifetime, dtype=float)
+    size, done = lifetime.size, lifetime < duration
+    arrays = {
+        "n_blocks": np.full(size, 5),
+        "belt_velocity": np.broadcast_to(np.array(u, dtype=float), size),
+        "initial_spread": np.full(size, spread),
+        "lifetime": lifetime,
+        "settled": done,
+        "state": np.where(done, state, "irregular"),
+        "period_returns": np.where(done, returns, 0),
+        "irregular_exponent": np.resize(exponents, size).astype(float),
+        "irregular_error": np.full(size, 1e-5),
+        "irregular_time": np.full(size, duration),
+    }
+    arrays |= {name: np.full(size, value) for name, value in others.items()}
+    return Dataset(arrays, {"duration": duration})
+
+
+def joined(*datasets):
+    """Datasets of one duration as one."""
+    arrays = {
+        name: np.concatenate([each.arrays[name] for each in datasets])
+        for name in datasets[0].arrays
+    }
+    return Dataset(arrays, datasets[0].attributes)
+
+
+def motion_map(letters, *, u=None, duration=CLEAR, returns=500, disorder=0.1):
+    """Runs by number of blocks: a letter for each motion, at u = 1, 2, ... if not given."""
+    velocity = [np.arange(1.0, len(own) + 1) if u is None else u for own in letters.values()]
+    size = sum(map(len, letters.values()))
+    arrays = {
+        "n_blocks": np.repeat(list(letters), [len(own) for own in letters.values()]),
+        "belt_velocity": np.concatenate(velocity),
+        "state": np.array([NAMES[letter] for letter in "".join(letters.values())]),
+        "period_returns": np.resize(returns, size),
+        "disorder_parameter": np.resize(disorder, size).astype(float),
+    }
+    return Dataset(arrays, {"duration": duration, "transient": duration / 2})
+
+
+def scan(
+    n_blocks, belt_velocity, disorder, *, noise=0.0, method="event", replicates=1, transient=2e5,
+    duration=1e6, **others,
+):  # fmt: skip
+    """Points of a scan, each `replicates` times: numbers, or one for each point or run."""
+    belt_velocity = np.repeat(np.array(belt_velocity, dtype=float), replicates)
+    size = belt_velocity.size
+
+    def each(values):
+        values = np.asarray(values)
+        if values.ndim and len(values) * replicates == size:
+            return np.repeat(values, replicates, axis=0)
+        return np.broadcast_to(values, (size, *values.shape[1:])) if not values.ndim else values
+
+    given = {"n_blocks": n_blocks, "noise": noise, "disorder_parameter": disorder, **others}
+    arrays = {name: each(values) for name, values in given.items()}
+    arrays |= {"belt_velocity": belt_velocity, "method": np.full(size, method)}
+    return Dataset(arrays, {"transient": transient, "duration": duration})

@@ -77,10 +77,7 @@ def normal_deviates(state, count):
         radius = 1.0 - (word >> 12) / 2.0**52  # the high 52 bits, 0 excluded
         angle = (word & ((1 << 36) - 1)) / 2.0**36  # the low 36 bits
         length = math.sqrt(-2.0 * math.log(radius))
-        normals += [
-            length * math.cos(2 * math.pi * angle),
-            length * math.sin(2 * math.pi * angle),
-        ]
+        normals += [length * math.cos(2 * math.pi * angle), length * math.sin(2 * math.pi * angle)]
     return normals
 
 

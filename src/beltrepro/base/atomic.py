@@ -9,8 +9,6 @@ from pathlib import Path
 from beltrepro.base.errors import InputError
 
 UNFINISHED = ".unfinished-"
-# of a disk, a quota or a limit of the process
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 @contextmanager
@@ -25,12 +23,10 @@ def replacing(path: str | os.PathLike) -> Iterator[Path]:
         unfinished.replace(path)
         _flush(path.parent)  # the new name too survives a power cut
     except OSError as error:
-        if reason := lack_of_room(error):
-            raise InputError(
-                f"{path}: cannot be written ({reason}); earlier results are as they were: "
-                "make room and run the same command again"
-            ) from None
-        raise
+        if not (reason := lack_of_room(error)):
+            raise
+        remedy = "earlier results are as they were: make room and run the same command again"
+        raise InputError(f"{path}: cannot be written ({reason}); {remedy}") from None
     finally:
         unfinished.unlink(missing_ok=True)
 
@@ -53,7 +49,7 @@ def clear(folder: Path) -> int:
 
 def lack_of_room(error: OSError) -> str:
     """Why there was no room, if that is the error; HDF5 gives its number in the text only."""
-    for code in _NO_ROOM:
+    for code in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):  # disk, quota, limit of the process
         if error.errno == code or f"errno = {code}," in str(error):
             return os.strerror(code)
     return ""

@@ -14,9 +14,7 @@ import numpy as np
 
 from beltrepro.base.errors import InputError
 
-_LARGEST_KEY = 2**63 - 1  # what a file can hold
 LONGEST_GRID = 100_000  # values of one quantity
-_LONGEST = 60  # characters of a value in a message
 
 
 def shown(value: Any) -> str:
@@ -25,7 +23,7 @@ def shown(value: Any) -> str:
         text = " ".join(repr(value).split())
     except Exception:  # of a class of somebody else, or an int of thousands of digits
         text = type(value).__name__
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
+    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def is_sequence(value: Any) -> TypeGuard[Iterable]:
@@ -56,14 +54,9 @@ def finite_number(name: str, value: Any) -> float:
 
 
 def within(
-    name: str,
-    value: Any,
-    *,
-    gt: float = -math.inf,
-    ge: float = -math.inf,
-    lt: float = math.inf,
-    le: float = math.inf,
-) -> float:
+    name: str, value: Any, *, gt: float = -math.inf, ge: float = -math.inf,
+    lt: float = math.inf, le: float = math.inf,
+) -> float:  # fmt: skip
     """A number between two ends; with `ge` and `le` it may be the end, with `gt` and `lt` not."""
     number = finite_number(name, value)
     if gt < number < lt and ge <= number <= le:
@@ -75,18 +68,18 @@ def within(
 
 def positive(name: str, value: Any, most: float = math.inf) -> float:
     """A number greater than 0, and at most `most`."""
-    number = finite_number(name, value)
-    if number <= 0:
-        raise InputError(f"{name} = {number:g}: must be greater than 0")
-    return _at_most(name, number, most)
+    if finite_number(name, value) <= 0:
+        raise InputError(f"{name} = {float(value):g}: must be greater than 0")
+    return not_negative(name, value, most)
 
 
 def not_negative(name: str, value: Any, most: float = math.inf) -> float:
     """A number of 0 or greater, and at most `most`."""
     number = finite_number(name, value)
-    if number < 0:
-        raise InputError(f"{name} = {number:g}: must be 0 or greater")
-    return _at_most(name, number, most)
+    if 0 <= number <= most:
+        return number
+    limit = "0 or greater" if number < 0 else f"at most {most:g}"
+    raise InputError(f"{name} = {number:g}: must be {limit}")
 
 
 def key(name: str, value: Any) -> int:
@@ -94,8 +87,8 @@ def key(name: str, value: Any) -> int:
     number = whole_number(name, value)
     if number < 0:
         raise InputError(f"{name} = {shown(value)}: a whole number of 0 or greater is needed")
-    if number > _LARGEST_KEY:
-        raise InputError(f"{name} = {shown(value)}: must be at most {_LARGEST_KEY}")
+    if number >= 2**63:  # more than a file can hold
+        raise InputError(f"{name} = {shown(value)}: must be at most {2**63 - 1}")
     return number
 
 
@@ -103,7 +96,7 @@ def several(name: str, value: Any, check: Callable[[str, Any], float]) -> np.nda
     """An array of at least one number, each of which passes the check."""
     if not is_sequence(value):
         raise InputError(f"{name} = {shown(value)}: a sequence of numbers is needed")
-    values = [check(name, each) for each in value]
+    values = [check(name, number) for number in value]
     if not values:
         raise InputError(f"{name} is empty: at least one number is needed")
     return np.array(values)
@@ -116,9 +109,8 @@ def spaced(name: str, start: float, stop: float, step: float) -> tuple[float, ..
         raise InputError(f"{name}.stop = {stop:g}: must not be less than start = {start:g}")
     steps = (stop - start) / step + 1e-9  # 0.3 / 0.1 is 2.9999999999999996
     if steps >= LONGEST_GRID:
-        raise InputError(
-            f"{name}.step = {step:g}: gives {steps:.3g} values, at most {LONGEST_GRID} allowed"
-        )
+        many = f"gives {steps:.3g} values, at most {LONGEST_GRID} allowed"
+        raise InputError(f"{name}.step = {step:g}: {many}")
     # 35 steps of 0.2 and 14 of 0.5 are both 7.0: random numbers depend on it
     return tuple(round(float(start + index * step), 10) for index in range(math.floor(steps) + 1))
 
@@ -137,9 +129,8 @@ def numbers(name: str, value: Any, count: int) -> np.ndarray:
     if array is None:
         raise InputError(f"{name} = {shown(value)}: {count} numbers are needed")
     if array.shape != (count,):
-        raise InputError(
-            f"{name} of shape {array.shape}: {count} numbers are needed, one for each block"
-        )
+        needed = f"{count} numbers are needed, one for each block"
+        raise InputError(f"{name} of shape {array.shape}: {needed}")
     if not np.all(np.isfinite(array)):
         raise InputError(f"{name} = {shown(array.tolist())}: finite numbers are needed")
     return array
@@ -158,12 +149,6 @@ def path(name: str, value: Any) -> Path:
     if not isinstance(value, str | PathLike):
         raise InputError(f"{name} = {shown(value)}: the path of a file is needed")
     return Path(value)
-
-
-def _at_most(name: str, number: float, most: float) -> float:
-    if number > most:
-        raise InputError(f"{name} = {number:g}: must be at most {most:g}")
-    return number
 
 
 def _as_numbers(value: Any) -> np.ndarray | None:

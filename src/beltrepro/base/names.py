@@ -11,27 +11,18 @@ from beltrepro.base.errors import InputError
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-SYMBOLS = {
-    "N": "n_blocks",
-    "u": "belt_velocity",
-    "sigma": "noise",
-    "dt": "time_step",
-    "F_st0": "static_friction",
-    "f_s": "friction_ratio",
-    "l": "rest_length",
-    "Delta_l_max": "linear_limit",
-    "b_1": "compression_rate",
-    "b_2": "extension_rate",
-    "t": "duration",
-}
-"""Names by the symbols of the paper, in plain letters."""
+# Names by the symbols of the paper, in plain letters.
+SYMBOLS = {"N": "n_blocks", "u": "belt_velocity", "sigma": "noise", "dt": "time_step",
+           "F_st0": "static_friction", "f_s": "friction_ratio", "l": "rest_length",
+           "Delta_l_max": "linear_limit", "b_1": "compression_rate", "b_2": "extension_rate",
+           "t": "duration"}  # fmt: skip
 
 
-def hint(found: str, known: Iterable[str]) -> str:
+def hint(word: str, names: Iterable[str]) -> str:
     """What may be meant by a name, as the end of a line about it."""
-    known = list(known)
-    near = difflib.get_close_matches(found, known, n=1, cutoff=0.6)
-    meant = [name for name in (SYMBOLS.get(found), *near) if name in known]
+    names = list(names)
+    near = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
+    meant = [name for name in (SYMBOLS.get(word), *near) if name in names]
     return f"; did you mean {meant[0]!r}?" if meant else ""
 
 
@@ -45,11 +36,7 @@ def one_of(name: str, value: Any, allowed: Iterable[str]) -> str:
 
 
 def checked(called: F, also: Collection[str] = ()) -> F:
-    """Decorate a function or class so that a wrong name of an argument is one clear line.
-
-    Python itself raises a TypeError that suggests nothing. `also` are the names that it takes by
-    `**keywords`.
-    """
+    """Decorate a callable so that a wrong argument is one clear line; `also`: its **keywords."""
     if isinstance(called, type):
         made: Any = called
         made.__init__ = checked(made.__init__)

@@ -1,8 +1,4 @@
-"""Where a result comes from: version, commit, libraries, machine.
-
-It says what made a file and is stored in it. Whether a file must be made again is another question:
-that of the code behind its job, and not of commits.
-"""
+"""Where a result comes from: version, commit, libraries, machine; stored in every file."""
 
 import functools
 import hashlib
@@ -38,29 +34,25 @@ def machine() -> dict[str, str]:
 def of_all(parts: Iterable[dict]) -> dict[str, str]:
     """The origin of what was made in parts."""
     parts = list(parts)
-    values = {name: dict.fromkeys(part[name] for part in parts) for name in origin()}
-    return {name: ", ".join(found) for name, found in values.items()}
+    return {name: ", ".join(dict.fromkeys(part[name] for part in parts)) for name in origin()}
 
 
 @functools.cache
 def code_version() -> str:
     """Version of the package, with its commit where that is known, and "dirty" after changes."""
-    number = version(PACKAGE)
-    found = commit(_tree())
-    if not found:
+    number, tree = version(PACKAGE), ROOT.parents[1]  # this package is src/beltrepro of the tree
+    if not (node := commit(tree)):
         return number
-    changed = _git(_tree(), "status", "--porcelain", "--untracked-files=no")
-    return f"{number}+g{found[:12]}{'.dirty' if changed else ''}"
+    changed = _git(tree, "status", "--porcelain", "--untracked-files=no")
+    return f"{number}+g{node[:12]}{'.dirty' if changed else ''}"
 
 
 def commit(tree: Path) -> str:
     """The commit of a source tree, from git or from the file of an archive."""
-    if found := _git(tree, "rev-parse", "HEAD"):
-        return found
-    try:
-        text = (tree / COMMIT_FILE).read_text(encoding="utf-8")
-    except OSError:
-        return ""
+    if head := _git(tree, "rev-parse", "HEAD"):
+        return head
+    path = tree / COMMIT_FILE
+    text = path.read_text(encoding="utf-8") if path.is_file() else ""
     node = re.search(r"^node: ([0-9a-f]{40})$", text, re.M)
     return node[1] if node else ""
 
@@ -74,12 +66,9 @@ def library_versions() -> dict[str, str]:
 @functools.cache
 def processor() -> str:
     """Name of the processor, as far as the system tells."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
-        lines = []
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor() or platform.machine()
+    path = Path("/proc/cpuinfo")
+    named = re.search(r"^model name.*?:(.*)$", path.read_text() if path.is_file() else "", re.M)
+    return named[1].strip() if named else platform.processor() or platform.machine()
 
 
 @functools.cache
@@ -96,11 +85,6 @@ def instructions() -> str:
         features = "" if name == "generic" else binding.get_host_cpu_features().flatten()
     digest = hashlib.sha256(features.encode()).hexdigest()[:8]
     return f"{name} {digest}, LLVM {'.'.join(map(str, binding.llvm_version_info))}"
-
-
-def _tree() -> Path:
-    """The folder of the project that this package lies in, as `src/beltrepro`."""
-    return ROOT.parent.parent
 
 
 def _git(tree: Path, *arguments: str) -> str:

@@ -15,14 +15,12 @@ seal.
 import hashlib
 import json
 from pathlib import Path
-from typing import BinaryIO
 
 from beltrepro.base.errors import InputError
 
 MARKER = b"\nbeltrepro sha256 "
 LENGTH = len(MARKER) + 64
 KEY = "beltrepro:checksum"  # in the metadata beside a file
-_BLOCK = 1 << 20  # bytes
 
 
 def digest(content: bytes) -> str:
@@ -73,7 +71,11 @@ def _is_whole(path: Path) -> bool:
         if place < 0:
             return True
         file.seek(0)
-        return _digest_of_first(file, begin + place) == end[place + len(MARKER) :]
+        found, left = hashlib.sha256(), begin + place
+        while block := file.read(min(1 << 20, left)):
+            found.update(block)
+            left -= len(block)
+        return found.hexdigest().encode() == end[place + len(MARKER) :]
 
 
 def _is_as_described(path: Path) -> bool:
@@ -86,12 +88,3 @@ def _is_as_described(path: Path) -> bool:
     except (ValueError, AttributeError):  # no JSON, or no object
         return False
     return said is None or digest_of(path).startswith(str(said) or "-")
-
-
-def _digest_of_first(file: BinaryIO, size: int) -> bytes:
-    """SHA-256 of the next bytes, as hexadecimal digits."""
-    found = hashlib.sha256()
-    while block := file.read(min(_BLOCK, size)):
-        found.update(block)
-        size -= len(block)
-    return found.hexdigest().encode()

@@ -24,10 +24,7 @@ CHECKSUM = "checksum"  # attribute of the file: over all arrays and attributes
 
 @dataclass(frozen=True)
 class Dataset:
-    """Arrays and attributes of one file.
-
-    Everything is in model units; see `replication.plan.kinds` for the arrays of each kind.
-    """
+    """Arrays and attributes of one file, in model units."""
 
     arrays: dict[str, np.ndarray]  # by name, any shape; structured ones too
     attributes: dict  # numbers and texts by name
@@ -79,9 +76,7 @@ def checksum(array: np.ndarray) -> str:
 
 def _checksum_of(file: h5py.File, arrays: dict[str, np.ndarray]) -> str:
     """Checksum of an open file: of its arrays, as they are in it, and of all attributes."""
-    content = {
-        name: [checksum(array), _plain_attributes(file[name])] for name, array in arrays.items()
-    }
+    content = {name: [checksum(arrays[name]), _plain_attributes(file[name])] for name in arrays}
     text = json.dumps([content, _plain_attributes(file)], sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
@@ -100,41 +95,30 @@ def _write_array(file: h5py.File, name: str, array: np.ndarray, about: Mapping[s
         dataset.attrs[key] = about[key]
 
 
-def _names(file: h5py.File) -> list[str]:
-    """Names of all arrays, with those of the groups they are in: "group/array"."""
-    names: list[str] = []
-    file.visititems(
-        lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None
-    )
-    return names
-
-
 def _arrays(file: h5py.File) -> dict[str, np.ndarray]:
-    return {name: _read_array(file[name]) for name in _names(file)}
+    """All arrays by their names, with those of the groups they are in: "group/array"."""
+    arrays: dict[str, np.ndarray] = {}
 
+    def keep(name: str, item: h5py.Dataset | h5py.Group) -> None:
+        if isinstance(item, h5py.Dataset):
+            arrays[name] = item[()].astype(_with_text(item.dtype, "S", "U"))
 
-def _read_array(dataset: h5py.Dataset) -> np.ndarray:
-    array = dataset[()]
-    return array.astype(_with_text(array.dtype, "S", "U"))
+    file.visititems(keep)
+    return arrays
 
 
 def _with_text(dtype: np.dtype, kind: str, other: str) -> np.dtype:
     """The dtype with text of one kind (U: unicode, S: bytes) turned into the other."""
     if dtype.names:
-        fields = [(name, _with_text(dtype[name], kind, other)) for name in dtype.names]
-        return np.dtype(fields)
+        return np.dtype([(name, _with_text(dtype[name], kind, other)) for name in dtype.names])
     if dtype.subdtype:
         base, shape = dtype.subdtype
         return np.dtype((_with_text(base, kind, other), shape))
-    if dtype.kind == kind:
-        length = dtype.itemsize // (4 if kind == "U" else 1)
-        return np.dtype(f"{other}{length}")
-    return dtype
+    if dtype.kind != kind:
+        return dtype
+    return np.dtype(f"{other}{dtype.itemsize // (4 if kind == 'U' else 1)}")
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, bytes):
-        return value.decode()
-    return value
+    value = value.item() if isinstance(value, np.generic) else value
+    return value.decode() if isinstance(value, bytes) else value

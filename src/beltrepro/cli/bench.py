@@ -17,12 +17,12 @@ def add(commands: Any) -> None:
         run,
         "measure the speed of the integrators",
         "Measure, in one interleaved run: nanoseconds per chain and unit of model time, beside "
-        "plain loops and general solvers; scaling with chains, blocks and cores; peak memory; time "
+        "plain loops and solve_ivp; scaling with chains, blocks and cores; peak memory; time "
         "to the first step. A few minutes; best on a machine that does nothing else.",
-        epilog="Competitors: numba and c (a plain loop over one chain), scipy (solve_ivp) and "
-        "heyoka (only without noise), steps (verlet without leaps; only without noise), verlet, "
+        epilog="Competitors: numba and c (a plain loop over one chain), scipy (solve_ivp, only "
+        "without noise), steps (verlet without leaps; only without noise), verlet, "
         "event, tangent (event with a deviation vector). What cannot run here is n/a: c without a "
-        "compiler, heyoka if it is not installed.",
+        "compiler.",
     )
     option = parser.add_argument
     option("--rounds", type=int, default=5, help="timings of each quantity; the median counts")

@@ -5,9 +5,7 @@ import numpy as np
 from beltrepro.model.parameters import ChainParameters
 from beltrepro.model.spring import spring_extension
 
-PAPER_BLOCKS = 5
 PAPER_POSITION = 615.0  # of the last of five blocks (Sec. IV.A, Fig. 12)
-_DIGITS = 1
 
 
 def section_position(parameters: ChainParameters) -> float:
@@ -16,9 +14,8 @@ def section_position(parameters: ChainParameters) -> float:
     The paper gives 615 for five blocks, 0.998 of the length at which the springs balance the
     kinetic friction of all blocks. For other chains the same share of that length is taken.
     """
-    paper = ChainParameters(n_blocks=PAPER_BLOCKS, belt_velocity=1.0)
-    share = PAPER_POSITION / balance_length(paper)
-    return round(share * balance_length(parameters), _DIGITS)
+    share = PAPER_POSITION / balance_length(ChainParameters(n_blocks=5, belt_velocity=1.0))
+    return round(share * balance_length(parameters), 1)
 
 
 def balance_length(parameters: ChainParameters) -> float:

@@ -23,14 +23,8 @@ ENERGY_J = SPRING_CONSTANT_N_M * LENGTH_M**2
 STATIC_FRICTION_N = 1.98
 KINETIC_FRICTION_N = 0.89
 
-_UNITS = {
-    "mass": MASS_KG,
-    "length": LENGTH_M,
-    "time": TIME_S,
-    "velocity": VELOCITY_M_S,
-    "force": FORCE_N,
-    "energy": ENERGY_J,
-}
+_UNITS = {"mass": MASS_KG, "length": LENGTH_M, "time": TIME_S,
+          "velocity": VELOCITY_M_S, "force": FORCE_N, "energy": ENERGY_J}  # fmt: skip
 
 
 def to_si(value: Number, quantity: str) -> Number:

@@ -119,6 +119,12 @@ def share(
     return Estimate(count / runs, float(least.low), float(most.high), int(runs), int(still_open))
 
 
+def share_of(having: np.ndarray, unknown: np.ndarray | None = None) -> Estimate:
+    """`share` of the runs that a mask marks; those of a second one are still open."""
+    still_open = 0 if unknown is None else np.sum(unknown)
+    return share(int(np.sum(having)), np.size(having), int(still_open))
+
+
 def bootstrap(
     statistic: Callable[..., float],
     samples: Sequence[np.ndarray],
@@ -195,19 +201,24 @@ def difference(first: Estimate, second: Estimate) -> Estimate:
 
 def ratio(first: Estimate, second: Estimate) -> Estimate:
     """First over second, both above zero: as `difference`, of their logarithms."""
-    found = difference(_logarithm(first), _logarithm(second))
-    return exponential(found)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logarithms = [_mapped(np.log, estimate) for estimate in (first, second)]
+    return exponential(difference(*logarithms))
 
 
-def exponential(found: Estimate) -> Estimate:
+def exponential(estimate: Estimate) -> Estimate:
     """Of an estimate of a logarithm."""
-    value, low, high = (float(np.exp(each)) for each in (found.value, found.low, found.high))
-    return replace(found, value=value, low=low, high=high)
+    return _mapped(np.exp, estimate)
 
 
-def fewest(*found: Estimate) -> int | None:
+def _mapped(function: Callable[[float], float], estimate: Estimate) -> Estimate:
+    value, low, high = map(float, map(function, estimate.numbers))
+    return replace(estimate, value=value, low=low, high=high)
+
+
+def fewest(*numbers: Estimate) -> int | None:
     """Runs of the estimate that rests on fewest; None if none rests on runs."""
-    return min((each.runs for each in found if each.runs is not None), default=None)
+    return min((number.runs for number in numbers if number.runs is not None), default=None)
 
 
 def slope(places: Sequence[float], found: Sequence[Estimate]) -> Estimate:
@@ -256,9 +267,3 @@ def in_words(found: Mapping[str, Estimate]) -> str:
     return "; ".join(
         f"{name}: {each.words}" if name else each.words for name, each in found.items()
     )
-
-
-def _logarithm(found: Estimate) -> Estimate:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        value, low, high = (float(np.log(each)) for each in (found.value, found.low, found.high))
-    return replace(found, value=value, low=low, high=high)

@@ -210,11 +210,7 @@ class WeibullTest:
 
 
 def weibull_test(
-    lifetime: npt.ArrayLike,
-    ended: npt.ArrayLike,
-    *,
-    start: float = 0.0,
-    horizon: float = np.inf,
+    lifetime: npt.ArrayLike, ended: npt.ArrayLike, *, start: float = 0.0, horizon: float = np.inf
 ) -> WeibullTest:
     """Test whether the rate of ends is constant, or falls or rises with time.
 
@@ -312,11 +308,7 @@ def spreading_time(exponent: PooledExponent, horizon: float) -> float:
 
 
 def decide(
-    lifetime: npt.ArrayLike,
-    ended: npt.ArrayLike,
-    *,
-    start: float = 0.0,
-    horizon: float = np.inf,
+    lifetime: npt.ArrayLike, ended: npt.ArrayLike, *, start: float = 0.0, horizon: float = np.inf
 ) -> str:
     """Whether irregular motion ends, as far as these runs tell.
 

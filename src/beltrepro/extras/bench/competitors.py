@@ -9,7 +9,7 @@ from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.engine.verlet_integrators import SteppingVerlet
 from beltrepro.extras.bench.plain import PlainChain, c_loop, numba_loop
-from beltrepro.extras.bench.smooth import HeyokaChain, SolveIvpChain, heyoka_version
+from beltrepro.extras.bench.smooth import SolveIvpChain
 from beltrepro.model import ChainParameters
 from beltrepro.simulation import METHODS
 
@@ -18,7 +18,6 @@ LABELS = {
     "numba": "plain loop, Numba",
     "c": "plain loop, C",
     "scipy": "solve_ivp",
-    "heyoka": "heyoka",
     "steps": "verlet step by step",
     "verlet": "verlet",
     "event": "event",
@@ -29,10 +28,8 @@ _INTEGRATORS = {
     **METHODS,
     "tangent": functools.partial(TangentIntegrator, n_vectors=1),
 }
-ONE_CHAIN = ("numba", "c", "scipy", "heyoka")
 TIME_STEP = 0.001
 _SAMPLE_STRIDE = 100  # steps between samples of x_N, the same as in a scan
-_SPREAD = 1e-3
 
 
 class GroupRunner:
@@ -41,7 +38,7 @@ class GroupRunner:
     def __init__(self, method: str, parameters: ChainParameters, chains: int):
         self.chains = chains
         random = np.random.default_rng(1)
-        spread = _SPREAD * random.standard_normal((chains, parameters.n_blocks))
+        spread = 1e-3 * random.standard_normal((chains, parameters.n_blocks))
         starts = parameters.rest_positions + spread
         self._integrator = _INTEGRATORS[method](
             [ChainState.at_rest(parameters, start, replicate=k) for k, start in enumerate(starts)],
@@ -65,20 +62,13 @@ def competitor(name: str, parameters: ChainParameters, chains: int, warm_up: flo
     """
     if name == "steps" and parameters.noise > 0:
         return None  # then `verlet` itself goes step by step
-    if name not in ONE_CHAIN:
+    if name not in ("numba", "c", "scipy"):
         runner = GroupRunner(name, parameters, chains)
         runner.advance(warm_up)
         return runner
     loop = c_loop() if name == "c" else numba_loop
-    smooth = name in ("scipy", "heyoka")
-    if (
-        loop is None
-        or (smooth and parameters.noise > 0)
-        or (name == "heyoka" and heyoka_version() is None)
-    ):
+    if loop is None or (name == "scipy" and parameters.noise > 0):
         return None
     plain = PlainChain(parameters, loop, time_step=TIME_STEP)
     plain.advance(warm_up)
-    if smooth:
-        return SolveIvpChain(plain) if name == "scipy" else HeyokaChain(plain)
-    return plain
+    return SolveIvpChain(plain) if name == "scipy" else plain

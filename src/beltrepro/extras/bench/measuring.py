@@ -31,11 +31,10 @@ from beltrepro.model import ChainParameters
 METHODS = ("verlet", "event")
 _SMALLEST_SPAN = 0.1  # model time; less would measure the calls
 _CASE = ("n_blocks", "noise", "belt_velocity")
-_FIRST_STEP = """
-from beltrepro import ChainParameters, simulate
-simulate(ChainParameters(5, 20.0, 1.0), duration=1.0, method={!r}, sample_interval=None)
-print("done", flush=True)
-"""
+_FIRST_STEP = (
+    "from beltrepro import ChainParameters as C, simulate; "
+    "simulate(C(5, 20.0, 1.0), duration=1.0, method={!r}, sample_interval=None)"
+)
 
 
 @dataclass(frozen=True)
@@ -77,18 +76,9 @@ def measure(
     _check(rounds, only or (), LABELS)
     names = [name for name in LABELS if only is None or name in (BASE, *only)]
     scope = QUICK if quick else Scope()
-    result: dict = {
-        "conditions": _conditions(rounds, scope, quick, only),
-        "names": names,
-        "cases": [],
-        "chains": [],
-        "blocks": [],
-        "cores": {},
-        "peak": [],
-        "memory": {},
-        "first_step": {},
-        "wall": [],
-    }
+    result: dict = {"conditions": _conditions(rounds, scope, quick, only), "names": names}
+    result |= {part: [] for part in ("cases", "chains", "blocks", "peak", "wall")}
+    result |= {part: {} for part in ("cores", "memory", "first_step")}
     with ExitStack() as workers:
         tasks = _tasks(scope, names, result, workers)
         total, timings = (rounds + 1) * len(tasks), []
@@ -247,17 +237,13 @@ def _cores(result, method, scope, workers):
 
 
 def _first_step(values, method, scope):
-    """Seconds from the start of a fresh process to its first step, compiled code in the cache."""
+    """Seconds that a fresh process of one step takes, compiled code in the cache."""
     command = [sys.executable, "-c", _FIRST_STEP.format(method)]
 
     def seconds():
         start = time.perf_counter()
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-            line = process.stdout.readline()
-            elapsed = time.perf_counter() - start
-        if line.strip() != "done":
-            raise ModelStateError("bench: a fresh process did not reach its first step")
-        return elapsed
+        subprocess.run(command, check=True)
+        return time.perf_counter() - start
 
     if scope.fill_cache:
         seconds()
@@ -290,11 +276,7 @@ class Worker:
 
     def ask(self, case, span):
         """Let it begin."""
-        try:
-            self._process.stdin.write(json.dumps(case | {"span": span}) + "\n")
-            self._process.stdin.flush()
-        except OSError:
-            raise ModelStateError("bench: a worker process ended early") from None
+        print(json.dumps(case | {"span": span}), file=self._process.stdin, flush=True)
 
     def reply(self):
         """Wait for its answer."""
@@ -314,22 +296,17 @@ class Worker:
 
 def _conditions(rounds, scope, quick, only):
     versions = provenance.library_versions()
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     return {
         "processor": provenance.processor(),
-        "cores": cores,
+        "cores": len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count(),
         "versions": {name: versions[name] for name in ("python", "numpy", "scipy", "numba")},
         "compiler": compiler(),
         "compiler_flags": " ".join(FLAGS),
-        "heyoka": smooth.heyoka_version(),
         "solve_ivp": {"method": smooth.METHOD, "tolerance": smooth.TOLERANCE},
         "code_version": provenance.code_version(),
         "date": datetime.date.today().isoformat(),
         "rounds": rounds,
         "quick": quick,
         "only": None if only is None else ",".join(only),
-        "timing": scope.timing,
-        "warm_up": scope.warm_up,
-        "width": scope.width,
-        "scaling_case": list(scope.scaling_case),
+        **{name: getattr(scope, name) for name in ("timing", "warm_up", "width", "scaling_case")},
     }

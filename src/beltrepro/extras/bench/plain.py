@@ -41,18 +41,11 @@ class PlainChain:
 
     chains = 1
 
-    def __init__(
-        self,
-        parameters: ChainParameters,
-        loop: Callable,
-        *,
-        seed: int = 1,
-        time_step: float = 0.001,
-    ):
+    def __init__(self, parameters: ChainParameters, loop: Callable, time_step: float = 0.001):
         self.parameters = parameters
         self.time_step = time_step
         self._loop = loop
-        random = np.random.default_rng(stream_key(parameters, seed, 0))
+        random = np.random.default_rng(stream_key(parameters, 1, 0))
         self.state = np.zeros((6, parameters.n_blocks))
         self.state[POSITION] = parameters.rest_positions
         self.state[POSITION_BEFORE] = self.state[POSITION] - parameters.belt_velocity * time_step
@@ -67,16 +60,9 @@ class PlainChain:
     def advance(self, span: float) -> None:
         """Advance by `span` of model time, rounded to steps."""
         steps = round(span / self.time_step)
-        self._loop(
-            self.parameters.n_blocks,
-            self.parameters.belt_velocity,
-            self.parameters.noise,
-            self.time_step,
-            steps,
-            self.state,
-            self._stream,
-            self._carry,
-        )
+        chain = self.parameters
+        law = chain.n_blocks, chain.belt_velocity, chain.noise
+        self._loop(*law, self.time_step, steps, self.state, self._stream, self._carry)
         self._steps += steps
 
     def disorder_parameter(self) -> float:
@@ -95,11 +81,8 @@ def compiler() -> str | None:
     """The C compiler found on the path, with its version; None if there is none."""
     if (program := _compiler()) is None:
         return None
-    try:
-        done = subprocess.run([program, "--version"], capture_output=True, text=True, check=True)
-    except (OSError, subprocess.CalledProcessError):
-        return None
-    return done.stdout.partition("\n")[0].strip()
+    done = subprocess.run([program, "--version"], capture_output=True, text=True)
+    return done.stdout.partition("\n")[0].strip() or None
 
 
 @functools.cache
@@ -129,17 +112,11 @@ def c_loop(flags: tuple[str, ...] = FLAGS) -> Callable | None:
 
 @_jit
 def _spring_force(deformation):
-    if deformation < -LINEAR_LIMIT:
-        return (
-            LINEAR_LIMIT
-            + (math.exp(COMPRESSION_RATE * (-deformation - LINEAR_LIMIT)) - 1.0) / COMPRESSION_RATE
-        )
-    if deformation <= LINEAR_LIMIT:
+    beyond = abs(deformation) - LINEAR_LIMIT
+    if beyond <= 0.0:
         return -deformation
-    return -(
-        LINEAR_LIMIT
-        + (math.exp(EXTENSION_RATE * (deformation - LINEAR_LIMIT)) - 1.0) / EXTENSION_RATE
-    )
+    rate = COMPRESSION_RATE if deformation < 0.0 else EXTENSION_RATE
+    return -math.copysign(LINEAR_LIMIT + (math.exp(rate * beyond) - 1.0) / rate, deformation)
 
 
 @_jit

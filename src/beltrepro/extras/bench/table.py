@@ -14,10 +14,10 @@ _MISSING = "n/a"
 
 
 class Sheet(NamedTuple):
-    """One table: title, what it says in words, header and rows of text."""
+    """One table."""
 
     title: str
-    text: str
+    text: str  # what it says in words
     header: tuple[str, ...]
     rows: list[tuple[str, ...]]
 
@@ -38,11 +38,12 @@ def comparison(rows: list[dict], tree: str) -> str:
     cells = []
     for row in rows:
         ratios = np.divide(row["here"], row["there"])
-        case = (str(row["n_blocks"]), f"{row['noise']:g}", f"{row['belt_velocity']:g}")
         costs = [_cell(_median(row[side])) for side in ("here", "there")]
         spread = f"{ratios.min():.3f} to {ratios.max():.3f}"
         calls = [f"{1e3 * _median(row[side]):.1f}" for side in ("call_here", "call_there")]
-        cells.append((*case, row["method"], *costs, f"{np.median(ratios):.3f}", spread, *calls))
+        cells.append(
+            (*_case(row), row["method"], *costs, f"{np.median(ratios):.3f}", spread, *calls)
+        )
     header = ("N", "σ", "u", "integrator", "ns here", "ns there", "here / there", "in the rounds")
     header += ("ms of a call here", "there")
     return _as_text(Sheet(f"Cost per chain and unit of time, beside {tree}", "", header, cells))
@@ -59,19 +60,18 @@ def as_markdown(result: dict) -> str:
     """All tables as a page of the documentation."""
     rounds, timing = result["conditions"]["rounds"], result["conditions"]["timing"]
     parts = [
-        "# Benchmark",
-        "",
-        f"Made by `{_command(result['conditions'])}`; do not edit.",
-        "All quantities were measured in one interleaved run. In each round, every quantity was",
-        f"timed once, for about {timing:g} s. There were {rounds} rounds. The tables show medians",
-        "over the rounds. A cost is the processor time of one thread, for one chain and one unit",
-        "of model time (0.0765 s). All chains had moved for a while before the first timing.",
-        "",
+        f"""# Benchmark
+
+Made by `{_command(result["conditions"])}`; do not edit.
+All quantities were measured in one interleaved run of {rounds} rounds, each for about {timing:g} s
+in a round. The tables show medians over the rounds. A cost is the processor time of one thread, for
+one chain and one unit of model time (0.0765 s). All chains had moved for a while before.
+"""
     ]
     for sheet in sheets(result):
         parts += [f"## {sheet.title}", "", *([sheet.text, ""] if sheet.text else [])]
-        parts += map(_line, [sheet.header, ["---"] * len(sheet.header), *sheet.rows])
-        parts.append("")
+        lines = [sheet.header, ["---"] * len(sheet.header), *sheet.rows]
+        parts += [*(f"| {' | '.join(cells)} |" for cells in lines), ""]
     return "\n".join(parts)
 
 
@@ -82,76 +82,60 @@ def _command(conditions):
     return f"beltrepro bench {flags} --output docs/benchmark.md --force"
 
 
-def _line(cells):
-    return "| " + " | ".join(cells) + " |"
-
-
 def _conditions(result):
-    conditions = result["conditions"]
-    versions = ", ".join(f"{name} {number}" for name, number in conditions["versions"].items())
-    walls = result["wall"]
-    peak = _median(result["peak"]) / 1e9
-    compiler = conditions["compiler"]
-    if compiler:
-        compiler = f"{compiler}; {conditions['compiler_flags']}"
-    solver = conditions["solve_ivp"]
-    rows = [
-        ("processor", f"{conditions['processor']}, {conditions['cores']} cores"),
-        ("code", f"beltrepro {conditions['code_version']}"),
-        ("date", conditions["date"]),
-        ("versions", versions),
-        ("C compiler", compiler or _MISSING),
-        ("heyoka", conditions["heyoka"] or "not installed"),
-        ("solve_ivp", f"{solver['method']}, tolerances {solver['tolerance']:g}"),
-        ("time step", f"{TIME_STEP:g} (plain loops and verlet)"),
-        ("chains together", f"{conditions['width']} (verlet and event), 1 (all others)"),
-        ("peak of one core", f"{peak:.1f} GFlop/s, multiply-adds measured"),
-        (
-            "disturbance",
-            f"clock over processor time: median {np.median(walls):.2f}, largest "
-            f"{np.max(walls):.2f}; largest over smallest cost in the rounds: median "
-            f"{_spread(result):.2f}",
-        ),
-    ]
-    return Sheet("Conditions", "", ("what", "value"), rows)
-
-
-def _spread(result):
+    conditions, solver = result["conditions"], result["conditions"]["solve_ivp"]
+    walls, compiler = result["wall"], conditions["compiler"]
     costs = [
         values
         for part in ("cases", "chains", "blocks")
         for row in result[part]
         for values in row["ns"].values()
     ]
-    return float(np.median([max(values) / min(values) for values in costs]))
+    spread = np.median([max(values) / min(values) for values in costs])
+    rows = [
+        ("processor", f"{conditions['processor']}, {conditions['cores']} cores"),
+        ("code", f"beltrepro {conditions['code_version']}"),
+        ("date", conditions["date"]),
+        ("versions", ", ".join(map(" ".join, conditions["versions"].items()))),
+        ("C compiler", f"{compiler}; {conditions['compiler_flags']}" if compiler else _MISSING),
+        ("solve_ivp", f"{solver['method']}, tolerances {solver['tolerance']:g}"),
+        ("time step", f"{TIME_STEP:g} (plain loops and verlet)"),
+        ("chains together", f"{conditions['width']} (verlet and event), 1 (all others)"),
+        ("peak of one core", f"{_median(result['peak']) / 1e9:.1f} GFlop/s of multiply-adds"),
+        ("clock over processor time", f"{np.median(walls):.2f}, at most {np.max(walls):.2f}"),
+        ("largest over smallest cost in the rounds", f"{spread:.2f}"),
+    ]
+    return Sheet("Conditions", "", ("what", "value"), rows)
 
 
 def _cases(result):
-    names = result["names"]
-    rows = []
+    names, rows = result["names"], []
     for row in result["cases"]:
         costs = row["ns"]
-        case = (str(row["n_blocks"]), f"{row['noise']:g}", f"{row['belt_velocity']:g}")
         cost = [_cell(_median(costs.get(name))) for name in names]
         paper = [_cell(_median(costs.get(name)), PAPER_DURATION / 1e9) for name in names]
-        gains = [_gain(costs, name) for name in names]
-        rows.append((*case, "ns per chain and unit of time", *cost))
-        rows.append((*case, "s per run of the paper", *paper))
-        rows.append((*case, "times faster than the plain loop", *gains))
+        gains = [
+            _cell(np.median(np.divide(costs[BASE], costs[name]))) if costs.get(name) else _MISSING
+            for name in names
+        ]
+        rows.append((*_case(row), "ns per chain and unit of time", *cost))
+        rows.append((*_case(row), "s per run of the paper", *paper))
+        rows.append((*_case(row), "times faster than the plain loop", *gains))
     text = (
-        f"A run of the paper lasts {PAPER_DURATION:g} units of time. Its seconds are those of one "
-        "chain of those advanced together. A scan advances smaller groups of chains; the cost of "
-        "those is in the table of the number of chains. The ratios compare with the plain loop in "
-        "Numba and are medians of the ratios within a round. solve_ivp and heyoka follow one "
-        "chain without noise from event to event. The runs of solve_ivp are so short that the "
-        "motion itself makes a part of the spread. solve_ivp chooses its steps, and a step now "
-        "and then hides a pair of events. In a trial, steps of at most 0.05 found these events, "
-        "at 1.3 to 10 times the cost. Without noise, verlet computes many steps at once; the "
-        "column before it shows the scheme step by step. The last column is event with a deviation "
-        "vector for each chain, as Lyapunov exponents need it."
+        f"A run of the paper lasts {PAPER_DURATION:g} units of time; its seconds are those of one "
+        "chain of those advanced together. The ratios are medians of the ratios within a round. "
+        "solve_ivp follows one chain without noise from event to event; a step now and then hides "
+        "a pair of events, which steps of at most 0.05 would find at 1.3 to 10 times the cost. "
+        "Without noise verlet computes many steps at once; the column before it shows the scheme "
+        "step by step. The last column is event with a deviation vector for each chain, as "
+        "Lyapunov exponents need it."
     )
     header = ("N", "σ", "u", "quantity", *(LABELS[name] for name in names))
     return Sheet("Cost", text, header, rows)
+
+
+def _case(row):
+    return str(row["n_blocks"]), f"{row['noise']:g}", f"{row['belt_velocity']:g}"
 
 
 def _shares(result):
@@ -174,9 +158,7 @@ def _shares(result):
         rows.append(("peak", "", *[f"{peak / 1e9:.1f} (100 %)"] * len(names)))
     text = (
         "Speed in GFlop/s without noise, and its share of the measured peak. The printed formulas "
-        f"count as {OPERATIONS} operations for each block and step. Exponentials do not count, and "
-        "every block counts as if it slipped. The peak was measured with nothing but "
-        "multiply-adds on independent numbers."
+        f"count as {OPERATIONS} operations for each block and step, as if all slipped."
     )
     header = ("N", "u", *(LABELS[name] for name in names))
     return Sheet("Share of the peak", text, header, rows)
@@ -219,8 +201,7 @@ def _cores(result):
             rows.append((LABELS[name], *(f"{number:.2f}" for number in numbers)))
     text = (
         "Work per time of two processes, divided by that of one process (target 1.9). The clock "
-        "also counts the time that other programs take. The processor time shows only how much "
-        "the two processes slow each other down."
+        "counts other programs too, the processor time only how the two slow each other down."
     )
     header = ("integrator", "by the clock", "best round", "by processor time")
     return Sheet("Two processes", text, header, rows)
@@ -233,10 +214,9 @@ def _processes(result):
         rows.append((LABELS[name], *megabytes, f"{_median(result['first_step'][name]):.2f}"))
     n_blocks, width = result["conditions"]["scaling_case"][0], result["conditions"]["width"]
     text = (
-        f"The first two columns show the peak memory of a process with {width} chains of "
-        f"{n_blocks} blocks, all libraries included: after its warm-up, and after all rounds. The "
-        "last column shows the time from the start of a new process to its first step, with the "
-        "compiled kernels in the cache (target: under 3 s)."
+        f"Peak memory of a process with {width} chains of {n_blocks} blocks, with all libraries, "
+        "after its warm-up and after all rounds; and the time of a new process that does a few "
+        "steps, with the compiled kernels in the cache (target: under 3 s)."
     )
     header = ("integrator", "MB at the start", "MB at the end", "s to the first step")
     return Sheet("Memory and start", text, header, rows)
@@ -244,12 +224,6 @@ def _processes(result):
 
 def _median(values):
     return float(np.median(values)) if values else None
-
-
-def _gain(costs, name):
-    if not costs.get(name):
-        return _MISSING
-    return _cell(np.median(np.divide(costs[BASE], costs[name])))
 
 
 def _cell(value, factor=1.0):

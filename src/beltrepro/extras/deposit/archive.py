@@ -12,7 +12,7 @@ from pathlib import Path
 from beltrepro.base import provenance, seal
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
-from beltrepro.extras.deposit.crate import Layout, WorkflowRun, describe
+from beltrepro.extras.deposit.crate import WorkflowRun, describe
 from beltrepro.replication.plan import manifest
 
 LEFT_OUT = ("batches/", "logs/", "source/", ".")  # of the results
@@ -25,9 +25,9 @@ def write_crate(top: Path, run: WorkflowRun) -> None:
     for name in source_files(top):
         with replacing(results / SOURCES / name) as unfinished:
             unfinished.write_bytes((top / name).read_bytes())
-    layout = Layout({f"{run.folder}/": "", "": f"{SOURCES}/"})
+    moved = {f"{run.folder}/": "", "": f"{SOURCES}/"}
     with replacing(results / manifest.CRATE) as unfinished:
-        unfinished.write_text(describe(top, run, layout), encoding="utf-8")
+        unfinished.write_text(describe(top, run, moved), encoding="utf-8")
 
 
 def write(path: Path, top: Path, run: WorkflowRun) -> int:
@@ -35,7 +35,7 @@ def write(path: Path, top: Path, run: WorkflowRun) -> int:
     refuse_changes(top)
     texts = {
         provenance.COMMIT_FILE: f"node: {provenance.commit(top)}\n",
-        manifest.CRATE: describe(top, run, Layout({})),
+        manifest.CRATE: describe(top, run, {}),
     }
     names = [*source_files(top), *_results(top, run)]
     lines = []

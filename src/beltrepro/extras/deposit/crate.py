@@ -7,23 +7,19 @@ step for each rule, and each job is an action with its inputs, outputs, times an
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pandas as pd
 import yaml
 
 from beltrepro.base import provenance, seal
-from beltrepro.base.errors import InputError
+from beltrepro.base.errors import needing
 
-if TYPE_CHECKING:
-    from rocrate.rocrate import ROCrate
-
-RO_CRATE = "1.1"  # that of the profile
 _TERMS = "https://w3id.org/ro/terms/workflow-run#"
 _PROFILES = {
     "https://w3id.org/ro/wfrun/process/0.5": "Process Run Crate",
@@ -32,6 +28,10 @@ _PROFILES = {
     "https://w3id.org/workflowhub/workflow-ro-crate/1.0": "Workflow RO-Crate",
 }
 _WORKFLOW_PROFILE = "https://bioschemas.org/profiles/ComputationalWorkflow/1.0-RELEASE"
+_USAGE = (  # name, column of the benchmark file, unit
+    ("seconds", "s", "https://qudt.org/vocab/unit/SEC"),
+    ("max_rss", "max_rss", "https://qudt.org/vocab/unit/MebiBYTE"),
+)
 _ENGINE = "https://snakemake.github.io"
 _MEDIA = {
     ".csv": "text/csv",
@@ -53,8 +53,8 @@ class JobRecord:
 
     rule: str  # its rule
     name: str  # of the job, and of its benchmark file without suffix: "datasets/u1"
-    inputs: tuple[str, ...]  # files, below the folder of the project
-    outputs: tuple[str, ...]
+    inputs: Sequence[str]  # files, below the folder of the project
+    outputs: Sequence[str]
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class WorkflowRun:
     seed: int  # that of the configuration
     # by rule its sentence and its script: "workflow/scripts/join.py"
     rules: Mapping[str, tuple[str, str]]
-    records: tuple[JobRecord, ...]  # its jobs
+    records: Sequence[JobRecord]  # its jobs
 
     @property
     def folder(self) -> str:
@@ -76,53 +76,29 @@ class WorkflowRun:
 
 def run_from(values: Mapping[str, Any]) -> WorkflowRun:
     """A run from plain values, as a script of the workflow is given them."""
-    records = (
-        JobRecord(rule, name, tuple(inputs), tuple(outputs))
-        for rule, name, inputs, outputs in values["records"]
-    )
-    return WorkflowRun(**{**values, "records": tuple(records)})
+    return WorkflowRun(**{**values, "records": [JobRecord(*each) for each in values["records"]]})
 
 
-@dataclass(frozen=True)
-class Layout:
-    """Where the files of the project lie in the crate."""
-
-    # new beginnings of paths by old ones, tried in their order: {"results/smoke/": "", ...}
-    moved: Mapping[str, str]
-
-    def place(self, path: str) -> str:
-        """Path of a file in the crate."""
-        for old, new in self.moved.items():
-            if path.startswith(old):
-                return new + path.removeprefix(old)
-        return path
-
-
-def describe(top: Path, run: WorkflowRun, layout: Layout) -> str:
-    """The crate of a run."""
-    made = _Made(top, run, layout)
+def describe(top: Path, run: WorkflowRun, moved: Mapping[str, str]) -> str:
+    """The crate of a run; `moved` has new beginnings of paths by old ones, tried in their order."""
+    made = _Made(top, run, moved)
     made.add_top()
     made.add_workflow()
     made.add_jobs()
     metadata = made.crate.metadata.generate()
-    metadata["@graph"] = [_without_lists_of_one(entity) for entity in metadata["@graph"]]
+    for entity in metadata["@graph"]:  # no lists of one, as RO-Crate recommends
+        entity |= {k: v[0] for k, v in entity.items() if isinstance(v, list) and len(v) == 1}
     return json.dumps(metadata, indent=1, ensure_ascii=False) + "\n"
-
-
-def _without_lists_of_one(entity: Mapping[str, Any]) -> dict[str, Any]:
-    """The same with plain values in place of lists of one, as RO-Crate recommends."""
-    return {
-        name: value[0] if isinstance(value, list) and len(value) == 1 else value
-        for name, value in entity.items()
-    }
 
 
 class _Made:
     """A crate while it is made: entities by the paths of the project."""
 
-    def __init__(self, top: Path, run: WorkflowRun, layout: Layout) -> None:
-        self.top, self.run, self.layout = top, run, layout
-        self.crate = _empty_crate()
+    def __init__(self, top: Path, run: WorkflowRun, moved: Mapping[str, str]) -> None:
+        self.top, self.run, self.moved = top, run, moved
+        with needing("the crate", "deposit"):
+            from rocrate.rocrate import ROCrate
+        self.crate = ROCrate(version="1.1")  # that of the profile
         self.crate.metadata.extra_terms |= {
             name: _TERMS + name for name in ("resourceUsage", "sha256")
         }
@@ -144,9 +120,14 @@ class _Made:
                 self.files[path] = self.add(f"#{name}", "CreativeWork", name=name)
             else:
                 about = self._of_file(path) | dict(properties or {})
-                place = self.layout.place(path)
+                place = self._place(path)
                 self.files[path] = self.crate.add_file(dest_path=place, properties=about)
         return self.files[path]
+
+    def _place(self, path: str) -> str:
+        """Path of a file in the crate."""
+        old = next((old for old in self.moved if path.startswith(old)), "")
+        return self.moved.get(old, "") + path.removeprefix(old)
 
     def _of_file(self, path: str) -> dict[str, Any]:
         there = self.top / path
@@ -187,7 +168,7 @@ class _Made:
         """The Snakefile with its inputs and outputs, and a step and a tool for each rule."""
         code = ["File", "SoftwareSourceCode"]
         workflow = self.crate.add_workflow(
-            dest_path=self.layout.place("Snakefile"),
+            dest_path=self._place("Snakefile"),
             main=True,
             lang="snakemake",
             properties=self._of_file("Snakefile")
@@ -226,13 +207,8 @@ class _Made:
             )
             for record, action in zip(self.run.records, actions, strict=True)
         ]
-        engine = self.add(
-            _ENGINE,
-            "SoftwareApplication",
-            name="Snakemake",
-            url=_ENGINE,
-            softwareVersion=version("snakemake"),
-        )
+        engine = self.add(_ENGINE, "SoftwareApplication", name="Snakemake", url=_ENGINE)
+        engine["softwareVersion"] = version("snakemake")
         whole = self.add("#snakemake", "OrganizeAction", name="Snakemake runs the workflow")
         whole["instrument"], whole["object"], whole["result"] = engine, controls, run
         whole["endTime"] = run["endTime"]
@@ -241,9 +217,10 @@ class _Made:
 
     def _whole_run(self, actions: list[Any]) -> Any:
         """The run of the workflow, from what it was told to all that it made."""
-        settings = [self.file("config.yaml"), *self._settings()]
+        values = {"preset": self.run.preset, "seed": str(self.run.seed)} | provenance.machine()
+        settings = [self.file("config.yaml")]
+        settings += [self.add(f"#{k}", "PropertyValue", name=k, value=v) for k, v in values.items()]
         run = self.add("#run", "CreateAction", name=f"Run {self.run.name}")
-        run["description"] = "The workflow, from its configuration to figures and report."
         run["instrument"], run["object"] = self.workflow, settings
         made = [path for record in self.run.records for path in record.outputs]
         batches = f"{self.run.folder}/batches/"
@@ -252,12 +229,6 @@ class _Made:
         run["endTime"] = max(action["endTime"] for action in actions)
         self._add_parameters(settings)
         return run
-
-    def _settings(self) -> Iterable[Any]:
-        machine = provenance.machine()
-        values = {"preset": self.run.preset, "seed": str(self.run.seed)} | machine
-        for name, value in values.items():
-            yield self.add(f"#{name}", "PropertyValue", name=name, value=value)
 
     def _add_parameters(self, settings: list[Any]) -> None:
         """Inputs and outputs of the workflow, each with the value that it had."""
@@ -271,8 +242,7 @@ class _Made:
                 parameter = self.crate.add_formal_parameter(name, kind, f"#parameter-{name}")
                 parameter["workExample"], value["exampleOfWork"] = value, parameter
                 parameters.append(parameter)
-            if parameters:
-                self.workflow[end] = parameters
+            self.workflow[end] = parameters
 
     def _job(self, record: JobRecord) -> Any:
         action = self.add(f"#job-{record.rule}-{record.name}", "CreateAction")
@@ -281,17 +251,12 @@ class _Made:
         action["instrument"] = self.tools[record.rule]
         action["object"] = [self.file(path) for path in record.inputs]
         action["result"] = [self.file(path) for path in record.outputs]
-        self._add_times(action, record)
-        return action
-
-    def _add_times(self, action: Any, record: JobRecord) -> None:
-        """When the job ended, and how long it took where its benchmark file is there."""
         benchmark = self.top / self.run.folder / "benchmarks" / f"{record.name}.tsv"
         if not benchmark.is_file():
             first = self.top / record.outputs[0]
             ended = first.stat().st_mtime if first.is_file() else 0.0
             action["endTime"] = _iso(ended)
-            return
+            return action
         row = pd.read_csv(benchmark, sep="\t").iloc[-1]
         ended = benchmark.stat().st_mtime
         action["startTime"], action["endTime"] = _iso(ended - float(row["s"])), _iso(ended)
@@ -307,22 +272,7 @@ class _Made:
             for name, column, unit in _USAGE
             if pd.notna(pd.to_numeric(row[column], errors="coerce"))
         ]
-
-
-_USAGE = (
-    ("seconds", "s", "https://qudt.org/vocab/unit/SEC"),
-    ("max_rss", "max_rss", "https://qudt.org/vocab/unit/MebiBYTE"),
-)
-
-
-def _empty_crate() -> ROCrate:
-    try:
-        from rocrate.rocrate import ROCrate
-    except ModuleNotFoundError:
-        raise InputError(
-            "the crate needs the package rocrate: pip install 'beltrepro[deposit]', or make env"
-        ) from None
-    return ROCrate(version=RO_CRATE)
+        return action
 
 
 def _iso(seconds: float) -> str:

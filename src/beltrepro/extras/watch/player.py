@@ -5,44 +5,31 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from beltrepro.base import checks
-from beltrepro.base.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.spring import chain_deformations, spring_force
 from beltrepro.model.units import TIME_S
 from beltrepro.simulation import ChainState, Run, simulate
 
 DOUBLINGS = 4  # of the speed, up or down by keys
-SPEEDS = (0.05, 50.0)
-FRAMES_PER_SECOND = (1.0, 120.0)
 
 
 @dataclass(frozen=True)
 class Clock:
-    """How fast a chain is shown, and whether it is paused.
+    """How fast a chain is shown: a frame is a whole number of ticks, one at the slowest speed."""
 
-    A frame shows a whole number of ticks. At the slowest speed it is one, so that any speed within
-    reach of the keys shows instants of one grid.
-    """
-
-    # seconds of the chain in a second of the film, without doublings; 1 is real time. From 0.05
-    # to 50
-    speed: float = 1.0
-    frames_per_second: float = 24.0  # from 1 to 120
-    # how often the speed was doubled; negative where it was halved. From -4 to 4
-    doublings: int = 0
+    speed: float = 1.0  # seconds of the chain in a second of the film, without doublings
+    frames_per_second: float = 24.0
+    doublings: int = 0  # of the speed; negative where it was halved
     paused: bool = False  # whether frames stand still
 
     def __post_init__(self) -> None:
-        for name, (low, high) in {"speed": SPEEDS, "fps": FRAMES_PER_SECOND}.items():
-            attribute = "frames_per_second" if name == "fps" else name
-            value = checks.finite_number(name, getattr(self, attribute))
-            if not low <= value <= high:
-                raise InputError(f"{name} = {value:g}: must be from {low:g} to {high:g}")
-            object.__setattr__(self, attribute, value)
+        checks.within("speed", self.speed, ge=0.05, le=50)
+        checks.within("fps", self.frames_per_second, ge=1, le=120)
 
     @property
     def tick(self) -> float:
@@ -52,12 +39,7 @@ class Clock:
 
     @property
     def ticks_of_frame(self) -> int:
-        """Ticks from one frame to the next: 0 when paused."""
-        return 0 if self.paused else self.ticks_of_step
-
-    @property
-    def ticks_of_step(self) -> int:
-        """Ticks of a single step: those of a frame, also when paused."""
+        """Ticks from one frame to the next."""
         return 2 ** (DOUBLINGS + self.doublings)
 
     @property
@@ -67,8 +49,9 @@ class Clock:
 
     def changed(self, doublings: int) -> Clock:
         """Faster or slower, as far as the speed goes."""
-        wanted = self.doublings + doublings
-        return replace(self, doublings=max(-DOUBLINGS, min(DOUBLINGS, wanted)))
+        return replace(
+            self, doublings=int(np.clip(self.doublings + doublings, -DOUBLINGS, DOUBLINGS))
+        )
 
 
 KEPT = 30.0 / TIME_S  # model time: thirty seconds of the belt
@@ -143,10 +126,10 @@ class Player:
     def begin(cls, state: ChainState, tick: float) -> Player:
         """Show a chain from a state on."""
         shown = Record().extended(np.array([state.time]), state.positions[-1:])
-        return cls._from(state, tick, belt=0.0, record=shown)
+        return cls._from(state, tick, 0.0, shown)
 
     @classmethod
-    def _from(cls, state: ChainState, tick: float, *, belt: float, record: Record) -> Player:
+    def _from(cls, state: ChainState, tick: float, belt: float, record: Record) -> Player:
         stretch = _ahead(state, tick)
         # a run from t = 0 has a sample there, a later one has none at its beginning
         row = 0 if len(stretch.time) and stretch.time[0] == state.time else -1
@@ -172,7 +155,7 @@ class Player:
         if parameters == self.parameters:
             return self
         state = self.state.under(parameters)
-        return Player._from(state, self.tick, belt=self.belt, record=self.record.anew())
+        return Player._from(state, self.tick, self.belt, self.record.anew())
 
     def anew(self) -> Player:
         """This player with r and <x_N> beginning now."""
@@ -234,11 +217,7 @@ def _ahead(state: ChainState, tick: float) -> Run:
 def _simulated(state: ChainState, duration: float, sample_interval: float | None) -> Run:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # r of so short a run is asked by nobody
-        run = simulate(
-            state.parameters,
-            duration=duration,
-            initial_state=state,
-            sample_interval=sample_interval,
-        )
+        how: Any = {"initial_state": state, "sample_interval": sample_interval}
+        run = simulate(state.parameters, duration=duration, **how)
     assert isinstance(run, Run)  # as it was one chain
     return run

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -83,13 +85,10 @@ class Room:
 
 def signs_explained() -> list[Line2D]:
     """A legend's lines for the signs of stick and slip."""
+    words = "stuck to the belt", "slips back over the belt", "slips forward"
     return [
-        Line2D([], [], color=colour, marker=shape, linestyle="none", label=words)
-        for shape, colour, words in (
-            ("s", look.STUCK, "stuck to the belt"),
-            ("<", look.SLIPPING, "slips back over the belt"),
-            (">", look.SLIPPING, "slips forward"),
-        )
+        Line2D([], [], color=colour, marker=shape, linestyle="none", label=label)
+        for (shape, (_, colour)), label in zip(_STATES.items(), words, strict=True)
     ]
 
 
@@ -115,21 +114,28 @@ class ChainPicture:
         self._above = (
             BLOCK_ACROSS / 2 + (0.5 * sign + 1.5 * edge) / points / self.room.pixels_across
         )
-        self.strong = _strong(chain)
+        # force in newton at which a spring has its full colour: kinetic friction of all blocks
+        friction = chain.n_blocks * chain.static_friction * max(chain.friction_ratio, 0.1)
+        self.strong = FORCE_N * friction
         scale = Normalize(-self.strong, self.strong)
         self.colours = ScalarMappable(scale, look.SPRINGS)
         self.marks = LineCollection([], colors=look.BELT_MARKS, linewidths=1.5, zorder=2)
         self.springs = LineCollection([], cmap=look.SPRINGS, norm=scale, zorder=3)
-        self.rim = _rim()
-        self.blocks = [_block(edge, last=i + 1 == chain.n_blocks) for i in range(chain.n_blocks)]
-        self.signs = {shape: _sign(shape, colour, sign) for shape, (_, colour) in _STATES.items()}
-        axes.add_collection(self.marks, autolim=False)
-        axes.add_collection(self.springs, autolim=False)
-        for patch in (self.rim, *self.blocks):
-            axes.add_patch(patch)
-        for sign in self.signs.values():
-            axes.add_line(sign)
+        black: Any = {"facecolor": look.BLOCK, "linewidth": edge, "zorder": 5}
+        white = black | {"facecolor": look.LAST_BLOCK, "zorder": 6}
+        sides = BLOCK_ALONG, BLOCK_ACROSS
+        self.blocks = [_block(*sides, **black) for _ in range(chain.n_blocks - 1)]
+        self.blocks.append(_block(*sides, **white))
+        wide = BLOCK_ALONG + 2 * _RIM, BLOCK_ACROSS + 2 * _RIM
+        self.rim = _block(*wide, facecolor=look.BLOCK, linewidth=0, zorder=5.5)
+        how: Any = {"markersize": sign, "linestyle": "none", "zorder": 7}
+        self.signs = {
+            shape: Line2D([], [], color=colour, marker=shape, **how)
+            for shape, (_, colour) in _STATES.items()
+        }
         self.artists = [self.marks, self.springs, self.rim, *self.blocks, *self.signs.values()]
+        for artist in self.artists:
+            axes.add_artist(artist)
         self.show(player)
 
     def show(self, player: Player) -> None:
@@ -150,31 +156,9 @@ class ChainPicture:
             self.signs[shape].set_data(chosen, np.full(len(chosen), self._above))
 
 
-def _strong(chain: ChainParameters) -> float:
-    """Force in newton at which a spring has its full colour: kinetic friction of all blocks."""
-    return FORCE_N * chain.n_blocks * chain.static_friction * max(chain.friction_ratio, 0.1)
-
-
-def _block(edge: float, *, last: bool) -> Rectangle:
-    return Rectangle(
-        (0, -BLOCK_ACROSS / 2),
-        BLOCK_ALONG,
-        BLOCK_ACROSS,
-        facecolor=look.LAST_BLOCK if last else look.BLOCK,
-        linewidth=edge,
-        snap=False,  # edges lie between pixels where they are
-        zorder=6 if last else 5,
-    )
-
-
-def _rim() -> Rectangle:
-    corner = (0, -BLOCK_ACROSS / 2 - _RIM)
-    sides = (BLOCK_ALONG + 2 * _RIM, BLOCK_ACROSS + 2 * _RIM)
-    return Rectangle(corner, *sides, facecolor=look.BLOCK, linewidth=0, zorder=5.5)
-
-
-def _sign(shape: str, colour: str, size: float) -> Line2D:
-    return Line2D([], [], color=colour, marker=shape, markersize=size, linestyle="none", zorder=7)
+def _block(along: float, across: float, **how: Any) -> Rectangle:
+    """A rectangle in the lane of the blocks, with edges between pixels where they are."""
+    return Rectangle((0, -across / 2), along, across, snap=False, **how)
 
 
 def _belt_marks(moved: float, end: float) -> np.ndarray:

@@ -99,10 +99,9 @@ class View:
 
     def _drawn(self, event: Any) -> None:
         """After a full drawing: keep what stands still, and draw the rest over it."""
-        if not self.canvas.supports_blit:
-            return
-        self._still = self.canvas.copy_from_bbox(self.figure.bbox)
-        self._draw_moving()
+        if self.canvas.supports_blit:
+            self._still = self.canvas.copy_from_bbox(self.figure.bbox)
+            self._draw_moving()
 
     def _draw_moving(self) -> None:
         for artist in self._moving:
@@ -110,13 +109,10 @@ class View:
 
 
 def _numbers(player: Player) -> str:
-    record = player.record
-    parts = [
-        f"t = {TIME_S * player.time:.1f} s",
-        f"r = {record.disorder_parameter:.3f}",
-        f"mean length {LENGTH_M * record.mean_length:.3f} m",
-    ]
-    return "     ".join(parts)
+    time_s, record = TIME_S * player.time, player.record
+    length_m = LENGTH_M * record.mean_length
+    r = record.disorder_parameter
+    return f"t = {time_s:.1f} s     r = {r:.3f}     mean length {length_m:.3f} m"
 
 
 def _settings(player: Player, clock: Clock) -> str:
@@ -131,28 +127,19 @@ def _settings(player: Player, clock: Clock) -> str:
     return "     ".join(filter(None, parts))
 
 
-SUFFIXES = (".mp4", ".gif")
-_GIF_FRAMES_PER_SECOND = 50.0  # browsers show shorter frames of a gif longer
-
-
 def check_film(path: Path, duration: float, clock: Clock) -> None:
     """Check the settings of a film before anything is simulated."""
-    if path.suffix.lower() not in SUFFIXES:
+    if path.suffix.lower() not in (".mp4", ".gif"):
         raise InputError(f"output = {path}: must end in .mp4 or .gif")
     checks.positive("duration", duration)
-    if _frames_of(duration, clock) < 1:
+    if round(duration * clock.frames_per_second) < 1:
         raise InputError(
             f"duration = {duration:g}: a film of at least one frame needs "
             f"{1 / clock.frames_per_second:.3g} s"
         )
-    if path.suffix.lower() == ".gif" and clock.frames_per_second > _GIF_FRAMES_PER_SECOND:
-        raise InputError(
-            f"fps = {clock.frames_per_second:g}: a gif has at most {_GIF_FRAMES_PER_SECOND:g}"
-        )
-
-
-def _frames_of(duration: float, clock: Clock) -> int:
-    return round(duration * clock.frames_per_second)
+    if path.suffix.lower() == ".gif" and clock.frames_per_second > 50:
+        # browsers show shorter frames of a gif longer
+        raise InputError(f"fps = {clock.frames_per_second:g}: a gif has at most 50")
 
 
 def write_film(
@@ -163,11 +150,11 @@ def write_film(
     progress: Callable[[float], None] | None = None,
 ) -> View:
     """Write a film of a chain from now on; the file appears under its name when it is complete."""
-    check_film(path, duration, clock)
     from beltrepro.replication.camera.video import Frame, write_video
 
     view = View(player, clock)
-    count, rate = _frames_of(duration, clock), clock.frames_per_second
+    rate = clock.frames_per_second
+    count = round(duration * rate)
     pictures = _pictures(view, player, clock, count, progress or (lambda fraction: None))
     if path.suffix.lower() == ".gif":
         with replacing(path) as part:
@@ -199,13 +186,9 @@ def _write_gif(path: Path, shown: Iterator[np.ndarray], count: int, rate: float)
         Image.fromarray(picture).quantize(palette=palette, dither=Image.Dither.NONE)
         for picture in itertools.chain([first], shown)
     )
-    next(pictures).save(
-        path,
-        save_all=True,
-        append_images=pictures,
-        duration=[10 * int(length) for length in np.diff(instants)],
-        loop=0,
-    )
+    durations = [10 * int(length) for length in np.diff(instants)]
+    how: Any = {"save_all": True, "duration": durations, "loop": 0}
+    next(pictures).save(path, append_images=pictures, **how)
 
 
 def _palette(picture: np.ndarray) -> Any:

@@ -19,9 +19,6 @@ from beltrepro.extras.watch.view import SIZE, View
 
 KEYS = "space: pause     →: one step     ↑ ↓: faster, slower     c: r from here on     q: close"
 NO_DISPLAY = "no display to open a window on: write a film with --output chain.mp4 or chain.gif"
-_SLOWEST = 0.25  # seconds that a late frame catches up with at most
-_VELOCITY, _NOISE = "belt velocity u", "noise σ"
-_FASTEST_BELT, _LOUDEST_NOISE = 50.0, 10.0  # ends of the sliders; those of the paper's scans
 
 
 class Window:
@@ -32,75 +29,55 @@ class Window:
         self.view = View(player, clock, figure, foot=0.12)
         with matplotlib.style.context(look.STYLE):
             chain = player.parameters
-            ends = max(_FASTEST_BELT, chain.belt_velocity), max(_LOUDEST_NOISE, chain.noise)
+            ends = max(50.0, chain.belt_velocity), max(10.0, chain.noise)  # of the paper's scans
             figure.text(0.06, 0.02, KEYS, fontsize=10, color=look.TEXT)
             self.complaint = figure.text(0.97, 0.02, "", ha="right", color=look.SLIPPING)
-            self.velocity = _slider(figure, 0.16, _VELOCITY, (0.1, ends[0]), chain.belt_velocity)
-            self.noise = _slider(figure, 0.62, _NOISE, (0.0, ends[1]), chain.noise)
-        self._actions = {
-            " ": self._pause,
-            "right": self._step,
-            "up": lambda: self._speed(1),
-            "down": lambda: self._speed(-1),
-            "c": self._begin_means,
-        }
+            self.velocity = _slider(
+                figure, 0.16, "belt velocity u", (0.1, ends[0]), chain.belt_velocity
+            )
+            self.noise = _slider(figure, 0.62, "noise σ", (0.0, ends[1]), chain.noise)
         figure.canvas.mpl_connect("key_press_event", self._key)
         self._last = time.monotonic()
         self._owed = 0.0  # ticks that are due
 
     def tick(self, seconds: float) -> None:
         """Go on by a time of the real world, with the sliders as they stand, and draw."""
-        try:
-            self._obey_sliders()
-            clock = self.clock
-            self._owed += min(seconds, _SLOWEST) * clock.frames_per_second * clock.ticks_of_frame
-            ticks = int(self._owed)
-            self._owed -= ticks
-            self.player = self.player.advance(ticks)
-        except ModelStateError as error:
-            self._complain(error)
+        clock = self.clock
+        if not clock.paused:
+            self._owed += min(seconds, 0.25) * clock.frames_per_second * clock.ticks_of_frame
+        ticks = int(self._owed)
+        self._owed -= ticks
+        self._advance(ticks)
         self.view.draw(self.player, self.clock)
 
     def on_timer(self) -> None:
-        """Go on by the time since the last call."""
+        """Go on by the time since the last call, but not by a time that the machine slept."""
         now = time.monotonic()
         seconds, self._last = now - self._last, now
         self.tick(seconds)
 
-    def _obey_sliders(self) -> None:
-        wanted = replace(
-            self.player.parameters, belt_velocity=self.velocity.val, noise=self.noise.val
-        )
-        self.player = self.player.under(wanted)
+    def _advance(self, ticks: int) -> None:
+        """Go on under what the sliders say; if the chain cannot, say so and wait."""
+        law = {"belt_velocity": self.velocity.val, "noise": self.noise.val}
+        try:
+            self.player = self.player.under(replace(self.player.parameters, **law))
+            self.player = self.player.advance(ticks)
+        except ModelStateError as error:
+            self.clock = replace(self.clock, paused=True)
+            self.complaint.set_text(str(error))
+            self.view.canvas.draw_idle()
 
     def _key(self, event: Any) -> None:
-        action = self._actions.get(event.key)
-        if action:
-            action()
-            self.view.draw(self.player, self.clock)
-
-    def _pause(self) -> None:
-        self.clock = replace(self.clock, paused=not self.clock.paused)
-
-    def _step(self) -> None:
-        self.clock = replace(self.clock, paused=True)
-        try:
-            self._obey_sliders()
-            self.player = self.player.advance(self.clock.ticks_of_step)
-        except ModelStateError as error:
-            self._complain(error)
-
-    def _speed(self, doublings: int) -> None:
-        self.clock = self.clock.changed(doublings)
-
-    def _begin_means(self) -> None:
-        self.player = self.player.anew()
-
-    def _complain(self, error: ModelStateError) -> None:
-        """The chain cannot go on under these parameters: say so and wait for others."""
-        self.clock = replace(self.clock, paused=True)
-        self.complaint.set_text(str(error))
-        self.view.canvas.draw_idle()
+        if event.key == " ":
+            self.clock = replace(self.clock, paused=not self.clock.paused)
+        elif event.key == "right":
+            self.clock = replace(self.clock, paused=True)
+            self._advance(self.clock.ticks_of_frame)
+        elif event.key in ("up", "down"):
+            self.clock = self.clock.changed(1 if event.key == "up" else -1)
+        elif event.key == "c":
+            self.player = self.player.anew()
+        self.view.draw(self.player, self.clock)
 
 
 def check_display() -> None:
@@ -128,7 +105,8 @@ def open_window(player: Player, clock: Clock) -> None:
     with matplotlib.style.context(look.STYLE):
         figure = plt.figure("beltrepro watch", figsize=SIZE)
     window = Window(player, clock, figure)
-    _compile(player)
+    chain = player.parameters  # compile for chains with and without noise before a slider moves
+    player.under(replace(chain, noise=0.0 if chain.noise > 0 else 1.0))
     timer = figure.canvas.new_timer(interval=round(1000 / clock.frames_per_second))
     timer.add_callback(window.on_timer)
     figure.canvas.mpl_connect("close_event", lambda event: timer.stop())
@@ -136,24 +114,10 @@ def open_window(player: Player, clock: Clock) -> None:
     plt.show()
 
 
-def _compile(player: Player) -> None:
-    """Compile the code of chains with and without noise now, not when the slider asks for it."""
-    chain = player.parameters
-    player.under(replace(chain, noise=0.0 if chain.noise > 0 else 1.0))
-
-
 def _slider(figure: Figure, left: float, name: str, ends: tuple[float, float], now: float) -> Any:
     axes = figure.add_axes((left, 0.065, 0.3, 0.03))
-    slider = Slider(
-        axes,
-        name,
-        *ends,
-        valinit=now,
-        valfmt="%.2f",
-        color=look.STUCK,
-        initcolor="none",
-        track_color=look.BELT,
-        handle_style={"facecolor": look.TEXT, "edgecolor": look.ROOM},
-    )
+    handle = {"facecolor": look.TEXT, "edgecolor": look.ROOM}
+    colours: Any = {"color": look.STUCK, "track_color": look.BELT, "initcolor": "none"}
+    slider = Slider(axes, name, *ends, valinit=now, valfmt="%.2f", handle_style=handle, **colours)
     slider.label.set_x(-0.04)  # beside the handle, also where that stands at 0
     return slider

@@ -19,10 +19,5 @@ def shown(artist: Any, claim: str, *names: str, variant: str = "") -> Any:
 
 def marked(figure: Any) -> list[tuple[Any, str, tuple[str, ...]]]:
     """Artists of a figure that show estimates: artist, key of `Figure.shows`, names."""
-    artists = [each for each in figure.findobj() if SEPARATOR in (each.get_gid() or "")]
-    return [(each, *_parted(each.get_gid())) for each in artists]
-
-
-def _parted(gid: str) -> tuple[str, tuple[str, ...]]:
-    key, *names = gid.split(SEPARATOR)
-    return key, tuple(names)
+    split = [(artist, *(artist.get_gid() or "").split(SEPARATOR)) for artist in figure.findobj()]
+    return [(artist, key, tuple(names)) for artist, key, *names in split if names]

@@ -53,15 +53,8 @@ def page(caption, height) -> Figure:
     lines = [part for line in caption.splitlines() for part in textwrap.wrap(line, width)]
     foot = (len(lines) + 0.5) * _LINE_HEIGHT / height if lines else 0.0
     figure.get_layout_engine().set(rect=(0, foot, 1, 1 - foot), w_pad=0.06, h_pad=0.05)
-    figure.text(
-        0.008,
-        0.3 * _LINE_HEIGHT / height,
-        "\n".join(lines),
-        size=_PRINT_SIZE,
-        color="0.35",
-        va="bottom",
-        linespacing=1.2,
-    )
+    look = {"size": _PRINT_SIZE, "color": "0.35", "va": "bottom", "linespacing": 1.2}
+    figure.text(0.008, 0.3 * _LINE_HEIGHT / height, "\n".join(lines), **look)
     return figure
 
 
@@ -91,7 +84,8 @@ def small_print(datasets, preset) -> str:
     datasets : list of `store.Dataset`, may be empty.  preset : name of the preset.
     """
     # A dataset that was made in parts by several versions lists them all.
-    versions = {one for listed in _values(datasets, "code_version") for one in listed.split(", ")}
+    listed = [data.attributes.get("code_version") for data in datasets]
+    versions = {version for text in listed if text for version in text.split(", ")}
     versions = versions or {provenance.code_version()}
     first = [f"beltrepro {', '.join(sorted(versions))}", f"preset {preset}"]
     seeds = _parameter(datasets, "seed")
@@ -99,7 +93,7 @@ def small_print(datasets, preset) -> str:
         first.append(f"seed {_span(seeds)}")
     groups: dict[tuple, list] = {}
     for dataset in datasets:
-        how = [dataset.attributes.get(name) for name in _HOW]
+        how = map(dataset.attributes.get, ("kind", "method", "duration", "transient"))
         groups.setdefault(tuple(how), []).append(dataset)
     lines = [_describe(group, *how) for how, group in groups.items()]
     return "\n".join([", ".join(first), *(lines or ["no simulation: drawn from the model itself"])])
@@ -128,41 +122,23 @@ def write(figure, path, title, source="", lineage=None) -> None:
     """
     kind = Path(path).suffix.lower()[1:]
     version = provenance.code_version()
-    drawn = {"code_version": version, **_drawn_by(), "lineage": lineage or {}}
+    # Libraries that draw, and the processor: its rounding can move a pixel.
+    libraries = provenance.library_versions() | {"matplotlib": matplotlib.__version__}
+    drawn = {"code_version": version, "library_versions": libraries}
+    drawn |= {"processor": provenance.processor(), "lineage": lineage or {}}
     made_by, words = f"beltrepro {version}", json.dumps(drawn)
     about = {
-        "png": {"Title": title, "Source": source, "Author": made_by, "Description": words},
-        "pdf": {
-            "Title": title,
-            "Subject": source,
-            "Author": made_by,
-            "Keywords": words,
-            "CreationDate": None,
-        },
-        "svg": {
-            "Title": title,
-            "Source": source,
-            "Creator": made_by,
-            "Description": words,
-            "Date": None,
-        },
+        "png": {"Source": source, "Author": made_by, "Description": words},
+        "pdf": {"Subject": source, "Author": made_by, "Keywords": words, "CreationDate": None},
+        "svg": {"Source": source, "Creator": made_by, "Description": words, "Date": None},
     }
     # `figure.savefig` draws all twice, the first time for the layout.
     canvas, dpi = _CANVASES[kind](figure), figure.dpi
     with replacing(path) as unfinished:
-        getattr(canvas, f"print_{kind}")(unfinished, metadata=about[kind])
+        getattr(canvas, f"print_{kind}")(unfinished, metadata={"Title": title} | about[kind])
         if kind != "svg":  # nothing may follow the end of XML
             seal.put(unfinished)
     figure.set_dpi(dpi)  # that of a PDF is 72
-
-
-def _drawn_by():
-    """Libraries that draw, and the processor: its rounding can move a pixel."""
-    versions = provenance.library_versions() | {"matplotlib": matplotlib.__version__}
-    return {"library_versions": versions, "processor": provenance.processor()}
-
-
-_HOW = ("kind", "method", "duration", "transient")
 
 
 def _describe(datasets, kind, method, duration, transient):
@@ -202,9 +178,3 @@ def _span(values):
 
 def _number(value):
     return f"{value:.10g}" if isinstance(value, int | float) else str(value)
-
-
-def _values(datasets, name):
-    return list(
-        dict.fromkeys(data.attributes[name] for data in datasets if name in data.attributes)
-    )

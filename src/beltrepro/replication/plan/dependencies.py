@@ -11,12 +11,14 @@ import ast
 import functools
 import hashlib
 import io
+import json
 import re
 import tokenize
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from beltrepro.base.atomic import replacing
 from beltrepro.base.provenance import PACKAGE, ROOT
 
 _DERIVED = (".pyc", ".nbi", ".nbc")  # caches of Python and Numba
@@ -53,6 +55,43 @@ def definitions(
         module, _, name = function.partition(":")
         search.ask(module, name)
     return search.finish()
+
+
+class KeptHashes:
+    """Hashes in a file, as long as no source of the package changes: the search takes seconds.
+
+    Every job of a run starts a process that asks for them.
+    """
+
+    def __init__(self, path: Path, root: Path = ROOT) -> None:
+        self._path, self._state = path, _state(root)
+        self._hashes: dict[str, str] = {}
+        try:
+            kept = json.loads(path.read_text(encoding="utf-8"))
+            if kept["sources"] == self._state:
+                self._hashes = dict(kept["hashes"])
+        except (OSError, ValueError, TypeError, KeyError):
+            pass  # none are kept, or by a version that wrote another form
+
+    def get(self, key: str, make: Callable[[], str]) -> str:
+        """The hash of this key, made and kept if it is not there."""
+        if key not in self._hashes:
+            self._hashes[key] = make()
+            if self._path.parent.is_dir():
+                with replacing(self._path) as unfinished:
+                    kept = {"sources": self._state, "hashes": self._hashes}
+                    unfinished.write_text(json.dumps(kept), encoding="utf-8")
+        return self._hashes[key]
+
+
+def _state(root: Path) -> str:
+    """Hash of all sources and data files of the package."""
+    digest = hashlib.sha256()
+    for path in sorted(root.rglob("*")):
+        if path.is_file() and "__pycache__" not in path.parts and path.suffix not in _DERIVED:
+            digest.update(f"{path.relative_to(root)}\0".encode())
+            digest.update(hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()
 
 
 class Tree:

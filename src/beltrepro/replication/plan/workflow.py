@@ -1,6 +1,8 @@
 """What the rules of the workflow ask: files of a run, what jobs are told, the code behind them."""
 
 import dataclasses
+import hashlib
+import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -31,7 +33,7 @@ class Workflow:
         self.judged = [*self.plan.datasets, *(f"{name}{TRACK}" for name in self.plan.films)]
         self._top = top
         self._known: dict[str, dict] = {}
-        self._codes: dict[tuple, str] = {}
+        self._codes = dependencies.KeptHashes(top / ".snakemake" / "code_hashes.json")
         self._tree = dependencies.Tree()
         registry.check_names(self.plan.datasets)
         known = [*self.plan.datasets, *self.filmed, *self.tables]
@@ -236,13 +238,14 @@ class Workflow:
 
     def code(self, script: str, *functions: str, choices: tuple[str, ...] = ()) -> str:
         """Hash of the code behind the functions that a script calls, and of its own text."""
-        key = script, functions, choices
-        if key not in self._codes:
-            path = self._top / SCRIPTS / script
-            self._codes[key] = dependencies.code_hash(
+        path = self._top / SCRIPTS / script
+        text = hashlib.sha256(path.read_bytes()).hexdigest()
+        return self._codes.get(
+            json.dumps([script, text, functions, choices]),
+            lambda: dependencies.code_hash(
                 *functions, script=path, choices=choices, tree=self._tree
-            )
-        return self._codes[key]
+            ),
+        )
 
     def code_of_batch(self, wildcards: Any) -> str:
         """Code behind a batch: the function of its kind, by its own integrator."""

@@ -141,11 +141,6 @@ class Counts:
         return self.total - self.by_verdict[NOT_TESTABLE]
 
 
-def judged_numbers(results: Results) -> list[Number]:
-    """The numbers that decide, of all claims."""
-    return [number for result in results.values() for number in result.counted.judged]
-
-
 def count(results: Results) -> Counts:
     """Count the claims of a run by their verdicts."""
     verdicts = [result.verdict for result in results.values() if result.claim.finding]

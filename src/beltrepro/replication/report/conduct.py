@@ -1,52 +1,15 @@
 """Sections on how the run was made: deviations from the paper, datasets, times, machines."""
 
-import csv
 import os
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from beltrepro.replication.report.material import Material, distinct
 from beltrepro.replication.report.trust import PAPER_DURATION, PAPER_TRANSIENT, length
+from beltrepro.replication.verdicts.ledger import read_yaml
 
-ALWAYS = (
-    {
-        "what": "Criteria",
-        "paper": "judged by eye",
-        "ours": "computed, by criteria fixed before the runs that they judge",
-        "where": "claims",
-        "why": "so that anyone gets the same verdict",
-    },
-    {
-        "what": "Initial states",
-        "paper": "one declared state",
-        "ours": "the declared state for scans and series; slightly shifted copies of it where "
-        "statistics are needed",
-        "where": "Figs. 9, 10 and the inset of Fig. 12",
-        "why": "one chaotic trajectory is no sample; copies are independent ones",
-    },
-    {
-        "what": "Lifetimes of transients",
-        "paper": "method of a cited reference",
-        "ours": "exponential law by maximum likelihood, runs that did not escape counted as "
-        "censored",
-        "where": "inset of Fig. 12",
-        "why": "uses every run and gives an error",
-    },
-)
-# Folders or names of benchmark files, and what the jobs behind them do.
-RULES = {
-    "batches": "simulate batches",
-    "datasets": "join batches",
-    "experiment": "film and track",
-    "tables": "derive tables",
-    "agreement": "compare the integrators",
-    "figures": "draw figures",
-    "claims": "measure claims",
-    "report": "write the report",
-    "article": "set the article",
-}
+WORDS = read_yaml("beltrepro.replication.report", "page.yaml")
 _DIGITS = {
     "energy_residual": ".1e",
     "wrong_way": ".2g",
@@ -59,7 +22,7 @@ _DIGITS = {
 
 def deviations(material: Material) -> dict:
     """Rows of texts: in lengths and methods of this run, and the general ones."""
-    return {"deviations": [*deviations_of_run(material.datasets), *ALWAYS]}
+    return {"deviations": [*deviations_of_run(material.datasets), *WORDS["deviations"]]}
 
 
 def deviations_of_run(datasets: list[dict]) -> list[dict]:
@@ -104,18 +67,15 @@ def runs(material: Material) -> dict:
 
 def times(material: Material) -> dict:
     """Jobs, time (s) and memory (MB) per kind of rule, from the benchmark files of Snakemake."""
-    groups: dict[str, list[tuple[float, float]]] = {}
-    folder = Path(material.benchmarks)
-    for path in sorted(folder.rglob("*.tsv")):
-        relative = path.relative_to(folder)
+    groups: dict[str, list[pd.DataFrame]] = {}
+    for path in sorted(material.benchmarks.rglob("*.tsv")):
+        relative = path.relative_to(material.benchmarks)
         group = relative.parts[0] if len(relative.parts) > 1 else path.stem
-        with path.open(newline="", encoding="utf-8") as file:
-            groups.setdefault(group, []).extend(
-                (_number(job.get("s")), _number(job.get("max_rss")))
-                for job in csv.DictReader(file, delimiter="\t")
-            )
-    order = [*RULES, *sorted(groups.keys() - RULES.keys())]
-    return {"rules": [_times_of(name, groups[name]) for name in order if name in groups]}
+        # of a job that ended at once Snakemake knows no memory, and writes - or NA
+        jobs = pd.read_csv(path, sep="\t", na_values="-").reindex(columns=["s", "max_rss"])
+        groups.setdefault(group, []).append(jobs)
+    order = [*WORDS["rules"], *sorted(groups.keys() - WORDS["rules"].keys())]
+    return {"rules": [_times_of(name, pd.concat(groups[name])) for name in order if name in groups]}
 
 
 def environment(material: Material) -> dict:
@@ -140,19 +100,12 @@ def _audit(row: dict) -> dict:
     }
 
 
-def _times_of(name: str, jobs: list[tuple[float, float]]) -> dict:
-    seconds, memory = np.array(jobs).T
+def _times_of(name: str, jobs: pd.DataFrame) -> dict:
+    most = jobs.max().fillna(0.0)
     return {
-        "rule": RULES.get(name, name),
-        "jobs": len(seconds),
-        "seconds": float(np.nansum(seconds)),
-        "longest": float(np.nanmax(seconds, initial=0.0)),
-        "memory_mb": float(np.nanmax(memory, initial=0.0)),
+        "rule": WORDS["rules"].get(name, name),
+        "jobs": len(jobs),
+        "seconds": float(jobs["s"].sum()),
+        "longest": float(most["s"]),
+        "memory_mb": float(most["max_rss"]),
     }
-
-
-def _number(text: str | None) -> float:
-    try:
-        return float(text)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        return np.nan

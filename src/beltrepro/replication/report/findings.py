@@ -9,23 +9,16 @@ from typing import Any
 
 from beltrepro.replication.report.claim_results import Result, Results
 from beltrepro.replication.report.sentences import all_filled, typeset
-from beltrepro.replication.verdicts import ledger
-from beltrepro.replication.verdicts.criteria import (
-    FAILS,
-    HOLDS,
-    NOT_MEASURED,
-    NOT_TESTABLE,
-    PARTLY,
-    UNDECIDED,
-)
+from beltrepro.replication.verdicts import criteria, ledger
+from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, PARTLY, UNDECIDED
 
 _BEGINS = {
     HOLDS: "As the paper says",
     PARTLY: "In part as the paper says",
     FAILS: "Not as the paper says",
     UNDECIDED: "Undecided",
-    NOT_MEASURED: "Not measured in this run",
-    NOT_TESTABLE: "Not testable here",
+    criteria.NOT_MEASURED: "Not measured in this run",
+    criteria.NOT_TESTABLE: "Not testable here",
 }
 
 
@@ -49,8 +42,11 @@ def templates() -> tuple[dict[str, Any], ...]:
 
 def findings_of(results: Results) -> list[Finding]:
     """The findings whose claims were all measured, in the words of their verdicts."""
-    made = (_finding(template, results) for template in templates())
-    return [finding for finding in made if finding is not None]
+    return [
+        _finding(template, results)
+        for template in templates()
+        if all(name in results and results[name].measured for name in template["claims"])
+    ]
 
 
 def verdict_of(results: Iterable[Result]) -> str:
@@ -71,25 +67,22 @@ def seen(results: Iterable[Result]) -> list[str]:
     ]
 
 
-def _finding(template: dict[str, Any], results: Results) -> Finding | None:
-    if not all(name in results and results[name].measured for name in template["claims"]):
-        return None
+def _finding(template: dict[str, Any], results: Results) -> Finding:
     claims = tuple(results[name] for name in template["claims"])
     verdict = verdict_of(claims)
-    sentences = all_filled((_said(entry, results) for entry in template["sentences"]), results)
+    # of a sentence that depends on the verdict of a claim, the one for this verdict, if any
+    sentences = (
+        entry if isinstance(entry, str) else entry.get(results[entry["of"]].verdict, "")
+        for entry in template["sentences"]
+    )
     return Finding(
         topic=template["topic"],
         verdict=verdict,
         heading=template["heading"][verdict],
-        sentences=tuple(dict.fromkeys(sentences)),
+        sentences=tuple(dict.fromkeys(all_filled(sentences, results))),
         figure=template["figure"],
         results=claims,
     )
-
-
-def _said(entry: str | dict[str, str], results: Results) -> str:
-    """A sentence, or that for the verdict of a claim; empty if it has none for it."""
-    return entry if isinstance(entry, str) else entry.get(results[entry["of"]].verdict, "")
 
 
 def _with_numbers(result: Result) -> str:

@@ -53,11 +53,15 @@ class Material:
     @functools.cached_property
     def datasets(self) -> list[dict]:
         """What was simulated: one dict of plain values per dataset."""
-        return [_describe(self._read(path)) for path in self.files.get("datasets", [])]
-
-    def _read(self, path: Path) -> Dataset:
-        told = self.expected.get(path.stem)
-        return files.read_any(path) if told is None else files.read(path, told)
+        expected = self.expected
+        return [
+            _describe(
+                files.read(path, expected[path.stem])
+                if path.stem in expected
+                else files.read_any(path)
+            )
+            for path in self.files.get("datasets", [])
+        ]
 
     @functools.cached_property
     def images(self) -> dict[str, Path]:
@@ -101,24 +105,21 @@ def _describe(dataset: Dataset) -> dict:
     libraries = json.loads(attributes.get("library_versions", "{}"))
     count = len(arrays["n_blocks"])
     grids = ("n_blocks", "belt_velocity", "noise", "time_step", "seed")
+    tables = {"slips": "slips", "avalanches": "avalanches", "section": "section points"}
+    tables |= {"time": "samples", "events": "events"}
+    contents = [f"{len(arrays[key])} {words}" for key, words in tables.items() if key in arrays]
     return {name: _grid(arrays[name]) for name in grids} | {
         "name": attributes["dataset"],
         "kind": attributes["kind"],
         "method": str(attributes["method"]),
         "duration": length(attributes["duration"]),
         "transient": length(attributes.get("transient", 0.0)),
-        "size": ", ".join([f"{count} point{'s' * (count != 1)}", *_contents(arrays)]),
+        "size": ", ".join([f"{count} point{'s' * (count != 1)}", *contents]),
         "energy_residual": "" if residual is None else f"{np.nanmax(np.abs(residual)):.1e}",
         "code_version": str(attributes["code_version"]),
         "processor": str(attributes.get("processor", "")),
         "libraries": ", ".join(f"{name} {number}" for name, number in libraries.items()),
     }
-
-
-def _contents(arrays: Mapping[str, np.ndarray]) -> list[str]:
-    tables = ("slips", "avalanches", "section", "time", "events")
-    names = {"time": "samples", "section": "section points"}
-    return [f"{len(arrays[t])} {names.get(t, t)}" for t in tables if t in arrays]
 
 
 def _grid(values: np.ndarray) -> str:

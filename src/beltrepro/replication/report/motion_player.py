@@ -9,19 +9,22 @@ from beltrepro.model.units import TIME_S
 from beltrepro.replication.plan import files
 from beltrepro.replication.report.material import Material
 
-_TITLES = {
-    "play_u1": "Avalanches",
-    "play_u17": "Intermittency",
-    "play_u25": "Continuous slip",
-    "play_n10": "Ten blocks",
+_WORDS = {  # title, and what to see
+    "play_u1": ("Avalanches", "The blocks ride on the belt for long and slip back in avalanches."),
+    "play_u17": (
+        "Intermittency",
+        "Swings, large and small, are now and then broken by long slips of the last block.",
+    ),
+    "play_u25": (
+        "Continuous slip",
+        "The motion is irregular at first, until the last block slips without a stop.",
+    ),
+    "play_n10": (
+        "Ten blocks",
+        "A longer chain: slips run along it, and only some reach the last one.",
+    ),
 }
-_WORDS = {
-    "play_u1": "The blocks ride on the belt for long and slip back in avalanches.",
-    "play_u17": "Swings, large and small, are now and then broken by long slips of the last block.",
-    "play_u25": "The motion is irregular at first, until the last block slips without a stop.",
-    "play_n10": "A longer chain: slips run along it, and only some reach the last one.",
-}
-NEEDS = tuple(_TITLES)
+NEEDS = tuple(_WORDS)
 
 _SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 _FASTEST_FIRST = 25.0  # belt velocity; slower belts are first shown at a higher speed
@@ -46,9 +49,15 @@ def _motion(name: str, dataset: Dataset) -> dict:
     low, high = positions.min(), positions.max()
     levels = np.round(_LEVELS * (positions - low) / (high - low))
     last = positions[:, -1]
+    noise = f"σ = {about['noise']:g}" if about["noise"] else "no noise"
+    chain = f"N = {about['n_blocks']:g}, u = {velocity:g}, {noise}."
+    title, words = _WORDS[name]
+    # a telling still: the first sample in which most blocks slip and others are stuck
+    slipping = np.count_nonzero(directions, axis=1)
+    mixed = np.where(slipping < directions.shape[1], slipping, 0)
     return {
-        "title": f"{_TITLES[name]}, u = {velocity:g}",
-        "words": f"{_chain(about)} {_WORDS[name]} {_longest(directions[:, -1], time)}",
+        "title": f"{title}, u = {velocity:g}",
+        "words": f"{chain} {words} {_longest(directions[:, -1], time)}",
         "n_blocks": int(about["n_blocks"]),
         "u": velocity,
         "rest": float(about["rest_length"]),
@@ -57,7 +66,7 @@ def _motion(name: str, dataset: Dataset) -> dict:
         "second": TIME_S,
         "speed": _speed(velocity),
         "samples": len(time),
-        "still": _still(directions),
+        "still": int(np.argmax(mixed)),
         "visible": float(_ROOM * high),
         "range": [float(last.min()), float(last.max())],
         "low": float(low),
@@ -65,11 +74,6 @@ def _motion(name: str, dataset: Dataset) -> dict:
         "positions": base64.b64encode(levels.astype("<u2").tobytes()).decode(),
         "signs": "".join(np.array(["<", "s", ">"])[directions.astype(int).ravel() + 1]),
     }
-
-
-def _chain(about: dict) -> str:
-    noise = f"σ = {about['noise']:g}" if about["noise"] else "no noise"
-    return f"N = {about['n_blocks']:g}, u = {about['belt_velocity']:g}, {noise}."
 
 
 def _longest(directions: np.ndarray, time: np.ndarray) -> str:
@@ -87,10 +91,3 @@ def _speed(velocity: float) -> float:
     """The first of the speeds at which a belt this slow moves as fast as others in real time."""
     wanted = min(_FASTEST_FIRST / velocity, max(_SPEEDS))
     return max(speed for speed in _SPEEDS if speed <= max(wanted, 1.0))
-
-
-def _still(directions: np.ndarray) -> int:
-    """The first sample in which most blocks slip and others are stuck: a telling still."""
-    slipping = np.count_nonzero(directions, axis=1)
-    mixed = np.where(slipping < directions.shape[1], slipping, 0)
-    return int(np.argmax(mixed))

@@ -24,16 +24,10 @@ def render(output: Path, material: Material) -> None:
     Every number in it comes from the files in the material. A section whose files lack is left out.
     """
     shown = [section for section in SECTIONS if material.has(section.needs)]
-    html = (
-        _environment()
-        .get_template("templates/page.html.j2")
-        .render(
-            style="".join(map(_style, STYLES)),
-            preset=material.preset,
-            summary=_body(SUMMARY, material),
-            parts=[(section, _body(section, material)) for section in shown],
-        )
-    )
+    parts = [(section, _body(section, material)) for section in shown]
+    about = {"preset": material.preset, "summary": _body(SUMMARY, material), "parts": parts}
+    template = _environment().get_template("templates/page.html.j2")
+    html = template.render(about, style="".join(map(_style, STYLES)))
     with replacing(output) as unfinished:
         unfinished.write_text(html, encoding="utf-8")
 

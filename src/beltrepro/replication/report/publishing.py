@@ -20,7 +20,7 @@ from beltrepro.replication.plan import manifest
 from beltrepro.replication.report.claim_results import Results, count, read
 from beltrepro.replication.report.sentences import filled, place_of, typeset
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, PARTLY, UNDECIDED
-from beltrepro.replication.verdicts.ledger import load_ledger
+from beltrepro.replication.verdicts.ledger import load_ledger, read_yaml
 
 PLACE = Path("docs/results")
 LIMIT = 20_000_000  # bytes of a published run, as repositories and their readers bear them
@@ -29,50 +29,7 @@ FILES = ("report.html", "article.pdf", "claims.csv", "estimates.csv")
 FIRST = ("paper", "standard", "smoke")  # the run that README.md shows: the first that is published
 BEGIN, END = "<!-- results: written by `make publish` -->", "<!-- end of results -->"
 
-# What README.md says was found: sentences with places for numbers (see `sentences`), each with the
-# verdicts on which it rests. Publishing the run `paper` is refused where one is another; of other
-# runs the sentence is left out.
-FOUND = (
-    (
-        "Noise acts as printed. At σ = 2.2 r falls at u = {uc-sigma22: u_c}; the paper prints 19. "
-        "At u = 7 it rises at σ = {sigma-c-u7: sigma_c}; the paper prints 0.75.",
-        {"uc-sigma22": HOLDS, "sigma-c-u7": HOLDS},
-    ),
-    (
-        "Without noise r of five blocks falls by a factor of {r-jump: ratio}, near the printed "
-        "velocity.",
-        {"r-jump": HOLDS},
-    ),
-    (
-        "Five blocks do not stay chaotic. Of the runs at u ≤ 15, outside the periodic windows, a "
-        "share of {permanent-chaos} does; by the paper all should. The exact motion ends on "
-        "periodic orbits, some of thousands of slips.",
-        {"permanent-chaos": FAILS},
-    ),
-    (
-        "Nothing is scale-free. Sizes and energies of slips follow no power law, and the power "
-        "spectrum falls with the exponent {spectrum-exponent: exponent}, not as 1/f.",
-        {"slip-size-exponent": FAILS, "slip-energy-exponent": FAILS, "spectrum-exponent": FAILS},
-    ),
-    (
-        "With the noise of 1 to 2 that the paper assigns to its experiment, the model does not "
-        "move as the recordings do.",
-        {"sigma-experiment": FAILS},
-    ),
-)
-
-# Numbers in README.md: what it is, its place (see `sentences`), and what the paper says where it
-# prints no number of this name.
-HEADLINE = (
-    ("critical velocity without noise, five blocks", "u-critical: critical", ""),
-    ("factor by which r falls there", "r-jump: ratio", "6.5"),
-    ("critical velocity at σ = 2.2", "uc-sigma22: u_c", ""),
-    ("σ at which r rises at u = 7", "sigma-c-u7: sigma_c", ""),
-    ("exponent of the power spectrum at u = 1", "spectrum-exponent: exponent", ""),
-    ("exponent of slip sizes", "slip-size-exponent", ""),
-    ("r at 0.22 m/s", "r-experiment: r_022", ""),
-    ("r at 0.28 m/s", "r-experiment: r_028", ""),
-)
+WORDS = read_yaml("beltrepro.replication.report", "readme.yaml")
 
 
 def publish(results: Path, place: Path = PLACE) -> Path:
@@ -128,15 +85,16 @@ def _block(folder: Path) -> Iterator[str]:
     results = read(folder)
     counts = count(results)
     number = counts.by_verdict
-    for template, verdicts in FOUND:
-        if sentence := _found(template, verdicts, results, strict=folder.name == FIRST[0]):
+    for entry in WORDS["found"]:
+        if sentence := _found(**entry, results=results, strict=folder.name == FIRST[0]):
             yield f"- {sentence}"
     yield ""
     yield "| | printed | measured (95 %) |"
     yield "| --- | --- | --- |"
-    for what, place, said in HEADLINE:
-        if measured := filled(f"{{{place}}}", results):
-            yield f"| {what} | {said or _printed(place)} | {measured} |"
+    for entry in WORDS["numbers"]:
+        if measured := filled(f"{{{entry['place']}}}", results):
+            printed = entry.get("printed") or _printed(entry["place"])
+            yield f"| {entry['what']} | {printed} | {measured} |"
     yield ""
     yield (
         f"Of {counts.testable} statements that can be tested {number[HOLDS]} hold, "
@@ -145,22 +103,17 @@ def _block(folder: Path) -> Iterator[str]:
     )
 
 
-def _found(
-    template: str, verdicts: dict[str, str], results: Results, *, strict: bool
-) -> str | None:
-    """A sentence on what was found, None if a verdict on which it rests is another.
-
-    strict : raise InputError instead.
-    """
-    for name, verdict in verdicts.items():
+def _found(text: str, rests_on: dict[str, str], results: Results, *, strict: bool) -> str | None:
+    """A sentence on what was found; if a verdict on which it rests is another: None or an error."""
+    for name, verdict in rests_on.items():
         if results[name].verdict != verdict:
             if strict:
                 raise InputError(
-                    f"README.md would say {template!r}: {name} must be {verdict!r} for that, and "
-                    f"is {results[name].verdict!r}; change `FOUND` in publishing.py"
+                    f"README.md would say {text!r}: {name} must be {verdict!r} for that, and "
+                    f"is {results[name].verdict!r}; change readme.yaml beside publishing.py"
                 )
             return None
-    return filled(template, results)
+    return filled(text, results)
 
 
 def _printed(place: str) -> str:
@@ -197,18 +150,13 @@ def _link_pictures(folder: Path) -> None:
 
 
 def _take_colours(folder: Path) -> None:
+    """Give each picture a palette, where that makes it smaller."""
     for path in (folder / "figures").glob("*.png"):
-        path.write_bytes(_fewer_colours(path.read_bytes()))
-
-
-def _fewer_colours(picture: bytes) -> bytes:
-    """The picture with a palette, if that makes it smaller."""
-    smaller = io.BytesIO()
-    with Image.open(io.BytesIO(picture)) as image:
-        image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(
-            smaller, format="PNG", optimize=True
-        )
-    return min(picture, smaller.getvalue(), key=len)
+        smaller = io.BytesIO()
+        with Image.open(path) as image:
+            palette = image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+            palette.save(smaller, format="PNG", optimize=True)
+        path.write_bytes(min(path.read_bytes(), smaller.getvalue(), key=len))
 
 
 def _list(folder: Path) -> None:

@@ -67,13 +67,7 @@ class OtherRun:
 
 def printed(results: Iterable[Result]) -> list[Printed]:
     """The numbers that the paper prints for claims with other readings."""
-    return [
-        number
-        for result in results
-        if result.claim.open
-        for name, value in _printed_values(result)
-        for number in _span(result, name, value)
-    ]
+    return [number for result in results if result.claim.open for number in _printed(result)]
 
 
 def depends_on_reading(result: Result) -> str:
@@ -95,14 +89,26 @@ def shifts(results: Results) -> dict[str, list[Shift]]:
             what = result.claim.changes.get(reading.name)
             for number in result.counted.judged if what else ():
                 other = reading.numbers.get(number.name)
-                if other is not None and _measured(number) and _measured(other):
+                if other is None:
+                    continue
+                if not math.isnan(number.estimate.value) and not math.isnan(other.estimate.value):
                     by_change[what].append(Shift(result, what, reading, number, other))
     return by_change
 
 
 def compared(results: Results, tables: Iterable[Path]) -> list[OtherRun]:
     """Other runs, by their tables of claims."""
-    return [_other_run(path, results) for path in tables]
+    runs = []
+    for path in tables:
+        verdicts = {
+            row["id"]: row["verdict"]
+            for row in read_claims(path).to_dict("records")
+            if not row["variant"] and row["id"] in results
+            if row["criterion"] == results[row["id"]].criterion
+        }
+        same = sum(results[name].verdict == verdict for name, verdict in verdicts.items())
+        runs.append(OtherRun(path.parent.name, verdicts, same))
+    return runs
 
 
 def differing(results: Results, others: list[OtherRun]) -> list[tuple[Result, list[str]]]:
@@ -114,44 +120,19 @@ def differing(results: Results, others: list[OtherRun]) -> list[tuple[Result, li
     return [(result, row) for result, row in rows if {*row} - {"", result.verdict}]
 
 
-def _other_run(path: Path, results: Results) -> OtherRun:
-    table = read_claims(path)
-    rows = table[table["variant"] == ""].to_dict("records")
-    verdicts = {
-        row["id"]: row["verdict"]
-        for row in rows
-        if row["id"] in results and row["criterion"] == results[row["id"]].criterion
-    }
-    same = sum(results[name].verdict == verdict for name, verdict in verdicts.items())
-    return OtherRun(path.parent.name, verdicts, same)
-
-
-def _printed_values(result: Result) -> Iterator[tuple[str, float]]:
-    """Names of numbers and what is printed for them; pairs and whole tables are left out."""
+def _printed(result: Result) -> Iterator[Printed]:
+    """What is printed for single numbers, if they are judged against a range that has it in it."""
     paper, judged = result.claim.paper, result.counted.judged
-    if isinstance(paper, dict):
-        yield from ((name, value) for name, value in paper.items() if _is_number(value))
-    elif _is_number(paper) and len(judged) == 1:
-        yield judged[0].name, paper
-
-
-def _span(result: Result, name: str, value: float) -> Iterator[Printed]:
-    """Nothing if the number is not judged against a range that has the printed one in it."""
-    number = result.counted.numbers.get(name)
-    if number is None or number.allowed is None:
-        return
-    if not number.allowed[0] <= value <= number.allowed[1]:
-        return
-    numbers = [reading.numbers[name] for reading in result.readings if name in reading.numbers]
-    lows = [n.estimate.low for n in numbers if math.isfinite(n.estimate.low)]
-    highs = [n.estimate.high for n in numbers if math.isfinite(n.estimate.high)]
-    if lows and highs:
-        yield Printed(result, name, float(value), min(lows), max(highs))
-
-
-def _measured(number: Number) -> bool:
-    return not math.isnan(number.estimate.value)
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    if not isinstance(paper, dict):
+        paper = {judged[0].name: paper} if len(judged) == 1 else {}
+    allowed = {number.name: number.allowed for number in judged}
+    for name, value in paper.items():
+        if isinstance(value, bool) or not isinstance(value, int | float) or name not in allowed:
+            continue
+        if not allowed[name][0] <= value <= allowed[name][1]:
+            continue
+        numbers = [reading.numbers[name] for reading in result.readings if name in reading.numbers]
+        lows = [n.estimate.low for n in numbers if math.isfinite(n.estimate.low)]
+        highs = [n.estimate.high for n in numbers if math.isfinite(n.estimate.high)]
+        if lows and highs:
+            yield Printed(result, name, float(value), min(lows), max(highs))

@@ -6,7 +6,7 @@ import statistics
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from beltrepro.replication.report.claim_results import Results, judged_numbers, with_verdict
+from beltrepro.replication.report.claim_results import Results, with_verdict
 from beltrepro.replication.report.readings import OtherRun
 from beltrepro.replication.verdicts.criteria import NOT_MEASURED, UNDECIDED
 
@@ -27,7 +27,7 @@ def trust(
             else f"those of the paper t = {length(PAPER_DURATION)}"
         )
         yield f"The runs that most verdicts rest on last t = {length(duration)}, {compared}."
-    numbers = judged_numbers(results)
+    numbers = [number for result in results.values() for number in result.counted.judged]
     runs = [number.estimate.runs for number in numbers if number.estimate.runs is not None]
     if runs:
         yield (

@@ -1,91 +1,47 @@
 """Measure every claim of the ledger."""
 
 import logging
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
 from itertools import chain
+from typing import NamedTuple
 
 import pandas as pd
 
 from beltrepro.replication.plan import registry
 from beltrepro.replication.studies.avalanches import claims as avalanches
-from beltrepro.replication.studies.chaos import claims as motion
+from beltrepro.replication.studies.chaos import claims as chaos
 from beltrepro.replication.studies.experiment import claims as experiment
 from beltrepro.replication.studies.experiment import claims_noise as noise_of_experiment
 from beltrepro.replication.studies.integrators import claims as integrators
-from beltrepro.replication.studies.laws import claims as model
-from beltrepro.replication.studies.noise import claims as transition_with_noise
-from beltrepro.replication.studies.noise import claims_intermittency as intermittency
-from beltrepro.replication.studies.sizes import claims as system_size
-from beltrepro.replication.studies.sizes import claims_motion as motion_of_sizes
-from beltrepro.replication.studies.sizes import claims_noise as noise_and_size
-from beltrepro.replication.studies.transition import claims as transition_without_noise
-from beltrepro.replication.studies.transition import claims_motion as without_noise
-from beltrepro.replication.studies.transition import claims_transients as transients
-from beltrepro.replication.verdicts.criteria import (
-    FEW_RUNS,
-    NOT_MEASURED,
-    Judgement,
-    Measurement,
-    bounds,
-    judge,
-    show,
-)
+from beltrepro.replication.studies.laws import claims as laws
+from beltrepro.replication.studies.noise import claims as noise
+from beltrepro.replication.studies.sizes import claims as sizes
+from beltrepro.replication.studies.transition import claims as transition
+from beltrepro.replication.verdicts import criteria
+from beltrepro.replication.verdicts.criteria import NOT_MEASURED, Judgement, Measurement
 from beltrepro.replication.verdicts.evidence import Evidence
 from beltrepro.replication.verdicts.ledger import REGISTRY, Claim, load_ledger
 from beltrepro.stats.errors import NotEnoughDataError
 
-SECTIONS = (
-    model,
-    experiment,
-    without_noise,
-    transition_without_noise,
-    avalanches,
-    motion,
-    transients,
-    transition_with_noise,
-    intermittency,
-    noise_of_experiment,
-    motion_of_sizes,
-    system_size,
-    noise_and_size,
-    integrators,
+# Importing them registers the functions of their claims.
+STUDIES = (
+    *(avalanches, chaos, experiment, noise_of_experiment, integrators),
+    *(laws, noise, sizes, transition),
 )
 COLUMNS = (
-    "id",
-    "figure",
-    "kind",
-    "variant",
-    "statement",
-    "paper",
-    "measured",
-    "runs",
-    "criterion",
-    "verdict",
-    "reason",
-    "note",
-    "dataset",
-)
+    "id", "figure", "kind", "variant", "statement", "paper", "measured", "runs", "criterion",
+    "verdict", "reason", "note", "dataset",
+)  # fmt: skip
 ESTIMATE_COLUMNS = (
-    "id",
-    "variant",
-    "name",
-    "value",
-    "low",
-    "high",
-    "runs",
-    "allowed_low",
-    "allowed_high",
-    "verdict",
-    "figures",
-)
+    "id", "variant", "name", "value", "low", "high", "runs", "allowed_low", "allowed_high",
+    "verdict", "figures",
+)  # fmt: skip
 
 logger = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True)
-class Measured:
+class Measured(NamedTuple):
     """Claims with their verdicts, and the numbers that these rest on.
 
     claims : one row per claim in the order of the ledger, and below it one row per further reading
@@ -101,121 +57,86 @@ class Measured:
 
 
 def measure(datasets: dict, settings: dict) -> Measured:
-    """Measured values and verdict of every claim.
-
-    Only the reading that counts gives the verdict of a claim; other readings have their own.
-    """
+    """Measured values and verdict of every claim, of each reading by itself."""
     evidence = Evidence(datasets, settings)
-    rows = [_rows(evidence, name) for name in load_ledger()]
-    claims, estimates = (list(chain.from_iterable(each)) for each in zip(*rows, strict=True))
+    rows = [rows_of for claim in load_ledger().values() for rows_of in _rows(evidence, claim)]
+    claims, estimates = zip(*rows, strict=True)
     return Measured(
         pd.DataFrame(claims, columns=list(COLUMNS)),
-        pd.DataFrame(estimates, columns=list(ESTIMATE_COLUMNS)),
+        pd.DataFrame(chain.from_iterable(estimates), columns=list(ESTIMATE_COLUMNS)),
     )
 
 
-def _rows(evidence: Evidence, name: str) -> tuple[list[dict], list[dict]]:
-    """Rows of a claim in both tables, for all its readings."""
-    claim = load_ledger()[name]
+def _rows(evidence: Evidence, claim: Claim) -> list[tuple[dict, list[dict]]]:
+    """Rows of a claim in both tables, for each reading; the one that counts has no name."""
     evidence.start(claim)
-    claims, estimates = [], []
-    for variant, reading in _readings(claim, evidence).items():
-        found = _judged(claim, variant, reading)
-        claims.append(_row(found, evidence))
-        estimates += _estimate_rows(found)
-    return claims, estimates
-
-
-@dataclass(frozen=True)
-class _Judged:
-    """A claim in one reading."""
-
-    claim: Claim
-    variant: str
-    measurement: Measurement
-    judgement: Judgement
-    note: str
-
-
-def _readings(claim: Claim, evidence: Evidence) -> dict[str, Callable[[], Measurement]]:
-    """Readings as functions, the one that counts first and without a name.
-
-    A claim function that finds no data is a reading that says so.
-    """
     function = REGISTRY.get(claim.id, lambda evidence: Measurement())
-    try:
-        found = function(evidence)
-    except Exception as error:
-        return {"": partial(_raise, error)}
-    if not isinstance(found, dict):
-        return {"": lambda: found}
-    first, *others = found
-    return {"": found[first]} | {name: found[name] for name in others}
+    measurement, *outcome = _tried(claim, lambda: function(evidence))
+    if not isinstance(measurement, dict):
+        return [_rows_of_reading(evidence, claim, "", measurement, *outcome)]
+    return [
+        _rows_of_reading(evidence, claim, name if number else "", *_tried(claim, reading))
+        for number, (name, reading) in enumerate(measurement.items())
+    ]
 
 
-def _judged(claim: Claim, variant: str, reading: Callable[[], Measurement]) -> _Judged:
+def _tried(claim: Claim, reading: Callable) -> tuple[Measurement | dict, Judgement, str]:
+    """What a reading measures, the verdict, and the reason if it measures nothing.
+
+    The function of a claim may return its readings by name instead.
+    """
     try:
         measurement = reading()
-        judgement = judge(claim.criterion, measurement)
+        if isinstance(measurement, dict):
+            return measurement, Judgement(""), ""
+        return measurement, criteria.judge(claim.criterion, measurement), ""
     except NotEnoughDataError as error:
-        return _Judged(claim, variant, Measurement(), Judgement(NOT_MEASURED), str(error))
+        reason = str(error)
     except Exception as error:  # a fault in one claim must not cost the rest of a long run
         logger.exception("claim %s", claim.id)
         reason = f"fault in its code, see the log: {type(error).__name__}: {error}"
-        return _Judged(claim, variant, Measurement(), Judgement(NOT_MEASURED), reason)
+    return Measurement(), Judgement(NOT_MEASURED), reason
+
+
+def _rows_of_reading(
+    evidence: Evidence,
+    claim: Claim,
+    variant: str,
+    measurement: Measurement,
+    judgement: Judgement,
+    missing: str,
+) -> tuple[dict[str, str], list[dict[str, object]]]:
     runs = measurement.runs
-    few = f"rests on {runs} run{'s' * (runs > 1)}" if runs and runs < FEW_RUNS else ""
+    few = f"rests on {runs} run{'s' * (runs > 1)}" if runs and runs < criteria.FEW_RUNS else ""
     # Why there is nothing to test against comes first, then what was found all the same.
-    note = _joined(claim.reason, measurement.note, few)
-    return _Judged(claim, variant, measurement, judgement, note)
-
-
-def _raise(error: Exception) -> Measurement:
-    raise error
-
-
-def _row(found: _Judged, evidence: Evidence) -> dict[str, str]:
-    claim, runs = found.claim, found.measurement.runs
-    return {
+    notes = (missing,) if missing else (claim.reason, measurement.note, few)
+    row = {
         "id": claim.id,
         "figure": "" if claim.figure is None else str(claim.figure),
         "kind": claim.kind,
-        "variant": found.variant,
+        "variant": variant,
         "statement": claim.statement,
-        "paper": show(claim.paper),
-        "measured": found.measurement.words,
+        "paper": criteria.show(claim.paper),
+        "measured": measurement.words,
         "runs": "" if runs is None else str(runs),
         "criterion": claim.criterion["text"],
-        "verdict": found.judgement.verdict,
-        "reason": found.judgement.reason,
-        "note": found.note,
+        "verdict": judgement.verdict,
+        "reason": judgement.reason,
+        "note": ". ".join(dict.fromkeys(filter(None, notes))),
         "dataset": ", ".join(evidence.used or claim.needs),
     }
-
-
-def _estimate_rows(found: _Judged) -> list[dict[str, object]]:
-    allowed = found.claim.criterion.get("allowed", {})
-    rows: list[dict[str, object]] = []
-    for name, each in (found.measurement.judged | found.measurement.also).items():
-        own = name in allowed and name in found.measurement.judged
-        low, high = bounds(allowed[name]) if own else (float("nan"), float("nan"))
-        rows.append(
-            {
-                "id": found.claim.id,
-                "variant": found.variant,
-                "name": name,
-                "value": each.value,
-                "low": each.low,
-                "high": each.high,
-                "runs": each.runs,
-                "allowed_low": low,
-                "allowed_high": high,
-                "verdict": found.judgement.components.get(name, "") if own else "",
-                "figures": ", ".join(registry.figures_with(found.claim.id, found.variant, name)),
-            }
-        )
-    return rows
-
-
-def _joined(*parts: str) -> str:
-    return ". ".join(dict.fromkeys(part for part in parts if part))
+    allowed = claim.criterion.get("allowed", {})
+    ranges = {name: criteria.bounds(allowed[name]) for name in measurement.judged.keys() & allowed}
+    estimates = [
+        {
+            "id": claim.id,
+            "variant": variant,
+            "name": name,
+            **{key: getattr(estimate, key) for key in ("value", "low", "high", "runs")},
+            **dict(zip(ESTIMATE_COLUMNS[7:9], ranges.get(name, (math.nan, math.nan)), strict=True)),
+            "verdict": judgement.components.get(name, ""),
+            "figures": ", ".join(registry.figures_with(claim.id, variant, name)),
+        }
+        for name, estimate in (measurement.judged | measurement.also).items()
+    ]
+    return row, estimates

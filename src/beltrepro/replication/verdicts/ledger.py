@@ -32,19 +32,12 @@ REGISTRY: dict[str, Callable] = {}
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 KINDS = ("number", "shape", "construction")
 # What a reading can change that the paper leaves to the one who computes.
-CHANGES = (
-    "integrator",
-    "time step",
-    "initial state",
-    "transient",
-    "length",
-    "number of runs",
-)
+CHANGES = ("integrator", "time step", "initial state", "transient", "length", "number of runs")
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One entry of the ledger; the fields are explained in `ledger/README.md`."""
+    """One entry of the ledger; the fields are explained in README.md beside this file."""
 
     id: str
     section: str

@@ -28,11 +28,7 @@ PRINTED = {"slip-size-exponent": -1.47, "slip-energy-exponent": -0.87}  # in the
 
 @style.styled
 def draw(data, caption):
-    """a: density of the slip sizes of the last block; b: of the energy dissipated in avalanches.
-
-    Filled: the reading drawn with its fit; open: another reading of the same words. Bins of equal
-    width in the logarithm; the fit spans `measure.falling_range`.
-    """
+    """a: density of the slip sizes of the last block; b: of the energy dissipated in avalanches."""
     panels.require(data, FIGURE)
     catalogue = data["slips_u1"]
     n_slips = measure.last_block_energies(catalogue).values.size
@@ -82,13 +78,11 @@ def _other_reading(axes, sample, label):
 
 
 def _finish(axes, xlabel, ylabel, claim):
-    axes.set(xlabel=xlabel, ylabel=ylabel)
-    axes.set(xscale="log", yscale="log")
+    axes.set(xlabel=xlabel, ylabel=ylabel, xscale="log", yscale="log")
     if axes.lines:
         panels.plain_log(axes.xaxis)
         low, high = axes.get_ylim()
         axes.set_ylim(low, high * (high / low) ** 0.35)
-        legend = axes.legend(loc="upper right")
-        for text in legend.get_texts():
+        for text in axes.legend(loc="upper right").get_texts():
             if "alpha" in text.get_text():
                 marks.shown(text, claim, "exponent")

@@ -11,7 +11,6 @@ from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.fits import PowerLawFit, fit_log_log
 
-FRAMES = ("laboratory", "belt")
 MINIMUM_COUNT = 10
 BINS_PER_DECADE = 10
 CUTOFF_QUANTILE = 0.99
@@ -53,16 +52,11 @@ def slip_sizes(catalogue, frame: str = "laboratory") -> Sample:
     return Sample(sizes[sizes > 0], chain[sizes > 0])
 
 
-def avalanches_with_last_block(catalogue) -> np.ndarray:
-    """Avalanches that take in a slip of the last block."""
-    slips, avalanches, n_blocks = parts(catalogue)
-    return avalanches[with_last_block(avalanches, slips, n_blocks)]
-
-
-def avalanche_energies(catalogue) -> Sample:
+def avalanche_energies(catalogue, name: str = "dissipated") -> Sample:
     """Energies that the chain dissipates in avalanches with the last block (Fig. 9b)."""
-    avalanches = avalanches_with_last_block(catalogue)
-    return Sample(avalanches["dissipated"], avalanches["point"])
+    slips, avalanches, n_blocks = parts(catalogue)
+    avalanches = avalanches[with_last_block(avalanches, slips, n_blocks)]
+    return Sample(avalanches[name], avalanches["point"])
 
 
 def all_energies(catalogue) -> Sample:
@@ -87,8 +81,7 @@ def energies_until_stop(catalogue) -> Sample:
 
 def spring_energy_drops(catalogue) -> Sample:
     """Energies that the springs lose in avalanches with the last block."""
-    avalanches = avalanches_with_last_block(catalogue)
-    return Sample(avalanches["spring_energy_drop"], avalanches["point"])
+    return avalanche_energies(catalogue, "spring_energy_drop")
 
 
 def last_block_slips(slips: np.ndarray, n_blocks: int) -> np.ndarray:
@@ -100,8 +93,6 @@ def last_block_slip_sizes(
     slips: np.ndarray, n_blocks: int, belt_velocity: float, frame: str = "laboratory"
 ) -> np.ndarray:
     """Slip sizes of the last block: coordinate where it starts to slip minus where it stops."""
-    if frame not in FRAMES:
-        raise ValueError(f"frame = {frame!r}: allowed are {', '.join(FRAMES)}")
     of_last = last_block_slips(slips, n_blocks)
     sizes = of_last["start_position"] - of_last["stop_position"]
     if frame == "belt":
@@ -232,10 +223,7 @@ def log_histogram(
 def density_error(
     values: npt.ArrayLike, run: npt.ArrayLike, centre: np.ndarray, *, bins_per_decade: int
 ) -> np.ndarray:
-    """Standard error of a density from `log_histogram`, by leaving out one run after the other.
-
-    Values of one run hang together, so that their number says little of the error.
-    """
+    """Standard error of a density from `log_histogram`, by leaving out one run after the other."""
     values, run = np.asarray(values, dtype=float), np.asarray(run)
     names, member = np.unique(run[values > 0], return_inverse=True)
     if names.size < 2:
@@ -274,8 +262,7 @@ def fit_density(
     centre: np.ndarray, density: np.ndarray, count: np.ndarray, *, low: float, high: float
 ) -> PowerLawFit:
     """Power law through a histogram density, bins between low and high weighted by their counts."""
-    edge = 1e-9
-    return fit_log_log(centre, density, low=low * (1 - edge), high=high * (1 + edge), weight=count)
+    return fit_log_log(centre, density, low=low * (1 - 1e-9), high=high * (1 + 1e-9), weight=count)
 
 
 class FallingDensity(NamedTuple):
@@ -405,9 +392,7 @@ def growth(
 
 def _resampled(log_cutoff: Callable[[np.ndarray], float], sample: Sample) -> Estimate:
     """Logarithm of a cutoff, with an interval from chains drawn anew."""
-    values = sample.by_chain()
-    chains = np.empty(len(values), dtype=object)
-    chains[:] = values
+    chains = np.fromiter(sample.by_chain(), dtype=object)
     return estimates.bootstrap(
         lambda drawn: log_cutoff(np.concatenate(list(drawn))),
         [chains],

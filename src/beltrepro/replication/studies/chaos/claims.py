@@ -53,10 +53,7 @@ def poincare(evidence):
 
 
 def _dimension(coordinates: np.ndarray, run: np.ndarray, n_groups: int) -> Estimate:
-    """Dimension with the scatter of groups of runs and the error of the fit in its interval.
-
-    n_groups : of runs, fewer where there are too few points.
-    """
+    """Dimension with the scatter of groups of runs and the error of the fit in its interval."""
     runs, place = np.unique(run, return_inverse=True)
     n_groups = min(n_groups, runs.size, run.size // POINTS_OF_GROUP)
     require(n_groups >= FEWEST_GROUPS, f"{run.size} section points are too few")
@@ -75,10 +72,8 @@ def u15_aperiodic(evidence):
     """Whether runs at u = 15 stay irregular, and their exponent."""
 
     def measure(runs):
-        return Measurement(
-            {"irregular for 1e5": runs.irregular_for(LONG), "exponent": runs.exponent},
-            note=runs.words,
-        )
+        judged = {"irregular for 1e5": runs.irregular_for(LONG), "exponent": runs.exponent}
+        return Measurement(judged, note=runs.words)
 
     return by_spread(evidence, measure)
 
@@ -86,20 +81,12 @@ def u15_aperiodic(evidence):
 @claim("permanent-chaos")
 def permanent_chaos(evidence):
     """Share of runs for u <= 15 that stay chaotic, of those that do not end in a window."""
+    spread, step = (evidence.claim.parameters[name] for name in ("initial_spread", "time_step"))
+    stays = partial(_stays_irregular, evidence)
     return {
         "chaotic to the end": partial(_stays_chaotic, evidence),
-        "irregular for 1e5": partial(
-            _stays_irregular,
-            evidence,
-            "survival",
-            initial_spread=evidence.claim.parameters["initial_spread"],
-        ),
-        "irregular for 1e5 by the paper's scheme": partial(
-            _stays_irregular,
-            evidence,
-            "steps",
-            time_step=evidence.claim.parameters["time_step"],
-        ),
+        "irregular for 1e5": partial(stays, "survival", initial_spread=spread),
+        "irregular for 1e5 by the paper's scheme": partial(stays, "steps", time_step=step),
     }
 
 

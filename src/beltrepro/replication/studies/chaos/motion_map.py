@@ -133,16 +133,10 @@ def _draw_verdicts(axes, points, table):
     rows = rows.loc[observed.index].drop_duplicates(["n_blocks", "belt_velocity"], keep="last")
     for verdict, (marker, words) in _MARKS.items():
         those = rows[rows["verdict"] == verdict]
-        axes.plot(
-            np.searchsorted(velocities, those["belt_velocity"]),
-            np.searchsorted(sizes, those["n_blocks"]),
-            marker,
-            label=words,
-            color="white",
-            markeredgecolor="black",
-            markeredgewidth=0.7,
-            markersize=5,
-        )
+        place = np.searchsorted(velocities, those["belt_velocity"])
+        look = {"markeredgecolor": "black", "markeredgewidth": 0.7, "markersize": 5}
+        line = np.searchsorted(sizes, those["n_blocks"])
+        axes.plot(place, line, marker, label=words, color="white", **look)
 
 
 def _draw_legend(figure, axes):

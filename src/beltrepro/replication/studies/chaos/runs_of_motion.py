@@ -25,16 +25,11 @@ MINIMUM_EXPONENTS = 3
 
 @dataclass(frozen=True)
 class Motions:
-    """What motion runs were found in at their end.
+    """What motion runs were found in at their end."""
 
-    names : one of `motion.MOTIONS` each (R,).
-    returns : returns to the mean length in a period (R,), 0 if the orbit does not close.
-    long : which runs were followed for LONG (R,).
-    """
-
-    names: np.ndarray
-    returns: np.ndarray
-    long: np.ndarray
+    names: np.ndarray  # one of `motion.MOTIONS` each (R,)
+    returns: np.ndarray  # to the mean length in a period (R,), 0 if the orbit does not close
+    long: np.ndarray  # which runs were followed for LONG (R,)
 
     @property
     def open(self) -> np.ndarray:
@@ -52,10 +47,8 @@ class Motions:
 
     def and_also(self, others: Motions) -> Motions:
         """These runs and others."""
-        columns = vars(self)
-        return Motions(
-            **{name: np.r_[columns[name], added] for name, added in vars(others).items()}
-        )
+        pairs = zip(vars(self).values(), vars(others).values(), strict=True)
+        return Motions(*map(np.concatenate, pairs))
 
     @property
     def words(self) -> str:

@@ -22,7 +22,7 @@ from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates
 from beltrepro.stats.errors import require
 
-FILMS = ("belt_022", "belt_028", "belt_035")
+FILMS = films.BELTS
 AT_022, AT_028, INTERMITTENT = FILMS
 SHORTEST_S = 900.0  # of a recording: the paper's are some hundred seconds long
 LAMINAR_SHARE = (0.05, 0.95)
@@ -74,12 +74,12 @@ def _errors(evidence, name):
         seen = true[np.rint(time / interval).astype(int)]
         in_pixels = np.array([error.scatter, error.offset]) / track.metres_per_pixel
         rows.append([*in_pixels, error.scale, _disorder(place) / _disorder(seen) - 1])
-    names = (
+    names = [
         "scatter of x_5 (pixels)",
         "offset of x_5 (pixels)",
         "error of the scale",
         "error of r",
-    )
+    ]
     columns = np.array(rows).T
     return {name: estimates.mean(column) for name, column in zip(names, columns, strict=True)}
 
@@ -144,10 +144,7 @@ def _alternation(evidence, noise, film):
 
 
 def _stretches(recording):
-    """Begin and end of the stretches of small amplitude that last, and of those between small ones.
-
-    Those too short for a spectrum are left out.
-    """
+    """Begin and end of stretches of small amplitude, and between, long enough for a spectrum."""
     begin, end = recording.time_s[[0, -1]]
     between = np.r_[begin, recording.small_s.ravel(), end].reshape(-1, 2)
     shortest = max(LASTING_S, SEGMENT_S) + 2 * recording.interval_s
@@ -196,8 +193,7 @@ def experiment_022(evidence):
 
 
 def _long_slip(evidence, length, *, noise=1.0):
-    longest = _trials(evidence, noise)[length] * TIME_S
-    return _judged_slip(evidence, longest, AT_022)
+    return _judged_slip(evidence, _trials(evidence, noise)[length] * TIME_S, AT_022)
 
 
 def _long_slip_in_film(evidence):
@@ -247,10 +243,8 @@ def _trials(evidence, noise):
     chosen = np.isclose(arrays["belt_velocity"], speed, rtol=1e-3)
     chosen &= np.isclose(arrays["noise"], noise)
     require(chosen.any(), f"no trials at u = {speed:.4g}, sigma = {noise:g}")
-    return {name: arrays[name][chosen] for name in _OF_TRIALS}
-
-
-_OF_TRIALS = ("lasting_share", "lasting_longest", "slip_longest", "all_slip_longest")
+    names = ("lasting_share", "lasting_longest", "slip_longest", "all_slip_longest")
+    return {name: arrays[name][chosen] for name in names}
 
 
 def _recording(evidence, name):

@@ -30,15 +30,14 @@ def r_experiment(evidence):
     """Model r at the belt speeds of the experiment, for every noise level and in films."""
     levels = [float(level) for level in evidence.values(RUNS, "noise")]
     counted = [COUNTED, *(level for level in levels if level != COUNTED)]
-    readings = {
+    return {
         f"sigma = {level:g}": partial(_r_at_speeds, evidence, level, RUNS) for level in counted
+    } | {
+        "sigma = 0, the paper's scheme": partial(
+            _r_at_speeds, evidence, 0.0, "n5_replicates_check"
+        ),
+        "films, sigma = 1": partial(_r_in_films, evidence),
     }
-    scheme = {"sigma = 0, the paper's scheme": "n5_replicates_check"}
-    return (
-        readings
-        | {name: partial(_r_at_speeds, evidence, 0.0, scan) for name, scan in scheme.items()}
-        | {"films, sigma = 1": partial(_r_in_films, evidence)}
-    )
 
 
 def _r_at_speeds(evidence, noise, scan):

@@ -74,10 +74,8 @@ def _draw_disorder(axes, odds):
         rows.groupby("speed_m_s"), _COLOURS, (0.96, 1.04), strict=False
     ):
         place, look = at_speed["noise"] * shift, {"color": colour, "markersize": 4}
-        bars = _reaches(at_speed, "r")
-        axes.errorbar(
-            place, at_speed["r"], bars, fmt="o", elinewidth=1.2, label=f"{speed:g} m/s", **look
-        )
+        middle = {"fmt": "o", "elinewidth": 1.2, "label": f"{speed:g} m/s"}
+        axes.errorbar(place, at_speed["r"], _reaches(at_speed, "r"), **middle, **look)
         axes.plot(place, at_speed["r_least"], "v", markerfacecolor="none", **look)
         axes.axhline(at_speed["r_recorded"].iloc[0], color=colour, linestyle="--", linewidth=1.2)
     axes.legend(loc="lower left", ncols=2, handlelength=1.0, title="lines: experiment")
@@ -94,17 +92,10 @@ def _draw_alternation(axes, table):
     chosen = levels[np.unique(np.linspace(0, levels.size - 1, _LINES).round().astype(int))]
     for number, (noise, colour) in enumerate(zip(chosen, style.shades(chosen.size), strict=True)):
         at_noise = rows[rows["noise"] == noise]
-        axes.errorbar(
-            at_noise["belt_velocity"],
-            at_noise["share"],
-            _reaches(at_noise, "share"),
-            fmt=style.MARKERS[number] + "-",
-            label=rf"$\sigma = {noise:g}$",
-            color=colour,
-            markersize=4,
-            linewidth=1.4,
-            elinewidth=0.5,
-        )
+        columns = at_noise["belt_velocity"], at_noise["share"], _reaches(at_noise, "share")
+        look = {"fmt": style.MARKERS[number] + "-", "label": rf"$\sigma = {noise:g}$"}
+        look |= {"color": colour, "markersize": 4, "linewidth": 1.4, "elinewidth": 0.5}
+        axes.errorbar(*columns, **look)
     for observation, colour in zip(observations.EXPERIMENT, _COLOURS, strict=True):
         axes.axvline(observation.belt_velocity, color=colour, linestyle="--", linewidth=1.2)
     axes.legend(loc="upper left", fontsize=_FONT - 2, handlelength=1.2)

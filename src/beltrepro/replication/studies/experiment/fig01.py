@@ -22,7 +22,6 @@ FIGURE = Figure(
 
 N_BLOCKS = 5
 _BLOCK = 0.62  # side of a block; places of blocks are 1, 2, ... N
-_BELT_TOP = 0.0
 _ROLLER = 0.22
 
 
@@ -55,19 +54,12 @@ def _wall(axes):
 
 def _belt(axes):
     begin, end = 0.25, 1.35 * N_BLOCKS + 0.95
-    axes.add_patch(
-        FancyBboxPatch(
-            (begin + _ROLLER, _BELT_TOP - 2 * _ROLLER),
-            end - begin - 2 * _ROLLER,
-            2 * _ROLLER,
-            boxstyle=f"round,pad=0,rounding_size={_ROLLER}",
-            facecolor="0.93",
-            edgecolor="black",
-            linewidth=2.2,
-        )
-    )
+    corner, size = (begin + _ROLLER, -2 * _ROLLER), (end - begin - 2 * _ROLLER, 2 * _ROLLER)
+    look = {"facecolor": "0.93", "edgecolor": "black", "linewidth": 2.2}
+    rounded = f"round,pad=0,rounding_size={_ROLLER}"
+    axes.add_patch(FancyBboxPatch(corner, *size, boxstyle=rounded, **look))
     for place in np.linspace(begin + 2 * _ROLLER, end - 2 * _ROLLER, 6):
-        centre = (place, _BELT_TOP - _ROLLER)
+        centre = (place, -_ROLLER)
         axes.add_patch(Circle(centre, 0.72 * _ROLLER, facecolor="white", edgecolor="0.35"))
         axes.add_patch(Circle(centre, 0.03, color="0.35"))
     _arrow(axes, (end - 0.12, 0.22), (end + 0.62, 0.22), style.VERMILION)
@@ -75,29 +67,14 @@ def _belt(axes):
 
 
 def _block(axes, place, *, last):
-    axes.add_patch(
-        Rectangle(
-            (place - _BLOCK / 2, _BELT_TOP + 0.02),
-            _BLOCK,
-            _BLOCK,
-            facecolor="white" if last else "0.25",
-            edgecolor="black",
-            linewidth=1.2,
-        )
-    )
-    axes.text(
-        place,
-        _BELT_TOP + _BLOCK / 2,
-        "$m$",
-        ha="center",
-        va="center",
-        size=11,
-        color="black" if last else "white",
-    )
+    colour, ink = ("white", "black") if last else ("0.25", "white")
+    look = {"facecolor": colour, "edgecolor": "black", "linewidth": 1.2}
+    axes.add_patch(Rectangle((place - _BLOCK / 2, 0.02), _BLOCK, _BLOCK, **look))
+    axes.text(place, _BLOCK / 2, "$m$", ha="center", va="center", size=11, color=ink)
 
 
 def _spring(axes, begin, end, *, turns=6, height=0.10):
-    middle = _BELT_TOP + _BLOCK / 2
+    middle = _BLOCK / 2
     lead = 0.15 * (end - begin)
     along = np.linspace(begin + lead, end - lead, 40 * turns)
     wave = height * np.sin(np.linspace(0, 2 * np.pi * turns, along.size))
@@ -108,22 +85,12 @@ def _spring(axes, begin, end, *, turns=6, height=0.10):
 
 def _measure(axes, place):
     """The position of the last block, from the wall."""
-    height = _BELT_TOP + _BLOCK + 0.42
-    axes.plot([place] * 2, [_BELT_TOP + _BLOCK + 0.05, height + 0.1], "k:", linewidth=0.8)
+    height = _BLOCK + 0.42
+    axes.plot([place] * 2, [_BLOCK + 0.05, height + 0.1], "k:", linewidth=0.8)
     _arrow(axes, (0, height), (place, height), "black", style="<|-|>")
     axes.text(place / 2, height + 0.08, "$x_N$", ha="center", size=12)
 
 
 def _arrow(axes, begin, end, colour, style="-|>"):
-    axes.add_patch(
-        FancyArrowPatch(
-            begin,
-            end,
-            arrowstyle=style,
-            mutation_scale=11,
-            color=colour,
-            linewidth=1.3,
-            shrinkA=0,
-            shrinkB=0,
-        )
-    )
+    look = {"arrowstyle": style, "mutation_scale": 11, "color": colour, "linewidth": 1.3}
+    axes.add_patch(FancyArrowPatch(begin, end, shrinkA=0, shrinkB=0, **look))

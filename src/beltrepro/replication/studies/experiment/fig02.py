@@ -68,12 +68,6 @@ def _point(axes, words, place, beyond, *, align="center"):
     """Words above (beyond < 0) or below the picture, with a line to a place in it."""
     height = axes.images[0].get_array().shape[0]
     outside = beyond if beyond < 0 else height + beyond
-    axes.annotate(
-        words,
-        place,
-        (place[0], outside),
-        ha=align,
-        va="center",
-        size=8,
-        arrowprops={"arrowstyle": "-", "color": style.SKY, "linewidth": 0.8},
-    )
+    line = {"arrowstyle": "-", "color": style.SKY, "linewidth": 0.8}
+    look = {"ha": align, "va": "center", "size": 8}
+    axes.annotate(words, place, (place[0], outside), arrowprops=line, **look)

@@ -84,13 +84,8 @@ def _draw_strips(axes, pictures, middle_m):
     scale = 100 * pictures[0].survey.metres_per_pixel
     zero = pictures[0].place(0.0)[0]
     edges = (np.array([-0.5, width - 0.5]) - zero) * scale
-    axes.imshow(
-        np.vstack(strips),
-        cmap="gray",
-        extent=(*edges, len(strips), 0),
-        aspect="auto",
-        interpolation="nearest",
-    )
+    look = {"cmap": "gray", "aspect": "auto", "interpolation": "nearest"}
+    axes.imshow(np.vstack(strips), extent=(*edges, len(strips), 0), **look)
     axes.set_xlim(0, edges[1])
     for number in range(1, len(strips)):
         axes.axhline(number, color=style.GREY, linewidth=0.4)

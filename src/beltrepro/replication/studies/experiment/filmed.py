@@ -73,14 +73,9 @@ class Picture:
 def first_pictures(film, count):
     """The first frames of a film, surveyed as the tracker does."""
     frames = list(itertools.islice(film(), max(count, _SURVEYED)))
-    survey = Survey.of(
-        [frame.picture for frame in frames[:_SURVEYED]],
-        Scene(),
-        metres_per_pixel=None,
-        first_mark=None,
-        support="auto",
-        name="film",
-    )
+    surveyed = [frame.picture for frame in frames[:_SURVEYED]]
+    how = {"metres_per_pixel": None, "first_mark": None, "support": "auto", "name": "film"}
+    survey = Survey.of(surveyed, Scene(), **how)
     lane = _lane(frames[0].picture, survey)
     return [Picture(frame.time_s, frame.picture, survey, lane) for frame in frames[:count]]
 
@@ -95,11 +90,7 @@ def _lane(picture, survey):
 
 
 def draw_recording(trace, spectra, data, film):
-    """x_5(t) of a film with its stretches of small amplitude, and spectra.
-
-    spectra : axes for the longest stretch of small amplitude and of large amplitude; of one only,
-        for the whole.
-    """
+    """x_5(t) of a film, and spectra of its longest small and large amplitude, or of the whole."""
     track = data[f"{film}_track"]
     try:
         recording = analyse(track.time_s, track.x_m)
@@ -115,9 +106,15 @@ def draw_recording(trace, spectra, data, film):
     names = (SMALL, LARGE) if len(spectra) == 2 else (WHOLE,)
     for axes, name in zip(spectra, names, strict=True):
         spectrum = recording.spectra.get(name)
-        if name == SMALL and not _lasts(spectrum):
-            longest = 0.0 if spectrum is None else spectrum.end_s - spectrum.begin_s
-            _say_none(axes, longest, recording.observed_s)
+        length = 0.0 if spectrum is None else spectrum.end_s - spectrum.begin_s
+        if name == SMALL and length <= LASTING_S:
+            words = (
+                f"The model does not alternate here: no stretch of small amplitude of "
+                f"{LASTING_S:.0f} s or more in {recording.observed_s:.0f} s. The longest has "
+                f"{length:.0f} s."
+            )
+            panels.note(axes, words, width=34)
+            axes.set(xticks=[], yticks=[])
         elif spectrum is None:
             panels.note(axes, f"no stretch of {name} amplitude")
         else:
@@ -131,20 +128,6 @@ def say_longest_slip(axes, run):
     longest = films.longest_slip_of_all_s(run)
     words = f"all blocks slip at once for {longest:.2g} s at most; in the experiment for over 60 s"
     panels.note(axes, words, place=(0.5, 0.93), size=7, width=90)
-
-
-def _lasts(spectrum):
-    """Whether a stretch of small amplitude lasts."""
-    return spectrum is not None and spectrum.end_s - spectrum.begin_s > LASTING_S
-
-
-def _say_none(axes, longest_s, observed_s):
-    words = (
-        f"The model does not alternate here: no stretch of small amplitude of {LASTING_S:.0f} s or "
-        f"more in {observed_s:.0f} s. The longest has {longest_s:.0f} s."
-    )
-    panels.note(axes, words, width=34)
-    axes.set(xticks=[], yticks=[])
 
 
 def _draw_multiples(axes, recording, spectrum):

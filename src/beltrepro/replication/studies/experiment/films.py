@@ -14,6 +14,7 @@ from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.intermittency import slips_of_all
 
+BELTS = ("belt_022", "belt_028", "belt_035")
 TABLES = {
     "recordings": Table(
         title="Recordings of the virtual experiment, with the error of each stage.",
@@ -49,7 +50,7 @@ TABLES = {
             "scale": "relative error of the scale, from x_N",
             "metres_per_pixel": "scale as measured (m)",
         },
-    ),
+    )
 }
 
 TRACK = "_track"
@@ -86,13 +87,8 @@ def tracking_error(
     )
     error = position - true[number]
     scale, _ = np.polyfit(true[number], error, 1)
-    return TrackingError(
-        offset=float(error.mean()),
-        scatter=float(error.std()),
-        largest=float(np.abs(error).max()),
-        scale=float(scale),
-        places=number.size,
-    )
+    numbers = error.mean(), error.std(), np.abs(error).max(), scale
+    return TrackingError(*map(float, numbers), number.size)
 
 
 def recordings(data) -> pd.DataFrame:
@@ -113,7 +109,6 @@ def _recording_row(data, film):
     sampled = analyse(interval * np.arange(count), true)
     tracked = analyse(track.time_s, track.x_m)
     pixel = track.metres_per_pixel
-    whole_run = film == dataset
     return {
         "film": film,
         "dataset": dataset,
@@ -122,7 +117,7 @@ def _recording_row(data, film):
         "seconds": count * interval,
         "frames_per_second": 1 / interval,
         "frames": error.places,
-        "r_run": float(run.arrays["disorder_parameter"]) if whole_run else np.nan,
+        "r_run": float(run.arrays["disorder_parameter"]) if film == dataset else np.nan,
         "r_sampled": sampled.disorder_parameter,
         "r_tracked": tracked.disorder_parameter,
         "mean_sampled": sampled.mean_length,

@@ -15,6 +15,7 @@ from beltrepro.stats.errors import require
 from beltrepro.stats.spectra import power_spectrum
 
 BAND_HZ = (0.2, 3.9)
+LOWEST_HZ = 0.1  # at which two spectra are compared
 SEGMENT_S = 20.0
 HEIGHT = 10.0
 LEAST_PEAKS = 4
@@ -49,22 +50,18 @@ class Spacing:
     p: float
 
 
-def lines(
-    values: npt.ArrayLike, interval_s: float, *, band_hz: tuple[float, float] = BAND_HZ
-) -> Lines:
+def lines(values: npt.ArrayLike, interval_s: float) -> Lines:
     """Find the lines in the spectrum of a series."""
     values = np.asarray(values, dtype=float)
     segment = _segment(values, interval_s)
-    return stand_out(*power_spectrum(values, interval_s, segment=segment), band_hz=band_hz)
+    return stand_out(*power_spectrum(values, interval_s, segment=segment))
 
 
-def stand_out(
-    frequency: np.ndarray, power: np.ndarray, *, band_hz: tuple[float, float] = BAND_HZ
-) -> Lines:
+def stand_out(frequency: np.ndarray, power: np.ndarray) -> Lines:
     """Find the lines in a spectrum."""
     size = round(_SURROUNDINGS_HZ / (frequency[1] - frequency[0]))
     level = np.exp(scipy.ndimage.median_filter(np.log(power), size, mode="nearest"))
-    inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
+    inside = (frequency >= BAND_HZ[0]) & (frequency <= BAND_HZ[1])
     excess = power / level
     flatness = np.exp(np.log(excess[inside]).mean()) / excess[inside].mean()
     peaks, _ = scipy.signal.find_peaks(excess, height=HEIGHT, distance=_APART)
@@ -82,7 +79,7 @@ def pieces(values: npt.ArrayLike, interval_s: float) -> tuple[np.ndarray, np.nda
     return spectra[0][0], np.array([power for _, power in spectra])
 
 
-def spacing(peaks_hz: npt.ArrayLike, *, band_hz: tuple[float, float] = BAND_HZ) -> Spacing:
+def spacing(peaks_hz: npt.ArrayLike) -> Spacing:
     """Test whether peaks are multiples of one frequency.
 
     The step is the one with the highest concentration, from about half the smallest distance of the
@@ -94,18 +91,16 @@ def spacing(peaks_hz: npt.ArrayLike, *, band_hz: tuple[float, float] = BAND_HZ) 
     step, concentration = _best_step(peaks)
     stream = np.random.default_rng(_SEED)
     reached = [
-        _best_step(_random_peaks(stream, peaks.size, band_hz))[1] >= concentration
+        _best_step(_random_peaks(stream, peaks.size))[1] >= concentration
         for _ in range(_RANDOM_SETS)
     ]
     return Spacing(step, concentration, (1 + sum(reached)) / (1 + _RANDOM_SETS))
 
 
-def spectral_ratio(
-    one: Lines, other: Lines, *, band_hz: tuple[float, float] = (0.1, BAND_HZ[1])
-) -> float:
+def spectral_ratio(one: Lines, other: Lines) -> float:
     """Factor by which two spectra differ, each over its integral: median over a band."""
     frequency = one.frequency_hz
-    inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
+    inside = (frequency >= LOWEST_HZ) & (frequency <= BAND_HZ[1])
     first, second = (side.power / side.power.sum() for side in (one, other))
     return float(np.exp(np.median(np.abs(np.log(first / second))[inside])))
 
@@ -139,10 +134,8 @@ def _best_step(peaks: np.ndarray) -> tuple[float, float]:
     return float(steps[best]), float(concentration[best])
 
 
-def _random_peaks(
-    stream: np.random.Generator, count: int, band_hz: tuple[float, float]
-) -> np.ndarray:
+def _random_peaks(stream: np.random.Generator, count: int) -> np.ndarray:
     """Random frequencies (count,) in rising order, as far apart as peaks are."""
     apart = _APART / SEGMENT_S
-    room = band_hz[1] - band_hz[0] - (count - 1) * apart
-    return band_hz[0] + np.sort(stream.uniform(0, room, count)) + apart * np.arange(count)
+    room = BAND_HZ[1] - BAND_HZ[0] - (count - 1) * apart
+    return BAND_HZ[0] + np.sort(stream.uniform(0, room, count)) + apart * np.arange(count)

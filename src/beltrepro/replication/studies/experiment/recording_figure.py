@@ -16,12 +16,7 @@ _HIGHEST_HZ = 8.0  # beyond it lies only the noise of the picture
 
 @style.styled
 def save(recording, path):
-    """Draw a recording into a file.
-
-    recording : `analysis.recording.Recording`. path : .png, .pdf or .svg.
-
-    Raises InputError for another ending.
-    """
+    """Draw a recording into a file; InputError for another ending than those of SUFFIXES."""
     if Path(path).suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: the name of a figure must end in {', '.join(SUFFIXES)}")
     style.write(draw_recording(recording), path, Path(path).stem, "recording")

@@ -166,8 +166,5 @@ def _recording(row: dict) -> dict:
 
 def _error(row: dict) -> dict:
     pixels = {name: f"{row[name]:.3f}" for name in ("scatter", "offset", "largest", "told")}
-    relative = (
-        ("scale", row["scale"]),
-        ("r", row["r_tracked"] / row["r_sampled"] - 1),
-    )
+    relative = (("scale", row["scale"]), ("r", row["r_tracked"] / row["r_sampled"] - 1))
     return {"stage": row["stage"]} | pixels | {name: f"{value:.0e}" for name, value in relative}

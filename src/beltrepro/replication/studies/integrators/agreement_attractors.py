@@ -27,11 +27,7 @@ _WIDTH = 0.8  # of the group of bars at one u
 
 @style.styled
 def draw(data, caption):
-    """One row for each initial spread. Left: share that still sticks; right: r at the end.
-
-    Left: bars of one standard error. Right: each run a dot, side by side for the time steps of the
-    tested integrator and, black, the reference; u is not to scale.
-    """
+    """One row for each initial spread. Left: share that still sticks; right: r at the end."""
     panels.require(data, FIGURE)
     tested, reference, table = (data[name] for name in FIGURE.uses)
     sides = _sides(tested, reference)
@@ -69,10 +65,7 @@ def draw(data, caption):
 
 
 def _sides(tested, reference):
-    """Each time step of the tested integrator, then the reference, with its smallest step.
-
-    Each with its role in the table, a step with which the table has it, its colour and its label.
-    """
+    """Role, step in the table, colour, label and runs of each tested step and of the reference."""
     steps = np.unique(tested.arrays["time_step"])
     sides = []
     for step, colour in zip(steps, style.COLOURS, strict=False):

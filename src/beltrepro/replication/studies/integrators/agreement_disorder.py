@@ -27,12 +27,7 @@ FIGURE = Figure(
 
 @style.styled
 def draw(data, caption):
-    """a: mean r of both against u; b: difference in standard errors; c: p-values in order.
-
-    a: lines the reference, crosses with standard errors the tested integrator. b: two and, dashed,
-    the number of standard errors that one of so many normal deviates exceeds in 5 of 100 cases. c:
-    if all points agree, p-values lie along the diagonal.
-    """
+    """a: mean r of both against u; b: difference in standard errors; c: p-values in order."""
     panels.require(data, FIGURE)
     table = data["agreement"]
     rows = table[table["quantity"] == measure.DISORDER]
@@ -58,16 +53,8 @@ def draw(data, caption):
 def _curve(left, middle, rows, index, label):
     velocity, look = rows["belt_velocity"], style.line_style(index)
     left.plot(velocity, rows["mean_reference"], color=look["color"], linewidth=0.9)
-    left.errorbar(
-        velocity,
-        rows["mean_tested"],
-        rows["error_tested"],
-        fmt="x",
-        color=look["color"],
-        markersize=4,
-        elinewidth=0.8,
-        label=label,
-    )
+    bars = {"fmt": "x", "color": look["color"], "markersize": 4, "elinewidth": 0.8}
+    left.errorbar(velocity, rows["mean_tested"], rows["error_tested"], label=label, **bars)
     marks = {"marker": look["marker"], "markersize": 3.5, "linestyle": "none"}
     middle.plot(velocity, rows["z"], color=look["color"], **marks)
 

@@ -35,12 +35,7 @@ _ROUNDING = 1e-5  # below, before the first event, there is only rounding
 
 @style.styled
 def draw(data, caption):
-    """a: separation against time; b: shift of shared events; c and d: error against the step.
-
-    a and b: medians over the members, at the time step of the reference runs. c: root mean square
-    over the members of the separation after a number of events, for one point, against dt. d: the
-    same for runs with several tolerances from those with the tightest, against their mean step.
-    """
+    """a: separation against time; b: shift of shared events; c and d: error against the step."""
     panels.require(data, FIGURE)
     tested, reference = (data[name] for name in FIGURE.uses[:2])
     figure = style.page(caption, 5.4)
@@ -122,11 +117,7 @@ def _shifts(axes, members, look):
 
 
 def _errors(axes, errors, after_events, *, order):
-    """Errors with the fitted orders, at the point with the most blocks up to 5 and the largest u.
-
-    errors : rows of the table of convergence, of one method.
-    order : of the method; that of the grey line below.
-    """
+    """Errors with the fitted orders, at the point with most blocks up to 5 and the largest u."""
     points = {_point(row) for row in errors}
     if not points:
         return

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 import scipy
 
 from beltrepro.model import ChainParameters
@@ -180,19 +181,18 @@ def _by_point(
 
 def _summary(members: list[Pair]) -> dict[str, float]:
     """Pairs of one point in numbers, medians over its members."""
-    return {
-        "members": len(members),
-        "parting_time": float(np.median([pair.parting_time for pair in members])),
-        "shared_events": float(np.median([pair.event_time.size for pair in members])),
-        "reference_events": float(np.median([pair.reference_events.size for pair in members])),
-        "first_shift": _median_largest([pair.event_shift[:FIRST_EVENTS] for pair in members]),
-        "shift": _median_largest([pair.event_shift for pair in members]),
-    }
-
-
-def _median_largest(parts: list[np.ndarray]) -> float:
-    largest = [np.abs(part).max() for part in parts if part.size]
-    return float(np.median(largest)) if largest else np.nan
+    numbers = [
+        {
+            "parting_time": pair.parting_time,
+            "shared_events": pair.event_time.size,
+            "reference_events": pair.reference_events.size,
+            "first_shift": np.abs(pair.event_shift[:FIRST_EVENTS]).max(initial=-1),
+            "shift": np.abs(pair.event_shift).max(initial=-1),
+        }
+        for pair in members
+    ]
+    shifts = pd.DataFrame(numbers).mask(lambda table: table < 0)  # no shared event, no shift
+    return {"members": len(members)} | shifts.median().to_dict()
 
 
 def _errors(at_step: dict, members: list[Pair]) -> list[dict]:
@@ -226,16 +226,10 @@ def _with_orders(errors: list[dict], *, rounding: float) -> list[dict]:
 
 def _pair(runs: Runs, row: int, reference: Runs, base: int) -> Pair:
     events = reference["events"][reference["events"]["point"] == base]
-    event_time, event_shift = match_events(runs["events"][runs["events"]["point"] == row], events)
-    n_blocks = int(runs["n_blocks"][row])
-    difference = runs["positions"][row] - reference["positions"][base]
-    return Pair(
-        time=runs["time"],
-        separation=np.abs(difference[:, :n_blocks]).max(axis=1),
-        event_time=event_time,
-        event_shift=event_shift,
-        reference_events=np.sort(events["time"]),
-    )
+    shared = match_events(runs["events"][runs["events"]["point"] == row], events)
+    difference = (runs["positions"][row] - reference["positions"][base])[:, : runs["n_blocks"][row]]
+    separation = np.abs(difference).max(axis=1)
+    return Pair(runs["time"], separation, *shared, np.sort(events["time"]))
 
 
 def _key(runs: Runs, row: int) -> tuple:

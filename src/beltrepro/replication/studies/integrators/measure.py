@@ -168,7 +168,7 @@ def _compared(data) -> Iterator[dict]:
     for part, name, compare in (
         ("disorder", "pairs_r", _disorder),
         ("slips", "pairs_slips", _slips),
-        ("attractors", "pairs_states", _attractors),
+        ("attractors", "pairs_states", lambda one, two: compare_attractors(one.arrays, two.arrays)),
     ):
         sides = [data[f"{name}_{method}"] for method in ("verlet", "event")]
         methods = {
@@ -192,10 +192,6 @@ def _disorder(*sides) -> list[dict]:
 def _slips(*sides) -> list[dict]:
     arrays = [side.arrays for side in sides]
     return compare_points(*arrays, *map(slip_statistics, arrays))
-
-
-def _attractors(*sides) -> list[dict]:
-    return compare_attractors(*(side.arrays for side in sides))
 
 
 def disorder_statistics(points: Arrays, *, measured_time: float) -> Arrays:
@@ -270,8 +266,7 @@ def compare_points(
 def compare_attractors(tested: Arrays, reference: Arrays) -> list[dict]:
     """Where runs without noise end, for each u, initial spread and time step of the tested side.
 
-    The share that still sticks is tested over all labels of `transients.ATTRACTORS`. The reference
-    is the one with its smallest step.
+    The reference is the one with its smallest step.
     """
     rows = []
     labels = [transients.labels_of(side) for side in (tested, reference)]
@@ -289,7 +284,10 @@ def compare_attractors(tested: Arrays, reference: Arrays) -> list[dict]:
                 FINAL_DISORDER: samples.compare_samples(
                     *_columns("final_disorder", tested, reference, chosen)
                 ),
-                LIFETIME: _compare_lifetimes(tested, reference, chosen),
+                LIFETIME: samples.compare_lifetimes(
+                    *_columns("lifetime", tested, reference, chosen),
+                    *_columns("escaped", tested, reference, chosen),
+                ),
             }
             place = point | {"time_step": float(time_step)}
             rows += [
@@ -297,15 +295,6 @@ def compare_attractors(tested: Arrays, reference: Arrays) -> list[dict]:
                 for quantity, comparison in comparisons.items()
             ]
     return rows
-
-
-def _compare_lifetimes(tested, reference, chosen):
-    escaped_tested, escaped_reference = _columns("escaped", tested, reference, chosen)
-    return samples.compare_lifetimes(
-        *_columns("lifetime", tested, reference, chosen),
-        escaped_tested=escaped_tested,
-        escaped_reference=escaped_reference,
-    )
 
 
 def _columns(name, tested, reference, chosen):

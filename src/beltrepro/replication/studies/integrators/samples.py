@@ -63,7 +63,6 @@ def compare_shares(
 def compare_lifetimes(
     tested: npt.ArrayLike,
     reference: npt.ArrayLike,
-    *,
     escaped_tested: npt.ArrayLike,
     escaped_reference: npt.ArrayLike,
 ) -> dict:
@@ -100,19 +99,10 @@ def _comparison(
             z = 0.0
         else:
             z, mean_p = np.inf * np.sign(difference), 0.0
-    return {
-        "n_tested": int(tested.size),
-        "n_reference": int(reference.size),
-        "mean_tested": means[0],
-        "error_tested": errors[0],
-        "mean_reference": means[1],
-        "error_reference": errors[1],
-        "z": float(z),
-        "mean_p": mean_p,
-        "test": test,
-        "p": p,
-        "distance": distance,
-    }
+    row: dict = {"n_tested": tested.size, "n_reference": reference.size}
+    for number, side in enumerate(("tested", "reference")):
+        row |= {f"mean_{side}": means[number], f"error_{side}": errors[number]}
+    return row | {"z": float(z), "mean_p": mean_p, "test": test, "p": p, "distance": distance}
 
 
 def _permutation_p(counts: np.ndarray, n_permutations: int, seed: int) -> float:

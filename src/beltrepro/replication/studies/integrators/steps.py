@@ -14,10 +14,7 @@ from beltrepro.model.spring import chain_deformations, external_force
 
 
 def mean_step(
-    positions: np.ndarray,
-    velocities: np.ndarray,
-    parameters: ChainParameters,
-    tolerance: float,
+    positions: np.ndarray, velocities: np.ndarray, parameters: ChainParameters, tolerance: float
 ) -> float:
     """Mean length of the steps allowed while a block slips: time over number of steps."""
     slips = np.any(velocities != parameters.belt_velocity, axis=1)

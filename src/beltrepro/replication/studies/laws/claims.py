@@ -30,10 +30,8 @@ def friction_constants(evidence):
     """The measured friction forces in model units, and whether the runs used the printed ones."""
     used, paper = evidence.settings["model"], evidence.claim.paper
     force = units.from_si(units.STATIC_FRICTION_N, "force")
-    measured = {
-        "static_friction": sure(force),
-        "friction_ratio": sure(units.KINETIC_FRICTION_N / units.STATIC_FRICTION_N),
-    }
+    ratio = units.KINETIC_FRICTION_N / units.STATIC_FRICTION_N
+    measured = {"static_friction": sure(force), "friction_ratio": sure(ratio)}
     checks = {
         f"the runs used {name} = {value:g}": used[name] == value for name, value in paper.items()
     }

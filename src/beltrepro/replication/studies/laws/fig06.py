@@ -35,21 +35,10 @@ def draw(data, caption):
     axes.axhline(0, color="0.8", linewidth=0.7)
     axes.axvline(0, color="0.8", linewidth=0.7)
     axes.axvspan(-limit, limit, color="0.94", linewidth=0)
-    axes.plot(
-        deformation,
-        -deformation,
-        "--",
-        color=style.VERMILION,
-        linewidth=1.3,
-        label=r"ideal spring, $-\Delta l$",
-    )
-    axes.plot(
-        deformation,
-        spring_force(deformation, constants),
-        color=style.BLUE,
-        linewidth=1.8,
-        label="spring of the model",
-    )
+    look = {"color": style.VERMILION, "linewidth": 1.3, "label": r"ideal spring, $-\Delta l$"}
+    axes.plot(deformation, -deformation, "--", **look)
+    look = {"color": style.BLUE, "linewidth": 1.8, "label": "spring of the model"}
+    axes.plot(deformation, spring_force(deformation, constants), **look)
     joins = np.array([-limit, limit])
     axes.plot(joins, spring_force(joins, constants), "o", color=style.BLUE, markersize=4.5)
     axes.text(0, 112, "linear", ha="center", color="0.35")

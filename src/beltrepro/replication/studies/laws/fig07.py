@@ -38,11 +38,7 @@ class Event:
 
 @style.styled
 def draw(data, caption):
-    """Friction force of one block against the resultant spring force on it.
-
-    The event is the first slip that is complete in the series, of the last block if it slips at
-    all there, else of the block nearest to it; with the time it was stuck before.
-    """
+    """Friction force of one block against the resultant spring force on it."""
     panels.require(data, FIGURE)
     series = data["friction_event"]
     figure = style.page(caption, 3.9)
@@ -65,7 +61,7 @@ def draw(data, caption):
 
 
 def _choose_event(series):
-    """The event drawn, or None; see `draw` for the rule."""
+    """First slip complete in the series and the stick before, of the last block that has one."""
     events, time = series.arrays["events"], series.arrays["time"]
     for block in range(int(series.attributes["n_blocks"]), 0, -1):
         begin = time[0] if time.size else np.nan
@@ -111,24 +107,11 @@ def _draw_event(axes, enlarged, series, chain, event):
 
 
 def _draw_phases(axes, external, friction, stuck, slips):
-    axes.plot(
-        external[stuck],
-        friction[stuck],
-        "--",
-        color=style.BLUE,
-        linewidth=3.2,
-        dashes=(2.2, 1.1),
-        label="stuck: $F_f = -F_{ex}$",
-        rasterized=True,
-    )
-    axes.plot(
-        external[slips],
-        friction[slips],
-        color=style.VERMILION,
-        linewidth=0.5,
-        label="slipping: $F_f = f_s F_{st}$",
-        rasterized=True,
-    )
+    for phase, label, look in (
+        (stuck, "stuck: $F_f = -F_{ex}$", {"color": style.BLUE, "lw": 3.2, "dashes": (2.2, 1.1)}),
+        (slips, "slipping: $F_f = f_s F_{st}$", {"color": style.VERMILION, "lw": 0.5}),
+    ):
+        axes.plot(external[phase], friction[phase], label=label, rasterized=True, **look)
 
 
 def _draw_noise(axes, external, friction, chain):
@@ -144,16 +127,9 @@ def _draw_noise(axes, external, friction, chain):
 
 def _draw_level(axes, level, text):
     axes.axhline(level, color="0.6", linewidth=0.8, linestyle=":", zorder=0)
-    axes.annotate(
-        text,
-        (0.88, level),
-        xycoords=("axes fraction", "data"),
-        xytext=(-4, -3),
-        textcoords="offset points",
-        ha="right",
-        va="top",
-        color="0.35",
-    )
+    place = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
+    look = {"ha": "right", "va": "top", "color": "0.35"}
+    axes.annotate(text, (0.88, level), xytext=(-4, -3), **place, **look)
 
 
 def _draw_samples(axes, series, chain):
@@ -165,17 +141,6 @@ def _draw_samples(axes, series, chain):
 
 
 def _sudden_change(axes, begin, end):
-    axes.add_patch(
-        FancyArrowPatch(
-            begin,
-            end,
-            arrowstyle="-|>",
-            mutation_scale=12,
-            linestyle="--",
-            linewidth=1.6,
-            color=style.GREY,
-            shrinkA=0,
-            shrinkB=0,
-            zorder=4,
-        )
-    )
+    arrow = {"arrowstyle": "-|>", "mutation_scale": 12, "shrinkA": 0, "shrinkB": 0}
+    look = {"linestyle": "--", "linewidth": 1.6, "color": style.GREY, "zorder": 4}
+    axes.add_patch(FancyArrowPatch(begin, end, **arrow, **look))
