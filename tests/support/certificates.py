@@ -1,8 +1,8 @@
 """Periodic orbits that close with 40 digits, and their multipliers.
 
-`python tests/certificates.py` finds the orbits of CASES in double precision, closes them in the
-arithmetic of tests/exact.py and writes what tests/data/periodic_orbits.json lacks of them.
-tests/test_certificates.py follows them again.
+`python tests/support/certificates.py` finds the orbits of CASES in double precision, closes them in
+the arithmetic of tests/support/exact.py and writes what tests/data/periodic_orbits.json lacks of
+them. tests/chaos/test_certificates.py follows them again.
 """
 
 import json

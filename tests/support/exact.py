@@ -12,7 +12,7 @@ motion and jump at events as docs/chaos.md says.
 
 All numbers are integers, in units of 2^-BITS: a sum is exact, and a product is off by one unit.
 Positions are displacements y_i = x_i - 50 i in the laboratory frame; the wall is y_0 = 0. The
-parameters are the doubles nearest to those of Sec. III. `python tests/exact.py` writes
+parameters are the doubles nearest to those of Sec. III. `python tests/support/exact.py` writes
 tests/data/reference_events.json anew.
 """
 

@@ -8,7 +8,7 @@ which every event function is a polynomial that is positive until its event:
 - the distance of a spring's deformation from the end of its branch, |dl| = dl_max ("kink").
 
 Roots are bracketed between the critical points. Positions are displacements y_i = x_i - 50 i in the
-laboratory frame; the wall is y_0 = 0. With 40 digits: tests/exact.py.
+laboratory frame; the wall is y_0 = 0. With 40 digits: tests/support/exact.py.
 """
 
 from itertools import pairwise
