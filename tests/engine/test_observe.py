@@ -145,8 +145,8 @@ def test_the_event_log_turns_displacements_into_positions():
     log.observe(chunk)
     chunk.events[:] = -1  # the buffer is used again
     assert log.events(0)[:, 4].tolist() == [103, 53] and log.events(1)[:, 4].tolist() == [103]
-    assert (log.count(0), log.count(1)) == (2, 1)
-    assert np.concatenate(list(log.give_up(1)))[:, 0].tolist() == [0.7] and log.count(1) == 0
+    assert log.counts.tolist() == [2, 1]
+    assert np.concatenate(list(log.give_up(1)))[:, 0].tolist() == [0.7] and log.counts[1] == 0
 
 
 # --- avalanches -----------------------------------------------------------------------------------
