@@ -5,7 +5,7 @@ import pytest
 
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats.errors import NotEnoughDataError
-from made_up import measured, scan
+from made_up import grades, measured, scan
 
 U = np.linspace(5, 45, 60)
 
@@ -44,9 +44,9 @@ def named(verdicts, which="with"):
     ],
 )
 def test_both_methods_agree(options, verdicts):
-    made = verdicts("method-independence", **pair(**options))
+    made = grades("method-independence", **pair(**options))
     assert named(made) == verdicts and named(made, "without") == (HOLDS, HOLDS)
-    made = verdicts("method-independence", **pair(quiet=options))
+    made = grades("method-independence", **pair(quiet=options))
     assert named(made) == (HOLDS, HOLDS)
     assert named(made, "without")[1] == verdicts[1]
 
