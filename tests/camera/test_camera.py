@@ -6,26 +6,14 @@ import pytest
 from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.model.units import TIME_S
-from beltrepro.replication.camera.camera import (
-    Framing,
-    Movement,
-    band,
-    film,
-    pictures,
-    step_changes,
-)
+from beltrepro.replication.camera import camera as virtual
+from beltrepro.replication.camera.camera import Framing, Movement, film, pictures
 from beltrepro.replication.camera.scene import Camera, Scene
 from beltrepro.replication.camera.video import read_video
 from filming import FRAMES_PER_SECOND, swaying
 
-IDEAL = {
-    "blur": 0,
-    "sensor_noise": 0,
-    "light_unevenness": 0,
-    "light_drift": 0,
-    "exposure": 0,
-    "compression": 0,
-}
+NOTHING = "blur", "sensor_noise", "light_unevenness", "light_drift", "exposure", "compression"
+IDEAL = dict.fromkeys(NOTHING, 0)
 
 
 @pytest.mark.parametrize(("begin", "end"), [(3.3, 3.3), (2.25, 6.5), (6.5, 2.25), (-4.0, 1.5)])
@@ -33,20 +21,20 @@ def test_a_moving_edge_covers_what_the_mean_over_its_places_covers(begin, end):
     pixels = np.arange(12)
     places = begin + (end - begin) * (np.arange(20000) + 0.5) / 20000
     expected = np.clip(pixels + 1 - places[:, np.newaxis], 0, 1).mean(axis=0)
-    changes = step_changes(np.array([[begin]]), np.array([[end]]), np.array([1.0]), 12)[0]
+    changes = virtual.step_changes(np.array([[begin]]), np.array([[end]]), np.array([1.0]), 12)[0]
     np.testing.assert_allclose(np.cumsum(changes), expected, atol=1e-8)
 
 
 def test_steps_beyond_the_picture_do_no_harm():
     edges = np.array([[-30.0, 5.5, 40.0]])
-    changes = step_changes(edges, edges, np.array([2.0, 1.0, 7.0]), 8)[0]
+    changes = virtual.step_changes(edges, edges, np.array([2.0, 1.0, 7.0]), 8)[0]
     np.testing.assert_allclose(np.cumsum(changes), [2, 2, 2, 2, 2, 2.5, 3, 3])
 
 
 def test_a_band_covers_its_length():
-    covered = band(1.25, 4.5, 7)
+    covered = virtual.band(1.25, 4.5, 7)
     np.testing.assert_allclose(covered, [0, 0.75, 1, 1, 0.5, 0, 0])
-    assert band(-3.0, 20.0, 7).sum() == 7
+    assert virtual.band(-3.0, 20.0, 7).sum() == 7
 
 
 def test_a_scale_that_the_camera_chooses_fits_whatever_the_rounding():
@@ -147,18 +135,16 @@ def test_a_run_is_filmed_at_its_instants(tmp_path):
         ({"metres_per_pixel": -1}, "metres_per_pixel = -1"),
         ({"metres_per_pixel": float("nan")}, "metres_per_pixel = nan: a finite number"),
         ({"width": 641}, "width = 641: must be an even number"),
-        ({"height": 14}, "height = 14: must be from 16 to 8192"),
-        ({"width": 9000}, "width = 9000: must be from 16 to 8192"),
-        ({"exposure": 0.05}, "exposure = 0.05: must be from 0 to 0.0416667"),
+        ({"height": 14}, "height = 14: must be at least 16 and at most 8192"),
+        ({"exposure": 0.05}, "exposure = 0.05: must be at least 0 and at most 0.0416667"),
         ({"exposure": -0.01}, "exposure = -0.01: must be 0 or greater"),
-        ({"blur": 24}, "blur = 24: must be from 0 to 20"),
-        ({"sensor_noise": 300}, "sensor_noise = 300: must be from 0 to 255"),
+        ({"blur": 24}, "blur = 24: must be at least 0 and at most 20"),
+        ({"sensor_noise": 300}, "sensor_noise = 300: must be at least 0 and at most 255"),
         ({"sensor_noise": "much"}, "sensor_noise = 'much': a number is needed"),
-        ({"light_unevenness": 1.2}, "light_unevenness = 1.2: must be from 0 to 1"),
-        ({"light_drift": 1.2}, "light_drift = 1.2: must be from 0 to 1"),
-        ({"angle": -54}, "angle = -54: must be from -45 to 45"),
-        ({"dropped": 0.95}, "dropped = 0.95: must be from 0 to 0.9"),
-        ({"compression": 52}, "compression = 52: must be from 0 to 51"),
+        ({"light_unevenness": 1.2}, "light_unevenness = 1.2: must be at least 0 and at most 1"),
+        ({"angle": -54}, "angle = -54: must be at least -45 and at most 45"),
+        ({"dropped": 0.95}, "dropped = 0.95: must be at least 0 and at most 0.9"),
+        ({"compression": 52}, "compression = 52: must be at least 0 and at most 51"),
         ({"compression": 17.5}, "compression = 17.5: a whole number"),
         ({"seed": -1}, "seed = -1"),
     ],
@@ -172,13 +158,6 @@ def test_a_camera_that_cannot_be_is_refused_in_a_line(changes, words):
 def test_a_camera_near_its_bounds_is_allowed():
     Camera(width=16, height=8192, exposure=1 / 24, blur=16, dropped=0.72, compression=51, angle=-36)
     Camera(frames_per_second=50, exposure=0.016, sensor_noise=204, light_unevenness=0.8)
-
-
-def test_a_scene_has_sizes_and_brightness_within_their_bounds():
-    Scene(belt=204, block=0, spring=255)
-    for changes, words in (({"belt": 300}, "from 0 to 255"), ({"coils": 0}, "greater than 0")):
-        with pytest.raises(InputError, match=words):
-            Scene(**changes)
 
 
 def test_what_does_not_fit_is_refused(tmp_path):

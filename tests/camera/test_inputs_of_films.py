@@ -1,7 +1,6 @@
 """What people give to the commands: each input is measured right, or refused in one line."""
 
 import json
-import os
 import time
 from fractions import Fraction
 
@@ -94,20 +93,15 @@ def shaded(frames):
     ]
 
 
-def covered(frames):
-    """A hand over the block in some frames."""
-    frames = frames.copy()
-    frames[20:26, :60, 200:] = 150
+def painted(value, rows, columns, number=slice(None)):
+    """The film with a rectangle of one brightness, in some of its frames."""
+    frames = WHOLE.copy()
+    frames[number, rows, columns] = value
     return frames
 
 
-def tape_partly_hidden(frames):
-    """Something dark on the tape."""
-    frames = frames.copy()
-    frames[:, 64:, 200:260] = 40
-    return frames
-
-
+ALL = slice(None)
+BLOCKS = slice(60)  # rows; those of the tape follow
 QUIET = {"x265-params": "log-level=none", "preset": "superfast"}
 LIVE = {"cpu-used": "8", "deadline": "realtime", "crf": "20", "b": "0"}
 DEEP = "yuv420p10le"
@@ -115,25 +109,17 @@ FINE = {"qmin": "2", "qmax": "3"}
 RIGHT = {
     "as it is": lambda path: written(path, WHOLE),
     "upside down": lambda path: written(path, WHOLE[:, ::-1, ::-1]),
-    "mirrored": lambda path: written(path, WHOLE[:, :, ::-1]),
     "upside down and mirrored": lambda path: written(path, WHOLE[:, ::-1]),
     "odd sizes": lambda p: encoded(p.with_suffix(".mkv"), WHOLE[:, :87, :479], "ffv1", "gray"),
-    "hand": lambda path: written(path, covered(WHOLE)),
-    "tape partly hidden": lambda path: written(path, tape_partly_hidden(WHOLE)),
+    "hand": lambda p: written(p, painted(150, BLOCKS, slice(200, None), slice(20, 26))),
+    "tape partly hidden": lambda p: written(p, painted(40, slice(64, None), slice(200, 260))),
     "vignetting and perspective": lambda path: written(path, shaded(WHOLE)),
     "gif": lambda path: encoded(path.with_suffix(".gif"), WHOLE, "gif", "gray"),
-    "h265": lambda p: encoded(p, WHOLE, "libx265", "yuv420p", **QUIET),
     "h265 10 bit": lambda p: encoded(p.with_suffix(".mov"), WHOLE, "libx265", DEEP, **QUIET),
     "vp9": lambda p: encoded(p.with_suffix(".webm"), WHOLE, "libvpx-vp9", "yuv420p", **LIVE),
     "mjpeg": lambda p: encoded(p.with_suffix(".avi"), WHOLE, "mjpeg", "yuvj420p", **FINE),
-    "mpeg4": lambda p: encoded(p.with_suffix(".avi"), WHOLE, "mpeg4", "yuv420p", **FINE),
-    "transparent": lambda p: encoded(
-        p.with_suffix(".mov"),
-        [np.dstack([f, f, f, f // 2]) for f in WHOLE],
-        "png",
-        "rgba",
-        layout="rgba",
-    ),
+    "transparent": lambda p: encoded(p.with_suffix(".mov"),
+        [np.dstack([f, f, f, f // 2]) for f in WHOLE], "png", "rgba", layout="rgba"),
     "16 bits": lambda p: encoded(
         p.with_suffix(".mkv"), WHOLE.astype(np.uint16) * 257, "ffv1", "gray16le", layout="gray16le"
     ),
@@ -173,36 +159,10 @@ def cut(path, share, *, index_first):
     return kept(path, whole[: int(share * len(whole))])
 
 
-def without_tape(frames):
-    """Without the tape."""
-    frames = frames.copy()
-    frames[:, 64:] = 28
-    return frames
-
-
 def without_springs():
     """Springs as bright as the belt."""
     hidden = Scene(spring=Scene().belt)
     return [each.picture for each in pictures(MOVEMENT, scene=hidden, camera=CAMERA)]
-
-
-def second_white(frames):
-    """With another white block, ahead of the last one."""
-    frames = frames.copy()
-    frames[:, 9:61, 440:466] = 235
-    return frames
-
-
-def always_covered(frames):
-    """A hand over all of the blocks' way."""
-    frames = frames.copy()
-    frames[:, :60, 100:] = 150
-    return frames
-
-
-def without_white(frames):
-    """All blocks as dark as the others."""
-    return np.where(frames > 215, 10, frames).astype(np.uint8)
 
 
 def packets(path, frames, times):
@@ -254,13 +214,6 @@ def kept(path, content):
     return path
 
 
-def picture_file(path, suffix):
-    """A still picture."""
-    path = path.with_suffix(suffix)
-    cv2.imwrite(str(path), WHOLE[0])
-    return path
-
-
 WRONG = {
     "missing": (lambda path: path, "No such file"),
     "a folder": (lambda path: path.parent, "directory"),
@@ -270,33 +223,29 @@ WRONG = {
     "only the header": (lambda path: cut(path, 0.2, index_first=True), "no frame|not a video"),
     "broken off": (lambda path: cut(path, 0.6, index_first=False), "not a video"),
     "sound": (sound, "no video"),
-    "png": (lambda path: picture_file(path, ".png"), "a single picture"),
-    "jpg": (lambda path: picture_file(path, ".jpg"), "a single picture"),
+    "png": (lambda p: kept(p, cv2.imencode(".png", WHOLE[0])[1].tobytes()), "a single picture"),
+    "jpg": (lambda p: kept(p, cv2.imencode(".jpg", WHOLE[0])[1].tobytes()), "a single picture"),
     "one frame": (lambda path: written(path, WHOLE[:1]), "1 of the frames"),
     "black": (lambda path: written(path, shape(12)), "no white block"),
     "white": (lambda path: written(path, shape(12, value=255)), "no white block"),
-    "noise": (
-        lambda p: written(p, np.random.default_rng(2).integers(0, 255, (9, 96, 640), np.uint8)),
-        "no white block|no tape",
-    ),
     "tiny": (lambda path: written(path, shape(12, (16, 16), 99)), "no white block"),
     "huge": (
         lambda p: encoded(p.with_suffix(".mkv"), shape(1, (6000, 6000)), "ffv1", "gray"),
         "6000 x 6000",
     ),
     "changing size": (changing, "another size"),
-    "no white block": (lambda path: written(path, without_white(WHOLE)), "film a white block"),
-    "two white blocks": (lambda path: written(path, second_white(WHOLE)), "2 white blocks"),
+    "no white block": (
+        lambda p: written(p, np.where(WHOLE > 215, np.uint8(10), WHOLE)), "film a white block"),
+    "two white blocks": (
+        lambda p: written(p, painted(235, slice(9, 61), slice(440, 466))), "2 white blocks"),
     "a hand all the time": (
-        lambda path: written(path, always_covered(WHOLE)),
-        "film a white block",
-    ),
+        lambda p: written(p, painted(150, BLOCKS, slice(100, None))), "film a white block"),
     "no spring": (lambda path: written(path, without_springs()), "--support left or right"),
-    "no tape": (lambda path: written(path, without_tape(WHOLE)), "no tape measure"),
+    "no tape": (lambda p: written(p, painted(28, slice(64, None), ALL)), "no tape measure"),
     "tape without its end": (lambda path: written(path, WHOLE[:, :, 60:]), "--first-mark"),
     "on its side": (lambda path: written(path, np.rot90(WHOLE, axes=(1, 2))), "left to right"),
     "time goes back": (backwards, "earlier than"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.thorough
@@ -313,11 +262,6 @@ def test_a_film_that_breaks_off_is_measured_up_to_there(tmp_path, capsys):
     _, x_m, _ = tracked(capsys, path, tmp_path)
     assert 12 <= len(x_m) < len(TRUE)
     np.testing.assert_allclose(x_m, TRUE[: len(x_m)], atol=0.3 * SCALE)
-
-
-def test_two_frames_are_measured(tmp_path, capsys):
-    _, x_m, _ = tracked(capsys, written(tmp_path / "film.mp4", WHOLE[:2]), tmp_path)
-    np.testing.assert_allclose(x_m, TRUE[:2], atol=0.3 * SCALE)
 
 
 def test_a_block_that_leaves_the_picture_is_told(tmp_path, capsys):
@@ -341,29 +285,23 @@ def test_frames_that_are_repeated_count_once(tmp_path, capsys):
     np.testing.assert_allclose(x_m, TRUE, atol=0.3 * SCALE)
 
 
-def test_a_frozen_film_stands_still(tmp_path, capsys):
-    path = written(tmp_path / "film.mp4", np.repeat(WHOLE[:1], 30, axis=0))
-    _, x_m, _ = tracked(capsys, path, tmp_path)
-    np.testing.assert_allclose(x_m, TRUE[0], atol=0.3 * SCALE)
+@pytest.mark.parametrize("rows", [[0, 1], [0] * 30], ids=["two frames", "frozen"])
+def test_few_or_repeated_pictures_are_measured(tmp_path, capsys, rows):
+    _, x_m, _ = tracked(capsys, written(tmp_path / "film.mp4", WHOLE[rows]), tmp_path)
+    np.testing.assert_allclose(x_m, TRUE[rows], atol=0.3 * SCALE)
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--scale=0"], "metres_per_pixel = 0: must be greater"),
+        (["--scale=0"], "metres_per_pixel = 0: must be at least"),
         (["--scale=nan"], "metres_per_pixel = nan: a finite number"),
-        (["--scale=0.12"], "metres_per_pixel = 0.12: must be from 1e-06 to 0.1"),
+        (["--scale=0.12"], "metres_per_pixel = 0.12: must be at least 1e-06 and at most 0.1"),
         (["--scale=0.08"], "no white block"),
         (["--scale=8e-7"], "metres_per_pixel = 8e-07"),
-        ([f"--scale={SCALE / 100}"], "no white block"),
-        (["--first-mark=-5.5"], "first_mark = -5.5: must be from -5 to 5, in metres"),
-        (["--first-mark=inf"], "first_mark"),
+        (["--first-mark=-5.5"], "first_mark = -5.5: must be at least -5 and at most 5"),
         (["--block-length=0"], "block_length = 0: must be greater than 0"),
-        (["--mark-spacing=nan"], "mark_spacing"),
         (["--output=film.mp4"], "must end in .csv"),
-        (["--output=."], "folder"),
-        (["--output=/proc/a.csv"], "/proc/a.csv"),
-        (["--output=no/such/folder/a.csv"], "folder"),
         (["--support=up"], "left, right, auto"),
     ],
 )
@@ -373,13 +311,6 @@ def test_options_of_track_that_are_refused(tmp_path, capsys, monkeypatch, option
     before = (tmp_path / "film.mp4").read_bytes()
     refused(run(capsys, "track", "film.mp4", "--output=a.csv", *options), "", words)
     assert (tmp_path / "film.mp4").read_bytes() == before
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
-def test_a_film_without_permission_is_refused(tmp_path, capsys):
-    path = written(tmp_path / "film.mp4", WHOLE[:2])
-    path.chmod(0)
-    refused(run(capsys, "track", path, "--output", tmp_path / "a.csv"), path, "Permission")
 
 
 def test_a_table_that_exists_is_replaced_only_by_force(tmp_path, capsys):
@@ -411,24 +342,18 @@ def table(time_s=TIMES, x_m=PLACES, header="time_s,x_m"):
         ("", "lacks the column time_s, x_m"),
         (table(header="t,x"), "lacks the column time_s, x_m; its first line is 't,x'"),
         (table([], []), "has no rows"),
-        (table(header="time_s,x_cm"), "lacks the column x_m"),
         (table(x_m=["fast", *PLACES[1:]]), "'fast' is not a number"),
-        (table(x_m=["", *PLACES[1:]]), "'' is not a number"),
         (table(x_m=['"0,9"', *PLACES[1:]]), "x_m: '0,9' is not a number"),
         (table(x_m=["nan", *PLACES[1:]]), "x_m in row 1 is not a finite number"),
         (table([*TIMES[1:], "inf"]), "time_s in row 80 is not a finite number"),
         (table([*TIMES[1:], 1e9]), "row 80 is 1e+09 s later than in the row before"),
         (table() + "9\n", "row 81 has 1 values, 2 are needed"),
-        (table(header="x_m,x_m"), "lacks the column time_s"),
         ("time_s,x_m,x_m\n0,1,2\n", "2 columns x_m"),
         ("time_s,x_m\n\0\0\0", "not a number|values"),
         (table(TIMES[:1], PLACES[:1]), "1 sample"),
-        (table(TIMES[::-1]), "time_s in row 2 is not later"),
         (table(np.repeat(TIMES[::2], 2)), "time_s in row 2 is not later"),
         (table(x_m=[-0.1, *PLACES[1:]]), "measured from the support"),
         (table(x_m=100 * PLACES), "become metres"),
-        (table(x_m=1000 * PLACES), "become metres"),
-        (table().replace(",", " "), "lacks the column"),
         (b"\x89PNG\r\n\xff\xfe", "not a text file"),
     ],
 )
@@ -439,47 +364,32 @@ def test_tables_that_are_refused(tmp_path, capsys, text, words):
     refused(run(capsys, "analyse", path), path, words)
 
 
-def test_a_film_is_no_table(tmp_path, capsys):
-    path = written(tmp_path / "film.mp4", WHOLE[:2])
-    refused(run(capsys, "analyse", path), path, "not a text file")
-
-
 # --- what is written ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("command", ["film", "watch"])
+FILM = ("film", "--output=a.mp4")
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--output=a.txt"], "must end in"),
-        (["--output=."], "folder|must end in"),
-        (["--output=no/such/folder/a.mp4"], "folder"),
-        (["--output=/proc/a.mp4"], "/proc/a.mp4"),
-        (["--duration=nan", "--output=a.mp4"], "duration"),
-        (["--duration=-5", "--output=a.mp4"], "duration"),
-        (["--belt-velocity=nan", "--output=a.mp4"], "belt_velocity"),
-        (["--n-blocks=0", "--output=a.mp4"], "n_blocks"),
-        (["--transient=-1", "--output=a.mp4"], "transient"),
+        (("film", "--output=a.txt"), "must end in"),
+        (("watch", "--output=a.txt"), "must end in"),
+        (("film", "--output=."), "folder"),
+        (("film", "--output=no/such/folder/a.mp4"), "folder"),
+        (("watch", "--output=/proc/a.mp4"), "/proc/a.mp4"),
+        ((*FILM, "--duration=nan"), "duration"),
+        (("watch", "--output=a.mp4", "--duration=-5"), "duration"),
+        (("watch", "--output=a.mp4", "--transient=-1"), "transient"),
+        ((*FILM, "--n-blocks=0"), "n_blocks"),
+        ((*FILM, "--width=33"), "width = 33: must be an even number"),
+        ((*FILM, "--seed=-1"), "seed = -1"),
+        ((*FILM, "--metres-per-pixel=1e-5"), "take a larger"),
+        ((*FILM, "--transient=50"), "transient = 50"),
     ],
 )
-def test_films_that_are_not_made(tmp_path, capsys, monkeypatch, command, options, words):
+def test_films_that_are_not_made(tmp_path, capsys, monkeypatch, options, words):
     monkeypatch.chdir(tmp_path)
     chain = ["--n-blocks=2", "--belt-velocity=15", "--duration=5"]
-    refused(run(capsys, command, *chain, *options), "", words)
-    assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize(
-    ("option", "words"),
-    [
-        ("--width=33", "width = 33: must be an even number"),
-        ("--seed=-1", "seed = -1"),
-        ("--metres-per-pixel=1e-5", "take a larger"),
-        ("--transient=50", "transient = 50"),
-    ],
-)
-def test_settings_of_the_camera_that_are_refused(tmp_path, capsys, monkeypatch, option, words):
-    monkeypatch.chdir(tmp_path)
-    chain = ["--n-blocks=2", "--belt-velocity=15", "--duration=10"]
-    refused(run(capsys, "film", *chain, "--output=a.mp4", option), "", words)
+    refused(run(capsys, options[0], *chain, *options[1:]), "", words)
     assert not list(tmp_path.iterdir())

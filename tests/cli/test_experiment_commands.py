@@ -104,7 +104,6 @@ def test_a_table_of_a_spreadsheet_is_read(tmp_path, text):
         (["--window=0.1"], "window = 0.1: it must hold 3 samples or more"),
         (["--quiet=nan"], "quiet"),
         (["--output=figure.mp3"], "must end in .png"),
-        (["--output=/no/such/folder/a.png"], "folder does not exist"),
     ],
 )
 def test_wrong_options_of_analyse_are_refused_in_a_line(tmp_path, capsys, options, words):
@@ -113,12 +112,6 @@ def test_wrong_options_of_analyse_are_refused_in_a_line(tmp_path, capsys, option
     assert (status, out) == (2, "")
     assert words in err
     assert err.startswith("error: ") and err.count("\n") == 1
-
-
-def test_a_folder_for_a_table(tmp_path, capsys):
-    status, _, err = run(capsys, "analyse", tmp_path)
-    assert status == 2
-    assert err.count("\n") == 1
 
 
 def test_each_option_of_analyse_changes_what_is_printed(tmp_path, capsys):

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from beltrepro import ChainParameters, ChainState, simulate
-from beltrepro.base.errors import InputError, ModelStateError
+from beltrepro.base.errors import ModelStateError
 from beltrepro.cli import app as cli
 from beltrepro.extras.watch import Clock, Player, View, Window, begin, look, write_film
 from beltrepro.extras.watch.scenery import BLOCK_ALONG
@@ -178,9 +178,8 @@ def test_belt_marks_move_with_the_belt(later):
     second = view.picture.marks.get_segments()[0][0, 0]
     step = LENGTH_M * 15.0 * CLOCK.tick
     spacing = np.diff([line[0, 0] for line in view.picture.marks.get_segments()[:2]])[0]
-    assert (second - first - step) % spacing == pytest.approx(0, abs=1e-9) or (
-        second - first - step
-    ) % spacing == pytest.approx(spacing, abs=1e-9)
+    turns = (second - first - step) / spacing
+    assert turns == pytest.approx(round(turns), abs=1e-7)
 
 
 def test_a_frame_drawn_over_the_last_one_is_that_drawn_afresh(later):
@@ -304,30 +303,21 @@ def test_an_mp4_has_its_frames_and_duration(tmp_path, later):
     assert np.abs(shown - view.pixels()).mean() < 3  # the last frame, as far as the codec keeps it
 
 
-def test_a_gif_has_its_frames_and_duration(tmp_path, later):
-    path = tmp_path / "a.gif"
-    write_film(path, later, CLOCK, 0.25)
-    with Image.open(path) as film:
-        assert film.n_frames == 6
-        lengths = []
-        for number in range(film.n_frames):
-            film.seek(number)
-            lengths.append(film.info["duration"])
-    assert sum(lengths) == 250 and set(lengths) == {40, 50}
-
-
 @pytest.mark.thorough
-def test_every_frame_of_a_gif_has_the_colours_that_tell_something(tmp_path, later):
+def test_every_frame_of_a_gif_has_its_duration_and_the_colours_that_tell(tmp_path, later):
     clock = Clock()
     write_film(tmp_path / "a.gif", later, clock, 0.25)
+    lengths = []
     with Image.open(tmp_path / "a.gif") as film:
         for number in range(film.n_frames):
             film.seek(number)
             packed = np.unique(np.asarray(film.convert("RGB")).astype(int) @ [65536, 256, 1])
             colours = np.stack([packed >> 16, packed >> 8 & 255, packed & 255], axis=-1)
+            lengths.append(film.info["duration"])
             for name in (look.STUCK, look.SLIPPING):  # at least those of the legend
                 exact = np.round(255 * np.array(to_rgb(name)))
                 assert np.abs(colours - exact).max(axis=1).min() <= 1
+    assert sum(lengths) == 250 and set(lengths) == {40, 50}
 
 
 @pytest.mark.slow
@@ -355,15 +345,8 @@ def test_a_film_of_the_window_is_tracked_and_analysed(tmp_path, capsys):
     assert cli.main(["analyse", str(table), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     every = 1 / 24 / TIME_S
-    run = simulate(
-        ChainParameters(2, 15.0),
-        duration=250 + 95 * every,
-        transient=250.0,
-        method="event",
-        seed=1,
-        sample_interval=every,
-        sample_start=250.0,
-    )
+    how = {"transient": 250.0, "sample_interval": every, "sample_start": 250.0}
+    run = simulate(ChainParameters(2, 15.0), duration=250 + 95 * every, seed=1, **how)
     last = run.positions[:, -1]
     assert told["disorder_parameter"] == pytest.approx(last.std() / last.mean(), rel=0.02)
     assert told["mean_length"] == pytest.approx(LENGTH_M * last.mean(), rel=2e-3)
@@ -383,12 +366,12 @@ def test_the_command_writes_a_film(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"output": "a.avi"}, "output = a.avi: must end in .mp4 or .gif"),
+        ({"speed": "inf"}, "speed = inf"),
         ({"output": "a.mp4", "duration": "0"}, "duration = 0: must be greater than 0"),
         ({"output": "a.mp4", "duration": "0.01"}, "a film of at least one frame needs 0.0417 s"),
         ({"output": "a.gif", "fps": "60"}, "fps = 60: a gif has at most 50"),
-        ({"fps": "0"}, "fps = 0: must be from 1 to 120"),
-        ({"speed": "-1"}, "speed = -1: must be from 0.05 to 50"),
+        ({"fps": "0"}, "fps = 0: must be at least 1 and at most 120"),
+        ({"speed": "-1"}, "speed = -1: must be at least 0.05 and at most 50"),
         ({"output": "a.mp4", "seed": "-1"}, "seed = -1"),
         ({"duration": "5"}, "only a film has one, give --output too"),
         ({}, "no display to open a window on: write a film with --output"),
@@ -414,8 +397,3 @@ def test_a_toolkit_without_a_display_is_one_line(capsys, monkeypatch):
         status = cli.main(["watch", "--n-blocks=2", "--belt-velocity=15"])
     said = capsys.readouterr()
     assert status == 2 and "no display" in said.err and len(said.err.splitlines()) == 1
-
-
-def test_a_clock_takes_finite_numbers():
-    with pytest.raises(InputError, match="speed = inf"):
-        Clock(speed=np.inf)

@@ -98,23 +98,18 @@ class Cluster:
         key = self.folder / "munge" / "key"
         key.touch(mode=0o600)
         key.write_bytes(secrets.token_bytes(128))
-        (self.folder / "slurm.conf").write_text(
-            SLURM_CONF.format(
-                folder=self.folder,
-                host=socket.gethostname().partition(".")[0],
-                control_port=_free_port(),
-                node_port=_free_port(),
-                slots=self.slots,
-                memory=16000 * self.slots,
-                true=shutil.which("true"),
-            )
-        )
+        place = {"folder": self.folder, "host": socket.gethostname().partition(".")[0]}
+        place |= {"slots": self.slots, "memory": 16000 * self.slots, "true": shutil.which("true")}
+        ports = {"control_port": _free_port(), "node_port": _free_port()}
+        (self.folder / "slurm.conf").write_text(SLURM_CONF.format(**place, **ports))
         srun = self.folder / "bin" / "srun"
         srun.write_text(SRUN.format(folder=self.folder, srun=shutil.which("srun")))
         srun.chmod(0o755)
         (self.folder / "cgroup.conf").write_text("CgroupPlugin=cgroup/v1\nCgroupAutomount=no\n")
         try:
-            self._start("munged", *self._munge_options())
+            files = {"key-file": "key", "socket": "socket", "pid-file": "pid", "seed-file": "seed"}
+            options = [f"--{name}={self.folder / 'munge' / file}" for name, file in files.items()]
+            self._start("munged", "--foreground", "--force", *options)
             self._start("slurmctld", "-D")
             self.start_node()
             self.wait_until_idle()
@@ -163,15 +158,8 @@ class Cluster:
 
     def ask(self, *command, timeout=60):
         """What a command of Slurm prints."""
-        done = subprocess.run(
-            command,
-            env=self.environment,
-            capture_output=True,
-            text=True,
-            check=True,
-            timeout=timeout,
-        )
-        return done.stdout
+        how = {"env": self.environment, "timeout": timeout, "text": True}
+        return subprocess.check_output(command, stderr=subprocess.PIPE, **how)
 
     def running(self):
         """Numbers of the jobs that run."""
@@ -185,35 +173,17 @@ class Cluster:
         end = time.monotonic() + SECONDS_TO_START
         while time.monotonic() < end:
             with contextlib.suppress(subprocess.SubprocessError):
-                if self.ask("sinfo", "--noheader", "--format=%t").strip() in (
-                    "idle",
-                    "mix",
-                    "alloc",
-                ):
+                state = self.ask("sinfo", "--noheader", "--format=%t").strip()
+                if state in ("idle", "mix", "alloc"):
                     return
             time.sleep(0.5)
-        sys.exit(
-            f"error: the node did not come up in {SECONDS_TO_START} s; see {self.folder}/*.log"
-        )
-
-    def _munge_options(self):
-        place = self.folder / "munge"
-        files = {"key-file": "key", "socket": "socket", "pid-file": "pid", "seed-file": "seed"}
-        return [
-            "--foreground",
-            "--force",
-            *(f"--{option}={place / name}" for option, name in files.items()),
-        ]
+        sys.exit(f"error: no node came up in {SECONDS_TO_START} s; see {self.folder}/*.log")
 
     def _start(self, name, *options):
         with (self.folder / f"{name}.out").open("ab") as out:
-            self._daemons[name] = subprocess.Popen(
-                ["nice", "-n", str(self.niceness), name, *options],
-                env=self.environment,
-                stdout=out,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,
-            )
+            how = {"env": self.environment, "stdout": out, "stderr": subprocess.STDOUT}
+            command = ["nice", "-n", str(self.niceness), name, *options]
+            self._daemons[name] = subprocess.Popen(command, **how, start_new_session=True)
 
     def _end(self, name, how):
         daemon = self._daemons.pop(name, None)

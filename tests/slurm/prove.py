@@ -57,13 +57,9 @@ def snakemake(place, run, options, arguments, environment):
         "PYTHONPATH": f"{place / 'src'}:{os.environ.get('PYTHONPATH', '')}"
     }
     with (place / f"{run}.out").open("w") as out:
-        return subprocess.run(
-            ["nice", "-n", str(arguments.niceness), *command],
-            cwd=place,
-            env=environment,
-            stdout=out,
-            stderr=subprocess.STDOUT,
-        ).returncode
+        command = ["nice", "-n", str(arguments.niceness), *command]
+        how = {"cwd": place, "env": environment, "stdout": out, "stderr": subprocess.STDOUT}
+        return subprocess.call(command, **how)
 
 
 class Trouble(threading.Thread):
@@ -84,10 +80,9 @@ class Trouble(threading.Thread):
             harm = kinds[len(self.done) % len(kinds)]
             with contextlib.suppress(subprocess.SubprocessError):
                 if self._cluster.running() and (what := harm()):
-                    self.done.append((harm.__name__.replace("_", " "), what))
-                    print(
-                        f"  {time.strftime('%H:%M:%S')} {harm.__name__.replace('_', ' ')}: {what}"
-                    )
+                    name = harm.__name__.replace("_", " ")
+                    self.done.append((name, what))
+                    print(f"  {time.strftime('%H:%M:%S')} {name}: {what}")
 
     def stop(self):
         self._over.set()
@@ -132,9 +127,8 @@ def contents(results):
                     found[f"{path.name}:{name}"] = getattr(value, "tobytes", lambda v=value: v)()
 
             file.visititems(keep)
-    for pattern in ("*.csv", "experiment/*.csv"):
-        for path in sorted(results.glob(pattern)):
-            found[str(path.relative_to(results))] = path.read_bytes()
+    for path in [*results.glob("*.csv"), *results.glob("experiment/*.csv")]:
+        found[str(path.relative_to(results))] = path.read_bytes()
     for path in sorted(results.glob("figures/*.png")):
         # its pixels: the words in a figure name the run, which is another
         with Image.open(path) as image:
@@ -151,9 +145,7 @@ def prove(folder, arguments):
     place = folder / "project"
     copy_project(place)
     shutil.rmtree(place / "results", ignore_errors=True)
-    status = snakemake(
-        place, "alone", ["--cores", str(arguments.cores)], arguments, dict(os.environ)
-    )
+    status = snakemake(place, "alone", [f"--cores={arguments.cores}"], arguments, dict(os.environ))
     if status:
         sys.exit(f"error: Snakemake failed without Slurm: {tail(place / 'alone.out')}")
     print("the run without Slurm is done", flush=True)

@@ -10,6 +10,7 @@ command goes on.
 """
 
 import argparse
+import contextlib
 import os
 import random
 import re
@@ -26,7 +27,13 @@ import psutil
 ROOT = Path(__file__).parents[2]
 RESULTS = Path("results/smoke")
 PATIENCE = 30.0  # seconds for jobs to see that Snakemake is gone
-KINDS = ("kill a job", "kill Snakemake", "kill all", "Ctrl-C", "SIGTERM")
+KINDS = {  # signal, and whether to all processes
+    "kill a job": (signal.SIGKILL, False),
+    "kill Snakemake": (signal.SIGKILL, False),
+    "kill all": (signal.SIGKILL, True),
+    "Ctrl-C": (signal.SIGINT, True),
+    "SIGTERM": (signal.SIGTERM, False),
+}
 # what differs between two undisturbed runs too
 OWN = ("logs", "benchmarks", ".lock")
 TIMES = re.compile(r'<section id="time".*?</section>', re.S)
@@ -50,17 +57,9 @@ class Workflow:
         environment = os.environ | {"PYTHONPATH": str(tree / "src")}
         self.said = said
         with said.open("wb") as output:
-            self.process = psutil.Popen(
-                [*command, "--config", "preset=smoke"],
-                cwd=tree,
-                env=environment,
-                stdout=output,
-                stderr=output,
-                start_new_session=True,
-            )
-
-    def finish(self) -> int:
-        return self.process.wait()
+            how = {"cwd": tree, "env": environment, "start_new_session": True}
+            command += ["--config", "preset=smoke"]
+            self.process = psutil.Popen(command, stdout=output, stderr=output, **how)
 
     def jobs_left(self) -> list[psutil.Process]:
         """Jobs that are still there some time after the end."""
@@ -71,33 +70,26 @@ class Workflow:
 
     def jobs(self) -> list[psutil.Process]:
         """Processes of the group but Snakemake."""
-        found = []
-        for each in psutil.process_iter():
-            try:
-                if os.getpgid(each.pid) == self.process.pid and each.pid != self.process.pid:
-                    found.append(each)
-            except (ProcessLookupError, psutil.NoSuchProcess):
-                continue
-        return found
+        group = []
+        for process in psutil.process_iter():
+            with contextlib.suppress(ProcessLookupError, psutil.NoSuchProcess):
+                if os.getpgid(process.pid) == self.process.pid != process.pid:
+                    group.append(process)
+        return group
 
     def hit(self, kind: str) -> bool:
         """Do what the kind says; False if there is nothing to hit."""
+        number, everything = KINDS[kind]
         try:
             if kind == "kill a job":
-                jobs = self.jobs()
-                for job in jobs[:1]:
-                    job.kill()
-                return bool(jobs)
-            if self.process.poll() is not None:
+                self.jobs()[0].kill()
+            elif self.process.poll() is not None:
                 return False
-            if kind == "kill Snakemake":
-                self.process.kill()
-            elif kind == "SIGTERM":
-                self.process.terminate()
-            else:
-                number = signal.SIGKILL if kind == "kill all" else signal.SIGINT
+            elif everything:
                 os.killpg(self.process.pid, number)
-        except (ProcessLookupError, psutil.NoSuchProcess):
+            else:
+                self.process.send_signal(number)
+        except (IndexError, ProcessLookupError, psutil.NoSuchProcess):
             return False
         return True
 
@@ -139,7 +131,7 @@ def undisturbed(tree: Path, targets: list[str]) -> tuple[float, float]:
     while workflow.process.poll() is None and not workflow.jobs():
         time.sleep(0.1)
     first = time.monotonic() - begun
-    assert workflow.finish() == 0, said.read_text(errors="replace")
+    assert workflow.process.wait() == 0, said.read_text(errors="replace")
     return first, time.monotonic() - begun
 
 
@@ -155,7 +147,7 @@ def interrupt(
     stream = random.Random(seed)
     done: Counter = Counter()
     said = tree / "said.txt"
-    kinds = [KINDS[number % len(KINDS)] for number in range(kills)]
+    kinds = [[*KINDS][number % len(KINDS)] for number in range(kills)]
     stream.shuffle(kinds)
     while kinds:
         kind, at_file = kinds[-1], stream.random() < 0.5
@@ -165,7 +157,7 @@ def interrupt(
         if workflow.hit(kind):
             kinds.pop()
             done[kind] += 1
-        status = workflow.finish()
+        status = workflow.process.wait()
         left = workflow.jobs_left()
         words = said.read_text(errors="replace")
         print(f"{kind}{' at a file' if at_file else ''}: status {status}", flush=True)
@@ -181,8 +173,7 @@ def interrupt(
             wrong.append(f"{kind}: {words}")
         if over:  # too early: again from the beginning
             shutil.rmtree(tree / RESULTS)
-    status = Workflow(tree, targets, said).finish()
-    assert status == 0, said.read_text(errors="replace")
+    assert Workflow(tree, targets, said).process.wait() == 0, said.read_text(errors="replace")
     return done, wrong
 
 

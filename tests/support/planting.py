@@ -11,9 +11,8 @@ runs the rest of the quick suite after them, which alone says that an error is n
 keeps the list with its outcome, to be judged by hand: a change that leaves every result as it was
 is no error.
 
-Mutation tools on the market rewrite functions in ways that Numba cannot compile. This one writes
-the error into a copy of the sources and leaves alone the time stamps of the other files, so that
-compiled kernels stay valid.
+Mutation tools on the market rewrite functions in ways that Numba cannot compile. This one works in
+a copy and leaves alone the time stamps of the other files, so that compiled kernels stay valid.
 """
 
 import argparse
@@ -139,11 +138,8 @@ def _code(node):
 
 
 def _has_key(node):
-    return (
-        isinstance(node, ast.Subscript)
-        and isinstance(node.slice, ast.Constant)
-        and isinstance(node.slice.value, str)
-    )
+    key = node.slice if isinstance(node, ast.Subscript) else None
+    return isinstance(key, ast.Constant) and isinstance(key.value, str)
 
 
 def _between(node):
@@ -152,6 +148,8 @@ def _between(node):
         yield node.op, node.left, node.right
     elif isinstance(node, ast.Compare):
         yield from zip(node.ops, [node.left, *node.comparators], node.comparators, strict=False)
+    elif isinstance(node, ast.AugAssign):
+        yield node.op, node.target, node.value
     elif isinstance(node, ast.BoolOp):
         yield from ((node.op, *pair) for pair in zip(node.values, node.values[1:], strict=False))
 
@@ -220,16 +218,7 @@ def name(node, text, span, plant, words, keys):
                 plant("name", end - len(word), end, other)
 
 
-def assignment(node, text, span, plant, **_):
-    """Sum that grows made to shrink."""
-    if isinstance(node, ast.AugAssign) and isinstance(node.op, (ast.Add, ast.Sub)):
-        begin, end = span(node.target)[1], span(node.value)[0]
-        old, new = SIGNS[type(node.op)]
-        at = begin + text[begin:end].index(old)
-        plant("assignment", at, at + 1, new)
-
-
-OPERATORS = (sign, constant, function, arguments, name, assignment)
+OPERATORS = (sign, constant, function, arguments, name)
 
 
 def draw(count: int, seed: int, rooms: list[str]) -> list[Plant]:
@@ -337,15 +326,10 @@ def run(tree: Path, tests: list[str], options: list[str], limit: float | None = 
     """Run tests in a process of their own: those that fail, or why there is no answer."""
     environment = os.environ | {"PYTHONPATH": str(tree / "src")}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)  # compiled once, whatever the outside says
-    process = subprocess.Popen(
-        [sys.executable, "-m", "pytest", "-q", "-rfE", "-p", "no:cacheprovider", *options, *tests],
-        cwd=tree,
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        start_new_session=True,
-    )
+    command = [sys.executable, "-m", "pytest", "-q", "-rfE", "-p", "no:cacheprovider"]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    how = {"cwd": tree, "env": environment, "start_new_session": True}
+    process = subprocess.Popen([*command, *options, *tests], **pipes, **how)
     try:
         text, _ = process.communicate(timeout=limit)
     except subprocess.TimeoutExpired:

@@ -7,6 +7,7 @@ figures must be the same.
 """
 
 import hashlib
+import io
 import os
 import re
 import shutil
@@ -25,17 +26,13 @@ TIMES = re.compile(r'<section id="time".*?</section>', re.S)  # of the jobs
 
 @dataclass(frozen=True)
 class Outcome:
-    """What the workflow did in the unpacked archive.
+    """What the workflow did in the unpacked archive."""
 
-    jobs : number of jobs by rule.  same_bits, same_pixels, other : names of figures.
-    same_report : but for the times of the jobs.
-    """
-
-    jobs: dict[str, int]
-    same_bits: list[str]
+    jobs: dict[str, int]  # by rule
+    same_bits: list[str]  # names of figures
     same_pixels: list[str]
     other: list[str]
-    same_report: bool
+    same_report: bool  # but for the times of the jobs
 
 
 def unpack(archive: Path, place: Path) -> Path:
@@ -64,19 +61,11 @@ def made_again(top: Path, run: str, place: Path) -> Outcome:
     after = {path.name: path.read_bytes() for path in (results / "figures").iterdir()}
     assert set(after) == set(before)
     bits = [name for name in before if before[name] == after[name]]
-    pixels = [
-        name
-        for name in before
-        if name.endswith(".png")
-        and np.array_equal(
-            *(np.asarray(Image.open(results / "figures" / name)), pixels_of(before[name], place))
-        )
-    ]
+    pictures = [name for name in before if name.endswith(".png")]
+    pixels = [n for n in pictures if np.array_equal(pixels_of(before[n]), pixels_of(after[n]))]
+    words = {"simulate": "Simulating", "join": "Joining", "draw": "Drawing"}
     return Outcome(
-        jobs={
-            rule: said.count(f": {word} ")
-            for rule, word in (("simulate", "Simulating"), ("join", "Joining"), ("draw", "Drawing"))
-        },
+        jobs={rule: said.count(f": {word} ") for rule, word in words.items()},
         same_bits=bits,
         same_pixels=pixels,
         other=sorted(set(before) - {*bits, *pixels}),
@@ -84,10 +73,8 @@ def made_again(top: Path, run: str, place: Path) -> Outcome:
     )
 
 
-def pixels_of(content: bytes, place: Path) -> np.ndarray:
-    path = place / "before.png"
-    path.write_bytes(content)
-    return np.asarray(Image.open(path))
+def pixels_of(content: bytes) -> np.ndarray:
+    return np.asarray(Image.open(io.BytesIO(content)))
 
 
 def snakemake(top: Path, place: Path, *arguments: str) -> str:

@@ -9,8 +9,6 @@ from beltrepro.base.errors import InputError
 from beltrepro.cli import options as shared
 from beltrepro.model.units import from_si
 
-_LEAST_IN_WINDOW = 3  # samples that tell an amplitude
-
 
 def add(commands: Any) -> None:
     """Add the command."""
@@ -46,9 +44,9 @@ def run(options: argparse.Namespace) -> None:
         recording = analyse(time_s, x_m, **settings, quiet=options.quiet)
     except NotEnoughDataError as error:
         raise InputError(f"{options.recording}: {error}") from None
-    if options.window < _LEAST_IN_WINDOW * recording.interval_s:
+    if options.window < 3 * recording.interval_s:
         raise InputError(
-            f"window = {options.window:g}: it must hold {_LEAST_IN_WINDOW} samples or more, and "
+            f"window = {options.window:g}: it must hold 3 samples or more, and "
             f"{options.recording} has one every {recording.interval_s:.3g} s"
         )
     if options.output:

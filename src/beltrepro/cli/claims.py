@@ -65,10 +65,7 @@ def _plain(result: Result) -> dict[str, Any]:
         ends = dict(zip(("allowed_low", "allowed_high"), number.allowed or (nan, nan), strict=True))
         values = asdict(number.estimate) | ends
         del values["still_open"]  # not in the tables
-        finite = {
-            key: value if value is None or isfinite(value) else None
-            for key, value in values.items()
-        }
+        finite = {k: None if v is None or not isfinite(v) else v for k, v in values.items()}
         numbers.append({"name": number.name} | finite | {"verdict": number.verdict})
     return {
         "id": result.id,
@@ -88,23 +85,14 @@ def _table(results: list[Result]) -> str:
     from tabulate import tabulate
 
     width = max(30, shutil.get_terminal_size((110, 24)).columns - 50)
-    rows = [
-        (
-            result.id,
-            result.claim.figure,
-            result.verdict,
-            "\n".join(line for part in _parts(result) for line in textwrap.wrap(part, width)),
-        )
-        for result in results
-    ]
+    rows = []
+    for result in results:
+        parts = [
+            (f"{number.name}: " if number.name else "")
+            + number.words
+            + (f" [{number.allowed_words}]" if number.allowed_words else "")
+            for number in result.counted.numbers.values()
+        ] or [result.counted.note]
+        lines = "\n".join(textwrap.fill(part, width) for part in parts)
+        rows.append((result.id, result.claim.figure, result.verdict, lines))
     return tabulate(rows, headers=("claim", "figure", "verdict", "measured"), tablefmt="simple")
-
-
-def _parts(result: Result) -> list[str]:
-    """One line for each number, or the reason where there are none."""
-    return [
-        (f"{number.name}: " if number.name else "")
-        + number.words
-        + (f" [{number.allowed_words}]" if number.allowed_words else "")
-        for number in result.counted.numbers.values()
-    ] or [result.counted.note]

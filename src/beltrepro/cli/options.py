@@ -145,8 +145,7 @@ def add_numerics(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     option("--duration", type=float, required=True, help="time simulated, transient included")
     option("--transient", type=float, default=0.0, help="time left out of what is measured (0)")
-    words = "event, exact, or verlet, the paper's scheme (event)"
-    option("--method", default="event", help=words)
+    option("--method", default="event", help="event, exact, or verlet, of the paper (event)")
     option("--time-step", type=float, default=0.001, help="dt (paper: 0.001)")
     words = "truncation allowed in a step of event (its own: 1e-10, more with noise)"
     option("--tolerance", type=float, help=words)
@@ -165,8 +164,7 @@ def add_chain(
     number: Callable[[str], Any] = float,
 ) -> None:
     """Options that say which chain, with the words of `ChainParameters`."""
-    title = "law of springs and friction, as in the paper if not given"
-    law = parser.add_argument_group(title)
+    law = parser.add_argument_group("law of springs and friction, as in the paper if not given")
     text = inspect.getdoc(ChainParameters) or ""
     words = dict(re.findall(r"^(\w+) : .*\n    (.+)\.$", text, re.M))
     for parameter in fields(ChainParameters):

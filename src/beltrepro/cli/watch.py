@@ -6,8 +6,6 @@ from typing import Any
 from beltrepro.base.errors import InputError, needing
 from beltrepro.cli import options as shared
 
-_FILM = 20.0  # seconds of a film, if nothing else is said
-
 
 def add(commands: Any) -> None:
     """Add the command."""
@@ -30,7 +28,7 @@ def add(commands: Any) -> None:
     option("--speed", type=float, default=1.0, help="seconds of the chain in a second shown (1)")
     option("--fps", type=float, default=24.0, help="frames in a second (24)")
     shared.add_output(parser, "write a film, .mp4 or .gif")
-    option("--duration", type=float, help=f"seconds of the film ({_FILM:g})")
+    option("--duration", type=float, help="seconds of the film (20)")
 
 
 def run(options: argparse.Namespace) -> None:
@@ -48,7 +46,7 @@ def run(options: argparse.Namespace) -> None:
         watch.check_display()
         watch.open_window(watch.begin(chain, clock, options.transient, options.seed), clock)
         return
-    duration = _FILM if options.duration is None else options.duration
+    duration = 20.0 if options.duration is None else options.duration
     shared.check_output(options)
     watch.check_film(options.output, duration, clock)
     progress = shared.progress_of("film")

@@ -89,18 +89,9 @@ class SolveIvpChain:
         n_blocks = chain.n_blocks
         moving = (self.direction != 0).astype(float)
         kinetic = self.direction * (chain.friction_ratio * chain.static_friction)
-        limit, rest = chain.linear_limit, chain.rest_length
-        compression, extension = chain.compression_rate, chain.extension_rate
 
         def motion(time, state):
-            deformation = state[:n_blocks] - rest
-            deformation[1:] -= state[: n_blocks - 1]
-            size = np.abs(deformation)
-            linear = np.minimum(size, limit)
-            rate = np.where(deformation < 0, compression, extension)
-            tension = np.copysign(linear + np.expm1(rate * (size - linear)) / rate, deformation)
-            force = -tension - kinetic
-            force[:-1] += tension[1:]
+            force = external_force(state[:n_blocks], chain) - kinetic
             return np.concatenate([state[n_blocks:], moving * force])
 
         return motion

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from beltrepro.base import checks
-from beltrepro.base.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.spring import chain_deformations, spring_force
 from beltrepro.model.units import TIME_S
@@ -29,10 +28,8 @@ class Clock:
     paused: bool = False  # whether frames stand still
 
     def __post_init__(self) -> None:
-        limits = ("speed", self.speed, 0.05, 50.0), ("fps", self.frames_per_second, 1.0, 120.0)
-        for name, value, low, high in limits:
-            if not low <= checks.finite_number(name, value) <= high:
-                raise InputError(f"{name} = {value:g}: must be from {low:g} to {high:g}")
+        checks.within("speed", self.speed, ge=0.05, le=50)
+        checks.within("fps", self.frames_per_second, ge=1, le=120)
 
     @property
     def tick(self) -> float:

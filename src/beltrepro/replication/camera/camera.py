@@ -132,10 +132,8 @@ class _Drawing:
     def __init__(self, scene: Scene, view: Framing, blur: float) -> None:
         self._scene, self._view, self._blur = scene, view, blur
         middle = scene.block_width / 2
-        bands = [
-            (0.0, scene.block_width),
-            (middle - scene.spring_width / 2, middle + scene.spring_width / 2),
-        ]
+        spring = middle - scene.spring_width / 2, middle + scene.spring_width / 2
+        bands = [(0.0, scene.block_width), spring]
         rows = [band(view.across(a), view.across(b), view.height) for a, b in bands]
         self._rows = self._blurred(np.stack(rows, axis=1), (0, 1))
         self._still = self._blurred(_still_picture(scene, view), (1, 1))
@@ -151,7 +149,9 @@ class _Drawing:
 
     def _profiles(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
         """Brightness (T, 2, W) along the lane of the blocks and along that of the springs."""
-        left, right = (self._edges((begin, end), side) for side in (-0.5, 0.5))
+        # (2, T, N) pixels of the edges of all blocks, at the beginning and end of the exposure
+        places, length = np.stack([begin, end]), self._scene.block_length
+        left, right = (self._view.along(places + side * length) for side in (-0.5, 0.5))
         # Where the model's blocks, which are points, come too near, the outer one hides the inner.
         right[..., :-1] = np.minimum(right[..., :-1], left[..., 1:])
         bright = np.full(begin.shape[1], self._scene.block - self._scene.belt)
@@ -160,10 +160,6 @@ class _Drawing:
         changes = np.stack([blocks, self._spring_changes(left, right)], axis=1)
         rows = changes.cumsum(axis=-1).reshape(-1, self._view.width)
         return self._blurred(rows, (1, 0)).reshape(changes.shape)
-
-    def _edges(self, places: tuple[np.ndarray, np.ndarray], side: float) -> np.ndarray:
-        """Pixels (2, T, N) of one edge of all blocks, at the beginning and end of the exposure."""
-        return self._view.along(np.stack(places) + side * self._scene.block_length)
 
     def _spring_changes(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
         """Changes (T, W) of the brightness along the springs, from support to last block."""
@@ -215,11 +211,8 @@ def _still_picture(scene: Scene, view: Framing) -> np.ndarray:
     long = band(view.across(edge), view.across(edge + scene.long_mark_length), view.height)
     for number in range(count):
         middle = number * scene.mark_spacing
-        columns = band(
-            view.along(middle - scene.mark_width / 2),
-            view.along(middle + scene.mark_width / 2),
-            view.width,
-        )
+        ends = middle - scene.mark_width / 2, middle + scene.mark_width / 2
+        columns = band(view.along(ends[0]), view.along(ends[1]), view.width)
         rows = long if number % 10 == 0 else short
         picture += (scene.mark - scene.tape) * np.outer(rows, columns)
     return picture
@@ -231,12 +224,12 @@ class _Shutter:
     def __init__(self, camera: Camera, view: Framing) -> None:
         self._camera = camera
         self._random = np.random.default_rng(camera.seed)
-        size = (view.width, view.height)
+        middle = ((view.width - 1) / 2, (view.height - 1) / 2)
         # Each frame takes its noise from a random place of this store: to draw it anew would take
         # longer than all the rest.
         store = _NOISE_PICTURES * view.width * view.height
         self._noise = self._random.standard_normal(store, dtype=np.float32)
-        self._turn = turn_matrix(size, camera.angle) if camera.angle else None
+        self._turn = cv2.getRotationMatrix2D(middle, -camera.angle, 1.0) if camera.angle else None
         self._along = np.linspace(-1, 1, view.width, dtype=np.float32)
         self._across = np.linspace(-1, 1, view.height, dtype=np.float32)[:, np.newaxis]
 
@@ -268,12 +261,6 @@ class _Shutter:
         return along + slope * np.float32(np.sin(turned)) * self._across
 
 
-def turn_matrix(size: tuple[int, int], angle: float) -> np.ndarray:
-    """Matrix (2, 3) that turns a picture about its middle."""
-    middle = ((size[0] - 1) / 2, (size[1] - 1) / 2)
-    return cv2.getRotationMatrix2D(middle, -angle, 1.0)
-
-
 def _check_instants(time: np.ndarray, frames_per_second: float) -> None:
     """Refuse samples at another distance than that of the frames."""
     gaps = np.diff(time) * frames_per_second
@@ -289,10 +276,7 @@ def _check_instants(time: np.ndarray, frames_per_second: float) -> None:
 
 
 def band(low: float, high: float, count: int) -> np.ndarray:
-    """Share (count,) of each pixel between two places.
-
-    Pixel j reaches from j to j + 1.
-    """
+    """Share (count,) of each pixel between two places; pixel j reaches from j to j + 1."""
     ends = np.arange(count + 1)
     return np.diff(np.clip(ends, low, max(low, high)))
 

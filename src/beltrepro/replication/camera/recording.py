@@ -168,14 +168,8 @@ def analyse(
     require(np.all(np.diff(time) > 0), "instants time_s must rise")
     interval = float(np.median(np.diff(time)))
     parts = regimes(time, position, window_s=window_s, quiet=quiet, lasting_s=lasting_s)
-    large_s = _stretches(time, ~parts.small)
-    return Recording(
-        **vars(parts),
-        time_s=time,
-        x_m=position,
-        interval_s=interval,
-        spectra=_spectra(time, position, interval, parts.small_s, large_s),
-    )
+    spectra = _spectra(time, position, interval, parts.small)
+    return Recording(**vars(parts), time_s=time, x_m=position, interval_s=interval, spectra=spectra)
 
 
 def _weights(gaps: np.ndarray, interval: float) -> np.ndarray:
@@ -212,16 +206,12 @@ def _stretches(time: np.ndarray, chosen: np.ndarray) -> np.ndarray:
 
 
 def _spectra(
-    time: np.ndarray,
-    position: np.ndarray,
-    interval: float,
-    small_s: np.ndarray,
-    large_s: np.ndarray,
+    time: np.ndarray, position: np.ndarray, interval: float, small: np.ndarray
 ) -> dict[str, Spectrum]:
     """Spectra of the whole, and of the longest stretches of each kind."""
     spans = {WHOLE: (time[0], time[-1])}
-    for name, stretches in ((SMALL, small_s), (LARGE, large_s)):
-        if len(stretches):
+    for name, chosen in ((SMALL, small), (LARGE, ~small)):
+        if len(stretches := _stretches(time, chosen)):
             spans[name] = tuple(stretches[np.argmax(np.diff(stretches, axis=1))])
     spectra = {}
     for name, (begin, end) in spans.items():

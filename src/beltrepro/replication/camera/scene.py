@@ -94,9 +94,7 @@ class Camera:
 
     def __post_init__(self) -> None:
         _check(self)
-        longest = 1 / self.frames_per_second
-        if self.exposure > longest:
-            raise InputError(f"exposure = {self.exposure:g}: must be from 0 to {longest:g}")
+        checks.within("exposure", self.exposure, ge=0, le=1 / self.frames_per_second)
         checks.key("seed", self.seed)
 
 
@@ -114,12 +112,9 @@ def _check(settings: Any) -> None:
             continue
         if "le" in limits and isinstance(setting.default, int):
             checks.whole_number(name, value)
-        if "gt" in limits:
-            checks.positive(name, value)
-        elif "le" not in limits:
-            checks.not_negative(name, value)
-        elif not limits["ge"] <= checks.finite_number(name, value) <= limits["le"]:
-            low, high = limits["ge"], limits["le"]
-            raise InputError(f"{name} = {value:g}: must be from {low:g} to {high:g}")
+        if "le" in limits:
+            checks.within(name, value, ge=limits["ge"], le=limits["le"])
+        else:
+            (checks.positive if "gt" in limits else checks.not_negative)(name, value)
         if "multiple_of" in limits and value % limits["multiple_of"]:
             raise InputError(f"{name} = {value}: must be an even number")

@@ -43,7 +43,6 @@ class Survey:
         cls,
         pictures: list[np.ndarray],
         scene: Scene,
-        *,
         metres_per_pixel: float | None,
         first_mark: float | None,
         support: str,
@@ -64,21 +63,16 @@ class Survey:
         if measure and towards == -1:
             measure = tape.find_tape(mean[::-1, ::-1], angle, measure.spacing)
         if measure and not measure.begins and first_mark is None:
+            edge, other = ("left", "right")[::towards]
             raise InputError(
-                f"{name}: the tape measure goes on beyond the {_edge(towards)} edge of the "
+                f"{name}: the tape measure goes on beyond the {edge} edge of the "
                 f"picture, where the chain is held: give what it reads at the first mark there, "
-                f"--first-mark in metres; or --support {_edge(-towards)}, if it is held there"
+                f"--first-mark in metres; or --support {other}, if it is held there"
             )
         height, width = mean.shape
-        return cls(
-            metres_per_pixel=scale,
-            angle=angle,
-            zero=measure.first if measure else -(width - 1) / 2,
-            towards=towards,
-            along=along,
-            across=across,
-            middle=((width - 1) / 2, (height - 1) / 2),
-        )
+        middle = ((width - 1) / 2, (height - 1) / 2)
+        zero = measure.first if measure else -middle[0]
+        return cls(scale, angle, zero, towards, along, across, middle)
 
     def along_belt(self, place: Place) -> float:
         """Pixels from the first mark, along the belt, away from the support."""
@@ -109,11 +103,6 @@ def _check_size(blocks: list[Region | None], scale: float, scene: Scene, name: s
         )
 
 
-def _edge(towards: int) -> str:
-    """Side of the picture where the chain is held."""
-    return "left" if towards == 1 else "right"
-
-
 def _side(
     pictures: list[np.ndarray],
     blocks: list[Region | None],
@@ -127,13 +116,8 @@ def _side(
     beside = max(2, int(0.4 * along))  # columns; between them and the block there may be a rim
     # Pictures of the block and its surroundings are laid over each other. The spring stays where it
     # is. What moves otherwise, as a glare that the block passes, is there in fewer than half.
-    around = np.stack(
-        [
-            _around(picture, block, angle, half, rows)
-            for picture, block in zip(pictures, blocks, strict=True)
-            if block
-        ]
-    )
+    pairs = zip(pictures, blocks, strict=True)
+    around = np.stack([_around(seen, block, angle, half, rows) for seen, block in pairs if block])
     left, right = (
         float(np.median(part.mean(axis=2), axis=0).std())
         for part in (around[:, :, :beside], around[:, :, -beside:])
@@ -191,14 +175,10 @@ def _scale(
     # Each size leads to expect a distance of the marks; that with the clearest marks counts. Sizes
     # within a tenth are one, and the rare ones are not tried.
     often = Counter(np.round(np.log(sizes) * 10).astype(int).tolist()).most_common(6)
-    guesses = [
-        float(np.median(np.array(sizes)[np.round(np.log(sizes) * 10) == size])) for size, _ in often
-    ]
-    tapes = [
-        measure
-        for pixels in guesses
-        if (measure := tape.find_tape(mean, angle, pixels * scene.mark_spacing))
-    ]
+    rounded = np.round(np.log(sizes) * 10)
+    guesses = [float(np.median(np.array(sizes)[rounded == size])) for size, _ in often]
+    seen = [tape.find_tape(mean, angle, pixels * scene.mark_spacing) for pixels in guesses]
+    tapes = [measure for measure in seen if measure]
     if not tapes:
         size = guesses[0] * scene.block_length, guesses[0] * scene.block_width
         raise InputError(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -47,13 +47,7 @@ def direction(picture: np.ndarray) -> float:
     best = angles[np.argmax([_row_contrast(small, angle) for angle in angles])]
     angles = np.arange(best - 1, best + 1.05, 0.1)
     best = angles[np.argmax([_row_contrast(small, angle) for angle in angles])]
-    best_fit = scipy.optimize.minimize_scalar(
-        lambda angle: -_row_contrast(small, angle),
-        bounds=(best - 0.1, best + 0.1),
-        method="bounded",
-        options={"xatol": 0.005},
-    )
-    return float(best_fit.x)
+    return _largest(lambda angle: _row_contrast(small, angle), best, 0.1, 0.005)
 
 
 def straightened(picture: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
@@ -129,13 +123,19 @@ def _refined(profile: np.ndarray, frequency: float) -> float:
     """The frequency near a given one at which the transform is greatest."""
     profile = profile.astype(float)
     step = 0.5 / profile.size
-    best_fit = scipy.optimize.minimize_scalar(
-        lambda cycles: -abs(_transform(profile, np.array([cycles]))[0]),
-        bounds=(frequency - step, frequency + step),
-        method="bounded",
-        options={"xatol": 1e-4 * step},
+
+    def strength(cycles: float) -> float:
+        return abs(_transform(profile, np.array([cycles]))[0])
+
+    return _largest(strength, frequency, step, 1e-4 * step)
+
+
+def _largest(function: Callable[[float], float], near: float, reach: float, error: float) -> float:
+    """Where a function is largest within reach of a place."""
+    best = scipy.optimize.minimize_scalar(
+        lambda x: -function(x), bounds=(near - reach, near + reach), options={"xatol": error}
     )
-    return float(best_fit.x)
+    return float(best.x)
 
 
 def _first_mark(
@@ -154,12 +154,12 @@ def _first_mark(
     # Three marks in a row are a tape; what lies dark between two such parts of it, covers it.
     rows = np.flatnonzero(seen[:-2] & seen[1:-1] & seen[2:])
     inside = marks[rows[0] + 1] if rows.size else _centre(profile)
-    end = _beginning(shape, shown, spacing, inside)
+    end, end_seen = _beginning(shape, shown, spacing, inside)
     # The end of a tape can be its zero: a mark there may lie a little before it.
-    possible = seen & (marks >= end.place - spacing / 4)
-    first = float(marks[np.argmax(possible)] if possible.any() else end.place)
+    possible = seen & (marks >= end - spacing / 4)
+    first = float(marks[np.argmax(possible)] if possible.any() else end)
     # A tape hardly brighter than what lies beyond it ends where there is room for marks, but none.
-    return first, bool(end.seen or first > np.argmax(shown) + 1.5 * spacing)
+    return first, bool(end_seen or first > np.argmax(shown) + 1.5 * spacing)
 
 
 def _seen(
@@ -174,15 +174,10 @@ def _seen(
     return contrast > _SEEN * np.median(contrast[near])
 
 
-class _End(NamedTuple):
-    """Where a tape begins, pixels, and whether that is seen: it may go on beyond the picture."""
-
-    place: float
-    seen: bool
-
-
-def _beginning(shape: np.ndarray, shown: np.ndarray, spacing: float, middle: float) -> _End:
-    """Where the tape begins; where the picture does, if the tape goes on beyond it."""
+def _beginning(
+    shape: np.ndarray, shown: np.ndarray, spacing: float, middle: float
+) -> tuple[float, bool]:
+    """Where the tape begins, pixels, and whether that is seen: it may go on beyond the picture."""
     size = int(np.ceil(spacing)) + 1
     # the marks filled up, or what is between them
     body = scipy.ndimage.grey_closing(shape, size=size)
@@ -190,11 +185,11 @@ def _beginning(shape: np.ndarray, shown: np.ndarray, spacing: float, middle: flo
     half = _DARKER * ahead
     before = np.flatnonzero(shown & (body < half) & (np.arange(body.size) < middle))
     if not before.size:
-        return _End(float(np.argmax(shown)) + 0.25 * spacing, seen=False)
+        return float(np.argmax(shown)) + 0.25 * spacing, False
     last = before[-1]
     rise = body[last + 1] - body[last]
     part = np.clip((half[last] - body[last]) / max(rise, 1e-9), 0, 1)
-    return _End(float(last + part), seen=True)
+    return float(last + part), True
 
 
 def _centre(profile: np.ndarray) -> float:

@@ -25,7 +25,10 @@ def read_track(path: Path) -> tuple[list[np.ndarray], dict[str, Any]]:
     remarks, lines = _lines(path)
     header = lines[0] if lines else ""
     separator = max(_SEPARATORS, key=header.count)
-    rows = _rows(path, lines, separator)
+    try:
+        rows = [row for row in csv.reader(lines, delimiter=separator) if any(map(str.strip, row))]
+    except csv.Error:
+        raise InputError(f"{path}: not a table of comma-separated values") from None
     names = [name.strip().lower() for name in rows[0]] if rows else []
     _check_names(path, names, header)
     if not rows[1:]:
@@ -52,21 +55,8 @@ def _lines(path: Path) -> tuple[list[str], list[str]]:
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file in UTF-8") from None
     lines = [line for line in text.splitlines() if line.strip()]
-    remarks = [line for line in lines if _is_remark(line)]
-    return remarks, [line for line in lines if not _is_remark(line)]
-
-
-def _is_remark(line: str) -> bool:
-    """Whether a line begins with #; a spreadsheet may have put it in quotes."""
-    return line.startswith(("#", '"#'))
-
-
-def _rows(path: Path, lines: list[str], separator: str) -> list[list[str]]:
-    """The values of each line that has any."""
-    try:
-        return [row for row in csv.reader(lines, delimiter=separator) if any(map(str.strip, row))]
-    except csv.Error:
-        raise InputError(f"{path}: not a table of comma-separated values") from None
+    remarks = [line for line in lines if line.startswith(("#", '"#'))]  # quoted by a spreadsheet
+    return remarks, [line for line in lines if line not in remarks]
 
 
 def _check_names(path: Path, names: list[str], header: str) -> None:

@@ -19,13 +19,11 @@ from beltrepro.replication.camera.survey import SUPPORTS, Survey
 from beltrepro.replication.camera.video import Frame, read_video
 from beltrepro.replication.camera.white_block import Place, Region
 
-COLUMNS = ("time_s", "x_m", "error_m")
 # Frames at the beginning in which the belt, the tape and the block are looked for, and of how many
 # each is one that is looked at.
 _SURVEY, _EVERY = 240, 10
 SPRING = 0.3  # share of the block: what is narrower across the belt is wiped off
 _FASTEST = 3.0  # m/s that the block never reaches
-_LEAST_FRAMES = 2
 _SCALES = (1e-6, 0.1)  # metres per pixel that a camera above a treadmill can have
 _FIRST_MARK = 5.0  # metres: no tape beside a chain reads more where the picture begins
 
@@ -53,7 +51,7 @@ class Track:
         }
         rows = np.column_stack([self.time_s, self.x_m, self.error_m])
         with Path(path).open("w", encoding="utf-8") as file:
-            file.write(f"# {json.dumps(settings)}\n{','.join(COLUMNS)}\n")
+            file.write(f"# {json.dumps(settings)}\ntime_s,x_m,error_m\n")
             np.savetxt(file, rows, delimiter=",", fmt="%.9g")
 
     @classmethod
@@ -62,14 +60,9 @@ class Track:
         from beltrepro.replication.camera.track_file import read_track
 
         (time_s, x_m, error_m), settings = read_track(Path(path))
-        return cls(
-            time_s,
-            x_m,
-            error_m,
-            metres_per_pixel=float(settings.get("metres_per_pixel", np.nan)),
-            angle=float(settings.get("angle", np.nan)),
-            lost_s=np.array(settings.get("lost_s", []), dtype=float).reshape(-1, 2),
-        )
+        scale, angle = (float(settings.get(k, np.nan)) for k in ("metres_per_pixel", "angle"))
+        lost_s = np.array(settings.get("lost_s", []), dtype=float).reshape(-1, 2)
+        return cls(time_s, x_m, error_m, scale, angle, lost_s)
 
 
 def track(
@@ -83,28 +76,19 @@ def track(
 ) -> Track:
     """Track the white block in a video from above the belt.
 
-    Belt, tape and block are looked for in the first ten seconds or so. The block is a bright
-    rectangle of the right shape; the tape has marks along the belt, at the distance that the size
-    of the block leads to expect, and their distance is the scale. Then the block is followed from
-    frame to frame (docs/experiment.md).
+    Belt, tape and block are looked for in the first ten seconds or so; then the block is followed
+    from frame to frame (docs/experiment.md).
     """
     scene = scene or Scene()
     if metres_per_pixel is not None:
-        _check_scale(metres_per_pixel)
+        checks.within("metres_per_pixel", metres_per_pixel, ge=_SCALES[0], le=_SCALES[1])
     if first_mark is not None:
-        _check_first_mark(first_mark)
+        checks.within("first_mark", first_mark, ge=-_FIRST_MARK, le=_FIRST_MARK)
     if support not in SUPPORTS:
         raise InputError(f"support = {support!r}: allowed are {', '.join(SUPPORTS)}")
     beginning = itertools.islice(read_video(video), 0, _SURVEY, _EVERY)
     pictures = [frame.picture for frame in beginning]
-    survey = Survey.of(
-        pictures,
-        scene,
-        metres_per_pixel=metres_per_pixel,
-        first_mark=first_mark,
-        support=support,
-        name=str(video),
-    )
+    survey = Survey.of(pictures, scene, metres_per_pixel, first_mark, support, str(video))
     places, lost, across = [], [], []
     for frame, place in _follow(read_video(video), survey):
         if place is None:
@@ -114,7 +98,7 @@ def track(
             across.append(survey.across_belt(place))
         if progress:
             progress(frame.time_s)
-    if len(places) < _LEAST_FRAMES:
+    if len(places) < 2:
         raise InputError(f"{video}: no white block found in more than {len(places)} of the frames")
     time, along, error = np.array(places).T
     return Track(
@@ -198,15 +182,3 @@ def _stretches(lost: np.ndarray, seen: np.ndarray) -> np.ndarray:
     place = np.searchsorted(seen, lost)
     parts = np.split(lost, np.flatnonzero(np.diff(place)) + 1)
     return np.array([(part[0], part[-1]) for part in parts])
-
-
-def _check_scale(value: float) -> None:
-    if not _SCALES[0] <= checks.positive("metres_per_pixel", value) <= _SCALES[1]:
-        low, high = _SCALES
-        raise InputError(f"metres_per_pixel = {value:g}: must be from {low:g} to {high:g}")
-
-
-def _check_first_mark(value: float) -> None:
-    if abs(checks.finite_number("first_mark", value)) > _FIRST_MARK:
-        low, high = -_FIRST_MARK, _FIRST_MARK
-        raise InputError(f"first_mark = {value:g}: must be from {low:g} to {high:g}, in metres")

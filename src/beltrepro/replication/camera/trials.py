@@ -38,12 +38,8 @@ def trials(
     """
     made = setup_of(chains, setup)
     lasting_s = units.to_si(checks.positive("laminar_time", laminar_time), "time")
-    settings: dict[str, Any] = {
-        "duration": duration,
-        "transient": transient,
-        "sample_start": transient,
-        "sample_interval": sample_interval,
-    }
+    settings: dict[str, Any] = {"duration": duration, "transient": transient}
+    settings |= {"sample_start": transient, "sample_interval": sample_interval}
     rows: list[dict[str, float]] = []
     while len(rows) < len(made.cases):
         part = part_of(made, slice(len(rows), len(rows) + _AT_ONCE))

@@ -45,7 +45,8 @@ def write_video(
 ) -> int:
     """Write frames to an H.264 video; the file appears under its name when it is complete."""
     path = Path(path)
-    check_suffix(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{path}: the name of a video must end in {', '.join(SUFFIXES)}")
     with replacing(path) as part:
         with av.open(str(part), "w") as container:
             options = {"crf": str(compression), "preset": preset}
@@ -53,12 +54,6 @@ def write_video(
         if not count:
             raise InputError(f"{path}: no frame to write")
     return count
-
-
-def check_suffix(path: Path) -> None:
-    """Check the ending of the name of a video to be written."""
-    if path.suffix.lower() not in SUFFIXES:
-        raise InputError(f"{path}: the name of a video must end in {', '.join(SUFFIXES)}")
 
 
 def read_video(path: str | Path) -> Iterator[Frame]:
@@ -86,12 +81,13 @@ def _encode(
     stream, count = None, 0
     for time_s, picture in frames:
         if stream is None:
-            stream = container.add_stream("libx264", rate=_rate(frames_per_second))
+            rate = Fraction(frames_per_second).limit_denominator(1001)  # as containers hold it
+            stream = container.add_stream("libx264", rate=rate)
             stream.height, stream.width = picture.shape[:2]
             stream.pix_fmt = _PIXELS
             stream.codec_context.time_base = _TICK
             stream.options = options
-        frame = _coloured(picture) if picture.ndim == 3 else _grey(picture)
+        frame = _to_be_written(picture)
         if not count:
             stream.codec_context.color_range = frame.color_range
         frame.pts, frame.time_base = round(time_s / _TICK), _TICK
@@ -102,24 +98,16 @@ def _encode(
     return count
 
 
-def _coloured(picture: np.ndarray) -> av.VideoFrame:
-    """A frame of red, green and blue (H, W, 3)."""
-    return av.VideoFrame.from_ndarray(picture, format="rgb24").reformat(format=_PIXELS)
-
-
-def _grey(picture: np.ndarray) -> av.VideoFrame:
-    """A frame of brightness (H, W), as it is."""
+def _to_be_written(picture: np.ndarray) -> av.VideoFrame:
+    """A frame of brightness (H, W), as it is, or of red, green and blue (H, W, 3)."""
+    if picture.ndim == 3:
+        return av.VideoFrame.from_ndarray(picture, format="rgb24").reformat(format=_PIXELS)
     height, width = picture.shape
     planes = np.full((height + height // 2, width), _NO_COLOUR, np.uint8)
     planes[:height] = picture
     frame = av.VideoFrame.from_ndarray(planes, format=_PIXELS)
     frame.color_range = ColorRange.JPEG  # from 0 to 255
     return frame
-
-
-def _rate(frames_per_second: float) -> Fraction:
-    """Frames a second as a ratio of the size that containers hold."""
-    return Fraction(frames_per_second).limit_denominator(1001)
 
 
 def _decode(container: Any, path: Path) -> Iterator[Frame]:

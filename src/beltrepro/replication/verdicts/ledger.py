@@ -37,7 +37,7 @@ CHANGES = ("integrator", "time step", "initial state", "transient", "length", "n
 
 @dataclass(frozen=True)
 class Claim:
-    """One entry of the ledger; the fields are explained in `ledger/README.md`."""
+    """One entry of the ledger; the fields are explained in README.md beside this file."""
 
     id: str
     section: str
