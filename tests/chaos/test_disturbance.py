@@ -8,12 +8,8 @@ from beltrepro import ChainParameters, ChainState
 from beltrepro.chaos.disturbance import SCATTERS, WIDEST, disturbance, scatters
 from beltrepro.simulation.setup import Case
 
-STATE = ChainState.at_rest(ChainParameters(5, 6.0))
+STATE, NOISY = (ChainState.at_rest(ChainParameters(5, 6.0, noise)) for noise in (0.0, 0.3))
 EXACT = Case(STATE, "event", 0.001, None)
-
-
-def noisy(noise):
-    return ChainState.at_rest(ChainParameters(5, 6.0, noise=noise))
 
 
 @pytest.mark.parametrize(
@@ -24,8 +20,8 @@ def noisy(noise):
         ({"kick": 0.02}, 0.02),
         ({"method": "verlet"}, 6.0 * 0.001 / 3**0.5),
         ({"method": "verlet", "time_step": 0.004}, 6.0 * 0.004 / 3**0.5),
-        ({"state": noisy(0.3)}, 0.3),
-        ({"state": noisy(0.3), "kick": 0.4}, 0.5),
+        ({"state": NOISY}, 0.3),
+        ({"state": NOISY, "kick": 0.4}, 0.5),
     ],
 )
 def test_disturbance_of_a_run(changed, expected):

@@ -32,19 +32,11 @@ WORK = {
     "catalogue": (catalogue, QUIET + NOISY, {"duration": 1000, "method": "event"}),
     "escapes": (time_to_continuous_slip, QUIET, {"duration": 1500, "settle_time": 300}),
     "series": (sampled, QUIET + NOISY, {"duration": 750, "transient": 0, "method": "event"}),
-    "trial": (
-        trials,
-        NOISY * 40,
-        {"duration": 400, "transient": 100, "sample_interval": 1.0, "method": "event"},
-    ),
+    "trial": (trials, NOISY * 40, {"duration": 400, "transient": 100, "sample_interval": 1.0}),
     "motion": (classify, QUIET + NOISY, {"duration": 1500, "transient": 500}),
     "settling": (time_to_orbit, QUIET, {"duration": 6000}),
     "kicked": (time_to_orbit, QUIET, {"duration": 6000, "kick": 0.1}),
-    "separation": (
-        separation,
-        QUIET,
-        {"duration": 750, "transient": 250, "distances": [1e-6], "method": "event"},
-    ),
+    "separation": (separation, QUIET, {"duration": 750, "transient": 250, "distances": [1e-6]}),
 }
 
 
@@ -121,13 +113,6 @@ def test_a_checkpoint_of_other_work_is_ignored(tmp_path, caplog):
     first_steps(tmp_path / "c", "by the code of yesterday")
     assert first_steps(tmp_path / "c") == [1, 2]
     assert "other settings, code or machine" in caplog.text
-
-
-def test_without_a_file_nothing_is_kept(tmp_path):
-    done = []
-    for _ in range(2):
-        checkpoints.once(lambda: done.append(1) or 1)
-    assert done == [1, 1]
 
 
 def test_short_steps_are_not_written(tmp_path):

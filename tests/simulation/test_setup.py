@@ -34,14 +34,9 @@ STATE = ChainState.at_rest(CHAIN, time=0.5)
 SHORT = {"duration": 60.0, "transient": 20.0}
 # Three chains that share nothing, the odd one in the middle.
 CHAINS = [NOISY, ChainParameters(1, 5.0, friction_ratio=0.6), CHAIN]
-MIXED = {
-    "method": ["event", "verlet", "event"],
-    "time_step": [0.001, 0.002, 0.004],
-    "tolerance": [1e-8, None, None],
-    "seed": [1, 2, 3],
-    "replicate": [0, 4, 5],
-    "initial_spread": [0.3, 0.5, 1e-3],
-}
+MIXED = {"method": ["event", "verlet", "event"], "time_step": [0.001, 0.002, 0.004]}
+MIXED |= {"tolerance": [1e-8, None, None], "initial_spread": [0.3, 0.5, 1e-3]}
+MIXED |= {"seed": [1, 2, 3], "replicate": [0, 4, 5]}
 
 
 def bits(outcome):
@@ -56,16 +51,9 @@ def bits(outcome):
     }
 
 
-FUNCTIONS = {
-    simulate: SHORT,
-    scan: SHORT,
-    catalogue: SHORT,
-    classify: SHORT,
-    lyapunov_spectrum: SHORT,
-    separation: SHORT | {"distances": [1e-6]},
-    time_to_continuous_slip: {"duration": 60.0},
-    time_to_orbit: {"duration": 60.0},
-}
+FUNCTIONS = dict.fromkeys([simulate, scan, catalogue, classify, lyapunov_spectrum], SHORT)
+FUNCTIONS |= {separation: SHORT | {"distances": [1e-6]}}
+FUNCTIONS |= {time_to_continuous_slip: {"duration": 60.0}, time_to_orbit: {"duration": 60.0}}
 
 
 # --- one value for all functions ---
@@ -84,16 +72,8 @@ def test_keywords_and_a_setup_that_is_used_again_give_the_same_bits(function):
 
 LONG = {"duration": 400.0, "transient": 100.0}
 USUAL = {"seed": 2, "replicate": 3, "initial_spread": 0.2}
-CHANGES = {
-    "method": "verlet",
-    "time_step": 0.002,
-    "tolerance": 1e-3,
-    "seed": 3,
-    "replicate": 4,
-    "initial_positions": [50.0, 101.0, 149.0],
-    "initial_spread": 0.3,
-    "kick": 0.1,
-}
+CHANGES = {"method": "verlet", "time_step": 0.002, "tolerance": 1e-3, "seed": 3, "replicate": 4}
+CHANGES |= {"initial_positions": [50.0, 101.0, 149.0], "initial_spread": 0.3, "kick": 0.1}
 OWN = [
     (simulate, {"duration": 390.0, "transient": 90.0, "sample_interval": 0.2, "sample_start": 9.0}),
     (scan, {"duration": 390.0, "transient": 90.0, "section_position": 320.0}),

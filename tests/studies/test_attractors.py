@@ -51,18 +51,14 @@ def test_runs_are_grouped_by_orbit():
 
 
 def test_a_multiple_of_a_period_is_the_same_orbit():
-    orbit = ("periodic", 23.585351, 9, 1, 0.0638)
-    found = catalogue(
-        ends(
-            [
-                ("periodic", 2 * 23.585351 * (1 + 2e-8), 18, 2, 0.0639),
-                orbit,
-                ("periodic", 3 * 23.585351, 27, 3, 0.0637),
-                ("periodic", 2 * 23.585351 * (1 + 1e-5), 18, 2, 0.0638),  # a doubled period
-                ("periodic", 2 * 23.585351, 19, 2, 0.0638),
-            ]
-        )
-    )
+    rows = [
+        ("periodic", 2 * 23.585351 * (1 + 2e-8), 18, 2, 0.0639),
+        ("periodic", 23.585351, 9, 1, 0.0638),
+        ("periodic", 3 * 23.585351, 27, 3, 0.0637),
+        ("periodic", 2 * 23.585351 * (1 + 1e-5), 18, 2, 0.0638),  # a doubled period
+        ("periodic", 2 * 23.585351, 19, 2, 0.0638),
+    ]
+    found = catalogue(ends(rows))
     assert [(each.runs, each.period_events) for each in found] == [(3, 9), (1, 19), (1, 18)]
     assert found[0].period_time == pytest.approx(23.585351, rel=1e-7)
     assert found[0].period_returns == 1
@@ -117,14 +113,8 @@ def test_the_table_of_attractors_counts_every_run_once():
 
 def test_the_table_of_mean_lifetimes_finds_what_was_put_in():
     """Lifetimes of mean 5e4, and a third of the runs that settle before they have spread."""
-    data = settling(
-        lasts=lambda n, u: np.full(n.size, 5e4),
-        duration=1e5,
-        runs=200,
-        n_blocks=[7, 8],
-        belt_velocity=[12.0],
-        initial_spread=[1.0],
-    )
+    point = {"n_blocks": [7, 8], "belt_velocity": [12.0], "initial_spread": [1.0]}
+    data = settling(lasts=lambda n, u: np.full(n.size, 5e4), duration=1e5, runs=200, **point)
     early = data.arrays["replicate"] % 3 == 0
     data.arrays["lifetime"][early] = 100.0
     data.arrays["settled"][early] = True
@@ -148,28 +138,22 @@ def test_lasting_and_regular_points_have_rows_too():
         return np.where(n == 10, np.inf, 10.0)
 
     data = settling(lasts=lasts, n_blocks=[4, 10], belt_velocity=[12.0], initial_spread=[1.0])
-    table = table_of("mean_lifetimes", data).set_index("n_blocks")
-    assert table.loc[10, "verdict"] == survival.LASTING
-    assert table.loc[10, "horizon"] == 5e5
-    assert table.loc[10, "lifetime"] == table.loc[10, "lifetime_upper"] == np.inf
-    assert table.loc[10, "lifetime_lower"] == pytest.approx(
-        16 * (5e5 - table.loc[10, "start"]) / np.log(40)
-    )
-    assert table.loc[10, "attractor"] == "irregular" and table.loc[10, "share"] == 1
+    regular, row = (table_of("mean_lifetimes", data).set_index("n_blocks").loc[n] for n in (4, 10))
+    assert (row["verdict"], row["horizon"]) == (survival.LASTING, 5e5)
+    assert row["lifetime"] == row["lifetime_upper"] == np.inf
+    assert row["lifetime_lower"] == pytest.approx(16 * (5e5 - row["start"]) / np.log(40))
+    assert (row["attractor"], row["share"]) == ("irregular", 1)
     # Nothing irregular was long enough for an exponent: all lifetimes count.
-    assert np.isnan(table.loc[4, "exponent"]) and table.loc[4, "start"] == 0
-    assert table.loc[4, "lifetime"] == pytest.approx(10, rel=1) and table.loc[4, "ended"] == 16
-    assert table.loc[4, "verdict"] == survival.REGULAR
+    assert np.isnan(regular["exponent"]) and regular["start"] == 0
+    assert regular["lifetime"] == pytest.approx(10, rel=1) and regular["ended"] == 16
+    assert regular["verdict"] == survival.REGULAR
 
 
 def test_each_dataset_has_rows_with_its_own_horizon():
     point = {"n_blocks": [5], "belt_velocity": [7.0], "initial_spread": [10.0]}
-    runs = {
-        name: settling(**point, duration=duration)
-        for name, duration in zip(
-            measure.TABLES["mean_lifetimes"].uses, (1e5, 2e5, 1e7), strict=True
-        )
-    }
+    names = measure.TABLES["mean_lifetimes"].uses
+    lengths = zip(names, (1e5, 2e5, 1e7), strict=True)
+    runs = {name: settling(**point, duration=duration) for name, duration in lengths}
     lifetimes, orbits = measure.mean_lifetimes(runs), measure.attractors(runs)
     assert lifetimes["dataset"].tolist() == list(runs)
     assert lifetimes["horizon"].tolist() == [5e4, 1e5, 5e6]

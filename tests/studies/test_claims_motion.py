@@ -34,10 +34,7 @@ def motions(letters, *, long=True):
 def test_irregular_runs_without_an_exponent_are_open_and_widen_the_interval():
     closed, opened = motions("c" * 10 + "p" * 10), motions("c" * 10 + "p" * 5 + "t" * 5)
     share, wider = closed.share(CHAOTIC), opened.share(CHAOTIC)
-    assert (share.value, share.still_open) == (0.5, 0) and (wider.value, wider.still_open) == (
-        0.5,
-        5,
-    )
+    assert [(of.value, of.still_open) for of in (share, wider)] == [(0.5, 0), (0.5, 5)]
     assert wider.low == share.low and wider.high > share.high
     assert wider.high == motions("c" * 15 + "p" * 5).share(CHAOTIC).high
     assert opened.share(PERIODIC).high == motions("p" * 10 + "c" * 10).share(PERIODIC).high
@@ -55,10 +52,8 @@ def test_chaos_counts_only_where_it_was_seen_for_long():
 
 def section(coordinates, *, runs=16, belt_velocity=1.0):
     """Section points whose coordinates are functions of these; a third of them are stuck."""
-    size = len(coordinates)
-    points = np.zeros(
-        size, [("point", "i4"), ("positions", "f8", (5,)), ("velocities", "f8", (5,))]
-    )
+    size, columns = len(coordinates), [("positions", "f8", (5,)), ("velocities", "f8", (5,))]
+    points = np.zeros(size, [("point", "i4"), *columns])
     points["point"] = np.arange(size) % runs
     mixed = coordinates @ np.random.default_rng(7).normal(size=(coordinates.shape[1], 9))
     points["positions"], points["velocities"] = mixed[:, :5], mixed[:, 4:]
@@ -99,10 +94,9 @@ def test_the_readings_of_the_section_leave_out_stuck_states_and_project():
         for name in names
     ]
     assert values[2] == pytest.approx(2, abs=0.2) and values[1] > 2.5
+    few = section(np.random.default_rng(1).random((2000, 2)))
     with pytest.raises(NotEnoughDataError, match="2000 section points are too few"):
-        measured(
-            "poincare", slips_u1=section(np.random.default_rng(1).random((2000, 2))), survival=runs
-        )
+        measured("poincare", slips_u1=few, survival=runs)
 
 
 @pytest.mark.thorough
@@ -131,9 +125,8 @@ def test_aperiodic_motion_at_u15(long, verdict):
 
 def test_runs_at_u15_that_are_given_up_are_open():
     lifetimes = [SHORT] * 20 + [500.0] * 20
-    share = measured("u15-aperiodic", survival=settled(lifetimes, u=15.0, duration=SHORT)).judged[
-        "irregular for 1e5"
-    ]
+    runs = settled(lifetimes, u=15.0, duration=SHORT)
+    share = measured("u15-aperiodic", survival=runs).judged["irregular for 1e5"]
     assert (share.value, share.still_open) == (0, 20) and share.high > 0.6
     enough = settled([SHORT] * 4 + [500.0] * 36, u=15.0, duration=SHORT)
     assert grades("u15-aperiodic", survival=enough)["irregular for 1e5"] == FAILS

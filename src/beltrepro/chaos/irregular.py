@@ -93,10 +93,8 @@ def time_to_orbit(
 
     Raises
     ------
-    InputError
-        A value is not allowed.
-    ModelStateError
-        A state left the range of the model.
+    InputError, ModelStateError
+        A value is not allowed, or a state left the range of the model.
     """
     duration = check_duration(duration)
     closed = checks.finite_number("closed", closed)
@@ -151,11 +149,6 @@ class _Run:
         if np.isfinite(position):
             self.section = position
 
-    def remember(self, times: np.ndarray, blocks: np.ndarray) -> None:
-        """Add the slips of a window."""
-        self.times.append(times)
-        self.blocks.append(blocks)
-
     def judge(self, log: ReturnLog, lane: int, middle: float, closed: float) -> None:
         """Look for the end of the irregular motion in a window that has just been passed.
 
@@ -174,13 +167,8 @@ class _Run:
         if self.last_event <= middle or (closing and not period):
             self._settle(EQUILIBRIUM, max(self.last_event, self.start))
         elif closing and since <= middle:
-            self._settle(
-                PERIODIC,
-                since,
-                period_time=closing.time,
-                period_events=period,
-                period_returns=closing.crossings,
-            )
+            counts = {"period_events": period, "period_returns": closing.crossings}
+            self._settle(PERIODIC, since, period_time=closing.time, **counts)
 
     def _closing(
         self, states: np.ndarray, times: np.ndarray, middle: float, closed: float
@@ -190,10 +178,8 @@ class _Run:
             return find_recurrence(states, times, closed=closed)
         late = int(np.sum(times > middle))
         for distance in scatters(self.case):  # a narrow one first: it tells like returns apart
-            period = find_recurrence(
-                states, times, closed=closed, distance=distance, crossings=late
-            )
-            if period:
+            near: dict = {"distance": distance, "crossings": late}
+            if period := find_recurrence(states, times, closed=closed, **near):
                 return period
         return None
 
@@ -261,8 +247,7 @@ def _place_sections(runs: list[_Run]) -> None:
     for group, report in groups([run.case for run in runs], None):
         members = [runs[index] for index in group]
         moments = LengthMoments(len(group), members[0].start + 0.5 * _FIRST_WINDOW)
-        cases = [run.case for run in members]
-        chains = integrator_of(cases)
+        chains = integrator_of([run.case for run in members])
         observe(chains, _FIRST_WINDOW, [moments], report)
         lengths = moments.result(members[0].case.parameters.rest_positions[-1])
         for run, length in zip(members, lengths["mean_length"], strict=True):
@@ -272,10 +257,11 @@ def _place_sections(runs: list[_Run]) -> None:
 def _pass_window(members: list[_Run], length: float, closed: float, report: Report) -> None:
     """Advance a group by a window, and judge its motion there."""
     chain, middle = members[0].case.parameters, members[0].case.state.time + 0.5 * length
-    moments, log, order = observers = (
-        LengthMoments(len(members), middle),
-        ReturnLog(len(members)),
-        SlipOrder(len(members)),
+    width = len(members)
+    observers = moments, log, order = (
+        LengthMoments(width, middle),
+        ReturnLog(width),
+        SlipOrder(width),
     )
     chains = _integrator(members)
     if isinstance(chains, TangentIntegrator):
@@ -288,7 +274,8 @@ def _pass_window(members: list[_Run], length: float, closed: float, report: Repo
     lengths = moments.result(chain.rest_positions[-1])
     for lane, (run, state) in enumerate(zip(members, chains.state(), strict=True)):
         run.case = replace(run.case, state=state)
-        run.remember(*order.slips(lane))
+        for slips, kept in zip(order.slips(lane), (run.times, run.blocks), strict=True):
+            kept.append(slips)
         run.judge(log, lane, middle, closed)
         run.motion |= {name: lengths[name][lane] for name in ("disorder_parameter", "mean_length")}
         if len(log.returns(lane)[0]) < _FEWEST and not run.settled:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Unpack
+from typing import Unpack
 
 import numpy as np
 
@@ -21,7 +21,6 @@ from beltrepro.chaos.vectors import (
     standard_errors,
     with_vectors,
 )
-from beltrepro.engine.integrator import Integrator
 from beltrepro.model import ChainParameters
 from beltrepro.observe.slips import MostStuck
 from beltrepro.simulation.groups import Report, integrator_of, observe
@@ -194,11 +193,7 @@ def lyapunov_spectrum(
             "replicate: some runs would be the same; each needs another one, and without noise an "
             "initial_spread too"
         )
-    settings: dict[str, Any] = {
-        "duration": duration,
-        "transient": transient,
-        "noise_clock": noise_clock,
-    }
+    settings: dict = {"duration": duration, "transient": transient, "noise_clock": noise_clock}
     measure = partial(_followed, count=count, **settings)
     spectra = gathered("exponents", made, measure, progress, **settings)
     growth = spectra["growth"]
@@ -263,15 +258,10 @@ def _followed(
     chains = with_vectors(before, members, size, noise_clock=noise_clock)
     if transient > 0:
         grow(chains, transient - alone, [], lambda fraction: None)
-    stuck = MostStuck(_stuck_now(chains))
+    stuck = MostStuck(np.array([np.sum(state.directions == 0) for state in chains.state()]))
     counted = duration - transient
     growth = grow(
         chains, counted, [stuck], lambda done: report((transient + done * counted) / duration)
     )
     erased = np.arange(size) >= 2 * chains.n_blocks - stuck.most[:, None]
     return {"most_stuck": stuck.most, "growth": np.where(erased[:, None], -np.inf, growth)}
-
-
-def _stuck_now(chains: Integrator) -> np.ndarray:
-    """Number of blocks (W,) of each chain that are stuck."""
-    return np.array([np.sum(state.directions == 0) for state in chains.state()])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import partial
-from typing import Any, Unpack
+from typing import Unpack
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from beltrepro.stats.motion import name_motion
 from beltrepro.stats.recurrence import find_recurrence
 
 _SAMPLES = Sampling(1, 0.1)  # for r
+LENGTHS = ("disorder_parameter", "mean_length")
 _VECTORS = 2  # the largest exponents: one may be that of the motion itself
 _ALIGNED = 0.1  # first share of the observation, in which the vectors turn to their directions
 _END = 0.5  # last share of it, in which blocks must turn for the motion not to be equilibrium slip
@@ -100,20 +101,14 @@ def classify(
 
     Raises
     ------
-    InputError
-        A value is not allowed.
-    ModelStateError
-        A state left the range of the model.
+    InputError, ModelStateError
+        A value is not allowed, or a state left the range of the model.
     """
     duration, transient = check_lengths(duration, transient)
     made = setup_of(chains, setup)
     check_method(made.cases)
     integrator_by(noise_clock)
-    settings: dict[str, Any] = {
-        "duration": duration,
-        "transient": transient,
-        "noise_clock": noise_clock,
-    }
+    settings: dict = {"duration": duration, "transient": transient, "noise_clock": noise_clock}
     motions = gathered("motion", made, partial(_judged, **settings), progress, **settings)
     if not made.alone:
         return motions
@@ -137,12 +132,11 @@ def _judged(
     observed = duration - transient
     half = chains.time + (1 - _END) * observed
     moments, log = LengthMoments(len(members), chains.time), ReturnLog(len(members))
-    growth = grow(
-        chains,
-        observed,
-        [moments, log],
-        lambda done: report((transient + done * observed) / duration),
-    )
+
+    def report_after(done: float) -> None:
+        report((transient + done * observed) / duration)
+
+    growth = grow(chains, observed, [moments, log], report_after)
     growth = growth[:, int(_ALIGNED * growth.shape[1]) :]
     exponents, errors = slopes(growth), standard_errors(growth)
     length = moments.result(members[0].parameters.rest_positions[-1])
@@ -159,16 +153,9 @@ def _judged(
             noisy=case.parameters.noise > 0,
         )
         first = int(np.argmax(exponents[lane]))
-        rows.append(
-            {
-                "state": state,
-                **period,
-                "largest_exponent": exponents[lane, first],
-                "standard_error": errors[lane, first],
-                "disorder_parameter": length["disorder_parameter"][lane],
-                "mean_length": length["mean_length"][lane],
-            }
-        )
+        row = {"state": state, **period, "largest_exponent": exponents[lane, first]}
+        row["standard_error"] = errors[lane, first]
+        rows.append(row | {name: length[name][lane] for name in LENGTHS})
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 

@@ -71,10 +71,8 @@ def separation(
 
     Raises
     ------
-    InputError
-        A value is not allowed.
-    ModelStateError
-        A state left the range of the model.
+    InputError, ModelStateError
+        A value is not allowed, or a state left the range of the model.
     """
     duration, transient = check_lengths(duration, transient)
     apart = checks.several("distances", distances, checks.positive)
@@ -165,10 +163,7 @@ class _Passages:
         farthest = np.maximum.accumulate(apart, axis=0)
         for twin in range(twins):
             for lane in range(width):
-                self._note(chunk.time, farthest[:, twin, lane], twin, lane)
-
-    def _note(self, times: np.ndarray, farthest: np.ndarray, twin: int, lane: int) -> None:
-        passed = self.time[lane, twin]
-        place = np.searchsorted(farthest, self._levels)
-        new = self._above[twin] & (place < len(farthest)) & np.isnan(passed)
-        passed[new] = times[place[new]] - self._start
+                passed = self.time[lane, twin]
+                place = np.searchsorted(farthest[:, twin, lane], self._levels)
+                new = self._above[twin] & (place < len(farthest)) & np.isnan(passed)
+                passed[new] = chunk.time[place[new]] - self._start

@@ -51,16 +51,11 @@ def with_vectors(
     return chains
 
 
-def count_intervals(length: float) -> int:
-    """How many intervals between orthonormalisations a stretch of model time has."""
-    return max(1, round(length / INTERVAL))
-
-
 def grow(
     chains: TangentIntegrator, length: float, observers: Sequence, report: Callable[[float], None]
 ) -> np.ndarray:
     """Advance by `length`; rates of growth (W, T, K) of the vectors in its T intervals."""
-    begin, count = chains.time, count_intervals(length)
+    begin, count = chains.time, max(1, round(length / INTERVAL))
     growth: list[np.ndarray] = []
     with checkpoints.step() as step:
         if step.kept is not None:

@@ -20,14 +20,8 @@ class SectionValues:
         """Add the crossings of a chunk."""
         if chunk.end <= self._start:
             return
-        _add_crossings(
-            chunk.crossings,
-            chunk.crossing_count,
-            self._belt_velocity,
-            self._start,
-            self.count,
-            self.values,
-        )
+        crossed = chunk.crossings, chunk.crossing_count
+        _add_crossings(*crossed, self._belt_velocity, self._start, self.count, self.values)
 
 
 @kernel

@@ -50,15 +50,8 @@ class SlipActivity:
     def observe(self, chunk: Chunk) -> None:
         """Follow the events of a chunk."""
         self._end = chunk.end
-        _follow(
-            chunk.events,
-            chunk.event_count,
-            self._start,
-            self._laminar_time,
-            self.slip_count,
-            self.stick_count,
-            self._state,
-        )
+        seen = self.slip_count, self.stick_count, self._state
+        _follow(chunk.events, chunk.event_count, self._start, self._laminar_time, *seen)
 
     @property
     def last_stick_time(self) -> np.ndarray:
@@ -192,11 +185,6 @@ class EventLog:
         self._close_piece(lane)
         return np.concatenate(self._pieces[lane])
 
-    def count(self, lane: int) -> int:
-        """Number of events of one chain."""
-        self._close_piece(lane)
-        return sum(map(len, self._pieces[lane]))
-
     @property
     def counts(self) -> np.ndarray:
         """Number of events (W,) of all chains so far."""
@@ -222,29 +210,11 @@ class EventLog:
         self._open[lane] = 0
 
 
-SLIP = np.dtype(
-    [
-        ("point", "i4"),
-        ("block", "i4"),
-        ("start_time", "f8"),
-        ("stop_time", "f8"),
-        ("start_position", "f8"),
-        ("stop_position", "f8"),
-        ("dissipated", "f8"),
-    ]
-)
-AVALANCHE = np.dtype(
-    [
-        ("point", "i4"),
-        ("start_time", "f8"),
-        ("stop_time", "f8"),
-        ("slips", "i4"),
-        ("blocks", "i4"),
-        ("dissipated", "f8"),
-        ("spring_energy_drop", "f8"),
-        ("last_block_displacement", "f8"),
-    ]
-)
+_TIMES = [("start_time", "f8"), ("stop_time", "f8")]
+_PLACES = [("start_position", "f8"), ("stop_position", "f8")]
+_CHANGES = [("dissipated", "f8"), ("spring_energy_drop", "f8"), ("last_block_displacement", "f8")]
+SLIP = np.dtype([("point", "i4"), ("block", "i4"), *_TIMES, *_PLACES, ("dissipated", "f8")])
+AVALANCHE = np.dtype([("point", "i4"), *_TIMES, ("slips", "i4"), ("blocks", "i4"), *_CHANGES])
 
 
 def slips_and_avalanches(
@@ -270,10 +240,8 @@ def slips_and_avalanches(
     n_slips, n_avalanches = _collect(
         events, start, int(np.count_nonzero(state.directions)), chain, blocks, slips, avalanches
     )
-    return (
-        _records(slips[:n_slips], point, SLIP),
-        _records(avalanches[:n_avalanches], point, AVALANCHE),
-    )
+    records = _records(avalanches[:n_avalanches], point, AVALANCHE)
+    return _records(slips[:n_slips], point, SLIP), records
 
 
 class _Chain(NamedTuple):

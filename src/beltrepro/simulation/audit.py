@@ -97,32 +97,18 @@ def audit(run: Run, windows: int = 20, length: float = 2.0) -> Audit:
     quiet = chain.noise == 0 and len(run.time) > 1
     pieces = replayed(*sampled, chain, windows=windows, length=length) if quiet else np.empty(0)
     ratio, error = noise_ratio(*sampled, chain, run.method, run.time_step)
+    relative = run.velocities[first] - chain.belt_velocity
+    pushed = np.abs(relative[run.friction[first] * relative > 0])
+    forces = np.abs(external_force(run.positions[first], chain))[relative == 0]
     return Audit(
         energy_residual=run.energy_residual,
-        wrong_way=wrong_way(sampled[2], run.friction[first], chain),
-        overload=overload(*sampled[1:], chain),
+        wrong_way=float(pushed.max(initial=0.0)) if relative.size else np.nan,
+        overload=float(forces.max() / chain.static_friction) if forces.size else np.nan,
         windows=len(pieces),
         deviation=float(pieces.max()) if len(pieces) else np.nan,
         noise_ratio=ratio,
         noise_error=error,
     )
-
-
-def wrong_way(velocities: np.ndarray, friction: np.ndarray, parameters: ChainParameters) -> float:
-    """Greatest speed over the belt at which friction pushes a block on."""
-    if velocities.size == 0:
-        return np.nan
-    relative = velocities - parameters.belt_velocity
-    return float(np.max(np.abs(relative), where=friction * relative > 0, initial=0.0))
-
-
-def overload(positions: np.ndarray, velocities: np.ndarray, parameters: ChainParameters) -> float:
-    """Greatest external force on a block that has the velocity of the belt, over F_st0."""
-    stuck = velocities == parameters.belt_velocity
-    if not stuck.any():
-        return np.nan
-    force = np.abs(external_force(positions, parameters))[stuck]
-    return float(force.max() / parameters.static_friction)
 
 
 def replayed(

@@ -11,7 +11,6 @@ from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
-from beltrepro.model import ChainParameters
 from beltrepro.model import section_position as section_rule
 from beltrepro.observe.sections import CrossingLog
 from beltrepro.observe.slips import AVALANCHE, SLIP, EventLog, slips_and_avalanches
@@ -55,10 +54,8 @@ def catalogue(
     section_position : float, or a sequence of P
         Position of the section, model length (Fig. 10: 304.3). If not given, for the last block, by
         the rule `beltrepro.model.section_position`.
-    progress : callable, optional
-        Called with the fraction done.
-    **setup
-        The keywords of `Setup`.
+    progress, **setup : callable, keywords of `Setup`
+        As in `simulate`.
 
     Returns
     -------
@@ -70,10 +67,8 @@ def catalogue(
 
     Raises
     ------
-    InputError
-        A value is not allowed.
-    ModelStateError
-        A state left the range of the model.
+    InputError, ModelStateError
+        A value is not allowed, or a state left the range of the model.
     """
     duration, transient = check_lengths(duration, transient)
     cases = setup_of(chains, setup).cases
@@ -92,7 +87,6 @@ def catalogue(
 
 
 def _section_dtype(n_blocks: int) -> np.dtype:
-    """The record of one crossing of the section."""
     vectors = [(name, "f8", (n_blocks,)) for name in ("positions", "velocities")]
     return np.dtype([("point", "i4"), ("time", "f8"), *vectors])
 
@@ -123,7 +117,7 @@ def _record(
     duration: float,
     transient: float,
     report: Report,
-) -> dict[str, list[np.ndarray]]:
+) -> dict[str, tuple[np.ndarray, ...]]:
     """Slips, avalanches and section points of a group with these numbers: tables of each chain."""
     chain = members[0].parameters
     integrator = integrator_of(members, section=Section(block or chain.n_blocks, sections))
@@ -134,25 +128,17 @@ def _record(
     observe(integrator, duration, [events, crossings, watch], report)
     rows = crossings.rows(chain.n_blocks)
     law = law_constants(chain)
-    tables: dict[str, list[np.ndarray]] = {"slips": [], "avalanches": [], "section": []}
+    tables = []
     for lane, (number, case) in enumerate(zip(group, members, strict=True)):
-        rows_of_chain = events.events(lane), number, case.state, law, start
-        slips, avalanches = slips_and_avalanches(*rows_of_chain)
-        tables["slips"].append(slips)
-        tables["avalanches"].append(avalanches)
         crossed = rows[rows[:, 0] == lane]
-        tables["section"].append(_section_records(crossed, number, case.parameters))
-    return tables
-
-
-def _section_records(rows: np.ndarray, number: int, chain: ChainParameters) -> np.ndarray:
-    n_blocks = chain.n_blocks
-    records = np.zeros(len(rows), dtype=_section_dtype(n_blocks))
-    records["point"] = number
-    records["time"] = rows[:, 1]
-    records["positions"] = rows[:, 2 : 2 + n_blocks] + chain.rest_positions
-    records["velocities"] = rows[:, 2 + n_blocks :] + chain.belt_velocity
-    return records
+        records = np.zeros(len(crossed), dtype=_section_dtype(chain.n_blocks))
+        records["point"], records["time"] = number, crossed[:, 1]
+        positions, velocities = np.hsplit(crossed[:, 2:], 2)
+        records["positions"] = positions + case.parameters.rest_positions
+        records["velocities"] = velocities + case.parameters.belt_velocity
+        slips = slips_and_avalanches(events.events(lane), number, case.state, law, start)
+        tables.append((*slips, records))
+    return dict(zip(("slips", "avalanches", "section"), zip(*tables, strict=True), strict=True))
 
 
 def _joined(parts: list[np.ndarray], dtype: np.dtype) -> np.ndarray:

@@ -71,8 +71,7 @@ class Grid:
     def __post_init__(self) -> None:
         axes = {name: _values(name, getattr(self, name)) for name in QUANTITIES}
         copies = checks.key("replicates", self.replicates)
-        combinations = math.prod(map(len, axes.values()))
-        count = copies * combinations
+        count = copies * (combinations := math.prod(map(len, axes.values())))
         if not 1 <= count <= MOST_CHAINS:
             largest = max(axes, key=lambda name: len(axes[name]))
             name = "replicates" if copies in (0, count) else largest
@@ -94,7 +93,6 @@ def _values(name: str, value: Any) -> list:
     """The values of an axis; whether each is right, its chain will say."""
     if not checks.is_sequence(value):
         return [value]
-    values = list(value)
-    if not values:
-        raise InputError(f"{name} is empty: at least one number is needed")
-    return values
+    if values := list(value):
+        return values
+    raise InputError(f"{name} is empty: at least one number is needed")

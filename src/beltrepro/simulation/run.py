@@ -16,16 +16,8 @@ from beltrepro.model import ChainParameters
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-EVENT = np.dtype(
-    [
-        ("time", "f8"),
-        ("block", "i8"),
-        ("kind", "U5"),
-        ("force", "f8"),
-        ("position", "f8"),
-        ("dissipated", "f8"),
-    ]
-)
+_NUMBERS = [(name, "f8") for name in ("force", "position", "dissipated")]
+EVENT = np.dtype([("time", "f8"), ("block", "i8"), ("kind", "U5"), *_NUMBERS])
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -106,13 +106,14 @@ class SampleLog:
         self._time = np.empty(most)
         shape = (len(members), most, self._chains[0].n_blocks)
         self._positions, self._velocities, self._friction = (np.empty(shape) for _ in range(3))
-        states = [case.state for case in members]
         if start == 0:
+            states = [case.state for case in members]
+            kinetic = [chain.static_friction * chain.friction_ratio for chain in self._chains]
             self._add(
                 np.zeros(1),
                 np.stack([state.displacements for state in states], axis=1)[None],
                 np.stack([state.relative_velocities for state in states], axis=1)[None],
-                np.stack([_kinetic_friction(state) for state in states], axis=1)[None],
+                -np.stack([state.directions for state in states], axis=1)[None] * kinetic,
             )
 
     def observe(self, chunk: Chunk) -> None:
@@ -150,17 +151,6 @@ class SampleLog:
             self._velocities[lane, rows] = relative_velocity[..., lane] + chain.belt_velocity
             self._friction[lane, rows] = np.where(stuck, -external_force(positions, chain), kinetic)
         self._filled = rows.stop
-
-
-def no_samples(n_blocks: int) -> dict[str, np.ndarray]:
-    """As `SampleLog.of` of a run without samples."""
-    empty = np.empty((0, n_blocks))
-    return {"time": np.empty(0), "positions": empty, "velocities": empty, "friction": empty}
-
-
-def _kinetic_friction(state):
-    chain = state.parameters
-    return -state.directions * (chain.static_friction * chain.friction_ratio)
 
 
 def check_memory(

@@ -61,10 +61,8 @@ def scan(
         Crossings of the section kept for each chain, at most 100 000.
     laminar_time : float
         Shortest slip of the last block that counts as a laminar phase, model time.
-    progress : callable, optional
-        Called with the fraction done.
-    **setup
-        The keywords of `Setup`.
+    progress, **setup : callable, keywords of `Setup`
+        As in `simulate`.
 
     Returns
     -------
@@ -77,22 +75,17 @@ def scan(
 
     Raises
     ------
-    InputError
-        A value is not allowed.
-    ModelStateError
-        A state left the range of the model.
+    InputError, ModelStateError
+        A value is not allowed, or a state left the range of the model.
     """
     duration, transient = check_lengths(duration, transient)
     made = setup_of(chains, setup)
     section_values = checks.key("section_values", section_values)
     if section_values > MOST_VALUES:
         raise InputError(f"section_values = {section_values}: must be at most {MOST_VALUES}")
-    settings: dict[str, Any] = {
-        "duration": duration,
-        "transient": transient,
-        "section_values": section_values,
-        "laminar_time": checks.not_negative("laminar_time", laminar_time),
-    }
+    laminar_time = checks.not_negative("laminar_time", laminar_time)
+    settings: dict[str, Any] = {"duration": duration, "transient": transient}
+    settings |= {"section_values": section_values, "laminar_time": laminar_time}
     measure = partial(_scanned, _section_positions(section_position, made.cases), **settings)
     return gathered("scan", made, measure, progress, **settings)
 
@@ -170,10 +163,8 @@ def time_to_continuous_slip(
         <x_N> are NaN, with a warning.
     laminar_time : float
         Shortest slip of the last block that counts, model time.
-    progress : callable, optional
-        Called with the fraction done.
-    **setup
-        The keywords of `Setup`.
+    progress, **setup : callable, keywords of `Setup`
+        As in `simulate`.
 
     Returns
     -------
@@ -184,26 +175,18 @@ def time_to_continuous_slip(
 
     Raises
     ------
-    InputError
-        A value is not allowed.
-    ModelStateError
-        A state left the range of the model.
+    InputError, ModelStateError
+        A value is not allowed, or a state left the range of the model.
     """
     duration = check_duration(duration)
     settle_time = SETTLE_SHARE * duration if settle_time is None else settle_time
     settle_time = checks.finite_number("settle_time", settle_time)
     if not 0 < settle_time <= duration:
-        raise InputError(
-            f"settle_time = {settle_time:g}: must be greater than 0 "
-            f"and at most duration = {duration:g}"
-        )
-    settings: dict[str, Any] = {
-        "duration": duration,
-        "settle_time": settle_time,
-        "laminar_time": checks.not_negative("laminar_time", laminar_time),
-    }
-    measure = partial(_until_slip, **settings)
-    made = setup_of(chains, setup)
+        limits = f"must be greater than 0 and at most duration = {duration:g}"
+        raise InputError(f"settle_time = {settle_time:g}: {limits}")
+    settings: dict[str, Any] = {"duration": duration, "settle_time": settle_time}
+    settings |= {"laminar_time": checks.not_negative("laminar_time", laminar_time)}
+    measure, made = partial(_until_slip, **settings), setup_of(chains, setup)
     return gathered("time to continuous slip", made, measure, progress, **settings)
 
 

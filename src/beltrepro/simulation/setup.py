@@ -223,10 +223,10 @@ def columns(setup: Setup) -> dict[str, np.ndarray]:
     table = {name: [getattr(case.parameters, name) for case in setup.cases] for name in QUANTITIES}
     for name in ("method", "time_step", "tolerance", "kick", "initial_spread"):
         table[name] = [getattr(case, name) for case in setup.cases]
-    table["tolerance"] = [np.nan if value is None else value for value in table["tolerance"]]
     for name in ("seed", "replicate"):
         table[name] = [getattr(case.state, name) for case in setup.cases]
-    return {name: np.array(values) for name, values in table.items()}
+    numbers = table | {"tolerance": np.array(table["tolerance"], float)}  # NaN for None
+    return {name: np.array(values) for name, values in numbers.items()}
 
 
 def check_lengths(duration: Any, transient: Any) -> tuple[float, float]:
@@ -257,21 +257,21 @@ def for_each(name: str, value: Any, n_chains: int, check: Callable[[str, Any], T
     return [check(name, item) for item in values]
 
 
-def check_tolerance(name: str, value: Any) -> float | None:
-    """A tolerance, or None for the method's own."""
-    return None if value is None else checks.within(name, value, **LIMITS["tolerance"])
-
-
-def _key(name: str, value: Any) -> int | None:
-    """A seed or a replicate, or None if it is left to the rule."""
-    return None if value is None else checks.key(name, value)
-
-
-def _state(name: str, value: Any) -> ChainState | None:
-    """A state to begin from, or None."""
-    if value is not None and not isinstance(value, ChainState):
+def check_state(name: str, value: Any) -> ChainState:
+    """A state of a chain."""
+    if not isinstance(value, ChainState):
         raise InputError(f"{name} = {shown(value)}: a ChainState is needed")
     return value
+
+
+def _or_none(check: Callable[..., T], name: str, value: Any, **limits: float) -> T | None:
+    """A checked value, or None for that of a rule."""
+    return None if value is None else check(name, value, **limits)
+
+
+def check_tolerance(name: str, value: Any) -> float | None:
+    """A tolerance, or None for the method's own."""
+    return _or_none(checks.within, name, value, **LIMITS["tolerance"])
 
 
 _CHECKS: dict[str, Callable[[str, Any], Any]] = {
@@ -279,10 +279,10 @@ _CHECKS: dict[str, Callable[[str, Any], Any]] = {
     "time_step": partial(checks.within, **LIMITS["time_step"]),
     "tolerance": check_tolerance,
     "kick": partial(checks.not_negative, most=LIMITS["kick"]["le"]),
-    "seed": _key,
-    "replicate": _key,
+    "seed": partial(_or_none, checks.key),
+    "replicate": partial(_or_none, checks.key),
     "initial_spread": partial(checks.not_negative, most=LIMITS["initial_spread"]["le"]),
-    "initial_state": _state,
+    "initial_state": partial(_or_none, check_state),
 }
 
 
@@ -350,7 +350,6 @@ def _case(
     time_step: float,
     tolerance: float | None,
     kick: float,
-    initial_state: ChainState | None,
     initial_spread: float,
     **start: Any,
 ) -> Case:
@@ -362,10 +361,7 @@ def _case(
         raise InputError(f"kick = {kick:g}: method {method!r} has none, only {KICKED!r}")
     if method == "event" and (text := noise_beyond_event(chain)):
         raise InputError(f"noise {text}")
-    if initial_state is None:
-        state = _fresh_state(chain, initial_spread=initial_spread, **start)
-    else:
-        state = _later_state(chain, initial_state, initial_spread=initial_spread, **start)
+    state = _start(chain, initial_spread=initial_spread, **start)
     steps = state.time / time_step
     if method == "verlet" and abs(steps - round(steps)) > _STEP_SHARE:
         raise InputError(
@@ -375,15 +371,25 @@ def _case(
     return Case(state, method, time_step, tolerance, kick, initial_spread)
 
 
-def _fresh_state(
+def _start(
     chain: ChainParameters,
     *,
     seed: int | None,
     replicate: int | None,
     initial_positions: np.ndarray | None,
     initial_spread: float,
+    initial_state: ChainState | None,
 ) -> ChainState:
-    """All blocks stuck; deviates of the start follow from chain, seed and replicate."""
+    """The state given, or one with all blocks stuck."""
+    if initial_state is not None:
+        if initial_positions is not None or initial_spread != 0:
+            name = "initial_spread" if initial_positions is None else "initial_positions"
+            raise InputError(f"{name}: not together with initial_state, see ChainState.moved")
+        state = initial_state.under(chain)
+        return state.keyed(
+            state.seed if seed is None else seed,
+            state.replicate if replicate is None else replicate,
+        )
     seed = DEFAULT_SEED if seed is None else seed
     replicate = replicate or 0
     positions = initial_positions
@@ -398,25 +404,6 @@ def _fresh_state(
                 f"blocks of replicate {replicate} would begin on the wrong side of each other"
             )
     return ChainState.at_rest(chain, positions, seed=seed, replicate=replicate)
-
-
-def _later_state(
-    chain: ChainParameters,
-    initial_state: ChainState,
-    *,
-    seed: int | None,
-    replicate: int | None,
-    initial_positions: np.ndarray | None,
-    initial_spread: float,
-) -> ChainState:
-    """The state given, as one of the chain; its random stream goes on unless told otherwise."""
-    if initial_positions is not None or initial_spread != 0:
-        name = "initial_spread" if initial_positions is None else "initial_positions"
-        raise InputError(f"{name}: not together with initial_state, see ChainState.moved")
-    state = initial_state.under(chain)
-    return state.keyed(
-        state.seed if seed is None else seed, state.replicate if replicate is None else replicate
-    )
 
 
 def _warn_of_repeats(cases: Sequence[Case]) -> None:

@@ -27,7 +27,6 @@ from beltrepro.simulation.sampling import (
     checked,
     for_moments,
     moments_of,
-    no_samples,
     sampling_of,
     with_moments,
 )
@@ -131,21 +130,24 @@ def _follow(members: list[Case], lengths: dict, samples: dict, report: Report) -
     length, residual = moments_of(moments, members, *measured), integrator.energy_residual()
     runs = []
     for lane, (case, state) in enumerate(zip(members, integrator.state(), strict=True)):
-        recorded: dict[str, Any] = log.of(lane) if keeps_samples else no_samples(len(rest))
+        recorded: dict[str, Any] = {"time": np.empty(0)}
+        recorded |= dict.fromkeys(("positions", "velocities", "friction"), np.empty((0, len(rest))))
+        if keeps_samples:
+            recorded = log.of(lane)
         for name in ("disorder_parameter", "mean_length"):
             recorded[name] = float(length[name][lane])
         run = Run(
             parameters=case.parameters,
-            method=case.method,
             time_step=case.time_step,
             tolerance=case.tolerance or TOLERANCES.get(case.method),
-            seed=case.state.seed,
-            replicate=case.state.replicate,
             initial_state=case.state,
             final_state=state,
             version=_version(),
             energy_residual=float(residual[lane]),
             events=_event_records(events, lane),
+            method=case.method,
+            seed=case.state.seed,
+            replicate=case.state.replicate,
             **recorded,
             **lengths,
             **samples,
@@ -161,7 +163,7 @@ def _version() -> str:
 
 def _event_records(log: EventLog, lane: int) -> np.ndarray:
     """Events of one chain as records; a long run has millions, so the log gives them up."""
-    records = np.empty(log.count(lane), dtype=EVENT)
+    records = np.empty(log.counts[lane], dtype=EVENT)
     start = 0
     for rows in log.give_up(lane):
         part = records[start : start + len(rows)]

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from beltrepro.stats.errors import require
-from beltrepro.stats.estimates import CONFIDENCE, Estimate, share
+from beltrepro.stats.estimates import Estimate, share
 from beltrepro.stats.motion import PERIODIC
 
 # Relative difference up to which two periods are one: states close to 1e-8, while different orbits
@@ -28,9 +28,7 @@ class Attractor:
 
     state: str  # "periodic", "equilibrium slip" or "irregular"
     runs: int  # runs that ended on it
-    basin: (
-        Estimate  # its share of all runs, with interval: of the starts, the part that leads to it
-    )
+    basin: Estimate  # its share of all runs: of the starts, the part that leads to it
     period_time: float  # length of a period, median over the runs; NaN if it is not periodic
     period_events: int  # slips of all blocks in a period; 0 if it is not periodic
     period_returns: int  # returns to the section in a period; 0 if it is not periodic
@@ -38,9 +36,7 @@ class Attractor:
     mean_length: float  # <x_N>, median over the runs
 
 
-def catalogue(
-    runs: Mapping[str, npt.ArrayLike], *, confidence: float = CONFIDENCE
-) -> list[Attractor]:
+def catalogue(runs: Mapping[str, npt.ArrayLike]) -> list[Attractor]:
     """The attractors that the runs at one point end on.
 
     Two periodic runs are on one orbit if they have the same number of slips in a period, periods
@@ -61,7 +57,7 @@ def catalogue(
         attractors.append(
             Attractor(
                 runs=members.size,
-                basin=share(members.size, count, confidence=confidence),
+                basin=share(members.size, count),
                 period_time=float(np.median(arrays["period_time"][once])),
                 **exact,
                 **middle,

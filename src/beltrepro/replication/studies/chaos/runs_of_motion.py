@@ -111,11 +111,6 @@ class Settling:
         return estimates.share(int(periodic.sum()), periodic.size, int(still_open.sum()))
 
     @property
-    def median_lifetime(self) -> float:
-        """Median time for which the runs were seen to be irregular."""
-        return float(np.median(self.lifetime))
-
-    @property
     def exponent(self) -> Estimate:
         """Mean largest exponent of the irregular motion; absent if all settled too soon for one."""
         exponents = self.exponents[np.isfinite(self.exponents)]
@@ -129,7 +124,7 @@ class Settling:
         """How many runs settled, and after what time."""
         return (
             f"{self.settled.sum()} of {self.settled.size} runs settled within {self.duration:g}, "
-            f"half of all by {self.median_lifetime:.0f}"
+            f"half of all by {np.median(self.lifetime):.0f}"
         )
 
 

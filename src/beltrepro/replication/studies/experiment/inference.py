@@ -1,11 +1,9 @@
 """Which values of parameters agree with recordings: approximate Bayesian computation on a grid.
 
-All combinations of some levels are simulated with the same number of trials. Before, each of them
-is equally probable. A trial agrees with a recording if a number lies within a tolerance of the
-recorded one and it shows the same feature. The recordings are independent of each other. So the
-probability that all of them agree is the product of the shares of the trials that agree with each.
-A share of few trials scatters, and the most probable levels would be those of a lucky share. So
-shares are averaged over neighbouring levels, as far as they are known to vary little.
+All combinations of levels have equally many trials and are equally probable before. A trial agrees
+with a recording if a number lies within a tolerance of the recorded one and it shows the same
+feature. Recordings are independent, so shares of trials that agree multiply. They are averaged over
+neighbouring levels, or the most probable levels would be those of a lucky share of few trials.
 """
 
 from __future__ import annotations
@@ -87,9 +85,9 @@ class Posterior:
         others = tuple(axis for axis, name in enumerate(self.levels) if name not in names)
         return self.probability.sum(axis=others)
 
-    def credible(self, name: str, *, credibility: float = CREDIBILITY) -> np.ndarray:
-        """The smallest set of levels with at least this probability."""
-        return credible_set(self.marginal(name), credibility)
+    def credible(self, name: str) -> np.ndarray:
+        """The smallest set of levels with at least the probability CREDIBILITY."""
+        return credible_set(self.marginal(name))
 
 
 def credible_set(probability: np.ndarray, credibility: float = CREDIBILITY) -> np.ndarray:
@@ -183,7 +181,6 @@ def calibrate(
     shown: Sequence[bool],
     draws: int = 400,
     seed: int = 1,
-    credibility: float = CREDIBILITY,
 ) -> Calibration:
     """Treat trials as experiments whose parameters are known, and infer them from the other trials.
 
@@ -203,14 +200,18 @@ def calibrate(
         without = np.zeros(simulated.shown.shape, dtype=bool)
         for number, run in enumerate(taken):
             without[(number, *at, run)] = True
-        answer = _answer(simulated, without, tolerance, shown)
-        if answer is None:
+        summary = [
+            float(values[out][0]) for values, out in zip(simulated.summary, without, strict=True)
+        ]
+        try:
+            answer = posterior(simulated, Recorded(summary, shown), tolerance, without=without)
+        except NotEnoughDataError:
             continue
         for name, level in zip(simulated.levels, at, strict=True):
             marginal = answer.marginal(name)
             below = marginal[:level].sum() + generator.random() * marginal[level]
             places[name].append(float(below))
-            covered[name].append(bool(answer.credible(name, credibility=credibility)[level]))
+            covered[name].append(bool(answer.credible(name)[level]))
     answered = len(next(iter(places.values())))
     require(answered, "no made-up experiment has a posterior")
     return Calibration(
@@ -219,16 +220,3 @@ def calibrate(
         answered,
         draws - answered,
     )
-
-
-def _answer(
-    simulated: Simulated, without: np.ndarray, tolerance: float, shown: Sequence[bool]
-) -> Posterior | None:
-    """The posterior of a made-up experiment from the other trials; None if there is none."""
-    summary = [
-        float(values[out][0]) for values, out in zip(simulated.summary, without, strict=True)
-    ]
-    try:
-        return posterior(simulated, Recorded(summary, shown), tolerance, without=without)
-    except NotEnoughDataError:
-        return None

@@ -58,10 +58,7 @@ class Pair:
 
 
 def with_steps(runs: Runs) -> Runs:
-    """Add the mean length of the steps that the method chooses.
-
-    That is dt, or what the allowed error permits, for which velocities (R, T, N) are needed.
-    """
+    """Add the mean length of the steps: dt, or what the allowed error permits."""
     steps = runs["time_step"].copy()
     for row in np.flatnonzero(np.isfinite(runs["allowed_error"])):
         names = [parameter.name for parameter in fields(ChainParameters)]
