@@ -22,15 +22,10 @@ def table_list() -> str:
     """Every table: what it is, what it is derived from, and its columns."""
     parts = []
     for name, entry in registry.tables().items():
-        parts += [
-            f"### {entry.file(name)}.csv",
-            markdown.plain(entry.title),
-            _made_from(entry.uses),
-        ]
+        title = markdown.plain(entry.title)
+        parts += [f"### {entry.file(name)}.csv", title, _made_from(entry.uses)]
         if entry.columns:
-            rows = [
-                (markdown.code(key), markdown.plain(text)) for key, text in entry.columns.items()
-            ]
+            rows = [(markdown.code(k), markdown.plain(text)) for k, text in entry.columns.items()]
             parts.append(markdown.table(["column", "what it is"], rows))
     return "\n\n".join(parts)
 
@@ -54,13 +49,8 @@ def claim_list() -> str:
 
 def _figure(name: str, entry: registry.Figure) -> str:
     number = f"Fig. {entry.number}: " if entry.number else ""
-    return "\n\n".join(
-        [
-            f"#### {name}",
-            f"**{number}{markdown.plain(entry.title)}** {markdown.plain(entry.words)}",
-            _made_from(entry.uses),
-        ]
-    )
+    words = f"**{number}{markdown.plain(entry.title)}** {markdown.plain(entry.words)}"
+    return "\n\n".join([f"#### {name}", words, _made_from(entry.uses)])
 
 
 def _made_from(names, word: str = "Made from") -> str:

@@ -1,7 +1,6 @@
 """The reference of config.yaml, from its schema; and what each kind of dataset records."""
 
 import json
-from collections.abc import Iterable
 
 from pydantic import TypeAdapter
 
@@ -22,32 +21,17 @@ def keys() -> str:
     """Every key of config.yaml: where it stands, what it is, what is allowed."""
     whole = config.schema()
     parts = whole["$defs"]
-    return "\n\n".join(
-        [
-            markdown.plain(whole["description"]),
-            "## Top level",
-            _keys(whole["properties"], parts, whole["required"]),
-            "## A dataset",
-            markdown.plain(parts["Dataset"]["description"]),
-            _keys(_own(parts["Dataset"]["properties"]), parts),
-            "It also takes every quantity and the settings of its kind. So does `defaults`.",
-            "## A film",
-            markdown.plain(parts["Film"]["description"]),
-            _keys(parts["Film"]["properties"], parts, parts["Film"]["required"]),
-            "## The camera",
-            markdown.plain(parts["Camera"]["description"]),
-            _keys(parts["Camera"]["properties"], parts),
-            "## A preset",
-            markdown.plain(parts["Preset"]["description"]),
-            _keys(parts["Preset"]["properties"], parts),
-            "## Quantities",
-            "Any of them can be an axis of a dataset.",
-            _values(points.QUANTITIES),
-            "## Settings",
-            "They belong to a whole dataset.",
-            _values(kinds.SETTINGS),
-        ]
-    )
+    lines = [markdown.plain(whole["description"]), "## Top level", _keys(whole, parts)]
+    for name in ("Dataset", "Film", "Camera", "Preset"):
+        article = "The" if name == "Camera" else "A"
+        lines += [f"## {article} {name.lower()}", markdown.plain(parts[name]["description"])]
+        lines.append(_keys(parts[name], parts))
+        if name == "Dataset":
+            also = "It also takes every quantity and the settings of its kind. So does `defaults`."
+            lines.append(also)
+    lines += ["## Quantities", "Any of them can be an axis of a dataset."]
+    lines += [_values(points.QUANTITIES), "## Settings", "They belong to a whole dataset."]
+    return "\n\n".join([*lines, _values(kinds.SETTINGS)])
 
 
 def recorded() -> str:
@@ -55,20 +39,16 @@ def recorded() -> str:
     return "\n\n".join(_kind(kind) for kind in kinds.KINDS.values())
 
 
-def _keys(properties: dict, parts: dict, required: Iterable[str] = ()) -> str:
+def _keys(whole: dict, parts: dict) -> str:
+    """The keys of a part; quantities and settings of a dataset have tables of their own."""
     rows = []
-    for name, told in properties.items():
-        told = parts.get(told.get("$ref", "").rpartition("/")[2], told)
-        allowed = _allowed(told) + (", required" if name in required else "")
-        words = markdown.plain(told.get("description", ""))
-        rows.append([markdown.code(name), words, allowed])
+    for name, about in whole["properties"].items():
+        if whole is parts["Dataset"] and name in points.QUANTITIES | kinds.SETTINGS:
+            continue
+        about = parts.get(about.get("$ref", "").rpartition("/")[2], about)
+        allowed = _allowed(about) + (", required" if name in whole.get("required", ()) else "")
+        rows.append([markdown.code(name), markdown.plain(about.get("description", "")), allowed])
     return markdown.table(["key", "what it is", "allowed"], rows)
-
-
-def _own(properties: dict) -> dict:
-    """The keys of a dataset that are neither quantities nor settings."""
-    values = points.QUANTITIES | kinds.SETTINGS
-    return {name: told for name, told in properties.items() if name not in values}
 
 
 def _values(described: dict) -> str:
@@ -99,26 +79,14 @@ def _allowed(told: dict) -> str:
 
 
 def _kind(kind: kinds.Kind) -> str:
-    rows = [
-        [
-            markdown.code(each.name),
-            markdown.plain(each.symbol),
-            markdown.plain(points.UNITS.get(each.unit, each.unit)),
-            markdown.plain(f"({', '.join(each.dimensions)})"),
-            markdown.plain(each.description),
-        ]
-        for each in kind.recorded
-    ]
-    settings = ", ".join(map(markdown.code, kind.settings))
-    heads = ["array", "symbol", "unit", "dimensions", "what it is"]
-    return "\n\n".join(
-        [
-            f"### {kind.name}",
-            markdown.plain(kind.description),
-            f"Settings: {settings}.",
-            markdown.table(heads, rows),
-        ]
-    )
+    rows = []
+    for array in kind.recorded:
+        unit, axes = points.UNITS.get(array.unit, array.unit), f"({', '.join(array.dimensions)})"
+        words = map(markdown.plain, (array.symbol, unit, axes, array.description))
+        rows.append([markdown.code(array.name), *words])
+    settings = f"Settings: {', '.join(map(markdown.code, kind.settings))}."
+    table = markdown.table(["array", "symbol", "unit", "dimensions", "what it is"], rows)
+    return "\n\n".join([f"### {kind.name}", markdown.plain(kind.description), settings, table])
 
 
 def setup(app) -> dict:

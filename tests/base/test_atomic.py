@@ -73,9 +73,8 @@ def test_what_a_kill_leaves_is_cleared(tmp_path):
 def test_a_full_disk_is_one_line_and_harms_nothing(tmp_path, name):
     path = Path(tmp_path, name)
     path.write_text("before")
-    done = subprocess.run(
-        [sys.executable, "-c", LIMITED, str(path)], capture_output=True, text=True, check=False
-    )
+    words = [sys.executable, "-c", LIMITED, str(path)]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     (line,) = done.stderr.splitlines()
     assert line.startswith(f"error: {path}: cannot be written (File too large); earlier results")

@@ -7,6 +7,7 @@ from pathlib import Path
 import yaml
 
 ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 DOCKERFILE = (ROOT / "container" / "Dockerfile").read_text()
 DEFINITION = (ROOT / "container" / "apptainer.def").read_text()
 
@@ -27,16 +28,15 @@ def test_both_copy_the_same_and_it_exists():
 
 
 def test_they_copy_all_that_the_environment_is_made_of():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     stamp = re.search(r"^\$\(STAMP\): (.+)$", (ROOT / "Makefile").read_text(), re.M)[1]
-    needed = {"Makefile", "src", project["readme"], *project["license-files"], *stamp.split()}
+    needed = {"Makefile", "src", PROJECT["readme"], *PROJECT["license-files"], *stamp.split()}
     assert needed <= copied_by_docker()
     kept = set(re.findall(r"^!(\S+)$", (ROOT / ".dockerignore").read_text(), re.M))
     assert copied_by_docker() <= kept
 
 
 def test_both_have_a_python_that_the_project_allows():
-    least = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["requires-python"]
+    least = PROJECT["requires-python"]
     images = re.findall(r"^(?:FROM|From:) (\S+)$", DOCKERFILE + DEFINITION, re.M)
     assert len(images) == 2 and len(set(images)) == 1
     version = re.match(r"python:3\.(\d+)-", images[0])[1]

@@ -1,4 +1,4 @@
-"""The library runs on the packages that it installs; what needs more says so in one line."""
+"""Who may import whom: the library needs what it installs; what needs more says so."""
 
 import re
 import subprocess
@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-PROJECT = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]
+ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 HIDE = """
 import sys
 
@@ -52,6 +53,20 @@ assert app.main(["scan", *words, "--method", "event", "--output", "grid.h5"]) ==
 for needy in (["plot", "run.h5"], ["scan", *words], ["claims"], ["watch", *words[:4]]):
     assert app.main(needy) == 2, needy
 """
+
+
+# in a process of its own: it configures logging, and silences loggers that are there already
+LINT = """
+import sys
+from importlinter.cli import lint_imports
+sys.exit(lint_imports(config_filename="pyproject.toml", no_cache=True, no_logo=True))
+"""
+
+
+def test_no_import_crosses_a_border():
+    words = [sys.executable, "-c", LINT]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 @pytest.fixture(scope="module")

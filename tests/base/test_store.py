@@ -35,9 +35,11 @@ ARRAYS = {
 ATTRIBUTES = {"kind": "series", "n_blocks": 5, "noise": 2.2, "units": "model units"}
 
 
-def test_what_is_written_comes_back(tmp_path):
-    path = tmp_path / "deep" / "er" / "data.h5"
+def test_what_is_written_comes_back_and_the_same_content_has_the_same_bytes(tmp_path):
+    path, other = tmp_path / "deep" / "er" / "data.h5", tmp_path / "other.h5"
     store.write(path, ARRAYS, ATTRIBUTES)
+    store.write(other, dict(reversed(ARRAYS.items())), dict(reversed(ATTRIBUTES.items())))
+    assert path.read_bytes() == other.read_bytes()
     dataset = store.read(path)
     assert dataset.attributes == ATTRIBUTES
     assert {type(value) for value in dataset.attributes.values()} == {str, int, float}
@@ -47,27 +49,12 @@ def test_what_is_written_comes_back(tmp_path):
         np.testing.assert_array_equal(dataset.arrays[name], array)
 
 
-def test_same_content_gives_same_bytes(tmp_path):
-    store.write(tmp_path / "a.h5", ARRAYS, ATTRIBUTES)
-    backwards = dict(reversed(ARRAYS.items())), dict(reversed(ATTRIBUTES.items()))
-    store.write(tmp_path / "b.h5", *backwards)
-    assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
-
-
 def test_unreadable_file_is_one_line(tmp_path):
     text = tmp_path / "text.h5"
     text.write_text("no HDF5")
     for path in (text, tmp_path / "missing.h5"):
         with pytest.raises(InputError, match=re.escape(str(path))):
             store.read(path)
-
-
-def test_arrays_say_what_they_are(tmp_path):
-    about = {"velocity": {"unit": "model velocity", "dimensions": "point, crossing"}}
-    store.write(tmp_path / "a.h5", ARRAYS, {}, about)
-    with h5py.File(tmp_path / "a.h5") as file:
-        assert dict(file["velocity"].attrs) == about["velocity"]
-        assert dict(file["count"].attrs) == {}
 
 
 # --- files of datasets ---
@@ -95,12 +82,9 @@ def written(path, batch):
 
 
 def test_a_file_says_what_it_holds(tmp_path):
-    found = written(tmp_path / "0000.h5", 0)
-    said = found.attributes
-    assert (said["dataset"], said["kind"], said["preset"], said["run"]) == (
-        "rows", "scan", "own", "own",
-    )  # fmt: skip
-    assert (said["duration"], said["seed"], said["method"]) == (100.0, 3, "event")
+    said = written(tmp_path / "0000.h5", 0).attributes
+    words = {"dataset": "rows", "kind": "scan", "preset": "own", "run": "own", "method": "event"}
+    assert said.items() >= (words | {"duration": 100.0, "seed": 3}).items()
     assert "n_blocks" not in said and "section_position" not in said
     assert json.loads(said["config"]) == told(0)
     assert said["units"] == "model units" and "numpy" in json.loads(said["library_versions"])
@@ -109,23 +93,15 @@ def test_a_file_says_what_it_holds(tmp_path):
             assert array.attrs["unit"] and array.attrs["dimensions"] and array.attrs["description"]
         assert file["belt_velocity"].attrs["symbol"] == "u"
         assert file["belt_velocity"].attrs["unit"] == "model velocity (0.0183 m/s)"
-
-
-def test_a_file_holds_no_path_of_this_machine(tmp_path):
-    written(tmp_path / "data.h5", 0)
-    content = (tmp_path / "data.h5").read_bytes()
     for place in (provenance.ROOT.parents[1], tmp_path):
-        assert str(place).encode() not in content
+        assert str(place).encode() not in (tmp_path / "0000.h5").read_bytes()
 
 
 @pytest.mark.parametrize(
     ("other", "words"),
     [
         ({"dataset": "columns"}, "holds dataset columns (scan) of preset own, run own"),
-        (
-            {"preset": "smoke", "run": "smoke"},
-            "holds dataset rows (scan) of preset smoke, run smoke",
-        ),
+        ({"preset": "smoke", "run": "smoke"}, "dataset rows (scan) of preset smoke, run smoke"),
         ({"run": "f06"}, "of preset own, run f06"),
         ({"kind": "escapes"}, "holds dataset rows (escapes)"),
         ({"settings": told()["settings"] | {"duration": 200.0}}, "run own with other settings"),
@@ -168,13 +144,8 @@ def test_joining_counts_points_on_and_fills_up_smaller_chains():
     def part(n_blocks, n_points, n_events):
         events = np.zeros(n_events, [("point", "i4"), ("time", "f8"), ("at", "f8", (n_blocks,))])
         events["point"], events["at"] = np.arange(n_events) % n_points, 1.0
-        arrays = {
-            "n_blocks": np.full(n_points, n_blocks),
-            "time": np.arange(3.0),
-            "positions": np.ones((n_points, 3, n_blocks)),
-            "events": events,
-        }
-        return store.Dataset(arrays, {})
+        arrays = {"n_blocks": np.full(n_points, n_blocks), "time": np.arange(3.0), "events": events}
+        return store.Dataset(arrays | {"positions": np.ones((n_points, 3, n_blocks))}, {})
 
     whole = files.join([part(2, 2, 3), part(5, 1, 2)], KINDS["series"].arrays)
     assert whole["time"].tolist() == [0, 1, 2]
@@ -190,13 +161,8 @@ def test_joining_counts_points_on_and_fills_up_smaller_chains():
 
 def test_a_series_of_one_point_is_that_run():
     events = np.zeros(2, [("point", "i4"), ("time", "f8"), ("block", "i8"), ("kind", "U5")])
-    arrays = {
-        "n_blocks": np.array([5]),
-        "time": np.arange(3.0),
-        "positions": np.ones((1, 3, 5)),
-        "events": events,
-    }
-    series = store.Dataset(arrays, {"kind": "series", "n_blocks": 5})
+    arrays = {"n_blocks": np.array([5]), "time": np.arange(3.0), "positions": np.ones((1, 3, 5))}
+    series = store.Dataset(arrays | {"events": events}, {"kind": "series", "n_blocks": 5})
     assert files.is_single_run(series)
     run = files.single_run(series)
     assert run.arrays["positions"].shape == (3, 5) and run.arrays["time"].shape == (3,)
@@ -258,10 +224,8 @@ def checkout(tmp_path, monkeypatch):
 
 def git(tree, *arguments):
     names = ["-c", "user.name=a", "-c", "user.email=a@b"]
-    done = subprocess.run(
-        ["git", "-C", str(tree), *names, *arguments], capture_output=True, text=True, check=True
-    )
-    return done.stdout.strip()
+    words = ["git", "-C", str(tree), *names, *arguments]
+    return subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()
 
 
 def test_code_version_names_the_commit_and_changes_to_it(checkout):

@@ -164,17 +164,6 @@ def points(chains, **options):
     return scan(chains, duration=60.0, transient=20.0, section_position=615.0, **options)
 
 
-def test_points_do_not_depend_on_order_or_company():
-    chains = [ChainParameters(n, u, s) for n in (3, 5) for u in (7, 20, 33) for s in (0, 1, 5)]
-    together = points(chains)
-    backwards = points(chains[::-1])
-    alone = [points([chain]) for chain in chains[::4]]
-    for name, values in together.items():
-        np.testing.assert_array_equal(values, backwards[name][::-1], err_msg=name)
-        for single, expected in zip(alone, values[::4], strict=True):
-            np.testing.assert_array_equal(single[name][0], expected, err_msg=name)
-
-
 def test_replicates_and_seeds_differ():
     chain = ChainParameters(5, 20.0, 1.0)
     one, other, again = points([chain] * 3, replicate=[0, 1, 0])["mean_length"]

@@ -13,6 +13,8 @@ from beltrepro.simulation.groups import groups
 MORE_THAN_A_GROUP = 35
 SPREAD = 0.5
 CHAIN = ChainParameters(2, 15.0, noise=3.0)
+MEMBERS = {"chains": [CHAIN] * MORE_THAN_A_GROUP, "replicate": range(MORE_THAN_A_GROUP),
+           "initial_spread": SPREAD, "method": "verlet"}  # fmt: skip
 
 
 def start(chain, replicate, seed=1):
@@ -61,15 +63,7 @@ def test_runs_of_mixed_kinds_come_back_in_their_order():
 
 def test_a_catalogue_of_more_chains_than_a_group_keeps_them_apart():
     lengths = {"duration": 80.0, "transient": 20.0}
-    found = catalogue(
-        [CHAIN] * MORE_THAN_A_GROUP,
-        replicate=range(MORE_THAN_A_GROUP),
-        initial_spread=SPREAD,
-        section_block=1,
-        section_position=90.0,
-        **lengths,
-        method="verlet",
-    )
+    found = catalogue(**MEMBERS, section_block=1, section_position=90.0, **lengths)
     slips, avalanches, section = (found[name] for name in ("slips", "avalanches", "section"))
     for records in (slips, avalanches, section):
         assert np.array_equal(np.unique(records["point"]), np.arange(MORE_THAN_A_GROUP))
@@ -92,15 +86,7 @@ def test_a_catalogue_of_more_chains_than_a_group_keeps_them_apart():
 
 
 def test_escapes_of_more_members_than_a_group_keep_them_apart():
-    found = escapes(
-        [CHAIN] * MORE_THAN_A_GROUP,
-        replicate=range(MORE_THAN_A_GROUP),
-        duration=60.0,
-        settle_time=30.0,
-        laminar_time=2.0,
-        initial_spread=SPREAD,
-        method="verlet",
-    )
+    found = escapes(**MEMBERS, duration=60.0, settle_time=30.0, laminar_time=2.0)
     assert found["replicate"].tolist() == list(range(MORE_THAN_A_GROUP))
     np.testing.assert_array_equal(found["belt_velocity"], CHAIN.belt_velocity)
     assert 0 < found["escaped"].sum() < MORE_THAN_A_GROUP

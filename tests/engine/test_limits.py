@@ -213,11 +213,10 @@ def test_a_block_without_force_and_threshold_slips_one_way_in_kernels_and_model(
 
 @pytest.mark.parametrize("method", METHODS)
 def test_r_does_not_depend_on_the_samples_that_are_kept(method):
-    chain, lengths = ChainParameters(5, 20.0), {"duration": 700.0, "transient": 100.0}
-    runs = {
-        interval: simulate(chain, method=method, sample_interval=interval, **lengths)
-        for interval in (None, 0.1, 0.2, 0.7, 7.0, 300.0)
-    }
+    run_of = partial(
+        simulate, ChainParameters(5, 20.0), duration=700.0, transient=100.0, method=method
+    )
+    runs = {h: run_of(sample_interval=h) for h in (None, 0.1, 0.2, 0.7, 7.0, 300.0)}
     for interval, run in runs.items():
         assert run.disorder_parameter == pytest.approx(runs[0.1].disorder_parameter, rel=2e-3)
         assert run.mean_length == pytest.approx(runs[0.1].mean_length, rel=1e-4)

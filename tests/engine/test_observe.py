@@ -27,13 +27,11 @@ def test_moments_are_those_of_the_samples_from_the_start_on():
     for part in (slice(0, 4), slice(4, 7), slice(7, 8), slice(8, 20)):
         moments.observe(SimpleNamespace(time=time[part], displacement=displacement[part]))
     length = 250.0 + displacement[time >= 2.5, -1]
-    found = moments.result(250.0)
-    np.testing.assert_allclose(found["mean_length"], length.mean(axis=0), rtol=1e-14)
-    np.testing.assert_allclose(
-        found["disorder_parameter"], length.std(axis=0) / length.mean(axis=0)
-    )
-    np.testing.assert_array_equal(found["minimum_length"], length.min(axis=0))
-    np.testing.assert_array_equal(found["maximum_length"], length.max(axis=0))
+    measured, mean = moments.result(250.0), length.mean(axis=0)
+    np.testing.assert_allclose(measured["mean_length"], mean, rtol=1e-14)
+    np.testing.assert_allclose(measured["disorder_parameter"], length.std(axis=0) / mean)
+    np.testing.assert_array_equal(measured["minimum_length"], length.min(axis=0))
+    np.testing.assert_array_equal(measured["maximum_length"], length.max(axis=0))
 
 
 def test_moments_without_a_sample_are_not_a_number():
@@ -77,9 +75,8 @@ def test_the_crossing_log_sorts_by_chain_and_time():
     assert log.rows(1).shape == (0, 4)
     for chunk in (SECOND, FIRST):
         log.observe(chunk)
-    assert log.rows(1).tolist() == [
-        [0, 2, 0, -2], [0, 3, 0, -3], [0, 4, 0, -4], [1, 2.5, 1, -6], [1, 5, 1, -5]
-    ]  # fmt: skip
+    first, second = [[0, 2, 0, -2], [0, 3, 0, -3], [0, 4, 0, -4]], [[1, 2.5, 1, -6], [1, 5, 1, -5]]
+    assert log.rows(1).tolist() == first + second
 
 
 # --- slips ----------------------------------------------------------------------------------------
@@ -221,11 +218,10 @@ def test_a_reversal_between_two_slips_is_one_avalanche_of_two_slips():
     slips, (avalanche,) = slips_and_avalanches(
         events, 0, stuck(CHAIN.rest_positions), law_constants(CHAIN), 0.0
     )
-    assert slips[["block", "start_time", "stop_time", "dissipated"]].tolist() == [
-        (3, 1, 3, 30), (3, 3, 4, 12)
-    ]  # fmt: skip
-    assert (avalanche["start_time"], avalanche["stop_time"]) == (1, 4)
-    assert (avalanche["slips"], avalanche["blocks"], avalanche["dissipated"]) == (2, 1, 42)
+    names = ["block", "start_time", "stop_time", "dissipated"]
+    assert slips[names].tolist() == [(3, 1, 3, 30), (3, 3, 4, 12)]
+    names = ["start_time", "stop_time", "slips", "blocks", "dissipated"]
+    assert avalanche[names].tolist() == (1, 4, 2, 1, 42)
     assert avalanche["last_block_displacement"] == 143 - 152
     # the other blocks were carried from 50 and 100 to 52 and 102, then to 58 and 108
     drop = (2**2 - 8**2 + (152 - 102 - 50) ** 2 - (143 - 108 - 50) ** 2) / 2

@@ -7,12 +7,10 @@ from pathlib import Path
 
 import pypdf
 import pytest
-import yaml
 
 import pages
 from beltrepro.replication.report import article, sentences
-from beltrepro.replication.report.claim_results import count, with_verdict
-from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, NOT_MEASURED, PARTLY
+from beltrepro.replication.report.claim_results import count
 from beltrepro.replication.verdicts.ledger import load_ledger
 
 ROOT = Path(__file__).parents[2]
@@ -80,14 +78,6 @@ def test_counts_and_facts_are_those_of_the_run(made):
         assert plain(said) in text
 
 
-def test_claims_that_fail_say_why(made):
-    run, _, text = made
-    failing = article.content(run, [])["failing"]
-    expected = with_verdict(run.claims, FAILS, PARTLY)
-    assert [claim["id"] for claim in failing] == [result.id for result in expected]
-    assert all(claim["why"] and plain(claim["why"]) in text for claim in failing)
-
-
 def test_nothing_is_missing_or_left_to_fill(made):
     run, _, text = made
     words = json.dumps(article.content(run, []), ensure_ascii=False)
@@ -97,9 +87,9 @@ def test_nothing_is_missing_or_left_to_fill(made):
 
 def test_a_sentence_without_its_number_is_not_there(tmp_path):
     topic = "The transition without noise"
-    run = material(tmp_path, {"u-critical": NOT_MEASURED})
+    run = material(tmp_path, {"u-critical": "not measured"})
     assert topic not in [one["topic"] for one in article.content(run, [])["findings"]]
-    run = material(tmp_path, dict.fromkeys(load_ledger(), HOLDS))
+    run = material(tmp_path, dict.fromkeys(load_ledger(), "holds"))
     whole = article.content(run, [])
     assert topic in [one["topic"] for one in whole["findings"]] and whole["failing"] == []
     (tmp_path / "claims.csv-metadata.json").unlink()
@@ -134,14 +124,12 @@ def test_findings_have_their_figures_as_far_as_there_are_any(made):
     assert len(figures) == len(set(figures)) <= article.MOST_FIGURES
 
 
-def test_it_has_four_to_eight_pages(made):
-    assert 4 <= len(pypdf.PdfReader(made[1]).pages) <= 8
-
-
-@pytest.mark.parametrize("verdict", [HOLDS, FAILS])
-def test_it_has_eight_pages_at_most_whatever_comes_out(tmp_path, verdict):
-    path = pdf_of(tmp_path, material(tmp_path, dict.fromkeys(load_ledger(), verdict)))
-    assert len(pypdf.PdfReader(path).pages) <= 8
+@pytest.mark.parametrize("verdict", [None, "holds", "fails"])
+def test_it_has_four_to_eight_pages_whatever_comes_out(made, tmp_path, verdict):
+    path = made[1]
+    if verdict:
+        path = pdf_of(tmp_path, material(tmp_path, dict.fromkeys(load_ledger(), verdict)))
+    assert 4 <= len(pypdf.PdfReader(path).pages) <= 8
 
 
 def test_it_has_title_authors_and_no_date(made):
@@ -149,12 +137,8 @@ def test_it_has_title_authors_and_no_date(made):
     assert metadata["/Title"] == "[Re] Chaos on the conveyor belt"
     assert metadata["/Author"] == "A. Author" and "replication" in metadata["/Keywords"]
     assert "/CreationDate" not in metadata
-
-
-def test_authors_are_those_of_the_citation():
-    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
-    assert all(article.name_of(author) for author in citation["authors"])
     assert article.name_of({"given-names": "Ann", "family-names": "Bee"}) == "Ann Bee"
+    assert article.name_of({"name": "The Group"}) == "The Group"
 
 
 def test_all_fonts_are_in_the_file(made):

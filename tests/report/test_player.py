@@ -2,16 +2,14 @@
 
 import base64
 import functools
-import html
 import json
-import os
 import re
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import browser
 from beltrepro import ChainParameters, simulate
 from beltrepro.base import store
 from beltrepro.model.units import TIME_S
@@ -19,7 +17,6 @@ from beltrepro.replication.report import motion_player
 from beltrepro.replication.report.contents import MOTION
 from beltrepro.replication.report.material import Material
 from beltrepro.replication.report.page import part
-from browser import BROWSER
 
 CHAINS = {
     "play_u1": ChainParameters(5, 1.0),
@@ -32,33 +29,22 @@ INTERVAL, BEGIN, END = 0.5, 30.0, 130.0
 
 @functools.cache
 def run_of(name):
-    return simulate(
-        CHAINS[name], duration=END, method="event", sample_interval=INTERVAL, sample_start=BEGIN
-    )
+    span = {"duration": END, "sample_interval": INTERVAL, "sample_start": BEGIN}
+    return simulate(CHAINS[name], method="event", **span)
 
 
 @pytest.fixture(scope="module")
-def material(tmp_path_factory):
-    """What a run leaves, but for all that the player does not use."""
+def section(tmp_path_factory):
+    """The section as it stands in the page, of a run with no more than it needs."""
     folder = tmp_path_factory.mktemp("run")
     for name, chain in CHAINS.items():
         run = run_of(name)
-        arrays = {
-            "time": run.time, "positions": run.positions[None], "velocities": run.velocities[None]
-        }  # fmt: skip
-        attributes = {
-            "n_blocks": chain.n_blocks, "belt_velocity": chain.belt_velocity,
-            "noise": chain.noise, "rest_length": 50.0, "sample_interval": INTERVAL,
-        }  # fmt: skip
-        store.write(folder / f"{name}.h5", arrays, attributes)
+        arrays = {key: getattr(run, key)[None] for key in ("positions", "velocities")}
+        names = ("n_blocks", "belt_velocity", "noise", "rest_length")
+        attributes = {key: getattr(chain, key) for key in names} | {"sample_interval": INTERVAL}
+        store.write(folder / f"{name}.h5", arrays | {"time": run.time}, attributes)
     files = {"datasets": [folder / f"{name}.h5" for name in reversed(CHAINS)]}
-    return Material("smoke", {}, files)
-
-
-@pytest.fixture(scope="module")
-def section(material):
-    """The section as it stands in the page."""
-    return part(MOTION, material)
+    return part(MOTION, Material("smoke", {}, files))
 
 
 def carried(section):
@@ -99,11 +85,6 @@ def test_slow_belts_are_shown_faster():
     assert [motion_player._speed(u) for u in (1.0, 4.0, 17.6, 40.0)] == [8.0, 4.0, 1.0, 1.0]
 
 
-def test_the_section_is_left_out_without_its_runs(material):
-    fewer = {"datasets": material.files["datasets"][1:]}
-    assert material.has(MOTION.needs) and not Material("smoke", {}, fewer).has(MOTION.needs)
-
-
 def test_the_section_names_no_address(section):
     assert not re.findall(
         r"(?:src|href)\s*=|fetch\(|XMLHttp|import\(|https?://(?!www.w3.org)", section
@@ -128,21 +109,12 @@ def worked(section, folder, width, *flags):
         f"<script>{script}</script></body></html>",
         encoding="utf-8",
     )
-    call = [
-        BROWSER, "--headless", "--disable-gpu", "--no-first-run",
-        f"--user-data-dir={folder / 'own'}", "--host-resolver-rules=MAP * ~NOTFOUND",
-        "--virtual-time-budget=20000", *flags,
-        *(["--no-sandbox"] if os.getuid() == 0 else []), "--dump-dom", page.as_uri(),
-    ]  # fmt: skip
-    done = subprocess.run(call, capture_output=True, text=True, timeout=120, check=False)
-    found = re.findall(r'<pre id="seen">(.*?)</pre>', done.stdout, re.S)
-    assert found, done.stderr[-2000:]
-    return json.loads(html.unescape(found[0]))
+    return browser.seen(page.as_uri(), folder, *flags)
 
 
 @pytest.fixture(scope="module", params=[390, 1100])
 def seen(request, section, tmp_path_factory):
-    if not BROWSER:
+    if not browser.BROWSER:
         pytest.skip("no chromium here: see README, Tests in a browser")
     return worked(section, tmp_path_factory.mktemp("browser"), request.param)
 
@@ -196,7 +168,7 @@ def test_controls_have_names_and_room_for_a_finger(seen):
 
 @pytest.mark.thorough
 def test_less_motion_is_a_picture_a_second(section, tmp_path):
-    if not BROWSER:
+    if not browser.BROWSER:
         pytest.skip("no chromium here: see README, Tests in a browser")
     seen = worked(section, tmp_path, 600, "--force-prefers-reduced-motion")
     assert seen["errors"] == []

@@ -4,7 +4,6 @@ import functools
 import html
 import http.server
 import json
-import os
 import re
 import subprocess
 import sys
@@ -17,11 +16,11 @@ import pytest
 import yaml
 
 import beltrepro
+import browser
 from beltrepro.cli import app as cli
 from beltrepro.replication.plan import kinds, registry
 from beltrepro.replication.plan.config import schema
 from beltrepro.replication.verdicts.ledger import load_ledger
-from browser import BROWSER
 from extensions import api, claims_and_figures, configuration, markdown, rule_graph, tutorial
 from made_up import data
 
@@ -55,31 +54,21 @@ def test_the_figure_of_the_guide_registers_itself_and_is_drawn(tmp_path):
     (entry,) = registry.figures(tmp_path).values()
     names: dict = {}
     exec(compile(code, "example.py", "exec"), names)
-    drawn = names["draw"](
-        {
-            name: data({"belt_velocity": [1.0, 2.0], "mean_length": [5.0, 4.0]})
-            for name in entry.uses
-        },
-        "caption",
-    )
+    scan = data({"belt_velocity": [1.0, 2.0], "mean_length": [5.0, 4.0]})
+    drawn = names["draw"](dict.fromkeys(entry.uses, scan), "caption")
     assert np.allclose(drawn.axes[0].lines[0].get_ydata(), [5.0, 4.0])
-    recorded = {array.name for array in kinds.KINDS["scan"].recorded}
-    assert "mean_length" in recorded
-    assert (
-        yaml.safe_load((DOCS.parent / "config.yaml").read_text())["datasets"]["n5_rows"]["kind"]
-        == "scan"
-    )
+    assert "mean_length" in {array.name for array in kinds.KINDS["scan"].recorded}
+    config = yaml.safe_load((DOCS.parent / "config.yaml").read_text())
+    assert config["datasets"]["n5_rows"]["kind"] == "scan"
 
 
 def test_configuration_has_every_key():
     def names(node):
         if isinstance(node, dict):
             yield from node.get("properties", {})
-            for each in node.values():
-                yield from names(each)
-        elif isinstance(node, list):
-            for each in node:
-                yield from names(each)
+        if isinstance(node, dict | list):
+            for part in node.values() if isinstance(node, dict) else node:
+                yield from names(part)
 
     rules = {"start", "stop", "step", "without_noise", "with_noise", "offset", "count"}
     page = configuration.keys().replace("\\_", "_")
@@ -142,7 +131,7 @@ def test_the_site(tmp_path):
     nothing_is_loaded_from_outside(site)
     public_names_lead_to_their_docstrings(site)
     the_command_has_every_option(site)
-    if not BROWSER:
+    if not browser.BROWSER:
         pytest.skip("no chromium here: see README, Tests in a browser")
     pages_fit_a_phone_and_ask_nobody(site, tmp_path)
 
@@ -191,16 +180,11 @@ def links_to_the_outside_are_listed(site):
 
 
 def nothing_is_loaded_from_outside(site):
-    for path in site.rglob("*"):
-        if path.suffix == ".html":
-            loads = (
-                r'<(?:script|img|iframe|source|link)\b[^>]*?(?:src|href)="((?:https?:)?//[^"]*)"'
-            )
-        elif path.suffix == ".css":
-            loads = r"(?:url\(|@import)\s*['\"]?((?:https?:)?//[^)'\"]*)"
-        else:
-            continue
-        assert not re.findall(loads, path.read_text(encoding="utf-8")), path.name
+    tags = r"<(?:script|img|iframe|source|link)\b[^>]*?(?:src|href)="
+    for suffix, loads in (("html", tags), ("css", r"(?:url\(|@import)\s*")):
+        for path in site.rglob(f"*.{suffix}"):
+            outside = loads + r"""['"]?(?:https?:)?//"""
+            assert not re.findall(outside, path.read_text(encoding="utf-8")), path.name
 
 
 def public_names_lead_to_their_docstrings(site):
@@ -258,18 +242,9 @@ def pages_fit_a_phone_and_ask_nobody(site, tmp_path):
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         origin = f"http://127.0.0.1:{server.server_port}/"
-        call = [
-            BROWSER, "--headless", "--disable-gpu", "--no-first-run",
-            f"--user-data-dir={tmp_path / 'own'}",
-            "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
-            "--virtual-time-budget=60000", *(["--no-sandbox"] if os.getuid() == 0 else []),
-            "--dump-dom", f"{origin}probe.html",
-        ]  # fmt: skip
-        done = subprocess.run(call, capture_output=True, text=True, timeout=300, check=False)
+        seen = browser.seen(f"{origin}probe.html", tmp_path)
         server.shutdown()
     (site / "probe.html").unlink()
-    (text,) = re.findall(r'<pre id="seen">(.+?)</pre>', done.stdout, re.S)
-    seen = json.loads(html.unescape(text))
     assert [each["page"] for each in seen] == names
     assert {each["page"]: each["beyond"] for each in seen if each["beyond"] > 0} == {}
     assert {url for each in seen for url in each["loaded"] if not url.startswith(origin)} == set()

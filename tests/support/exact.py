@@ -12,8 +12,8 @@ motion and jump at events as docs/chaos.md says.
 
 All numbers are integers, in units of 2^-BITS: a sum is exact, and a product is off by one unit.
 Positions are displacements y_i = x_i - 50 i in the laboratory frame; the wall is y_0 = 0. The
-parameters are the doubles nearest to those of Sec. III. `python tests/support/exact.py` writes
-tests/data/reference_events.json anew.
+parameters are the doubles nearest to those of Sec. III. `python tests/support/exact.py` makes the
+records of tests/data/reference_events.json anew.
 """
 
 import json
@@ -27,13 +27,6 @@ from pathlib import Path
 from mpmath import mp, mpf
 
 DATA = Path(__file__).parents[1] / "data" / "reference_events.json"
-CASES = (
-    {"n_blocks": 5, "belt_velocity": 20.0, "displacement": [0.0] * 5, "n_events": 60},
-    {"n_blocks": 10, "belt_velocity": 30.0, "displacement": [0.0] * 10, "n_events": 60},
-    {"n_blocks": 1, "belt_velocity": 1.0, "displacement": [0.0], "n_events": 6},
-    {"n_blocks": 5, "belt_velocity": 1.0, "displacement": [0.0] * 5, "n_events": 60},
-    {"n_blocks": 3, "belt_velocity": 8.0, "displacement": [0.3, -0.7, 1.1], "n_events": 60},
-)
 BITS = 192  # 57 decimal digits
 FIELD = 448  # of a deviation: twice as many, and 64 for the size of the numbers
 TAIL = 150  # binary digits of the last terms of a series
@@ -391,22 +384,15 @@ def _root_in(coefficients, low, high):
 
 
 def write_reference():
-    """Write the events of `CASES`, with the state at the last event, to tests/data."""
-    records = []
-    for case in CASES:
+    """Write the events of each case of the file anew, with the state at the last event."""
+    records = json.loads(DATA.read_text())
+    for case in records:
         chain = ExactChain.of(case["belt_velocity"], case["displacement"])
         chain.advance(n_events=case["n_events"])
         places = [units + 50 * i * ONE for i, units in enumerate(chain.y)]
         y, v = ([float(real(units)) for units in row[1:]] for row in (places, chain.v))
-        records.append(
-            {
-                **case,
-                "events": [(float(real(time)), *event) for time, *event in chain.events],
-                "positions": y,
-                "velocities": v,
-            }
-        )
-    DATA.parent.mkdir(exist_ok=True)
+        events = [(float(real(time)), *event) for time, *event in chain.events]
+        case |= {"events": events, "positions": y, "velocities": v}
     DATA.write_text(json.dumps(records, indent=1) + "\n")
 
 

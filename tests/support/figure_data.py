@@ -4,7 +4,6 @@ r of a point is a formula of the dataset, N, u and sigma that differs between an
 rows of a scan come in no order.
 """
 
-import dataclasses
 import functools
 import importlib
 
@@ -16,9 +15,9 @@ import alternating
 import irregular
 import recorded
 from beltrepro.base.store import Dataset
-from beltrepro.model import ChainParameters
 from beltrepro.replication.plan import registry
 from beltrepro.replication.studies.integrators import measure as integrators
+from made_up import LAW
 
 HOW = {
     "preset": "smoke",
@@ -29,11 +28,6 @@ HOW = {
     "laminar_time": 200.0,
     "seed": 1,
     "code_version": "0.0+gabc",
-}
-LAW = {
-    field.name: field.default
-    for field in dataclasses.fields(ChainParameters)
-    if field.default is not dataclasses.MISSING
 }
 EVENT = [("time", "f8"), ("block", "i8"), ("kind", "U5")]
 U = np.arange(2.0, 50, 3)
@@ -355,7 +349,8 @@ def _paths(method, errors):
             moved = instant + 0.01 * error * (number + 1)
             events.append((row, moved, 1, ("slip", "stick")[number % 2]))
     fields = [("point", "i4"), ("time", "f8"), ("block", "i4"), ("kind", "U5")]
-    alike = {name: np.full(len(rows), value) for name, value in LAW.items()}
+    law = LAW | {"noise": 0.0}
+    alike = {name: np.full(len(rows), value) for name, value in law.items()}
     arrays |= {"time": PATH_TIME, "positions": positions, "velocities": velocities}
     arrays["events"] = np.array(events, fields)
     return Dataset(alike | arrays, HOW | {"kind": "paths", "method": method})

@@ -6,23 +6,12 @@ from pathlib import Path
 import pandas as pd
 
 from beltrepro.replication.studies.every_claim import COLUMNS, ESTIMATE_COLUMNS
-from beltrepro.replication.verdicts.criteria import (
-    FAILS,
-    HOLDS,
-    NOT_MEASURED,
-    NOT_TESTABLE,
-    PARTLY,
-    UNDECIDED,
-    Measurement,
-    bounds,
-    judge,
-    show,
-)
+from beltrepro.replication.verdicts.criteria import Measurement, bounds, judge, show
 from beltrepro.replication.verdicts.ledger import load_ledger
 from beltrepro.stats.estimates import Estimate, sure
 
 WHY = "the measured reason in words has number"
-VERDICTS = (HOLDS, FAILS, PARTLY, UNDECIDED, HOLDS, NOT_MEASURED, HOLDS)
+VERDICTS = ("holds", "fails", "partly", "undecided", "holds", "not measured", "holds")
 
 
 def tables(verdicts=None) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -34,9 +23,9 @@ def tables(verdicts=None) -> tuple[pd.DataFrame, pd.DataFrame]:
     for index, claim in enumerate(load_ledger().values()):
         wanted = (verdicts or {}).get(claim.id, VERDICTS[index % len(VERDICTS)])
         if not claim.testable:
-            wanted = NOT_TESTABLE
+            wanted = "not testable here"
         readings = {"": wanted}
-        if claim.open and wanted != NOT_MEASURED:
+        if claim.open and wanted != "not measured":
             names = [*claim.changes, *(f"reading {k} of {index}" for k in range(1 + index % 3))]
             readings |= {name: VERDICTS[k % len(VERDICTS)] for k, name in enumerate(names)}
         for number, (variant, verdict) in enumerate(readings.items()):
@@ -61,17 +50,18 @@ def write(folder: Path, verdicts=None) -> tuple[Path, Path]:
 def _reading(claim, index, number, variant, wanted):
     allowed = claim.criterion.get("allowed", {})
     estimates = {}
-    if wanted not in (NOT_MEASURED, NOT_TESTABLE):
+    if wanted not in ("not measured", "not testable here"):
         for place, (name, ends) in enumerate(allowed.items()):
             grade = wanted
-            if wanted == PARTLY:
-                grade = (FAILS, HOLDS)[place > 0]
+            if wanted == "partly":
+                grade = ("fails", "holds")[place > 0]
             estimates[name] = _estimate(grade, *bounds(ends), index + 10 * number, 8 + index)
     also = {f"also {index}": sure(-index)} if estimates else {}
     measurement = Measurement(estimates, also)
     judged = judge(claim.criterion if estimates else {}, measurement)
     verdict = judged.verdict if estimates else wanted
-    reasons = {NOT_MEASURED: f"this preset has no dataset_{index}", NOT_TESTABLE: claim.reason}
+    reasons = {"not measured": f"this preset has no dataset_{index}"}
+    reasons |= {"not testable here": claim.reason}
     row = {
         "id": claim.id,
         "figure": "" if claim.figure is None else str(claim.figure),
@@ -100,12 +90,12 @@ def _reading(claim, index, number, variant, wanted):
 def _estimate(grade, low, high, index, runs):
     """An estimate that this range grades so; different for every claim."""
     if low == high:
-        return sure(low if grade == HOLDS else 1 - low)
+        return sure(low if grade == "holds" else 1 - low)
     if math.isinf(low) and math.isinf(high):
         raise ValueError("a range without ends decides nothing")
     end, side = (high, -1) if math.isinf(low) else (low, 1)
     width = 1.0 if math.isinf(high - low) else high - low
     inside = side * width * (0.5 + 0.003 * (index % 50))
-    centre = {HOLDS: end + inside, FAILS: end - inside, UNDECIDED: end}[grade]
+    centre = {"holds": end + inside, "fails": end - inside, "undecided": end}[grade]
     reach = 0.2 * width
     return Estimate(centre, centre - reach, centre + reach, runs)

@@ -117,15 +117,7 @@ def slips_and_avalanches(events, initial, belt_velocity, energy, start):
             continue
         before = positions(begin, [slip for slip in slips if slip[2] < begin])
         after = positions(end, [slip for slip in slips if slip[2] <= end])
-        avalanches.append(
-            (
-                begin,
-                end,
-                len(group),
-                len({slip[0] for slip in group}),
-                sum(slip[5] for slip in group),
-                energy(before) - energy(after),
-                after[-1] - before[-1],
-            )
-        )
+        counts = len(group), len({slip[0] for slip in group})
+        drop, moved = energy(before) - energy(after), after[-1] - before[-1]
+        avalanches.append((begin, end, *counts, sum(slip[5] for slip in group), drop, moved))
     return [slip for slip in slips if slip[1] >= start], avalanches

@@ -3,7 +3,6 @@
 import base64
 import html
 import re
-from html.parser import HTMLParser
 
 import made_up_results
 from beltrepro.replication.plan import registry
@@ -23,30 +22,6 @@ SETTINGS = {
     "defaults": {"laminar_time": 213.0},
 }
 SYMBOLS = dict(zip(VERDICTS, "✓◐✗?–○", strict=True))
-VOID = {"meta", "img", "br", "link", "input", "hr"}
-
-
-class Page(HTMLParser):
-    """Collects images, addresses and identifiers, and checks that tags are closed in order."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.stack, self.images, self.addresses, self.identifiers = [], [], [], []
-        self.feed(text)
-        assert self.stack == []
-
-    def handle_starttag(self, tag, attrs):
-        attributes = dict(attrs)
-        if tag not in VOID:
-            self.stack.append(tag)
-        if tag == "img":
-            self.images.append(attributes)
-        if "id" in attributes:
-            self.identifiers.append(attributes["id"])
-        self.addresses += [attributes[key] for key in ("href", "src") if key in attributes]
-
-    def handle_endtag(self, tag):
-        assert self.stack.pop() == tag
 
 
 def material(folder, *, verdicts=None, figures=None, settings=SETTINGS, **files):

@@ -1,14 +1,9 @@
 """Exact dynamics without noise (Sec. III, sigma = 0) in double precision, in a slow way.
 
 `event_reference` follows a chain with NumPy. The motion is a Taylor series between two events, on
-which every event function is a polynomial that is positive until its event:
-
-- d v_r for a block slipping in direction d (end of slip: "stick");
-- F_st - F_ex and F_st + F_ex for a stuck block ("slip" in direction +1 or -1);
-- the distance of a spring's deformation from the end of its branch, |dl| = dl_max ("kink").
-
-Roots are bracketed between the critical points. Positions are displacements y_i = x_i - 50 i in the
-laboratory frame; the wall is y_0 = 0. With 40 digits: tests/support/exact.py.
+which every event function is a polynomial that is positive until its event, as listed in exact.py,
+which has 40 digits. Roots are bracketed between the critical points. Positions are displacements
+y_i = x_i - 50 i in the laboratory frame; the wall is y_0 = 0.
 """
 
 from itertools import pairwise

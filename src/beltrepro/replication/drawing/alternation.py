@@ -11,15 +11,11 @@ def phases(series, laminar_time):
     about = series.attributes
     span = {"start": about["transient"], "stop": about["duration"]}
     events, n_blocks = series.arrays["events"], about["n_blocks"]
-    if not np.any(events["block"] == n_blocks) and _slips(series):
+    *_, relative_velocity = panels.last_block(series)
+    # without an event the last block rides on the belt for good, or slips for good
+    if not np.any(events["block"] == n_blocks) and np.any(relative_velocity != 0):
         return np.array([[span["start"], span["stop"]]])
     return intermittency.last_block_phases(events, n_blocks, laminar_time, **span)
-
-
-def _slips(series):
-    """Whether the last block ever moves against the belt; without an event it then always does."""
-    *_, relative_velocity = panels.last_block(series)
-    return bool(np.any(relative_velocity != 0))
 
 
 def trace(axes, series, laminar_time, window, *, zero=0.0):

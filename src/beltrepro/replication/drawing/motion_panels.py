@@ -3,26 +3,19 @@
 import numpy as np
 
 from beltrepro.replication.drawing import panels, style
-from beltrepro.stats.motion import (
-    CHAOTIC,
-    EQUILIBRIUM,
-    NOISE_DRIVEN,
-    PERIODIC,
-    QUASI_PERIODIC,
-    TRANSIENT,
-)
+from beltrepro.stats import motion
 
 EXPONENT = r"$\lambda_1$"
 COLOURS = {
-    PERIODIC: style.SKY,
-    QUASI_PERIODIC: style.GREEN,
-    EQUILIBRIUM: style.GREY,
-    TRANSIENT: style.ORANGE,
-    CHAOTIC: style.VERMILION,
-    NOISE_DRIVEN: style.PURPLE,
+    motion.PERIODIC: style.SKY,
+    motion.QUASI_PERIODIC: style.GREEN,
+    motion.EQUILIBRIUM: style.GREY,
+    motion.TRANSIENT: style.ORANGE,
+    motion.CHAOTIC: style.VERMILION,
+    motion.NOISE_DRIVEN: style.PURPLE,
 }
 LEAST_RANGE = (-0.0005, 0.002)  # of exponents on an axis
-_MARKERS = {CHAOTIC: "o", TRANSIENT: "^"}  # the rest, regular, are squares
+_MARKERS = {motion.CHAOTIC: "o", motion.TRANSIENT: "^"}  # the rest, regular, are squares
 
 
 def exponents(axes, scan, n_blocks, *, size=2.4):

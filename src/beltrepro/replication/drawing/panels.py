@@ -9,6 +9,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from beltrepro.base.errors import InputError
 from beltrepro.replication.drawing import style
+from beltrepro.stats import spectra
 from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.transitions import running_median
 
@@ -55,11 +56,6 @@ def last_block(series):
     arrays = series.arrays
     relative = arrays["velocities"][:, -1] - series.attributes["belt_velocity"]
     return arrays["time"], arrays["positions"][:, -1], relative
-
-
-def settled(series):
-    """Which samples of a series lie after its transient: (T,) bool."""
-    return series.arrays["time"] >= series.attributes["transient"]
 
 
 # --- words on a panel -----------------------------------------------------------------------------
@@ -113,18 +109,13 @@ def shortage_on(axes, **where):
 
 
 def make_room(axes, *, above=0.0, below=0.0):
-    """Widen the y range so that the data leave these shares of the panel free for words."""
+    """Widen the y range, without more ticks, so that the data leave these shares of it free."""
     low, high = axes.get_ylim()
     height = (high - low) / (1 - above - below)
-    _widen(axes, low - below * height, high + above * height)
-
-
-def _widen(axes, low, high):
-    """Set the y range; what is added to the present one bears no ticks."""
-    old_low, old_high = axes.get_ylim()
-    axes.set_ylim(low, high)
-    axes.set_yticks([tick for tick in axes.get_yticks() if old_low <= tick <= old_high])
-    axes.set_ylim(low, high)
+    wider = low - below * height, high + above * height
+    axes.set_ylim(wider)
+    axes.set_yticks([tick for tick in axes.get_yticks() if low <= tick <= high])
+    axes.set_ylim(wider)
 
 
 def plain_log(axis):
@@ -149,11 +140,9 @@ def zoom(axes, inner, time, values, window):
 
 def spectrum(axes, series):
     """Power spectrum of x_N after the transient."""
-    from beltrepro.stats import spectra
-
     axes.set(xlabel=r"$\nu$", ylabel=r"$S(\nu)$")
     time, position, _ = last_block(series)
-    chosen = settled(series)
+    chosen = time >= series.attributes["transient"]
     with shortage_on(axes):
         interval = float(np.median(np.diff(time[chosen]))) if chosen.sum() > 1 else np.nan
         frequency, power = spectra.power_spectrum(position[chosen], interval)

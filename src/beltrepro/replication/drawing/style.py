@@ -101,11 +101,7 @@ def small_print(datasets, preset) -> str:
 
 @styled
 def save(figure, png, pdf, source="", lineage=None) -> None:
-    """Write the figure as PNG and PDF. Equal figures give equal bytes: no time is recorded.
-
-    source : what the files say that they are drawn from.  lineage : what made those datasets.
-    Both from `beltrepro.replication.plan.inputs`.
-    """
+    """Write the figure as PNG and PDF, with `source` and `lineage` from `plan.inputs`."""
     # Once, so that both files have the same layout.
     figure.get_layout_engine().execute(figure)
     figure.set_layout_engine("none")
@@ -114,11 +110,9 @@ def save(figure, png, pdf, source="", lineage=None) -> None:
 
 
 def write(figure, path, title, source="", lineage=None) -> None:
-    """Write a figure as PNG, PDF or SVG, by the ending, with what made it.
+    """Write a figure as PNG, PDF or SVG, by the ending, with its title, source and origin.
 
-    The words lie where each format has a place for them (the text of a PNG, the information of a
-    PDF, the Dublin Core of an SVG). What made it is JSON: the code, libraries and processor that
-    drew it, and the lineage.
+    The origin is JSON: code, libraries and processor that drew it, and what made its data.
     """
     kind = Path(path).suffix.lower()[1:]
     version = provenance.code_version()

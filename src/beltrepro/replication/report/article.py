@@ -1,7 +1,5 @@
 """The article: a short account of a run as PDF, each number from its tables of claims."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import tempfile
@@ -23,7 +21,6 @@ from beltrepro.replication.report.trust import DECIDING, PAPER_DURATION, length,
 from beltrepro.replication.verdicts import ledger
 from beltrepro.replication.verdicts.criteria import FAILS, NOT_MEASURED, PARTLY, UNDECIDED
 
-TITLE = "Chaos on the conveyor belt"
 KEYWORDS = ("spring-block model", "stick-slip motion", "avalanches", "chaos", "replication")
 MOST_FIGURES = 5
 TEMPLATE = "article.typ"
@@ -31,11 +28,7 @@ _ROOM = "beltrepro.replication.report"
 
 
 def write(output: Path, material: Material, authors: list[str]) -> None:
-    """Set the article, as PDF/UA: tagged, so that a screen reader can read it.
-
-    The file has no date, and its fonts come with the typesetter, so the same content gives the same
-    bits.
-    """
+    """Set the article as PDF/UA (tagged for screen readers); the same content, the same bits."""
     article = content(material, authors)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)  # all that the typesetter sees
@@ -63,21 +56,34 @@ def content(material: Material, authors: list[str]) -> dict[str, Any]:
     results = material.claims
     findings = findings_of(results)
     about = facts(results, material.settings, _origin(material.file("claims")))
-    sections = {
-        name: _paragraphs(paragraphs, results, about) for name, paragraphs in texts().items()
-    }
+    sections: dict[str, list[str]] = {}
+    for name, paragraphs in texts().items():
+        filled = (" ".join(all_filled(sentences, results, about)) for sentences in paragraphs)
+        # a sentence without its number is left out, and so is a paragraph without any sentence
+        sections[name] = [paragraph for paragraph in filled if paragraph]
     sections["abstract"] += [" ".join(finding.heading for finding in findings)]
-    not_holding = claims.with_verdict(results, FAILS, PARTLY)
-    open_ones = claims.with_verdict(results, UNDECIDED, NOT_MEASURED)
+
+    def without_numbers(*verdicts: str) -> list[dict[str, str]]:
+        """Claims of these verdicts, and why in words; their numbers stand in the table."""
+        return [
+            {
+                "id": result.id,
+                "verdict": result.verdict,
+                "statement": result.claim.statement,
+                "why": typeset(result.counted.said),
+            }
+            for result in claims.with_verdict(results, *verdicts)
+        ]
+
     return {
-        "title": f"[Re] {TITLE}",
+        "title": "[Re] Chaos on the conveyor belt",
         "authors": authors,
         "keywords": list(KEYWORDS),
         **sections,
         "findings": _with_figures(findings, material.images),
         "trust": typeset(" ".join(trust(results, material.settings))),
-        "failing": [_short(result) for result in not_holding],
-        "undecided": [_short(result) for result in open_ones],
+        "failing": without_numbers(FAILS, PARTLY),
+        "undecided": without_numbers(UNDECIDED, NOT_MEASURED),
         "claims": [_row(result) for result in results.values() if result.claim.finding],
         "construction": [result.id for result in results.values() if not result.claim.finding],
     }
@@ -113,12 +119,6 @@ def texts() -> dict[str, list[list[str]]]:
     return ledger.read_yaml(_ROOM, "article.yaml")
 
 
-def _paragraphs(paragraphs: list[list[str]], results: Results, about: dict[str, str]) -> list[str]:
-    """Paragraphs without the sentences that lack a number; those without any sentence are gone."""
-    filled = (" ".join(all_filled(sentences, results, about)) for sentences in paragraphs)
-    return [paragraph for paragraph in filled if paragraph]
-
-
 def _origin(table: Path) -> dict[str, Any]:
     """What made the table of claims, as the file beside it says; empty if there is none."""
     path = table.with_name(f"{table.name}-metadata.json")
@@ -148,16 +148,6 @@ def _figure(name: str) -> dict[str, str]:
     number = f" (Fig. {entry.number} of the paper)" if entry.number else ""
     caption = f"{entry.title.removesuffix('.')}{number}."
     return {"name": name, "file": f"{name}.png", "alt": entry.alt, "caption": caption}
-
-
-def _short(result: Result) -> dict[str, str]:
-    """A claim that does not hold, and why in words; its numbers stand in the table."""
-    return {
-        "id": result.id,
-        "verdict": result.verdict,
-        "statement": result.claim.statement,
-        "why": typeset(result.counted.said),
-    }
 
 
 def _row(result: Result) -> dict[str, Any]:

@@ -1,7 +1,5 @@
 """The tables of claims of a run, as values: verdicts, numbers and readings."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import dataclass, field
@@ -10,22 +8,15 @@ from pathlib import Path
 import pandas as pd
 
 from beltrepro.base.errors import InputError
-from beltrepro.replication.verdicts.criteria import (
-    FAILS,
-    HOLDS,
-    NOT_MEASURED,
-    NOT_TESTABLE,
-    PARTLY,
-    UNDECIDED,
-    VERDICTS,
-    Measurement,
-    judge,
-    range_in_words,
-)
+from beltrepro.replication.verdicts import criteria
 from beltrepro.replication.verdicts.ledger import Claim, load_ledger
 from beltrepro.stats.estimates import Estimate
 
-_BY = {FAILS: "It fails by", PARTLY: "It fails in part, by", UNDECIDED: "It is undecided by"}
+_BY = {
+    criteria.FAILS: "It fails by",
+    criteria.PARTLY: "It fails in part, by",
+    criteria.UNDECIDED: "It is undecided by",
+}
 
 
 @dataclass(frozen=True)
@@ -45,7 +36,7 @@ class Number:
     @property
     def allowed_words(self) -> str:
         """The allowed range, empty if there is none."""
-        return "" if self.allowed is None else range_in_words(self.allowed)
+        return "" if self.allowed is None else criteria.range_in_words(self.allowed)
 
 
 @dataclass(frozen=True)
@@ -77,7 +68,7 @@ class Reading:
     @property
     def why(self) -> str:
         """Why it does not hold, as sentences; empty if it holds or cannot be tested."""
-        if self.verdict in (HOLDS, NOT_TESTABLE):
+        if self.verdict in (criteria.HOLDS, criteria.NOT_TESTABLE):
             return ""
         if not self.reason:
             return self.said
@@ -117,7 +108,7 @@ class Result:
     @property
     def measured(self) -> bool:
         """Whether there is a verdict."""
-        return self.verdict not in (NOT_MEASURED, NOT_TESTABLE)
+        return self.verdict not in (criteria.NOT_MEASURED, criteria.NOT_TESTABLE)
 
 
 Results = dict[str, Result]
@@ -138,13 +129,13 @@ class Counts:
     @property
     def testable(self) -> int:
         """Those of them that a simulation can test."""
-        return self.total - self.by_verdict[NOT_TESTABLE]
+        return self.total - self.by_verdict[criteria.NOT_TESTABLE]
 
 
 def count(results: Results) -> Counts:
     """Count the claims of a run by their verdicts."""
     verdicts = [result.verdict for result in results.values() if result.claim.finding]
-    by_verdict = {verdict: verdicts.count(verdict) for verdict in VERDICTS}
+    by_verdict = {verdict: verdicts.count(verdict) for verdict in criteria.VERDICTS}
     return Counts(by_verdict, len(results) - len(verdicts))
 
 
@@ -203,7 +194,7 @@ def _reading(row: dict[str, str], numbers: dict[str, Number]) -> Reading:
         judged = {number.name: number for number in numbers.values() if number.allowed}
         allowed = {name: number.allowed for name, number in judged.items()}
         estimates = {name: number.estimate for name, number in judged.items()}
-        computed = judge({"allowed": allowed}, Measurement(estimates)).reason
+        computed = criteria.judge({"allowed": allowed}, criteria.Measurement(estimates)).reason
         if note == computed or note.startswith(f"{computed}. "):
             reason, note = computed, note.removeprefix(computed).removeprefix(". ")
     return Reading(row["variant"], row["verdict"], reason, note, row["runs"], numbers)

@@ -1,7 +1,5 @@
 """The sections of the page, in their order."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -35,14 +33,7 @@ class PageSection:
     styles: tuple[str, ...] = ()
 
 
-def _study(
-    template: str,
-    title: str,
-    anchor: str,
-    describe: Callable[[dict[str, pd.DataFrame], dict], dict],
-    tables: tuple[str, ...],
-    pictures: tuple[str, ...] = (),
-) -> PageSection:
+def _study(template, title, anchor, describe, tables, pictures=()) -> PageSection:
     """A study in its own words, from its tables, with its pictures."""
 
     def gather(material: Material) -> dict[str, Any]:

@@ -1,7 +1,5 @@
 """What a reader is told: findings by templates in `topics.yaml`, and what each figure shows."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -53,15 +53,11 @@ class Material:
     @functools.cached_property
     def datasets(self) -> list[dict]:
         """What was simulated: one dict of plain values per dataset."""
-        expected = self.expected
-        return [
-            _describe(
-                files.read(path, expected[path.stem])
-                if path.stem in expected
-                else files.read_any(path)
-            )
-            for path in self.files.get("datasets", [])
-        ]
+        described = []
+        for path in self.files.get("datasets", []):
+            asked = self.expected.get(path.stem)
+            described.append(_describe(files.read(path, asked) if asked else files.read_any(path)))
+        return described
 
     @functools.cached_property
     def images(self) -> dict[str, Path]:

@@ -19,10 +19,7 @@ _ROOM = "beltrepro.replication.report"
 
 
 def render(output: Path, material: Material) -> None:
-    """Write the report of one run as a single HTML file that needs no network.
-
-    Every number in it comes from the files in the material. A section whose files lack is left out.
-    """
+    """Write the report of one run as one HTML file; a section whose files lack is left out."""
     shown = [section for section in SECTIONS if material.has(section.needs)]
     parts = [(section, _body(section, material)) for section in shown]
     about = {"preset": material.preset, "summary": _body(SUMMARY, material), "parts": parts}

@@ -24,7 +24,6 @@ from beltrepro.replication.verdicts.ledger import load_ledger, read_yaml
 
 PLACE = Path("docs/results")
 LIMIT = 20_000_000  # bytes of a published run, as repositories and their readers bear them
-COLOURS = 256
 FILES = ("report.html", "article.pdf", "claims.csv", "estimates.csv")
 FIRST = ("paper", "standard", "smoke")  # the run that README.md shows: the first that is published
 BEGIN, END = "<!-- results: written by `make publish` -->", "<!-- end of results -->"
@@ -93,7 +92,10 @@ def _block(folder: Path) -> Iterator[str]:
     yield "| --- | --- | --- |"
     for entry in WORDS["numbers"]:
         if measured := filled(f"{{{entry['place']}}}", results):
-            printed = entry.get("printed") or _printed(entry["place"])
+            claim, name = place_of(entry["place"])
+            paper = load_ledger()[claim].paper
+            value = paper.get(name) if isinstance(paper, dict) else paper
+            printed = entry.get("printed") or typeset(f"{value:g}")
             yield f"| {entry['what']} | {printed} | {measured} |"
     yield ""
     yield (
@@ -114,13 +116,6 @@ def _found(text: str, rests_on: dict[str, str], results: Results, *, strict: boo
                 )
             return None
     return filled(text, results)
-
-
-def _printed(place: str) -> str:
-    """What the paper prints for a number."""
-    claim, name = place_of(place)
-    paper = load_ledger()[claim].paper
-    return typeset(f"{paper[name] if isinstance(paper, dict) else paper:g}")
 
 
 def _copy(results: Path, folder: Path) -> None:
@@ -154,7 +149,7 @@ def _take_colours(folder: Path) -> None:
     for path in (folder / "figures").glob("*.png"):
         smaller = io.BytesIO()
         with Image.open(path) as image:
-            palette = image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+            palette = image.convert("RGB").quantize(256, dither=Image.Dither.NONE)
             palette.save(smaller, format="PNG", optimize=True)
         path.write_bytes(min(path.read_bytes(), smaller.getvalue(), key=len))
 

@@ -1,7 +1,5 @@
 """What other readings of the paper give, and other runs."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator

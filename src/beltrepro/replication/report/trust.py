@@ -1,7 +1,5 @@
 """How far the verdicts of a run can be trusted, in sentences."""
 
-from __future__ import annotations
-
 import statistics
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
@@ -21,11 +19,9 @@ def trust(
     dataset = settings.get("datasets", {}).get(DECIDING)
     if dataset:
         duration = float(dataset["duration"])
-        compared = (
-            "as long as those of the paper"
-            if duration >= PAPER_DURATION
-            else f"those of the paper t = {length(PAPER_DURATION)}"
-        )
+        compared = f"those of the paper t = {length(PAPER_DURATION)}"
+        if duration >= PAPER_DURATION:
+            compared = "as long as those of the paper"
         yield f"The runs that most verdicts rest on last t = {length(duration)}, {compared}."
     numbers = [number for result in results.values() for number in result.counted.judged]
     runs = [number.estimate.runs for number in numbers if number.estimate.runs is not None]
