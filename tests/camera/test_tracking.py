@@ -132,14 +132,9 @@ def test_cropped_mirrored_and_upright_films(tmp_path):
     }
     for name, (pictures, how) in variants.items():
         path = tmp_path / f"{name}.mp4"
-        write_video(
-            path,
-            [
-                Frame(frame.time_s, np.ascontiguousarray(each))
-                for frame, each in zip(frames, pictures, strict=True)
-            ],
-            frames_per_second=24,
-        )
+        pairs = zip(frames, map(np.ascontiguousarray, pictures), strict=True)
+        film_of = [Frame(frame.time_s, picture) for frame, picture in pairs]
+        write_video(path, film_of, frames_per_second=24)
         found = track(path, **how)
         error = errors(found, movement.time_s, movement.x_m[:, -1], view.metres_per_pixel)
         assert rms(error) < 0.3, name

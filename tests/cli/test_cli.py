@@ -92,10 +92,7 @@ def test_classify_has_null_where_there_is_no_period():
         ({"transient": 31}, "transient = 31"),
         ({"method": "euler"}, "method = 'euler'"),
         ({"method": "verlet", "tolerance": 1e-8}, "tolerance = 1e-08: method 'verlet' has none"),
-        (
-            {"method": "event", "tolerance": 2},
-            "tolerance = 2: must be at least 1e-16 and at most 1",
-        ),
+        ({"tolerance": 2}, "tolerance = 2: must be at least 1e-16 and at most 1"),
         ({"output": "no/such/folder/run.h5"}, "output = no/such/folder/run.h5"),
     ],
 )

@@ -7,8 +7,6 @@ from scipy import signal
 from beltrepro.stats.errors import require
 from beltrepro.stats.fits import PowerLawFit, fit_log_log
 
-__all__ = ["FIT_BAND", "PowerLawFit", "amplitude_spectrum", "fit_power_law", "power_spectrum"]
-
 # The paper prints no fit range for Fig. 8. Below the lower bound lie times longer than the
 # stick-slip cycle of the whole chain (a plateau), above the upper one single slips (a steep fall).
 FIT_BAND = (0.003, 0.3)
@@ -29,11 +27,6 @@ def power_spectrum(
         values, fs=1 / sample_interval, window=window, nperseg=length, detrend="constant"
     )
     return frequency[1:], power[1:]
-
-
-def amplitude_spectrum(frequency: np.ndarray, power: np.ndarray) -> np.ndarray:
-    """Amplitude per frequency bin from a power spectral density: sqrt(S * bin width)."""
-    return np.sqrt(power * (frequency[1] - frequency[0]))
 
 
 def fit_power_law(

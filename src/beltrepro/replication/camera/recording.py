@@ -12,7 +12,8 @@ from scipy import ndimage
 from beltrepro.base import checks, names
 from beltrepro.model.units import TIME_S
 from beltrepro.stats.errors import NotEnoughDataError, require
-from beltrepro.stats.spectra import FIT_BAND, PowerLawFit, fit_power_law, power_spectrum
+from beltrepro.stats.fits import PowerLawFit
+from beltrepro.stats.spectra import FIT_BAND, fit_power_law, power_spectrum
 
 # The paper tells stretches of small amplitude from those of large amplitude by eye.
 WINDOW_S = 5.0
