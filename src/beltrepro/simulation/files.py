@@ -7,7 +7,7 @@ variables of the integrator. All other values are attributes of the file.
 
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -15,8 +15,8 @@ from beltrepro.base import store
 from beltrepro.base.errors import InputError
 from beltrepro.engine.state import ChainState, Scheme
 from beltrepro.model import ChainParameters
-from beltrepro.simulation.run import Run
 
+R = TypeVar("R", bound=Any)
 KIND = "run"
 _STATES = ("initial_state", "final_state")
 # Unit and dimensions of each array, of the samples and of a state.
@@ -44,12 +44,12 @@ _STATE_ARRAYS = {
 _SCHEME_UNIT = "as the integrator keeps it"
 
 
-def save_run(path: str | Path, run: Run) -> None:
+def save_run(path: str | Path, run: Any) -> None:
     """Write a run; the file appears under its name when it is complete."""
     arrays = {name: getattr(run, name) for name in _ARRAYS}
     words = dict(_ARRAYS)
     attributes = asdict(run.parameters) | {"kind": KIND, "units": "model units"}
-    attributes |= {name: getattr(run, name) for name in _attributes()}
+    attributes |= {name: getattr(run, name) for name in _attributes(run)}
     for name in _STATES:
         state = getattr(run, name)
         arrays |= {f"{name}/{part}": getattr(state, part) for part in _STATE_ARRAYS}
@@ -67,8 +67,8 @@ def save_run(path: str | Path, run: Run) -> None:
     store.write(path, arrays, present, about)
 
 
-def load_run(path: str | Path) -> Run:
-    """Read a run that `save_run` wrote; InputError if the file holds anything else."""
+def load_run(path: str | Path, kind: type[R]) -> R:
+    """Read a run of this class that `save_run` wrote; InputError if the file holds no run."""
     data = store.read(path)
     if data.attributes.get("kind") != KIND:
         raise InputError(f"{path}: not a run, but of kind {data.attributes.get('kind')!r}")
@@ -76,18 +76,18 @@ def load_run(path: str | Path) -> Run:
         chain = ChainParameters(
             **{field.name: data.attributes[field.name] for field in fields(ChainParameters)}
         )
-        values: dict[str, Any] = {name: data.attributes.get(name) for name in _attributes()}
+        values: dict[str, Any] = {name: data.attributes.get(name) for name in _attributes(kind)}
         values |= {name: data.arrays[name] for name in _ARRAYS}
         values |= {name: _state(name, chain, data) for name in _STATES}
     except KeyError as error:
         raise InputError(f"{path}: a run without {error.args[0]!r}") from None
-    return Run(parameters=chain, **values)
+    return kind(parameters=chain, **values)
 
 
-def _attributes() -> list[str]:
+def _attributes(run: Any) -> list[str]:
     """The fields of a run that are single numbers or text."""
     others = ("parameters", *_ARRAYS, *_STATES)
-    return [field.name for field in fields(Run) if field.name not in others]
+    return [field.name for field in fields(run) if field.name not in others]
 
 
 def _state(name: str, chain: ChainParameters, data: store.Dataset) -> ChainState:

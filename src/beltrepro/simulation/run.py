@@ -12,6 +12,7 @@ from beltrepro.base import checks, names
 from beltrepro.base.errors import needing
 from beltrepro.engine.state import ChainState, equal_fields
 from beltrepro.model import ChainParameters
+from beltrepro.simulation.files import load_run, save_run
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -137,8 +138,6 @@ class Run:
         InputError
             It is no path.
         """
-        from beltrepro.simulation.files import save_run
-
         save_run(checks.path("path", path), self)
 
     @classmethod
@@ -161,6 +160,4 @@ class Run:
         InputError
             The file is missing, damaged, or holds something else.
         """
-        from beltrepro.simulation.files import load_run
-
-        return load_run(checks.path("path", path))
+        return load_run(checks.path("path", path), cls)
