@@ -98,8 +98,9 @@ def test_readme_says_it(run):
     assert (f"- {begin}" in text) == (verdict == "holds")  # of this run no other sentence is true
 
 
-def test_the_terminal_says_it(run, capsys):
+def test_the_terminal_says_it(run, capsys, monkeypatch):
     verdict, material = run
+    monkeypatch.setenv("COLUMNS", "300")  # a row on one line
     folder = str(material.file("claims").parent)
     assert app.main(["claims", "--results", folder]) == 0
     (row,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith(CLAIM)]
