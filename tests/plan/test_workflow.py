@@ -497,7 +497,7 @@ def test_ctrl_c_before_the_workflow_is_read_leaves_no_traceback(tree, tmp_path):
 
 @pytest.mark.thorough
 def test_figure_of_an_unknown_dataset_is_one_line(tree):
-    module = tree / "src/beltrepro/figures/fig13.py"
+    module = tree / "src/beltrepro/replication/studies/noise/fig13.py"
     before = module.read_text()
     try:
         module.write_text(before.replace('"n5_rows_check"', '"n5_rows_chek"'))

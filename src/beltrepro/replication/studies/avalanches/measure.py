@@ -168,6 +168,7 @@ def spectral_law(
     """Of the mean spectrum of x_N in the stretches of a series, which are drawn anew."""
     time = series.arrays["time"]
     values = series.arrays["positions"][time >= series.attributes["transient"], -1]
+    require(time.size > 1, f"{time.size} samples, a spectrum needs 16")
     interval = float(np.median(np.diff(time)))
     low, high = band
     shortest = LEAST_CYCLES / low
