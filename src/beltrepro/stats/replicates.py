@@ -24,20 +24,20 @@ class Spread:
 
 def spread(abscissa: npt.ArrayLike, values: npt.ArrayLike, *, share: float = SHARE) -> Spread:
     """Quantiles and means over the replicates at each place."""
-    abscissa, values = (np.asarray(each, dtype=float) for each in (abscissa, values))
-    known = np.isfinite(values)
-    places = np.unique(abscissa[known])
+    abscissa, values = (np.asarray(array, dtype=float) for array in (abscissa, values))
+    is_number = np.isfinite(values)
+    places = np.unique(abscissa[is_number])
     levels = (0.5 - share / 2, 0.5, 0.5 + share / 2)
-    runs = [values[known & (abscissa == place)] for place in places]
-    low, median, high = np.reshape([np.quantile(each, levels) for each in runs], (-1, 3)).T
-    count = np.array([each.size for each in runs], dtype=int)
-    deviation = np.array([each.std(ddof=1) if each.size > 1 else np.nan for each in runs])
+    runs_at = [values[is_number & (abscissa == place)] for place in places]
+    low, median, high = np.reshape([np.quantile(runs, levels) for runs in runs_at], (-1, 3)).T
+    count = np.array([runs.size for runs in runs_at], dtype=int)
+    deviation = np.array([runs.std(ddof=1) if runs.size > 1 else np.nan for runs in runs_at])
     return Spread(
         place=places,
         low=low,
         median=median,
         high=high,
-        mean=np.array([each.mean() for each in runs]),
+        mean=np.array([runs.mean() for runs in runs_at]),
         error=deviation / np.sqrt(count),
         count=count,
     )
