@@ -1,9 +1,7 @@
 """Measure every claim of the ledger."""
 
-import logging
 import math
-from collections.abc import Callable
-from itertools import chain
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import pandas as pd
@@ -19,7 +17,13 @@ from beltrepro.replication.studies.noise import claims as noise
 from beltrepro.replication.studies.sizes import claims as sizes
 from beltrepro.replication.studies.transition import claims as transition
 from beltrepro.replication.verdicts import criteria
-from beltrepro.replication.verdicts.criteria import NOT_MEASURED, Judgement, Measurement
+from beltrepro.replication.verdicts.criteria import (
+    OPEN,
+    QUESTIONS,
+    Criterion,
+    Judgement,
+    Measurement,
+)
 from beltrepro.replication.verdicts.evidence import Evidence
 from beltrepro.replication.verdicts.ledger import REGISTRY, Claim, load_ledger
 from beltrepro.stats.errors import NotEnoughDataError
@@ -29,27 +33,26 @@ STUDIES = (
     *(avalanches, chaos, experiment, noise_of_experiment, integrators),
     *(laws, noise, sizes, transition),
 )
+ANSWER = ("", "_found", "_reading", "_how", "_criterion", "_because", "_reason", "_runs")
 COLUMNS = (
-    "id", "figure", "kind", "variant", "statement", "paper", "measured", "runs", "criterion",
-    "verdict", "reason", "note", "dataset",
-)  # fmt: skip
+    *("id", "figure", "kind", "says", "statement", "paper"),
+    *(f"{question}{column}" for question in QUESTIONS for column in ANSWER),
+    *("seen", "note", "dataset"),
+)
 ESTIMATE_COLUMNS = (
-    "id", "variant", "name", "value", "low", "high", "runs", "allowed_low", "allowed_high",
-    "verdict", "figures",
-)  # fmt: skip
-
-logger = logging.getLogger(__name__)
+    *("id", "reading", "name", "value", "low", "high", "runs"),
+    *("decides", "allowed_low", "allowed_high", "verdict", "figures"),
+)
 
 
 class Measured(NamedTuple):
     """Claims with their verdicts, and the numbers that these rest on.
 
-    claims : one row per claim in the order of the ledger, and below it one row per further reading
-        of an open point, with the reading in `variant` (empty for the one that counts). All cells
-        are text. Columns COLUMNS.
-    estimates : one row per number of each of these, with its interval, the range that is allowed
-        for it (NaN if none is), what that makes of it, and the figures that show it. Columns
-        ESTIMATE_COLUMNS.
+    claims : one row per claim in the order of the ledger, with the two verdicts, the sentences that
+        say what was found, and what decided. All cells are text. Columns COLUMNS.
+    estimates : one row per number of each reading, with its interval; a number that decides has the
+        question for which it does (both, if by the same range), the range that is allowed for it,
+        what that makes of it, and the figures that show it. Columns ESTIMATE_COLUMNS.
     """
 
     claims: pd.DataFrame
@@ -57,86 +60,120 @@ class Measured(NamedTuple):
 
 
 def measure(datasets: dict, settings: dict) -> Measured:
-    """Measured values and verdict of every claim, of each reading by itself."""
+    """Measured values and verdicts of every claim, by its two criteria."""
     evidence = Evidence(datasets, settings)
-    rows = [rows_of for claim in load_ledger().values() for rows_of in _rows(evidence, claim)]
-    claims, estimates = zip(*rows, strict=True)
+    rows, estimates = [], []
+    for claim in load_ledger().values():
+        evidence.start(claim)
+        readings = _readings(evidence, claim)
+        judged = {name: _answer(criterion, readings) for name, criterion in claim.criteria.items()}
+        rows.append(_row(claim, judged, readings, evidence.used))
+        estimates += _estimates(claim, judged, readings)
     return Measured(
-        pd.DataFrame(claims, columns=list(COLUMNS)),
-        pd.DataFrame(chain.from_iterable(estimates), columns=list(ESTIMATE_COLUMNS)),
+        pd.DataFrame(rows, columns=list(COLUMNS)),
+        pd.DataFrame(estimates, columns=list(ESTIMATE_COLUMNS)),
     )
 
 
-def _rows(evidence: Evidence, claim: Claim) -> list[tuple[dict, list[dict]]]:
-    """Rows of a claim in both tables, for each reading; the one that counts has no name."""
-    evidence.start(claim)
-    function = REGISTRY.get(claim.id, lambda evidence: Measurement())
-    measurement, *outcome = _tried(claim, lambda: function(evidence))
-    if not isinstance(measurement, dict):
-        return [_rows_of_reading(evidence, claim, "", measurement, *outcome)]
-    return [
-        _rows_of_reading(evidence, claim, name if number else "", *_tried(claim, reading))
-        for number, (name, reading) in enumerate(measurement.items())
-    ]
+class Answer(NamedTuple):
+    """A criterion, and what it makes of its reading."""
+
+    criterion: Criterion
+    reading: str
+    measurement: Measurement
+    judgement: Judgement
+
+    @property
+    def found(self) -> str:
+        """What was found, as a sentence."""
+        if not self.criterion.found or not self.measurement.numbers:
+            return self.judgement.reason
+        return criteria.sentence(self.criterion.found, self.measurement.numbers)
+
+    @property
+    def runs(self) -> int | None:
+        """Independent runs of the number that rests on fewest; None if none does on runs."""
+        numbers = self.measurement.numbers
+        runs = (numbers[name].runs for name in self.judgement.components)
+        return min((count for count in runs if count is not None), default=None)
 
 
-def _tried(claim: Claim, reading: Callable) -> tuple[Measurement | dict, Judgement, str]:
-    """What a reading measures, the verdict, and the reason if it measures nothing.
+def _readings(evidence: Evidence, claim: Claim) -> dict[str, Measurement | str]:
+    """What each reading measures, or in one line why it cannot; that of a lone reading has no name."""
 
-    The function of a claim may return its readings by name instead.
-    """
-    try:
-        measurement = reading()
-        if isinstance(measurement, dict):
-            return measurement, Judgement(""), ""
-        return measurement, criteria.judge(claim.criterion, measurement), ""
-    except NotEnoughDataError as error:
-        reason = str(error)
-    except Exception as error:  # a fault in one claim must not cost the rest of a long run
-        logger.exception("claim %s", claim.id)
-        reason = f"fault in its code, see the log: {type(error).__name__}: {error}"
-    return Measurement(), Judgement(NOT_MEASURED), reason
+    def tried(reading: Callable) -> Measurement | str:
+        try:
+            return reading()
+        except NotEnoughDataError as error:
+            return str(error)
+
+    if claim.id not in REGISTRY:
+        return {"": Measurement()}
+    measured = tried(lambda: REGISTRY[claim.id](evidence))
+    if not isinstance(measured, dict):
+        return {"": measured}
+    return {name: tried(reading) for name, reading in measured.items()}
 
 
-def _rows_of_reading(
-    evidence: Evidence,
+def _answer(criterion: Criterion, readings: dict[str, Measurement | str]) -> Answer:
+    """Verdict of the reading that a criterion names, or of the first."""
+    name = criterion.reading or next(iter(readings))
+    if isinstance(readings.get(""), str):
+        name = ""  # no reading at all could be measured
+    measurement = readings[name]
+    if isinstance(measurement, str) and not criterion.untestable:
+        return Answer(criterion, name, Measurement(), Judgement(OPEN, reason=measurement))
+    measurement = Measurement() if isinstance(measurement, str) else measurement
+    return Answer(criterion, name, measurement, criteria.judge(criterion, measurement))
+
+
+def _row(
     claim: Claim,
-    variant: str,
-    measurement: Measurement,
-    judgement: Judgement,
-    missing: str,
-) -> tuple[dict[str, str], list[dict[str, object]]]:
-    runs = measurement.runs
-    few = f"rests on {runs} run{'s' * (runs > 1)}" if runs and runs < criteria.FEW_RUNS else ""
-    # Why there is nothing to test against comes first, then what was found all the same.
-    notes = (missing,) if missing else (claim.reason, measurement.note, few)
+    answers: dict[str, Answer],
+    readings: dict[str, Measurement | str],
+    used: list[str],
+) -> dict[str, str]:
+    notes = (answer.measurement.note for answer in answers.values())
     row = {
         "id": claim.id,
         "figure": "" if claim.figure is None else str(claim.figure),
         "kind": claim.kind,
-        "variant": variant,
+        "says": claim.says,
         "statement": claim.statement,
         "paper": criteria.show(claim.paper),
-        "measured": measurement.words,
-        "runs": "" if runs is None else str(runs),
-        "criterion": claim.criterion["text"],
-        "verdict": judgement.verdict,
-        "reason": judgement.reason,
+        "seen": claim.seen,
         "note": ". ".join(dict.fromkeys(filter(None, notes))),
-        "dataset": ", ".join(evidence.used or claim.needs),
+        "dataset": ", ".join(used or claim.needs),
     }
-    allowed = claim.criterion.get("allowed", {})
-    ranges = {name: criteria.bounds(allowed[name]) for name in measurement.judged.keys() & allowed}
-    estimates = [
-        {
-            "id": claim.id,
-            "variant": variant,
-            "name": name,
-            **{key: getattr(estimate, key) for key in ("value", "low", "high", "runs")},
-            **dict(zip(ESTIMATE_COLUMNS[7:9], ranges.get(name, (math.nan, math.nan)), strict=True)),
-            "verdict": judgement.components.get(name, ""),
-            "figures": ", ".join(registry.figures_with(claim.id, variant, name)),
-        }
-        for name, estimate in (measurement.judged | measurement.also).items()
-    ]
-    return row, estimates
+    for question, answer in answers.items():
+        cells = (
+            answer.judgement.verdict, answer.found, answer.reading, answer.criterion.how,
+            answer.criterion.ranges, answer.criterion.because, answer.judgement.reason,
+            "" if answer.runs is None else str(answer.runs),
+        )  # fmt: skip
+        row |= {f"{question}{end}": cell for end, cell in zip(ANSWER, cells, strict=True)}
+    return row
+
+
+def _estimates(
+    claim: Claim, answers: dict[str, Answer], readings: dict[str, Measurement | str]
+) -> Iterator[dict[str, object]]:
+    """A row for each number of each reading; two where the questions have different ranges."""
+    first = next(iter(readings))
+    for reading, measurement in readings.items():
+        if isinstance(measurement, str):
+            continue
+        for name, estimate in measurement.numbers.items():
+            deciding: dict[tuple, list[str]] = {}
+            for question, answer in answers.items():
+                if answer.reading == reading and name in answer.judgement.components:
+                    low, high = criteria.bounds(answer.criterion.allowed[name])
+                    key = low, high, answer.judgement.components[name]
+                    deciding.setdefault(key, []).append(question)
+            for key, questions in (deciding or {(math.nan, math.nan, ""): []}).items():
+                cells = (
+                    *(claim.id, reading, name, *estimate.numbers, estimate.runs),
+                    *(", ".join(questions), *key),
+                    ", ".join(registry.figures_with(claim.id, "" if reading == first else reading, name)),
+                )
+                yield dict(zip(ESTIMATE_COLUMNS, cells, strict=True))

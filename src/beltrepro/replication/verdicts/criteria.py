@@ -1,30 +1,29 @@
-"""How a criterion of the ledger turns what was measured into a verdict."""
+"""How a criterion of the ledger turns what was measured into a verdict, and a verdict into words."""
 
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, field
 from typing import Any
 
-from beltrepro.stats.estimates import Estimate, in_words
+from beltrepro.stats.estimates import Estimate
 
-HOLDS = "holds"
-PARTLY = "partly"
-FAILS = "fails"
-UNDECIDED = "undecided"
-NOT_MEASURED = "not measured"
-NOT_TESTABLE = "not testable here"
-VERDICTS = (HOLDS, PARTLY, FAILS, UNDECIDED, NOT_MEASURED, NOT_TESTABLE)
-FEW_RUNS = 8
+YES, IN_PART, NO, OPEN, NOT_TESTABLE = "yes", "in part", "no", "open", "not testable"
+VERDICTS = (YES, IN_PART, NO, OPEN, NOT_TESTABLE)
+# What is asked of each statement: do the authors' protocol and reading give what they printed, and
+# does it stand with exact dynamics, independent starts and sound statistics?
+QUESTIONS = ("replicated", "robust")
+_PLACE = re.compile(r"\{(?:(count|value|percent) )?([^{}]+)\}")
 
 
 @dataclass(frozen=True)
 class Measurement:
     """What a claim function found.
 
-    judged : estimates by the names that the criterion allows ranges for.
+    judged : estimates by the names that criteria allow ranges for.
     also : further estimates, reported only.
-    note : what a reader should know; of a claim that fails or is undecided, the measured reason.
+    note : what a reader should know besides.
     """
 
     judged: dict[str, Estimate] = field(default_factory=dict)
@@ -32,53 +31,123 @@ class Measurement:
     note: str = ""
 
     @property
-    def runs(self) -> int | None:
-        """Independent runs of the estimate that rests on fewest; None if none does on runs."""
-        known = [each.runs for each in self.judged.values() if each.runs is not None]
-        return min(known, default=None)
+    def numbers(self) -> dict[str, Estimate]:
+        """All estimates by name."""
+        return self.judged | self.also
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """What decides one of the two verdicts; README.md beside this file explains the fields."""
+
+    allowed: dict[str, Any] = field(default_factory=dict, hash=False)
+    lenient: dict[str, Any] = field(default_factory=dict, hash=False)
+    reading: str = ""
+    how: str = ""
+    because: str = ""
+    found: str = ""
+    tried: int = 1
+    untestable: str = ""
 
     @property
-    def words(self) -> str:
-        """All estimates as short text."""
-        return in_words(self.judged | self.also)
+    def ranges(self) -> str:
+        """The allowed ranges as short text."""
+        return "; ".join(
+            f"{name}: {range_in_words(allowed)}"
+            + (f" (at most {range_in_words(self.lenient[name])})" if name in self.lenient else "")
+            for name, allowed in self.allowed.items()
+        )
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """A verdict, and the components that led to it by name.
-
-    reason : what fails and what is undecided, and how many runs would decide it; empty if all
-    holds.
-    """
+    """A verdict, what each number makes of it by name, and the numbers behind one that is not yes."""
 
     verdict: str
     components: dict[str, str] = field(default_factory=dict)
     reason: str = ""
 
 
-def judge(criterion: dict[str, Any], measurement: Measurement) -> Judgement:
+def judge(criterion: Criterion, measurement: Measurement) -> Judgement:
     """Verdict of one measurement.
 
-    A component holds if its whole interval lies in the allowed range, fails if the whole of it lies
-    outside, and is undecided otherwise. What was looked for and not found fails. The claim is that
-    all components hold. It holds if all do, and fails if all fail. If some hold and some fail it is
-    right in part. Otherwise it is undecided.
+    A number is right (yes) if its whole interval lies in the allowed range, and wrong (no) if the
+    whole of it lies outside what even a lenient reader would allow. It is right in part if it lies
+    between the two, and open otherwise. One number that is surely wrong decides: the statement does
+    not hold as printed, whatever becomes of the others; it holds in part if another one is right.
     """
-    if not criterion.get("allowed"):
-        return Judgement(NOT_TESTABLE)
-    components, reasons = {}, []
-    for name, allowed in criterion["allowed"].items():
-        low, high = bounds(allowed)
-        found = measurement.judged[name]
-        components[name] = _component(found, low, high)
-        if components[name] != HOLDS:
-            reasons.append(f"{_named(name)}{_reason(components[name], found, low, high)}")
-    grades = set(components.values())
-    if grades in ({HOLDS}, {FAILS}):
-        verdict = grades.pop()
-    else:
-        verdict = PARTLY if {HOLDS, FAILS} <= grades else UNDECIDED
-    return Judgement(verdict, components, "; ".join(reasons))
+    if criterion.untestable:
+        return Judgement(NOT_TESTABLE, reason=criterion.untestable)
+    numbers = measurement.numbers
+    components = {
+        name: _grade(numbers[name], bounds(allowed), bounds(criterion.lenient.get(name, allowed)))
+        for name, allowed in criterion.allowed.items()
+    }
+    reasons = [
+        f"{name}: {_reason(grade, numbers[name], criterion.allowed[name])}"
+        for name, grade in components.items()
+        if grade != YES
+    ]
+    return Judgement(_verdict(set(components.values())), components, "; ".join(reasons))
+
+
+def _verdict(grades: set[str]) -> str:
+    """One verdict from those of its numbers."""
+    if NO in grades:
+        return IN_PART if grades & {YES, IN_PART} else NO
+    return next((grade for grade in (OPEN, IN_PART) if grade in grades), YES)
+
+
+def _grade(estimate: Estimate, strict: tuple[float, float], lenient: tuple[float, float]) -> str:
+    low, high = estimate.low, estimate.high
+    if math.isnan(estimate.value) or math.isnan(low) or math.isnan(high):
+        return OPEN
+    if strict[0] <= low and high <= strict[1]:
+        return YES
+    if high < lenient[0] or low > lenient[1]:
+        return NO
+    return IN_PART if lenient != strict and lenient[0] <= low and high <= lenient[1] else OPEN
+
+
+def _reason(grade: str, estimate: Estimate, allowed: Any) -> str:
+    if math.isnan(estimate.value):
+        return "not found"
+    if grade == OPEN and estimate.runs == 1:
+        return f"{estimate.value:.3g} in one run, whose error is not known"
+    if grade == OPEN and estimate.still_open:
+        longer = f"{estimate.still_open} of {estimate.runs} runs must be longer to tell"
+        return f"{estimate.words}, {range_in_words(allowed)} allowed; {longer}"
+    return f"{estimate.words}, {range_in_words(allowed)} allowed"
+
+
+# --- words ----------------------------------------------------------------------------------------
+
+
+def sentence(template: str, numbers: dict[str, Estimate]) -> str:
+    """A sentence of the ledger with its numbers.
+
+    `{name}` is a number with its interval, `{value name}` the number alone, `{percent name}` a
+    share in percent, `{count name}` a share of runs as a count: "none of 13".
+    """
+    return _PLACE.sub(lambda place: _in_words(numbers[place[2]], place[1]), template)
+
+
+def names_in(template: str) -> list[str]:
+    """The numbers that a sentence of the ledger names."""
+    return [name for _, name in _PLACE.findall(template)]
+
+
+def _in_words(estimate: Estimate, form: str) -> str:
+    value, low, high, runs = *estimate.numbers, estimate.runs
+    if math.isnan(value):
+        return "a value that cannot be told"
+    if form == "count" and runs:
+        number = round(value * runs)
+        return f"{'none' if number == 0 else 'all' if number == runs else number} of {runs}"
+    if form in ("count", "percent"):
+        text = f"{100 * value:.3g} %"
+        return text if low == high else f"{text} ({100 * low:.3g} to {100 * high:.3g} %)"
+    return f"{value:.3g}" if form == "value" else estimate.words
 
 
 def bounds(allowed: Any) -> tuple[float, float]:
@@ -110,46 +179,3 @@ def show(value: Any, digits: int = 4) -> str:
     if isinstance(value, list | tuple):
         return " to ".join(show(inner, digits) for inner in value)
     return f"{value:.{digits}g}"
-
-
-def _component(found: Estimate, low: float, high: float) -> str:
-    if math.isnan(found.value):
-        return FAILS
-    if math.isnan(found.low) or math.isnan(found.high):
-        return UNDECIDED
-    if low <= found.low and found.high <= high:
-        return HOLDS
-    return FAILS if found.high < low or found.low > high else UNDECIDED
-
-
-def _reason(grade: str, found: Estimate, low: float, high: float) -> str:
-    """What fails, or what would decide."""
-    if grade == FAILS:
-        return f"{found.words}, not {range_in_words([low, high])}" if low != high else found.words
-    if math.isnan(found.low) or math.isnan(found.high):
-        return "found in fewer than 95 % of the resampled runs"
-    if found.runs == 1:
-        return f"{found.value:.3g} in one run, whose error is not known"
-    crossed = [end for end, beyond in ((low, found.low < low), (high, found.high > high)) if beyond]
-    limit = min(crossed, key=lambda end: abs(end - found.value))
-    distance = abs(limit - found.value)
-    reach = found.high - found.value if limit > found.value else found.value - found.low
-    text = f"{found.words} covers the limit {limit:.4g}"
-    if found.still_open:
-        return f"{text}; {found.still_open} of {found.runs} runs must be longer to tell"
-    if found.runs is None or not 0 < distance < reach:
-        return text
-    needed = found.runs * (reach / distance) ** 2
-    if needed > 1e4:
-        return f"{text}, at which it lies"
-    return f"{text}; some {_rounded(needed)} independent runs would decide, {found.runs} were made"
-
-
-def _rounded(number: float) -> str:
-    """Two digits, upwards."""
-    scale = 10 ** max(0, math.floor(math.log10(number)) - 1)
-    return f"{math.ceil(number / scale) * scale:g}"
-
-
-def _named(name: str) -> str:
-    return f"{name}: " if name else ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -10,6 +11,8 @@ from types import MappingProxyType
 from typing import Any
 
 import yaml
+
+from beltrepro.replication.verdicts.criteria import QUESTIONS, Criterion
 
 SECTIONS = {
     "model": "laws/claims",
@@ -30,9 +33,21 @@ SECTIONS = {
 REGISTRY: dict[str, Callable] = {}
 # PyYAML's own reader takes ten times as long; it is the one where libyaml is not to be had.
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-KINDS = ("number", "shape", "construction")
-# What a reading can change that the paper leaves to the one who computes.
-CHANGES = ("integrator", "time step", "initial state", "transient", "length", "number of runs")
+# What a statement is about. A `construction` is true because the model is built so, `validation` tests
+# our own camera, a `recording` cannot be compared with anything: the recordings are not published.
+KINDS = ("number", "shape", "recording", "validation", "construction")
+FINDINGS = ("number", "shape", "recording")
+# What of the results had been seen when a criterion was written, the most last.
+SEEN = ("nothing", "short runs", "long runs", "the published run")
+
+
+@dataclass(frozen=True)
+class Change:
+    """A criterion written or changed: the day, what had been seen by then, and what was changed."""
+
+    date: datetime.date
+    seen: str
+    what: str
 
 
 @dataclass(frozen=True)
@@ -43,32 +58,42 @@ class Claim:
     section: str
     figure: int | None
     kind: str
+    says: str
     statement: str
-    criterion: dict[str, Any] = field(hash=False)
+    replicated: Criterion = field(hash=False)
+    robust: Criterion = field(hash=False)
+    history: tuple[Change, ...]
     needs: tuple[str, ...] = ()
     paper: Any = field(default=None, hash=False)
     parameters: dict[str, Any] = field(default_factory=dict, hash=False)
     open: str = ""
-    reading: str = ""
-    changes: dict[str, str] = field(default_factory=dict, hash=False)
-    reason: str = ""
+
+    @property
+    def criteria(self) -> dict[str, Criterion]:
+        """The criterion of each question."""
+        return {question: getattr(self, question) for question in QUESTIONS}
 
     @property
     def testable(self) -> bool:
         """Whether there is anything that a simulation can be compared with."""
-        return bool(self.criterion.get("allowed"))
+        return any(not criterion.untestable for criterion in self.criteria.values())
 
     @property
     def finding(self) -> bool:
-        """Whether it could come out otherwise: not true because the model is built so."""
-        return self.kind != "construction"
+        """Whether it is a statement of the paper that could come out otherwise."""
+        return self.kind in FINDINGS
+
+    @property
+    def seen(self) -> str:
+        """The most that had been seen when its criteria were written or changed."""
+        return max((change.seen for change in self.history), key=SEEN.index)
 
 
 def claim(identifier: str) -> Callable:
     """Register a function `(evidence) -> Measurement`, or one that returns readings, for a claim.
 
-    Readings of an open point are a dict of functions `() -> Measurement` by name; the first is the
-    one that counts, the others are variants.
+    Readings are a dict of functions `() -> Measurement` by name; each criterion names the one that
+    it judges, or judges the first.
     """
 
     def register(function: Callable) -> Callable:
@@ -97,6 +122,17 @@ def load_ledger() -> Mapping[str, Claim]:
     claims = {}
     for section, place in SECTIONS.items():
         for entry in read_yaml("beltrepro.replication.studies", f"{place}.yaml"):
-            needs = tuple(entry.pop("needs"))
-            claims[entry["id"]] = Claim(**entry, section=section, needs=needs)
+            claims[entry["id"]] = _claim(section, **entry)
     return MappingProxyType(claims)
+
+
+def _claim(section: str, *, replicated: dict, history: list[dict], **entry: Any) -> Claim:
+    """An entry as a value; without a criterion for `robust` that of `replicated` stands for both."""
+    robust = entry.pop("robust", replicated)
+    return Claim(
+        **entry | {"needs": tuple(entry["needs"])},
+        section=section,
+        replicated=Criterion(**replicated),
+        robust=Criterion(**robust),
+        history=tuple(Change(**change) for change in history),
+    )
