@@ -1,4 +1,4 @@
-"""How a criterion of the ledger turns what was measured into a verdict, and a verdict into words."""
+"""How a criterion of the ledger turns what was measured into a verdict and a sentence."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Criterion:
 
 @dataclass(frozen=True)
 class Judgement:
-    """A verdict, what each number makes of it by name, and the numbers behind one that is not yes."""
+    """A verdict, what each number makes of it by name, and why it is not yes."""
 
     verdict: str
     components: dict[str, str] = field(default_factory=dict)
