@@ -14,6 +14,10 @@ VERDICTS = (YES, IN_PART, NO, OPEN, NOT_TESTABLE)
 # What is asked of each statement: do the authors' protocol and reading give what they printed, and
 # does it stand with exact dynamics, independent starts and sound statistics?
 QUESTIONS = ("replicated", "robust")
+# Columns that each question has in the table of claims, behind its name; the first is the verdict.
+ANSWER = (
+    *("", "_found", "_reading", "_tried", "_how", "_criterion", "_because", "_reason", "_runs"),
+)
 _PLACE = re.compile(r"\{(?:(count|value|percent) )?([^{}]+)\}")
 
 
