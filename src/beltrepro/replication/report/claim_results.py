@@ -104,8 +104,11 @@ class OtherRun:
 
     def pairs(self, results: Results, question: str) -> dict[str, tuple[str, str]]:
         """The verdicts of this run and of the other one, where both decide."""
-        others = self.verdicts[question]
-        pairs = {name: (results[name].verdicts[question], others[name]) for name in others}
+        pairs = {
+            name: (results[name].verdicts[question], verdict)
+            for name, verdict in self.verdicts[question].items()
+            if results[name].claim.finding
+        }
         return {name: pair for name, pair in pairs.items() if {*pair} <= {*DECIDED}}
 
     def agreement(self, results: Results, question: str) -> tuple[int, int, int]:
@@ -135,9 +138,9 @@ def read(folder: Path) -> Results:
 def read_tables(claims_csv: Path, estimates_csv: Path) -> Results:
     """`read` from two files."""
     ledger = load_ledger()
-    numbers = _numbers(estimates_csv)
+    claims, numbers = _read_csv(claims_csv), _numbers(estimates_csv)
     results: Results = {}
-    for row in _read_csv(claims_csv):
+    for row in claims:
         if row["id"] not in ledger:
             raise InputError(f"{claims_csv}: claim {row['id']!r} is not in the ledger")
         if not is_current(row):
