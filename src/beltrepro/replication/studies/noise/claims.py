@@ -117,13 +117,13 @@ def _noise_induced_chaos(evidence, rise):
     require(weakest <= WEAKEST, f"no exponents at sigma <= {WEAKEST:g}")
     beyond = [exponents[level] for level in exponents if CHAOTIC[0] <= level <= CHAOTIC[1]]
     require(len(beyond) > 0, "no exponents from sigma = 1 to 2.2")
-    of_belt = _exponents(evidence, "noisy_motion_belt").values()
+    after_rest = _exponents(evidence, "noisy_motion_rest").values()
     return Measurement(
         {
             "sigma_c": rise["critical"],
             "exponent at the weakest noise": exponents[weakest],
             "lowest exponent from sigma = 1 to 2.2": min(beyond, key=lambda e: e.low),
-            "lowest exponent, noise of the belt": min(of_belt, key=lambda e: e.low),
+            "lowest exponent, clock of the rest": min(after_rest, key=lambda e: e.low),
         },
         {f"exponent at {level:g}": estimate for level, estimate in exponents.items()},
     )
@@ -190,7 +190,9 @@ def r_map(evidence):
         for level in np.unique(table.noise)
     ]
     last = weak & (u >= 42)
-    beyond = {"r > 0.1 at u >= 42, sigma <= 2": share_of(disorder[last] > 0.1)} if last.any() else {}
+    beyond = {}
+    if last.any():
+        beyond["r > 0.1 at u >= 42, sigma <= 2"] = share_of(disorder[last] > 0.1)
     return Measurement(
         {
             "difference from independent runs": measure.distance(table, evidence.table(RUNS)),

@@ -1,4 +1,4 @@
-"""Alternation of laminar and chaotic phases: in which runs, with which spectra, where in the map."""
+"""Laminar and chaotic phases: in which runs, with which spectra, and where in the map."""
 
 import numpy as np
 import scipy
