@@ -328,7 +328,7 @@ def noise_steps(r_of, *, scatter=0.002):
         (lambda noise, step: 0.002 + 1.5 * noise * np.sqrt(step), 0.002, YES),
         (lambda noise, step: 0.02 + 0.05 * noise, 0.002, NO),
         (lambda noise, step: 0.002 + 20 * noise * step, 0.002, IN_PART),
-        (lambda noise, step: 0.02 + 0.05 * noise, 4.0, OPEN),
+        (lambda noise, step: 0.05 * (step / 0.001) ** 0.3, 1.0, OPEN),
     ],
 )
 def test_the_noise_depends_on_the_time_step(r_of, scatter, verdict):
