@@ -48,7 +48,7 @@ def with_numbers(folder, *numbers):
 BOTH = "replicated, robust"
 ROW = ("scheme", "critical", 16.7, 16.4, 17.2, "replicated", 15.0, 18.0, "yes")
 EXACT = ("exact", "critical", 17.3, 16.9, 17.5, "robust", 15.0, 17.0, "open")
-BESIDE = ("exact", "width", -0.5, -0.75, math.nan, "", math.nan, math.nan, "")
+BESIDE = ("exact", "width", -0.5, math.nan, math.nan, "", math.nan, math.nan, "")
 
 
 # --- tables ---------------------------------------------------------------------------------------
@@ -93,7 +93,7 @@ def test_each_question_has_the_numbers_of_its_reading_by_its_range(tmp_path):
             "exact",
         ]
         assert {n.name: n.words for n in robust.numbers.values()} == {
-            "critical": "17.3 (16.9 to 17.5)", "width": "-0.5 (interval not found)"}  # fmt: skip
+            "critical": "17.3 (16.9 to 17.5)", "width": "-0.5 (error not known)"}  # fmt: skip
         assert [n.name for n in robust.judged] == ["critical"]
         assert robust.numbers["width"].allowed_words == robust.numbers["width"].verdict == ""
 
@@ -133,7 +133,7 @@ def test_sentences_take_their_numbers_from_the_tables(tmp_path):
         ("At {u-critical: critical}.", "At 16.7 (16.4 to 17.2)."),
         ("At {u-critical}.", "At 16.7 (16.4 to 17.2)."),
         ("At {value robust u-critical: critical}.", "At 17.3."),
-        ("At {robust u-critical: width}.", "At −0.5 (interval not found)."),
+        ("At {robust u-critical: width}.", "At −0.5 (error not known)."),
         ("{=a} of {=b}", "1 of 2"),
     ):
         assert sentences.filled(template, made, {"a": "1", "b": "2"}) == text

@@ -154,7 +154,7 @@ def test_values_in_words():
         ("{count x}", sure(0.5), "50 %"),
         ("{x}", absent(), "a value that cannot be told"),
         ("{value x}", Estimate(2.7, math.nan, math.nan, 8), "2.7"),
-        ("{x}", Estimate(2.7, math.nan, math.nan, 8), "2.7 (interval not found)"),
+        ("{x}", Estimate(2.7, math.nan, math.nan, 8), "2.7 (error not known)"),
     ],
 )
 def test_a_sentence_takes_its_numbers(place, estimate, words):
