@@ -24,7 +24,7 @@ from beltrepro.replication.report import conduct, judged, trust
 from beltrepro.replication.report.claim_results import count, read_tables
 from beltrepro.replication.report.contents import SECTIONS, SUMMARY
 from beltrepro.replication.report.findings import findings_of
-from beltrepro.replication.verdicts.criteria import QUESTIONS
+from beltrepro.replication.verdicts.criteria import QUESTIONS, range_in_words
 from beltrepro.replication.verdicts.ledger import load_ledger
 from pages import PIXEL, badge, badges, cards, cells, part, plain, typeset, words
 
@@ -250,6 +250,14 @@ def test_the_first_screen_says_how_far_to_trust_the_run(text, results):
 # --- claims and figures ---------------------------------------------------------------------------
 
 
+def allowed(number, criterion):
+    """The range of a number, and how far a lenient reader would go."""
+    if number.name not in criterion.lenient:
+        return number.allowed_words
+    wider = range_in_words(criterion.lenient[number.name])
+    return f"{number.allowed_words} (leniently {wider})"
+
+
 def test_each_claim_says_what_its_rows_say(text, results):
     assert set(cards(text)) == set(results)
     for name, markup in cards(text).items():
@@ -261,10 +269,10 @@ def test_each_claim_says_what_its_rows_say(text, results):
         for told in (claim.says, claim.statement, result.note):
             assert plain(told)[1:] in typeset(said)
         asked = result.answers if claim.finding else {"replicated": result.answers["replicated"]}
-        rows = [row for row in cells(markup) if row[0] != "Number"]
-        assert rows == [
-            [plain(cell) for cell in (n.name, n.words, n.allowed_words, badge(n.verdict))]
-            for answer in asked.values() if claim.testable for n in answer.judged
+        assert [row for row in cells(markup) if row[0] != "Number"] == [
+            [plain(cell) for cell in (n.name, n.words, allowed(n, claim.criteria[question]),
+                                      badge(n.verdict))]
+            for question, answer in asked.items() if claim.testable for n in answer.judged
         ]  # fmt: skip
         for answer in asked.values():
             for told in (answer.found, answer.how * claim.testable):
