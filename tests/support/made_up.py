@@ -7,7 +7,7 @@ import pytest
 
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.every_claim import REGISTRY
-from beltrepro.replication.verdicts.criteria import judge
+from beltrepro.replication.verdicts.criteria import QUESTIONS, judge
 from beltrepro.replication.verdicts.evidence import Evidence
 from beltrepro.replication.verdicts.ledger import load_ledger
 from beltrepro.stats import estimates
@@ -41,20 +41,35 @@ def few_resamples(monkeypatch):
 
 
 def readings(name, datasets=None, settings=SETTINGS):
-    """Functions of a claim by reading, the one that counts first."""
+    """Functions of a claim by reading, the first one of `replicated` first."""
     evidence = Evidence(datasets or {}, settings)
     evidence.start(LEDGER[name])
-    found = REGISTRY[name](evidence)
-    return found if isinstance(found, dict) else {"": lambda: found}
+    measurement = REGISTRY[name](evidence)
+    return measurement if isinstance(measurement, dict) else {"": lambda: measurement}
 
 
-def judged(name, datasets=None, reading=None, settings=SETTINGS):
-    """Verdict, what each number makes of it, and the measurement; of the first reading if none is
-    named."""
-    found = readings(name, datasets, settings)
-    measurement = found[reading if reading is not None else next(iter(found))]()
-    judgement = judge(LEDGER[name].criterion, measurement)
-    return judgement.verdict, judgement.components, measurement
+def measured(name, reading=None, /, settings=SETTINGS, **datasets):
+    """Measurement of a claim, in the first reading or another one."""
+    functions = readings(name, datasets, settings)
+    return functions[reading if reading is not None else next(iter(functions))]()
+
+
+def judgement(name, question="replicated", /, settings=SETTINGS, **datasets):
+    """What the criterion of a question makes of its reading: verdict, and that of each number."""
+    criterion = LEDGER[name].criteria[question]
+    measurement = measured(name, criterion.reading or None, settings=settings, **datasets)
+    return judge(criterion, measurement)
+
+
+def grades(name, question="replicated", /, settings=SETTINGS, **datasets):
+    """Verdict on each number of a claim, by its name, and on the whole under ""."""
+    answer = judgement(name, question, settings=settings, **datasets)
+    return answer.components | {"": answer.verdict}
+
+
+def both(name, /, settings=SETTINGS, **datasets):
+    """The two verdicts of a claim: replicated, robust."""
+    return tuple(grades(name, q, settings=settings, **datasets)[""] for q in QUESTIONS)
 
 
 def columns(**arrays):
@@ -133,17 +148,6 @@ NOISES = (0.0, 0.5, 1.0, 2.2, 5.0)
 VELOCITIES = (6, 8, 10, 12, 13, 14, 14.5, 15, 15.5, 16, 16.5, 17, 17.5, 18, 18.5, 19, 19.5, 20)
 VELOCITIES += (21, 22, 23, 24, 26, 28, 30, 33, 36)
 HIGH, LOW = 0.13, 0.02
-
-
-def measured(name, reading=None, /, **datasets):
-    """Measurement of a claim, in the reading that counts or another one."""
-    return judged(name, datasets, reading)[2]
-
-
-def grades(name, reading=None, /, **datasets):
-    """Verdict on each component of a claim, by its name, and on the whole under ""."""
-    verdict, components, _ = judged(name, datasets, reading)
-    return components | {"": verdict}
 
 
 def falling(u, centre, width):

@@ -99,7 +99,7 @@ class Answer(NamedTuple):
 
 
 def _readings(evidence: Evidence, claim: Claim) -> dict[str, Measurement | str]:
-    """What each reading measures, or in one line why it cannot; that of a lone reading has no name."""
+    """What each reading measures, or in a line why it cannot; a lone reading has no name."""
 
     def tried(reading: Callable) -> Measurement | str:
         try:
@@ -170,10 +170,11 @@ def _estimates(
                     low, high = criteria.bounds(answer.criterion.allowed[name])
                     key = low, high, answer.judgement.components[name]
                     deciding.setdefault(key, []).append(question)
+            shown = registry.figures_with(claim.id, "" if reading == first else reading, name)
             for key, questions in (deciding or {(math.nan, math.nan, ""): []}).items():
                 cells = (
                     *(claim.id, reading, name, *estimate.numbers, estimate.runs),
                     *(", ".join(questions), *key),
-                    ", ".join(registry.figures_with(claim.id, "" if reading == first else reading, name)),
+                    ", ".join(shown),
                 )
                 yield dict(zip(ESTIMATE_COLUMNS, cells, strict=True))

@@ -1,4 +1,4 @@
-"""How a criterion of the ledger turns what was measured into a verdict, and a verdict into words."""
+"""How a criterion of the ledger turns what was measured into a verdict and a sentence."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Criterion:
 
 @dataclass(frozen=True)
 class Judgement:
-    """A verdict, what each number makes of it by name, and the numbers behind one that is not yes."""
+    """A verdict, what each number makes of it by name, and why it is not yes."""
 
     verdict: str
     components: dict[str, str] = field(default_factory=dict)
@@ -71,10 +71,12 @@ class Judgement:
 def judge(criterion: Criterion, measurement: Measurement) -> Judgement:
     """Verdict of one measurement.
 
-    A number is right (yes) if its whole interval lies in the allowed range, and wrong (no) if the
-    whole of it lies outside what even a lenient reader would allow. It is right in part if it lies
-    between the two, and open otherwise. One number that is surely wrong decides: the statement does
-    not hold as printed, whatever becomes of the others; it holds in part if another one is right.
+    A number is right (yes) if its whole interval lies in the allowed range, or if the number itself
+    does and its interval goes no further than a lenient reader would. It is wrong (no) if the whole
+    interval lies outside what such a reader would allow, right in part if the interval lies inside
+    that and the number not in the allowed range, and open otherwise. One number that is surely
+    wrong decides: the statement does not hold as printed, whatever becomes of the others; it holds
+    in part if another one is right.
     """
     if criterion.untestable:
         return Judgement(NOT_TESTABLE, reason=criterion.untestable)
@@ -102,11 +104,13 @@ def _grade(estimate: Estimate, strict: tuple[float, float], lenient: tuple[float
     low, high = estimate.low, estimate.high
     if math.isnan(estimate.value) or math.isnan(low) or math.isnan(high):
         return OPEN
-    if strict[0] <= low and high <= strict[1]:
+    if low >= strict[0] and high <= strict[1]:
         return YES
     if high < lenient[0] or low > lenient[1]:
         return NO
-    return IN_PART if lenient != strict and lenient[0] <= low and high <= lenient[1] else OPEN
+    if lenient == strict or low < lenient[0] or high > lenient[1]:
+        return OPEN
+    return YES if strict[0] <= estimate.value <= strict[1] else IN_PART
 
 
 def _reason(grade: str, estimate: Estimate, allowed: Any) -> str:

@@ -33,8 +33,8 @@ SECTIONS = {
 REGISTRY: dict[str, Callable] = {}
 # PyYAML's own reader takes ten times as long; it is the one where libyaml is not to be had.
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-# What a statement is about. A `construction` is true because the model is built so, `validation` tests
-# our own camera, a `recording` cannot be compared with anything: the recordings are not published.
+# What a statement is about. A `construction` is true because the model is built so, `validation`
+# tests our own camera, a `recording` is not to be compared: the recordings are not published.
 KINDS = ("number", "shape", "recording", "validation", "construction")
 FINDINGS = ("number", "shape", "recording")
 # What of the results had been seen when a criterion was written, the most last.
@@ -127,7 +127,7 @@ def load_ledger() -> Mapping[str, Claim]:
 
 
 def _claim(section: str, *, replicated: dict, history: list[dict], **entry: Any) -> Claim:
-    """An entry as a value; without a criterion for `robust` that of `replicated` stands for both."""
+    """An entry as a value; without a criterion for `robust` that of `replicated` is both."""
     robust = entry.pop("robust", replicated)
     return Claim(
         **entry | {"needs": tuple(entry["needs"])},
