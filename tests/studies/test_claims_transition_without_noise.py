@@ -273,7 +273,7 @@ def escaping(tau, *, stuck=0.0, duration=1e4, **options):
     ],
 )
 def test_lifetimes_against_u(tau, verdict):
-    runs = {"lifetimes": escaping(tau, duration=4e5), "survival": settling(tau, duration=4e5)}
+    runs = {"lifetimes_wide": escaping(tau, duration=4e5), "survival": settling(tau, duration=4e5)}
     assert both("transient-lifetime", **runs) == (verdict, verdict)
 
 
@@ -298,7 +298,7 @@ def test_runs_that_never_escape_say_nothing_of_the_lifetime():
     runs = escaping(growing(2000.0, 400.0), stuck=0.33)
     alone = runs.arrays["belt_velocity"] == 20.0
     runs.arrays["escaped"][alone] = False
-    made = measured("transient-lifetime", lifetimes=runs)
+    made = measured("transient-lifetime", lifetimes_wide=runs)
     assert made.also["tau near"].value == pytest.approx(1850, rel=0.15)
     assert made.also["tau far"].value == pytest.approx(470, rel=0.15)
 

@@ -313,7 +313,7 @@ def transient_lifetime(evidence):
         )
 
     return {
-        SCHEME: lambda: measure(transients.until_last_stick(evidence.dataset("lifetimes"))),
+        SCHEME: lambda: measure(transients.until_last_stick(evidence.dataset("lifetimes_wide"))),
         EXACT: lambda: measure(transients.until_settled(evidence.dataset("survival"), spread)),
     }
 
