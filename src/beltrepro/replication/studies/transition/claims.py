@@ -139,9 +139,9 @@ def _transients(evidence, name, **where):
     beyond = escaped & (runs["lifetime"] > printed)
     note = f"{on_orbit.sum()} of {escaped.size} runs end on stick-slip orbits that several share"
     if escaped.any():
-        note += (
-            f"; half of those that escape do so before {np.median(runs['lifetime'][escaped]):.0f}"
-        )
+        times = np.round(runs["lifetime"][escaped])
+        note += f"; {times.size} escape, half of them before {np.median(times):.0f}"
+        note += f", at {np.unique(times).size} different times"
     return Measurement(
         {
             "end in continuous slip": estimates.share_of(slipping, ~escaped & ~on_orbit),

@@ -12,8 +12,12 @@ from beltrepro.stats.errors import NotEnoughDataError
 FIGURE = Figure(
     title="Bifurcation diagram, largest exponent and r(u) without noise, with lifetimes.",
     uses=(
-        *("n5_rows", "n5_rows_check", "n5_replicates_check"),
-        *("motion_map", "lifetimes_wide", "survival"),
+        "n5_rows",
+        "n5_rows_check",
+        "n5_replicates_check",
+        "motion_map",
+        "lifetimes_wide",
+        "survival",
     ),
     words=(
         "The bifurcation diagram of section velocities and the disorder parameter r against belt "
