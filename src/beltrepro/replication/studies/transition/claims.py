@@ -14,7 +14,6 @@ from beltrepro.stats.errors import NotEnoughDataError, require
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import PERIODIC
 
-
 # --- Figs. 11 and 12: single belt velocities ------------------------------------------------------
 
 
