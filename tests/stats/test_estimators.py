@@ -121,25 +121,6 @@ def random_slips(seed, count=60):
     return slips
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_losses_while_the_last_block_slips_are_those_of_a_plain_loop(seed):
-    slips, expected = random_slips(seed), []
-    for own in sorted(
-        slips[slips["block"] == 3], key=lambda own: (own["point"], own["start_time"])
-    ):
-        energy = 0.0
-        for slip in slips[slips["point"] == own["point"]]:
-            overlap = min(slip["stop_time"], own["stop_time"]) - max(
-                slip["start_time"], own["start_time"]
-            )
-            length = slip["stop_time"] - slip["start_time"]
-            energy += slip["dissipated"] * max(overlap, 0.0) / length
-        expected.append(energy)
-    found = avalanches.dissipation_while_last_block_slips(slips, 3)
-    np.testing.assert_allclose(np.sort(found), np.sort(expected))
-    np.testing.assert_allclose(found.sum(), sum(expected))
-
-
 def test_avalanches_reach_the_last_block_if_one_of_its_slips_starts_in_them():
     slips = random_slips(5)[:20]
     rng = RNG(6)
@@ -591,27 +572,6 @@ def test_slip_sizes_in_both_frames():
     sizes = avalanches.last_block_slip_sizes(slips, 5, 2.0)
     assert sizes.tolist() == [100.0]
     assert avalanches.last_block_slip_sizes(slips, 5, 2.0, frame="belt").tolist() == [104.0]
-
-
-def test_energies_of_avalanches_that_reach_the_last_block():
-    slips = np.array(
-        [
-            (0, 1, 0.0, 2.0, 0, 0, 10.0),
-            (0, 2, 1.0, 4.0, 0, 0, 30.0),
-            (0, 5, 1.0, 2.0, 0, 0, 7.0),
-            (0, 1, 10.0, 11.0, 0, 0, 5.0),
-            (1, 5, 10.0, 11.0, 0, 0, 6.0),
-        ],
-        dtype=SLIP,
-    )
-    # While block 5 slips (1 to 2): half of the first slip, a third of the second, its own.
-    energies = avalanches.dissipation_while_last_block_slips(slips, 5)
-    assert energies.tolist() == [5.0 + 10.0 + 7.0, 6.0]
-    catalogue = np.array(
-        [(0, 0.0, 4.0), (0, 10.0, 11.0), (1, 10.0, 11.0)],
-        dtype=[("point", "i4"), ("start_time", "f8"), ("stop_time", "f8")],
-    )
-    assert avalanches.with_last_block(catalogue, slips, 5).tolist() == [True, False, True]
 
 
 def test_errors_of_a_density_come_from_the_scatter_of_runs():

@@ -189,9 +189,7 @@ def _collapse(evidence):
     """Of avalanches of two blocks or more: what one block does alone knows no N."""
     energies = partial(measure.all_energies, least_blocks=2)
     factor, power = measure.collapse(_by_n(evidence, EXACT_CATALOGUES, energies))
-    return Measurement(
-        {"factor between scaled densities": factor}, {"power of N": estimates.sure(power)}
-    )
+    return Measurement({"distance from one curve": factor}, {"power of N": estimates.sure(power)})
 
 
 def _by_n(evidence, catalogues, sample):

@@ -14,7 +14,7 @@ from beltrepro.stats.spectra import FIT_BAND
 
 MINIMUM_COUNT = 10
 BINS_PER_DECADE, FINE_BINS = 5, 10
-SCALED_COUNT = 30  # values in a bin of densities that are compared: they scatter by a fifth
+SCALED_COUNT = 100  # values in a bin of densities that are compared: they scatter by a tenth
 SCALED_RESAMPLES = 200  # each bins all values anew
 CUTOFF_QUANTILE = 0.99
 # Of the logarithm of a cutoff. Slips of one periodic orbit do not scatter at all.
@@ -22,7 +22,7 @@ CUTOFF_RESOLUTION = 0.02
 STARTS_TRIED = 12
 LEAST_CYCLES = 10  # of the lowest frequency of a fit, in a stretch of a series
 LEAST_STRETCHES, STRETCHES = 4, 20
-SLOW_BAND = (0.0003, 0.003)  # slower than the whole chain sticks and slips
+SLOW_BAND = (0.0005, 0.003)  # slower than the whole chain sticks and slips
 PRINTED_LENGTH = 1e6  # of the series behind Fig. 8, if it is as long as those behind Fig. 12
 
 
@@ -363,7 +363,7 @@ def growth(samples: dict[int, Sample]) -> Growth:
 
 
 def collapse(samples: dict[int, Sample]) -> tuple[Estimate, float]:
-    """Largest factor between scaled densities of several N, and the power of N by which they are.
+    """Factor by which scaled densities of several N differ from one curve, and the power of N.
 
     If nothing but the size of the system ends a power law, N**a P(x) are one curve of x / N**D. D
     is that of the cutoffs (second over first moment), a that of least squares.
@@ -395,7 +395,8 @@ def _apart(values_by_n: dict[int, np.ndarray]) -> tuple[float, float]:
     about = [table.sub(table.mean(axis=1), axis=0) for table in (density, length)]
     slope = (about[0] * about[1]).sum().sum() / (about[1] ** 2).sum().sum()
     flat = density - slope * length
-    return float(np.exp((flat.max(axis=1) - flat.min(axis=1)).max())), power
+    spread = flat.sub(flat.mean(axis=1), axis=0)
+    return float(np.exp(np.sqrt((spread**2).stack().mean()))), power
 
 
 def _scaled_density(values: np.ndarray, scale: float) -> pd.Series:
