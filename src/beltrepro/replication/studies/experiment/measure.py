@@ -216,7 +216,7 @@ def assigned_share_before(levels: np.ndarray) -> float:
 
 
 def posterior_of_assigned(
-    simulated: inference.Simulated, answer: inference.Posterior, tolerance: float
+    simulated: inference.Simulated, answer: inference.Posterior, tolerance: float = TOLERANCE
 ) -> Estimate:
     """`assigned_share` with its interval; the trials of each combination are drawn anew."""
     rng = np.random.default_rng(0)
