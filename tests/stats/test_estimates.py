@@ -149,3 +149,20 @@ def test_intervals_hold_the_true_share_as_often_as_they_say(runs):
     assert (both.low, both.high) == (estimates.share(1, runs).low, estimates.share(4, runs).high)
     wider = estimates.share(1, runs, confidence=0.99)
     assert wider.low < estimates.share(1, runs).low and wider.high > estimates.share(1, runs).high
+
+
+@pytest.mark.parametrize(
+    ("numbers", "words"),
+    [
+        ((1.2345, 1.1, 1.36, 4), "1.23 (1.1 to 1.36)"),
+        ((1.2345, math.nan, math.nan, 4), "1.23 (error not known)"),
+        ((1.2345, 1.1, math.inf, 4), "1.23 (1.1 or more)"),
+        ((1.2345, -math.inf, 1.36, 4), "1.23 (1.36 or less)"),
+        ((1.2345, -math.inf, math.inf, 1), "1.23 (one run)"),
+        ((math.nan, math.nan, math.nan, 4), "not found"),
+        ((1.0, 1.0, 1.0), "yes"),
+        ((1.0, 1.0, 1.0, 4), "1"),
+    ],
+)
+def test_words_name_what_is_known(numbers, words):
+    assert estimates.Estimate(*numbers).words == words

@@ -3,77 +3,58 @@
 import numpy as np
 import pytest
 
-from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
+from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from beltrepro.stats.errors import NotEnoughDataError
-from made_up import grades, measured, scan
+from made_up import both, measured, scan
 
-U = np.linspace(5, 45, 60)
+U = np.linspace(5, 45, 30)
+NAMES = {1.0: ("pairs_r_verlet", "pairs_r_event"), 0.0: ("n5_replicates_check", "n5_replicates")}
 
 
-def both(shift=0.0, *, far=0, scatter=0.02, noise=0.0, seed=1, names=("n5_rows_check", "n5_rows")):
-    """Points by each method; ln r of `event` is shifted, and that of `far` points by 0.5 more."""
+def pair(noise, *, differing=0, factor=1.3, scatter=0.02, replicates=12, seed=1):
+    """Points by both methods; at some of them r of `event` is larger by a factor."""
     rng = np.random.default_rng(seed)
-    change = shift + scatter * rng.standard_normal(U.size)
-    change[:far] += 0.5 * np.where(np.arange(far) % 2, 1, -1)
-    verlet = scan(5, U, 0.1, noise=noise, method="verlet")
-    event = scan(5, U, 0.1 * np.exp(change), noise=noise, method="event")
-    return dict(zip(names, (verlet, event), strict=True))
+    mean = 0.1 * np.where(np.arange(U.size) < differing, factor, 1.0)
 
+    def runs(mean, method):
+        noisy = np.repeat(mean, replicates) * np.exp(
+            scatter * rng.standard_normal(U.size * replicates)
+        )
+        return scan(5, np.repeat(U, replicates), noisy, noise=noise, method=method)
 
-def pair(**options):
-    """Points with noise and, in other datasets, without."""
-    quiet = both(names=("n5_replicates_check", "n5_replicates"), seed=2, **options.pop("quiet", {}))
-    return both(noise=1.0, **options) | quiet
-
-
-def named(verdicts, which="with"):
-    return verdicts[f"mean shift, {which} noise"], verdicts[f"points that differ, {which} noise"]
+    datasets = runs(np.full(U.size, 0.1), "verlet"), runs(mean, "event")
+    return dict(zip(NAMES[noise], datasets, strict=True))
 
 
 @pytest.mark.parametrize(
-    ("options", "verdicts"),
+    ("noisy", "quiet", "verdicts"),
     [
-        ({}, (HOLDS, HOLDS)),
-        ({"shift": 0.06}, (FAILS, HOLDS)),
-        ({"shift": -0.06}, (FAILS, HOLDS)),
-        ({"shift": 0.03}, (UNDECIDED, HOLDS)),
-        ({"scatter": 0.2}, (UNDECIDED, FAILS)),  # a large error decides nothing
-        ({"far": 4}, (UNDECIDED, HOLDS)),
-        ({"far": 15}, (UNDECIDED, UNDECIDED)),
-        ({"far": 30}, (UNDECIDED, FAILS)),
+        ({}, {}, (YES, YES)),
+        ({"differing": 20}, {}, (NO, IN_PART)),
+        ({"differing": 8}, {}, (OPEN, OPEN)),
+        ({}, {"differing": 20}, (YES, IN_PART)),
+        ({}, {"differing": 3}, (YES, OPEN)),
+        ({"differing": 20}, {"differing": 20, "seed": 2}, (NO, NO)),
+        ({"differing": 20, "factor": 1.05}, {}, (YES, YES)),  # not to be seen in a figure
+        ({"scatter": 1.0}, {"scatter": 1.0}, (YES, YES)),  # chance is no difference
     ],
 )
-def test_both_methods_agree(options, verdicts):
-    made = grades("method-independence", **pair(**options))
-    assert named(made) == verdicts and named(made, "without") == (HOLDS, HOLDS)
-    made = grades("method-independence", **pair(quiet=options))
-    assert named(made) == (HOLDS, HOLDS)
-    assert named(made, "without")[1] == verdicts[1]
+def test_both_methods_agree(noisy, quiet, verdicts):
+    assert both("method-independence", **pair(1.0, **noisy), **pair(0.0, **quiet)) == verdicts
 
 
-def test_the_ratio_is_of_means_over_runs_and_each_point_counts_once():
-    event = scan(5, U, np.tile([0.08, 0.12], 60), replicates=2, noise=1.0)
-    verlet = scan(5, U, 0.1, replicates=2, noise=1.0, method="verlet")
-    made = pair() | {"pairs_r_event": event, "pairs_r_verlet": verlet}
-    estimate = measured("method-independence", **made).judged["mean shift, with noise"]
-    assert estimate.value == pytest.approx(0) and estimate.runs == 60  # not the pair that follows
+def test_the_shift_is_event_over_scheme_and_noise_is_kept_apart():
+    made = pair(1.0, differing=30, factor=1.2) | pair(0.0, differing=30, factor=0.5)
+    numbers = measured("method-independence", "with and without noise", **made).also
+    assert numbers["mean shift, with noise"].value == pytest.approx(np.log(1.2), abs=0.01)
+    assert numbers["mean shift, without noise"].value == pytest.approx(np.log(0.5), abs=0.01)
 
 
-def test_which_dataset_is_of_which_method_is_read_off_its_points():
-    """At sigma = 0 the check is by `event`, elsewhere the scan."""
-    turned = both(0.06, names=("size_rows", "size_rows_check"))
-    made = measured("method-independence", **both(noise=1.0), **turned)
-    assert made.judged["mean shift, without noise"].value == pytest.approx(0.06, abs=0.01)
-    assert made.also["largest shift, without noise"].value > 0.06
-
-
-def test_transients_are_left_out():
-    made = pair()
-    for name in ("n5_rows", "n5_rows_check"):
-        made[name].attributes["transient"] = 4999.0
+def test_points_need_runs_by_both():
+    made = pair(1.0, replicates=3)
     with pytest.raises(NotEnoughDataError, match="0 points with noise by both integrators, 8"):
         measured("method-independence", **made)
-    del made["n5_replicates"]
-    made["n5_rows"].attributes["transient"] = made["n5_rows_check"].attributes["transient"] = 5000.0
-    with pytest.raises(NotEnoughDataError, match="0 points without noise by both"):
-        measured("method-independence", **made)
+    few = pair(1.0, replicates=4)
+    assert (
+        measured("method-independence", **few).judged["points that differ, with noise"].runs == 30
+    )

@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 
 from beltrepro.base.store import Dataset
-from beltrepro.replication.studies.noise.measure import share_of_time
-from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
+from beltrepro.replication.studies.noise import laminar as laminar_phases
+from beltrepro.replication.verdicts.criteria import IN_PART, NO, NOT_TESTABLE, OPEN, YES
+from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats.errors import NotEnoughDataError
-from beltrepro.stats.estimates import mean
-from made_up import LEDGER, grades, measured, replicates, table
+from made_up import LEDGER, both, grades, measured, replicates, table
 
 CRITICAL = {0.0: 16.5, 0.5: 16.7, 1.0: 17.0, 2.2: 18.0, 5.0: 20.5}
 STEP = 0.1  # between samples of a series
+SCHEME = "n5_replicates_check"  # where replicated has its runs without noise from
 
 
 def noisy_only(u, noise):
@@ -19,106 +20,68 @@ def noisy_only(u, noise):
     return float(noise > 0 and 16 <= u <= 19)
 
 
-def components(name, reading=None, /, **datasets):
-    """Verdicts in the order of the criterion."""
-    verdict = grades(name, reading, **datasets)
-    return [verdict[each] for each in LEDGER[name].criterion["allowed"]]
+def runs(laminar=noisy_only, **options):
+    made = replicates(CRITICAL, laminar=laminar, **options)
+    return {"n5_replicates": made, SCHEME: made}
 
 
 # --- Fig. 16, independent runs --------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("laminar", "expected"),
+    ("laminar", "alternating", "verdicts"),
     [
-        (noisy_only, [HOLDS, HOLDS, HOLDS]),
-        (lambda u, noise: 0.0, [FAILS, FAILS, HOLDS]),
-        (lambda u, noise: 1.0, [HOLDS, HOLDS, FAILS]),
-        (lambda u, noise: 0.6 if noise else 0.1, [UNDECIDED, UNDECIDED, UNDECIDED]),
+        (noisy_only, 8, (YES, YES)),
+        (lambda u, noise: 0.0, 0, (OPEN, OPEN)),  # none of eight may yet be one of twenty
+        (lambda u, noise: 1.0, 8, (IN_PART, IN_PART)),
+        (noisy_only, 3, (YES, IN_PART)),  # no exception, and not most
+        (lambda u, noise: 0.6 if noise else 0.15, 8, (OPEN, OPEN)),
     ],
 )
-def test_alternation_with_noise_and_without(laminar, expected):
-    made = replicates(CRITICAL, laminar=laminar)
-    if UNDECIDED in expected:
-        here = (made.arrays["belt_velocity"] == 17.5) & (made.arrays["noise"] == 2.2)
-        made.arrays["laminar_count"][here] = [9, 9, 9, 9, 9, 0, 0, 1]
-        made.arrays["laminar_fraction"][here] = [0.2, 0.1, 0, 0, 0, 0, 0, 0.1]
-    assert components("intermittency", n5_replicates=made) == expected
+def test_alternation_with_noise_and_without(laminar, alternating, verdicts):
+    made = runs(laminar)
+    arrays = made["n5_replicates"].arrays
+    here = np.flatnonzero((arrays["belt_velocity"] == 17.5) & (arrays["noise"] == 2.2))
+    arrays["laminar_count"][here] = np.where(np.arange(8) < alternating, 9, 1)
+    assert both("intermittency", **made) == verdicts
+
+
+def test_nothing_alternates_in_many_runs():
+    assert both("intermittency", **runs(lambda u, noise: 0.0, replicates=80)) == (IN_PART, IN_PART)
+    assert both("intermittency", **runs(lambda u, s: float(s == 0), replicates=80)) == (NO, NO)
 
 
 def test_one_laminar_phase_is_no_alternation():
-    made = replicates(CRITICAL, laminar=noisy_only)
-    made.arrays["laminar_count"][:] = 1
-    assert components("intermittency", n5_replicates=made) == [HOLDS, FAILS, HOLDS]
+    made = runs()
+    made[SCHEME].arrays["laminar_count"][:] = 1
+    assert measured("intermittency", **made).judged["alternating"].value == 0
 
 
-def test_an_escape_for_good_is_no_intermittency():
-    made = replicates(CRITICAL, laminar=lambda u, noise: 1.0)
-    quiet = made.arrays["noise"] == 0
-    made.arrays["last_stick_time"][quiet] = 5e5  # before the last half of 2e5 to 1e6
-    assert components("intermittency", n5_replicates=made) == [HOLDS, HOLDS, HOLDS]
-    made.arrays["last_stick_time"][quiet] = 7e5
-    assert components("intermittency", n5_replicates=made) == [HOLDS, HOLDS, FAILS]
-    made.arrays["last_stick_time"][quiet] = np.nan  # never sticks
-    assert components("intermittency", n5_replicates=made) == [HOLDS, HOLDS, HOLDS]
+@pytest.mark.parametrize(("last_stick", "share"), [(5e5, 0), (7e5, 1), (np.nan, 0)])
+def test_an_escape_for_good_is_no_intermittency(last_stick, share):
+    """Before the last half of 2e5 to 1e6, or without any stick."""
+    made = runs(lambda u, noise: 1.0)
+    arrays = made[SCHEME].arrays
+    arrays["last_stick_time"][arrays["noise"] == 0] = last_stick
+    estimate = measured("intermittency", **made).judged["intermittent without noise"]
+    assert estimate.value == share
 
 
 def test_the_note_says_where_runs_are_intermittent():
-    made = replicates(CRITICAL, laminar=lambda u, noise: float(u == 19) if noise == 2.2 else 1.0)
-    note = measured("intermittency", n5_replicates=made).note
+    made = runs(lambda u, noise: float(u == 19) if noise == 2.2 else 1.0)
+    note = measured("intermittency", **made).note
     assert note == "most runs are intermittent at u = 19: 100% of them"
-    without = replicates(CRITICAL)
-    assert "no run at sigma = 2.2" in measured("intermittency", n5_replicates=without).note
+    none = measured("intermittency", **runs(lambda u, noise: 0.0)).note
+    assert none == "no run with noise is intermittent at any u"
 
 
 def test_only_velocities_near_the_transition_are_asked_without_noise():
-    made = replicates(CRITICAL, laminar=lambda u, s: float(s > 0 or not 15 <= u <= 20))
-    assert components("intermittency", n5_replicates=made) == [HOLDS, HOLDS, HOLDS]
-    few = replicates(CRITICAL, velocities=(15.0, 16, 20))
+    assert both("intermittency", **runs(lambda u, s: float(s > 0 or not 15 <= u <= 20)))[0] == YES
     with pytest.raises(NotEnoughDataError, match=r"no runs at u = 17\.5"):
-        measured("intermittency", n5_replicates=few)
+        measured("intermittency", **runs(velocities=(15.0, 16, 20)))
 
 
-# --- Fig. 16, one long run ------------------------------------------------------------------------
-
-
-def telegraph(rng, length, laminar=400.0, chaotic=800.0):
-    """Begin and end of laminar phases of exponential lengths, cut at the ends of a run."""
-    time, inside, phases = 0.0, rng.random() < laminar / (laminar + chaotic), []
-    while time < length:
-        duration = rng.exponential(laminar if inside else chaotic)
-        if inside:
-            phases.append((time, min(time + duration, length)))
-        time, inside = time + duration, not inside
-    return np.array(phases).reshape(-1, 2)
-
-
-def test_the_share_of_a_telegraph_signal_from_one_run_and_from_several():
-    rng = np.random.default_rng(1)
-    true, trials = 1 / 3, 400
-    for length in (15_000.0, 60_000.0):  # some 12 and 50 cycles
-        made = [telegraph(rng, length) for _ in range(trials)]
-        own = [share_of_time(phases) for phases in made if len(phases) > 5]
-        assert 0.90 <= np.mean([each.low <= true <= each.high for each in own]) <= 0.98
-    several = [
-        mean([np.diff(telegraph(rng, 8000.0)).sum() / 8000 for _ in range(8)])
-        for _ in range(trials)
-    ]
-    assert 0.92 <= np.mean([each.low <= true <= each.high for each in several]) <= 0.98
-
-
-def test_the_share_of_known_cycles():
-    begin = np.arange(12) * 1000.0
-    phases = np.column_stack([begin, begin + 250])
-    exact = share_of_time(phases)
-    assert (exact.value, exact.low, exact.high) == pytest.approx((0.25, 0.25, 0.25))
-    assert exact.runs == 11
-    inside = np.array([100.0, 500, 200, 300, 900, 400])
-    begin = np.cumsum(4 * inside) - 4 * inside  # three times as long between as inside
-    varied = share_of_time(np.column_stack([begin, begin + inside]))
-    assert (varied.value, varied.low, varied.high) == pytest.approx((0.25, 0.25, 0.25))
-    with pytest.raises(NotEnoughDataError, match="4 whole cycles, 5 are needed"):
-        share_of_time(phases[:5])
+# --- spectra --------------------------------------------------------------------------------------
 
 
 def series(lengths, *, chaotic="noise", laminar="lines", between=900.0):
@@ -149,52 +112,31 @@ def series(lengths, *, chaotic="noise", laminar="lines", between=900.0):
     return Dataset(arrays, attributes)
 
 
-def test_readings_of_one_long_run():
-    made = {"n5_replicates": replicates(CRITICAL, laminar=noisy_only)}
-    made["u17"] = series([300.0, 900.0] * 6)
-    whole = measured("intermittency", "one long run", **made)
-    assert "12 laminar phases" in whole.note
-    assert whole.judged["laminar share"].value == pytest.approx(600 / 1500, abs=0.03)
-    longer = measured("intermittency", "one long run, phases longer than 784", **made)
-    assert "6 laminar phases" in longer.note
-    assert longer.judged["laminar share"].value == pytest.approx(900 / 3000, abs=0.01)
-    quiet = measured("intermittency", "one long run, small amplitudes", **made)
-    assert quiet.judged["laminar share"].value == pytest.approx(600 / 1500, abs=0.06)
-    for reading in ("one long run", "one long run, small amplitudes"):
-        assert components("intermittency", reading, **made) == [HOLDS, HOLDS, HOLDS]
-    made["n5_replicates"] = replicates(CRITICAL, laminar=lambda u, noise: 1.0)
-    assert components("intermittency", "one long run", **made)[2] == FAILS
-    made["n5_replicates"].arrays["laminar_longest"][:] = 783.0
-    reading = "one long run, phases longer than 784"
-    assert components("intermittency", reading, **made)[2] == HOLDS
-
-
-# --- spectra --------------------------------------------------------------------------------------
-
-
 @pytest.mark.thorough
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        ({}, [HOLDS, HOLDS, HOLDS]),
-        ({"laminar": "noise"}, [FAILS, HOLDS, UNDECIDED]),
-        ({"chaotic": "lines"}, [HOLDS, FAILS, UNDECIDED]),
-        ({"laminar": "noise", "chaotic": "lines"}, [FAILS, FAILS, FAILS]),
+        ({}, (True, True)),
+        ({"laminar": "noise"}, (False, True)),
+        ({"chaotic": "lines"}, (True, False)),
+        ({"laminar": "noise", "chaotic": "lines"}, (False, False)),
     ],
 )
 def test_spectra_of_laminar_and_chaotic_stretches(change, expected):
-    made = series([600.0] * 9, **change)
-    assert components("laminar-spectra", "u = 17.5 alone", u17=made) == expected
-    assert components("laminar-spectra", "u = 19.1, as filmed", belt_035=made) == expected
+    made = {name: series([600.0] * 5, **change) for name in ("u17", "u19")}
+    numbers = measured("laminar-spectra", **made).judged
+    lines, flat = numbers["peaks at equal distances, laminar"], numbers["flatness, chaotic"]
+    assert (lines.low > 0.5, flat.low > 0.5) == expected
+    assert both("laminar-spectra", **made) == (NOT_TESTABLE, NOT_TESTABLE)
 
 
 def test_spectra_are_of_stretches_that_are_long_enough():
-    made = series([600.0, 500.0] * 4)  # 40 s are 523
-    peaks, few = "peaks at equal distances, laminar", series([600.0] + [500.0] * 4)
-    assert measured("laminar-spectra", "u = 17.5 alone", u17=made).judged[peaks].runs == 4
+    made, few = series([600.0, 500.0] * 4), series([600.0] + [500.0] * 4)  # 40 s are 523
+    peaks = "peaks at equal distances, laminar"
     assert measured("laminar-spectra", u17=few, u19=made).judged[peaks].runs == 5
+    none = series([500.0] * 4)
     with pytest.raises(NotEnoughDataError, match="1 phases of 40 s or more, 2 are needed"):
-        measured("laminar-spectra", "u = 17.5 alone", u17=few)
+        measured("laminar-spectra", u17=few, u19=none)
 
 
 # --- Fig. 18 --------------------------------------------------------------------------------------
@@ -214,33 +156,30 @@ def region(widths, share=0.5):
     )
 
 
-def width_components(widths, *, laminar=noisy_only, reading=None, share=0.5):
-    made = replicates(CRITICAL, laminar=laminar)
-    given = dict(zip(LEVELS, widths, strict=True))
-    return components(
-        "intermittency-region", reading, n5_map=region(given, share), n5_replicates=made
-    )
+def data_of_region(widths, *, laminar=noisy_only, share=0.5):
+    made = region(dict(zip(LEVELS, widths, strict=True)), share)
+    return {"n5_map": made, "n5_replicates": replicates(CRITICAL, laminar=laminar)}
 
 
 @pytest.mark.parametrize(
     ("widths", "expected"),
     [
-        ([0, 2, 2, 2, 2, 9, 10, 11, 12], [HOLDS, HOLDS, HOLDS, HOLDS]),
-        ([0, 3, 6, 9, 12, 15, 18, 21, 24], [HOLDS, HOLDS, HOLDS, UNDECIDED]),  # in proportion
-        ([0, 9, 9, 9, 9, 9, 9, 9, 9], [HOLDS, HOLDS, FAILS, UNDECIDED]),
-        ([0, 2, 2, 12, 12, 12, 12, 12, 12], [HOLDS, HOLDS, UNDECIDED, FAILS]),
-        ([0, 0, 0, 0, 0, 9, 9, 9, 9], [HOLDS, FAILS, UNDECIDED, HOLDS]),
-        ([0, 0, 2, 0, 2, 3, 1, 3, 1], [HOLDS, UNDECIDED, UNDECIDED, UNDECIDED]),
+        ([0, 2, 2, 2, 2, 19, 20, 21, 22], [YES, YES, YES]),
+        ([0, 3, 6, 9, 12, 15, 18, 21, 24], [YES, YES, NO]),  # in proportion
+        ([0, 9, 9, 19, 19, 22, 22, 22, 22], [YES, YES, NO]),
+        ([0, 19, 19, 19, 19, 9, 9, 9, 9], [YES, NO, NO]),
     ],
 )
 def test_the_region_of_intermittency(widths, expected):
-    assert width_components(widths) == expected
+    verdict = grades("intermittency-region", **data_of_region(widths))
+    assert [verdict[name] for name in LEDGER["intermittency-region"].robust.allowed] == expected
 
 
 def test_the_region_without_noise():
-    widths = [0, 2, 2, 2, 2, 9, 10, 11, 12]
-    assert width_components(widths, laminar=lambda u, noise: 1.0)[0] == FAILS
-    assert width_components(widths, laminar=lambda u, noise: 0.05)[0] == UNDECIDED
+    widths = [0, 2, 2, 2, 2, 19, 20, 21, 22]
+    for share, verdict in ((1.0, IN_PART), (0.08, OPEN), (0.0, YES)):
+        made = data_of_region(widths, laminar=lambda u, noise, share=share: share)
+        assert both("intermittency-region", **made) == (verdict, verdict)
 
 
 def test_all_intermittent_points_count_and_the_share_is_that_of_the_reading():
@@ -248,19 +187,14 @@ def test_all_intermittent_points_count_and_the_share_is_that_of_the_reading():
     made = region(widths)
     apart = (made.arrays["belt_velocity"] == 40) & (made.arrays["noise"] == 1)
     made.arrays["laminar_fraction"][apart], made.arrays["laminar_count"][apart] = 0.5, 2
-    both = {"n5_map": made, "n5_replicates": replicates(CRITICAL)}
-    width = measured("intermittency-region", **both).judged["width, sigma up to 4"]
-    assert width.value == 2.25  # mean of 3, 2, 2, 2 points, 1 apart
-    assert width.runs == 200  # four levels of 50 velocities
-    for share, holding in (
-        (0.03, [0, 1, 0]),
-        (0.07, [1, 1, 0]),
-        (0.2, [1, 1, 1]),
-        (0.97, [0, 1, 0]),
-    ):
-        names = ("5 % to 95 %", "1 % to 99 %", "10 % to 90 %")
-        seen = [
-            width_components(widths.values(), reading=f"laminar share {name}", share=share)[1]
-            for name in names
+    mask = made.arrays["laminar_count"] >= 2
+    row = laminar_phases._width(Cut(made.arrays, 0.0, 1.0), mask, (0.0, 4.0))
+    assert row.value == 2.25  # mean of 3, 2, 2, 2 points, 1 apart
+    assert row.runs == 200  # four levels of 50 velocities
+    for share, inside in ((0.03, [0, 1, 0]), (0.07, [1, 1, 0]), (0.2, [1, 1, 1])):
+        data = data_of_region(widths.values(), share=share)
+        numbers = [
+            measured("intermittency-region", reading, **data).also["width, sigma up to 2"].value
+            for reading in LEDGER["intermittency-region"].parameters["laminar_share"]
         ]
-        assert [each == HOLDS for each in seen] == holding
+        assert [number > 0 for number in numbers] == inside

@@ -53,6 +53,12 @@ class Estimate:
             return f"{self.value:.4g}"
         if math.isinf(self.low) and math.isinf(self.high):
             return f"{self.value:.3g} (one run)"
+        if math.isnan(self.low) or math.isnan(self.high):
+            return f"{self.value:.3g} (error not known)"
+        if math.isinf(self.high):
+            return f"{self.value:.3g} ({self.low:.3g} or more)"
+        if math.isinf(self.low):
+            return f"{self.value:.3g} ({self.high:.3g} or less)"
         return f"{self.value:.3g} ({self.low:.3g} to {self.high:.3g})"
 
     def scaled(self, factor: float) -> Estimate:

@@ -60,6 +60,11 @@ class Cut:
         """The fall of r along u (`transitions.fall`)."""
         return transitions.fall(self.belt_velocity, self.disorder)
 
+    def within(self, low: float, high: float) -> "Cut":
+        """The part of the points with low <= u <= high."""
+        part = sections.select(self.points, self.between(low, high))
+        return Cut(part, self.transient, self.duration)
+
     def between(self, low: float, high: float) -> np.ndarray:
         """Mask of the points with low <= u <= high."""
         return (self.belt_velocity >= low - 1e-9) & (self.belt_velocity <= high + 1e-9)

@@ -1,19 +1,19 @@
-"""Rises of r with noise, section velocities and their windows, shares of laminar time."""
+"""Rises of r with noise, its scatter, section velocities and their windows."""
 
-from collections.abc import Mapping
+import contextlib
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
-import scipy
 
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import sections, transitions
 from beltrepro.stats.errors import NotEnoughDataError, require
-from beltrepro.stats.estimates import CONFIDENCE, Estimate, bootstrap, share_of
+from beltrepro.stats.estimates import Estimate, bootstrap, exponential, mean, share_of
 
 
-def rise(noise: np.ndarray, disorder: np.ndarray, *, above: float = 0.0) -> dict[str, Estimate]:
-    """The rise of r along sigma at noise levels above one: those without noise are a set apart."""
-    noisy = noise > above
+def rise(noise: np.ndarray, disorder: np.ndarray) -> dict[str, Estimate]:
+    """The rise of r along sigma at levels with noise: those without are a set apart."""
+    noisy = noise > 0
     return transitions.rise(noise[noisy], disorder[noisy])
 
 
@@ -43,6 +43,7 @@ def cell_edges(centres: np.ndarray) -> np.ndarray:
 
 RANGE = (3.0, 15.0)
 LEAST_RUNS = 6
+LEAST_SHARED = 10
 
 
 def share_in_windows(row: Cut, usual: Cut) -> Estimate:
@@ -54,8 +55,7 @@ def share_in_windows(row: Cut, usual: Cut) -> Estimate:
     require(bool(np.isfinite(velocities).any()), "no crossings of the section")
     span = float(np.nanmin(velocities)), float(np.nanmax(velocities))
     least = 0.5 * np.median(_filled(velocities, span))
-    own = _filled(row.velocities[row.between(*RANGE)], span)
-    return share_of(own < least)
+    return share_of(_filled(row.velocities[row.between(*RANGE)], span) < least)
 
 
 def spread_ratio(row: Cut) -> Estimate:
@@ -68,40 +68,53 @@ def spread_ratio(row: Cut) -> Estimate:
 
 def _filled(velocities: np.ndarray, span: tuple[float, float]) -> np.ndarray:
     """Share of the bins that each run fills; runs that rarely reach the section are left out."""
-    found = []
-    for own in velocities:
-        try:
-            found.append(sections.occupied_share(own, range=span))
-        except NotEnoughDataError:
-            continue
+    shares = []
+    for of_run in velocities:
+        with contextlib.suppress(NotEnoughDataError):
+            shares.append(sections.occupied_share(of_run, range=span))
     require(
-        len(found) >= LEAST_RUNS, f"{len(found)} runs cross the section, {LEAST_RUNS} are needed"
+        len(shares) >= LEAST_RUNS, f"{len(shares)} runs cross the section, {LEAST_RUNS} are needed"
     )
-    return np.array(found)
+    return np.array(shares)
 
 
-LEAST_CYCLES = 5
+def scatter_ratio(first: Cut, second: Cut) -> Estimate:
+    """Scatter of r about a straight line in 3 <= u <= 15, of one row over that of another."""
+    one, other = _runs_by_velocity(first), _runs_by_velocity(second)
+
+    def statistic(*runs: np.ndarray) -> float:
+        return _scatter(one, runs[: len(one)]) / _scatter(other, runs[len(one) :])
+
+    return bootstrap(statistic, [*one.values(), *other.values()])
 
 
-def share_of_time(phases: np.ndarray) -> Estimate:
-    """Share of the time in phases, where these and the times between them are independent.
+def _runs_by_velocity(row: Cut) -> dict[float, np.ndarray]:
+    """R of the runs at each u in 3 <= u <= 15."""
+    places = np.unique(row.belt_velocity[row.between(*RANGE)])
+    require(places.size >= 4, f"{places.size} belt velocities in 3 <= u <= 15, 4 are needed")
+    return {float(u): row.disorder[np.isclose(row.belt_velocity, u)] for u in places}
 
-    A cycle is a phase and the time until the next one begins. A run of chaotic motion under noise
-    forgets its past within a cycle, so that cycles are independent of each other and stand for
-    independent runs (regenerative method: M. A. Crane and A. J. Lemoine, An Introduction to the
-    Regenerative Method for Simulation Analysis, 1977). The interval is that of Student's t for the
-    logarithm of the odds, so that it stays between 0 and 1.
 
-    phases : array (L, 2), begin and end of each phase, in order. What is before the first of them
-    and after the beginning of the last one belongs to no whole cycle and is left out.
-    """
-    inside = np.diff(phases[:-1], axis=1)[:, 0]
-    between = phases[1:, 0] - phases[:-1, 1]
-    cycles = inside.size
-    require(cycles >= LEAST_CYCLES, f"{cycles} whole cycles, {LEAST_CYCLES} are needed")
-    odds = inside.mean() / between.mean()
-    scatter = inside / inside.mean() - between / between.mean()
-    error = scatter.std(ddof=1) / np.sqrt(cycles)
-    reach = float(scipy.stats.t.ppf((1 + CONFIDENCE) / 2, cycles - 1)) * error
-    value, low, high = (float(scipy.special.expit(np.log(odds) + x)) for x in (0.0, -reach, reach))
-    return Estimate(value, low, high, cycles)
+def _scatter(places: Iterable[float], runs: Sequence[np.ndarray]) -> float:
+    velocity = np.repeat(list(places), [values.size for values in runs])
+    disorder = np.concatenate(runs)
+    line = np.polyval(np.polyfit(velocity, disorder, 1), velocity)
+    return float(np.sqrt(np.mean((disorder - line) ** 2)) / disorder.mean())
+
+
+def distance(table: Cut, runs: Cut) -> Estimate:
+    """Median of |ln r(map) - ln mean r(runs)| over the points with noise that both have."""
+    distances = []
+    for u, noise, disorder in zip(table.belt_velocity, table.noise, table.disorder, strict=True):
+        here = np.isclose(runs.belt_velocity, u) & np.isclose(runs.noise, noise)
+        if noise > 0 and here.any():  # without noise the map is by another integrator
+            distances.append(abs(np.log(disorder / runs.disorder[here].mean())))
+    require(len(distances) >= LEAST_SHARED, f"{len(distances)} points shared, not {LEAST_SHARED}")
+    return bootstrap(np.median, [np.array(distances)])
+
+
+def typical_disorder(table: Cut, noise: float, time_step: float) -> Estimate:
+    """Geometric mean of r over the runs, which has no interval below zero."""
+    here = np.isclose(table.noise, noise) & np.isclose(table.points["time_step"], time_step)
+    require(here.any(), f"no runs with sigma = {noise:g}, dt = {time_step:g}")
+    return exponential(mean(np.log(table.disorder[here])))

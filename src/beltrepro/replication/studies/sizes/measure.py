@@ -1,0 +1,178 @@
+"""What changes with the number of blocks: alternation, r, the variety of motions, noise."""
+
+from functools import partial
+
+import numpy as np
+import scipy
+
+from beltrepro.replication.studies.chaos.runs_of_motion import motions
+from beltrepro.replication.verdicts.criteria import Measurement
+from beltrepro.stats import estimates, transitions
+from beltrepro.stats import intermittency as laminar
+from beltrepro.stats.errors import require
+from beltrepro.stats.estimates import Estimate
+from beltrepro.stats.motion import PERIODIC
+from beltrepro.stats.transitions import LEAST_RUNS
+
+LAST_PART = 0.1  # of the time after the transient, in which motion that lasts still sticks
+MINIMUM_VELOCITIES = 4
+MINIMUM_CROSSINGS = 30
+RESAMPLES = 100  # of section velocities, which are many
+
+
+# --- alternation ----------------------------------------------------------------------------------
+
+
+def intermittency(row):
+    """Share of runs that alternate, and that do to their end; laminar share of time over u."""
+    require(row.belt_velocity.size >= 4, f"{row.belt_velocity.size} runs, 4 are needed")
+    late = row.duration - LAST_PART * (row.duration - row.transient)
+    lasting = np.nan_to_num(row.points["last_stick_time"], nan=-np.inf) >= late
+    share = row.points["laminar_fraction"]
+    runs = np.column_stack([row.belt_velocity, share])
+    return Measurement(
+        {
+            "intermittent": estimates.share_of(laminar.intermittent_mask(row.points)),
+            "lasts": estimates.share_of(lasting),
+            "laminar share over u": estimates.bootstrap(_rank_correlation, [runs]),
+        },
+        {"laminar share": estimates.mean(share)},
+    )
+
+
+def _rank_correlation(runs):
+    """Of two columns; NaN where one of them is constant."""
+    if np.ptp(runs, axis=0).min() == 0:
+        return np.nan
+    return float(scipy.stats.spearmanr(*runs.T).statistic)
+
+
+# --- motions --------------------------------------------------------------------------------------
+
+
+def row_of_scheme(evidence, n_blocks):
+    """u and r of single runs by the paper's scheme."""
+    row = evidence.row(n_blocks, 0.0)
+    return row.belt_velocity, row.disorder
+
+
+def row_of_motions(evidence, n_blocks):
+    """u and r of the runs whose motion is named."""
+    arrays, _ = evidence.runs("motion_map", n_blocks=n_blocks)
+    return arrays["belt_velocity"], arrays["disorder_parameter"]
+
+
+def contrast(belt_velocity, disorder):
+    """High over low plateau of r(u) beside its best falling step; 1 if r falls nowhere."""
+    return estimates.bootstrap(_best_fall, [np.column_stack([belt_velocity, disorder])])
+
+
+def _best_fall(runs):
+    return float(np.nan_to_num(transitions.find_fall(*runs.T, rounds=0).contrast, nan=1.0))
+
+
+def below_transition(evidence):
+    """Where the fall of r without noise begins, by number of blocks; a fixed u if there is none."""
+    parameters = evidence.claim.parameters
+    edges = {n: evidence.replicates(n, 0.0).fall["lower"].value for n in parameters["n_blocks"]}
+    return {n: parameters["without_transition"] if np.isnan(u) else u for n, u in edges.items()}
+
+
+def by_motion(evidence, n_blocks):
+    """Names of the motions over u."""
+    return motions(evidence, n_blocks, *evidence.claim.parameters["belt_velocity"]).names
+
+
+def by_orbit(evidence, n_blocks):
+    """Motions, with orbits of different numbers of returns to the mean length told apart."""
+    runs = motions(evidence, n_blocks, *evidence.claim.parameters["belt_velocity"])
+    returns = np.where(runs.names == PERIODIC, runs.returns, 0)
+    return np.char.add(runs.names, returns.astype(str))
+
+
+def entropy(codes):
+    """Entropy in bits of the shares of codes (R,)."""
+    return float(scipy.special.entr(np.bincount(codes) / codes.size).sum() / np.log(2))
+
+
+# --- effects of noise -----------------------------------------------------------------------------
+
+
+def rise(column):
+    """ln of the high over the low plateau of r(sigma); 0 for a curve that does not rise."""
+    levels = np.unique(column.noise)
+    groups = [column.disorder[column.noise == level] for level in levels]
+    return estimates.bootstrap(partial(_log_contrast, levels), groups)
+
+
+def _log_contrast(levels, *groups):
+    noise = np.repeat(levels, [len(group) for group in groups])
+    plateaus = transitions.find_rise(noise, np.concatenate(groups))
+    return float(np.log(np.nan_to_num(plateaus.contrast, nan=1.0)))
+
+
+def effect_on_r(low, high, quiet, noisy):
+    """Mean square over u of the change of ln r that noise makes.
+
+    The square of a mean over runs exceeds that of its expectation by the variance of the mean,
+    which is subtracted. What is left is normal about the truth; its variance follows from those.
+    """
+    places = _shared(low, high, quiet, noisy)
+    squares, variances = np.array([_squared_change(u, quiet, noisy) for u in places]).T
+    weights = _trapezoid(places)
+    value = float(weights @ squares)
+    reach = float(scipy.stats.norm.ppf(0.975) * np.sqrt(weights**2 @ variances))
+    runs = min(int(row.between(u, u).sum()) for row in (quiet, noisy) for u in places)
+    return Estimate(value, value - reach, value + reach, runs)
+
+
+def _squared_change(place, quiet, noisy):
+    """Square of the change of the mean ln r at a place, and the variance of this estimate."""
+    logs = [np.log(row.disorder[row.between(place, place)]) for row in (quiet, noisy)]
+    fewest = min(map(len, logs))
+    require(fewest >= LEAST_RUNS, f"{fewest} runs at u = {place:g}, {LEAST_RUNS} are needed")
+    error = sum(runs.var(ddof=1) / runs.size for runs in logs)
+    square = (logs[1].mean() - logs[0].mean()) ** 2 - error
+    return square, 4 * max(square, 0.0) * error + 2 * error**2
+
+
+def effect_on_section(low, high, quiet, noisy):
+    """Mean over u of the largest distance of the distributions of v_N at the section."""
+    pairs = {}
+    for place in _shared(low, high, quiet, noisy):
+        pair = [row.velocities[row.between(place, place)] for row in (quiet, noisy)]
+        if min(np.isfinite(runs).sum() for runs in pair) >= MINIMUM_CROSSINGS:
+            pairs[place] = pair
+    require(len(pairs) >= MINIMUM_VELOCITIES, f"section velocities at {len(pairs)} velocities")
+    weights = _trapezoid(np.array(list(pairs)))
+
+    def distance(*samples):
+        distances = [_distance(*pair) for pair in zip(samples[::2], samples[1::2], strict=True)]
+        return float(weights @ distances)
+
+    groups = [runs for pair in pairs.values() for runs in pair]
+    return estimates.bootstrap(distance, groups, resamples=RESAMPLES)
+
+
+def _distance(first, second):
+    """Of Kolmogorov and Smirnov; 0 where a resample has no crossing."""
+    first, second = (runs[np.isfinite(runs)] for runs in (first, second))
+    if not (first.size and second.size):
+        return 0.0
+    # only the distance counts: the exact p, which goes unread, takes ten times as long
+    return float(scipy.stats.ks_2samp(first, second, method="asymp").statistic)
+
+
+def _shared(low, high, quiet, noisy):
+    """Belt velocities in a range that both rows have."""
+    shared = np.intersect1d(quiet.belt_velocity, noisy.belt_velocity)
+    places = shared[(shared >= low) & (shared <= high)]
+    count = f"{places.size} shared belt velocities"
+    require(places.size >= MINIMUM_VELOCITIES, f"{count}, {MINIMUM_VELOCITIES} are needed")
+    return places
+
+
+def _trapezoid(places):
+    """Weights (P,) of a mean over u by the trapezoidal rule."""
+    gaps = np.diff(places)
+    return (np.append(gaps, 0) + np.insert(gaps, 0, 0)) / (2 * gaps.sum())
