@@ -53,7 +53,7 @@ def _near(row, observation):
 
 @claim("intermittency-experiment")
 def intermittency_experiment(evidence):
-    """The critical speed beside the speeds of the experiment, and how the model alternates there."""
+    """The critical speed over those of the experiment, and how the model alternates there."""
     row = evidence.replicates(N_BLOCKS, INTERMITTENT, scan=RUNS)
     trials = evidence.dataset("trials").arrays
     alternating, (low, high) = observations.alternates(trials), NEAR_IT
