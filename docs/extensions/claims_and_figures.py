@@ -31,17 +31,19 @@ def table_list() -> str:
 
 
 def claim_list() -> str:
-    """Every claim: what the paper says, and the criterion that decides."""
+    """Every claim: what the paper says, and the criteria that decide."""
     parts = []
     for claim in load_ledger().values():
         where = f" Figure {claim.figure}." if claim.figure else ""
         parts += [
             f"### {claim.id}",
             markdown.plain(claim.statement) + where,
-            f"*Criterion:* {markdown.plain(claim.criterion.get('text') or claim.reason)}",
         ]
-        if claim.reading:
-            parts.append(f"*Reading:* {markdown.plain(claim.reading)}")
+        if claim.says:
+            parts.insert(-1, f"> {markdown.plain(claim.says)}")
+        for question, criterion in claim.criteria.items():
+            ranges = criterion.untestable or f"{criterion.how}. Allowed is {criterion.ranges}"
+            parts.append(f"*{question.capitalize()}:* {markdown.plain(ranges)}")
         if claim.needs:
             parts.append(_made_from(claim.needs, "Needs"))
     return "\n\n".join(parts)

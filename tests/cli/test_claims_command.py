@@ -2,29 +2,29 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 
 import pytest
-from test_claims import SETTINGS
 
+import made_up_results
 from beltrepro.cli import app as cli
-from beltrepro.replication.studies.every_claim import measure
+from beltrepro.replication.report.claim_results import count, read
+
+GIVEN = {"u-critical": {"replicated": "yes", "robust": "open"}, "outliers": "missing"}
 
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """What a run without datasets leaves: only what the model alone decides is measured."""
     folder = tmp_path_factory.mktemp("results")
-    found = measure({}, SETTINGS)
-    for name in ("claims", "estimates"):
-        getattr(found, name).to_csv(folder / f"{name}.csv", index=False)
+    made_up_results.write(folder, dict.fromkeys(made_up_results.load_ledger(), "yes") | GIVEN)
     return folder
 
 
 @pytest.fixture(autouse=True)
 def wide_terminal(monkeypatch):
-    monkeypatch.setenv("COLUMNS", "110")
+    monkeypatch.setenv("COLUMNS", "200")
 
 
 def printed(capsys, *words):
@@ -32,18 +32,20 @@ def printed(capsys, *words):
     return status, capsys.readouterr()
 
 
-def test_the_table_has_every_claim_with_its_numbers(capsys, results):
+def test_the_table_has_both_verdicts_of_every_claim(capsys, results):
     status, said = printed(capsys, "--results", results)
     assert status == 0
-    lines = said.out.splitlines()
-    units = next(line for line in lines if line.startswith("units"))
-    assert "holds" in units and "time_s: 0.07648 [0.07645 to 0.07655]" in units
-    assert any("no force with undeformed springs: yes [yes]" in line for line in lines)
-    assert any(line.startswith("u-critical") and "not measured" in line for line in lines)
-    assert lines[-1].endswith("4 holds")
+    lines, claims = said.out.splitlines(), read(results)
+    rows = {line.split()[0]: line for line in lines if line and line.split()[0] in claims}
+    assert list(rows) == list(claims)
+    for name, words in (("u-critical", "yes +open"), ("r-jump", "yes +yes")):
+        assert re.search(rf"^{name} +\d+ +{words} ", rows[name])
+    assert "this preset has no dataset" in rows["outliers"]
+    numbers = count(claims).verdicts["replicated"]
+    assert f"replicated: {numbers['yes']} yes" in said.out and "robust: " in lines[-1]
 
 
-@pytest.mark.parametrize("words", [["--json"], ["--verdict", "holds"]])
+@pytest.mark.parametrize("words", [["--json"], ["--robust", "yes"]])
 def test_a_reader_that_has_gone_is_no_error(results, words):
     """As after `beltrepro claims | head`; much and little output."""
     reader, writer = os.pipe()
@@ -54,19 +56,34 @@ def test_a_reader_that_has_gone_is_no_error(results, words):
     assert (done.returncode, done.stderr) == (141, "")
 
 
+def test_claims_are_chosen_by_verdict(capsys, results):
+    claims = read(results)
+    for words in (["--replicated", "open"], ["--replicated", "yes", "--robust", "yes"]):
+        _, said = printed(capsys, "--results", results, "--json", *words)
+        asked = dict(zip(words[::2], words[1::2], strict=True))
+        expected = [name for name, result in claims.items() if all(
+            result.verdicts[question[2:]] == word for question, word in asked.items())]  # fmt: skip
+        assert [claim["id"] for claim in json.loads(said.out)] == expected != []
+
+
 def test_json_has_intervals_and_ranges(capsys, results):
-    _, said = printed(capsys, "--results", results, "--json", "--verdict", "holds")
-    found = {each["id"]: each for each in json.loads(said.out)}
-    assert set(found) == {"units", "friction-constants", "spring-law", "setup"}
-    (force,) = (each for each in found["units"]["estimates"] if each["name"] == "force_N")
-    assert force["low"] == force["value"] == force["high"]
-    assert force["allowed_low"] < force["value"] < force["allowed_high"]
-    assert force["verdict"] == "holds"
+    _, said = printed(capsys, "--results", results, "--json")
+    claims = {claim["id"]: claim for claim in json.loads(said.out)}
+    answer = claims["r-jump"]["replicated"]
+    assert answer["verdict"] == "yes" and answer["how"] and claims["r-jump"]["seen"]
+    (number,) = (one for one in answer["estimates"] if one["name"] == "r_chaotic")
+    assert number["allowed_low"] < number["low"] < number["value"] < number["high"]
+    assert number["high"] < number["allowed_high"] and number["verdict"] == "yes"
+    assert "NaN" not in said.out and "Infinity" not in said.out
+    assert claims["outliers"]["replicated"]["found"].startswith("this preset has no dataset")
 
 
 def test_what_is_not_there_is_named(capsys, results, tmp_path):
     status, said = printed(capsys, "--results", tmp_path)
     assert status == 2 and "claims.csv: no such file" in said.err
-    status, said = printed(capsys, "--results", results, "--verdict", "fails")
-    assert status == 2 and "--verdict fails: no claim" in said.err
-    assert "they have holds, not measured" in said.err
+    status, said = printed(capsys, "--results", results, "--robust", "in-part")
+    assert status == 2 and "--robust in part: no claim" in said.err and "there are " in said.err
+    (tmp_path / "claims.csv").write_text("id,variant,verdict\nu-critical,,holds\n")
+    (tmp_path / "estimates.csv").write_text("id,variant,name\nu-critical,,a\n")
+    status, said = printed(capsys, "--results", tmp_path)
+    assert status == 2 and "made by an earlier version" in said.err

@@ -236,25 +236,26 @@ def test_the_command_says_what_it_found(results, tmp_path, capsys):
 
 
 def claims(folder, **verdicts):
-    """A table of claims with a further reading of each."""
-    rows = [(name, reading, each) for name, each in verdicts.items() for reading in ("", "other")]
-    frame = pd.DataFrame(rows, columns=["id", "variant", "verdict"])
+    """A table of claims with both verdicts of each."""
+    frame = pd.DataFrame(
+        [(name, *pair) for name, pair in verdicts.items()], columns=["id", "replicated", "robust"]
+    )
     tables.write(folder / "claims.csv", frame, title="T.", columns={}, sources={})
 
 
 def test_a_difference_matters_if_a_verdict_differs(results):
     folder, _ = results
-    claims(folder, a="holds", b="partly")
+    claims(folder, a=("yes", "yes"), b=("yes", "in part"))
     known = verification.make_list(folder)
     known["machine"] |= OTHER
     write(folder / "datasets" / "rows.h5", plan(), noise=0.01)
     found = list(verification.compare(folder, known))
     assert {each.outcome for each in found} == {SAME, NEAR}
     assert verification.conclusion(found).startswith("equal within the bounds")
-    claims(folder, a="holds", b="fails")
+    claims(folder, a=("yes", "yes"), b=("yes", "no"))
     wrong = [each for each in verification.compare(folder, known) if each.outcome == WRONG]
     assert [each.words for each in wrong] == [
-        "claim b: fails here, partly in the list; this matters"
+        "claim b: yes and no here, yes and in part in the list; this matters"
     ]
     assert verification.conclusion(wrong).startswith("different")
 

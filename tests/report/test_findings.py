@@ -1,22 +1,22 @@
-"""Results, sentences, findings, readings and comparisons say what the tables of claims say."""
+"""Results, sentences, findings and comparisons say what the tables of claims say."""
 
-import dataclasses
 import math
+import re
+from collections import Counter
 
-import numpy as np
 import pandas as pd
 import pytest
 
 import made_up_results
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import registry
-from beltrepro.replication.report import findings, readings, sentences, trust
-from beltrepro.replication.report.claim_results import Number, Reading, read, read_tables
-from beltrepro.replication.verdicts.criteria import VERDICTS
-from beltrepro.replication.verdicts.ledger import CHANGES, load_ledger
-from beltrepro.stats.estimates import Estimate
+from beltrepro.replication.report import claim_results, findings, sentences, trust
+from beltrepro.replication.report.claim_results import count, read, read_tables
+from beltrepro.replication.verdicts.criteria import QUESTIONS, VERDICTS, names_in
+from beltrepro.replication.verdicts.ledger import FINDINGS, SEEN, load_ledger
 
 LEDGER = load_ledger()
+ENTRIES = {entry["topic"]: entry for entry in findings.words()["findings"]}
 
 
 def results(folder, everything=None, **verdicts):
@@ -26,14 +26,29 @@ def results(folder, everything=None, **verdicts):
     return read_tables(*made_up_results.write(folder, wanted))
 
 
-def edited(folder, change, **verdicts):
-    """Results of a made-up run whose table of estimates was changed by `change(table)`."""
-    verdicts = {name.replace("_", "-"): verdict for name, verdict in verdicts.items()}
-    paths = made_up_results.write(folder, verdicts)
-    table = pd.read_csv(paths[1])
-    change(table)
-    table.to_csv(paths[1], index=False)
-    return read_tables(*paths)
+def with_numbers(folder, *numbers):
+    """Results of a run with these rows for u-critical: reading, name, value, low, high, decides,
+    allowed range, verdict; the first reading is that of `replicated`, the last that of `robust`."""
+    claims, estimates = made_up_results.tables({"u-critical": "yes"})
+    ours = claims["id"] == "u-critical"
+    claims.loc[ours, "replicated_reading"] = numbers[0][0]
+    claims.loc[ours, "robust_reading"] = numbers[-1][0]
+    names = ("reading", "name", "value", "low", "high", "decides",
+             "allowed_low", "allowed_high", "verdict")  # fmt: skip
+    rows = [
+        {"id": "u-critical", "runs": 8, **dict(zip(names, row, strict=True))} for row in numbers
+    ]
+    folder.mkdir(exist_ok=True)
+    claims.to_csv(folder / "claims.csv", index=False)
+    table = pd.concat([estimates[estimates["id"] != "u-critical"], pd.DataFrame(rows)])
+    table.to_csv(folder / "estimates.csv", index=False)
+    return read(folder)
+
+
+BOTH = "replicated, robust"
+ROW = ("scheme", "critical", 16.7, 16.4, 17.2, "replicated", 15.0, 18.0, "yes")
+EXACT = ("exact", "critical", 17.3, 16.9, 17.5, "robust", 15.0, 17.0, "open")
+BESIDE = ("exact", "width", -0.5, math.nan, math.nan, "", math.nan, math.nan, "")
 
 
 # --- tables ---------------------------------------------------------------------------------------
@@ -44,237 +59,224 @@ def test_all_that_the_tables_say_is_read(tmp_path):
     made = results(tmp_path)
     assert list(made) == list(LEDGER)
     for row in claims.to_dict("records"):
-        reading = {one.name: one for one in made[row["id"]].readings}[row["variant"]]
-        said = (reading.verdict, reading.reason, reading.note)
-        assert said == (row["verdict"], row["reason"], row["note"])
-        rows = estimates[(estimates["id"] == row["id"]) & (estimates["variant"] == row["variant"])]
-        assert list(reading.numbers) == list(rows["name"])
-        for name, verdict, value in zip(rows["name"], rows["verdict"], rows["value"], strict=True):
-            number = reading.numbers[name]
-            assert number.verdict == verdict
-            assert number.estimate.value == pytest.approx(value, rel=1e-5)
+        result = made[row["id"]]
+        rows = estimates[estimates["id"] == row["id"]]
+        assert (result.paper, result.note, result.dataset) == (
+            row["paper"], row["note"], row["dataset"])  # fmt: skip
+        assert list(result.readings) == list(rows["reading"].unique())
+        for question, answer in result.answers.items():
+            assert answer.verdict == row[question] == result.verdicts[question]
+            for end in ("found", "reading", "tried", "how", "because", "reason", "runs"):
+                assert getattr(answer, end) == row[f"{question}_{end}"]
+            of_reading = rows[rows["reading"] == answer.reading]
+            assert list(answer.numbers) == list(of_reading["name"].unique())
+            deciding = of_reading[of_reading["decides"].str.contains(question)]
+            for number, other in zip(answer.judged, deciding.to_dict("records"), strict=True):
+                assert (number.name, number.verdict) == (other["name"], other["verdict"])
+                ends = (*number.estimate.numbers, *number.allowed)
+                told = [other[name] for name in
+                        ("value", "low", "high", "allowed_low", "allowed_high")]  # fmt: skip
+                assert ends == pytest.approx(told, rel=1e-5)
 
 
-def test_a_table_without_reasons_has_them_at_the_head_of_its_notes(tmp_path):
-    """As runs of beltrepro up to 0.1 left it, and as the published one has it."""
-    claims, estimates = made_up_results.write(tmp_path)
-    table = pd.read_csv(claims, dtype=str, keep_default_na=False)
-    new = read_tables(claims, estimates)
-    both = [
-        ". ".join(filter(None, row)) for row in zip(table["reason"], table["note"], strict=True)
-    ]
-    table.assign(note=both).drop(columns="reason").to_csv(claims, index=False)
-    old = read_tables(claims, estimates)
-    pairs = [(x, y) for name in new
-             for x, y in zip(old[name].readings, new[name].readings, strict=True)]  # fmt: skip
-    same = [x.why == y.why for x, y in pairs if y.reason]
-    assert len(same) > 40 and np.mean(same) > 0.8  # others differ in a digit that was rounded
-    said = [". ".join(filter(None, (x.reason, x.note))) for x, _ in pairs]
-    assert said == both  # nothing is lost
+def test_each_question_has_the_numbers_of_its_reading_by_its_range(tmp_path):
+    same = [(*ROW[:5], "robust", 17.0, 18.0, "no")]
+    answers = with_numbers(tmp_path, ROW, *same)["u-critical"].answers
+    assert [answer.numbers["critical"].allowed for answer in answers.values()] == [
+        (15.0, 18.0), (17.0, 18.0)]  # fmt: skip
+    assert [answer.numbers["critical"].verdict for answer in answers.values()] == ["yes", "no"]
+    for rows in ([ROW, EXACT, BESIDE], [ROW, BESIDE, EXACT]):
+        result = with_numbers(tmp_path, *rows)["u-critical"]
+        replicated, robust = result.answers.values()
+        assert list(replicated.numbers) == ["critical"] and [*result.readings] == [
+            "scheme",
+            "exact",
+        ]
+        assert {n.name: n.words for n in robust.numbers.values()} == {
+            "critical": "17.3 (16.9 to 17.5)", "width": "-0.5 (error not known)"}  # fmt: skip
+        assert [n.name for n in robust.judged] == ["critical"]
+        assert robust.numbers["width"].allowed_words == robust.numbers["width"].verdict == ""
 
 
-def test_a_claim_that_the_ledger_lacks_is_refused(tmp_path):
+def test_tables_that_do_not_fit_are_refused(tmp_path):
     claims, _ = made_up_results.write(tmp_path)
     claims.write_text(claims.read_text().replace("u-critical,", "u-crit,"))
     with pytest.raises(InputError, match="'u-crit' is not in the ledger"):
+        read(tmp_path)
+    claims.write_text(claims.read_text().replace("replicated", "variant"))
+    with pytest.raises(InputError, match="made by an earlier version"):
         read(tmp_path)
     with pytest.raises(InputError, match=r"claims.csv: no such file"):
         read(tmp_path / "none")
 
 
-@pytest.mark.parametrize(
-    ("verdict", "reason", "note", "why"),
-    [
-        ("fails", "a: 1.5, not 2", "the runs end", "It fails by a: 1.5, not 2. The runs end."),
-        ("partly", "a: 1, not 2", "r is low", "It fails in part, by a: 1, not 2. r is low."),
-        ("undecided", "a: 1. b", "Why. So", "It is undecided by a: 1. b. Why. So."),
-        ("not measured", "", "there is no u1", "There is no u1."),
-        ("holds", "", "only noted", ""),
-    ],
-)
-def test_why_a_claim_does_not_hold(verdict, reason, note, why):
-    number = Number("a", Estimate(1.0, 1.0, 1.0, None), (0.0, 1.0), verdict)
-    assert Reading("", verdict, reason, note, "9", {"a": number}).why == why
+def test_claims_are_counted_by_question_and_what_could_not_come_out_otherwise_apart(tmp_path):
+    claims, _ = made_up_results.tables()
+    counts = count(results(tmp_path))
+    findings_only = claims[claims["kind"].isin(FINDINGS)]
+    for question in QUESTIONS:
+        numbers = Counter(findings_only[question])
+        assert counts.verdicts[question] == {verdict: numbers[verdict] for verdict in VERDICTS}
+    kinds = Counter(claim.kind for claim in LEDGER.values())
+    assert counts.apart == {kind: kinds[kind] for kind in ("validation", "construction")}
+    assert counts.total == len(findings_only) == len(LEDGER) - sum(counts.apart.values())
+    untestable = claims[[*QUESTIONS]].eq("not testable").all(axis=1).sum()
+    assert counts.testable == counts.total - untestable < counts.total
 
 
 # --- sentences ------------------------------------------------------------------------------------
 
 
 def test_sentences_take_their_numbers_from_the_tables(tmp_path):
-    made = results(tmp_path, "holds", u_critical="fails")
-    number = made["u-critical"].counted.numbers["critical"].words
+    made = with_numbers(tmp_path, ROW, BESIDE, EXACT)
     for template, text in (
-        ("At {u-critical: critical}.", f"At {number}."),
-        ("At {u-critical}.", f"At {number}."),
-        ("It {verdict u-critical}.", "It fails."),
+        ("At {u-critical: critical}.", "At 16.7 (16.4 to 17.2)."),
+        ("At {u-critical}.", "At 16.7 (16.4 to 17.2)."),
+        ("At {value robust u-critical: critical}.", "At 17.3."),
+        ("At {robust u-critical: width}.", "At −0.5 (error not known)."),
         ("{=a} of {=b}", "1 of 2"),
     ):
         assert sentences.filled(template, made, {"a": "1", "b": "2"}) == text
-    assert sentences.filled("{why u-critical}", made).startswith("It fails by critical: ")
-    for place in ("u-critical: nothing", "nothing", "r-jump", "why r-jump", "=nothing"):
+    for place in ("u-critical: width", "nothing: a", "robust u-critical: none", "r-jump", "=none"):
         templates = [f"Here {{{place}}}.", "There."]
         assert sentences.all_filled(templates, made) == ["There."]
 
 
 def test_what_was_searched_for_and_not_found_is_no_number(tmp_path):
-    def lose(table):
-        table.loc[table["id"] == "u-critical", ["value", "low", "high"]] = math.nan
-
-    assert sentences.filled("At {u-critical}.", edited(tmp_path, lose, u_critical="holds")) is None
+    lost = with_numbers(tmp_path, (*ROW[:2], math.nan, math.nan, math.nan, *ROW[5:]))
+    assert sentences.filled("At {u-critical}.", lost) is None
 
 
-def test_minus_signs():
+def test_signs_and_stops():
     assert sentences.typeset("-1.5 (-2 to -0.5), a-b, N - 1, 1e-05, x_-inf") == (
         "−1.5 (−2 to −0.5), a-b, N - 1, 1e−05, x_−∞"
     )
+    whole = {"the end": "The end.", "r is": "r is.", "Why?": "Why?", "“so.”": "“so.”", " ": ""}
+    assert {text: sentences.as_sentence(text) for text in whole} == whole
 
 
 # --- findings -------------------------------------------------------------------------------------
 
 
-def test_templates_name_what_the_ledger_has():
-    for template in findings.templates():
-        assert set(template["claims"]) <= set(LEDGER)
-        assert set(template["heading"]) == {"holds", "partly", "fails", "undecided"}
-        assert template["figure"] in registry.figures()
-        for entry in template["sentences"]:
-            texts = [entry]
-            if isinstance(entry, dict):
-                texts = [text for key, text in entry.items() if key != "of"]
-                assert entry["of"] in LEDGER and set(entry) <= {"of", *VERDICTS}
-            for place in (place for text in texts for place in sentences.places(text)):
-                claim, name = sentences.place_of(place)
-                allowed = LEDGER[claim].criterion["allowed"]
-                if name is None:
-                    assert len(allowed) == 1 or place.startswith(("why ", "verdict "))
-                else:
-                    assert name in allowed
+def test_there_are_five_to_seven_findings_and_they_name_what_the_ledger_has():
+    assert 5 <= len(ENTRIES) <= 7
+    for topic, entry in ENTRIES.items():
+        assert entry["figure"] in registry.figures() and entry["verdicts"], topic
+        assert entry["text"].endswith(".") and "{" not in topic
+        for claim, wanted in entry["verdicts"].items():
+            assert claim in LEDGER and set(wanted) <= set(QUESTIONS)
+            assert {findings.word_of(word) for word in wanted.values()} <= set(VERDICTS)
+    places = [place for entry in ENTRIES.values()
+              for place in (*names_in(entry["text"]), *entry["numbers"])]  # fmt: skip
+    places += [row["place"] for row in findings.words()["numbers"]]
+    for place in places:
+        question, claim, name = sentences.place_of(place)
+        criterion = getattr(LEDGER[claim], question)
+        names = [*criterion.allowed, *names_in(criterion.found)]
+        assert name in names if name else len(criterion.allowed) == 1, place
 
 
-def test_a_finding_is_told_only_if_all_its_claims_are_measured(tmp_path):
-    made = findings.findings_of(results(tmp_path, "holds", r_jump="not measured"))
-    topics = [template["topic"] for template in findings.templates()]
-    assert [finding.topic for finding in made] == topics[1:]
-    assert topics[0] == "The transition without noise"
+def finding(tmp_path, monkeypatch, *rows, **change):
+    """A finding on the critical velocity in a run with these numbers."""
+    entry = {"topic": "t", "text": "At {u-critical: critical}.", "figure": "fig12"}
+    entry |= {"verdicts": {"u-critical": {"replicated": True}}}
+    entry |= {"numbers": {"u-critical: critical": [16, 18]}} | change
+    monkeypatch.setattr(findings, "words", lambda: {"findings": [entry]})
+    made = with_numbers(tmp_path, *(rows or [ROW]))
+    (one,) = findings.findings_of(made)
+    if one.unmet:
+        with pytest.raises(InputError, match=re.escape(f"{one.text!r} is not what")):
+            findings.check(made)
+    else:
+        findings.check(made)
+    return one
+
+
+def test_a_finding_holds_if_all_its_conditions_are_met(tmp_path, monkeypatch):
+    met = finding(tmp_path, monkeypatch)
+    assert (met.unmet, met.text) == ((), "At 16.7 (16.4 to 17.2).")
+    assert [result.id for result in met.results] == ["u-critical"]
+    robust = {"robust u-critical: critical": [16.9, 17.5]}
+    assert finding(tmp_path, monkeypatch, ROW, EXACT, numbers=robust).unmet == ()
 
 
 @pytest.mark.parametrize(
-    ("verdicts", "together"),
+    ("change", "unmet"),
     [
-        (["holds", "holds", "holds"], "holds"),
-        (["fails", "fails"], "fails"),
-        (["holds", "holds", "fails"], "partly"),
-        (["holds", "undecided", "holds"], "undecided"),
-        (["fails", "undecided"], "undecided"),
-        (["holds", "partly", "undecided"], "partly"),
+        ({"verdicts": {"u-critical": {"robust": "open"}}}, "u-critical is yes as robust, not open"),
+        ({"verdicts": {"u-critical": {"replicated": False}}},
+         "u-critical is yes as replicated, not no"),
+        ({"numbers": {"u-critical": [16.5, 18]}},
+         "u-critical is 16.7 (16.4 to 17.2), not 16.5 to 18"),
+        ({"numbers": {"u-critical": [16, 17.1]}},
+         "u-critical is 16.7 (16.4 to 17.2), not 16 to 17.1"),
+        ({"numbers": {"u-critical: none": [0, 1]}}, "u-critical: none is not found, not 0 to 1"),
+        ({"text": "At {u-critical: none}."}, "a number in it was not found"),
+        ({"verdicts": {"none": {"robust": True}}}, "none is missing as robust, not yes"),
     ],
-)
-def test_claims_taken_together(tmp_path, verdicts, together):
-    (claim, *_) = results(tmp_path).values()
-    reading = claim.counted
-    judged = [
-        dataclasses.replace(claim, readings=(dataclasses.replace(reading, verdict=verdict),))
-        for verdict in verdicts
+)  # fmt: skip
+def test_the_condition_that_is_not_met_is_named(tmp_path, monkeypatch, change, unmet):
+    assert finding(tmp_path, monkeypatch, **change).unmet == (unmet,)
+
+
+# --- other runs, and trust ------------------------------------------------------------------------
+
+
+def test_runs_are_compared_by_what_both_decide(tmp_path):
+    several = next(claim.id for claim in LEDGER.values() if claim.finding and claim.id != "r-jump"
+                   and all(len(one.allowed) > 1 for one in claim.criteria.values()))  # fmt: skip
+    ours = results(tmp_path / "a", "yes", outliers="no", u_critical="open")
+    changed = {"r-jump": "no", several: "in part", "outliers": "open", "units": "no"}
+    paths = [
+        made_up_results.write(tmp_path / name, dict.fromkeys(LEDGER, "yes") | verdicts)[0]
+        for name, verdicts in (("b", changed), ("c", {}), ("d", {}))
     ]
-    assert findings.verdict_of(judged) == together
-
-
-# --- readings and other runs ----------------------------------------------------------------------
-
-
-def test_a_printed_number_lies_inside_or_outside_what_the_readings_give(tmp_path):
-    def printed(low, value, high, first_low):
-        def change(table):
-            rows = table["id"] == "u-critical"
-            table.loc[rows, ["value", "low", "high"]] = [value, low, high]
-            table.loc[rows & table["variant"].isna(), "low"] = first_low
-
-        made = readings.printed(edited(tmp_path, change, u_critical="holds").values())
-        return next(number for number in made if number.result.id == "u-critical")
-
-    above = printed(17.9, 18.0, 18.2, first_low=16.6)
-    assert (above.value, above.low, above.high, above.inside) == (16.5, 16.6, 18.2, False)
-    assert printed(17.9, 18.0, 18.2, first_low=16.4).inside
-    assert not printed(14.0, 15.0, 16.4, first_low=15.5).inside
-
-
-def test_whether_the_verdict_depends_on_the_reading(tmp_path):
-    for result in results(tmp_path).values():
-        verdicts = {reading.verdict for reading in result.readings}
-        said = readings.depends_on_reading(result)
-        if len(verdicts) == 1:
-            same = f"All {len(result.readings)} readings give this verdict."
-            assert said == (same if result.variants else "")
-            continue
-        begin, _, parts = said.rstrip(".").partition(": ")
-        assert begin == "The verdict depends on the reading"
-        counts = [sum(r.verdict == verdict for r in result.readings) for verdict in verdicts]
-        expected = {f"{n} {verdict}" for n, verdict in zip(counts, verdicts, strict=True)}
-        assert set(parts.split(", ")) == expected
-
-
-def test_shifts_of_the_claims_that_carry_the_paper(tmp_path):
-    def shift(value, low, high):
-        def change(table):
-            rows = (table["id"] == "u-critical") & (table["variant"] == "wider starts")
-            numbers = {"value": value, "low": low, "high": high, "verdict": "fails"}
-            table.loc[rows, list(numbers)] = list(numbers.values())
-            table.loc[(table["id"] == "u-critical") & table["variant"].isna(),
-                      ["value", "low", "high"]] = [16.5, 16.2, 16.8]  # fmt: skip
-
-        rows = readings.shifts(edited(tmp_path, change, u_critical="holds"))
-        assert list(rows) == list(CHANGES) and not rows["time step"]
-        for what in CHANGES:
-            assert all(row.result.claim.changes[row.reading.name] == what for row in rows[what])
-        return {row.result.id: row for row in rows["initial state"]}.get("u-critical")
-
-    # the error of the difference: 0.5 of two independent ones of 0.3 and 0.4
-    near, far = shift(16.9, 16.5, 17.3), shift(17.1, 16.7, 17.5)
-    assert (near.matters, far.matters) == (False, True)
-    assert near.turns and near.counted.verdict == "holds"
-    assert far.shift.value == pytest.approx(0.6)
-    single = shift(20.0, -np.inf, np.inf)
-    assert single.matters is None and single.other.words == "20 (one run)"
-    assert shift(math.nan, math.nan, math.nan) is None
-
-
-def test_runs_are_compared_claim_by_claim(tmp_path):
-    ours = results(tmp_path / "a", "holds")
-    paths = []
-    for name, failing in (("b", ("r-jump",)), ("c", ("outliers", "r-jump")), ("d", ())):
-        verdicts = dict.fromkeys(LEDGER, "holds") | dict.fromkeys(failing, "fails")
-        paths.append(made_up_results.write(tmp_path / name, verdicts)[0])
-    criterion = LEDGER["u-critical"].criterion["text"]
-    paths[1].write_text(paths[1].read_text().replace(criterion, "an earlier one"))
-    others = readings.compared(ours, paths)
-    total = len(LEDGER)
-    assert [(run.name, len(run.verdicts), run.same) for run in others] == [
-        ("b", total, total - 1), ("c", total - 1, total - 3), ("d", total, total)
-    ]  # fmt: skip
-    rows = [(result.id, verdicts) for result, verdicts in readings.differing(ours, others)]
-    assert sorted(rows) == [
-        ("outliers", ["holds", "fails", "holds"]),
-        ("r-jump", ["fails", "fails", "holds"]),
-    ]
-    (*_, first, second, third) = trust.trust(ours, {}, others)
-    assert second == f"{total - 3} of {total - 1} verdicts are those of the run c."
-    assert readings.compared(ours, []) == [] and first != third
+    earlier = pd.read_csv(paths[1], dtype=str, keep_default_na=False)
+    earlier.loc[earlier["id"] == "r-windows", "robust_criterion"] = "an earlier one"
+    earlier.to_csv(paths[1], index=False)
+    paths[2].write_text("id,variant,verdict\nr-jump,,holds\n")  # of an earlier version: left out
+    one, two = claim_results.compared(ours, paths)
+    for question, fewer in (("replicated", 0), ("robust", 1)):
+        criteria = [claim.criteria[question] for claim in LEDGER.values() if claim.finding]
+        both = sum(not criterion.untestable for criterion in criteria) - 2
+        assert one.agreement(ours, question) == (both, both - 2, 1)
+        differ = {
+            name: pair for name, pair in one.pairs(ours, question).items() if len({*pair}) > 1
+        }
+        assert differ == {"r-jump": ("yes", "no"), several: ("yes", "in part")}
+        both += 1 - fewer  # outliers too
+        assert two.agreement(ours, question) == (both, both - 1, 1)
+    _, _, compared = trust.trust(ours, {}, [one])
+    begin = f"The run b decides {len(one.pairs(ours, 'robust'))} of the same statements as robust: "
+    assert compared.startswith(begin) and compared.endswith(" alike, 1 the other way round.")
 
 
 @pytest.mark.parametrize(
     ("duration", "words"),
-    [(1e5, "t = 100000, those of the paper t = 2e6"), (1.6e6, "t = 1.6e6, those of the paper"),
-     (2e6, "t = 2e6, as long as those"), (2.4e6, "t = 2.4e6, as long as those")],
+    [(40000.0, "last t = 40000, those of the paper t = 2e6."),
+     (2e6, "last t = 2e6, as long as those of the paper.")],
 )  # fmt: skip
 def test_trust_says_how_long_the_runs_are_and_how_many(tmp_path, duration, words):
     settings = {"datasets": {trust.DECIDING: {"duration": duration}}}
     made = results(tmp_path)
     said = list(trust.trust(made, settings))
     assert words in said[0]
-    runs = sorted(
-        n.estimate.runs for r in made.values() for n in r.counted.judged if n.estimate.runs
-    )
+    answers = [answer for result in made.values() for answer in result.answers.values()]
+    numbers = [number.estimate.runs for answer in answers for number in answer.judged]
+    runs = sorted(filter(None, numbers))
     middle = runs[(len(runs) - 1) // 2]
     assert f"on {middle} independent runs (median; {runs[0]} to {runs[-1]})" in said[1]
-    missing = [result.id for result in made.values() if result.verdict == "not measured"]
-    assert said[-1] == f"Not measured: {', '.join(missing)}."
+
+
+def test_dates_are_told_with_a_count_of_what_had_been_seen(tmp_path):
+    made = results(tmp_path)
+    testable = [claim for claim in LEDGER.values() if claim.finding and claim.testable]
+    counts = Counter(claim.seen for claim in testable)
+    begin, *numbers = (counts[seen] or "none" for seen in SEEN)
+    assert trust.dates(made) == (
+        f"Of the criteria of {len(testable)} statements that can be tested, {begin} were written "
+        f"before any run had been seen, {numbers[0]} after short runs and {numbers[1]} after long "
+        f"ones; {numbers[2]} were written or changed after the published run."
+    )
+    after = [claim.id for claim in testable if claim.seen == "the published run"]
+    assert [result.id for result in trust.dated(made, "the published run")] == after != []

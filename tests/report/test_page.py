@@ -20,21 +20,21 @@ from alternating import posterior_table, studies
 from beltrepro.base import store
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import files, registry
-from beltrepro.replication.report import conduct, judged
-from beltrepro.replication.report.claim_results import read_tables
+from beltrepro.replication.report import conduct, judged, trust
+from beltrepro.replication.report.claim_results import count, read_tables
 from beltrepro.replication.report.contents import SECTIONS, SUMMARY
 from beltrepro.replication.report.findings import findings_of
-from beltrepro.replication.verdicts.criteria import VERDICTS
+from beltrepro.replication.verdicts.criteria import QUESTIONS
 from beltrepro.replication.verdicts.ledger import load_ledger
-from pages import PIXEL, badge, cards, cells, part, plain, typeset, words
+from pages import PIXEL, badge, badges, cards, cells, part, plain, typeset, words
 
 FIGURES = registry.figures()
-OTHERWISE = {"r-jump": "holds", "u-critical": "fails"}  # in the run that it is compared with
+OTHERWISE = {"r-jump": "yes", "u-critical": "no"}  # in the run that it is compared with
 PARTS = {
     "claims": "Claims",
     "figures": "Figures",
-    "sensitivity": "Sensitivity",
-    "ambiguities": "Open points and the readings tried",
+    "dates": "When it was judged",
+    "open": "What the paper leaves open",
     "presets": "Other presets",
     "deviations": "Deviations from the paper",
     "runs": "What was run",
@@ -195,69 +195,88 @@ def summary(text):
     return markup
 
 
-def test_the_first_screen_counts_the_claims(text, results):
-    verdicts = [result.verdict for result in results.values() if result.claim.finding]
-    number = {verdict: verdicts.count(verdict) for verdict in VERDICTS}
-    total, built = len(verdicts), len(results) - len(verdicts)
-    sentence = (
-        f"Of the {total} claims that could come out otherwise, {total - 1} can be tested by "
-        f"simulation: {number['holds']} hold , {number['partly']} hold in part, "
-        f"{number['fails']} fail. Undecided: {number['undecided']}, not measured: "
-        f"{number['not measured']}. {built} more are true because the model is "
-        "built so; they are counted apart."
+def test_the_first_screen_counts_the_claims_by_question(text, results):
+    counts, first = count(results), summary(text)
+    assert (
+        f"Of {counts.total} statements that could come out otherwise, {counts.testable} can be "
+        "tested by simulation; the others are about recordings that are not published. Counted "
+        f"apart: {counts.apart['validation']} tests of our own camera, and "
+        f"{counts.apart['construction']} statements that are true because the model is built so."
+    ) in words(first)
+    tallies = re.findall(r'<div class="tally"><strong>(\w+)</strong>(.*?)</div>', first, re.S)
+    bars = re.findall(r'<div class="bar" aria-hidden="true">(.*?)</div>', first, re.S)
+    buttons = re.findall(
+        r'data-show="(.+?)" data-verdict="(.+?)" aria-pressed="false">(.*?)</button>', text
     )
-    assert built and sentence in words(summary(text))
-    bar = re.findall(r'<span class="([a-z-]*)" style="flex: (\d+)">', summary(text))
-    assert bar == [(name.replace(" ", "-"), str(count)) for name, count in number.items() if count]
-    badges = [words(item) for item in re.findall(r"<li>(<span.*?)</li>", summary(text), re.S)]
-    assert badges == [f"{badge(name)} {count}" for name, count in number.items()]
-    buttons = re.findall(r'data-show="(.*?)" aria-pressed="\w+">(.*?)</button>', text)
-    expected = [(name, f"{name} {count}") for name, count in number.items()]
-    assert buttons == [("", f"all {len(results)}"), *expected]
+    for (title, tally), bar, question in zip(tallies, bars, QUESTIONS, strict=True):
+        numbers = {name: n for name, n in counts.verdicts[question].items() if n}
+        assert title == question.capitalize()
+        listed = [words(item) for item in re.findall(r"<li>(.*?)</li>", tally, re.S)]
+        assert listed == [f"{badge(name)} {number}" for name, number in numbers.items()]
+        widths = re.findall(r'<span class="([a-z-]*)" style="flex: (\d+)">', bar)
+        assert widths == [(name.replace(" ", "-"), str(n)) for name, n in numbers.items()]
+        assert [button[1:] for button in buttons if button[0] == question] == [
+            (name, f"{name} {number}") for name, number in numbers.items()
+        ]
+    assert f'data-show="" aria-pressed="true">all {len(results)}</button>' in text
 
 
-def test_the_first_screen_tells_the_findings_and_how_far_to_trust_them(text, results):
-    first = summary(text)
-    told = re.findall(r"<strong>([^<]*)</strong></div>\s*<p>(.*?)</p>", first, re.S)
-    expected = findings_of(results)[:5]
-    assert [words(heading) for heading, _ in told] == [plain(one.heading) for one in expected]
-    for (_, sentences), finding in zip(told, expected, strict=True):
-        assert words(sentences) == plain(" ".join(finding.sentences[:4]))
-        assert set(re.findall(r'href="#([^"]*)">', first)) >= {r.id for r in finding.results}
-    numbers = [number for result in results.values() for number in result.counted.judged]
-    undecided = sum(number.verdict == "undecided" for number in numbers)
-    assert f"Of {len(numbers)} numbers that decide, {undecided} are undecided" in words(first)
-    same = sum(
-        results[name].verdict == OTHERWISE.get(name, r.verdict) for name, r in results.items()
-    )
-    assert same < len(results)
-    assert f"{same} of {len(results)} verdicts are those of the run paper." in words(first)
+def test_the_first_screen_tells_what_holds_in_this_run_and_what_does_not(tmp_path):
+    entries = findings_of(read_tables(*made_up_results.write(tmp_path / "a")))
+    wanted = {}
+    for result in (result for finding in entries for result in finding.results):
+        wanted[result.id] = {"replicated": "yes", "robust": "no"}
+    run = pages.material(tmp_path / "b", verdicts=dict.fromkeys(load_ledger(), "yes") | wanted)
+    first, findings = summary(pages.written(tmp_path, run)), findings_of(run.claims)
+    held = [finding for finding in findings if not finding.unmet]
+    listed = re.findall(r"<li>\s*<p>(.*?)</p>", first, re.S)
+    assert [words(one) for one in listed] == [plain(finding.text) for finding in held]
+    for finding in findings:
+        if finding.unmet:
+            assert plain(f"{finding.topic}: {'; '.join(finding.unmet)}.") in words(first)
+        else:
+            assert {result.id for result in finding.results} <= set(
+                re.findall(r'href="#([^"]*)">', first)
+            )
+
+
+def test_the_first_screen_says_how_far_to_trust_the_run(text, results):
+    first = words(summary(text))
+    assert trust.dates(results) in first
+    for question in QUESTIONS:
+        assert f"of the same statements as {question}: " in first
 
 
 # --- claims and figures ---------------------------------------------------------------------------
-
-
-def rows_of(reading):
-    decided = [[n.name, n.words, n.allowed_words, badge(n.verdict)] for n in reading.judged]
-    also = [[n.name, n.words, "–", "reported only"] for n in reading.also]
-    return [[plain(cell) for cell in row] for row in decided + also]
 
 
 def test_each_claim_says_what_its_rows_say(text, results):
     assert set(cards(text)) == set(results)
     for name, markup in cards(text).items():
         result, said = results[name], words(markup)
-        shown = result.verdict if result.claim.finding else ""
-        assert re.search(r'data-verdict="(.*?)"', markup)[1] == shown
-        assert said.startswith(f"{name} {badge(result.verdict)}")
-        assert plain(result.claim.statement) in typeset(said)
-        assert plain(result.criterion)[1:] in typeset(said)
+        claim = result.claim
+        shown = dict(re.findall(r'data-(\w+)="(.*?)"', markup.partition(">")[0]))
+        assert shown == (result.verdicts if claim.finding else {})
+        assert said.startswith(f"{name} {badges(result)}")
+        for told in (claim.says, claim.statement, result.note):
+            assert plain(told)[1:] in typeset(said)
+        asked = result.answers if claim.finding else {"replicated": result.answers["replicated"]}
         rows = [row for row in cells(markup) if row[0] != "Number"]
-        assert rows == [row for reading in result.readings for row in rows_of(reading)]
-        for reading in result.variants:
-            assert f"{badge(reading.verdict)} {reading.name}" in said
-        why = [words(one) for one in re.findall(r'<p class="why">(.*?)</p>', markup, re.S)]
-        assert why == ([f"Why: {plain(result.counted.why)}"] if result.counted.why else [])
+        assert rows == [
+            [plain(cell) for cell in (n.name, n.words, n.allowed_words, badge(n.verdict))]
+            for answer in asked.values() if claim.testable for n in answer.judged
+        ]  # fmt: skip
+        for answer in asked.values():
+            for told in (answer.found, answer.how * claim.testable):
+                assert plain(told)[1:] in typeset(said)
+            if answer.found and answer.tried != "1":
+                assert f"This reading was found by trying {answer.tried}." in said
+        for reading, numbers in result.readings.items():
+            assert plain(reading)[1:] in typeset(said)
+            for number in numbers.values():
+                assert plain(f"{number.name}: {number.words}") in typeset(said)
+        for change in claim.history * claim.testable:
+            assert f"{change.date}, {change.seen}" in said
 
 
 def test_claims_and_figures_point_at_each_other(text, results):
@@ -272,11 +291,12 @@ def test_claims_and_figures_point_at_each_other(text, results):
     for number, name in numbered.items():
         markup = pages.picture(text, name)
         claims = [r for r in results.values() if str(r.claim.figure) == number]
-        shown = re.findall(r'</span> ([a-z ]+)</span> <a href="#(.*?)">(.*?)</a>', markup)
-        assert shown == [(result.verdict, result.id, result.id) for result in claims]
-        assert ("What we see." in words(markup)) == bool(claims)
-        for n in (n for result in claims for n in result.counted.judged):
-            assert plain(f"{n.name} {typeset(n.words)}") in typeset(words(markup))
+        assert ("What we find." in words(markup)) == bool(claims)
+        assert ("What the paper says." in words(markup)) == any(r.claim.says for r in claims)
+        for result in claims:
+            assert f"{result.id} {badges(result)}" in words(markup)
+            for told in (result.claim.says, result.answers["replicated"].found[1:]):
+                assert plain(told) in typeset(words(markup))
 
 
 def test_a_claim_without_a_figure_is_shown_by_the_one_with_most_of_its_datasets(results):
@@ -292,14 +312,14 @@ def test_a_claim_without_a_figure_is_shown_by_the_one_with_most_of_its_datasets(
     assert judged.shown_by(result, pictures[3:]) is None and judged.shown_by(result, []) is None
 
 
-def test_claims_that_are_true_by_construction_stand_apart(text, results):
+def test_claims_that_are_counted_apart_stand_apart(text, results):
     groups = re.split(r'<div class="group">', part(text, "claims"))[1:]
     titles = [words(re.search("<h3>(.*?)</h3>", group, re.S)[1]) for group in groups]
-    sections = [result.claim.section for result in results.values() if result.claim.finding]
-    expected = [judged.WORDS["groups"][section] for section in dict.fromkeys(sections)]
-    assert titles == [*expected, judged.BUILT_SO]
+    places = [r.claim.section if r.claim.finding else r.claim.kind for r in results.values()]
+    expected = [title for place, title in judged.WORDS["groups"].items() if place in places]
+    assert titles == expected
     built = set(re.findall(r'class="claim [a-z-]+" id="(.*?)"', groups[-1]))
-    assert built == {name for name, result in results.items() if not result.claim.finding}
+    assert built == {name for name, r in results.items() if r.claim.kind == "construction"}
 
 
 def test_figures_have_their_own_picture_and_words_in_the_order_of_the_paper(text):
@@ -310,8 +330,7 @@ def test_figures_have_their_own_picture_and_words_in_the_order_of_the_paper(text
         assert html.unescape(re.search(r'alt="(.*?)"', markup)[1]) == entry.alt
         said = words(markup)
         heading = f"Figure {entry.number}. {entry.title}" if entry.number else entry.title
-        begin = "What the paper says. " if entry.number else ""
-        assert f"{heading} {begin}{entry.words}" in said
+        assert f"{heading} {entry.words}" in said
         assert (f"Drawn from {', '.join(entry.uses)}." in said) == bool(entry.uses)
 
 
@@ -319,34 +338,46 @@ def test_figures_have_their_own_picture_and_words_in_the_order_of_the_paper(text
 
 
 def test_open_points_are_those_of_the_model_and_of_the_claims(text, results):
-    section = part(text, "ambiguities")
+    section = part(text, "open")
     for point in judged.WORDS["model"]:
         assert f"Left open {point['open']} Reading {point['reading']}" in words(section)
-    claims = [result for result in results.values() if result.claim.open]
-    listed = re.findall(r'<div class="point">\s*<h4><a href="#(.*?)">(.*?)</div>', section, re.S)
-    assert [name for name, _ in listed] == [result.id for result in claims]
-    for (_, markup), result in zip(listed, claims, strict=True):
-        for reading in result.readings:
-            numbers = " ".join(f"{n.name} {typeset(n.words)}" for n in reading.judged)
-            said = f"{badge(reading.verdict)} {plain(numbers)}".strip()
-            assert said in typeset(words(markup))
+    listed = dict(re.findall(r'<li><a href="#(.*?)">.*?</a>: (.*?)</li>', section, re.S))
+    assert list(listed) == [result.id for result in results.values() if result.claim.open]
+    for name, told in listed.items():
+        assert plain(results[name].claim.open)[1:] in plain(words(told))
 
 
-def test_sensitivity_has_a_table_for_each_change(text):
-    section = part(text, "sensitivity")
-    titles = [words(one) for one in re.findall("<h3>(.*?)</h3>", section)]
-    ledger = load_ledger().values()
-    tried = {what for claim in ledger for what in claim.changes.values()}
-    assert set(titles) == {f"Another {what}" for what in tried}
-    assert "No reading of these claims has another time step" in words(section)
+def test_criteria_from_after_the_published_run_are_listed(text, results):
+    section = part(text, "dates")
+    assert trust.dates(results) in words(section)
+    expected = [
+        (result.id, str(change.date), change.what)
+        for result in results.values() if result.claim.finding and result.claim.testable
+        for change in result.claim.history if change.seen == "the published run"
+    ]  # fmt: skip
+    rows = cells(section)[1:]
+    assert [tuple(row[:2]) for row in rows] == [row[:2] for row in expected] != []
+    assert all(
+        " ".join(what.split())[1:] in row[2] for row, (*_, what) in zip(rows, expected, strict=True)
+    )
 
 
-def test_other_runs_are_compared(text, results):
-    rows = cells(part(text, "presets"))
-    changed = [name for name, verdict in OTHERWISE.items() if results[name].verdict != verdict]
-    assert [row[0] for row in rows[1:]] == changed
-    for row in rows[1:]:
-        assert row[1:] == [badge(results[row[0]].verdict), badge(OTHERWISE[row[0]])]
+def test_other_runs_are_compared(text, results, tmp_path):
+    other = read_tables(*made_up_results.write(tmp_path, OTHERWISE))
+    decided = {"yes", "no", "in part"}
+    section, expected = part(text, "presets"), []
+    for question in QUESTIONS:
+        answers = {name: (r.answers[question], other[name].answers[question])
+                   for name, r in results.items() if r.claim.finding}  # fmt: skip
+        pairs = {name: (one.verdict, two.verdict)
+                 for name, (one, two) in answers.items() if one.reading == two.reading}  # fmt: skip
+        pairs = {name: pair for name, pair in pairs.items() if decided >= {*pair}}
+        expected += [[name, question, *map(badge, pair)]
+                     for name, pair in pairs.items() if pair[0] != pair[1]]  # fmt: skip
+        alike = sum(one == two for one, two in pairs.values())
+        said = f"{question.capitalize()}: both runs decide {len(pairs)} statements, {alike} of them"
+        assert said in words(section)
+    assert cells(section)[1:] == expected != []
 
 
 # --- what was run ---------------------------------------------------------------------------------

@@ -5,35 +5,42 @@ from pathlib import Path
 
 import pandas as pd
 
+from beltrepro.replication.studies import every_claim
 from beltrepro.replication.studies.every_claim import COLUMNS, ESTIMATE_COLUMNS
-from beltrepro.replication.verdicts.criteria import Measurement, bounds, judge, show
+from beltrepro.replication.verdicts.criteria import Measurement, bounds, names_in
 from beltrepro.replication.verdicts.ledger import load_ledger
 from beltrepro.stats.estimates import Estimate, sure
 
-WHY = "the measured reason in words has number"
-VERDICTS = ("holds", "fails", "partly", "undecided", "holds", "not measured", "holds")
+MISSING = "missing"  # in place of a verdict: open, because this preset has no data
+VERDICTS = ("yes", "no", "in part", "open", "yes", MISSING, "no")
 
 
 def tables(verdicts=None) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Claims and estimates as `measure` makes them.
 
-    verdicts : of single claims by id, in place of the one whose turn it is.
+    verdicts : of single claims by id, in place of the one whose turn it is; a word for both
+        questions, or words by question.
     """
-    claims, estimates = [], []
+    rows, estimates = [], []
     for index, claim in enumerate(load_ledger().values()):
-        wanted = (verdicts or {}).get(claim.id, VERDICTS[index % len(VERDICTS)])
-        if not claim.testable:
-            wanted = "not testable here"
-        readings = {"": wanted}
-        if claim.open and wanted != "not measured":
-            names = [*claim.changes, *(f"reading {k} of {index}" for k in range(1 + index % 3))]
-            readings |= {name: VERDICTS[k % len(VERDICTS)] for k, name in enumerate(names)}
-        for number, (variant, verdict) in enumerate(readings.items()):
-            row, rows = _reading(claim, index, number, variant, verdict)
-            claims.append(row)
-            estimates += rows
+        turn = {"replicated": VERDICTS[index % 7], "robust": VERDICTS[(index // 2 + 1) % 7]}
+        asked = (verdicts or {}).get(claim.id, turn)
+        wanted = asked if isinstance(asked, dict) else dict.fromkeys(turn, asked)
+        readings, answers = {}, {}
+        for question, criterion in claim.criteria.items():
+            shared = question == "robust" and claim.robust == claim.replicated
+            shared = shared and len({*wanted.values()}) == 1
+            name = next(iter(readings)) if shared else f"{question} reading {index}"
+            if not shared:
+                readings[name] = _measurement(criterion, wanted[question], index, len(readings))
+            named = type(criterion)(**vars(criterion) | {"reading": name, "tried": 1 + index % 3})
+            answers[question] = every_claim._answer(named, readings)
+        if claim.testable:
+            readings[f"another reading of {index}"] = Measurement({}, {"other": sure(index)})
+        rows.append(every_claim._row(claim, answers, readings, []))
+        estimates += every_claim._estimates(claim, answers, readings)
     return (
-        pd.DataFrame(claims, columns=list(COLUMNS)),
+        pd.DataFrame(rows, columns=list(COLUMNS)),
         pd.DataFrame(estimates, columns=list(ESTIMATE_COLUMNS)),
     )
 
@@ -47,55 +54,34 @@ def write(folder: Path, verdicts=None) -> tuple[Path, Path]:
     return paths
 
 
-def _reading(claim, index, number, variant, wanted):
-    allowed = claim.criterion.get("allowed", {})
-    estimates = {}
-    if wanted not in ("not measured", "not testable here"):
-        for place, (name, ends) in enumerate(allowed.items()):
-            grade = wanted
-            if wanted == "partly":
-                grade = ("fails", "holds")[place > 0]
-            estimates[name] = _estimate(grade, *bounds(ends), index + 10 * number, 8 + index)
-    also = {f"also {index}": sure(-index)} if estimates else {}
-    measurement = Measurement(estimates, also)
-    judged = judge(claim.criterion if estimates else {}, measurement)
-    verdict = judged.verdict if estimates else wanted
-    reasons = {"not measured": f"this preset has no dataset_{index}"}
-    reasons |= {"not testable here": claim.reason}
-    row = {
-        "id": claim.id,
-        "figure": "" if claim.figure is None else str(claim.figure),
-        "kind": claim.kind,
-        "variant": variant,
-        "statement": claim.statement,
-        "paper": show(claim.paper),
-        "measured": measurement.words,
-        "runs": "" if measurement.runs is None else str(measurement.runs),
-        "criterion": claim.criterion["text"],
-        "verdict": verdict,
-        "reason": judged.reason,
-        "note": f"{WHY} {index}" if judged.reason else reasons.get(wanted, ""),
-        "dataset": ", ".join(claim.needs),
-    }
-    rows = []
-    for name, estimate in (estimates | also).items():
-        low, high = bounds(allowed[name]) if name in allowed else (math.nan, math.nan)
-        numbers = {key: getattr(estimate, key) for key in ("value", "low", "high", "runs")}
-        ends = {"allowed_low": low, "allowed_high": high}
-        grade = {"verdict": judged.components.get(name, "")}
-        rows.append({"id": claim.id, "variant": variant, "name": name} | numbers | ends | grade)
-    return row, rows
+def _measurement(criterion, wanted, index, place):
+    """Numbers that get this verdict; different for every claim."""
+    if wanted == MISSING:
+        return f"this preset has no dataset_{index}"
+    judged = {}
+    for number, (name, allowed) in enumerate(criterion.allowed.items()):
+        grade = wanted if wanted != "in part" else ("no", "yes")[number > 0]
+        lenient = bounds(criterion.lenient.get(name, allowed))
+        judged[name] = _estimate(grade, bounds(allowed), lenient, index + 10 * place, 8 + index)
+    told = {name: sure(0.5) for name in names_in(criterion.found) if name not in judged}
+    return Measurement(judged, told | {f"also {index}": sure(-index)}, f"note {index}")
 
 
-def _estimate(grade, low, high, index, runs):
-    """An estimate that this range grades so; different for every claim."""
-    if low == high:
-        return sure(low if grade == "holds" else 1 - low)
+def _estimate(grade, allowed, lenient, index, runs):
+    """An estimate that this range grades so."""
+    low, high = allowed
+    if low == high in (0.0, 1.0):
+        return {"yes": sure(low), "no": sure(1 - low), "open": Estimate(0.5, 0.0, 1.0, runs)}[grade]
     if math.isinf(low) and math.isinf(high):
         raise ValueError("a range without ends decides nothing")
-    end, side = (high, -1) if math.isinf(low) else (low, 1)
+    side = -1 if math.isinf(low) else 1
+    end, beyond = (high, lenient[1]) if math.isinf(low) else (low, lenient[0])
     width = 1.0 if math.isinf(high - low) else high - low
-    inside = side * width * (0.5 + 0.003 * (index % 50))
-    centre = {"holds": end + inside, "fails": end - inside, "undecided": end}[grade]
-    reach = 0.2 * width
-    return Estimate(centre, centre - reach, centre + reach, runs)
+    share = 0.3 + 0.003 * (index % 50)
+    if grade == "open":
+        return Estimate(end, beyond - side * width, end + side * 9 * width, runs) if side > 0 else (
+            Estimate(end, end - 9 * width, beyond + width, runs))  # fmt: skip
+    centre = end + side * width * share if grade == "yes" else beyond - side * width * share
+    if math.isinf(centre):
+        raise ValueError("nothing is wrong for a lenient reader")
+    return Estimate(centre, centre - 0.2 * width, centre + 0.2 * width, runs)

@@ -21,7 +21,7 @@ SETTINGS = {
     "model": {"static_friction": 71.4, "friction_ratio": 0.45},
     "defaults": {"laminar_time": 213.0},
 }
-SYMBOLS = dict(zip(VERDICTS, "✓◐✗?–○", strict=True))
+SYMBOLS = dict(zip(VERDICTS, "✓◐✗?○", strict=True))
 
 
 def material(folder, *, verdicts=None, figures=None, settings=SETTINGS, **files):
@@ -74,5 +74,14 @@ def plain(text):
     return typeset(" ".join(text.split()))
 
 
-def badge(verdict):
-    return f"{SYMBOLS[verdict]} {verdict}"
+def badge(verdict, question=""):
+    return f"{SYMBOLS[verdict]} {f'{question}: ' if question else ''}{verdict}"
+
+
+def badges(result):
+    """Both verdicts of a claim, as its card has them; one where it is counted apart."""
+    if not result.claim.finding:
+        return badge(result.verdicts["replicated"], result.claim.kind)
+    if not result.claim.testable:
+        return badge("not testable")
+    return " ".join(badge(verdict, question) for question, verdict in result.verdicts.items())

@@ -1,5 +1,6 @@
-"""From measurements to the table of claims: criteria at their edges, readings, notes, evidence."""
+"""From measurements to the table of claims: criteria at their edges, words, readings, evidence."""
 
+import itertools
 import math
 from types import SimpleNamespace
 
@@ -7,152 +8,192 @@ import numpy as np
 import pytest
 
 from beltrepro.replication.studies import every_claim
-from beltrepro.replication.verdicts import evidence
+from beltrepro.replication.verdicts import criteria, evidence
 from beltrepro.replication.verdicts.criteria import (
-    FAILS,
-    HOLDS,
-    NOT_MEASURED,
+    IN_PART,
+    NO,
     NOT_TESTABLE,
-    PARTLY,
-    UNDECIDED,
+    OPEN,
+    YES,
+    Criterion,
     Measurement,
     judge,
     range_in_words,
     show,
 )
-from beltrepro.replication.verdicts.ledger import Claim
+from beltrepro.replication.verdicts.ledger import Change, Claim
 from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.estimates import Estimate, absent, single, sure
 
 # --- criteria -------------------------------------------------------------------------------------
 
 
-def verdict_of(allowed, *found):
-    names = [f"c{number}" for number in range(len(found))]
-    criterion = {"allowed": dict(zip(names, allowed, strict=True))}
-    return judge(criterion, Measurement(dict(zip(names, found, strict=True))))
+def judged(allowed, *estimates, lenient=None):
+    """Judgement of numbers c0, c1, ... by these ranges; `lenient` is that of c0."""
+    numbers = {f"c{place}": estimate for place, estimate in enumerate(estimates)}
+    ranges = dict(zip(numbers, allowed, strict=True))
+    return judge(Criterion(ranges, {"c0": lenient} if lenient else {}), Measurement(numbers))
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "verdict"),
+    ("value", "low", "high", "strictly", "leniently"),
     [
-        (1.0, 2.0, HOLDS),
-        (0.99, 2.0, UNDECIDED),
-        (1.0, 2.01, UNDECIDED),
-        (0.0, 9.0, UNDECIDED),
-        (0.5, 1.0, UNDECIDED),  # touches the range
-        (0.5, 0.99, FAILS),
-        (2.01, 9.0, FAILS),
-        (math.nan, math.nan, UNDECIDED),
-        (-math.inf, math.inf, UNDECIDED),
+        (1.5, 1.0, 2.0, YES, YES),
+        (1.5, 0.99, 2.0, OPEN, YES),  # the number is right, and no reader minds its interval
+        (1.5, 1.0, 2.01, OPEN, YES),
+        (1.5, 0.8, 2.2, OPEN, YES),
+        (1.5, 0.79, 2.0, OPEN, OPEN),
+        (1.5, 1.0, 2.21, OPEN, OPEN),
+        (0.9, 0.81, 0.99, NO, IN_PART),
+        (0.9, 0.81, 1.9, OPEN, IN_PART),
+        (0.9, 0.79, 0.99, NO, OPEN),
+        (0.7, 0.6, 0.79, NO, NO),
+        (2.3, 2.21, 9.0, NO, NO),
+        (2.1, 2.01, 9.0, NO, OPEN),
+        (1.5, 0.5, 1.0, OPEN, OPEN),
+        (math.nan, math.nan, math.nan, OPEN, OPEN),  # not found is no failure
+        (1.5, math.nan, math.nan, OPEN, OPEN),
+        (1.5, -math.inf, math.inf, OPEN, OPEN),
     ],
 )
-def test_the_whole_interval_decides(low, high, verdict):
-    assert verdict_of([[1, 2]], Estimate(1.5, low, high, 9)).verdict == verdict
-    assert verdict_of([[1, math.inf]], Estimate(1.5, 1.0, 1e9, 9)).verdict == HOLDS
+def test_the_interval_decides_within_what_a_reader_allows(value, low, high, strictly, leniently):
+    estimate = Estimate(value, low, high, 9)
+    assert judged([[1, 2]], estimate).verdict == strictly
+    assert judged([[1, 2]], estimate, lenient=[0.8, 2.2]).verdict == leniently
 
 
 def test_a_larger_error_never_helps():
-    for value in (0.5, 1.2, 1.8, 2.5):
+    for value, lenient in itertools.product((0.5, 0.9, 1.2, 1.8, 2.1, 2.5), (None, [0.8, 2.2])):
         grades = [
-            verdict_of([[1, 2]], Estimate(value, value - reach, value + reach, 9)).verdict
+            judged([[1, 2]], Estimate(value, value - reach, value + reach, 9), lenient=lenient)
             for reach in (0.0, 0.1, 0.3, 1.0, 10.0)
         ]
-        assert grades[-1] == UNDECIDED
-        assert grades == sorted(grades, key=(grades[0], UNDECIDED).index)
+        verdicts = [grade.verdict for grade in grades]
+        assert verdicts[-1] == OPEN
+        assert verdicts == sorted(verdicts, key=(verdicts[0], OPEN).index)
 
 
-def test_yes_and_no_and_what_is_not_found():
-    assert verdict_of([True], sure(True)).verdict == HOLDS
-    assert verdict_of([True], sure(False)).verdict == FAILS
-    assert verdict_of([False], sure(False)).verdict == HOLDS
-    assert verdict_of([[0, 1]], absent(8)).verdict == FAILS
+def test_yes_and_no():
+    assert judged([True], sure(True)).verdict == YES
+    assert judged([True], sure(False)).verdict == NO
+    assert judged([False], sure(False)).verdict == YES
+    assert judged([[1, math.inf]], Estimate(1.5, 1.0, 1e9, 9)).verdict == YES
+    assert judged([[0, 1]], absent(8)).verdict == OPEN
 
 
-def test_components_make_the_claim():
-    holds, fails, open_ = (Estimate(v, v - 0.1, v + 0.1, 9) for v in (0.0, 2.0, 1.0))
-    expected = {
-        (holds, holds): HOLDS,
-        (fails, fails): FAILS,
-        (open_, open_): UNDECIDED,
-        (holds, fails): PARTLY,
-        (holds, open_): UNDECIDED,
-        (fails, open_): UNDECIDED,
-        (holds, fails, open_): PARTLY,
+RIGHT, WRONG, UNSURE = (Estimate(value, value - 0.1, value + 0.1, 9) for value in (0.0, 2.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("estimates", "verdict"),
+    [
+        ((RIGHT, RIGHT, RIGHT), YES),
+        ((WRONG, WRONG), NO),
+        ((UNSURE, UNSURE), OPEN),
+        ((RIGHT, WRONG), IN_PART),
+        ((RIGHT, UNSURE), OPEN),
+        ((WRONG, UNSURE), NO),  # one number that is surely wrong decides
+        ((UNSURE, UNSURE, WRONG), NO),
+        ((RIGHT, WRONG, UNSURE), IN_PART),
+    ],
+)
+def test_numbers_make_the_verdict(estimates, verdict):
+    for order in itertools.permutations(estimates):
+        assert judged([[-1, 1]] * len(order), *order).verdict == verdict
+
+
+def test_a_number_that_is_right_in_part():
+    near = Estimate(1.5, 1.4, 1.6, 9)
+    for others, verdict in (((RIGHT,), IN_PART), ((UNSURE,), OPEN), ((WRONG,), IN_PART)):
+        made = judged([[-1, 1]] * 2, near, *others, lenient=[-2, 2])
+        assert made.verdict == verdict and made.components["c0"] == IN_PART
+
+
+def test_the_reason_says_what_was_allowed():
+    reasons = {
+        "c0: 1.2 (0.8 to 1.6), 1 to 2 allowed": Estimate(1.2, 0.8, 1.6, 8),
+        "c0: 3 (2.5 to 3.5), 1 to 2 allowed": Estimate(3, 2.5, 3.5, 8),
+        "c0: 1.2 in one run, whose error is not known": single(1.2),
+        "c0: not found": absent(8),
+        "": Estimate(1.5, 1.2, 1.8, 8),
+        "c0: 0.4 (0.3 to 1.8), 1 to 2 allowed; 12 of 40 runs must be longer to tell": Estimate(
+            0.4, 0.3, 1.8, 40, still_open=12
+        ),
     }
-    for found, verdict in expected.items():
-        assert verdict_of([[-1, 1]] * len(found), *found).verdict == verdict
-    judged = verdict_of([[-1, 1]] * 3, holds, fails, open_)
-    assert judged.components == {"c0": HOLDS, "c1": FAILS, "c2": UNDECIDED}
-
-
-def test_the_reason_says_what_would_decide():
-    judged = verdict_of([[1, 2]], Estimate(1.2, 0.8, 1.6, 8))
-    assert judged.reason == (
-        "c0: 1.2 (0.8 to 1.6) covers the limit 1; "
-        "some 32 independent runs would decide, 8 were made"
-    )
-    at_limit = verdict_of([[1, 2]], Estimate(1.001, 0.8, 1.2, 8)).reason
-    assert at_limit == "c0: 1 (0.8 to 1.2) covers the limit 1, at which it lies"
-    alone = verdict_of([[1, 2]], single(1.2)).reason
-    assert alone == "c0: 1.2 in one run, whose error is not known"
-    assert verdict_of([[1, 2]], Estimate(3, 2.5, 3.5, 8)).reason == "c0: 3 (2.5 to 3.5), not 1 to 2"
-    assert verdict_of([True], sure(False)).reason == "c0: no"
-    assert verdict_of([[1, 2]], Estimate(1.5, 1.2, 1.8, 8)).reason == ""
-
-
-def test_the_limit_that_is_named_is_the_one_that_the_interval_covers():
-    """None of the runs is below the upper limit for sure, and zero is not in question."""
-    nearer = verdict_of([[0, 0.05]], Estimate(0.0, 0.0, 0.06, 60)).reason
-    assert nearer.startswith("c0: 0 (0 to 0.06) covers the limit 0.05; some 87 independent runs")
-    both = verdict_of([[0, 1]], Estimate(0.9, -1, 2, 8)).reason
-    assert "covers the limit 1" in both
-
-
-def test_longer_runs_are_asked_for_where_some_are_open():
-    reason = verdict_of([[0.5, 1]], Estimate(0.4, 0.3, 0.8, 40, still_open=12)).reason
-    assert (
-        reason == "c0: 0.4 (0.3 to 0.8) covers the limit 0.5; 12 of 40 runs must be longer to tell"
-    )
+    for reason, estimate in reasons.items():
+        assert judged([[1, 2]], estimate).reason == reason
 
 
 def test_nothing_to_test_against():
-    assert judge({"text": "t"}, Measurement()).verdict == NOT_TESTABLE
+    made = judge(Criterion(untestable="no recordings"), Measurement({"c": sure(1)}))
+    assert (made.verdict, made.reason, made.components) == (NOT_TESTABLE, "no recordings", {})
+
+
+# --- words ----------------------------------------------------------------------------------------
 
 
 def test_values_in_words():
     assert show({"a": 12345.6, "b": [1, 2.5]}) == "a: 1.235e+04; b: 1 to 2.5" and show(None) == ""
-    found = {"a": sure(True), "b": sure(2.5), "c": Estimate(1.2345, 1.1, 1.36, 4), "d": absent()}
-    words = "a: yes; b: 2.5; c: 1.23 (1.1 to 1.36); d: not found"
-    assert Measurement(found).words == words
     ranges = ([1, 2], [1, math.inf], [-math.inf, 0.5], True, False)
     assert [*map(range_in_words, ranges)] == ["1 to 2", "1 or more", "0.5 or less", "yes", "no"]
+    criterion = Criterion({"a": [1, 2], "b": True}, {"a": [0, 3]})
+    assert criterion.ranges == "a: 1 to 2 (at most 0 to 3); b: yes"
+
+
+@pytest.mark.parametrize(
+    ("place", "estimate", "words"),
+    [
+        ("{x}", Estimate(1.2345, 1.1, 1.36, 4), "1.23 (1.1 to 1.36)"),
+        ("{value x}", Estimate(1.2345, 1.1, 1.36, 4), "1.23"),
+        ("{percent x}", Estimate(0.25, 0.1, 0.5, 4), "25 % (10 to 50 %)"),
+        ("{percent x}", sure(0.25), "25 %"),
+        ("{percent x}", Estimate(0.25, math.nan, math.nan, 4), "25 %"),
+        ("{count x}", Estimate(0.0, 0.0, 0.2, 13), "none of 13"),
+        ("{count x}", Estimate(5 / 13, 0.1, 0.7, 13), "5 of 13"),
+        ("{count x}", Estimate(1.0, 0.8, 1.0, 13), "all of 13"),
+        ("{count x}", sure(0.5), "50 %"),
+        ("{x}", absent(), "a value that cannot be told"),
+        ("{value x}", Estimate(2.7, math.nan, math.nan, 8), "2.7"),
+        ("{x}", Estimate(2.7, math.nan, math.nan, 8), "2.7 (error not known)"),
+    ],
+)
+def test_a_sentence_takes_its_numbers(place, estimate, words):
+    template = f"Of {place} and {{value other, N = 5}}."
+    numbers = {"x": estimate, "other, N = 5": sure(3)}
+    assert criteria.sentence(template, numbers) == f"Of {words} and 3."
+    assert criteria.names_in(template) == ["x", "other, N = 5"]
 
 
 # --- readings -------------------------------------------------------------------------------------
 
 
 def claim(**change):
-    settings = {"id": "x", "section": "model", "figure": 7, "kind": "number", "statement": "words"}
-    settings["criterion"] = {"allowed": {"a": [0.5, 1.5]}, "text": "near"}
-    return Claim(**settings | {"needs": ("series/one",), "paper": 1.0} | change)
+    settings = {"id": "x", "section": "model", "figure": 7, "kind": "number", "says": "“near”",
+                "statement": "words", "needs": ("one",), "paper": 1.0}  # fmt: skip
+    settings["replicated"] = Criterion({"a": [0.5, 1.5]}, how="once", found="It is {a}.")
+    settings["robust"] = Criterion({"a": [0.5, 9.5]}, because="so", found="It is {value a}.")
+    settings["history"] = (Change(None, "nothing", "written"), Change(None, "short runs", "wider"))
+    return Claim(**settings | change)
 
 
-def rows_of(monkeypatch, found, **change):
-    """Rows of both tables for a claim whose function returns or raises this."""
+def tables_of(monkeypatch, measured, used=(), **change):
+    """Row and estimates of a claim whose function returns or raises this."""
 
     def function(evidence):
-        if isinstance(found, Exception):
-            raise found
-        return found
+        if isinstance(measured, Exception):
+            raise measured
+        return measured
 
-    own = claim(**{key: value for key, value in change.items() if key != "used"})
-    monkeypatch.setattr(every_claim, "load_ledger", lambda: {"x": own})
+    monkeypatch.setattr(every_claim, "load_ledger", lambda: {"x": claim(**change)})
     monkeypatch.setitem(every_claim.REGISTRY, "x", function)
-    used = SimpleNamespace(used=change.get("used", []), start=lambda claim: None)
-    monkeypatch.setattr(every_claim, "Evidence", lambda datasets, settings: used)
-    measured = every_claim.measure({}, {})
-    return measured.claims.to_dict("records"), measured.estimates.to_dict("records")
+    data = SimpleNamespace(used=list(used), start=lambda claim: None)
+    monkeypatch.setattr(every_claim, "Evidence", lambda datasets, settings: data)
+    (row,), estimates = (table.to_dict("records") for table in every_claim.measure({}, {}))
+    return row, estimates
+
+
+def near(value, reach=0.125, runs=9):
+    return Measurement({"a": Estimate(value, value - reach, value + reach, runs)})
 
 
 def failing(error):
@@ -162,59 +203,63 @@ def failing(error):
     return reading
 
 
-def near(value, reach=0.1, runs=9):
-    return Measurement({"a": Estimate(value, value - reach, value + reach, runs)})
-
-
 def test_a_row_holds_what_was_measured(monkeypatch):
-    found = Measurement({"a": Estimate(1.25, 1.125, 1.375, 4)}, {"b": sure(3)}, "noted")
-    (row,), estimates = rows_of(monkeypatch, found, used=["one", "two"], reason="reasoned")
+    measured = Measurement({"a": Estimate(1.25, 1.125, 1.375, 4)}, {"b": sure(3)}, "noted")
+    row, estimates = tables_of(monkeypatch, measured, used=["one", "two"])
+    answer = {"": "yes", "_reading": "", "_tried": "1", "_reason": "", "_runs": "4"}
+    replicated = {"_found": "It is 1.25 (1.12 to 1.38).", "_how": "once", "_because": "",
+                  "_criterion": "a: 0.5 to 1.5"}  # fmt: skip
+    robust = {"_found": "It is 1.25.", "_how": "", "_because": "so", "_criterion": "a: 0.5 to 9.5"}
     assert row == {
-        "id": "x",
-        "figure": "7",
-        "kind": "number",
-        "variant": "",
-        "statement": "words",
-        "paper": "1",
-        "measured": "a: 1.25 (1.12 to 1.38); b: 3",
-        "runs": "4",
-        "criterion": "near",
-        "verdict": HOLDS,
-        "reason": "",
-        "note": "reasoned. noted. rests on 4 runs",
-        "dataset": "one, two",
-    }
-    first, second = estimates
-    assert (first["value"], first["low"], first["high"], first["runs"]) == (1.25, 1.125, 1.375, 4)
-    assert (first["allowed_low"], first["allowed_high"], first["verdict"]) == (0.5, 1.5, HOLDS)
-    assert second["name"] == "b" and math.isnan(second["allowed_low"]) and not second["verdict"]
-    (row,), _ = rows_of(monkeypatch, Measurement(), figure=None, criterion={"text": "t"})
-    assert (row["criterion"], row["verdict"], row["figure"]) == ("t", NOT_TESTABLE, "")
-    assert (row["measured"], row["runs"], row["dataset"]) == ("", "", "series/one")
+        "id": "x", "figure": "7", "kind": "number", "says": "“near”", "statement": "words",
+        "paper": "1", "seen": "short runs", "note": "noted", "dataset": "one, two",
+        **{f"replicated{end}": text for end, text in (answer | replicated).items()},
+        **{f"robust{end}": text for end, text in (answer | robust).items()},
+    }  # fmt: skip
+    cells = [(e["name"], e["decides"], e["allowed_high"], e["verdict"]) for e in estimates]
+    assert cells[:2] == [("a", "replicated", 1.5, YES), ("a", "robust", 9.5, YES)]
+    assert cells[2][:2] == ("b", "") and math.isnan(cells[2][2]) and not cells[2][3]
+    ends = [estimates[0][key] for key in ("value", "low", "high", "runs")]
+    assert ends == [1.25, 1.125, 1.375, 4]
+    one = Criterion({"a": [0.5, 1.5]})
+    _, estimates = tables_of(monkeypatch, near(1.0), replicated=one, robust=one)
+    assert [e["decides"] for e in estimates] == ["replicated, robust"]
 
 
-@pytest.mark.parametrize(
-    ("counted", "others"), [(9.0, [1.0, 9.0]), (1.0, [9.0]), (1.45, [1.0, 9.0])]
-)
-def test_other_readings_change_nothing(monkeypatch, counted, others):
-    readings = {"counts": lambda: near(counted)}
-    readings |= {f"v{k}": (lambda v=v: near(v)) for k, v in enumerate(others)}
-    rows, estimates = rows_of(monkeypatch, readings)
-    assert [row["variant"] for row in rows] == ["", *(f"v{k}" for k in range(len(others)))]
-    expected = [verdict_of([[0.5, 1.5]], near(v).judged["a"]).verdict for v in (counted, *others)]
-    assert [row["verdict"] for row in rows] == expected
-    assert [row["verdict"] for row in estimates] == expected
+def test_each_question_judges_the_reading_that_it_names(monkeypatch):
+    readings = {name: (lambda v=v: near(v)) for name, v in {"p": 1.0, "q": 5.0, "r": 20.0}.items()}
+    for reading, robust in (("", YES), ("q", YES), ("r", NO)):
+        row, estimates = tables_of(
+            monkeypatch, readings, robust=Criterion({"a": [0.5, 9.5]}, reading=reading)
+        )
+        assert (row["replicated"], row["replicated_reading"]) == (YES, "p")
+        assert (row["robust"], row["robust_reading"]) == (robust, reading or "p")
+        names = {e["reading"] for e in estimates if "robust" in e["decides"]}
+        assert names == {reading or "p"} and {e["reading"] for e in estimates} == set("pqr")
 
 
-def test_missing_data_and_faults_are_said_and_cost_one_reading(monkeypatch):
-    (row,), _ = rows_of(monkeypatch, NotEnoughDataError("too short"))
-    assert (row["verdict"], row["note"]) == (NOT_MEASURED, "too short")
-    readings = {"a": failing(ZeroDivisionError("by zero")), "b": lambda: near(1.0)}
-    (first, second), _ = rows_of(monkeypatch, readings)
-    assert first["verdict"] == NOT_MEASURED and second["verdict"] == HOLDS
-    assert first["note"] == "fault in its code, see the log: ZeroDivisionError: by zero"
-    (row,), _ = rows_of(monkeypatch, Measurement({"b": sure(1)}))
-    assert row["verdict"] == NOT_MEASURED and "KeyError: 'a'" in row["note"]
+def test_missing_data_cost_one_reading_and_a_bug_stops_the_run(monkeypatch):
+    row, _ = tables_of(monkeypatch, NotEnoughDataError("too short"))
+    assert [row[f"robust{end}"] for end in ("", "_found", "_reason")] == [OPEN, *2 * ["too short"]]
+    readings = {"p": failing(NotEnoughDataError("no p")), "q": lambda: near(1.0)}
+    row, estimates = tables_of(monkeypatch, readings, robust=Criterion({"a": [0, 2]}, reading="q"))
+    assert (row["replicated"], row["replicated_found"], row["robust"]) == (OPEN, "no p", YES)
+    assert {e["reading"] for e in estimates} == {"q"}
+    with pytest.raises(ZeroDivisionError):
+        tables_of(monkeypatch, {"p": failing(ZeroDivisionError("by zero"))})
+    with pytest.raises(KeyError, match="a"):
+        tables_of(monkeypatch, Measurement({"b": sure(1)}))
+    with pytest.raises(KeyError, match="s"):
+        tables_of(monkeypatch, readings, robust=Criterion({"a": [0, 2]}, reading="s"))
+
+
+def test_what_cannot_be_tested_still_says_what_the_model_does(monkeypatch):
+    criterion = Criterion(untestable="no recordings", found="The model gives {value a}.")
+    row, estimates = tables_of(monkeypatch, near(1.0), replicated=criterion, robust=criterion)
+    assert (row["robust"], row["robust_found"]) == (NOT_TESTABLE, "The model gives 1.")
+    assert [(e["name"], e["decides"]) for e in estimates] == [("a", "")]
+    row, _ = tables_of(monkeypatch, NotEnoughDataError("no u1"), robust=criterion)
+    assert (row["robust"], row["robust_found"]) == (NOT_TESTABLE, "no recordings")
 
 
 # --- evidence -------------------------------------------------------------------------------------
@@ -250,15 +295,15 @@ def test_runs_come_from_the_first_dataset_that_has_any():
         return SimpleNamespace(arrays=arrays, attributes={"duration": place[0]})
 
     datasets = {"a": dataset([5, 6], [1.0, 2.0]), "b": dataset([5, 5], [2.0, 2.0 + 1e-9])}
-    found = evidence.Evidence(datasets, {})
-    found.start(claim())
-    arrays, attributes = found.runs("missing", "a", "b", n_blocks=5, u=2.0)
+    data = evidence.Evidence(datasets, {})
+    data.start(claim())
+    arrays, attributes = data.runs("missing", "a", "b", n_blocks=5, u=2.0)
     assert arrays["name"].tolist() == ["x", "y"] and attributes == {"duration": 2.0}
-    assert found.used == ["b"]
-    arrays, _ = found.runs("a", "b", n_blocks=6)
-    assert arrays["u"].tolist() == [2.0] and found.used == ["b", "a"]
+    assert data.used == ["b"]
+    arrays, _ = data.runs("a", "b", n_blocks=6)
+    assert arrays["u"].tolist() == [2.0] and data.used == ["b", "a"]
     with pytest.raises(NotEnoughDataError, match=r"n_blocks = 7, u = 2\.5 in a or b"):
-        found.runs("a", "b", n_blocks=7, u=2.5)
+        data.runs("a", "b", n_blocks=7, u=2.5)
     datasets["b"].attributes["transient"] = 4999.0
     with pytest.raises(NotEnoughDataError, match="b discards a transient of 4999"):
-        found.runs("b", n_blocks=5)
+        data.runs("b", n_blocks=5)

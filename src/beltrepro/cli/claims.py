@@ -6,9 +6,8 @@ import argparse
 import json
 import shutil
 import textwrap
-from collections import Counter
 from dataclasses import asdict
-from math import isfinite, nan
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,9 @@ from beltrepro.base.errors import InputError
 from beltrepro.cli import options as shared
 
 if TYPE_CHECKING:
-    from beltrepro.replication.report.claim_results import Result
+    from beltrepro.replication.report.claim_results import Answer, Result, Results
+
+QUESTIONS = ("replicated", "robust")
 
 
 def add(commands: Any) -> None:
@@ -26,73 +27,81 @@ def add(commands: Any) -> None:
         "claims",
         run,
         "print the verdicts of a run on the claims of the paper",
-        "Print each claim of the paper with its verdict and the numbers it rests on: "
-        "95 % intervals, and in brackets the allowed ranges.",
+        "Print each claim of the paper with two verdicts, and what was found: whether it is "
+        "replicated by the authors' protocol, and whether it is robust.",
     )
     option = parser.add_argument
     option("--preset", default="standard", metavar="NAME", help="run to read: results/NAME")
     option("--results", type=Path, metavar="FOLDER", help="another folder than results/NAME")
-    option("--verdict", metavar="WORD", help="only claims with this verdict, as fails")
+    for question in QUESTIONS:
+        text = f"only claims with this verdict as {question}: yes, in-part, no, open"
+        option(f"--{question}", metavar="WORD", help=text)
     option("--json", action="store_true", help="print everything as JSON")
 
 
 def run(options: argparse.Namespace) -> None:
     """Print the table."""
-    from beltrepro.replication.report.claim_results import read
+    from beltrepro.replication.report.claim_results import count, read
 
-    folder = options.results or Path("results", options.preset)
-    results = list(read(folder).values())
-    if options.verdict:
-        verdicts = {result.verdict for result in results}
-        if options.verdict not in verdicts:
-            raise InputError(
-                f"--verdict {options.verdict}: no claim of {folder} has it; "
-                f"they have {', '.join(sorted(verdicts))}"
-            )
-        results = [result for result in results if result.verdict == options.verdict]
+    results = read(options.results or Path("results", options.preset))
+    shown = results
+    for question in QUESTIONS:
+        if word := getattr(options, question):
+            shown = _with_verdict(shown, question, word.replace("-", " "))
     if options.json:
-        print(json.dumps([_plain(result) for result in results], indent=1))
+        print(json.dumps([_plain(result) for result in shown.values()], indent=1))
         return
-    print(_table(results))
-    counts = Counter(result.verdict for result in results)
-    print("\n" + ", ".join(f"{count} {verdict}" for verdict, count in counts.most_common()))
+    print(_table(shown))
+    for question, numbers in count(results).verdicts.items():
+        words = ", ".join(f"{number} {verdict}" for verdict, number in numbers.items() if number)
+        print(f"\n{question}: {words}", end="")
+    print()
+
+
+def _with_verdict(results: Results, question: str, word: str) -> Results:
+    verdicts = {result.verdicts[question] for result in results.values()}
+    if word not in verdicts:
+        has = ", ".join(sorted(verdicts)) or "none"
+        raise InputError(f"--{question} {word}: no claim has it; there are {has}")
+    return {name: result for name, result in results.items() if result.verdicts[question] == word}
 
 
 def _plain(result: Result) -> dict[str, Any]:
     """A claim as plain values; JSON has no infinity and no NaN, so such an end is null."""
+    about = {
+        "id": result.id,
+        "figure": result.claim.figure,
+        "kind": result.claim.kind,
+        "says": result.claim.says,
+        "statement": result.claim.statement,
+        "paper": result.paper,
+        "seen": result.claim.seen,
+        "note": result.note,
+    }
+    return about | {question: _answer(answer) for question, answer in result.answers.items()}
+
+
+def _answer(answer: Answer) -> dict[str, Any]:
+    """A verdict as plain values, with the numbers of its reading."""
     numbers = []
-    for number in result.counted.numbers.values():
-        ends = dict(zip(("allowed_low", "allowed_high"), number.allowed or (nan, nan), strict=True))
+    for number in answer.numbers.values():
+        ends = dict(zip(("allowed_low", "allowed_high"), number.allowed, strict=True))
         values = asdict(number.estimate) | ends
         del values["still_open"]  # not in the tables
         finite = {k: None if v is None or not isfinite(v) else v for k, v in values.items()}
         numbers.append({"name": number.name} | finite | {"verdict": number.verdict})
-    return {
-        "id": result.id,
-        "figure": result.claim.figure,
-        "kind": result.claim.kind,
-        "statement": result.claim.statement,
-        "paper": result.paper,
-        "criterion": result.criterion,
-        "verdict": result.verdict,
-        "reason": result.counted.reason,
-        "note": result.counted.note,
-        "estimates": numbers,
-    }
+    texts = {name: text for name, text in vars(answer).items() if name != "numbers"}
+    return texts | {"estimates": numbers}
 
 
-def _table(results: list[Result]) -> str:
+def _table(results: Results) -> str:
     from tabulate import tabulate
 
-    width = max(30, shutil.get_terminal_size((110, 24)).columns - 50)
+    width = max(30, shutil.get_terminal_size((110, 24)).columns - 60)
     rows = []
-    for result in results:
-        parts = [
-            (f"{number.name}: " if number.name else "")
-            + number.words
-            + (f" [{number.allowed_words}]" if number.allowed_words else "")
-            for number in result.counted.numbers.values()
-        ] or [result.counted.note]
-        lines = "\n".join(textwrap.fill(part, width) for part in parts)
-        rows.append((result.id, result.claim.figure, result.verdict, lines))
-    return tabulate(rows, headers=("claim", "figure", "verdict", "measured"), tablefmt="simple")
+    for result in results.values():
+        found = dict.fromkeys(answer.found for answer in result.answers.values() if answer.found)
+        lines = "\n".join(textwrap.fill(text, width) for text in found or [result.claim.statement])
+        rows.append((result.id, result.claim.figure, *result.verdicts.values(), lines))
+    headers = ("claim", "figure", *QUESTIONS, "what was found")
+    return tabulate(rows, headers=headers, tablefmt="simple")

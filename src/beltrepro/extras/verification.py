@@ -228,14 +228,14 @@ def _summary(values: np.ndarray) -> list[Any]:
 
 
 def _verdicts(results: Path) -> dict[str, str]:
-    """Verdict by claim; none where claims were not measured."""
+    """Both verdicts by claim, as "yes and no"; none where claims were not measured."""
     path = results / "claims.csv"
     if not path.exists():
         return {}
     try:
         rows = pd.read_csv(path, dtype=str, keep_default_na=False)
-        whole = rows[rows["variant"] == ""]
-        return dict(zip(whole["id"], whole["verdict"], strict=True))
+        verdicts = rows["replicated"] + " and " + rows["robust"]
+        return dict(zip(rows["id"], verdicts, strict=True))
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"{path}: not a table of claims ({error})") from None
 

@@ -12,14 +12,20 @@ import typst
 
 from beltrepro.base.atomic import replacing
 from beltrepro.replication.plan import registry
-from beltrepro.replication.report import claim_results as claims
-from beltrepro.replication.report.claim_results import Result, Results
+from beltrepro.replication.report.claim_results import Answer, Result, Results, count
 from beltrepro.replication.report.findings import Finding, findings_of
 from beltrepro.replication.report.material import Material
-from beltrepro.replication.report.sentences import all_filled, typeset
-from beltrepro.replication.report.trust import DECIDING, PAPER_DURATION, length, trust
+from beltrepro.replication.report.sentences import all_filled, as_sentence, typeset
+from beltrepro.replication.report.trust import (
+    DECIDING,
+    PAPER_DURATION,
+    dated,
+    dates,
+    length,
+    trust,
+)
 from beltrepro.replication.verdicts import ledger
-from beltrepro.replication.verdicts.criteria import FAILS, NOT_MEASURED, PARTLY, UNDECIDED
+from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, QUESTIONS
 
 KEYWORDS = ("spring-block model", "stick-slip motion", "avalanches", "chaos", "replication")
 MOST_FIGURES = 5
@@ -54,27 +60,14 @@ def name_of(author: Mapping[str, str]) -> str:
 def content(material: Material, authors: list[str]) -> dict[str, Any]:
     """All words and numbers of the article, as JSON has them."""
     results = material.claims
-    findings = findings_of(results)
+    findings = [finding for finding in findings_of(results) if not finding.unmet]
     about = facts(results, material.settings, _origin(material.file("claims")))
     sections: dict[str, list[str]] = {}
     for name, paragraphs in texts().items():
         filled = (" ".join(all_filled(sentences, results, about)) for sentences in paragraphs)
         # a sentence without its number is left out, and so is a paragraph without any sentence
         sections[name] = [paragraph for paragraph in filled if paragraph]
-    sections["abstract"] += [" ".join(finding.heading for finding in findings)]
-
-    def without_numbers(*verdicts: str) -> list[dict[str, str]]:
-        """Claims of these verdicts, and why in words; their numbers stand in the table."""
-        return [
-            {
-                "id": result.id,
-                "verdict": result.verdict,
-                "statement": result.claim.statement,
-                "why": typeset(result.counted.said),
-            }
-            for result in claims.with_verdict(results, *verdicts)
-        ]
-
+    sections["abstract"] += [" ".join(finding.text for finding in findings)]
     return {
         "title": "[Re] Chaos on the conveyor belt",
         "authors": authors,
@@ -82,25 +75,49 @@ def content(material: Material, authors: list[str]) -> dict[str, Any]:
         **sections,
         "findings": _with_figures(findings, material.images),
         "trust": typeset(" ".join(trust(results, material.settings))),
-        "failing": without_numbers(FAILS, PARTLY),
-        "undecided": without_numbers(UNDECIDED, NOT_MEASURED),
+        "dates": dates(results),
+        "after": [result.id for result in dated(results, ledger.SEEN[-1])],
+        "against": _listed(results, NO, IN_PART),
+        "open": _listed(results, OPEN),
         "claims": [_row(result) for result in results.values() if result.claim.finding],
-        "construction": [result.id for result in results.values() if not result.claim.finding],
+        "apart": [
+            {"id": result.id, "kind": result.claim.kind, "verdict": result.verdicts["replicated"]}
+            for result in results.values()
+            if not result.claim.finding
+        ],
     }
+
+
+def _listed(results: Results, *verdicts: str) -> list[dict[str, Any]]:
+    """Statements that have one of these verdicts, with what was found for the questions that do."""
+    listed = []
+    for result in results.values():
+        found = {
+            question: typeset(as_sentence(answer.found))
+            for question, answer in result.answers.items()
+            if answer.verdict in verdicts
+        }
+        if found and result.claim.finding:
+            if len({*found.values()}) == 1:
+                found = {"": next(iter(found.values()))}
+            statement = {"id": result.id, "statement": result.claim.statement, "found": found}
+            listed.append(statement | result.verdicts)
+    return listed
 
 
 def facts(
     results: Results, settings: Mapping[str, Any], origin: Mapping[str, Any]
 ) -> dict[str, str]:
     """Facts of the run as short texts by name; those that are not known lack."""
-    counts = claims.count(results)
-    about = {name: str(number) for name, number in counts.by_verdict.items()}
-    about |= {"testable": str(counts.testable), "preset": settings["preset"]}
+    counts = count(results)
+    about = {"testable": str(counts.testable), "preset": settings["preset"]}
+    for question, numbers in counts.verdicts.items():
+        about |= {f"{question} {verdict}": str(number) for verdict, number in numbers.items()}
     defaults = settings["defaults"]
-    numbers = settings.get("model", {}) | {
+    constants = settings.get("model", {}) | {
         name: defaults[name] for name in ("time_step", "seed") if name in defaults
     }
-    about |= {name: f"{value:g}" for name, value in numbers.items()}
+    about |= {name: f"{value:g}" for name, value in constants.items()}
     deciding = settings.get("datasets", {}).get(DECIDING)
     if deciding:
         about |= {name: length(float(deciding[name])) for name in ("duration", "transient")}
@@ -129,15 +146,15 @@ def _origin(table: Path) -> dict[str, Any]:
 
 def _with_figures(findings: list[Finding], images: Mapping[str, Path]) -> list[dict[str, Any]]:
     """Findings, the first ones with their figure."""
-    pictured = [finding for finding in findings if finding.figure in images][:MOST_FIGURES]
+    first = {finding.figure: finding for finding in reversed(findings) if finding.figure in images}
+    pictured = [finding for finding in findings if finding is first.get(finding.figure)]
+    pictured = pictured[:MOST_FIGURES]
     return [
         {
             "topic": finding.topic,
-            "verdict": finding.verdict,
-            "heading": finding.heading,
-            "text": " ".join(finding.sentences),
+            "text": finding.text,
             "figure": _figure(finding.figure) if finding in pictured else None,
-            "claims": [{"id": result.id, "verdict": result.verdict} for result in finding.results],
+            "claims": [{"id": result.id, **result.verdicts} for result in finding.results],
         }
         for finding in findings
     ]
@@ -151,18 +168,22 @@ def _figure(name: str) -> dict[str, str]:
 
 
 def _row(result: Result) -> dict[str, Any]:
-    """A row of the table of claims."""
+    """A row of the table of claims; numbers once where both questions judge the same ones."""
+    answers = result.answers
+    numbers = {question: _numbers(answer) for question, answer in answers.items()}
+    if (
+        len({answer.reading for answer in answers.values()}) == 1
+        and len({str(listed) for listed in numbers.values()}) == 1
+    ):
+        numbers = {"both": numbers[QUESTIONS[0]]}
     return {
         "id": result.id,
         "figure": str(result.claim.figure or ""),
-        "verdict": result.verdict,
-        "numbers": [
-            {
-                "name": typeset(number.name),
-                "words": typeset(number.words),
-                "allowed": typeset(number.allowed_words),
-                "verdict": number.verdict,
-            }
-            for number in result.counted.judged
-        ],
+        **result.verdicts,
+        "numbers": {name: listed for name, listed in numbers.items() if listed},
     }
+
+
+def _numbers(answer: Answer) -> list[str]:
+    """The numbers that decide, with the ranges that are allowed."""
+    return [typeset(f"{n.name} {n.words} [{n.allowed_words}]") for n in answer.judged]

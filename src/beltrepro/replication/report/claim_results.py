@@ -1,7 +1,8 @@
-"""The tables of claims of a run, as values: verdicts, numbers and readings."""
+"""The tables of claims of a run, as values: two verdicts for each claim, and their numbers."""
 
 import math
-import re
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -9,23 +10,22 @@ import pandas as pd
 
 from beltrepro.base.errors import InputError
 from beltrepro.replication.verdicts import criteria
-from beltrepro.replication.verdicts.ledger import Claim, load_ledger
+from beltrepro.replication.verdicts.criteria import IN_PART, NO, QUESTIONS, YES
+from beltrepro.replication.verdicts.ledger import FINDINGS, KINDS, Claim, load_ledger
 from beltrepro.stats.estimates import Estimate
 
-_BY = {
-    criteria.FAILS: "It fails by",
-    criteria.PARTLY: "It fails in part, by",
-    criteria.UNDECIDED: "It is undecided by",
-}
+DECIDED = (YES, IN_PART, NO)
+APART = tuple(kind for kind in KINDS if kind not in FINDINGS)
 
 
 @dataclass(frozen=True)
 class Number:
-    """A measured number of a claim; `name` may be empty."""
+    """A measured number of a reading."""
 
     name: str
     estimate: Estimate
-    allowed: tuple[float, float] | None = None  # None: it decides nothing, and has no verdict
+    decides: tuple[str, ...] = ()  # questions; without any it has no range and no verdict
+    allowed: tuple[float, float] = (math.nan, math.nan)
     verdict: str = ""
 
     @property
@@ -36,54 +36,40 @@ class Number:
     @property
     def allowed_words(self) -> str:
         """The allowed range, empty if there is none."""
-        return "" if self.allowed is None else criteria.range_in_words(self.allowed)
+        return criteria.range_in_words(self.allowed) if self.decides else ""
 
 
 @dataclass(frozen=True)
-class Reading:
-    """A claim in one reading; `name` is empty for the one that counts."""
+class Answer:
+    """What a run says to one of the two questions; the texts stand in the table of claims."""
 
-    name: str
     verdict: str
-    reason: str  # the numbers that do not hold, and by what; empty if all do
-    note: str  # what is to be known besides
+    found: str  # as a sentence; why there is no verdict where nothing was measured
+    reading: str  # which one counts; empty if there is but one
+    tried: str  # readings that were tried until this one gave the printed number
+    how: str
+    criterion: str
+    because: str
+    reason: str
     runs: str
-    numbers: dict[str, Number] = field(hash=False)
+    numbers: dict[str, Number] = field(hash=False)  # of its reading
 
     @property
     def judged(self) -> list[Number]:
         """The numbers that decide."""
-        return [number for number in self.numbers.values() if number.allowed is not None]
-
-    @property
-    def also(self) -> list[Number]:
-        """The numbers that are only reported."""
-        return [number for number in self.numbers.values() if number.allowed is None]
-
-    @property
-    def said(self) -> str:
-        """The note as sentences."""
-        return as_sentence(self.note)
-
-    @property
-    def why(self) -> str:
-        """Why it does not hold, as sentences; empty if it holds or cannot be tested."""
-        if self.verdict in (criteria.HOLDS, criteria.NOT_TESTABLE):
-            return ""
-        if not self.reason:
-            return self.said
-        return f"{as_sentence(f'{_BY[self.verdict]} {self.reason}')} {self.said}".strip()
+        return [number for number in self.numbers.values() if number.decides]
 
 
 @dataclass(frozen=True)
 class Result:
-    """A claim of the paper and what a run says of it, first in the reading that counts."""
+    """A claim of the paper and what a run says of it."""
 
     claim: Claim
-    readings: tuple[Reading, ...]
-    criterion: str
     paper: str
+    note: str
     dataset: str
+    answers: dict[str, Answer] = field(hash=False)  # by question
+    readings: dict[str, dict[str, Number]] = field(hash=False)  # all of them, by name
 
     @property
     def id(self) -> str:
@@ -91,24 +77,9 @@ class Result:
         return self.claim.id
 
     @property
-    def counted(self) -> Reading:
-        """The reading that counts."""
-        return self.readings[0]
-
-    @property
-    def variants(self) -> tuple[Reading, ...]:
-        """The other readings."""
-        return self.readings[1:]
-
-    @property
-    def verdict(self) -> str:
-        """Of the reading that counts."""
-        return self.counted.verdict
-
-    @property
-    def measured(self) -> bool:
-        """Whether there is a verdict."""
-        return self.verdict not in (criteria.NOT_MEASURED, criteria.NOT_TESTABLE)
+    def verdicts(self) -> dict[str, str]:
+        """Both verdicts, by question."""
+        return {question: answer.verdict for question, answer in self.answers.items()}
 
 
 Results = dict[str, Result]
@@ -116,32 +87,47 @@ Results = dict[str, Result]
 
 @dataclass(frozen=True)
 class Counts:
-    """How many claims that could come out otherwise have each verdict; and those that could not."""
+    """How many claims have each verdict, by question, and how many are counted apart, by kind."""
 
-    by_verdict: dict[str, int]
-    construction: int  # true because the model is built so
+    verdicts: dict[str, dict[str, int]]
+    apart: dict[str, int]
+    total: int  # statements of the paper that could come out otherwise
+    testable: int  # those of them with anything that a simulation can be compared with
 
-    @property
-    def total(self) -> int:
-        """Claims that could come out otherwise."""
-        return sum(self.by_verdict.values())
 
-    @property
-    def testable(self) -> int:
-        """Those of them that a simulation can test."""
-        return self.total - self.by_verdict[criteria.NOT_TESTABLE]
+@dataclass(frozen=True)
+class OtherRun:
+    """What another run makes of the claims that it judges by the same criteria as this one."""
+
+    name: str
+    verdicts: dict[str, dict[str, str]]  # by question and claim
+
+    def pairs(self, results: Results, question: str) -> dict[str, tuple[str, str]]:
+        """The verdicts of this run and of the other one, where both decide."""
+        pairs = {
+            name: (results[name].verdicts[question], verdict)
+            for name, verdict in self.verdicts[question].items()
+            if results[name].claim.finding
+        }
+        return {name: pair for name, pair in pairs.items() if {*pair} <= {*DECIDED}}
+
+    def agreement(self, results: Results, question: str) -> tuple[int, int, int]:
+        """How many claims both decide, how many of them alike, and how many yes against no."""
+        pairs = self.pairs(results, question).values()
+        alike = sum(one == other for one, other in pairs)
+        return len(pairs), alike, sum({*pair} == {YES, NO} for pair in pairs)
 
 
 def count(results: Results) -> Counts:
     """Count the claims of a run by their verdicts."""
-    verdicts = [result.verdict for result in results.values() if result.claim.finding]
-    by_verdict = {verdict: verdicts.count(verdict) for verdict in criteria.VERDICTS}
-    return Counts(by_verdict, len(results) - len(verdicts))
-
-
-def with_verdict(results: Results, *verdicts: str) -> list[Result]:
-    """The claims that have one of these verdicts."""
-    return [result for result in results.values() if result.verdict in verdicts]
+    findings = [result for result in results.values() if result.claim.finding]
+    verdicts = {}
+    for question in QUESTIONS:
+        numbers = Counter(result.verdicts[question] for result in findings)
+        verdicts[question] = {verdict: numbers[verdict] for verdict in criteria.VERDICTS}
+    kinds = Counter(result.claim.kind for result in results.values())
+    testable = sum(result.claim.testable for result in findings)
+    return Counts(verdicts, {kind: kinds[kind] for kind in APART}, len(findings), testable)
 
 
 def read(folder: Path) -> Results:
@@ -152,64 +138,83 @@ def read(folder: Path) -> Results:
 def read_tables(claims_csv: Path, estimates_csv: Path) -> Results:
     """`read` from two files."""
     ledger = load_ledger()
-    claims, numbers = read_claims(claims_csv), _numbers(estimates_csv)
+    claims, numbers = _read_csv(claims_csv), _numbers(estimates_csv)
     results: Results = {}
-    for name, rows in claims.groupby("id", sort=False):
-        if name not in ledger:
-            raise InputError(f"{claims_csv}: claim {name!r} is not in the ledger")
-        readings = (
-            _reading(row, numbers.get((name, row["variant"]), {}))
-            for row in rows.to_dict("records")
-        )
-        first = rows.iloc[0]
-        results[name] = Result(
-            ledger[name], tuple(readings), first["criterion"], first["paper"], first["dataset"]
+    for row in claims:
+        if row["id"] not in ledger:
+            raise InputError(f"{claims_csv}: claim {row['id']!r} is not in the ledger")
+        if not is_current(row):
+            raise InputError(f"{claims_csv}: made by an earlier version, with one verdict a claim")
+        rows = numbers.get(row["id"], [])
+        readings = {name: {n.name: n for r, n in rows if r == name} for name, _ in rows}
+        answers = {question: _answer(row, question, rows) for question in QUESTIONS}
+        results[row["id"]] = Result(
+            ledger[row["id"]], row["paper"], row["note"], row["dataset"], answers, readings
         )
     return results
 
 
-def read_claims(path: Path) -> pd.DataFrame:
-    """A table of claims, all of it text."""
-    return _read_csv(path, dtype=str, keep_default_na=False)
+def is_current(row: dict[str, str]) -> bool:
+    """Whether a row of a table of claims has both verdicts."""
+    return all(question in row for question in QUESTIONS)
 
 
-def as_sentence(text: str) -> str:
-    """With a full stop, and a capital for words, not for symbols."""
-    text = text.strip()
-    if not text:
-        return ""
-    begin = text[0].upper() if re.match(r"[a-z]{3}", text) else text[0]
-    return begin + text[1:] + ("" if text.endswith((".", "?", "!")) else ".")
+def compared(results: Results, tables: Iterable[Path]) -> list[OtherRun]:
+    """Other runs, by their tables of claims; those of earlier versions are left out."""
+    return [
+        OtherRun(
+            path.parent.name, {question: _same(results, rows, question) for question in QUESTIONS}
+        )
+        for path in tables
+        if (rows := _read_csv(path)) and is_current(rows[0])
+    ]
 
 
-def _read_csv(path: Path, **how) -> pd.DataFrame:
+def _same(results: Results, rows: list[dict[str, str]], question: str) -> dict[str, str]:
+    """Verdicts by criteria that are those of this run."""
+
+    def same(row: dict[str, str], answer: Answer) -> bool:
+        criterion = row[f"{question}_criterion"], row[f"{question}_reading"]
+        return criterion == (answer.criterion, answer.reading)
+
+    return {
+        row["id"]: row[question]
+        for row in rows
+        if row["id"] in results and same(row, results[row["id"]].answers[question])
+    }
+
+
+def _read_csv(path: Path) -> list[dict[str, str]]:
+    """Rows of a table, all of it text."""
     if not path.is_file():
         raise InputError(f"{path}: no such file")
-    return pd.read_csv(path, **how)
+    return pd.read_csv(path, dtype=str, keep_default_na=False).to_dict("records")
 
 
-def _reading(row: dict[str, str], numbers: dict[str, Number]) -> Reading:
-    reason, note = row.get("reason", ""), row["note"]
-    if "reason" not in row:  # runs of beltrepro up to 0.1 have it at the head of the note
-        judged = {number.name: number for number in numbers.values() if number.allowed}
-        allowed = {name: number.allowed for name, number in judged.items()}
-        estimates = {name: number.estimate for name, number in judged.items()}
-        computed = criteria.judge({"allowed": allowed}, criteria.Measurement(estimates)).reason
-        if note == computed or note.startswith(f"{computed}. "):
-            reason, note = computed, note.removeprefix(computed).removeprefix(". ")
-    return Reading(row["variant"], row["verdict"], reason, note, row["runs"], numbers)
+def _answer(row: dict[str, str], question: str, rows: list[tuple[str, Number]]) -> Answer:
+    texts = [row[f"{question}{end}"] for end in criteria.ANSWER]
+    reading = row[f"{question}_reading"]
+    numbers: dict[str, Number] = {}
+    for name, number in rows:
+        if name == reading and (question in number.decides or number.name not in numbers):
+            only = number if question in number.decides else Number(number.name, number.estimate)
+            numbers[number.name] = only
+    return Answer(*texts, numbers=numbers)
 
 
-def _numbers(path: Path) -> dict[tuple[str, str], dict[str, Number]]:
-    """Numbers by claim and reading, and in these by name."""
-    texts = dict.fromkeys(("id", "variant", "name", "verdict"), "")
-    table = _read_csv(path, dtype=dict.fromkeys(texts, str), na_values=[""], keep_default_na=False)
-    numbers: dict[tuple[str, str], dict[str, Number]] = {}
-    for row in table.fillna(texts).to_dict("records"):
-        runs = None if math.isnan(row["runs"]) else int(row["runs"])
-        estimate = Estimate(row["value"], row["low"], row["high"], runs)
-        ends = (row["allowed_low"], row["allowed_high"])
-        allowed = None if math.isnan(ends[0]) else ends
-        number = Number(row["name"], estimate, allowed, row["verdict"])
-        numbers.setdefault((row["id"], row["variant"]), {})[row["name"]] = number
+def _numbers(path: Path) -> dict[str, list[tuple[str, Number]]]:
+    """Readings and numbers by claim; one that both questions judge otherwise is there twice."""
+    numbers: dict[str, list[tuple[str, Number]]] = {}
+    for row in _read_csv(path):
+        if "reading" not in row:
+            raise InputError(f"{path}: made by an earlier version, with one verdict a claim")
+        value, low, high, *allowed = (
+            float(row[name] or "nan")
+            for name in ("value", "low", "high", "allowed_low", "allowed_high")
+        )
+        runs = int(float(row["runs"])) if row["runs"] else None
+        decides = tuple(filter(None, row["decides"].split(", ")))
+        estimate = Estimate(value, low, high, runs)
+        number = Number(row["name"], estimate, decides, (allowed[0], allowed[1]), row["verdict"])
+        numbers.setdefault(row["id"], []).append((row["reading"], number))
     return numbers

@@ -64,13 +64,9 @@ RECORDINGS = _study(
 SECTIONS: tuple[PageSection, ...] = (
     PageSection("claims", "Claims", "claims", judged.cards, judged.TABLES),
     PageSection("figures", "Figures", "figures", _figures, ("figures",)),
-    PageSection("sensitivity", "Sensitivity", "sensitivity", judged.sensitivity, judged.TABLES),
+    PageSection("dates", "When it was judged", "dates", judged.dates, judged.TABLES),
     PageSection(
-        "open_points",
-        "Open points and the readings tried",
-        "ambiguities",
-        judged.open_points,
-        judged.TABLES,
+        "open_points", "What the paper leaves open", "open", judged.open_points, judged.TABLES
     ),
     PageSection(
         "presets", "Other presets", "presets", judged.presets, (*judged.TABLES, "compared")

@@ -1,89 +1,68 @@
-"""What a reader is told: findings by templates in `topics.yaml`, and what each figure shows."""
+"""What was found, in a few sentences that people wrote, each watched by its conditions."""
 
 import functools
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from beltrepro.base.errors import InputError
 from beltrepro.replication.report.claim_results import Result, Results
-from beltrepro.replication.report.sentences import all_filled, typeset
-from beltrepro.replication.verdicts import criteria, ledger
-from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, PARTLY, UNDECIDED
-
-_BEGINS = {
-    HOLDS: "As the paper says",
-    PARTLY: "In part as the paper says",
-    FAILS: "Not as the paper says",
-    UNDECIDED: "Undecided",
-    criteria.NOT_MEASURED: "Not measured in this run",
-    criteria.NOT_TESTABLE: "Not testable here",
-}
+from beltrepro.replication.report.sentences import filled, number_at, place_of
+from beltrepro.replication.verdicts.criteria import NO, YES, bounds, range_in_words
+from beltrepro.replication.verdicts.ledger import read_yaml
 
 
 @dataclass(frozen=True)
 class Finding:
-    """A finding of a run: claims that belong together, and what came out."""
+    """A finding and what a run makes of it."""
 
     topic: str  # title that says nothing of the outcome
-    verdict: str
-    heading: str  # what was found, by the verdict
-    sentences: tuple[str, ...]  # numbers and reasons
+    text: str  # with the numbers of the run; as it was written if the run lacks one
     figure: str  # name of the picture that shows it
-    results: tuple[Result, ...]
+    unmet: tuple[str, ...]  # conditions that this run does not meet
+    results: tuple[Result, ...]  # the claims on which it rests
 
 
 @functools.cache
-def templates() -> tuple[dict[str, Any], ...]:
-    """The templates as they stand in the file."""
-    return tuple(ledger.read_yaml("beltrepro.replication.report", "topics.yaml"))
+def words() -> dict[str, list[dict[str, Any]]]:
+    """The findings, and the numbers of the table below them, as they stand in the file."""
+    return read_yaml("beltrepro.replication.report", "findings.yaml")
 
 
 def findings_of(results: Results) -> list[Finding]:
-    """The findings whose claims were all measured, in the words of their verdicts."""
-    return [
-        _finding(template, results)
-        for template in templates()
-        if all(name in results and results[name].measured for name in template["claims"])
-    ]
+    """All findings, whether they hold in this run or not."""
+    return [_finding(**entry, results=results) for entry in words()["findings"]]
 
 
-def verdict_of(results: Iterable[Result]) -> str:
-    """Verdict of several claims taken as one: all must hold."""
-    grades = {result.verdict for result in results}
-    if grades in ({HOLDS}, {FAILS}):
-        return grades.pop()
-    return PARTLY if grades & {HOLDS, PARTLY} and grades & {FAILS, PARTLY} else UNDECIDED
+def check(results: Results) -> None:
+    """Raise InputError for the first sentence that does not hold in a run."""
+    for finding in findings_of(results):
+        if finding.unmet:
+            raise InputError(
+                f"{finding.text!r} is not what this run found: {'; '.join(finding.unmet)}; "
+                "change findings.yaml in beltrepro/replication/report"
+            )
 
 
-def seen(results: Iterable[Result]) -> list[str]:
-    """What a figure shows: a sentence for each verdict that its claims have, with their numbers."""
-    results = list(results)
-    return [
-        f"{begin}: {'; '.join(_with_numbers(result) for result in results_so_judged)}."
-        for verdict, begin in _BEGINS.items()
-        if (results_so_judged := [result for result in results if result.verdict == verdict])
-    ]
+def _finding(
+    results: Results, topic: str, text: str, figure: str, verdicts: dict, numbers: dict
+) -> Finding:
+    sentence = filled(text, results)
+    unmet = [] if sentence else ["a number in it was not found"]
+    for claim, wanted in verdicts.items():
+        for question, word in wanted.items():
+            verdict = results[claim].verdicts[question] if claim in results else "missing"
+            if verdict != word_of(word):
+                unmet.append(f"{claim} is {verdict} as {question}, not {word_of(word)}")
+    for place, allowed in numbers.items():
+        number, (low, high) = number_at(place, results), bounds(allowed)
+        if number is None or not low <= number.estimate.low <= number.estimate.high <= high:
+            words_of_number = number.words if number else "not found"
+            unmet.append(f"{place} is {words_of_number}, not {range_in_words(allowed)}")
+    claims = dict.fromkeys([*verdicts, *(place_of(place)[1] for place in numbers)])
+    rests_on = tuple(results[name] for name in claims if name in results)
+    return Finding(topic, sentence or text, figure, tuple(unmet), rests_on)
 
 
-def _finding(template: dict[str, Any], results: Results) -> Finding:
-    claims = tuple(results[name] for name in template["claims"])
-    verdict = verdict_of(claims)
-    # of a sentence that depends on the verdict of a claim, the one for this verdict, if any
-    sentences = (
-        entry if isinstance(entry, str) else entry.get(results[entry["of"]].verdict, "")
-        for entry in template["sentences"]
-    )
-    return Finding(
-        topic=template["topic"],
-        verdict=verdict,
-        heading=template["heading"][verdict],
-        sentences=tuple(dict.fromkeys(all_filled(sentences, results))),
-        figure=template["figure"],
-        results=claims,
-    )
-
-
-def _with_numbers(result: Result) -> str:
-    """A claim and the numbers that decided."""
-    numbers = ", ".join(f"{n.name} {typeset(n.words)}".strip() for n in result.counted.judged)
-    return f"{result.id}, with {numbers}" if numbers else result.id
+def word_of(verdict: str | bool) -> str:
+    """A verdict of the file, where YAML takes a bare yes or no for a truth value."""
+    return {True: YES, False: NO}.get(verdict, verdict)

@@ -1,72 +1,80 @@
-"""Sections on what was judged: summary, claims, their readings, and other runs."""
+"""Sections on what was judged: first screen, claims, dates of their criteria, and other runs."""
 
+from beltrepro.replication.report import trust
 from beltrepro.replication.report.claim_results import Result, count
 from beltrepro.replication.report.findings import findings_of
 from beltrepro.replication.report.material import Material
-from beltrepro.replication.report.readings import depends_on_reading, differing, printed, shifts
-from beltrepro.replication.report.trust import trust
-from beltrepro.replication.verdicts.criteria import VERDICTS
-from beltrepro.replication.verdicts.ledger import SECTIONS, read_yaml
+from beltrepro.replication.verdicts.criteria import QUESTIONS, VERDICTS
+from beltrepro.replication.verdicts.ledger import SEEN, read_yaml
 
 TABLES = ("claims", "estimates")  # files that these sections need
-MOST, SENTENCES = 5, 4  # findings on the first screen, and sentences of each
 WORDS = read_yaml("beltrepro.replication.report", "page.yaml")
-BUILT_SO = "True because the model is built so"
 SHOWN_BY = {claim: name for name, claims in WORDS["shown_by"].items() for claim in claims}
 
 
 def summary(material: Material) -> dict:
-    """What was run in numbers, findings, number of claims with each verdict, and trust."""
+    """What was run in numbers, findings, claims counted by both verdicts, and trust."""
+    results = material.claims
     return {
         "preset": material.preset,
         "datasets": len(material.datasets),
         "pictures": sum(bool(picture["number"]) for picture in material.pictures),
-        "findings": findings_of(material.claims)[:MOST],
-        "shown": SENTENCES,
+        "findings": findings_of(results),
         "drawn": set(material.images),
+        "questions": QUESTIONS,
         "verdicts": VERDICTS,
-        "counts": count(material.claims),
-        "trust": list(trust(material.claims, material.settings, material.others)),
+        "counts": count(results),
+        "trust": [*trust.trust(results, material.settings, material.others), trust.dates(results)],
     }
 
 
 def cards(material: Material) -> dict:
-    """Claims by group, with their pictures; verdicts with their counts."""
+    """Claims by group, those that are counted apart last, with their pictures; counts."""
     titles = WORDS["groups"]
-    groups: dict[str, list] = {title: [] for title in (*map(titles.get, SECTIONS), BUILT_SO)}
+    groups: dict[str, list] = {title: [] for title in titles.values()}
     for result in material.claims.values():
-        group = titles[result.claim.section] if result.claim.finding else BUILT_SO
+        claim = result.claim
+        group = titles[claim.section if claim.finding else claim.kind]
         groups[group].append(_card(result, material.pictures))
     return {
         "groups": {title: group for title, group in groups.items() if group},
+        "questions": QUESTIONS,
         "verdicts": VERDICTS,
         "counts": count(material.claims),
     }
 
 
-def sensitivity(material: Material) -> dict:
-    """Rows by what is changed, and what no reading of these claims changes."""
-    by_change = shifts(material.claims)
-    return {
-        "groups": {what: rows for what, rows in by_change.items() if rows},
-        "untried": [what for what, rows in by_change.items() if not rows],
-    }
+def dates(material: Material) -> dict:
+    """How many criteria are from after which runs, and those from after the published one."""
+    after = trust.dated(material.claims, SEEN[-1])
+    return {"sentence": trust.dates(material.claims), "seen": SEEN[-1], "after": after}
 
 
 def open_points(material: Material) -> dict:
-    """Printed numbers beside what the readings span; points of the model, and of claims."""
-    results = list(material.claims.values())
-    return {
-        "printed": printed(results),
-        "model": WORDS["model"],
-        "claims": [(result, depends_on_reading(result)) for result in results if result.claim.open],
-    }
+    """Points that the paper leaves open: of the model, and of claims."""
+    claims = [result for result in material.claims.values() if result.claim.open]
+    return {"model": WORDS["model"], "claims": claims}
 
 
 def presets(material: Material) -> dict:
-    """Other runs, and the claims that any two runs judge differently."""
-    rows = differing(material.claims, material.others)
-    return {"others": material.others, "rows": rows, "preset": material.preset}
+    """How far other runs agree with this one, and the claims that both decide differently."""
+    results = material.claims
+    return {
+        "preset": material.preset,
+        "others": [
+            {
+                "name": other.name,
+                "agreement": {q: other.agreement(results, q) for q in QUESTIONS},
+                "differing": [
+                    (name, question, *pair)
+                    for question in QUESTIONS
+                    for name, pair in other.pairs(results, question).items()
+                    if pair[0] != pair[1]
+                ],
+            }
+            for other in material.others
+        ],
+    }
 
 
 def _card(result: Result, pictures: list[dict]) -> dict:

@@ -11,9 +11,7 @@ import numpy as np
 
 from beltrepro.base.store import Dataset
 from beltrepro.replication.plan import files, registry
-from beltrepro.replication.report.claim_results import Results, read_tables
-from beltrepro.replication.report.findings import seen
-from beltrepro.replication.report.readings import OtherRun, compared
+from beltrepro.replication.report.claim_results import OtherRun, Results, compared, read_tables
 from beltrepro.replication.report.trust import length
 
 
@@ -90,7 +88,6 @@ def _picture(name: str, entry: registry.Figure, path: Path, claims: Results) -> 
         "alt": entry.alt,
         "image": base64.b64encode(path.read_bytes()).decode(),
         "claims": shown,
-        "seen": seen(shown),
         "uses": list(entry.uses),
     }
 

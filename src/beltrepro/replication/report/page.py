@@ -7,14 +7,13 @@ import jinja2
 from markupsafe import Markup
 
 from beltrepro.base.atomic import replacing
-from beltrepro.replication.report.claim_results import as_sentence
 from beltrepro.replication.report.contents import SECTIONS, SUMMARY, PageSection
 from beltrepro.replication.report.material import Material
-from beltrepro.replication.report.sentences import typeset
+from beltrepro.replication.report.sentences import as_sentence, typeset
 from beltrepro.replication.verdicts.criteria import VERDICTS
 
 STYLES = ("report.css", "player/player.css")
-SYMBOLS = dict(zip(VERDICTS, "✓◐✗?–○", strict=True))
+SYMBOLS = dict(zip(VERDICTS, "✓◐✗?○", strict=True))
 _ROOM = "beltrepro.replication.report"
 
 

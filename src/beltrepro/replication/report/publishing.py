@@ -17,10 +17,11 @@ from beltrepro.base import seal
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import manifest
-from beltrepro.replication.report.claim_results import Results, count, read
-from beltrepro.replication.report.sentences import filled, place_of, typeset
-from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, PARTLY, UNDECIDED
-from beltrepro.replication.verdicts.ledger import load_ledger, read_yaml
+from beltrepro.replication.report import findings
+from beltrepro.replication.report.claim_results import count, read
+from beltrepro.replication.report.sentences import number_at, place_of, typeset
+from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, QUESTIONS, YES
+from beltrepro.replication.verdicts.ledger import load_ledger
 
 PLACE = Path("docs/results")
 LIMIT = 20_000_000  # bytes of a published run, as repositories and their readers bear them
@@ -28,20 +29,21 @@ FILES = ("report.html", "article.pdf", "claims.csv", "estimates.csv")
 FIRST = ("paper", "standard", "smoke")  # the run that README.md shows: the first that is published
 BEGIN, END = "<!-- results: written by `make publish` -->", "<!-- end of results -->"
 
-WORDS = read_yaml("beltrepro.replication.report", "readme.yaml")
-
 
 def publish(results: Path, place: Path = PLACE) -> Path:
     """Copy what a finished run shows, with a list of checksums.
 
     The report shows the pictures in the folder `figures` instead of holding them a second time. PNG
-    files lose colours if all is larger than `LIMIT` otherwise.
+    files lose colours if all is larger than `LIMIT` otherwise. The run `paper` is refused where a
+    sentence of the findings does not hold in it.
     """
     target = place / results.name
     place.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=place) as name:
         folder = Path(name) / target.name
         _copy(results, folder)
+        if results.name == FIRST[0]:
+            findings.check(read(folder))
         _link_pictures(folder)
         if size(folder) > LIMIT:
             _take_colours(folder)
@@ -82,40 +84,34 @@ def size(folder: Path) -> int:
 
 def _block(folder: Path) -> Iterator[str]:
     results = read(folder)
+    for finding in findings.findings_of(results):
+        if not finding.unmet:
+            yield f"- {finding.text}"
+    yield ""
+    yield "| | printed | replicated (95 %) | robust (95 %) |"
+    yield "| --- | --- | --- | --- |"
+    for entry in findings.words()["numbers"]:
+        _, claim, name = place_of(entry["place"])
+        answers = results[claim].answers.values()
+        replicated = number_at(entry["place"], results)
+        robust = number_at(f"robust {entry['place']}", results)
+        if len({answer.reading for answer in answers}) == 1:
+            robust = None  # the same number
+        paper = load_ledger()[claim].paper
+        printed = entry.get("printed") or f"{paper[name] if isinstance(paper, dict) else paper:g}"
+        cells = (printed, *(number.words if number else "" for number in (replicated, robust)))
+        yield typeset(f"| {entry['what']} | {' | '.join(cells)} |")
     counts = count(results)
-    number = counts.by_verdict
-    for entry in WORDS["found"]:
-        if sentence := _found(**entry, results=results, strict=folder.name == FIRST[0]):
-            yield f"- {sentence}"
     yield ""
-    yield "| | printed | measured (95 %) |"
-    yield "| --- | --- | --- |"
-    for entry in WORDS["numbers"]:
-        if measured := filled(f"{{{entry['place']}}}", results):
-            claim, name = place_of(entry["place"])
-            paper = load_ledger()[claim].paper
-            value = paper.get(name) if isinstance(paper, dict) else paper
-            printed = entry.get("printed") or typeset(f"{value:g}")
-            yield f"| {entry['what']} | {printed} | {measured} |"
+    yield f"Of {counts.testable} statements that can be tested:"
     yield ""
-    yield (
-        f"Of {counts.testable} statements that can be tested {number[HOLDS]} hold, "
-        f"{number[PARTLY]} hold in part, {number[FAILS]} fail, and {number[UNDECIDED]} stay open: "
-        f"[report]({folder}/report.html), [article]({folder}/article.pdf)."
-    )
-
-
-def _found(text: str, rests_on: dict[str, str], results: Results, *, strict: bool) -> str | None:
-    """A sentence on what was found; if a verdict on which it rests is another: None or an error."""
-    for name, verdict in rests_on.items():
-        if results[name].verdict != verdict:
-            if strict:
-                raise InputError(
-                    f"README.md would say {text!r}: {name} must be {verdict!r} for that, and "
-                    f"is {results[name].verdict!r}; change readme.yaml beside publishing.py"
-                )
-            return None
-    return filled(text, results)
+    yield "| | yes | in part | no | open |"
+    yield "| --- | --- | --- | --- | --- |"
+    for question in QUESTIONS:
+        numbers = (str(counts.verdicts[question][word]) for word in (YES, IN_PART, NO, OPEN))
+        yield f"| {question} | {' | '.join(numbers)} |"
+    yield ""
+    yield f"[Report]({folder}/report.html), [article]({folder}/article.pdf)."
 
 
 def _copy(results: Path, folder: Path) -> None:

@@ -1,26 +1,34 @@
-"""Sentences with places for numbers: `{r-jump: ratio}` is a number of a claim with its interval.
+"""Sentences with places for numbers: `{u-critical: critical}` is a number of a claim.
 
-A place is a claim and the name of a number of it, in the reading that counts. `{r-jump}` is the
-only one that decides, `{why r-jump}` why the claim does not hold, `{verdict r-jump}` its verdict. A
-sentence with a number that was not measured is left out. `{=preset}` is a fact of the run, by name.
+It is that of the reading that `replicated` judges; `{robust u-critical: critical}` is that of
+`robust`. A claim alone means its only number that decides. Before it may stand `value`, `percent`
+or `count`, as in the ledger. `{=preset}` is a fact of the run, by name.
 """
 
 import math
 import re
 from collections.abc import Iterable, Mapping
 
-from beltrepro.replication.report.claim_results import Results
+from beltrepro.replication.report.claim_results import Number, Results
+from beltrepro.replication.verdicts import criteria
+from beltrepro.replication.verdicts.criteria import QUESTIONS
 
-_PLACE = re.compile(r"\{([^{}]+)\}")
 MINUS = "\u2212"
 
 
 def filled(template: str, results: Results, facts: Mapping[str, str] | None = None) -> str | None:
     """The sentence with its numbers and facts, None if one of them is not known."""
-    texts = {place: _text(place, results, facts or {}) for place in places(template)}
-    if not all(texts.values()):
-        return None
-    return _PLACE.sub(lambda match: texts[match[1]], template)
+    numbers = {}
+    for place in criteria.names_in(template):
+        if place.startswith("="):
+            if not (facts or {}).get(place[1:]):
+                return None
+            template = template.replace(f"{{{place}}}", facts[place[1:]])
+        elif number := number_at(place, results):
+            numbers[place] = number.estimate
+        else:
+            return None
+    return typeset(criteria.sentence(template, numbers))
 
 
 def all_filled(
@@ -30,38 +38,35 @@ def all_filled(
     return [text for template in templates if (text := filled(template, results, facts))]
 
 
-def places(template: str) -> list[str]:
-    """The places of a sentence, as written."""
-    return _PLACE.findall(template)
+def place_of(place: str) -> tuple[str, str, str]:
+    """Question, claim and name of the number of a place; the name may be empty."""
+    robust = place.startswith("robust ")
+    claim, _, name = place.removeprefix("robust ").partition(": ")
+    return QUESTIONS[robust], claim, name
 
 
-def place_of(place: str) -> tuple[str, str | None]:
-    """Claim and name of the number of a place; None if it has no name."""
-    claim, _, name = place.removeprefix("why ").removeprefix("verdict ").partition(": ")
-    return claim, name or None
-
-
-def _text(place: str, results: Results, facts: Mapping[str, str]) -> str:
-    if place.startswith("="):
-        return facts.get(place[1:], "")
-    claim, name = place_of(place)
+def number_at(place: str, results: Results) -> Number | None:
+    """The number of a place, if it was found."""
+    question, claim, name = place_of(place)
     if claim not in results:
-        return ""
-    result = results[claim]
-    if place.startswith("why "):
-        return typeset(result.counted.why)
-    if place.startswith("verdict "):
-        return result.verdict if result.measured else ""
-    judged = result.counted.judged
-    if name is None and len(judged) == 1:
-        name = judged[0].name
-    number = result.counted.numbers.get(name) if name is not None else None
-    if number is None or math.isnan(number.estimate.value):
-        return ""
-    return typeset(number.words)
+        return None
+    answer = results[claim].answers[question]
+    if not name and len(answer.judged) == 1:
+        name = answer.judged[0].name
+    number = answer.numbers.get(name)
+    return None if number is None or math.isnan(number.estimate.value) else number
 
 
 def typeset(text: str) -> str:
     """Signs of negative numbers and exponents as minus signs."""
     text = re.sub(r"(?<![\w.)])-(?=[\d.])|(?<=\de)-(?=\d)", MINUS, text)
     return text.replace("-inf", f"{MINUS}∞")
+
+
+def as_sentence(text: str) -> str:
+    """With a full stop, and a capital for words, not for symbols."""
+    text = text.strip()
+    if not text:
+        return ""
+    begin = text[0].upper() if re.match(r"[a-z]{3}", text) else text[0]
+    return begin + text[1:] + ("" if text.endswith((".", "?", "!", ".”")) else ".")

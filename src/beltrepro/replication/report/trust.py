@@ -1,12 +1,13 @@
 """How far the verdicts of a run can be trusted, in sentences."""
 
 import statistics
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from beltrepro.replication.report.claim_results import Results, with_verdict
-from beltrepro.replication.report.readings import OtherRun
-from beltrepro.replication.verdicts.criteria import NOT_MEASURED, UNDECIDED
+from beltrepro.replication.report.claim_results import OtherRun, Result, Results
+from beltrepro.replication.verdicts.criteria import QUESTIONS
+from beltrepro.replication.verdicts.ledger import SEEN
 
 PAPER_DURATION, PAPER_TRANSIENT = 2e6, 1e6
 DECIDING = "n5_replicates"  # the dataset that most claims rest on
@@ -15,7 +16,7 @@ DECIDING = "n5_replicates"  # the dataset that most claims rest on
 def trust(
     results: Results, settings: Mapping[str, Any], others: Iterable[OtherRun] = ()
 ) -> Iterator[str]:
-    """Sentences on lengths, on how many runs decide, and on what is left undecided."""
+    """Sentences on lengths, on how many runs decide, and on what is left open."""
     dataset = settings.get("datasets", {}).get(DECIDING)
     if dataset:
         duration = float(dataset["duration"])
@@ -23,23 +24,42 @@ def trust(
         if duration >= PAPER_DURATION:
             compared = "as long as those of the paper"
         yield f"The runs that most verdicts rest on last t = {length(duration)}, {compared}."
-    numbers = [number for result in results.values() for number in result.counted.judged]
-    runs = [number.estimate.runs for number in numbers if number.estimate.runs is not None]
+    answers = [answer for result in results.values() for answer in result.answers.values()]
+    numbers = [number.estimate.runs for answer in answers for number in answer.judged]
+    runs = [count for count in numbers if count is not None]
     if runs:
         yield (
             f"A number that decides rests on {statistics.median_low(runs)} independent runs "
             f"(median; {min(runs)} to {max(runs)})."
         )
-    if numbers:
-        undecided = sum(number.verdict == UNDECIDED for number in numbers)
-        yield (
-            f"Of {len(numbers)} numbers that decide, {undecided} are undecided: their 95 % "
-            "intervals cover an end of the allowed range."
-        )
-    if missing := [result.id for result in with_verdict(results, NOT_MEASURED)]:
-        yield f"Not measured: {', '.join(missing)}."
     for other in others:
-        yield f"{other.same} of {len(other.verdicts)} verdicts are those of the run {other.name}."
+        for question in QUESTIONS:
+            both, alike, opposed = other.agreement(results, question)
+            yield (
+                f"The run {other.name} decides {both} of the same statements as {question}: "
+                f"{alike} alike, {opposed or 'none'} the other way round."
+            )
+
+
+def dates(results: Results) -> str:
+    """How many criteria were written after what had been seen, as a sentence."""
+    seen = Counter(result.claim.seen for result in dated(results))
+    numbers = [seen[name] or "none" for name in SEEN]
+    return (
+        f"Of the criteria of {seen.total()} statements that can be tested, {numbers[0]} were "
+        f"written before any run had been seen, {numbers[1]} after short runs and {numbers[2]} "
+        f"after long ones; {numbers[3]} were written or changed after the published run."
+    )
+
+
+def dated(results: Results, *seen: str) -> list[Result]:
+    """The statements that can be tested, by the most that had been seen when they were judged."""
+    return [
+        result
+        for result in results.values()
+        if result.claim.finding and result.claim.testable
+        if not seen or result.claim.seen in seen
+    ]
 
 
 def length(value: float) -> str:

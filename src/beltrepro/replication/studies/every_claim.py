@@ -18,6 +18,7 @@ from beltrepro.replication.studies.sizes import claims as sizes
 from beltrepro.replication.studies.transition import claims as transition
 from beltrepro.replication.verdicts import criteria
 from beltrepro.replication.verdicts.criteria import (
+    ANSWER,
     OPEN,
     QUESTIONS,
     Criterion,
@@ -33,7 +34,6 @@ STUDIES = (
     *(avalanches, chaos, experiment, noise_of_experiment, integrators),
     *(laws, noise, sizes, transition),
 )
-ANSWER = ("", "_found", "_reading", "_how", "_criterion", "_because", "_reason", "_runs")
 COLUMNS = (
     *("id", "figure", "kind", "says", "statement", "paper"),
     *(f"{question}{column}" for question in QUESTIONS for column in ANSWER),
@@ -85,8 +85,8 @@ class Answer(NamedTuple):
 
     @property
     def found(self) -> str:
-        """What was found, as a sentence."""
-        if not self.criterion.found or not self.measurement.numbers:
+        """What was found, as a sentence; without numbers, why there are none."""
+        if not self.measurement.numbers:
             return self.judgement.reason
         return criteria.sentence(self.criterion.found, self.measurement.numbers)
 
@@ -147,9 +147,9 @@ def _row(
     }
     for question, answer in answers.items():
         cells = (
-            answer.judgement.verdict, answer.found, answer.reading, answer.criterion.how,
-            answer.criterion.ranges, answer.criterion.because, answer.judgement.reason,
-            "" if answer.runs is None else str(answer.runs),
+            answer.judgement.verdict, answer.found, answer.reading, str(answer.criterion.tried),
+            answer.criterion.how, answer.criterion.ranges, answer.criterion.because,
+            answer.judgement.reason, "" if answer.runs is None else str(answer.runs),
         )  # fmt: skip
         row |= {f"{question}{end}": cell for end, cell in zip(ANSWER, cells, strict=True)}
     return row

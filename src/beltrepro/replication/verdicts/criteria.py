@@ -14,6 +14,10 @@ VERDICTS = (YES, IN_PART, NO, OPEN, NOT_TESTABLE)
 # What is asked of each statement: do the authors' protocol and reading give what they printed, and
 # does it stand with exact dynamics, independent starts and sound statistics?
 QUESTIONS = ("replicated", "robust")
+# Columns that each question has in the table of claims, behind its name; the first is the verdict.
+ANSWER = (
+    *("", "_found", "_reading", "_tried", "_how", "_criterion", "_because", "_reason", "_runs"),
+)
 _PLACE = re.compile(r"\{(?:(count|value|percent) )?([^{}]+)\}")
 
 
@@ -150,7 +154,8 @@ def _in_words(estimate: Estimate, form: str) -> str:
         return f"{'none' if number == 0 else 'all' if number == runs else number} of {runs}"
     if form in ("count", "percent"):
         text = f"{100 * value:.3g} %"
-        return text if low == high else f"{text} ({100 * low:.3g} to {100 * high:.3g} %)"
+        exact = low == high or math.isnan(low) or math.isnan(high)
+        return text if exact else f"{text} ({100 * low:.3g} to {100 * high:.3g} %)"
     return f"{value:.3g}" if form == "value" else estimate.words
 
 
