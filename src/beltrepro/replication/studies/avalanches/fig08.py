@@ -62,14 +62,13 @@ def draw(data, caption):
 
 def _law(axes, series):
     """The power law of the mean spectrum of its stretches, beside the printed one."""
-    exponent, prefactor = measure.amplitude_law(series)
-    paper = printed("spectrum-exponent")
-    for fit, words, look in (
-        ((exponent.value, prefactor.value), "", {}),
-        ((paper["exponent"], paper["prefactor"]), "paper: ", {"linestyle": "--", "color": "black"}),
+    fit, paper = measure.amplitude_law(series), printed("spectrum-exponent")
+    for exponent, prefactor, words, look in (
+        (fit.exponent.value, fit.prefactor.value, "", {}),
+        (paper["exponent"], paper["prefactor"], "paper: ", {"linestyle": "--", "color": "black"}),
     ):
-        law = PowerLawFit(fit[0], np.nan, fit[1], *FIT_BAND)
-        label = rf"{words}$S = {law.prefactor:.2g}\,\nu^{{{law.exponent:.2f}}}$"
+        law = PowerLawFit(exponent, np.nan, prefactor, *FIT_BAND)
+        label = rf"{words}$S = {prefactor:.2g}\,\nu^{{{exponent:.2f}}}$"
         panels.power_law(axes, law, label=label, **look)
     first, *_ = axes.legend(loc="lower left", fontsize=7).get_texts()
     marks.shown(first, "spectrum-exponent", "exponent")
