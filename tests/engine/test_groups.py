@@ -62,10 +62,10 @@ def test_tables_of_more_chains_than_a_group_keep_them_apart(function):
 
 def points_of(changes):
     """Two points that differ in what `changes` says: a field of the chain, or what it is told."""
-    usual = {"method": "event", "time_step": 0.001, "tolerance": None, "seed": 1, "replicate": 1,
-             "initial_positions": None, "initial_spread": 0.1, "initial_state": None}  # fmt: skip
+    usual = {"method": "event", "time_step": 0.001, "tolerance": None, "seed": 1, "kick": 0.1,
+             "replicate": 1, "initial_positions": None, "initial_spread": 0.1, "initial_state": None}  # fmt: skip
     told: dict = {name: [value] * 2 for name, value in usual.items()}
-    told["initial_positions"] = None
+    told |= {"initial_positions": None, "kick": 0.0}
     chain, other = [ChainParameters(2, 20.0, noise=0.01)] * 2
     for name, value in changes.items():
         if name == "initial_positions":
@@ -90,6 +90,8 @@ def points_of(changes):
         ({"noise": 0.0}, False),
         ({"n_blocks": 3}, False),
         *(({field.name: 0.3}, False) for field in fields(ChainParameters)[3:]),
+        ({"kick": 0.0}, False),
+        ({"kick": 0.2}, True),
         ({"noise": 2.0}, True),
         ({"belt_velocity": 21.0}, True),
         ({"seed": 2}, True),
