@@ -62,15 +62,14 @@ def test_tables_of_more_chains_than_a_group_keep_them_apart(function):
 
 def points_of(changes):
     """Two points that differ in what `changes` says: a field of the chain, or what it is told."""
-    usual = {"method": "event", "time_step": 0.001, "tolerance": None, "seed": 1, "kick": 0.1,
-             "replicate": 1, "initial_positions": None, "initial_spread": 0.1, "initial_state": None}  # fmt: skip
-    told: dict = {name: [value] * 2 for name, value in usual.items()}
-    told |= {"initial_positions": None, "kick": 0.0}
+    usual = {"method": "event", "time_step": 0.001, "tolerance": None, "kick": 0.1, "seed": 1,
+             "replicate": 1, "initial_spread": 0.1}  # fmt: skip
+    told: dict = {name: [value] * 2 for name, value in usual.items()} | {"kick": 0.0}
     chain, other = [ChainParameters(2, 20.0, noise=0.01)] * 2
     for name, value in changes.items():
         if name == "initial_positions":
             told[name] = [chain.rest_positions, value]
-        elif name in told:
+        elif name in usual:
             told[name] = [usual[name], value]
         elif name == "time":
             told |= {"initial_spread": [0.0] * 2}
