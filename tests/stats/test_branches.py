@@ -58,8 +58,6 @@ def made(rng, draw, w, middles=MIDDLES, grid=FIVE, runs=8, r=(0.13, 0.013), scat
     return u, (low + (high - low) * position) * rng.lognormal(0, scatter, u.size), critical
 
 
-# How the runs are made, and the least coverage of u_c, width and shift that was measured with 500
-# studies, in per cent.
 STUDIES = {
     "sharp": {"draw": tossed, "w": 0.02},
     "two branches, narrow": {"draw": tossed, "w": 0.3},
@@ -110,7 +108,23 @@ def covers(estimate, truth):
     return estimate.low <= truth <= estimate.high
 
 
-MEASURED = {}
+# Coverage in per cent of u_c, width and shift, of 500 studies. With all dispersions alike likely
+# and runs that count as 2.5 tosses at most it is 92, 93 and 94 of the clustered ones and 98 of the
+# widths of the noisy, wide ones, but 100 of most others: intervals were too long.
+MEASURED = {
+    "sharp": (100, 100, 100),
+    "two branches, narrow": (99, 100, 100),
+    "two branches, wide": (98, 98, 98),
+    "uneven numbers of runs": (98, 98, 98),
+    "two runs": (98, 97, 99),
+    "forty runs": (98, 95, 99),
+    "noisy": (100, 99, 100),
+    "noisy, wide": (98, 83, 99),
+    "as at sigma = 5": (99, 99, 99),
+    "as of ten blocks": (100, 98, 99),
+    "clustered": (90, 90, 92),
+    "strays": (87, 95, 89),
+}
 
 
 # --- by hand --------------------------------------------------------------------------------------

@@ -34,7 +34,7 @@ PLATEAU = 4  # places that each plateau should have, and the least that it has i
 EDGE = np.log(9)
 CELLS = 4  # of u_c in each gap of the grid
 WIDTHS = 14
-# Weak priors, chosen so that intervals cover (tests/stats/test_branches.py).
+# Weak priors, chosen by the coverage of the intervals (tests/stats/test_branches.py).
 STRAY = np.array([0.003, 0.06, 0.25])
 STRAY_WEIGHT = np.array([0.4, 0.25, 0.35])
 AMONG = np.array([0.0, 0.08, 0.3, 0.7])
