@@ -5,8 +5,8 @@ import importlib
 import inspect
 import json
 import re
-import time
 import subprocess
+import time
 from pathlib import Path
 
 import h5py
