@@ -13,7 +13,7 @@ import scipy.stats
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import files, kinds
 from beltrepro.replication.plan.jobs import Job, draw, estimate, simulation_jobs
-from beltrepro.replication.plan.more_runs import MoreRuns, half_width, rows, wanted
+from beltrepro.replication.plan.more_runs import MoreRuns, half_width, rows, runs_at_places, wanted
 from beltrepro.replication.plan.plan import LEAST_RUNS, MOST_ROUNDS, make_plan
 from beltrepro.replication.plan.points import points_in, points_of
 
@@ -266,11 +266,11 @@ def made(plan, folder):
 def test_added_runs_have_the_bits_of_runs_that_were_planned(tmp_path):
     for name in ("grown", "few", "all"):
         (tmp_path / name).mkdir()
-    # of the first runs some points are wide and some are not
+    # of the first runs one point is wide and seven are not
     few, _ = made(planned(None), tmp_path / "few")
     runs = few.arrays["disorder_parameter"].reshape(2, 4, 5)
     widths = np.sort([half_width(values) for values in runs.reshape(8, 5)])
-    limit = (widths[-1] + widths[-2]) / 2  # one is wide at first
+    limit = (widths[-1] + widths[-2]) / 2
     grown, parts = made(planned(RULE | {"half_width": limit}), tmp_path / "grown")
     everything, _ = made(
         planned(None, replicate={"start": 1, "stop": 10, "step": 1}), tmp_path / "all"
@@ -285,6 +285,8 @@ def test_added_runs_have_the_bits_of_runs_that_were_planned(tmp_path):
         np.testing.assert_array_equal(grown.arrays[name], values[at])
     assert {len(arrays["noise"]) for arrays in parts.values()} >= {0, 6}
     assert sum(len(arrays["noise"]) for arrays in parts.values()) == len(points)
+    told = runs_at_places(points)
+    assert told.startswith("5 runs at ") and " runs at " in told[12:]
     # nothing that is wide is left but where the most runs are
     left = wanted(
         points_of(planned().told_added("one", planned().datasets["one"].added[0])["points"]),

@@ -8,6 +8,7 @@ the branch they are on.
 """
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -75,3 +76,9 @@ def wanted(
             count = min(rule.by, rule.up_to - len(at[place]))
             more += [place._replace(replicate=first + run) for run in range(count)]
     return more
+
+
+def runs_at_places(points: Sequence[Point]) -> str:
+    """How many runs there are at the places of these points, in words."""
+    places_with = sorted(Counter(Counter(map(place_of, points)).values()).items())
+    return ", ".join(f"{runs} runs at {places} places" for runs, places in places_with)
