@@ -296,11 +296,18 @@ def _answer(arguments: argparse.Namespace) -> str:
     if arguments.preset:
         config["preset"] = arguments.preset
     plan = make_plan(config)
-    seconds = job_seconds(simulation_jobs(plan), timing)
+    jobs = simulation_jobs(plan)
+    seconds = job_seconds(jobs, timing)
+    adding = seconds[[job.adds for job in jobs]]
     answer = wall_times(seconds, arguments.cores, overhead=arguments.overhead, rate=arguments.rate)
     return (
         f"{plan.preset}: {len(seconds)} jobs, {seconds.sum() / 3600:.3g} core-hours and "
         f"{arguments.overhead:g} s of overhead for each; longest {seconds.max() / 60:.3g} min\n"
+        + (
+            f"with {adding.size} jobs that add runs where they are needed: at most "
+            f"{adding.sum() / 3600:.3g} core-hours, all counted here\n"
+        )
+        * bool(adding.size)
         + answer.to_string(index=False, float_format=lambda value: f"{value:.3g}")
     )
 
