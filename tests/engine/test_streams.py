@@ -121,3 +121,17 @@ def test_one_chain_draws_what_it_draws_in_a_vector():
         _deviates_of_one(states, 5, normals)
         np.testing.assert_array_equal(normals[:, 5], expected[rows, 5])
     np.testing.assert_array_equal(states[:, :5], stream_states([CHAIN] * 5, 1, range(5)))
+
+
+def test_deviates_are_normal_and_streams_independent():
+    normals = np.empty((200_000, 16))
+    normal_deviates(stream_states([CHAIN] * 16, 7, range(16)), normals)
+    # bounds at 5 standard errors and more: error rate 6e-7 each
+    for power, expected, variance in ((1, 0, 1), (2, 1, 2), (3, 0, 15), (4, 3, 96)):
+        assert abs((normals**power).mean() - expected) < 5 * np.sqrt(variance / normals.size)
+    for lag in (1, 2, 3, 4, 5, 10):
+        assert abs((normals[lag:] * normals[:-lag]).mean()) < 5 / np.sqrt(normals.size)
+        assert abs((normals[lag:, 1:] * normals[:-lag, :-1]).mean()) < 5 / np.sqrt(normals.size)
+    for values in (normals, normals**2):
+        correlation = np.corrcoef(values.T) - np.eye(16)
+        assert np.abs(correlation).max() < 6 / np.sqrt(len(normals))
