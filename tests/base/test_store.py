@@ -52,9 +52,10 @@ def test_what_is_written_comes_back_and_the_same_content_has_the_same_bytes(tmp_
 def test_unreadable_file_is_one_line(tmp_path):
     text = tmp_path / "text.h5"
     text.write_text("no HDF5")
-    for path in (text, tmp_path / "missing.h5"):
-        with pytest.raises(InputError, match=re.escape(str(path))):
+    for path in (text, tmp_path / "missing.h5", tmp_path):
+        with pytest.raises(InputError, match=re.escape(str(path))) as caught:
             store.read(path)
+        assert "\n" not in str(caught.value) and len(str(caught.value)) < 200 + len(str(path))
 
 
 # --- files of datasets ---
