@@ -61,8 +61,22 @@ class Cut:
         return transitions.fall(self.belt_velocity, self.disorder)
 
     def between(self, low: float, high: float) -> np.ndarray:
-        """Mask of the points with low <= u <= high."""
-        return (self.belt_velocity >= low - 1e-9) & (self.belt_velocity <= high + 1e-9)
+        """Mask of the points with low <= u <= high, as many at each u (`evenly`)."""
+        return self.evenly((self.belt_velocity >= low - 1e-9) & (self.belt_velocity <= high + 1e-9))
+
+    def evenly(self, chosen: np.ndarray) -> np.ndarray:
+        """The chosen points, at each u only the first so many as there are where it has fewest.
+
+        Runs are added where r scatters. A share of the runs at several u would be drawn there.
+        """
+        rows = np.flatnonzero(chosen)
+        _, place, count = np.unique(
+            self.belt_velocity[rows], return_inverse=True, return_counts=True
+        )
+        kept = chosen.copy()
+        for number in np.flatnonzero(count > count.min(initial=len(rows))):
+            kept[rows[place == number][count.min() :]] = False
+        return kept
 
 
 class Evidence:

@@ -50,7 +50,7 @@ def _r_at_speeds(evidence, noise, scan):
 def _near(row, observation):
     near = np.abs(row.belt_velocity - observation.belt_velocity) <= NEAR
     require(bool(near.any()), f"no runs within {NEAR:g} of u = {observation.belt_velocity:.1f}")
-    return near
+    return row.evenly(near)
 
 
 def _r_in_films(evidence):

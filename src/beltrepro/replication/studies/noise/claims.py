@@ -95,9 +95,10 @@ def _scatter_ratio(first, second):
 
 def _runs_by_velocity(row):
     """R of the runs at each u in 3 <= u <= 15."""
-    places = np.unique(row.belt_velocity[row.between(*measure.RANGE)])
+    inside = row.between(*measure.RANGE)
+    places = np.unique(row.belt_velocity[inside])
     require(places.size >= 4, f"{places.size} belt velocities in 3 <= u <= 15, 4 are needed")
-    return {float(u): row.disorder[_at(row, belt_velocity=u)] for u in places}
+    return {float(u): row.disorder[inside & _at(row, belt_velocity=u)] for u in places}
 
 
 def _scatter(places, runs):
@@ -525,7 +526,7 @@ def _region(evidence, low, high):
     without = _lastingly_intermittent(quiet)
     return Measurement(
         {
-            "intermittent at sigma = 0": share_of(without),
+            "intermittent at sigma = 0": share_of(without[quiet.between(0, np.inf)]),
             "width, sigma up to 4": weak,
             "width beyond 4 over width up to 4": ratio(strong, weak),
             "growth across 4 less growth below": difference(
