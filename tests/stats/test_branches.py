@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.special import expit
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.stats import branches, estimates, transitions
 from beltrepro.stats.branches import fall, share_high, shift
-from beltrepro.stats.errors import NotEnoughDataError
 
 RNG = np.random.default_rng
 # Those of n5_replicates and, of ten blocks, size_replicates.

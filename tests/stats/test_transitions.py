@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.stats import estimates, transitions
-from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.transitions import fall, find_fall, find_rise, rise
 
 RNG = np.random.default_rng

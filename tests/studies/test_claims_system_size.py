@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import NotEnoughDataError
 from made_up import grades, measured, scan
 
 PRINTED = {5: (15, 18), 6: (18, 24), 7: (23, 32), 10: (27, 40)}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from beltrepro.stats.errors import NotEnoughDataError
+from beltrepro.base.errors import NotEnoughDataError
 from made_up import escapes, few_resamples, judged, readings, scan_of_laws  # noqa: F401
 
 U = [6, 8, 10, 12, 13, 14, 15, 15.5, 16, 16.5, 17, 17.5, 18, 19, 20, 21, 22, 24, 28, 33]

@@ -22,8 +22,8 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
+from beltrepro.base.errors import require
 from beltrepro.stats import estimates, transitions
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate
 
 # What the lower end of the contrast must reach: a flat row, parted where that looks best, has less.

@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
+from beltrepro.base.errors import require
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate
 
 MINIMUM_POINTS = 8

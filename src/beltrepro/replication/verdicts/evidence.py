@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
+from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.stats import branches, intermittency, sections, states
-from beltrepro.stats.errors import NotEnoughDataError, require
 from beltrepro.stats.estimates import Estimate
 
 # Chaotic transients last up to 1e4 (inset of Fig. 12). A run that discards less than this shows

@@ -3,9 +3,9 @@
 import numpy as np
 import pandas as pd
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.plan.registry import Table
 from beltrepro.stats import branches
-from beltrepro.stats.errors import NotEnoughDataError
 
 TABLES = {
     "friction_falls": Table(

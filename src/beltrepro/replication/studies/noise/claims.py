@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 import scipy
 
+from beltrepro.base.errors import require
 from beltrepro.model.units import LENGTH_M, TIME_S, from_si, to_si
 from beltrepro.replication.camera import recording
 from beltrepro.replication.studies.experiment.lines import LEAST_PEAKS, SEGMENT_S, lines, spacing
@@ -12,7 +13,6 @@ from beltrepro.replication.studies.noise import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import branches, intermittency
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import (
     CONFIDENCE,
     Estimate,

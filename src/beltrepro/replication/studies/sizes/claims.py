@@ -6,12 +6,12 @@ from itertools import pairwise
 import numpy as np
 import scipy
 
+from beltrepro.base.errors import require
 from beltrepro.replication.studies.chaos.runs_of_motion import motions
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import last_block_events
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import branches, estimates, intermittency, states, transitions
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import CHAOTIC, PERIODIC
 from beltrepro.stats.transitions import LEAST_RUNS

@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 
+from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.chaos.runs_of_motion import LONG, N_BLOCKS, by_spread
 from beltrepro.replication.studies.transition import transients
@@ -12,7 +13,6 @@ from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import last_block_events
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates, sections, states, survival
-from beltrepro.stats.errors import NotEnoughDataError, require
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import PERIODIC
 
