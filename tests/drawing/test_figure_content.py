@@ -389,7 +389,7 @@ def test_fig12_tells_irregular_motion_from_the_time_to_the_last_stick():
     limit, *_ = [each for each in panel.curves if each.x.tolist() == [1]]
     assert stats.poisson.cdf(0, 16 * 5e5 / limit.y[0]) == pytest.approx(0.025)
     ended = panel.curve("to the last stick, scheme of the paper")
-    arrays = dataset("lifetimes").arrays
+    arrays = dataset("lifetimes_wide").arrays
     for u, mean in zip(ended.x, ended.y, strict=True):
         here = (arrays["belt_velocity"] == u) & arrays["escaped"]
         assert np.median(arrays["lifetime"][here]) / 2 < mean < 1500

@@ -118,7 +118,7 @@ def test_says_what_is_missing(name, tmp_path):
 
 def test_a_missing_dataset_is_named():
     data = made.data_of("fig12")
-    del data["lifetimes"]
+    del data["lifetimes_wide"]
     with pytest.raises(InputError, match="needs the dataset lifetimes; given: n5_rows"):
         made.draw("fig12", data)
 

@@ -166,6 +166,7 @@ def test_method_of_all_datasets_in_one_line_but_for_pairs_of_methods():
         "pairs_slips_verlet",
         "pairs_states_verlet",
         "growth",
+        "survival_scheme",
         "steps",
     }
     scheme = make_plan(changed("method", "verlet")).datasets

@@ -6,15 +6,16 @@ import pytest
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.chaos.runs_of_motion import Motions
-from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, PARTLY, UNDECIDED
+from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import states
-from beltrepro.stats.motion import CHAOTIC, PERIODIC
+from beltrepro.stats.motion import CHAOTIC, EQUILIBRIUM, PERIODIC
 from made_up import (
     ABOVE,
     CLEAR,
     NAMES,
     SHORT,
+    both,
     grades,
     joined,
     measured,
@@ -22,6 +23,8 @@ from made_up import (
     scan,
     settled,
 )
+
+EXACT = "exact dynamics"
 
 # --- shares with open runs ------------------------------------------------------------------------
 
@@ -62,112 +65,129 @@ def section(coordinates, *, runs=16, belt_velocity=1.0):
     return Dataset({"section": points}, {"belt_velocity": belt_velocity})
 
 
-def cantor(size, share):
-    """Points of a self-similar dust of a dimension below one: ln 2 over -ln share."""
-    digits = np.random.default_rng(3).integers(0, 2, (size, 40))
-    return (digits * share ** np.arange(40)).sum(axis=1, keepdims=True)
-
-
 @pytest.mark.thorough
 @pytest.mark.parametrize(
-    ("coordinates", "verdict"),
+    ("dimension", "lifetime", "verdicts"),
     [
-        (np.random.default_rng(1).random((12_000, 2)), HOLDS),
-        (cantor(12_000, 0.25), FAILS),  # of dimension one half
-        (np.random.default_rng(1).random((12_000, 5)), FAILS),
-        (np.random.default_rng(1).random((12_000, 3)), UNDECIDED),
+        (2, 2e6, (YES, YES)),
+        (2, 5e5, (YES, IN_PART)),  # of low dimension, but no attractor
+        (5, 2e6, (NO, IN_PART)),
+        (5, 5e5, (NO, NO)),
     ],
 )
-def test_the_dimension_of_the_section(coordinates, verdict):
-    runs = settled([CLEAR] * 8, u=1.0)
-    made = grades("poincare", slips_u1=section(coordinates), survival=runs)
-    assert made["dimension"] == verdict and made["exponent"] == HOLDS
+def test_the_section_of_an_attractor(dimension, lifetime, verdicts):
+    points = section(np.random.default_rng(1).random((9000, dimension)))
+    runs = settled([lifetime] * 8, u=1.0, duration=2e6)
+    made = {"slips_u1": points, "slips_u1_event": points, "survival_long": runs}
+    assert both("poincare", **made) == verdicts
 
 
 @pytest.mark.thorough
-def test_the_readings_of_the_section_leave_out_stuck_states_and_project():
-    runs = settled([CLEAR] * 8, u=1.0)
-    points = section(np.random.default_rng(1).random((12_000, 3)))
-    names = ("all nine coordinates", "points shown (v_rN < 0)", "their projection on (x_N, v_rN)")
-    values = [
-        measured("poincare", name, slips_u1=points, survival=runs).judged["dimension"].value
-        for name in names
-    ]
-    assert values[2] == pytest.approx(2, abs=0.2) and values[1] > 2.5
-    few = section(np.random.default_rng(1).random((2000, 2)))
-    with pytest.raises(NotEnoughDataError, match="2000 section points are too few"):
-        measured("poincare", slips_u1=few, survival=runs)
-
-
-@pytest.mark.thorough
-def test_a_group_of_runs_that_is_elsewhere_widens_the_interval():
+def test_the_paper_shows_points_of_slips_alone_and_groups_widen_the_interval():
     """What runs share is in the points; what they do not share is in the interval."""
-    runs = settled([CLEAR] * 8, u=1.0)
     rng = np.random.default_rng(5)
-    plane = rng.random((12_000, 2))
-    alike = measured("poincare", slips_u1=section(plane), survival=runs).judged["dimension"]
-    plane[np.arange(12_000) % 16 < 4, 1] = 0.0  # a quarter of the runs stays on a line
-    apart = measured("poincare", slips_u1=section(plane), survival=runs).judged["dimension"]
+    plane = rng.random((9000, 2))
+    points = section(plane)
+    points.arrays["section"]["positions"][::3] = rng.random((3000, 5))  # the stuck ones fill space
+    alike = measured("poincare", slips_u1=points).judged["dimension"]
+    assert alike.value == pytest.approx(2, abs=0.2)
+    plane[np.arange(9000) % 16 < 4, 1] = 0.0  # a quarter of the runs stays on a line
+    apart = measured("poincare", slips_u1=section(plane)).judged["dimension"]
     assert apart.high - apart.low > 2 * (alike.high - alike.low)
+    with pytest.raises(NotEnoughDataError, match="1333 section points are too few"):
+        measured("poincare", slips_u1=section(rng.random((2000, 2))))
 
 
-# --- u = 15 ---------------------------------------------------------------------------------------
+# --- u = 7 and u = 15 -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("long", "verdict"), [(40, HOLDS), (28, HOLDS), (20, UNDECIDED), (6, FAILS), (0, FAILS)]
-)
+def by_both(lifetime, **options):
+    """The same runs by the scheme, whose exponents are not known, and by the exact dynamics."""
+    lost = np.full(8, np.nan)
+    return {
+        "survival_scheme": settled(lifetime, **options | {"exponents": lost}),
+        "survival": settled(lifetime, **options),
+    }
+
+
+@pytest.mark.parametrize(("long", "verdict"), [(40, YES), (28, YES), (20, OPEN), (6, NO), (0, NO)])
 def test_aperiodic_motion_at_u15(long, verdict):
     """Of 40 runs: two in three hold, one in two do not tell, one in six fail."""
-    runs = settled([1e5] * long + [99_999.0] * (40 - long), u=15.0)
-    assert grades("u15-aperiodic", survival=runs)["irregular for 1e5"] == verdict
+    made = by_both([1e5] * long + [99_999.0] * (40 - long), u=15.0)
+    assert both("u15-aperiodic", **made) == (verdict, verdict)
 
 
 def test_runs_at_u15_that_are_given_up_are_open():
-    lifetimes = [SHORT] * 20 + [500.0] * 20
-    runs = settled(lifetimes, u=15.0, duration=SHORT)
-    share = measured("u15-aperiodic", survival=runs).judged["irregular for 1e5"]
+    runs = settled([SHORT] * 20 + [500.0] * 20, u=15.0, duration=SHORT)
+    share = measured("u15-aperiodic", EXACT, survival=runs).judged["irregular for 1e5"]
     assert (share.value, share.still_open) == (0, 20) and share.high > 0.6
-    enough = settled([SHORT] * 4 + [500.0] * 36, u=15.0, duration=SHORT)
-    assert grades("u15-aperiodic", survival=enough)["irregular for 1e5"] == FAILS
+    enough = by_both([SHORT] * 4 + [500.0] * 36, u=15.0, duration=SHORT)
+    assert both("u15-aperiodic", **enough) == (NO, NO)
+
+
+def test_only_runs_at_the_point_count_and_of_the_exact_ones_the_longest():
+    """Other velocities, and starts of another spread, are no part of it."""
+    runs = joined(
+        settled([500.0] * 8, u=15.0, spread=1.0),
+        settled([500.0] * 8, u=15.5),
+        settled([1e5] * 8, u=15.0),
+    )
+    made = {"survival": runs, "survival_scheme": runs}
+    assert both("u15-aperiodic", **made) == (YES, YES)
+    longer = settled([500.0] * 8, u=15.0, duration=5e5)
+    assert both("u15-aperiodic", survival_many=longer, **made) == (YES, NO)
+    assert "within 500000" in measured("u15-aperiodic", EXACT, survival_many=longer, **made).note
+
+
+@pytest.mark.parametrize(
+    ("lifetime", "changes", "verdicts"),
+    [
+        ([2000] * 40, {}, (YES, YES)),  # 4 e-foldings
+        ([2000] * 40, {"exponents": ABOVE / 10}, (YES, IN_PART)),
+        ([2000] * 4 + [499] * 36, {}, (IN_PART, IN_PART)),
+        ([2000] * 40, {"state": EQUILIBRIUM}, (IN_PART, IN_PART)),
+        ([2000] * 40, {"slips": 0}, (IN_PART, IN_PART)),  # periodic, but without sticks
+        ([300] * 4 + [CLEAR] * 4, {}, (OPEN, OPEN)),
+        ([499] * 40, {"state": EQUILIBRIUM, "exponents": -ABOVE}, (NO, NO)),
+    ],
+)
+def test_the_transient_at_u7(lifetime, changes, verdicts):
+    made = by_both(lifetime, u=7.0, **changes)
+    assert both("u7-transient-chaos", **made) == verdicts
+    periodic = {EQUILIBRIUM: NO, "": OPEN if CLEAR in lifetime else YES}[changes.get("state", "")]
+    periodic = NO if changes.get("slips") == 0 else periodic
+    assert both("u7-periodic", **made) == (periodic, periodic)
+
+
+def test_runs_at_u7_that_are_given_up_are_open():
+    runs = settled([SHORT] * 20 + [1000] * 20, u=7.0, duration=SHORT)
+    ends = measured("u7-periodic", EXACT, survival=runs).judged["end in periodic stick-slip"]
+    assert (ends.value, ends.still_open) == (0.5, 20) and ends.high == 1
+    brief = settled([400.0] * 40, u=7.0, duration=400.0)
+    share = measured("u7-transient-chaos", EXACT, survival=brief).judged["irregular for 500"]
+    assert share.still_open == 40
 
 
 @pytest.mark.parametrize(
     ("exponents", "verdict"),
     [
-        (ABOVE, HOLDS),
-        (-ABOVE, FAILS),
-        (1e-4 + np.tile([-1e-3, 1e-3], 4), UNDECIDED),
-        ([0.003, 0.002, 0.004, *[np.nan] * 5], HOLDS),
-        ([0.003, 0.001, 0.008, *[np.nan] * 5], UNDECIDED),
-        ([0.003, 0.002, *[np.nan] * 6], FAILS),  # two are no sample: none is found
+        (ABOVE, YES),
+        (-ABOVE, NO),
+        (2e-3 + np.tile([-4e-3, 4e-3], 4), OPEN),
+        ([0.004, 0.003, 0.004, *[np.nan] * 5], YES),
+        ([0.004, 0.003, *[np.nan] * 6], OPEN),  # two are no sample: none is found
     ],
 )
-def test_exponents_against_their_scatter_over_the_runs(exponents, verdict):
-    runs = settled([1e5] * 8, u=15.0, exponents=exponents)
-    assert grades("u15-aperiodic", survival=runs)["exponent"] == verdict
+def test_e_foldings_against_their_scatter_over_the_runs(exponents, verdict):
+    runs = settled([2000.0] * 8, u=7.0, exponents=exponents)
+    assert grades("u7-transient-chaos", "robust", survival=runs)["e-foldings"] == verdict
 
 
 def test_an_exponent_is_missing_only_if_all_motion_settled_too_soon():
     none = np.full(8, np.nan)
-    soon = settled([400.0] * 8, u=15.0, exponents=none, duration=1000.0)
-    assert grades("u15-aperiodic", survival=soon)["exponent"] == FAILS
-    one = settled([400.0] * 7 + [1000.0], u=15.0, exponents=none, duration=1000.0)
+    one = settled([400.0] * 7 + [1000.0], u=7.0, exponents=none, duration=1000.0)
     with pytest.raises(NotEnoughDataError, match=r"7 of 8 runs .* needed for an exponent"):
-        measured("u15-aperiodic", survival=one)
-
-
-def test_starts_of_each_spread_are_a_reading_and_the_longest_runs_serve():
-    wide, narrow = settled([1e5] * 8, u=15.0), settled([500.0] * 8, u=15.0, spread=1.0)
-    elsewhere = settled([500.0] * 8, u=15.5)
-    runs = joined(narrow, elsewhere, wide)
-    assert grades("u15-aperiodic", survival=runs)["irregular for 1e5"] == HOLDS
-    narrow_name = "starts spread by 1"
-    assert grades("u15-aperiodic", narrow_name, survival=runs)["irregular for 1e5"] == FAILS
-    longer = settled([500.0] * 8, u=15.0, duration=5e5)
-    made = {"survival": runs, "survival_many": longer}
-    assert grades("u15-aperiodic", **made)["irregular for 1e5"] == FAILS
-    assert "within 500000" in measured("u15-aperiodic", **made).note
+        measured("u7-transient-chaos", EXACT, survival=one)
 
 
 # --- u <= 15 --------------------------------------------------------------------------------------
@@ -178,16 +198,23 @@ BELOW = np.linspace(1, 15, 30)
 @pytest.mark.parametrize(
     ("letters", "verdict"),
     [
-        ("c" * 30, HOLDS),
-        ("c" * 25 + "p" * 5, UNDECIDED),
-        ("c" * 10 + "p" * 20, FAILS),
-        ("c" * 10 + "p" * 10 + "t" * 10, UNDECIDED),
-        ("c" * 4 + "p" * 20 + "t" * 6, FAILS),
+        ("c" * 30, YES),
+        ("c" * 25 + "p" * 5, OPEN),
+        ("c" * 10 + "p" * 20, NO),
+        ("c" * 10 + "p" * 10 + "t" * 10, OPEN),
+        ("c" * 4 + "p" * 20 + "t" * 6, NO),
     ],
 )
 def test_permanent_chaos(letters, verdict):
-    made = motion_map({5: letters}, u=BELOW)
-    assert grades("permanent-chaos", motion_map=made)[""] == verdict
+    """By the scheme, runs that are irregular for long are what chaotic ones are in exact motion."""
+    lasting = [{"c": 1e5, "p": 5e4, "t": SHORT}[letter] for letter in letters]
+    beyond = settled([10.0] * 40, u=15.1, duration=SHORT if "t" in letters else CLEAR)
+    runs = settled(lasting, u=BELOW, duration=SHORT if "t" in letters else CLEAR)
+    made = {
+        "motion_map": motion_map({5: letters}, u=BELOW),
+        "survival_scheme": joined(runs, beyond),
+    }
+    assert both("permanent-chaos", **made) == (verdict, verdict)
 
 
 def test_windows_do_not_count_against_permanent_chaos():
@@ -195,96 +222,38 @@ def test_windows_do_not_count_against_permanent_chaos():
     letters = "c" * 20 + "p" * 10
     windows = motion_map({5: letters}, u=BELOW, returns=[0] * 20 + [20] * 10)
     long_orbits = motion_map({5: letters}, u=BELOW, returns=[0] * 20 + [21] * 10)
-    assert grades("permanent-chaos", motion_map=windows)[""] == HOLDS
-    assert grades("permanent-chaos", motion_map=long_orbits)[""] == UNDECIDED
-    assert measured("permanent-chaos", motion_map=windows).runs == 20
-    assert "10 of 30 runs end in a window" in measured("permanent-chaos", motion_map=windows).note
+    assert grades("permanent-chaos", "robust", motion_map=windows)[""] == YES
+    assert grades("permanent-chaos", "robust", motion_map=long_orbits)[""] == OPEN
+    made = measured("permanent-chaos", EXACT, motion_map=windows)
+    assert made.judged["permanent outside the windows"].runs == 20
+    assert "10 of 30 runs end in a window" in made.note
     only = motion_map({5: "p" * 30}, u=BELOW, returns=1)
-    with pytest.raises(NotEnoughDataError, match="30 of 30 runs end in a window"):
-        measured("permanent-chaos", motion_map=only)
-
-
-def test_permanent_chaos_by_lifetimes_and_by_the_scheme():
-    runs = settled([1e5] * 28 + [5e4] * 2, u=BELOW)
-    beyond = settled([10.0] * 40, u=15.1)
-    reading = "irregular for 1e5"
-    assert grades("permanent-chaos", reading, survival=joined(runs, beyond))[""] == HOLDS
-    scheme = joined(
-        settled([CLEAR] * 30, u=BELOW, time_step=0.001),
-        settled([10.0] * 30, u=BELOW, time_step=0.004),
-    )
-    name = "irregular for 1e5 by the paper's scheme"
-    assert grades("permanent-chaos", name, steps=scheme)[""] == HOLDS
-    brief = settled([2e4] * 30, u=BELOW, time_step=0.001, duration=2e4)
-    assert grades("permanent-chaos", name, steps=brief)[""] == UNDECIDED
-    assert "30 open" in measured("permanent-chaos", name, steps=brief).note
-
-
-# --- u >= 18 --------------------------------------------------------------------------------------
-
-
-def beyond(low, high, **options):
-    """Runs beyond the transition: motions by letters below and above u = 35.5."""
-    u = np.concatenate([np.linspace(18, 35, len(low)), np.linspace(36, 50, len(high))])
-    return motion_map({5: low + high}, u=u, **options)
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "verdicts"),
-    [
-        ("p" * 90, "p" * 90, (HOLDS, HOLDS)),
-        ("p" * 90, "c" * 20 + "p" * 70, (HOLDS, FAILS)),
-        ("p" * 90, "c" * 2 + "p" * 88, (HOLDS, UNDECIDED)),
-        ("p" * 20, "p" * 90, (UNDECIDED, HOLDS)),  # none of 20 may be up to 17 %
-        ("p" * 89 + "t", "p" * 70 + "t" * 20, (UNDECIDED, UNDECIDED)),
-    ],
-)
-def test_chaotic_runs_beyond_the_transition(low, high, verdicts):
-    reading = "starts spread by 1, after a transient"
-    made = grades("no-permanent-chaos", reading, motion_map=beyond(low, high))
-    names = ("chaotic, u = 18 to 35", "chaotic, u = 36 to 50")
-    assert tuple(made[name] for name in names) == verdicts
-    if set(verdicts) == {HOLDS, FAILS}:
-        assert made[""] == PARTLY
-
-
-def test_runs_that_settle_count_beside_the_motions():
-    """A run that is still irregular is chaotic by its exponent, and open without one.
-
-    Runs of the spread of the map are left out, whose starts are its own.
-    """
-    few = beyond("p" * 30, "p" * 90)
-    own = settled([CLEAR] * 60, u=np.linspace(18, 35, 60), spread=1.0)
-    calm = joined(settled([100.0] * 60, u=np.linspace(18, 35, 60)), own)
-    name = "chaotic, u = 18 to 35"
-    assert grades("no-permanent-chaos", motion_map=few, survival=calm)[name] == HOLDS
-    wild = settled([CLEAR] * 20 + [100.0] * 40, u=np.linspace(18, 35, 60))
-    assert grades("no-permanent-chaos", motion_map=few, survival=wild)[name] == FAILS
-    unknown = settled([CLEAR] * 20 + [100.0] * 40, u=np.linspace(18, 35, 60), exponents=0.0)
-    assert grades("no-permanent-chaos", motion_map=few, survival=unknown)[name] == UNDECIDED
-    brief = settled([SHORT] * 20 + [100.0] * 40, u=np.linspace(18, 35, 60), duration=SHORT)
-    share = measured("no-permanent-chaos", motion_map=few, survival=brief).judged[name]
-    assert (share.value, share.still_open, share.runs) == (0, 20, 90)
-
-
-# --- bifurcation diagram --------------------------------------------------------------------------
+    with pytest.raises(NotEnoughDataError, match=r"all of 30 runs .* end in a window"):
+        measured("permanent-chaos", EXACT, motion_map=only)
+    scheme = settled([CLEAR] * 20 + [5e4] * 10, u=BELOW, returns=20)
+    share = measured("permanent-chaos", survival_scheme=scheme).judged
+    assert share["permanent outside the windows"].numbers == (1, pytest.approx(0.832, abs=0.01), 1)
 
 
 @pytest.mark.parametrize(
     ("letters", "chaotic", "periodic"),
     [
-        ("c" * 45 + "p" * 15, HOLDS, HOLDS),
-        ("c" * 60, HOLDS, UNDECIDED),
-        ("c" * 10 + "p" * 50, FAILS, FAILS),
-        ("c" * 45 + "p" * 3 + "e" * 12, HOLDS, HOLDS),
-        ("c" * 30 + "p" * 30, UNDECIDED, UNDECIDED),
-        ("e" * 60, FAILS, UNDECIDED),
+        ("c" * 45 + "p" * 15, YES, YES),
+        ("c" * 60, YES, OPEN),
+        ("c" * 4 + "p" * 56, NO, NO),
+        ("c" * 45 + "p" * 3 + "e" * 12, YES, YES),
+        ("c" * 15 + "p" * 45, OPEN, OPEN),
+        ("e" * 60, NO, OPEN),
     ],
 )
 def test_bands_and_windows_up_to_u15(letters, chaotic, periodic):
     u = [0.9, *np.linspace(1, 15, 60), 15.1]
-    made = grades("bifurcation-sigma0", motion_map=motion_map({5: f"p{letters}p"}, u=u))
+    runs = motion_map({5: f"p{letters}p"}, u=u)
+    made = grades("bifurcation-sigma0", "robust", motion_map=runs)
     assert (made["chaotic"], made["periodic"]) == (chaotic, periodic)
+    longest = settled([100.0] * 400, u=2.0, duration=2e6)
+    made = grades("bifurcation-sigma0", "robust", motion_map=runs, survival_long=longest)
+    assert (made["chaotic"], made["periodic"]) == (NO, NO)  # 60 of 460 are chaotic at most
 
 
 def test_bands_and_windows_by_the_look_of_the_section(monkeypatch):
@@ -292,8 +261,60 @@ def test_bands_and_windows_by_the_look_of_the_section(monkeypatch):
     labels = np.array([states.CHAOTIC] * 45 + [states.PERIODIC] * 12 + [states.UNDECIDED] * 3)
     labels = np.append(labels, [states.PERIODIC] * 4)  # at u = 16
     monkeypatch.setattr(Cut, "states", labels)
-    reading = "look of the section, the paper's scheme"
-    made = measured("bifurcation-sigma0", reading, n5_replicates_check=row)
-    assert made.judged["chaotic"].value == 0.75 and made.judged["periodic"].value == 0.2
-    assert made.judged["chaotic"].still_open == 3 and made.runs == 60
-    assert grades("bifurcation-sigma0", reading, n5_replicates_check=row)[""] == HOLDS
+    made = measured("bifurcation-sigma0", n5_replicates_check=row).judged
+    assert made["chaotic"].value == 0.75 and made["periodic"].value == 0.2
+    assert made["chaotic"].still_open == 3 and made["chaotic"].runs == 60
+    assert grades("bifurcation-sigma0", n5_replicates_check=row)[""] == YES
+    monkeypatch.setattr(Cut, "states", np.full(64, states.PERIODIC))
+    assert grades("bifurcation-sigma0", n5_replicates_check=row)[""] == NO
+
+
+# --- u >= 18 --------------------------------------------------------------------------------------
+
+
+def beyond(low, high):
+    """Runs beyond the transition: motions by letters up to u = 41 and above."""
+    u = np.concatenate([np.linspace(18, 41, len(low)), np.linspace(42, 50, len(high))])
+    return motion_map({5: low + high}, u=u)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "verdict"),
+    [
+        ("p" * 90, "p" * 9, YES),
+        ("p" * 90, "p" * 8 + "c", IN_PART),  # one counterexample is enough
+        ("p" * 89 + "c", "p" * 9, IN_PART),
+        ("c" * 40 + "p" * 50, "c" * 9, NO),
+        ("p" * 20, "p" * 90, OPEN),  # none of 20 may be up to 17 %
+        ("p" * 80 + "t" * 10, "t" * 90, OPEN),
+    ],
+)
+def test_chaotic_runs_beyond_the_transition(monkeypatch, low, high, verdict):
+    """The row of the scheme has them by the look of the section."""
+    runs = beyond(low, high)
+    looks = {"p": states.PERIODIC, "c": states.CHAOTIC, "t": states.CONTINUOUS}
+    monkeypatch.setattr(Cut, "states", np.array([looks[letter] for letter in low + high]))
+    row = scan(5, runs.arrays["belt_velocity"], 0.1, method="verlet")
+    made = both("no-permanent-chaos", motion_map=runs, n5_rows=row)
+    assert made == (YES if "t" in low else verdict, verdict)
+
+
+def test_runs_that_settle_count_beside_the_motions():
+    """A run that is still irregular is chaotic by its exponent, and open without one.
+
+    Runs of the spread of the map are left out, whose starts are its own.
+    """
+    few, u = beyond("p" * 30, "p" * 90), np.linspace(18, 41, 60)
+    own = settled([CLEAR] * 60, u=u, spread=1.0)
+    calm = joined(settled([100.0] * 60, u=u), own)
+    assert grades("no-permanent-chaos", "robust", motion_map=few, survival=calm)[""] == YES
+    name = "chaotic, u = 18 to 41"
+    lifetimes = [CLEAR] * 20 + [100.0] * 40
+    for exponents, verdict in ((ABOVE, NO), (0.0, OPEN)):
+        wild = settled(lifetimes, u=u, exponents=exponents)
+        made = grades("no-permanent-chaos", "robust", motion_map=few, survival=wild)
+        assert made[name] == verdict
+    brief = settled([SHORT] * 20 + [100.0] * 40, u=u, duration=SHORT)
+    made = measured("no-permanent-chaos", EXACT, motion_map=few, survival=brief).judged
+    assert (made[name].value, made[name].still_open, made[name].runs) == (0, 20, 90)
+    assert made["seen, u = 18 to 41"].value == 0

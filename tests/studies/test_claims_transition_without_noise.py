@@ -1,141 +1,357 @@
-"""Claims on the fall of r without noise on scans whose transition is known."""
+"""Claims on the fall of r without noise and what lies beyond it, on runs with a known answer."""
 
 import numpy as np
 import pytest
 
 from beltrepro.base.errors import NotEnoughDataError
-from made_up import escapes, few_resamples, judged, readings, scan_of_laws  # noqa: F401
+from beltrepro.base.store import Dataset
+from beltrepro.replication.studies.transition import transients
+from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
+from made_up import (
+    both,
+    escapes,
+    few_resamples,  # noqa: F401
+    grades,
+    joined,
+    measured,
+    readings,
+    scan,
+    scan_of_laws,
+    settled,
+)
 
 U = [6, 8, 10, 12, 13, 14, 15, 15.5, 16, 16.5, 17, 17.5, 18, 19, 20, 21, 22, 24, 28, 33]
-
+SCHEME, EXACT = "the paper's scheme", "exact dynamics"
 
 # --- the fall of r --------------------------------------------------------------------------------
 
 
-def falling(at=16.5, high=0.13, low=0.02, scatter=0.004):
+def falling(at=16.5, high=0.13, low=0.02, scatter=0.003):
     def disorder(u, rng):
-        return (high if u + rng.normal(0, 0.3) < at else low) + rng.normal(0, scatter)
+        return (high if u + rng.normal(0, 0.3) < at else low) * (1 + rng.normal(0, scatter / high))
 
     return disorder
 
 
 def replicates(**how):
-    names = ("n5_replicates_check", "n5_replicates", "n5_replicates_wide")
-    return {name: scan_of_laws(U, falling(**how)) for name in names}
+    """Runs by the scheme, and the same as exact ones."""
+    made = scan_of_laws(U, falling(**how))
+    return {"n5_replicates_check": made, "n5_replicates": made}
 
 
 @pytest.mark.parametrize(
     ("how", "verdict"),
     [
-        ({}, "holds"),
-        ({"high": 0.1}, "partly"),
-        ({"high": 0.1, "low": 0.035}, "fails"),
-        ({"low": 0.005}, "partly"),  # a ratio of 26
-        ({"low": 0.0105, "scatter": 0.005}, "undecided"),
+        ({}, YES),
+        ({"high": 0.1}, IN_PART),
+        ({"high": 0.1, "low": 0.035}, NO),  # a ratio of 2.9
+        ({"low": 0.003}, IN_PART),  # of 43
+        ({"low": 0.0102, "scatter": 0.02}, OPEN),
     ],
 )
-def test_the_plateaus_of_r(how, verdict):
-    found = judged("r-jump", {"n5_replicates_check": scan_of_laws(U, falling(**how))})
-    assert found[0] == verdict and found[2].runs == 8
+def test_r_on_both_sides_of_the_transition(how, verdict):
+    assert both("r-jump", **replicates(**how)) == (verdict, verdict)
+
+
+def test_runs_of_large_r_beyond_the_transition_are_no_part_of_the_low_branch():
+    made = replicates()
+    stray = made["n5_replicates"].arrays
+    beyond = stray["belt_velocity"] >= 18
+    stray["disorder_parameter"][beyond & (stray["replicate"] <= 6)] = 0.12
+    assert both("r-jump", **made) == (YES, YES)
+    stray["disorder_parameter"][beyond] = 0.12
+    with pytest.raises(NotEnoughDataError, match="0 of small r beyond it, 4 are needed"):
+        measured("r-jump", **made)
 
 
 def test_the_readings_of_the_fall_use_the_scans_of_their_names():
     scans = ("n5_replicates_check", "n5_replicates", "n5_replicates_wide")
     made = {name: scan_of_laws(U, falling(high=0.1 + 0.02 * k)) for k, name in enumerate(scans)}
-    names = ("the paper's scheme", "exact dynamics", "wider starts")
-    found = [judged("r-jump", made, name)[2].judged["r_chaotic"].value for name in names]
-    assert found == pytest.approx([0.1, 0.12, 0.14], abs=0.003)
+    names = (SCHEME, EXACT, "wider starts")
+    values = [measured("r-jump", name, **made).judged["r_chaotic"].value for name in names]
+    assert values == pytest.approx([0.1, 0.12, 0.14], abs=0.003)
+    assert tuple(readings("u-critical", made)) == (*names, "one run at each u")
 
 
-@pytest.mark.parametrize(
-    ("at", "verdict"), [(16.5, "holds"), (19.5, "fails"), (14.0, "fails"), (17.4, "undecided")]
-)
-def test_the_critical_velocity(at, verdict):
-    found = judged("u-critical", {"n5_replicates_check": scan_of_laws(U, falling(at=at))})
-    assert found[0] == verdict
-    assert found[2].judged["critical"].value == pytest.approx(at, abs=0.6)
-    assert found[2].also["lower"].value < found[2].also["upper"].value
-    assert "side by side at u = " in found[2].note
+@pytest.mark.parametrize(("at", "verdict"), [(16.5, YES), (15.6, YES), (22.5, NO), (12.4, NO)])
+def test_the_critical_velocity_is_asked_to_lie_in_the_printed_region(at, verdict):
+    made = replicates(at=at)
+    assert both("u-critical", **made) == (verdict, verdict)
+    numbers = measured("u-critical", **made).numbers
+    assert numbers["critical"].value == pytest.approx(at, abs=0.8)
+    assert numbers["lower"].value < numbers["upper"].value
 
 
-def test_the_readings_of_the_critical_velocity():
-    names = {"the paper's scheme", "exact dynamics", "wider starts", "one run at each u"}
-    assert set(readings("u-critical", replicates())) == names
-
-
-def test_one_run_at_each_u_decides_nothing():
+def test_one_run_at_each_u_tells_no_interval():
     row = {"n5_rows": scan_of_laws(np.arange(4, 40, 0.5), falling(), replicates=1)}
-    for name in ("r-jump", "u-critical"):
-        assert judged(name, row, "one run at each u")[0] == "undecided"
+    critical = measured("u-critical", "one run at each u", **row).judged["critical"]
+    assert critical.runs == 1 and np.isinf(critical.high)
     with pytest.raises(NotEnoughDataError, match="no independent runs"):
-        judged("u-critical", row)
+        measured("u-critical", **row)
 
 
-# --- outliers and windows -------------------------------------------------------------------------
+# --- windows and outliers -------------------------------------------------------------------------
 
 
-def with_outliers(large, label):
-    def disorder(u, rng):
-        return 0.12 if u in large else falling()(u, rng)
-
-    return scan_of_laws(
-        np.arange(10, 30, 0.25),
-        disorder,
-        replicates=1,
-        labels=lambda u: label if u in large else "continuous",
-    )
-
-
-@pytest.mark.thorough
 @pytest.mark.parametrize(
-    ("large", "label", "verdict"),
+    ("r", "low", "verdicts"),
     [
-        ((20.25, 20.5, 21.0, 21.75, 21.5, 21.25), "periodic", "holds"),
-        ((20.25, 20.5, 21.0, 21.75, 21.5, 21.25), "chaotic", "partly"),
-        ((20.0, 22.0), "periodic", "undecided"),  # the ends do not count
-        ((21.0,), "periodic", "undecided"),
+        (0.03, 0.02, (YES, YES)),
+        (0.08, 0.02, (YES, IN_PART)),  # smaller, but not much
+        (0.13, 0.02, (YES, IN_PART)),
+        (0.13, 0.049, (NO, NO)),
+        (None, 0.02, (YES, OPEN)),
     ],
 )
-def test_outliers_beyond_the_transition(large, label, verdict):
-    made = replicates() | {"n5_rows": with_outliers(large, label)}
-    found = judged("outliers", made, "one run at each u")
-    inside = [u for u in large if 20 < u < 22]
-    assert found[2].judged["runs of large r"].value == len(inside) / 7
-    assert found[0] == (verdict if inside else "partly" if verdict == "holds" else "undecided")
-    both = judged("outliers", made)[2].judged["runs of large r"]
-    assert (both.value, both.runs) == (len(inside) / 15, 15)  # 7 and 8 at u = 21
+def test_r_of_periodic_motion_beyond_the_transition_and_in_windows(r, low, verdicts):
+    """Two u below the transition are windows, and so is u = 15.5, which does not count."""
+    windows = (6, 12, 15.5)
 
-
-def test_outliers_among_many_runs():
-    def many(large, on_orbit, small, chaotic=0):
-        made = escapes(large + small, 0, on_orbit, chaotic, u=21.0)["lifetimes"]
-        made.arrays["final_disorder"][:large] = 0.12
-        return replicates() | {"lifetimes": made}
-
-    assert judged("outliers", many(300, 0, 700), "many runs")[0] == "holds"
-    assert judged("outliers", many(0, 0, 1000), "many runs")[0] == "fails"
-    assert judged("outliers", many(0, 100, 900), "many runs")[0] == "holds"
-    assert judged("outliers", many(0, 0, 900, 100), "many runs")[0] == "undecided"
-    with pytest.raises(NotEnoughDataError, match="3 runs in 20 < u < 22, 4 are needed"):
-        judged("outliers", many(0, 0, 3), "many runs")
-
-
-@pytest.mark.parametrize(("r", "verdict"), [(0.03, "holds"), (0.1, "fails"), (None, "undecided")])
-def test_r_in_the_periodic_windows(r, verdict):
     def disorder(u, rng):
-        window = u % 2 == 0
-        calm = rng.uniform(0.02, 0.11) if r is None else r + rng.normal(0, 0.003)
-        return calm if window else 0.13 + rng.normal(0, 0.003)
+        if u not in windows:
+            return falling(low=low)(u, rng)
+        return rng.choice([0.01, 0.129]) if r is None else r + rng.normal(0, 0.001)
 
-    def label(u):
-        return "periodic" if u % 2 == 0 else "chaotic"
-
-    # beyond u = 15 the periodic motion has no say
-    u = np.arange(3, 40, 1.0)
-    row = scan_of_laws(
-        u, lambda u, rng: disorder(u, rng) if u <= 15 else 0.5, replicates=1, labels=label
+    made = scan_of_laws(
+        [6, 12, 14, 15, 15.5, 18, 19],
+        disorder,
+        replicates=6,
+        labels=lambda u: "periodic" if u in windows else "chaotic",
     )
-    found = judged("r-windows", {"n5_rows": row})
-    assert found[0] == verdict and "6 periodic and 7 chaotic runs" in found[2].note
-    with pytest.raises(NotEnoughDataError, match="2 periodic"):
-        judged("r-windows", {"n5_rows": scan_of_laws(u[:5], disorder, replicates=1, labels=label)})
+    assert both("r-windows", n5_replicates_check=made, n5_replicates=made) == verdicts
+    assert "12 periodic and 12 irregular" in measured("r-windows", EXACT, n5_replicates=made).note
+
+
+def of_large_r(places, label, u, replicates=1):
+    return scan_of_laws(
+        u,
+        lambda place, rng: 0.12 if place in places else falling()(place, rng),
+        replicates=replicates,
+        labels=lambda place: label if place in places else "continuous",
+    )
+
+
+@pytest.mark.parametrize(
+    ("places", "label", "verdict"),
+    [
+        ((20, 20.5, 21.5), "periodic", YES),
+        ((20, 20.5, 21, 21.5, 22), "periodic", IN_PART),
+        ((), "periodic", IN_PART),  # none, so that none is irregular either
+        ((20, 20.5, 21.5), "chaotic", IN_PART),
+        ((20, 20.5, 21, 21.5, 22), "chaotic", IN_PART),
+    ],
+)
+def test_outlying_points_of_the_row(places, label, verdict):
+    """Three, all regular, are printed; a lenient reader allows all five that the row has there."""
+    runs = {"n5_rows": of_large_r(places, label, np.arange(18, 24, 0.5)), **replicates()}
+    assert measured("outliers", **runs).judged["outliers"].value == len(places)
+    assert grades("outliers", **runs)[""] == verdict
+
+
+@pytest.mark.parametrize(
+    ("share", "label", "verdict"),
+    [(0.25, "periodic", YES), (0.875, "periodic", IN_PART), (0.875, "chaotic", NO),
+     (0.5, "periodic", OPEN)],
+)  # fmt: skip
+def test_whether_large_r_is_the_rule_beyond_the_transition(share, label, verdict):
+    """At the ends of 20 < u < 22 all runs have large r, and they do not count."""
+    places = [20, 20.5, 21.25, 21.5, 22]
+    made = of_large_r(places, label, places, replicates=8)
+    inside = (made.arrays["belt_velocity"] > 20) & (made.arrays["belt_velocity"] < 22)
+    small = inside & (made.arrays["replicate"] > 8 * share)
+    made.arrays["disorder_parameter"][small] = 0.013
+    runs = {"n5_replicates_beyond": made, "n5_replicates": scan_of_laws([18, 28], falling())}
+    runs["n5_replicates_check"] = replicates()["n5_replicates_check"]
+    assert measured("outliers", EXACT, **runs).judged["runs of large r"].value == share
+    assert grades("outliers", "robust", **runs)[""] == verdict
+
+
+# --- u = 20 ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("counts", "verdicts"),
+    [
+        ((60, 40, 0, 0), (YES, YES)),
+        ((100, 0, 0, 0), (OPEN, YES)),  # a transient beyond 4000 in up to 3.6 %
+        ((400, 0, 0, 0), (IN_PART, YES)),
+        ((20, 10, 70, 0), (YES, NO)),  # most end on stick-slip orbits
+        ((20, 10, 0, 70), (YES, OPEN)),  # chaotic still
+        ((0, 0, 200, 0), (NO, NO)),
+    ],
+)
+def test_transients_at_u20(counts, verdicts):
+    made = escapes(*counts)
+    exact = Dataset(dict(made["lifetimes"].arrays), made["lifetimes"].attributes)
+    size = sum(counts)
+    # the same runs as exact ones, and others that must not count
+    points = {"initial_spread": np.array([1.0, 0.001]), "time_step": np.array([0.001, 0.001])}
+    arrays = {name: np.concatenate([values, values]) for name, values in exact.arrays.items()}
+    arrays["escaped"][size:] = ~arrays["escaped"][size:]
+    arrays |= {name: np.repeat(values, size) for name, values in points.items()}
+    made["pairs_states_event"] = Dataset(arrays, exact.attributes)
+    assert both("u20-transient", **made) == verdicts
+    # of a run on an orbit it is open when it came there
+    beyond = measured("u20-transient", **made).judged["transient beyond 4000"]
+    assert beyond.high > (size - counts[0]) / size - 1e-9
+
+
+def test_transients_need_runs_at_u20_of_twice_the_printed_length():
+    with pytest.raises(NotEnoughDataError, match="runs of 7999 cannot show lifetimes of 4000"):
+        measured("u20-transient", **escapes(9, 9, 0, 0, duration=7999.0))
+    with pytest.raises(NotEnoughDataError, match="0 runs with belt_velocity = 20"):
+        measured("u20-transient", **escapes(9, 9, 0, 0, u=20.5))
+
+
+def test_runs_on_one_orbit_are_told_from_chaotic_ones():
+    runs = escapes(0, 0, 5, 40)["lifetimes"].arrays
+    assert transients.on_shared_orbits(runs, 2000.0).tolist() == [True] * 5 + [False] * 40
+    two = escapes(0, 0, 2, 4)["lifetimes"].arrays
+    assert not transients.on_shared_orbits(two, 2000.0).any()
+    runs["final_stick_rate"][0, 3] += 2 / 2000  # two sticks more: the ends of the time
+    runs["final_stick_rate"][1, 3] += 4 / 2000
+    runs["final_amplitude"][2] *= 1.002
+    shared = transients.on_shared_orbits(runs, 2000.0)[:5]
+    assert shared.tolist() == [True, False, False, True, True]
+
+
+@pytest.mark.parametrize(
+    ("escaped", "disorder", "rates", "label"),
+    [
+        (1, 0.0499, [0.1, 0.0], transients.SMALL_SLIP),
+        (1, 0.05, [0.1, 0.0], transients.LARGE_SLIP),
+        (0, 0.13, [0.1, 0.0], transients.STICK_SLIP),  # still irregular, for all that is known
+        (1, 0.13, [0.0, 0.2], transients.STICK_SLIP),
+        (1, 0.0, [0.0, 0.1, np.nan], transients.STICK_SLIP),  # the last block of a shorter chain
+        (1, 0.0, [0.1, 0.0, np.nan], transients.SMALL_SLIP),
+    ],
+)
+def test_attractors_are_labelled_by_sticks_and_amplitude(escaped, disorder, rates, label):
+    runs = {"escaped": [escaped], "final_disorder": [disorder], "final_stick_rate": [rates]}
+    assert transients.labels_of({name: np.array(v * 2) for name, v in runs.items()})[1] == label
+
+
+# --- lifetimes against u --------------------------------------------------------------------------
+
+PLACES = (18.0, 20.0, 21.0, 24.0, 27.0, 30.0, 33.0, 35.0)
+
+
+def growing(near=4000.0, far=400.0):
+    """tau that falls from `near` at u = 18 to `far` at u = 35, exponentially."""
+    return {u: near * (far / near) ** ((u - 18) / 17) for u in PLACES}
+
+
+def draw(tau, *, runs=200, duration=2e5, seed=1):
+    """Exponential lifetimes by u, runs that last on cut at the duration."""
+    rng = np.random.default_rng(seed)
+    u = np.repeat(list(tau), runs)
+    return u, np.minimum(rng.exponential(np.repeat(list(tau.values()), runs)), duration)
+
+
+def settling(tau, *, spread=10.0, **options):
+    u, lifetime = draw(tau, **options)
+    return settled(lifetime, u=u, spread=spread, duration=options.get("duration", 2e5))
+
+
+def escaping(tau, *, stuck=0.0, duration=1e4, **options):
+    """Runs followed until the last block slips for good, some on stick-slip attractors."""
+    u, lifetime = draw(tau, duration=duration, **options)
+    lifetime[np.random.default_rng(2).random(u.size) < stuck] = duration
+    arrays = {"n_blocks": np.full(u.size, 5), "belt_velocity": u, "lifetime": lifetime}
+    attributes = {"duration": duration, "settle_time": 2000.0}
+    return Dataset(arrays | {"escaped": lifetime < duration}, attributes)
+
+
+@pytest.mark.parametrize(
+    ("tau", "verdict"),
+    [
+        (growing(), YES),
+        (growing(400.0, 4000.0), IN_PART),  # short, but longer away from the transition
+        (growing(60_000.0, 6000.0), IN_PART),
+        (growing(6000.0, 60_000.0), NO),
+        (dict.fromkeys(PLACES, 1000.0), IN_PART),
+    ],
+)
+def test_lifetimes_against_u(tau, verdict):
+    runs = {"lifetimes_wide": escaping(tau, duration=4e5), "survival": settling(tau, duration=4e5)}
+    assert both("transient-lifetime", **runs) == (verdict, verdict)
+
+
+@pytest.mark.parametrize("duration", [2e5, 6000.0])
+def test_lifetimes_are_those_put_in(duration):
+    """With runs given up or not; beyond the range, and of other starts, runs do not count."""
+    tau = {u: (3000.0 if u <= 21 else 1000.0 if u < 30 else 500.0) for u in PLACES}
+    runs = joined(
+        settling(tau, duration=duration),
+        settling({17.5: 1e5, 36.0: 1e5}, seed=2, duration=duration),
+        settling(dict.fromkeys(PLACES, 9000.0), spread=1.0, duration=duration),
+    )
+    numbers = measured("transient-lifetime", EXACT, survival=runs).numbers
+    for name, value in (("tau near", 3000), ("tau far", 500), ("near over far", 6)):
+        assert numbers[name].low < value < numbers[name].high
+    ends = 1562 if duration > 1e5 else 1562 * 0.86  # of a mixture, the longest of which are cut
+    assert numbers["tau"].value == pytest.approx(ends, rel=0.1)
+
+
+def test_runs_that_never_escape_say_nothing_of_the_lifetime():
+    """A third of all runs, and all at one velocity, stay on stick-slip attractors."""
+    runs = escaping(growing(2000.0, 400.0), stuck=0.33)
+    alone = runs.arrays["belt_velocity"] == 20.0
+    runs.arrays["escaped"][alone] = False
+    made = measured("transient-lifetime", lifetimes_wide=runs)
+    assert made.also["tau near"].value == pytest.approx(1850, rel=0.15)
+    assert made.also["tau far"].value == pytest.approx(470, rel=0.15)
+
+
+def test_lifetimes_longer_than_the_runs_are_not_measured():
+    with pytest.raises(NotEnoughDataError, match="longer runs are needed"):
+        measured("transient-lifetime", EXACT, survival=settling(dict.fromkeys(PLACES, 1e9)))
+    with pytest.raises(NotEnoughDataError, match="no lifetimes for 18 <= u <= 21"):
+        few = {u: 1000.0 for u in PLACES if u >= 24}
+        measured("transient-lifetime", EXACT, survival=settling(few))
+
+
+# --- continuous slip ------------------------------------------------------------------------------
+
+
+def slipping(u, share, *, duration=1e6, transient=2e5):
+    """Runs of which this share slips on; the others stick to the end."""
+    last = np.where(np.arange(len(u)) < share * len(u), np.nan, duration)
+    order = np.random.default_rng(3).permutation(len(u))
+    return scan(5, u, 0.02, duration=duration, transient=transient, last_stick_time=last[order])
+
+
+ROW, LOW, HIGH = np.linspace(18, 50, 129), np.linspace(18, 36, 109), np.linspace(38, 50, 121)
+
+
+@pytest.mark.parametrize(
+    ("row", "low", "high", "verdicts"),
+    [
+        (1.0, 1.0, 1.0, (YES, YES)),
+        (0.75, 0.7, 1.0, (IN_PART, IN_PART)),  # the usual end
+        (0.3, 0.3, 1.0, (NO, IN_PART)),
+        (0.3, 0.3, 0.2, (NO, NO)),
+        (0.5, 0.5, 1.0, (OPEN, OPEN)),
+    ],
+)
+def test_continuous_slip(row, low, high, verdicts):
+    made = {
+        "n5_rows": slipping(ROW, row),
+        "n5_replicates": slipping(LOW, low),
+        "n5_replicates_beyond": slipping(HIGH, high),
+    }
+    assert both("continuous-slip", **made) == verdicts
+
+
+def test_a_late_stick_the_range_of_u_and_short_runs():
+    """Sticks in the first half after the transient are those of a transient."""
+    row = slipping(np.linspace(15, 53, 153), 1.0)
+    inside = (row.arrays["belt_velocity"] >= 18) & (row.arrays["belt_velocity"] <= 50)
+    middle = (2e5 + 1e6) / 2
+    for last, share in ((middle - 1, 1), (middle, 0)):
+        row.arrays["last_stick_time"] = np.where(inside, last, 1e6)
+        slips = measured("continuous-slip", n5_rows=row).judged["slips on, u = 18 to 50"]
+        assert (slips.value, slips.runs) == (share, inside.sum())
+    brief = slipping(ROW, 0.5, duration=4e4, transient=2e4)
+    slips = measured("continuous-slip", n5_rows=brief).judged["slips on, u = 18 to 50"]
+    assert slips.still_open == slips.runs - round(slips.value * slips.runs) > 60

@@ -215,8 +215,8 @@ CLEAR, SHORT = 2e5, 99_999.0  # durations on both sides of the shortest that cou
 
 
 def settled(
-    lifetime, *, u, spread=10.0, exponents=ABOVE, state=PERIODIC, returns=500, duration=CLEAR,
-    **others,
+    lifetime, *, u, spread=10.0, exponents=ABOVE, state=PERIODIC, returns=500, slips=90,
+    duration=CLEAR, **others,
 ):  # fmt: skip
     """Runs of five blocks with these lifetimes; those of `duration` did not settle."""
     lifetime = np.array(lifetime, dtype=float)
@@ -229,6 +229,7 @@ def settled(
         "settled": done,
         "state": np.where(done, state, "irregular"),
         "period_returns": np.where(done, returns, 0),
+        "period_events": np.where(done, slips, 0),
         "irregular_exponent": np.resize(exponents, size).astype(float),
         "irregular_error": np.full(size, 1e-5),
         "irregular_time": np.full(size, duration),

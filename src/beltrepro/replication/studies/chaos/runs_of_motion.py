@@ -7,11 +7,14 @@ either, and the interval of a share covers both.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from beltrepro.base.errors import require
+from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import Evidence
 from beltrepro.stats import estimates
 from beltrepro.stats.estimates import Estimate
@@ -19,7 +22,13 @@ from beltrepro.stats.motion import CHAOTIC, PERIODIC, TRANSIENT, above_zero
 
 N_BLOCKS = 5
 LONG = 1e5  # ten times the longest mean lifetime of a transient that the paper allows
-SETTLING = ("survival_long", "survival_many", "survival")  # the first with runs at a point serves
+SCHEME, EXACT = "the paper's scheme", "exact dynamics"  # names of readings
+# The runs of each reading: of the exact dynamics, the first dataset with runs at a point serves.
+SETTLING = {
+    SCHEME: ("survival_scheme",),
+    EXACT: ("survival_long", "survival_many", "survival"),
+}
+SPREAD = 10.0  # of their starts
 MINIMUM_EXPONENTS = 3
 
 
@@ -38,8 +47,7 @@ class Motions:
 
     def share(self, name: str) -> Estimate:
         """Share of the runs with a motion of this name."""
-        named = (self.names == name) & ~self.open
-        return estimates.share(int(named.sum()), self.names.size, int(self.open.sum()))
+        return estimates.share_of((self.names == name) & ~self.open, self.open)
 
     def where(self, chosen: np.ndarray) -> Motions:
         """Some of the runs."""
@@ -70,16 +78,24 @@ def motions(evidence: Evidence, n_blocks: int, low: float = 0.0, high: float = n
     return runs
 
 
-def settled_motions(evidence: Evidence, low: float, high: float, spread: float) -> Motions:
-    """Runs of `survival` of five blocks with low <= u <= high from starts with this spread."""
-    arrays, attributes = evidence.runs("survival", n_blocks=N_BLOCKS, initial_spread=spread)
+def motions_with(
+    evidence: Evidence, other: str, low: float, high: float, spread: float = SPREAD
+) -> Motions:
+    """Runs of five blocks with low <= u <= high, and those of a dataset of kind settling.
+
+    A run that has not settled is chaotic by its exponent. Starts of another spread than those of
+    `motion_map` are taken, so that no run counts twice.
+    """
+    runs = motions(evidence, N_BLOCKS, low, high)
+    if not evidence.has(other):
+        return runs
+    arrays, attributes = evidence.runs(other, n_blocks=N_BLOCKS, initial_spread=spread)
     exponent, error, time = (arrays[f"irregular_{name}"] for name in ("exponent", "error", "time"))
     irregular = np.where(above_zero(exponent, error, time), CHAOTIC, TRANSIENT)
     names = np.where(arrays["settled"].astype(bool), arrays["state"].astype(str), irregular)
     long = np.full(names.size, attributes["duration"] >= LONG)
-    return Motions(names, arrays["period_returns"], long).where(
-        between(arrays["belt_velocity"], low, high)
-    )
+    settling = Motions(names, arrays["period_returns"], long)
+    return runs.and_also(settling.where(between(arrays["belt_velocity"], low, high)))
 
 
 def between(values: np.ndarray, low: float, high: float) -> np.ndarray:
@@ -89,33 +105,69 @@ def between(values: np.ndarray, low: float, high: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Settling:
-    """Runs from random starts at one point, followed until they settled or were given up; (R,)."""
+    """Runs from random starts, followed until they settled or were given up; columns (R,)."""
 
+    belt_velocity: np.ndarray
     lifetime: np.ndarray
     settled: np.ndarray
     state: np.ndarray
+    returns: np.ndarray  # to the mean length in a period, 0 if the run did not settle
+    slips: np.ndarray  # of all blocks in a period
     exponents: np.ndarray  # of the irregular motion; NaN where it was too short
     duration: float
 
-    def irregular_for(self, time: float) -> Estimate:
-        """Share of the runs that are irregular for a time or longer."""
+    @classmethod
+    def of(cls, evidence: Evidence, names: tuple[str, ...], **place: float) -> Settling:
+        """Runs of five blocks from the first of the datasets that has some at this place."""
+        arrays, attributes = evidence.runs(
+            *names, n_blocks=N_BLOCKS, initial_spread=SPREAD, **place
+        )
+        return cls(
+            arrays["belt_velocity"],
+            arrays["lifetime"],
+            arrays["settled"].astype(bool),
+            arrays["state"].astype(str),
+            arrays["period_returns"],
+            arrays["period_events"],
+            arrays["irregular_exponent"],
+            float(attributes["duration"]),
+        )
+
+    def irregular_for(self, time: float, chosen: np.ndarray | None = None) -> Estimate:
+        """Share of the runs, or of some, that are irregular for a time or longer."""
+        chosen = np.full(self.settled.shape, True) if chosen is None else chosen
         lasting = self.lifetime >= time
-        still_open = ~lasting & ~self.settled
-        return estimates.share(int(lasting.sum()), lasting.size, int(still_open.sum()))
+        return estimates.share_of(lasting[chosen], (~lasting & ~self.settled)[chosen])
 
     @property
-    def periodic(self) -> Estimate:
-        """Share of the runs that end on a periodic orbit; those irregular for LONG do not."""
-        periodic = self.settled & (self.state == PERIODIC)
-        still_open = ~self.settled & (self.lifetime < LONG)
-        return estimates.share(int(periodic.sum()), periodic.size, int(still_open.sum()))
+    def periodic(self) -> np.ndarray:
+        """Which runs end on a periodic orbit with slips and sticks (R,)."""
+        return self.settled & (self.state == PERIODIC) & (self.slips > 0)
+
+    @property
+    def ends_periodic(self) -> Estimate:
+        """Share of the runs that end so; those irregular for LONG do not."""
+        return estimates.share_of(self.periodic, ~self.settled & (self.lifetime < LONG))
+
+    @property
+    def half_life(self) -> Estimate:
+        """Time by which half of the runs have settled, or the whole time if fewer have."""
+        return estimates.sure(np.median(self.lifetime))
 
     @property
     def exponent(self) -> Estimate:
         """Mean largest exponent of the irregular motion; absent if all settled too soon for one."""
-        exponents = self.exponents[np.isfinite(self.exponents)]
-        if exponents.size >= MINIMUM_EXPONENTS:
-            return estimates.mean(exponents)
+        return self._mean_over_runs(self.exponents)
+
+    @property
+    def e_foldings(self) -> Estimate:
+        """Mean number of times by which a small deviation grows e-fold until a run settles."""
+        return self._mean_over_runs(self.exponents * self.lifetime)
+
+    def _mean_over_runs(self, values: np.ndarray) -> Estimate:
+        values = values[np.isfinite(values)]
+        if values.size >= MINIMUM_EXPONENTS:
+            return estimates.mean(values)
         require(self.settled.all(), f"{self.words}: longer runs are needed for an exponent")
         return estimates.absent(self.settled.size)
 
@@ -128,26 +180,13 @@ class Settling:
         )
 
 
-def runs_from(evidence: Evidence, belt_velocity: float, spread: float) -> Settling:
-    """Runs of five blocks from starts with this spread: the longest that there are."""
-    arrays, attributes = evidence.runs(
-        *SETTLING, n_blocks=N_BLOCKS, belt_velocity=belt_velocity, initial_spread=spread
-    )
-    return Settling(
-        arrays["lifetime"],
-        arrays["settled"].astype(bool),
-        arrays["state"].astype(str),
-        arrays["irregular_exponent"],
-        float(attributes["duration"]),
-    )
+def by_method(
+    evidence: Evidence, measure: Callable[[Settling, str], Measurement]
+) -> dict[str, Callable[[], Measurement]]:
+    """Readings of a claim on one belt velocity, by the paper's scheme and by the exact dynamics."""
+    velocity = evidence.claim.parameters["belt_velocity"]
 
+    def reading(name: str) -> Measurement:
+        return measure(Settling.of(evidence, SETTLING[name], belt_velocity=velocity), name)
 
-def by_spread(evidence, measure):
-    """A reading for each spread of the starts that the claim names."""
-    parameters = evidence.claim.parameters
-    return {
-        f"starts spread by {spread:g}": lambda spread=spread: measure(
-            runs_from(evidence, parameters["belt_velocity"], spread)
-        )
-        for spread in parameters["initial_spread"]
-    }
+    return {name: partial(reading, name) for name in SETTLING}

@@ -5,18 +5,24 @@ from functools import partial
 
 import numpy as np
 
-from beltrepro.base.errors import NotEnoughDataError, require
+from beltrepro.base.errors import require
 from beltrepro.replication.studies.avalanches import measure as avalanches
-from beltrepro.replication.studies.chaos.runs_of_motion import LONG, N_BLOCKS, by_spread
+from beltrepro.replication.studies.chaos.runs_of_motion import (
+    EXACT,
+    LONG,
+    N_BLOCKS,
+    SCHEME,
+    by_method,
+)
 from beltrepro.replication.studies.transition import transients
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import last_block_events
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.stats import estimates, sections, states, survival
+from beltrepro.stats import estimates, states, survival
 from beltrepro.stats.estimates import Estimate
-from beltrepro.stats.motion import PERIODIC
 
 STRETCHES = 20
+LEAST_RUNS = 4
 PRINTED_LENGTH = 1e6  # of the series behind Fig. 8, if it is as long as those behind Fig. 12
 
 
@@ -103,104 +109,46 @@ def _largest_while_stuck(time, relative, slip, stick):
 @claim("u7-periodic")
 def u7_periodic(evidence):
     """Where runs at u = 7 end."""
-    return {
-        "the paper's scheme": partial(_periodic_ends, evidence, "steps", time_step=0.001),
-        "exact dynamics": partial(_periodic_ends, evidence, "survival_many"),
-        "run from the declared state": partial(_periodic_run, evidence),
-    }
 
+    def measure(runs, _method):
+        return Measurement({"end in periodic stick-slip": runs.ends_periodic}, note=runs.words)
 
-def _periodic_ends(evidence, name, **where):
-    place = {"n_blocks": 5, "belt_velocity": evidence.claim.parameters["belt_velocity"]}
-    runs = _at(evidence.dataset(name).arrays, initial_spread=10.0, **place, **where)
-    settled = runs["settled"].astype(bool)
-    periodic = settled & (runs["state"].astype(str) == PERIODIC) & (runs["period_events"] > 0)
-    found = estimates.share_of(periodic, ~settled)
-    return Measurement(
-        {"runs that end in periodic stick-slip": found},
-        note=f"{(~settled).sum()} of {settled.size} runs do not settle",
-    )
-
-
-def _periodic_run(evidence):
-    column = evidence.column("n5_u7", 5, 7.0)
-    quiet = np.flatnonzero(column.noise == 0)
-    require(quiet.size, "no point without noise in n5_u7")
-    first = quiet[0]
-    period = sections.find_period(column.velocities[first])
-    late = column.transient + 0.9 * (column.duration - column.transient)
-    periodic = period > 0 and column.points["last_stick_time"][first] > late
-    return Measurement(
-        {"runs that end in periodic stick-slip": estimates.sure(bool(periodic))},
-        note=f"no matter of chance, since the start is declared; {period} crossings in a period",
-    )
+    return by_method(evidence, measure)
 
 
 @claim("u20-transient")
 def u20_transient(evidence):
-    """Lifetimes at u = 20: of many runs by both methods, and of the run from the declared state."""
+    """How long runs at u = 20 stick now and then, and whether they stop."""
     return {
-        "many runs": partial(_transients, evidence),
-        "exact dynamics": partial(_exact_transients, evidence),
-        "run from the declared state": partial(_single_transient, evidence),
+        SCHEME: partial(_transients, evidence, "lifetimes"),
+        EXACT: partial(
+            _transients, evidence, "pairs_states_event", initial_spread=1.0, time_step=0.001
+        ),
     }
 
 
-def _transients(evidence):
+def _transients(evidence, name, **where):
     """Of a run that still sticks at its end, it is open how long its transient was."""
-    runs = evidence.dataset("lifetimes")
-    duration = float(runs.attributes["duration"])
-    printed = evidence.claim.paper
+    scan, printed = evidence.dataset(name), evidence.claim.paper
+    duration, settle_time = (float(scan.attributes[key]) for key in ("duration", "settle_time"))
     require(duration >= 2 * printed, f"runs of {duration:g} cannot show lifetimes of {printed}")
-    own = _at(runs.arrays, belt_velocity=20.0)
-    escaped = own["escaped"].astype(bool)
-    slipping = transients.labels_of(own) != transients.STICK_SLIP
-    on_orbit = ~escaped & transients.on_shared_orbits(own, float(runs.attributes["settle_time"]))
-    beyond = escaped & (own["lifetime"] > printed)
-    note = f"{escaped.sum()} of {escaped.size} runs escape"
+    runs = _at(scan.arrays, belt_velocity=20.0, **where)
+    escaped = runs["escaped"].astype(bool)
+    slipping = transients.labels_of(runs) != transients.STICK_SLIP
+    on_orbit = ~escaped & transients.on_shared_orbits(runs, settle_time)
+    beyond = escaped & (runs["lifetime"] > printed)
+    note = f"{on_orbit.sum()} of {escaped.size} runs end on stick-slip orbits that several share"
     if escaped.any():
-        lived = own["lifetime"][escaped]
-        note += f", half of them before {np.median(lived):.0f}"
-        note += f", at {np.unique(np.round(lived)).size} different times"
-    note += f"; {on_orbit.sum()} end on stick-slip orbits that several runs share"
-    return _two_shares(beyond, slipping, ~escaped, ~escaped & ~on_orbit, note)
-
-
-def _exact_transients(evidence):
-    """Irregular motion until it settles; small r tells continuous slip from stick-slip."""
-    runs = _at(
-        evidence.dataset("survival").arrays, n_blocks=5, belt_velocity=20.0, initial_spread=10.0
-    )
-    settled = runs["settled"].astype(bool)
-    slipping = settled & (runs["disorder_parameter"] < transients.LARGE_AMPLITUDE)
-    # A run that settles on a stick-slip orbit has a known transient, and one that is not settled
-    # has a long one.
-    beyond = runs["lifetime"] > evidence.claim.paper
-    return _two_shares(beyond, slipping, ~settled & ~beyond, ~settled, "")
-
-
-def _single_transient(evidence):
-    series = evidence.dataset("u20")
-    duration = float(series.attributes["duration"])
-    _, sticks = last_block_events(series)
-    end = float(sticks["time"][-1]) if sticks.size else 0.0
-    left = duration - end > max(evidence.laminar_time, 0.1 * duration)
-    words = f"last stick at {end:.0f} in a run of {duration:g}"
-    left, beyond = np.array([left]), np.array([end > evidence.claim.paper])
-    return _two_shares(beyond, left, ~left & ~beyond, ~left, words)
-
-
-def _two_shares(beyond, slipping, still_open, open_ends, note):
+        times = np.round(runs["lifetime"][escaped])
+        note += f"; {times.size} escape, half of them before {np.median(times):.0f}"
+        note += f", at {np.unique(times).size} different times"
     return Measurement(
         {
-            "runs with a transient beyond 4000": estimates.share_of(beyond, still_open),
-            "runs that end in continuous slip": estimates.share_of(slipping, open_ends),
+            "end in continuous slip": estimates.share_of(slipping, ~escaped & ~on_orbit),
+            "transient beyond 4000": estimates.share_of(beyond, ~escaped),
         },
         note=note,
     )
-
-
-# --- shared ---------------------------------------------------------------------------------------
 
 
 def _at(arrays, **where):
@@ -211,291 +159,193 @@ def _at(arrays, **where):
     return {name: values[chosen] for name, values in arrays.items() if len(values) == len(chosen)}
 
 
-PAPERS_SCHEME, EXACT, WIDE = "n5_replicates_check", "n5_replicates", "n5_replicates_wide"
-ENDS = ("escaped", "final_disorder", "final_stick_rate", "final_amplitude")
-
-
 # --- the transition -------------------------------------------------------------------------------
+
+# Scans with independent runs by reading; wider starts are the paper's scheme too.
+RUNS = {SCHEME: "n5_replicates_check", EXACT: "n5_replicates", "wider starts": "n5_replicates_wide"}
 
 
 @claim("r-jump")
 def r_jump(evidence):
-    """Plateaus of r before and after its fall."""
-    names = {"r_chaotic": "r_high", "r_periodic": "r_low", "ratio": "contrast"}
-    return _readings_of_fall(evidence, names)
+    """r on the two branches, beside the printed transition region."""
+
+    def reading(scan):
+        numbers = _branches(evidence, scan)
+        return Measurement(numbers | {"ratio": estimates.ratio(*numbers.values())})
+
+    return {name: partial(reading, scan) for name, scan in RUNS.items()}
+
+
+def _branches(evidence, scan):
+    """Medians of r at 12 <= u <= 15, and of the runs of small r at 18 <= u <= 21."""
+    row = evidence.replicates(N_BLOCKS, 0.0, scan=scan)
+    high = row.disorder[row.between(12, 15)]
+    low = row.disorder[row.between(18, 21) & (row.disorder < transients.LARGE_AMPLITUDE)]
+    counts = f"{high.size} runs below the transition, {low.size} of small r beyond it"
+    require(min(high.size, low.size) >= LEAST_RUNS, f"{counts}, {LEAST_RUNS} are needed")
+    samples = {"r_chaotic": high, "r_periodic": low}
+    return {name: estimates.bootstrap(np.median, [runs]) for name, runs in samples.items()}
 
 
 @claim("u-critical")
 def u_critical(evidence):
     """Midpoint of the transition region without noise."""
-    names = {"critical": "critical"}
-    return _readings_of_fall(evidence, names, also=("lower", "upper"))
 
+    def reading(cut):
+        fall = cut().fall
+        return Measurement(
+            {"critical": fall["critical"]}, {name: fall[name] for name in ("lower", "upper")}
+        )
 
-def _readings_of_fall(evidence, names, also=()):
-    return {
-        "the paper's scheme": partial(_fall, evidence, names, also),
-        "exact dynamics": partial(_fall, evidence, names, also, scan=EXACT),
-        "wider starts": partial(_fall, evidence, names, also, scan=WIDE),
-        "one run at each u": partial(_fall_of_row, evidence, names, also),
+    cuts = {
+        name: partial(evidence.replicates, N_BLOCKS, 0.0, scan=scan) for name, scan in RUNS.items()
     }
-
-
-def _fall(evidence, names, also, *, scan=PAPERS_SCHEME):
-    runs = evidence.replicates(5, 0.0, scan=scan)
-    return _named(names, also, runs.fall, _side_by_side(runs, runs.fall))
-
-
-def _side_by_side(runs, found):
-    """Belt velocities at which some runs lie above the middle of the fall and some below."""
-    middle = (found["r_high"].value + found["r_low"].value) / 2
-    places, place = np.unique(runs.belt_velocity, return_inverse=True)
-    share = np.bincount(place, runs.disorder > middle) / np.bincount(place)
-    mixed = places[(share > 0) & (share < 1)]
-    where = ", ".join(f"{u:g}" for u in mixed)
-    return f"runs of high and of low r side by side at u = {where}" if where else ""
-
-
-def _fall_of_row(evidence, names, also):
-    return _named(names, also, evidence.row(5, 0.0, scan="n5_rows").fall)
-
-
-def _named(names, also, found, note=""):
-    return Measurement(
-        {name: found[of] for name, of in names.items()}, {name: found[name] for name in also}, note
-    )
-
-
-# --- other motions --------------------------------------------------------------------------------
-
-
-@claim("outliers")
-def outliers(evidence):
-    """Runs of large r beyond the transition, and whether they are chaotic."""
-    return {
-        "the paper's scheme": partial(_outliers, evidence, "n5_rows", PAPERS_SCHEME),
-        "one run at each u": partial(_outliers, evidence, "n5_rows"),
-        "wider starts": partial(_outliers, evidence, WIDE),
-        "exact dynamics": partial(_outliers, evidence, EXACT),
-        "many runs": partial(_outliers_of_many, evidence),
-    }
-
-
-def _outliers(evidence, *scans):
-    limit = _half_plateau(evidence)
-    large, regular, places = [], [], []
-    for scan in scans:
-        row = evidence.row(5, 0.0, scan=scan)
-        inside = _between(evidence, row.belt_velocity)
-        large += (row.disorder[inside] > limit).tolist()
-        regular += np.isin(
-            row.states[inside], (states.PERIODIC, states.QUASI_PERIODIC, states.CONTINUOUS)
-        ).tolist()
-        places += row.belt_velocity[inside].tolist()
-    large, regular = np.array(large, dtype=bool), np.array(regular, dtype=bool)
-    where = ", ".join(f"{u:g}" for u in np.unique(np.array(places)[large]))
-    return _outlying(large, regular, np.zeros_like(large), f"u = {where}" if where else "")
-
-
-def _outliers_of_many(evidence):
-    """Runs of which only the end is known; on stick-slip orbits are those that several share."""
-    runs = evidence.dataset("lifetimes")
-    settle_time, limit = float(runs.attributes["settle_time"]), _half_plateau(evidence)
-    velocity = runs.arrays["belt_velocity"]
-    large, regular = [], []
-    for place in np.unique(velocity[_between(evidence, velocity)]):
-        own = sections.select({name: runs.arrays[name] for name in ENDS}, velocity == place)
-        slipping = transients.labels_of(own) != transients.STICK_SLIP
-        large += (own["final_disorder"] > limit).tolist()
-        regular += (slipping | transients.on_shared_orbits(own, settle_time)).tolist()
-    large, regular = np.array(large, dtype=bool), np.array(regular, dtype=bool)
-    return _outlying(large, regular, ~regular, "other runs that still stick may be chaotic")
-
-
-def _outlying(large, regular, still_open, note):
-    require(large.size >= 4, f"{large.size} runs in 20 < u < 22, 4 are needed")
-    count = int(large.sum())
-    kept = estimates.absent()
-    if count:
-        kept = estimates.share_of(regular[large], still_open[large])
-    return Measurement(
-        {"runs of large r": estimates.share_of(large), "of these not chaotic": kept},
-        note=f"{count} of {large.size} runs" + (f", {note}" if note else ""),
-    )
-
-
-def _half_plateau(evidence):
-    return evidence.replicates(5, 0.0, scan=PAPERS_SCHEME).fall["r_high"].value / 2
-
-
-def _between(evidence, belt_velocity):
-    """Ends left out."""
-    low, high = evidence.claim.parameters["belt_velocity"]
-    return (belt_velocity > low + 1e-9) & (belt_velocity < high - 1e-9)
+    cuts["one run at each u"] = partial(evidence.row, N_BLOCKS, 0.0, scan="n5_rows")
+    return {name: partial(reading, cut) for name, cut in cuts.items()}
 
 
 @claim("r-windows")
 def r_windows(evidence):
-    """r of periodic runs over that of chaotic ones, below the transition."""
-    periodic = (states.PERIODIC,)
-    row = partial(evidence.row, 5, 0.0)
+    """r of periodic motion over that of irregular motion: beyond the transition, and in windows."""
+    return {SCHEME: partial(_contrast, evidence, SCHEME), EXACT: partial(_windows, evidence)}
+
+
+def _contrast(evidence, method):
+    numbers = _branches(evidence, RUNS[method])
+    ratio = estimates.ratio(numbers["r_periodic"], numbers["r_chaotic"])
+    return Measurement({"beyond the transition": ratio})
+
+
+def _windows(evidence):
+    """By the look of the section, which tells short orbits from all others."""
+    row = evidence.replicates(N_BLOCKS, 0.0, scan=RUNS[EXACT])
+    inside = row.between(*evidence.claim.parameters["belt_velocity"])
+    calm, chaotic = (
+        row.disorder[inside & (row.states == look)] for look in (states.PERIODIC, states.CHAOTIC)
+    )
+    counts = f"{calm.size} periodic and {chaotic.size} irregular runs at u <= 15"
+    require(min(calm.size, chaotic.size) >= 3, f"{counts}, 3 of each are needed")
+    ratio = estimates.bootstrap(lambda few, many: np.median(few) / np.median(many), [calm, chaotic])
+    return Measurement(_contrast(evidence, EXACT).judged | {"in the windows": ratio}, note=counts)
+
+
+@claim("outliers")
+def outliers(evidence):
+    """Runs of large r beyond the transition, and whether they are irregular."""
     return {
-        "one run at each u": partial(_window_ratio, evidence, row, "n5_rows", periodic),
-        "quasi-periodic ones too": partial(
-            _window_ratio, evidence, row, "n5_rows", (*periodic, states.QUASI_PERIODIC)
-        ),
-        "independent runs": partial(_window_ratio, evidence, row, PAPERS_SCHEME, periodic),
+        SCHEME: partial(_outlying_points, evidence),
+        EXACT: partial(_outlying_runs, evidence),
     }
 
 
-def _window_ratio(evidence, row, scan, regular):
-    found = row(scan=scan)
-    inside = found.between(*evidence.claim.parameters["belt_velocity"])
-    calm, chaotic = (
-        found.disorder[inside & np.isin(found.states, labels)]
-        for labels in (regular, (states.CHAOTIC,))
-    )
-    counts = f"{calm.size} periodic and {chaotic.size} chaotic runs"
-    require(min(calm.size, chaotic.size) >= 3, f"{counts} at u <= 15, 3 of each are needed")
-    value = estimates.bootstrap(lambda few, many: np.median(few) / np.median(many), [calm, chaotic])
+def _outlying_points(evidence):
+    """The start is declared, so that chance has no part in them."""
+    large, regular, velocity = _of_large_r(evidence, evidence.claim.parameters["points"], "n5_rows")
+    where = ", ".join(f"{place:g}" for place in velocity[large])
     return Measurement(
-        {"r periodic / r chaotic": value},
         {
-            "r periodic": estimates.sure(np.median(calm)),
-            "r chaotic": estimates.sure(np.median(chaotic)),
+            "outliers": estimates.sure(large.sum()),
+            "irregular": estimates.sure((large & ~regular).sum()),
         },
-        note=f"{counts}; r of the periodic ones from {calm.min():.2g} to {calm.max():.2g}",
+        note=f"outliers at u = {where}" if where else "",
     )
 
 
-MINIMUM_VELOCITIES = 5
+def _outlying_runs(evidence):
+    ends = evidence.claim.parameters["runs"]
+    large, regular, _ = _of_large_r(evidence, ends, "n5_replicates", "n5_replicates_beyond")
+    periodic = estimates.share_of(regular[large]) if large.any() else estimates.absent()
+    return Measurement({"runs of large r": estimates.share_of(large), "periodic": periodic})
 
 
-# --- how long they last ---------------------------------------------------------------------------
+def _of_large_r(evidence, ends, *scans):
+    """Which runs from u = 20 to 22 have more than half the r of chaos, which are regular, and u."""
+    rows = [evidence.row(N_BLOCKS, 0.0, scan=scan) for scan in scans if evidence.has(scan)]
+    inside = [row.between(*ends) for row in rows]
+    disorder, look, velocity = (
+        np.concatenate([getattr(row, name)[mask] for row, mask in zip(rows, inside, strict=True)])
+        for name in ("disorder", "states", "belt_velocity")
+    )
+    require(
+        disorder.size >= LEAST_RUNS,
+        f"{disorder.size} runs at {ends[0]:g} <= u <= {ends[1]:g}, {LEAST_RUNS} are needed",
+    )
+    plateau = _branches(evidence, RUNS[SCHEME])["r_chaotic"]
+    regular = np.isin(look, (states.PERIODIC, states.QUASI_PERIODIC, states.CONTINUOUS))
+    return disorder > plateau.value / 2, regular, velocity
+
+
+# --- how long transients last, and what follows ---------------------------------------------------
 
 
 @claim("u7-transient-chaos")
 def u7_transient_chaos(evidence):
     """How long runs at u = 7 are irregular before they become periodic, and their exponent then."""
+    shown = evidence.claim.parameters["irregular_for"]
 
-    def measure(runs):
-        return Measurement(
-            {
-                "ends periodic": runs.periodic,
-                "irregular for 1000": runs.irregular_for(1000),
-                "exponent": runs.exponent,
-            },
-            note=runs.words,
-        )
+    def measure(runs, method):
+        judged = {
+            "ends periodic": runs.ends_periodic,
+            f"irregular for {shown}": runs.irregular_for(shown),
+        }
+        also = {"half of the runs settle by": runs.half_life}
+        if method == EXACT:  # no deviation is followed beside the scheme
+            judged["e-foldings"] = runs.e_foldings
+            also["exponent"] = runs.exponent
+        return Measurement(judged, also, note=runs.words)
 
-    return by_spread(evidence, measure)
+    return by_method(evidence, measure)
 
 
 @claim("transient-lifetime")
 def transient_lifetime(evidence):
-    """Mean lifetimes against u: until the motion settles, or the last block slips for good."""
-    settles = {
-        f"until the motion settles, starts spread by {spread:g}": partial(
-            _until_it_settles, evidence, spread
+    """Mean lifetimes beyond the transition: to the last stick, and until the motion settles."""
+    spread = evidence.claim.parameters["initial_spread"]
+
+    def measure(runs):
+        near, far, all_of_them = (
+            _estimate(runs.mean(*evidence.claim.parameters[name]))
+            for name in ("near", "far", "belt_velocity")
         )
-        for spread in evidence.claim.parameters["initial_spread"]
+        return Measurement(
+            {"near over far": estimates.ratio(near, far), "tau": all_of_them},
+            {"tau near": near, "tau far": far},
+        )
+
+    return {
+        SCHEME: lambda: measure(transients.until_last_stick(evidence.dataset("lifetimes_wide"))),
+        EXACT: lambda: measure(transients.until_settled(evidence.dataset("survival"), spread)),
     }
-    slips = {"until the last block slips for good, the paper's scheme": _until_it_slips}
-    return settles | {name: partial(measure, evidence) for name, measure in slips.items()}
 
 
-def _until_it_settles(evidence, spread):
-    return _against_velocity(
-        evidence, transients.until_settled(evidence.dataset("survival"), spread)
-    )
-
-
-def _until_it_slips(evidence):
-    return _against_velocity(evidence, transients.until_last_stick(evidence.dataset("lifetimes")))
-
-
-def _against_velocity(evidence, runs):
-    """tau near the transition, far from it, and everywhere."""
-    parameters = evidence.claim.parameters
-    velocity = runs.belt_velocity
-    places = np.unique(velocity[transients.between(velocity, *parameters["belt_velocity"])])
-    require(
-        places.size >= MINIMUM_VELOCITIES,
-        f"lifetimes at {places.size} belt velocities, {MINIMUM_VELOCITIES} are needed",
-    )
-    at_once = 1 - (1 - survival.CONFIDENCE) / places.size  # of the interval of the longest of all
-    each = [runs.mean(place, place) for place in places]
-    wide = [runs.mean(place, place, confidence=at_once) for place in places]
-    unknown = sum(np.isinf(found.mean) for found in each)
-    require(not unknown, f"{unknown} lifetimes need longer runs")
-    near, far = (runs.mean(*parameters[name]) for name in ("near", "far"))
-    longest = max(range(places.size), key=lambda index: each[index].mean)
-    return Measurement(
-        {
-            "near over far": estimates.ratio(_estimate(near), _estimate(far)),
-            "slope of ln tau": estimates.slope(places, [_estimate(own, np.log) for own in each]),
-            "longest": Estimate(
-                each[longest].mean,
-                max(own.lower for own in wide),
-                max(own.upper for own in wide),
-                min(own.runs for own in wide),
-            ),
-        },
-        {"tau near": _estimate(near), "tau far": _estimate(far)},
-        note=f"the longest is at u = {places[longest]:g}",
-    )
-
-
-def _estimate(found: survival.MeanLifetime, scale=float) -> Estimate:
-    low, value, high = (float(scale(each)) for each in (found.lower, found.mean, found.upper))
-    return Estimate(value, low, high, found.runs)
-
-
-# --- what they end in -----------------------------------------------------------------------------
+def _estimate(lifetime: survival.MeanLifetime) -> Estimate:
+    require(np.isfinite(lifetime.mean), "longer runs are needed for a lifetime")
+    return Estimate(lifetime.mean, lifetime.lower, lifetime.upper, lifetime.runs)
 
 
 @claim("continuous-slip")
 def continuous_slip(evidence):
     """Share of runs in which the last block slips on at the end, for 18 <= u <= 50."""
+    exact = {"18 to 36": "n5_replicates", "38 to 50": "n5_replicates_beyond"}
     return {
-        "the paper's scheme": partial(_slips_on, evidence, "n5_replicates_check", "n5_rows"),
-        "exact dynamics": partial(_slips_on, evidence, "n5_replicates", "n5_rows_check"),
+        SCHEME: partial(_slips_on, evidence, {"18 to 50": "n5_rows"}),
+        EXACT: partial(_slips_on, evidence, exact),
     }
 
 
-def _slips_on(evidence, low_scan, high_scan):
-    ranges = evidence.claim.parameters["belt_velocity"]
-    cuts = (
-        evidence.replicates(N_BLOCKS, 0.0, scan=low_scan),
-        evidence.row(N_BLOCKS, 0.0, scan=high_scan),
-    )
-    found, large = {}, []
-    for (name, limits), cut in zip(ranges.items(), cuts, strict=True):
-        own = cut.between(*limits)
-        require(own.any(), f"no runs for u = {name}")
-        on = ~_sticks_late(cut)[own]
-        unknown = 0 if cut.duration >= LONG else int((~on).sum())
-        found[f"slips on, u = {name}"] = estimates.share(int(on.sum()), on.size, unknown)
-        large.append((cut.disorder[own] >= transients.LARGE_AMPLITUDE)[on])
-    amplitude = np.concatenate(large)
-    require(amplitude.size, "no run slips on")
-    also = {"large amplitude, of these": estimates.share_of(amplitude)}
-    return Measurement(found, also | _high_lifetime(evidence))
+def _slips_on(evidence, scans):
+    shares = {}
+    for name, scan in scans.items():
+        row = evidence.row(N_BLOCKS, 0.0, scan=scan)
+        inside = row.between(*evidence.claim.parameters["belt_velocity"][name])
+        require(inside.any(), f"no runs for u = {name}")
+        sticking = _sticks_late(row)[inside]
+        unknown = sticking & (row.duration < LONG)
+        shares[f"slips on, u = {name}"] = estimates.share_of(~sticking, unknown)
+    return Measurement(shares)
 
 
 def _sticks_late(cut):
     """Which runs stick in the second half of the time after the transient."""
     last = np.nan_to_num(cut.points["last_stick_time"], nan=-np.inf)
     return last >= (cut.transient + cut.duration) / 2
-
-
-def _high_lifetime(evidence):
-    """Mean time until the motion settles at the highest belt velocities, if there are such runs."""
-    low, high = evidence.claim.parameters["high_velocity"]
-    if not evidence.has("survival"):
-        return {}
-    try:
-        found = transients.until_settled(evidence.dataset("survival")).mean(low, high)
-    except NotEnoughDataError:
-        return {}
-    return {f"lifetime, u = {low:g} to {high:g}": _estimate(found)}

@@ -11,7 +11,14 @@ from beltrepro.stats import sections
 
 FIGURE = Figure(
     title="Bifurcation diagram, largest exponent and r(u) without noise, with lifetimes.",
-    uses=("n5_rows", "n5_rows_check", "n5_replicates_check", "motion_map", "lifetimes", "survival"),
+    uses=(
+        "n5_rows",
+        "n5_rows_check",
+        "n5_replicates_check",
+        "motion_map",
+        "lifetimes_wide",
+        "survival",
+    ),
     words=(
         "The bifurcation diagram of section velocities and the disorder parameter r against belt "
         "velocity without noise: bands with windows, then a sharp fall of r. Between them, not in "
@@ -100,7 +107,7 @@ def _lifetimes(axes, data):
     }
     makers = (
         lambda: transients.until_settled(data["survival"], SPREAD),
-        lambda: transients.until_last_stick(data["lifetimes"]),
+        lambda: transients.until_last_stick(data["lifetimes_wide"]),
     )
     for (label, (colour, marker)), maker in zip(looks.items(), makers, strict=True):
         place, mean, low, high = _means(maker)

@@ -10,14 +10,12 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from beltrepro.base.errors import NotEnoughDataError, require
+from beltrepro.replication.studies.chaos.runs_of_motion import N_BLOCKS, between
 from beltrepro.stats import survival
 from beltrepro.stats.recurrence import find_recurrence
 from beltrepro.stats.survival import MeanLifetime
-
-N_BLOCKS = 5
 
 # Disorder parameter that separates the attractors on which the last block slips continuously:
 # between the plateau of small oscillations (0.02 in the paper) and the chaotic one (0.13).
@@ -31,7 +29,6 @@ STICK_SLIP = "stick-slip"
 SMALL_SLIP = "continuous slip, small amplitude"
 LARGE_SLIP = "continuous slip, large amplitude"
 ATTRACTORS = (STICK_SLIP, SMALL_SLIP, LARGE_SLIP)
-
 
 Lifetime = Callable[..., MeanLifetime]  # of `ends`: takes lifetimes and which runs ended
 
@@ -47,10 +44,10 @@ class Ends:
 
     def mean(self, low: float, high: float, **options: float) -> MeanLifetime:
         """Mean lifetime of the runs with low <= u <= high; options of the estimator."""
-        own = between(self.belt_velocity, low, high)
-        require(own.any(), f"no lifetimes for {low:g} <= u <= {high:g}")
+        inside = between(self.belt_velocity, low, high)
+        require(inside.any(), f"no lifetimes for {low:g} <= u <= {high:g}")
         try:
-            return self.mean_of(self.lifetime[own], self.ended[own], **options)
+            return self.mean_of(self.lifetime[inside], self.ended[inside], **options)
         except NotEnoughDataError as error:
             raise NotEnoughDataError(f"u = {low:g} to {high:g}: {error}") from None
 
@@ -84,11 +81,6 @@ def _ends(runs: Any, chosen: np.ndarray, ended: str, mean_of: Lifetime) -> Ends:
     return Ends(velocity, lifetime, end.astype(bool), mean_of)
 
 
-def between(values: np.ndarray, low: float, high: float) -> np.ndarray:
-    """Mask of low <= value <= high, to the rounding of a grid."""
-    return (values >= low - 1e-9) & (values <= high + 1e-9)
-
-
 def on_shared_orbits(runs: Mapping[str, np.ndarray], settle_time: float) -> np.ndarray:
     """Which runs end on an orbit that at least two others end on: no chaos looks so alike."""
     reach, rates = runs["final_amplitude"], np.nan_to_num(runs["final_stick_rate"])
@@ -100,25 +92,18 @@ def on_shared_orbits(runs: Mapping[str, np.ndarray], settle_time: float) -> np.n
     return shared
 
 
-def label_attractors(
-    escaped: npt.ArrayLike, final_disorder: npt.ArrayLike, final_stick_rate: npt.ArrayLike
-) -> np.ndarray:
-    """Name the state in which each run ends.
+def labels_of(runs: Mapping[str, np.ndarray]) -> np.ndarray:
+    """The state in which each run of kind escapes ends, one of ATTRACTORS.
 
     Criterion: "stick-slip" when the last block still sticks in the settled part of the run or the
     run did not escape (a chaotic saddle or a stick-slip attractor: a run of finite length cannot
     tell); otherwise continuous slip, of large amplitude when r there is at least LARGE_AMPLITUDE.
     """
-    rates = np.asarray(final_stick_rate, dtype=float)
-    last = np.isfinite(rates).sum(axis=1) - 1
+    rates = np.asarray(runs["final_stick_rate"], dtype=float)
+    last = np.isfinite(rates).sum(axis=1) - 1  # shorter chains are padded
     sticks = rates[np.arange(len(rates)), last] > 0
-    slips = np.where(np.asarray(final_disorder) >= LARGE_AMPLITUDE, LARGE_SLIP, SMALL_SLIP)
-    return np.where(sticks | ~np.asarray(escaped, dtype=bool), STICK_SLIP, slips)
-
-
-def labels_of(runs: Mapping[str, np.ndarray]) -> np.ndarray:
-    """`label_attractors` of runs of a dataset of kind escapes."""
-    return label_attractors(runs["escaped"], runs["final_disorder"], runs["final_stick_rate"])
+    slips = np.where(runs["final_disorder"] >= LARGE_AMPLITUDE, LARGE_SLIP, SMALL_SLIP)
+    return np.where(sticks | ~runs["escaped"].astype(bool), STICK_SLIP, slips)
 
 
 # --- a sampled run (Fig. 11) ----------------------------------------------------------------------
@@ -153,12 +138,12 @@ def settled_orbit(
     if len(instants) < CROSSINGS + 3:
         return None
     swing = float(np.ptp(positions[end], axis=0).max())
-    found = find_recurrence(
+    recurrence = find_recurrence(
         states, instants, closed=0.0, distance=CLOSED * swing, crossings=CROSSINGS
     )
-    if found is None:
+    if recurrence is None:
         return None
-    return SettledOrbit(since=float(instants[found.since]), period=found.time)
+    return SettledOrbit(since=float(instants[recurrence.since]), period=recurrence.time)
 
 
 def _crossings(
