@@ -6,11 +6,11 @@ from functools import partial
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.model.units import LENGTH_M, TIME_S
 from beltrepro.replication.camera.tracking import Track
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, NOT_TESTABLE, YES
-from beltrepro.stats.errors import NotEnoughDataError
 from made_up import both, few_resamples, grades, measured  # noqa: F401
 
 INTERVAL_S = 1 / 24

@@ -6,11 +6,11 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.model import ChainParameters, spring, units
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, NOT_TESTABLE, OPEN, YES
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import NotEnoughDataError
 from made_up import LAW, LEDGER, SETTINGS, both, few_resamples, grades, measured, scan_of_laws  # noqa: F401
 
 # --- what is put in -------------------------------------------------------------------------------

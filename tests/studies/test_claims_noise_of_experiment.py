@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from alternating import experiments
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.studies.experiment.measure import between
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, NOT_TESTABLE, YES
-from beltrepro.stats.errors import NotEnoughDataError
 from made_up import both, few_resamples, measured, replicates  # noqa: F401
 
 

@@ -4,11 +4,11 @@ from functools import partial
 
 import numpy as np
 
+from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import NotEnoughDataError, require
 
 MINIMUM_SLIPS = 500
 PAPERS_SCHEME, EXACT = "the paper's scheme", "exact dynamics"

@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from beltrepro.base.errors import require
 from beltrepro.stats import estimates, scale_free, spectra
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.fits import PowerLawFit, fit_log_log
 from beltrepro.stats.spectra import FIT_BAND

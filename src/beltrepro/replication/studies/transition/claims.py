@@ -4,6 +4,7 @@ from functools import partial
 
 import numpy as np
 
+from beltrepro.base.errors import require
 from beltrepro.replication.studies.chaos.runs_of_motion import (
     EXACT,
     LONG,
@@ -15,7 +16,6 @@ from beltrepro.replication.studies.transition import transients
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates, states, survival
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate
 
 LEAST_RUNS = 4
