@@ -134,13 +134,14 @@ def test_fig07_takes_another_block_where_the_last_does_not_slip():
 
 
 def is_spectrum(panel, data, *, printed=None):
-    """Of x_N after the transient; with the printed slope over the range of a fitted line."""
+    """Of x_N after the transient: the power, or the amplitude with a fitted and a printed law."""
     time = data.arrays["time"]
     after = time >= data.attributes["transient"]
     position = data.arrays["positions"][after, -1]
-    power = spectra.power_spectrum(position, time[1] - time[0])
+    frequency, power = spectra.power_spectrum(position, time[1] - time[0])
     lines = 0 if printed is None else 2
-    panel.draws(r"$\nu$", r"$S(\nu)$", power, scales="log log", more=lines)
+    shown = power if printed is None else np.sqrt(2 * power / 1e6)
+    panel.draws(r"$\nu$", r"$S(\nu)$", (frequency, shown), scales="log log", more=lines)
     if printed is not None:
         # of the mean of the spectra of stretches of ten cycles of the lowest frequency
         count = int(position.size * (time[1] - time[0]) * 0.003 / 10)
@@ -148,8 +149,12 @@ def is_spectrum(panel, data, *, printed=None):
         each = [spectra.power_spectrum(part, time[1] - time[0]) for part in stretches]
         law = spectra.fit_power_law(*np.mean(each, axis=0), low=0.003, high=0.3)
         assert 4 <= count <= 20
-        assert f"{law.exponent:.2f}" in panel.curve("$S = ").label
-        is_slope(panel, printed, np.array([law.low, law.high]), law)
+        ends = np.array([0.003, 0.3])
+        fitted, paper = panel.curve("$S = "), panel.curve("paper: $S = ")
+        assert f"{law.exponent / 2:.2f}" in fitted.label
+        np.testing.assert_allclose(fitted.y, np.sqrt(2 * law(ends) / 1e6))
+        np.testing.assert_allclose(paper.y, printed[0] * ends ** printed[1])
+        assert paper.line == "--"
 
 
 def is_slope(panel, printed, ends, law):
@@ -173,7 +178,7 @@ def test_fig08_is_the_last_part_of_the_series_and_the_spectrum_of_all():
     time, relative = arrays["time"][last], arrays["velocities"][last, 4] - 1.0
     upper.draws("", "$x_N$", (time, arrays["positions"][last, 4]))
     lower.draws("$t$", "$v_{rN}$", (time, relative))
-    is_spectrum(spectrum, dataset("u1"), printed=-1.21)  # caption of Fig. 8
+    is_spectrum(spectrum, dataset("u1"), printed=(0.0016, -1.21))  # caption of Fig. 8
     middle = time[np.argmin(relative)]
     is_zoom(lower, enlarged, time, relative, middle - 15, middle + 15)
 
@@ -301,8 +306,8 @@ def test_fig09_is_sizes_of_the_last_block_and_energies_of_avalanches_with_it():
          "last block only", -0.87),
     ):  # fmt: skip
         panel.draws(f"${quantity}$", f"$P({quantity})$", scales="log log", more=4)
-        is_density(panel, values, label, bins=10, run=slips["point"])
-        is_density(panel, others, other_label, bins=10)
+        is_density(panel, values, label, bins=5, run=slips["point"])
+        is_density(panel, others, other_label, bins=5)
         law = panel.curve(r"$\alpha")
         exponent = np.diff(np.log(law.y)) / np.diff(np.log(law.x))
         assert f"= {exponent[0]:.2f}$" in law.label

@@ -56,11 +56,6 @@ def test_the_second_waits_for_the_first(tmp_path):
     assert found == ["code"]
 
 
-def test_a_compilation_that_failed_can_be_tried_again(tmp_path):
-    one = cache(tmp_path)
-    assert one.load(KEY) is None and one.load(KEY) is None
-
-
 def test_a_process_that_died_holds_nobody_up(tmp_path):
     words = (
         "import os, sys\n"

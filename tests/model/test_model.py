@@ -143,6 +143,7 @@ LIMITS = {
     "time_step": ((1e-9, 1.2e-9, 0.08, 0.1), (0.999e-9, 0.8e-9, 0.1001, 0.12, 0)),
     "tolerance": ((1e-16, 1.2e-16, 0.8, 1), (0.999e-16, 0.8e-16, 1.001, 1.2, 0)),
     "kick": ((0, 3.0), (-1e-9,)),
+    "seed": ((0, 2**63 - 1), (-1, 2**63, 2.5)),
     "initial_spread": ((0, 3.0), (-1e-9, 1.2e9)),
 }
 
@@ -153,12 +154,13 @@ def test_limits_are_those_of_the_documents(name):
         if name in CHAIN:
             chain = ChainParameters(**{"n_blocks": 5, "belt_velocity": 1.0} | {name: value})
             return getattr(chain, name)
-        return getattr(Setup(ChainParameters(5, 1.0), **{name: value}).cases[0], name)
+        case = Setup(ChainParameters(5, 1.0), **{name: value}).cases[0]
+        return case.state.seed if name == "seed" else getattr(case, name)
 
     allowed, refused = LIMITS[name]
     for value in allowed:
         number = made(value)
-        assert number == value and type(number) is (int if name == "n_blocks" else float)
+        assert number == value and type(number) is (int if name in ("n_blocks", "seed") else float)
     for value in (*refused, np.nan, np.inf):
         with pytest.raises(InputError, match=f"^{name} = "):
             made(value)

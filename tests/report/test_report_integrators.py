@@ -96,7 +96,7 @@ def section(tmp_path_factory):
     }
     figures = ["agreement_disorder"]
     run = pages.material(folder, figures=figures, settings=settings, **files)
-    return pages.part(pages.written(folder, run), "agreement")
+    return pages.part(pages.written(folder, run), "integrators")
 
 
 def tables(section):

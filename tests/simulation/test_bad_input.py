@@ -6,12 +6,9 @@ argument, option or key is tried without a change here.
 
 import argparse
 import inspect
-import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import beltrepro
 from beltrepro import (
@@ -27,16 +24,14 @@ from beltrepro import (
     simulation,
 )
 from beltrepro.base import names
-from beltrepro.base.errors import InputError
+from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.cli import app as cli
 from beltrepro.cli.options import grid, whole_grid
 from beltrepro.replication.camera import recording
 from beltrepro.replication.plan.points import QUANTITIES
-from beltrepro.stats.errors import NotEnoughDataError
-from wrong import HUGE, kind_of, wrong_values
+from wrong import wrong_values
 
 LONGEST = 400  # characters of a line
-CLOCKS = ("rest", "laboratory")
 
 
 def line(error: BaseException | str, *words: str) -> str:
@@ -176,28 +171,6 @@ def test_a_call_keeps_its_signature_and_errors_of_its_own():
         add("1", two=2)
     with pytest.raises(InputError, match="too many positional arguments"):
         add(1, 2, 3)
-
-
-# What no argument can be: no number of the package is negative, no text and no mapping is one.
-NONSENSE = st.one_of(
-    st.text().filter(lambda text: text not in (*simulation.METHODS, *CLOCKS)),
-    st.binary(),
-    st.complex_numbers(),
-    st.floats(max_value=0, exclude_max=True),
-    st.sampled_from([math.nan, math.inf, HUGE, -HUGE]),
-    st.dictionaries(st.text(), st.integers()),
-    st.sets(st.integers()),
-    st.lists(st.text(), min_size=1),
-    st.lists(st.lists(st.integers(), min_size=1), min_size=1),
-)
-TRIED = [key for key, each in ARGUMENTS.items() if kind_of(each) != "Path"]
-
-
-@settings(max_examples=150, deadline=5000, derandomize=True, database=None)
-@given(st.sampled_from(TRIED), NONSENSE)
-def test_nonsense_is_refused(key, value):
-    name, argument = key
-    assert argument in refusal(name, **{argument: value})
 
 
 # --- the command ----------------------------------------------------------------------------------

@@ -3,112 +3,12 @@
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.transition import transients
-from beltrepro.stats.errors import NotEnoughDataError
 from made_up import columns, escapes, few_resamples, judged, scan_of_laws  # noqa: F401
 
 RNG = np.random.default_rng
-
-
-# --- the spectrum ---------------------------------------------------------------------------------
-
-
-def coloured(exponent, prefactor, *, duration=80_000.0, interval=0.5):
-    """Series with the spectral density prefactor * nu**exponent, and a transient of 1000."""
-    size = int(duration / interval)
-    nu = np.fft.rfftfreq(size, interval)
-    density = np.zeros(nu.size)
-    density[1:] = prefactor * nu[1:] ** exponent
-    rng = RNG(1)
-    noise = rng.standard_normal(nu.size) + 1j * rng.standard_normal(nu.size)
-    x = np.fft.irfft(noise * np.sqrt(density * size / interval) / 2, size)
-    arrays = {"time": interval * np.arange(size), "positions": np.column_stack([x[::-1], x])}
-    return {"u1": Dataset(arrays, {"transient": 1000.0})}
-
-
-@pytest.mark.parametrize(
-    ("exponent", "prefactor", "verdict"),
-    [
-        (-1.21, 0.0016, "holds"),
-        (-1.6, 0.0016, "partly"),
-        (-1.21, 0.01, "partly"),
-        (-1.6, 0.01, "fails"),
-        (-1.36, 0.0016, "undecided"),
-    ],
-)
-def test_the_exponent_and_the_prefactor_of_a_spectrum(exponent, prefactor, verdict):
-    found = judged("spectrum-exponent", coloured(exponent, prefactor))
-    numbers = found[2].judged
-    assert numbers["exponent"].value == pytest.approx(exponent, abs=0.05)
-    assert numbers["prefactor"].value == pytest.approx(prefactor, rel=0.15)
-    assert found[0] == verdict
-
-
-def test_the_amplitude_of_a_spectrum_is_that_of_a_long_series():
-    """2|X|/n of white noise of variance s^2 and interval d over a time T: 2 s sqrt(d / T)."""
-    made = coloured(-2.42, 1.28)
-    found = judged("spectrum-exponent", made, "amplitude, T = 1e6")
-    assert found[0] == "holds"
-    assert found[2].judged["prefactor"].value == pytest.approx(0.0016, rel=0.15)
-    white = RNG(2).standard_normal(160_000) * 3
-    arrays = {"time": 0.5 * np.arange(white.size), "positions": white[:, None]}
-    series = {"u1": Dataset(arrays, {"transient": 0.0})}
-    law = judged("spectrum-exponent", series, "amplitude, T = 1e6")[2].judged
-    size = 2e6  # samples in a time of 1e6
-    spectrum = 2 * np.abs(np.fft.rfft(white)) / white.size * np.sqrt(white.size / size)
-    assert law["prefactor"].value == pytest.approx(np.sqrt(np.mean(spectrum**2)), rel=0.1)
-
-
-def test_a_spectrum_needs_four_stretches_of_ten_cycles():
-    shortest = 4 * 10 / 0.003
-    enough = coloured(-1.21, 0.0016, duration=1000 + shortest + 1)
-    assert judged("spectrum-exponent", enough)[2].runs == 4
-    with pytest.raises(NotEnoughDataError, match="4 stretches of 3333 are needed"):
-        judged("spectrum-exponent", coloured(-1.21, 0.0016, duration=1000 + shortest - 10))
-    assert judged("spectrum-exponent", coloured(-1.2, 1e-3, duration=2e5))[2].runs == 20
-
-
-# --- slips in a series ----------------------------------------------------------------------------
-
-
-def velocity_series(peaks, *, stuck=0.0):
-    """Slips of 2 time units every 10 from t = 5 on, with given peaks of |v_r|; u = 2."""
-    time = 0.5 * np.arange(20 * len(peaks) + 20)
-    relative = np.zeros(time.size)
-    kinds = [("time", "f8"), ("block", "i8"), ("kind", "U5")]
-    rows = []
-    for index, peak in enumerate(peaks):
-        begin = 5 + 10.0 * index
-        relative[(time > begin) & (time < begin + 2)] = -peak / 2
-        relative[time == begin + 1] = -peak
-        relative[time == begin + 5] = stuck
-        rows += [(begin, 2, "slip"), (begin + 2, 2, "stick"), (begin + 3, 1, "slip")]
-    arrays = {"time": time, "velocities": np.column_stack([time, 2 + relative])}
-    arrays["events"] = np.array(rows, dtype=kinds)
-    return {"u1": Dataset(arrays, {"n_blocks": 2, "belt_velocity": 2.0})}
-
-
-@pytest.mark.parametrize(
-    ("factor", "spread", "verdict"),
-    [(50, 0.5, "holds"), (50, 0.01, "partly"), (5, 0.01, "fails"), (20, 0.5, "undecided")],
-)
-def test_peaks_of_the_velocity_in_slips(factor, spread, verdict):
-    peaks = factor * np.exp(spread * RNG(3).standard_normal(200))
-    found = judged("slip-velocity", velocity_series(peaks))
-    assert found[0] == verdict
-    assert found[2].judged["median peak |v_r| / u"].value == pytest.approx(np.median(peaks) / 2)
-    ratio = np.quantile(peaks, 0.95) / np.quantile(peaks, 0.05)
-    assert found[2].judged["peaks: 95 % over 5 % quantile"].value == pytest.approx(ratio)
-    assert found[2].runs == 20
-
-
-def test_what_is_said_of_velocities_while_stuck():
-    peaks = np.full(60, 60.0)
-    note = judged("slip-velocity", velocity_series(peaks, stuck=-2e-7))[2].note
-    assert "|v_r| up to 2e-07 while stuck" in note
-    with pytest.raises(NotEnoughDataError, match="39 slips of the last block, not 40"):
-        judged("slip-velocity", velocity_series(peaks[:39]))
 
 
 # --- u = 7 ----------------------------------------------------------------------------------------

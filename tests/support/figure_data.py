@@ -410,7 +410,12 @@ def dataset(name):
     made |= {
         f"n10_u{u}": lambda u=u: series(10, u, 0.0, length=5500 + 9 * u) for u in (28, 31, 34, 38)
     }
-    made |= {f"slips_n{n}": lambda n=n: catalogue(n, count=1200 + n) for n in (3, 7, 10)}
+    made["u1_event"] = made["u1"]
+    made |= {
+        f"slips_n{n}{method}": lambda n=n: catalogue(n, count=1200 + n)
+        for n in (3, 7, 10)
+        for method in ("", "_event")
+    }
     groups = {
         "belt_": recordings, "pairs_paths": paths, "convergence": paths, "trials": trials,
         "experiment_odds": trials, "alternation": trials,

@@ -241,6 +241,17 @@ def points_of(table: dict) -> list[Point]:
     return [Point(*values) for values in zip(*columns, strict=True)]
 
 
+def points_in(arrays: dict[str, np.ndarray]) -> list[Point]:
+    """The points whose columns `columns` made."""
+    table = [arrays[name].tolist() for name in QUANTITIES]
+    points = (Point(*values) for values in zip(*table, strict=True))
+    return [point._replace(tolerance=_number_or_none(point.tolerance)) for point in points]
+
+
+def _number_or_none(value: float) -> float | None:
+    return None if np.isnan(value) else value
+
+
 def columns(points: Sequence[Point]) -> dict[str, np.ndarray]:
     """Points as arrays."""
     table: dict[str, list] = {

@@ -15,7 +15,7 @@ from beltrepro.replication.plan import registry
 from beltrepro.replication.report.claim_results import Answer, Result, Results, count
 from beltrepro.replication.report.findings import Finding, findings_of
 from beltrepro.replication.report.material import Material
-from beltrepro.replication.report.sentences import all_filled, as_sentence, typeset
+from beltrepro.replication.report.sentences import as_sentence, filled, typeset
 from beltrepro.replication.report.trust import (
     DECIDING,
     PAPER_DURATION,
@@ -25,7 +25,7 @@ from beltrepro.replication.report.trust import (
     trust,
 )
 from beltrepro.replication.verdicts import ledger
-from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, QUESTIONS
+from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN
 
 KEYWORDS = ("spring-block model", "stick-slip motion", "avalanches", "chaos", "replication")
 MOST_FIGURES = 5
@@ -64,9 +64,9 @@ def content(material: Material, authors: list[str]) -> dict[str, Any]:
     about = facts(results, material.settings, _origin(material.file("claims")))
     sections: dict[str, list[str]] = {}
     for name, paragraphs in texts().items():
-        filled = (" ".join(all_filled(sentences, results, about)) for sentences in paragraphs)
+        told = ([filled(text, results, about) for text in sentences] for sentences in paragraphs)
         # a sentence without its number is left out, and so is a paragraph without any sentence
-        sections[name] = [paragraph for paragraph in filled if paragraph]
+        sections[name] = [words for texts in told if (words := " ".join(filter(None, texts)))]
     sections["abstract"] += [" ".join(finding.text for finding in findings)]
     return {
         "title": "[Re] Chaos on the conveyor belt",
@@ -98,11 +98,15 @@ def _listed(results: Results, *verdicts: str) -> list[dict[str, Any]]:
             if answer.verdict in verdicts
         }
         if found and result.claim.finding:
-            if len({*found.values()}) == 1:
-                found = {"": next(iter(found.values()))}
-            statement = {"id": result.id, "statement": result.claim.statement, "found": found}
-            listed.append(statement | result.verdicts)
+            statement = {"id": result.id, "statement": result.claim.statement}
+            listed.append(statement | result.verdicts | {"found": _once(found)})
     return listed
+
+
+def _once(texts: dict[str, str]) -> dict[str, str]:
+    """Texts by question; one without a question if all are the same."""
+    same = len(texts) > 1 and len({*texts.values()}) == 1
+    return {"": next(iter(texts.values()))} if same else texts
 
 
 def facts(
@@ -122,6 +126,8 @@ def facts(
     if deciding:
         about |= {name: length(float(deciding[name])) for name in ("duration", "transient")}
         about["replicates"] = str(len(deciding["replicate"]))
+        if more := deciding.get("more_runs"):
+            about["replicates"] += f" to {more['up_to']}"
         if deciding["duration"] < PAPER_DURATION:
             about["shorter"] = about["duration"]
     if origin:
@@ -169,21 +175,12 @@ def _figure(name: str) -> dict[str, str]:
 
 def _row(result: Result) -> dict[str, Any]:
     """A row of the table of claims; numbers once where both questions judge the same ones."""
-    answers = result.answers
-    numbers = {question: _numbers(answer) for question, answer in answers.items()}
-    if (
-        len({answer.reading for answer in answers.values()}) == 1
-        and len({str(listed) for listed in numbers.values()}) == 1
-    ):
-        numbers = {"both": numbers[QUESTIONS[0]]}
-    return {
-        "id": result.id,
-        "figure": str(result.claim.figure or ""),
-        **result.verdicts,
-        "numbers": {name: listed for name, listed in numbers.items() if listed},
-    }
+    numbers = {question: _numbers(answer) for question, answer in result.answers.items()}
+    about = {"id": result.id, "figure": str(result.claim.figure or ""), **result.verdicts}
+    return about | {"numbers": _once({name: text for name, text in numbers.items() if text})}
 
 
-def _numbers(answer: Answer) -> list[str]:
+def _numbers(answer: Answer) -> str:
     """The numbers that decide, with the ranges that are allowed."""
-    return [typeset(f"{n.name} {n.words} [{n.allowed_words}]") for n in answer.judged]
+    numbers = (f"{n.name} {n.words} [{n.allowed_words}]" for n in answer.judged)
+    return typeset("; ".join(numbers))

@@ -27,6 +27,7 @@ class Number:
     decides: tuple[str, ...] = ()  # questions; without any it has no range and no verdict
     allowed: tuple[float, float] = (math.nan, math.nan)
     verdict: str = ""
+    figures: tuple[str, ...] = ()  # names of those that show it
 
     @property
     def words(self) -> str:
@@ -80,6 +81,12 @@ class Result:
     def verdicts(self) -> dict[str, str]:
         """Both verdicts, by question."""
         return {question: answer.verdict for question, answer in self.answers.items()}
+
+    @property
+    def figures(self) -> list[str]:
+        """The figures that show any of its numbers."""
+        numbers = (number for reading in self.readings.values() for number in reading.values())
+        return list(dict.fromkeys(name for number in numbers for name in number.figures))
 
 
 Results = dict[str, Result]
@@ -171,17 +178,15 @@ def compared(results: Results, tables: Iterable[Path]) -> list[OtherRun]:
 
 
 def _same(results: Results, rows: list[dict[str, str]], question: str) -> dict[str, str]:
-    """Verdicts by criteria that are those of this run."""
-
-    def same(row: dict[str, str], answer: Answer) -> bool:
-        criterion = row[f"{question}_criterion"], row[f"{question}_reading"]
-        return criterion == (answer.criterion, answer.reading)
-
-    return {
-        row["id"]: row[question]
-        for row in rows
-        if row["id"] in results and same(row, results[row["id"]].answers[question])
-    }
+    """Verdicts by criteria and readings that are those of this run."""
+    verdicts = {}
+    for row in rows:
+        if row["id"] in results:
+            answer = results[row["id"]].answers[question]
+            criterion = row[f"{question}_criterion"], row[f"{question}_reading"]
+            if criterion == (answer.criterion, answer.reading):
+                verdicts[row["id"]] = row[question]
+    return verdicts
 
 
 def _read_csv(path: Path) -> list[dict[str, str]]:
@@ -213,8 +218,10 @@ def _numbers(path: Path) -> dict[str, list[tuple[str, Number]]]:
             for name in ("value", "low", "high", "allowed_low", "allowed_high")
         )
         runs = int(float(row["runs"])) if row["runs"] else None
-        decides = tuple(filter(None, row["decides"].split(", ")))
+        decides, figures = (
+            tuple(filter(None, row[name].split(", "))) for name in ("decides", "figures")
+        )
         estimate = Estimate(value, low, high, runs)
-        number = Number(row["name"], estimate, decides, (allowed[0], allowed[1]), row["verdict"])
+        number = Number(row["name"], estimate, decides, tuple(allowed), row["verdict"], figures)
         numbers.setdefault(row["id"], []).append((row["reading"], number))
     return numbers

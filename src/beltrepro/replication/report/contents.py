@@ -18,7 +18,7 @@ COMPARED = registry.CATEGORIES[1]
 
 @dataclass(frozen=True)
 class PageSection:
-    """A section: its template in `templates/`, and what gathers the values for it.
+    """A section: its template in `templates/`, its anchor too, and what gathers values for it.
 
     needs : names of the files without which it is left out, as in `Material.files`.
     pictures : names of figures that it shows in place of the section on figures.
@@ -26,14 +26,13 @@ class PageSection:
 
     template: str
     title: str
-    anchor: str
     gather: Callable[[Material], dict[str, Any]]
     needs: tuple[str, ...] = ()
     pictures: tuple[str, ...] = ()
     styles: tuple[str, ...] = ()
 
 
-def _study(template, title, anchor, describe, tables, pictures=()) -> PageSection:
+def _study(template, title, describe, tables, pictures=()) -> PageSection:
     """A study in its own words, from its tables, with its pictures."""
 
     def gather(material: Material) -> dict[str, Any]:
@@ -41,7 +40,7 @@ def _study(template, title, anchor, describe, tables, pictures=()) -> PageSectio
         shown = [picture for picture in material.pictures if picture["name"] in pictures]
         return describe(read, material.settings) | {"figures": shown}
 
-    return PageSection(template, title, anchor, gather, tables, pictures)
+    return PageSection(template, title, gather, tables, pictures)
 
 
 def _figures(material: Material) -> dict[str, Any]:
@@ -57,24 +56,19 @@ def _figures(material: Material) -> dict[str, Any]:
     }
 
 
-SUMMARY = PageSection("summary", "", "", judged.summary)
+SUMMARY = PageSection("summary", "", judged.summary)
 RECORDINGS = _study(
-    "experiment", "The virtual experiment", "experiment", experiment.of_recordings, ("recordings",)
+    "experiment", "The virtual experiment", experiment.of_recordings, ("recordings",)
 )
 SECTIONS: tuple[PageSection, ...] = (
-    PageSection("claims", "Claims", "claims", judged.cards, judged.TABLES),
-    PageSection("figures", "Figures", "figures", _figures, ("figures",)),
-    PageSection("dates", "When it was judged", "dates", judged.dates, judged.TABLES),
-    PageSection(
-        "open_points", "What the paper leaves open", "open", judged.open_points, judged.TABLES
-    ),
-    PageSection(
-        "presets", "Other presets", "presets", judged.presets, (*judged.TABLES, "compared")
-    ),
+    PageSection("claims", "Claims", judged.cards, judged.TABLES),
+    PageSection("figures", "Figures", _figures, ("figures",)),
+    PageSection("dates", "When it was judged", judged.dates, judged.TABLES),
+    PageSection("open_points", "What the paper leaves open", judged.open_points, judged.TABLES),
+    PageSection("presets", "Other presets", judged.presets, (*judged.TABLES, "compared")),
     _study(
         "chaos",
         "Is the motion chaotic?",
-        "chaos",
         chaos.describe,
         chaos.TOLD_BY,
         ("motion_map", "survival", "disturbance"),
@@ -82,15 +76,13 @@ SECTIONS: tuple[PageSection, ...] = (
     _study(
         "inference",
         "What the model says about the experiment",
-        "inference",
         experiment.of_trials,
         experiment.TRIALS_TOLD_BY,
         ("experiment_noise",),
     ),
     PageSection(
-        "player",
-        "The chain in motion",
         "motion",
+        "The chain in motion",
         motion_player.gather,
         motion_player.NEEDS,
         styles=("player/player.css",),
@@ -99,14 +91,13 @@ SECTIONS: tuple[PageSection, ...] = (
     _study(
         "integrators",
         "Integrators compared",
-        "agreement",
         integrators.describe,
         integrators.TOLD_BY,
         tuple(name for name, entry in registry.figures().items() if entry.category == COMPARED),
     ),
-    PageSection("deviations", "Deviations from the paper", "deviations", conduct.deviations),
-    PageSection("runs", "What was run", "runs", conduct.runs),
-    PageSection("times", "Time per rule", "time", conduct.times),
-    PageSection("environment", "Environment", "environment", conduct.environment),
+    PageSection("deviations", "Deviations from the paper", conduct.deviations),
+    PageSection("runs", "What was run", conduct.runs),
+    PageSection("times", "Time per rule", conduct.times),
+    PageSection("environment", "Environment", conduct.environment),
 )
-MOTION = next(section for section in SECTIONS if section.template == "player")
+MOTION = next(section for section in SECTIONS if section.template == "motion")

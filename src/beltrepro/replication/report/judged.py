@@ -9,7 +9,6 @@ from beltrepro.replication.verdicts.ledger import SEEN, read_yaml
 
 TABLES = ("claims", "estimates")  # files that these sections need
 WORDS = read_yaml("beltrepro.replication.report", "page.yaml")
-SHOWN_BY = {claim: name for name, claims in WORDS["shown_by"].items() for claim in claims}
 
 
 def summary(material: Material) -> dict:
@@ -78,25 +77,9 @@ def presets(material: Material) -> dict:
 
 
 def _card(result: Result, pictures: list[dict]) -> dict:
-    """The result, the figure of its number, and another picture that shows it, if there is one."""
+    """The result, the figure of its number, and other pictures that show a number of it."""
     number = "" if result.claim.figure is None else str(result.claim.figure)
     figure = next((picture for picture in pictures if number and picture["number"] == number), None)
-    shown = shown_by(result, pictures, figure)
-    other = shown if shown is not figure else None
-    return {"result": result, "number": number, "figure": figure, "shown": other}
-
-
-def shown_by(result: Result, pictures: list[dict], figure: dict | None = None) -> dict | None:
-    """The picture that shows a claim best, its figure, or what shares most datasets with it."""
-    for picture in pictures:
-        if picture["name"] == SHOWN_BY.get(result.id):
-            return picture
-    if figure:
-        return figure
-    used = set(result.dataset.split(", "))
-
-    def shared(picture: dict) -> tuple[int, int]:
-        return len(used & set(picture["uses"])), -len(picture["uses"])
-
-    best = max(pictures, key=shared, default=None)
-    return best if best and shared(best)[0] else None
+    shown = [picture for picture in pictures if picture["name"] in result.figures]
+    others = [picture for picture in shown if picture is not figure]
+    return {"result": result, "number": number, "figure": figure, "shown": others}

@@ -10,7 +10,7 @@ from beltrepro.base.atomic import replacing
 from beltrepro.replication.report.contents import SECTIONS, SUMMARY, PageSection
 from beltrepro.replication.report.material import Material
 from beltrepro.replication.report.sentences import as_sentence, typeset
-from beltrepro.replication.verdicts.criteria import VERDICTS
+from beltrepro.replication.verdicts.criteria import VERDICTS, range_in_words
 
 STYLES = ("report.css", "player/player.css")
 SYMBOLS = dict(zip(VERDICTS, "✓◐✗?○", strict=True))
@@ -52,6 +52,7 @@ def _environment() -> jinja2.Environment:
         "slug": lambda verdict: verdict.replace(" ", "-"),
         "symbol": SYMBOLS.__getitem__,
         "minus": typeset,
+        "range": range_in_words,
         "sentence": as_sentence,
         "lower_first": lambda text: text[:1].lower() + text[1:],
         "time": _time,

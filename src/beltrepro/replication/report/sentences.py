@@ -7,7 +7,7 @@ or `count`, as in the ledger. `{=preset}` is a fact of the run, by name.
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from beltrepro.replication.report.claim_results import Number, Results
 from beltrepro.replication.verdicts import criteria
@@ -29,13 +29,6 @@ def filled(template: str, results: Results, facts: Mapping[str, str] | None = No
         else:
             return None
     return typeset(criteria.sentence(template, numbers))
-
-
-def all_filled(
-    templates: Iterable[str], results: Results, facts: Mapping[str, str] | None = None
-) -> list[str]:
-    """Those of the sentences whose numbers and facts are known."""
-    return [text for template in templates if (text := filled(template, results, facts))]
 
 
 def place_of(place: str) -> tuple[str, str, str]:

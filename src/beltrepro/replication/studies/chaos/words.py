@@ -43,7 +43,7 @@ def _size(n_blocks: int, points: pd.DataFrame) -> dict:
         "chaotic": int(points[CHAOTIC].sum()),
         "chaotic_from": _span(chaotic),
         "exponent": f"{top['exponent']:.2g}",
-        "error": f"{top['error']:.1g}",
+        "error": _number(top["error"], ".1g"),
         "at": f"{top['belt_velocity']:g}",
         "longest_period": int(points["longest_period"].max()),
     }

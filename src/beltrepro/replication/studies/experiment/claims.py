@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 import scipy
 
+from beltrepro.base.errors import require
 from beltrepro.model.units import LENGTH_M, TIME_S, from_si
 from beltrepro.replication.camera.recording import LASTING_S, analyse
 from beltrepro.replication.studies.experiment import films
@@ -20,7 +21,6 @@ from beltrepro.replication.studies.experiment.lines import (
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import require
 
 FILMS = films.BELTS
 AT_022, AT_028, INTERMITTENT = FILMS
@@ -101,45 +101,39 @@ def _lost_frames(track):
     return sum(round((end - begin) / interval) + 1 for begin, end in track.lost_s)
 
 
-# --- small and large amplitudes: Fig. 4 -----------------------------------------------------------
+# --- what the model shows beside the recordings: Figs. 4 and 5 ------------------------------------
 
 
 @claim("experiment-028")
 def experiment_028(evidence):
     """How often the model alternates, and spectra of the stretches of small and large amplitude."""
-    return {
-        "sigma = 1": partial(_alternation, evidence, 1.0, AT_028),
-        "sigma = 2": partial(_alternation, evidence, 2.0, AT_028),
-        "one film, 0.35 m/s, sigma = 2.2": partial(_alternation, evidence, None, INTERMITTENT),
+    low, high = LAMINAR_SHARE
+
+    def alternation(noise):
+        share = _trials(evidence, noise)["lasting_share"]
+        return Measurement(
+            also={"trials that alternate": estimates.share_of((share >= low) & (share <= high))}
+        )
+
+    return {f"sigma = {noise:g}": partial(alternation, noise) for noise in (1.0, 2.0)} | {
+        "film, 0.35 m/s, sigma = 2.2": partial(_spectra_of_stretches, evidence, INTERMITTENT)
     }
 
 
-def _alternation(evidence, noise, film):
+def _spectra_of_stretches(evidence, film):
     recording = _recording(evidence, film)
-    share = recording.lasting_share if noise is None else _trials(evidence, noise)["lasting_share"]
-    low, high = LAMINAR_SHARE
-    alternates = np.atleast_1d((share >= low) & (share <= high))
     small, large = _stretches(recording)
-    step = [_equally_spaced(recording, stretch) for stretch in small]
-    flat = [_flatness(recording, stretches) for stretches in (small, large)]
+    equal = np.array([_equally_spaced(recording, stretch) for stretch in small], dtype=bool)
     return Measurement(
-        {
-            "trials that alternate": estimates.share(int(alternates.sum()), alternates.size),
-            "small stretches with peaks at equal distances": (
-                estimates.share(sum(spaced > 0 for spaced in step), len(step))
-                if step
-                else estimates.absent()
+        also={
+            "share of small amplitude": estimates.single(recording.lasting_share),
+            "stretches with peaks at equal distances": (
+                estimates.share_of(equal) if equal.size else estimates.absent()
             ),
-            "flatness, large": flat[1],
-            "flatness, large minus small": estimates.difference(flat[1], flat[0]),
+            "flatness, small": _flatness(recording, small),
+            "flatness, large": _flatness(recording, large),
         },
-        {"share of small amplitude in the film": estimates.single(recording.lasting_share)},
-        note=f"{len(small)} stretches of small amplitude in the film; peaks at multiples of "
-        + (
-            ", ".join(f"{spaced:.3g}" for spaced in sorted(set(step) - {0.0})) + " Hz"
-            if any(step)
-            else "none"
-        ),
+        note=f"{len(small)} stretches of small amplitude",
     )
 
 
@@ -154,12 +148,9 @@ def _stretches(recording):
 
 
 def _equally_spaced(recording, stretch):
-    """Frequency in Hz whose multiples the peaks of a stretch are; 0 without such peaks."""
+    """Whether a stretch has peaks that are multiples of one frequency."""
     peaks_hz = lines(recording.evenly(*stretch), recording.interval_s).peaks_hz
-    if peaks_hz.size < LEAST_PEAKS:
-        return 0.0
-    best = spacing(peaks_hz)
-    return best.step_hz if best.p < RANDOM else 0.0
+    return peaks_hz.size >= LEAST_PEAKS and spacing(peaks_hz).p < RANDOM
 
 
 def _flatness(recording, stretches):
@@ -177,49 +168,29 @@ def _pieces(recording, stretches):
     return spectra[0][0], np.concatenate([power for _, power in spectra])
 
 
-# --- continuous slip: Fig. 5 ----------------------------------------------------------------------
-
-
 @claim("experiment-022")
 def experiment_022(evidence):
     """How often all blocks slip for a minute, and the spectrum of the whole."""
-    return {
-        "sigma = 1": partial(_long_slip, evidence, "all_slip_longest"),
-        "sigma = 1, the last block slips": partial(_long_slip, evidence, "slip_longest"),
-        "sigma = 1, small amplitude": partial(_long_slip, evidence, "lasting_longest"),
-        "sigma = 2": partial(_long_slip, evidence, "all_slip_longest", noise=2.0),
-        "one film, 0.35 m/s, sigma = 2.2": partial(_long_slip_in_film, evidence),
+    shortest = evidence.claim.parameters["longer_than_s"]
+
+    def long_slip(noise):
+        longest_s = _trials(evidence, noise)["all_slip_longest"] * TIME_S
+        minute = estimates.share_of(longest_s > shortest)
+        longest = estimates.sure(longest_s.max())
+        return Measurement(
+            also={"trials with a minute of slip of all blocks": minute, "longest slip (s)": longest}
+        )
+
+    return {f"sigma = {noise:g}": partial(long_slip, noise) for noise in (1.0, 2.0)} | {
+        "films, sigma = 1": partial(_factor_between_spectra, evidence)
     }
 
 
-def _long_slip(evidence, length, *, noise=1.0):
-    return _judged_slip(evidence, _trials(evidence, noise)[length] * TIME_S, AT_022)
-
-
-def _long_slip_in_film(evidence):
-    longest = films.longest_slip_of_all_s(evidence.dataset(INTERMITTENT))
-    return _judged_slip(evidence, np.array([longest]), INTERMITTENT)
-
-
-def _judged_slip(evidence, longest_s, film):
-    shortest = evidence.claim.parameters["longer_than_s"]
-    count = int((longest_s > shortest).sum())
-    return Measurement(
-        {
-            "trials with a minute of slip of all blocks": estimates.share(count, longest_s.size),
-            "factor between the spectra": _factor(evidence, film),
-        },
-        note=f"longest in a trial: median {np.median(longest_s):.3g} s, at most "
-        f"{longest_s.max():.3g} s",
-    )
-
-
-def _factor(evidence, film):
-    """Between the spectrum of a film and that of the large amplitudes at 0.28 m/s."""
-    one, other = _recording(evidence, film), _recording(evidence, AT_028)
+def _factor_between_spectra(evidence):
+    """Between the spectrum of a film at 0.22 m/s and that of the large amplitudes at 0.28 m/s."""
+    one, other = (_recording(evidence, film) for film in (AT_022, AT_028))
     frequency, whole = _pieces(one, [one.time_s[[0, -1]]])
     _, large = _pieces(other, _stretches(other)[1])
-
     size = round(BAND_HZ / (frequency[1] - frequency[0]))
 
     def factor(*powers):
@@ -227,7 +198,9 @@ def _factor(evidence, film):
         smooth = [scipy.ndimage.uniform_filter1d(power.mean(axis=0), size) for power in powers]
         return spectral_ratio(*(stand_out(frequency, power) for power in smooth))
 
-    return estimates.bootstrap(factor, [whole, large])
+    return Measurement(
+        also={"factor between the spectra": estimates.bootstrap(factor, [whole, large])}
+    )
 
 
 # --- shared ---------------------------------------------------------------------------------------
@@ -243,7 +216,7 @@ def _trials(evidence, noise):
     chosen = np.isclose(arrays["belt_velocity"], speed, rtol=1e-3)
     chosen &= np.isclose(arrays["noise"], noise)
     require(chosen.any(), f"no trials at u = {speed:.4g}, sigma = {noise:g}")
-    names = ("lasting_share", "lasting_longest", "slip_longest", "all_slip_longest")
+    names = ("lasting_share", "all_slip_longest")
     return {name: arrays[name][chosen] for name in names}
 
 
