@@ -402,7 +402,7 @@ def _continued(chain: ChainParameters, row: Mapping[str, Any]) -> ChainState:
 
 
 class _Seeded(ISeedSequence):
-    """A SeedSequence whose words were made before."""
+    """A SeedSequence whose words were made before, for the numbers of `default_rng`."""
 
     def __init__(self, words: np.ndarray) -> None:
         self._words = words
@@ -419,8 +419,8 @@ def _spread(
     positions, spread = row["initial_positions"], row["initial_spread"]
     if replicate == 0 or spread == 0:
         return positions
-    random = np.random.Generator(np.random.PCG64(_Seeded(words)))  # as default_rng of the key
-    deviates = random.standard_normal(chain.n_blocks)
+    seeded: Any = _Seeded(words)
+    deviates = np.random.Generator(np.random.PCG64(seeded)).standard_normal(chain.n_blocks)
     positions = (chain.rest_positions if positions is None else positions) + spread * deviates
     if positions[0] <= 0 or np.any(positions[1:] <= positions[:-1]):
         raise InputError(
