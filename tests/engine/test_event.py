@@ -10,7 +10,6 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import chi2, ks_2samp, kstest
 
 import exact
-import reference
 from beltrepro import ChainParameters, ChainState, simulate
 from beltrepro.engine import integrator as engine_integrator
 from beltrepro.engine.candidates import first_roots
@@ -115,25 +114,25 @@ def test_error_falls_with_the_tolerance():
 
 
 def follows_reference(n_blocks, belt_velocity, start, duration):
-    """Largest error of the instants, and contacts of the reference; the sequences are the same."""
-    chain = n_blocks, belt_velocity, start
-    expected, contacts = reference.event_reference(*chain, duration, longest=0.5)
+    """Errors of the instants of a run from a start; the events are those of 40 digits."""
+    exact_chain = exact.ExactChain.of(belt_velocity, start.tolist())
+    expected = exact_chain.advance(until=exact.fixed(duration)).events
     (events,) = run_from(n_blocks, belt_velocity, [start], duration)
-    assert sequence(events) == sequence(expected), chain
-    return np.abs(times(events) - times(expected)).max(initial=0), contacts
+    assert sequence(events) == sequence(expected), (n_blocks, belt_velocity, start)
+    return np.abs(times(events) - [float(exact.real(time)) for time, *_ in expected])
 
 
 def slow(first, parts, *arguments):
     return [pytest.param(first + part, *arguments, marks=pytest.mark.slow) for part in range(parts)]
 
 
-@pytest.mark.parametrize(("seed", "count"), [(11, 24), *slow(100, 10, 100)])
+@pytest.mark.parametrize(("seed", "count"), [(11, 12), *slow(100, 10, 200)])
 def test_random_starts_follow_the_reference(seed, count):
     rng = np.random.default_rng(seed)
     for _ in range(count):
         n_blocks, belt_velocity = int(rng.integers(2, 9)), rng.uniform(2, 30)
         start = rng.normal(0, 3, n_blocks)
-        assert follows_reference(n_blocks, belt_velocity, start, 40.0)[0] < 1e-8
+        assert np.all(follows_reference(n_blocks, belt_velocity, start, 20.0) < 1e-8)
 
 
 def boundary(rng, duration, width):
@@ -168,12 +167,13 @@ def test_boundaries_between_sequences_lie_where_the_reference_has_them(seed, cou
     rng, grazing = np.random.default_rng(seed), 0
     for _ in range(count):
         n_blocks, belt_velocity, sides = boundary(rng, duration=20.0, width=1e-9)
-        rows = [follows_reference(n_blocks, belt_velocity, side, 20.0) for side in sides]
-        errors, contacts = zip(*rows, strict=True)
-        grazing += min(contact[0] for side in contacts for contact in side) < 1e-6
-        rates = [contact[3] for side in contacts for contact in side[:-1]]
-        # an event at a small rate takes its time from a small difference
-        assert max(errors) < 1e-8 / min([1.0, *rates])
+        for side in sides:
+            errors = follows_reference(n_blocks, belt_velocity, side, 20.0)
+            # an event at a small rate takes its time from a small difference
+            assert np.median(errors) < 1e-9 and errors.max() < 1e-4
+        one, other = map(sequence, run_from(n_blocks, belt_velocity, sides, 20.0))
+        length = min(len(one), len(other)) - 2
+        grazing += sorted(one[:length]) != sorted(other[:length])  # not only in another order
     assert grazing >= least
 
 
@@ -384,10 +384,11 @@ def test_two_blocks_that_slip_at_one_time():
 def test_a_block_beyond_its_threshold_slips_at_once():
     for start in ([0.0, 100.0], [0.0, -45.0], [-45.0, 0.0]):
         events = run_from(2, 1.0, [np.array(start)], 20.0)[0]
-        expected, _ = reference.event_reference(2, 1.0, np.array(start), 20.0)
+        expected = exact.ExactChain.of(1.0, start).advance(until=exact.fixed(20.0)).events
         # the order of slips at one time is nobody's business
         assert sorted(sequence(events)) == sorted(sequence(expected))
-        np.testing.assert_allclose(times(events), times(expected), rtol=0, atol=1e-9)
+        instants = [float(exact.real(time)) for time, *_ in expected]
+        np.testing.assert_allclose(times(events), instants, rtol=0, atol=1e-9)
 
 
 # --- samples and section ---
