@@ -49,6 +49,15 @@ def test_what_is_written_comes_back_and_the_same_content_has_the_same_bytes(tmp_
         np.testing.assert_array_equal(dataset.arrays[name], array)
 
 
+def test_unreadable_file_is_one_line(tmp_path):
+    text = tmp_path / "text.h5"
+    text.write_text("no HDF5")
+    for path in (text, tmp_path / "missing.h5", tmp_path):
+        with pytest.raises(InputError, match=re.escape(str(path))) as caught:
+            store.read(path)
+        assert "\n" not in str(caught.value) and len(str(caught.value)) < 200 + len(str(path))
+
+
 # --- files of datasets ---
 
 
@@ -73,23 +82,15 @@ def written(path, batch):
     return files.read(path, files.expected(told(batch)))
 
 
-@pytest.mark.parametrize("content", [None, b"no HDF5", b"first bytes"])
-def test_a_damaged_file_is_one_line_with_the_remedy(tmp_path, content):
+def test_a_damaged_file_is_one_line_with_the_remedy(tmp_path):
     path = tmp_path / "rows.h5"
-    if content == b"first bytes":
-        files.write(path, told(0), arrays_of(told(0)))
-        content = path.read_bytes()[:2000]
-    if content:
-        path.write_bytes(content)
-    with pytest.raises(InputError, match=re.escape(str(path))):
-        store.read(path)
+    files.write(path, told(0), arrays_of(told(0)))
+    path.write_bytes(path.read_bytes()[:2000])
     with pytest.raises(InputError) as caught:
         files.read(path, files.expected(told(0) | {"run": "f06"}))
     message = str(caught.value)
-    assert message.startswith(f"{path}: ") and "\n" not in message
-    assert message.endswith(f"rm {path} && snakemake --cores 2 --config preset=own run=f06") or (
-        content is None
-    )
+    assert message.startswith(f"{path}: not a readable HDF5 file") and "\n" not in message
+    assert message.endswith(f"rm {path} && snakemake --cores 2 --config preset=own run=f06")
 
 
 def test_a_file_says_what_it_holds(tmp_path):

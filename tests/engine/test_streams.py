@@ -53,12 +53,29 @@ def test_one_physics_has_one_key():
 
 
 def test_each_chain_has_the_stream_of_its_own_key():
-    chains = [CHAIN, replace(CHAIN, belt_velocity=13.0), CHAIN]
-    states = stream_states(chains, 4, [0, 0, 9])
-    assert states.shape == (4, 3)
-    for lane, (chain, replicate) in enumerate(zip(chains, [0, 0, 9], strict=True)):
-        key = stream_key(chain, 4, replicate)
-        np.testing.assert_array_equal(states[:, lane], key.generate_state(4, np.uint64))
+    """The words of NumPy's SeedSequence, whose numbers have one half or two, for chains at once."""
+    random = np.random.default_rng(3)
+    ends = [0, 1, 2**32 - 1, 2**32, 2**40, 2**63 - 1]
+    chains = [
+        ChainParameters(
+            int(random.integers(1, 65)),
+            float(random.choice([1.0, 2.0**-20, random.uniform(1, 50)])),
+            float(random.choice([0.0, -0.0, 1.0, random.uniform(0, 3)])),
+            friction_ratio=float(random.choice([0.0, 0.5, 0.45])),
+        )
+        for _ in range(300)
+    ]
+    seeds, replicates = ([int(one) for one in random.choice(ends, 300)] for _ in range(2))
+    keys = list(zip(seeds, [chain.n_blocks for chain in chains], replicates, strict=True))
+    for purpose in (0, 1, 2**33):
+        states = stream_states(chains, seeds, replicates, purpose)
+        for lane, key in enumerate(keys):
+            reals = [getattr(chains[lane], name) + 0.0 for name in FIELDS[1:]]
+            bits = [struct.unpack("<Q", struct.pack("<d", value))[0] for value in reals]
+            expected = np.random.SeedSequence([*key, purpose, *bits]).generate_state(4, np.uint64)
+            np.testing.assert_array_equal(states[:, lane], expected)
+    one = stream_key(chains[7], seeds[7], replicates[7], 2**33)
+    np.testing.assert_array_equal(one.generate_state(4, np.uint64), states[:, 7])
 
 
 def test_normal_deviates_are_those_of_the_plain_twin():

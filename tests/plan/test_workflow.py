@@ -197,6 +197,19 @@ def test_every_rule_that_runs_declares_what_it_needs():
     assert count == 12
 
 
+def test_code_behind_a_batch_is_that_of_the_integrators_and_kicks_of_its_points(monkeypatch):
+    flow, tried = Workflow(CONFIG | {"preset": "smoke"}), set()
+    monkeypatch.setattr(flow, "code", lambda script, function, choices: (function, choices))
+    for name, dataset in flow.plan.datasets.items():
+        for number, batch in enumerate(dataset.batches):
+            choices = {point.method for point in batch}
+            choices |= {"kicked"} if any(point.kick for point in batch) else set()
+            found = flow.code_of_batch(SimpleNamespace(dataset=name, batch=f"{number:04d}"))
+            assert found == (dataset.kind.record, tuple(sorted(choices)))
+            tried.add(found[1])
+    assert {("event",), ("verlet",), ("event", "kicked")} <= tried
+
+
 def test_every_script_is_used():
     scripts = {path.name for path in (ROOT / "workflow" / "scripts").glob("*.py")}
     used = set(re.findall(r'"\.\./scripts/(.*?)"', "".join(path.read_text() for path in RULES)))

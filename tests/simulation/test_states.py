@@ -1,5 +1,6 @@
 """States and runs as values: a run that is cut goes on as if it had not been."""
 
+import copy
 import dataclasses
 from itertools import product
 
@@ -170,6 +171,41 @@ def test_a_fresh_run_is_one_from_a_state_at_rest(method):
     assert (again.seed, again.replicate) == (4, 2)
 
 
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+@pytest.mark.parametrize("method", METHODS)
+def test_states_of_any_origin_go_on_together_as_alone(method, noise):
+    chains = [ChainParameters(3, u, noise) for u in (4.0, 7.0, 11.0, 20.0, 6.0)]
+    made = {"duration": 50.0, "sample_interval": None}
+    states = [
+        ChainState.in_motion(chains[0], [45.0, 130.0, 170.0], [3.0, 4.0, 5.0], time=50.0),
+        simulate(chains[1], method=method, **made).final_state,
+        simulate(chains[2], method=METHODS[method == "verlet"], **made).final_state,
+        simulate(chains[3], method=method, time_step=0.002, **made).final_state,
+        ChainState.at_rest(chains[4], time=50.0, seed=3),
+    ]
+    together = simulate(chains, duration=20.0, method=method, initial_state=states)
+    for chain, state, run in zip(chains, states, together, strict=True):
+        alone = simulate(chain, duration=20.0, method=method, initial_state=state)
+        # "verlet" draws the threshold of a slipping block anew in every step
+        stuck = alone.final_state.directions == 0
+        np.testing.assert_array_equal(
+            run.final_state.thresholds[stuck], alone.final_state.thresholds[stuck]
+        )
+        final = dataclasses.replace(run.final_state, thresholds=alone.final_state.thresholds)
+        assert dataclasses.replace(run, final_state=final) == alone
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_state_stays_as_it_is_while_its_chain_goes_on(method):
+    cases = Setup(ChainParameters(1, 7.0, 1.0), method=method).cases
+    integrator = integrator_of(cases)
+    before = integrator.state()
+    kept = copy.deepcopy(before)
+    for _ in integrator.advance(100.0):
+        pass
+    assert before == kept and integrator.state() != kept
+
+
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("block", [0, 1, 2])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -243,7 +279,13 @@ def test_an_integrator_that_takes_over_holds_the_state_that_it_was_given(method,
     """Nothing of a state of another scheme is lost or changes its unit before the first step."""
     chain = ChainParameters(5, 7.5, noise)
     before = METHODS[method == "verlet"]
-    state = settled(simulate(chain, duration=50.0, method=before).final_state)
+    state = simulate(chain, duration=50.0, method=before).final_state
+    directions, relative = settled(
+        state.directions, state.relative_velocities, state.forces, state.thresholds
+    )
+    state = dataclasses.replace(
+        state, directions=directions, relative_velocities=relative, scheme=None
+    )
     assert 0 < np.count_nonzero(state.directions) < 5
     assert state.friction_losses.max() > 100 and abs(state.wall_impulse) > 100
     cases = Setup(chain, method=method, time_step=time_step, initial_state=state).cases

@@ -94,6 +94,22 @@ def test_a_slope_covers_and_scatter_widens_it():
         estimates.slope([1, 2], [Estimate(1, 0, 2), Estimate(1, 0, 2)])
 
 
+@pytest.mark.parametrize("scatter", [0.0, 3.0])
+def test_a_slope_is_that_of_least_squares_weighted_by_the_errors(scatter):
+    """Points of errors that differ by far; the one of the least error is not in the middle."""
+    places, errors = np.array([0.0, 1.0, 2.5, 3.0, 7.0]), np.array([1.0, 0.05, 0.4, 2.0, 0.2])
+    values = 2 - 0.7 * places + scatter * errors * np.array([1, -1, 1, 1, -1])
+    points = [
+        Estimate(v, v - 1.9599639845 * e, v + 1.9599639845 * e, 8)
+        for v, e in zip(values, errors, strict=True)
+    ]
+    cov = True if scatter else "unscaled"
+    (slope, _), covariance = np.polyfit(places, values, 1, w=1 / errors, cov=cov)
+    found = estimates.slope(places, points)
+    assert found.value == pytest.approx(slope)
+    assert (found.high - found.low) / 2 == pytest.approx(1.9599639845 * covariance[0, 0] ** 0.5)
+
+
 def test_a_trend_is_the_slope_of_least_squares_with_the_errors_of_its_points():
     places = [5, 6, 7, 10]
     points = [Estimate(v, v - 0.1, v + 0.3, 8) for v in (1.0, 3.0, 2.0, 0.0)]

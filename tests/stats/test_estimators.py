@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 from scipy.spatial.distance import pdist
 
+from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.noise import measure
 from beltrepro.stats import dimension, fits, intermittency, sections, spectra, states
@@ -112,13 +113,37 @@ def test_a_density_is_fitted_with_its_counts_from_bin_to_bin():
 def random_slips(seed, count=60):
     """Slips of three blocks on two chains that overlap, touch, or come alone, in any order."""
     rng = RNG(seed)
-    slips = np.zeros(count, [("point", "i4"), ("block", "i4"), ("start_time", "f8"),
-                             ("stop_time", "f8"), ("dissipated", "f8")])  # fmt: skip
+    slips = np.zeros(count, SLIP)
     slips["point"], slips["block"] = rng.integers(0, 2, count), rng.integers(1, 4, count)
     slips["start_time"] = rng.integers(0, 80, count) / 2
     slips["stop_time"] = slips["start_time"] + rng.integers(1, 9, count) / 2
     slips["dissipated"] = rng.random(count)
     return slips
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_samples_of_a_catalogue_are_those_of_a_plain_loop(seed):
+    """Slips forth and back, of a size from far below 1 on, and of none."""
+    slips = random_slips(seed)
+    slips["start_position"] = RNG(seed).choice([-2.0, 0.0, 1e-3, 0.4, 1.0, 30.0], slips.size)
+    catalogue = Dataset(
+        {"slips": slips, "avalanches": slips}, {"n_blocks": 3, "belt_velocity": 0.1}
+    )
+    expected = {"laboratory": [], "belt": [], "last": []}
+    for slip in slips[slips["block"] == 3]:
+        size, time = slip["start_position"], slip["stop_time"] - slip["start_time"]
+        for frame, moved in (("laboratory", size), ("belt", size + 0.1 * time)):
+            expected[frame] += [(moved, slip["point"])] * bool(moved > 0)
+        expected["last"].append((slip["dissipated"], slip["point"]))
+    assert len(expected["laboratory"]) < len(expected["belt"]) < len(expected["last"])
+    found = {frame: avalanches.slip_sizes(catalogue, frame) for frame in ("laboratory", "belt")}
+    found["last"] = avalanches.last_block_energies(catalogue)
+    for name, pairs in expected.items():
+        np.testing.assert_allclose(np.transpose(found[name]), pairs)
+        for chain, part in enumerate(found[name].by_chain()):
+            np.testing.assert_allclose(part, [value for value, point in pairs if point == chain])
+    every = avalanches.all_energies(catalogue)
+    np.testing.assert_array_equal(every, (slips["dissipated"], slips["point"]))
 
 
 @pytest.mark.parametrize("seed", range(3))

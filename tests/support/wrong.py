@@ -30,6 +30,7 @@ NUMBER = {
     "nested": [[1.0]],
     "table": np.ones((1, 2)),
     "array without axes": np.array(1.0),
+    "duration of NumPy": np.timedelta64(1, "s"),
 }
 ARRAY = {
     "single number": 1.0,
@@ -54,7 +55,7 @@ KINDS = {
     "Run": {"number": 5, "class": ChainParameters},
     "Report": {"number": 5, "true": True},
     "ArrayLike": ARRAY,
-    "Path": {"number": 5},
+    "Path": {"number": 5, "no name": "a\0.h5"},
     "str": {"empty": "", "number": 1, "nan": math.nan, "true": True},
     "int": NUMBER | {"fraction": 1.5},
     "float": NUMBER,

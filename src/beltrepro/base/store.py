@@ -59,7 +59,9 @@ def read(path: str | os.PathLike, *, strict: bool = False) -> Dataset:
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except (OSError, KeyError, RuntimeError, ValueError, TypeError) as error:
-        raise InputError(f"{path}: not a readable HDF5 file ({error})") from None
+        number = getattr(error, "errno", None)  # the text of HDF5 has lines and addresses then
+        reason = os.strerror(number) if number else " ".join(str(error).split())
+        raise InputError(f"{path}: not a readable HDF5 file ({reason})") from None
     if found != expected:
         reason = "its content does not have its checksum" if found else "it has no checksum"
         raise InputError(f"{path}: damaged or of an older version: {reason}")

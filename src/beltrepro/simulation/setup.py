@@ -18,7 +18,7 @@ from beltrepro.base.checks import is_sequence, shown
 from beltrepro.base.errors import InputError
 from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.noise import stream_key
-from beltrepro.engine.state import ChainState
+from beltrepro.engine.state import ChainState, states_at_rest
 from beltrepro.engine.verlet_integrators import verlet_integrator
 from beltrepro.model import ChainParameters
 from beltrepro.model.friction import noise_beyond_event
@@ -39,6 +39,7 @@ TOLERANCES: dict[str, float] = {
     if "tolerance" in signature(integrator).parameters
 }
 DEFAULT_SEED = 1
+_MEANS = ("method", "time_step", "tolerance", "kick", "initial_spread")
 _STEP_SHARE = 1e-6  # by which an instant may miss a whole number of steps
 _INITIAL_POSITIONS = 1  # purpose of a random stream: initial positions, not friction
 
@@ -150,9 +151,7 @@ class Setup:
         for name, value in vars(self).copy().items():
             if is_sequence(value) and not isinstance(value, np.ndarray | Grid):
                 object.__setattr__(self, name, list(value))  # it may be an iterator
-        chains, values = _rows(self)
-        rows = zip(chains, *values.values(), strict=True)
-        cases = tuple(_case(chain, **dict(zip(values, row, strict=True))) for chain, *row in rows)
+        cases = _cases(*_rows(self))
         object.__setattr__(self, "cases", cases)
         _warn_of_repeats(cases)
 
@@ -221,7 +220,7 @@ def part_of(setup: Setup, place: slice) -> Setup:
 def columns(setup: Setup) -> dict[str, np.ndarray]:
     """What each chain is, how it is advanced and where it begins: arrays (P,) by name."""
     table = {name: [getattr(case.parameters, name) for case in setup.cases] for name in QUANTITIES}
-    for name in ("method", "time_step", "tolerance", "kick", "initial_spread"):
+    for name in _MEANS:
         table[name] = [getattr(case, name) for case in setup.cases]
     for name in ("seed", "replicate"):
         table[name] = [getattr(case.state, name) for case in setup.cases]
@@ -343,16 +342,33 @@ def _positions(starts: Any, chains: Sequence[ChainParameters]) -> list[np.ndarra
     ]
 
 
-def _case(
-    chain: ChainParameters,
-    *,
-    method: str,
-    time_step: float,
-    tolerance: float | None,
-    kick: float,
-    initial_spread: float,
-    **start: Any,
-) -> Case:
+def _cases(chains: Sequence[ChainParameters], values: dict[str, list]) -> tuple[Case, ...]:
+    rows = [dict(zip(values, row, strict=True)) for row in zip(*values.values(), strict=True)]
+    for chain, row in zip(chains, rows, strict=True):
+        _check_means(chain, row)
+    states: list[Any] = [
+        None if row["initial_state"] is None else _continued(chain, row)
+        for chain, row in zip(chains, rows, strict=True)
+    ]
+    begin = [number for number, state in enumerate(states) if state is None]
+    seeds = [DEFAULT_SEED if rows[i]["seed"] is None else rows[i]["seed"] for i in begin]
+    replicates = [rows[i]["replicate"] or 0 for i in begin]
+    starts = [
+        _spread(chains[i], rows[i], seed, replicate)
+        for i, seed, replicate in zip(begin, seeds, replicates, strict=True)
+    ]
+    new = states_at_rest([chains[i] for i in begin], starts, seeds, replicates)
+    for number, state in zip(begin, new, strict=True):
+        states[number] = state
+    return tuple(
+        Case(state, *(row[name] for name in _MEANS))
+        for state, row in zip(states, rows, strict=True)
+    )
+
+
+def _check_means(chain: ChainParameters, row: Mapping[str, Any]) -> None:
+    """That a method can advance a chain as asked."""
+    method, tolerance, kick = row["method"], row["tolerance"], row["kick"]
     if tolerance is not None and method not in TOLERANCES:
         raise InputError(
             f"tolerance = {tolerance:g}: method {method!r} has none, only {', '.join(TOLERANCES)}"
@@ -361,49 +377,42 @@ def _case(
         raise InputError(f"kick = {kick:g}: method {method!r} has none, only {KICKED!r}")
     if method == "event" and (text := noise_beyond_event(chain)):
         raise InputError(f"noise {text}")
-    state = _start(chain, initial_spread=initial_spread, **start)
-    steps = state.time / time_step
-    if method == "verlet" and abs(steps - round(steps)) > _STEP_SHARE:
+
+
+def _continued(chain: ChainParameters, row: Mapping[str, Any]) -> ChainState:
+    """The state given, as one of this chain and with this key."""
+    if row["initial_positions"] is not None or row["initial_spread"] != 0:
+        name = "initial_spread" if row["initial_positions"] is None else "initial_positions"
+        raise InputError(f"{name}: not together with initial_state, see ChainState.moved")
+    state = row["initial_state"].under(chain)
+    steps = state.time / row["time_step"]
+    if row["method"] == "verlet" and abs(steps - round(steps)) > _STEP_SHARE:
         raise InputError(
             f"initial_state at t = {state.time!r}: "
-            f"method 'verlet' needs a multiple of time_step = {time_step:g}"
+            f"method 'verlet' needs a multiple of time_step = {row['time_step']:g}"
         )
-    return Case(state, method, time_step, tolerance, kick, initial_spread)
+    return state.keyed(
+        state.seed if row["seed"] is None else row["seed"],
+        state.replicate if row["replicate"] is None else row["replicate"],
+    )
 
 
-def _start(
-    chain: ChainParameters,
-    *,
-    seed: int | None,
-    replicate: int | None,
-    initial_positions: np.ndarray | None,
-    initial_spread: float,
-    initial_state: ChainState | None,
-) -> ChainState:
-    """The state given, or one with all blocks stuck."""
-    if initial_state is not None:
-        if initial_positions is not None or initial_spread != 0:
-            name = "initial_spread" if initial_positions is None else "initial_positions"
-            raise InputError(f"{name}: not together with initial_state, see ChainState.moved")
-        state = initial_state.under(chain)
-        return state.keyed(
-            state.seed if seed is None else seed,
-            state.replicate if replicate is None else replicate,
+def _spread(
+    chain: ChainParameters, row: Mapping[str, Any], seed: int, replicate: int
+) -> np.ndarray | None:
+    """Where the blocks of a replicate begin, None for undeformed springs."""
+    positions, spread = row["initial_positions"], row["initial_spread"]
+    if replicate == 0 or spread == 0:
+        return positions
+    key = stream_key(chain, seed, replicate, _INITIAL_POSITIONS)
+    deviates = np.random.default_rng(key).standard_normal(chain.n_blocks)
+    positions = (chain.rest_positions if positions is None else positions) + spread * deviates
+    if positions[0] <= 0 or np.any(positions[1:] <= positions[:-1]):
+        raise InputError(
+            f"initial_spread = {spread:g}: "
+            f"blocks of replicate {replicate} would begin on the wrong side of each other"
         )
-    seed = DEFAULT_SEED if seed is None else seed
-    replicate = replicate or 0
-    positions = initial_positions
-    if replicate != 0 and initial_spread != 0:
-        key = stream_key(chain, seed, replicate, _INITIAL_POSITIONS)
-        deviates = np.random.default_rng(key).standard_normal(chain.n_blocks)
-        positions = chain.rest_positions if positions is None else positions
-        positions = positions + initial_spread * deviates
-        if positions[0] <= 0 or np.any(positions[1:] <= positions[:-1]):
-            raise InputError(
-                f"initial_spread = {initial_spread:g}: "
-                f"blocks of replicate {replicate} would begin on the wrong side of each other"
-            )
-    return ChainState.at_rest(chain, positions, seed=seed, replicate=replicate)
+    return positions
 
 
 def _warn_of_repeats(cases: Sequence[Case]) -> None:

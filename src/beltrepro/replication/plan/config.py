@@ -37,14 +37,31 @@ SOURCE = "config.yaml"
 MOST_POINTS = 1_000_000  # of a dataset; each is a run
 
 
+class _Loader(yaml.SafeLoader):
+    """Refuses a key that is given twice, of which YAML would take the last."""
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> dict:
+        keys = [key for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
+        for place, key in enumerate(keys):
+            if key.value in (earlier.value for earlier in keys[:place]):
+                problem = f"the key {key.value!r} is given twice"
+                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
+        return super().construct_mapping(node, deep)
+
+
 def load_config(path: str | Path) -> dict:
     """Read a YAML file."""
     try:
-        content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        content = yaml.load(Path(path).read_text(encoding="utf-8"), _Loader)
+        json.dumps(content, default=str)
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not a text file in UTF-8") from None
     except yaml.YAMLError as error:
         raise InputError(f"{path}: not YAML: {' '.join(str(error).split())}") from None
+    except (ValueError, RecursionError):  # of json: an anchor within what it stands for
+        raise InputError(f"{path}: nested without end, or too deeply") from None
     if not isinstance(content, dict):
         raise InputError(f"{path}: must be a mapping of keys to values")
     return content
@@ -153,7 +170,7 @@ def _axis(about: Described) -> Any:
             return "#list"
         if not isinstance(value, dict):
             return "#value"
-        if special and next(iter(special.model_fields)) in value:
+        if special and special.model_fields.keys() & value.keys():
             return "#special"
         return "#value" if name == "method" else "#range"
 
@@ -390,7 +407,13 @@ def _explain(problem: Any) -> NoReturn:
     if path[-1] == "[key]" or kind == "extra_forbidden":
         *parents, key = path if kind == "extra_forbidden" else path[:-1]
         place = f" in {_dotted(parents)}" if parents else ""
-        refuse(f"unknown key {key!r}{place}", str(key), _known(parents))
+        allowed = _known(parents)
+        if "pattern" in context and not allowed:
+            refuse(
+                f"unknown key {key!r}{place}: a name that matches {context['pattern']} is needed"
+            )
+        listed = f": allowed are {', '.join(allowed)}" if 0 < len(allowed) < 20 else ""
+        refuse(f"unknown key {key!r}{place}{hint(str(key), allowed) or listed}")
     where = _dotted(path)
     if kind == "missing":
         refuse(f"{where} is missing")
@@ -424,9 +447,9 @@ def _known(path: list) -> list[str]:
             node = node.__args__[1]
     if fields := getattr(node, "model_fields", None):
         return list(fields)
-    if path and path[-1] in SPECIAL:
-        return [*SPECIAL[path[-1]].model_fields, "start", "stop", "step"]
-    return ["start", "stop", "step"] if path and path[-1] in QUANTITIES else []
+    name = next((part for part in reversed(path) if not str(part).isdigit()), "")
+    special = SPECIAL[name].model_fields if name in SPECIAL else ()
+    return [*special, *("start", "stop", "step") * (name in QUANTITIES and name != "method")]
 
 
 def _dotted(path: Iterable) -> str:
