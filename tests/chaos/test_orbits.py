@@ -93,20 +93,6 @@ def test_the_monodromy_is_that_of_central_differences(five):
         assert np.abs(column - five.monodromy[:, block]).max() < 1e-6
 
 
-def test_deviations_shrink_by_the_multiplier_in_each_period(two):
-    """A run from beside the orbit is a shift of time, and what comes from the multiplier."""
-    values, vectors = np.linalg.eig(two.monodromy)
-    own = vectors[:, np.argmin(np.abs(values - two.largest_multiplier))].real
-    state = two.state.moved(positions=two.state.positions + 1e-4 * own)
-    across = np.array([two.state.velocities[1], -two.state.velocities[0]])
-    distance = [across @ (state.displacements - two.state.displacements)]
-    for _ in range(5):
-        state = after(state, two.period_time)
-        distance.append(across @ (state.displacements - two.state.displacements))
-    ratios = np.array(distance[1:]) / distance[:-1]
-    assert ratios == pytest.approx(np.full(5, two.largest_multiplier.real), abs=1e-4)
-
-
 def test_the_exponent_is_the_second_of_the_spectrum(two):
     """That of many periods; the part of a period at the ends is a hundredth of it."""
     found = lyapunov_spectrum(
@@ -123,15 +109,6 @@ def test_any_instant_of_the_orbit_will_do(five):
         found = close_orbit(state, five.period_time)
         assert found.period_time == pytest.approx(five.period_time, abs=1e-10)
         assert found.multipliers == pytest.approx(five.multipliers, abs=1e-9)
-
-
-def test_two_periods_have_the_squares_of_the_multipliers(two):
-    twice = close_orbit(two.state, 2 * two.period_time)
-    assert twice.period_events == 2 * two.period_events
-    assert np.sort_complex(twice.multipliers) == pytest.approx(
-        np.sort_complex(two.multipliers**2), abs=1e-9
-    )
-    assert twice.exponent == pytest.approx(two.exponent, rel=1e-9)
 
 
 def test_an_orbit_that_does_not_attract_is_followed_to(two):

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
-from scipy.stats import chi2, ks_2samp, kstest
+from scipy.stats import chi2, kstest
 
 import exact
 from beltrepro import ChainParameters, ChainState, simulate
@@ -468,28 +468,3 @@ def test_kinetic_noise_has_the_law_of_an_oscillator_in_white_noise(until, count,
     for values in (*white, white.ravel()):
         assert 3e-7 < chi2.cdf((values**2).sum(), values.size) < 1 - 3e-7
     assert kstest(white.ravel(), "norm").pvalue > 1e-6
-
-
-def test_slips_of_one_noisy_block_are_those_of_the_time_step_scheme():
-    # Two samples of about 3000 slips each, two tests: error rate 1e-5 each. The scheme sees slip
-    # and stick in the first step after them; so do the instants of the other sample here.
-    chains = [ChainParameters(1, u, 1.0) for u in np.linspace(1, 1.2, 32)]
-    durations, sizes = {}, {}
-    for method in ("event", "verlet"):
-        runs = simulate(chains, duration=6000, method=method, sample_interval=None, seed=5)
-        both = [one_block_slips(run) for run in runs]
-        durations[method], sizes[method] = np.concatenate(both).T
-    assert len(durations["event"]) > 2500
-    assert ks_2samp(*durations.values()).pvalue > 1e-5
-    assert ks_2samp(*sizes.values()).pvalue > 1e-5
-
-
-def one_block_slips(run):
-    """Duration, in whole steps of 0.001, and distance over the belt of the slips of one block."""
-    slips = run.events[run.events["kind"] == "slip"]
-    sticks = run.events[run.events["kind"] == "stick"]
-    slips = slips[: len(sticks)]
-    duration = sticks["time"] - slips["time"]
-    moved = sticks["position"] - slips["position"] - run.parameters.belt_velocity * duration
-    start, stop = (np.ceil(events["time"] / 0.001 - 1e-6) for events in (slips, sticks))
-    return np.column_stack([stop - start, moved])

@@ -8,7 +8,6 @@ import pytest
 from beltrepro import ChainParameters, ChainState, simulate
 from beltrepro.engine.integrator import Sampling
 from beltrepro.engine.tangent import TangentIntegrator
-from beltrepro.model.spring import spring_extension
 
 
 def integrator(parameters, starts, n_vectors=1):
@@ -108,59 +107,6 @@ def test_deviations_under_noise_are_the_differences_of_twins(
     ]
     chains = integrator_of(twins, tolerance=1e-12, noise_share=0.0)
     carries_twins(chains, way, apart, 500.0 + span, least, rests)
-
-
-@pytest.mark.parametrize("belt_velocity", [7.0, 16.0])
-def test_twins_under_noise_that_are_left_alone_stay_where_their_deviations_are(belt_velocity):
-    """Eight pairs 1e-6 apart after 3000 time units, some thousand slips and rests of the chain.
-
-    With noise events are located to 1e-10 of a step, which by then has become up to 3e-3 of the
-    difference.
-    """
-    n_blocks, pairs, begin, span, apart = 5, 8, 500.0, 3000.0, 1e-6
-    chain = ChainParameters(n_blocks, belt_velocity, 1.0)
-    runs = simulate(
-        [chain] * pairs, duration=begin, replicate=range(pairs), method="event", tolerance=1e-12
-    )
-    states = [run.final_state for run in runs]
-    ways = np.random.default_rng(2).standard_normal((pairs, n_blocks))
-    twins = [
-        dataclasses.replace(state, displacements=state.displacements + apart * way)
-        for state, way in zip(states, ways, strict=True)
-    ]
-    chains = integrator_of([*states, *twins], interval=10.0, tolerance=1e-12, noise_share=0.0)
-    deviation = np.zeros((2 * pairs, 2 * n_blocks + 1, 1))
-    deviation[:pairs, :n_blocks, 0] = ways
-    chains.set_deviations(deviation)
-    events = advance(chains, begin + span)
-    assert min(map(len, events)) > 1000
-    now = states_now(chains)
-    apart_now = (now[pairs:] - now[:pairs]) / apart
-    carried = chains.deviations()[:pairs, :-1, 0]
-    size = np.abs(carried).max(axis=1)
-    assert np.all(np.abs(apart_now - carried).max(axis=1) < 0.01 * size)
-
-
-def test_one_block_forgets_at_each_stick():
-    """N = 1: a stuck block keeps its place on the belt, and slips at one length whatever it was.
-
-    So a deviation of the place shifts all that follows by -dx/u in time, and at a fixed time the
-    state by dx times the velocity over u.
-    """
-    chain = ChainParameters(1, 3.0)
-    chains = integrator(chain, [chain.rest_positions])
-    chains.set_deviations(np.array([[[1.0], [0.0]]]))
-    first_slip = float(spring_extension(chain.static_friction, chain)) / 3.0
-    seen = set()
-    for time in np.arange(first_slip - 1.0, first_slip + 60.0, 0.37):
-        advance(chains, time)
-        position, velocity = chains.deviations()[0, :, 0]
-        assert position == pytest.approx(chains.velocities()[0, 0] / 3.0, rel=1e-9, abs=1e-12)
-        stuck = bool(n_stuck(chains))
-        seen.add(stuck)
-        if stuck:
-            assert velocity == 0.0
-    assert seen == {True, False}
 
 
 def test_the_flow_is_carried_into_the_flow():
