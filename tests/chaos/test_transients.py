@@ -1,5 +1,6 @@
 """How long irregular motion lasts: against runs of `simulate` that are judged after the fact."""
 
+import dataclasses
 from itertools import pairwise
 
 import numpy as np
@@ -14,8 +15,10 @@ from beltrepro import (
     time_to_orbit,
 )
 from beltrepro.base.errors import InputError
+from beltrepro.chaos.disturbance import SCATTERS, WIDEST, disturbance, scatters
 from beltrepro.chaos.irregular import _windows
 from beltrepro.chaos.vectors import INTERVAL
+from beltrepro.simulation.setup import Case
 from slipping import sliding
 
 FIVE = ChainParameters(5, 16.0)
@@ -154,3 +157,29 @@ def test_windows_follow_each_other_to_the_end(duration):
 def test_the_share_that_counts_as_closed_is_between_zero_and_one(closed):
     with pytest.raises(InputError, match=f"closed = {closed:g}: must be greater than 0 and less"):
         time_to_orbit(FIVE, duration=10.0, closed=closed)
+
+
+# --- the disturbance of a run ---
+
+STATE, NOISY = (ChainState.at_rest(ChainParameters(5, 6.0, noise)) for noise in (0.0, 0.3))
+EXACT = Case(STATE, "event", 0.001, None)
+
+
+@pytest.mark.parametrize(
+    ("changed", "expected"),
+    [
+        ({}, 0.0),
+        ({"time_step": 0.1}, 0.0),
+        ({"kick": 0.02}, 0.02),
+        ({"method": "verlet"}, 6.0 * 0.001 / 3**0.5),
+        ({"method": "verlet", "time_step": 0.004}, 6.0 * 0.004 / 3**0.5),
+        ({"state": NOISY}, 0.3),
+        ({"state": NOISY, "kick": 0.4}, 0.5),
+    ],
+)
+def test_disturbance_of_a_run(changed, expected):
+    point = dataclasses.replace(EXACT, **changed)
+    assert disturbance(point) == pytest.approx(expected)
+    widest = WIDEST * 71.4
+    limits = [each * expected for each in SCATTERS if each * expected < widest]
+    assert scatters(point) == pytest.approx([*limits, widest] if expected else [])

@@ -258,13 +258,6 @@ def test_vectors_of_shorter_chains_end_with_nan():
     assert np.isnan(few).sum(axis=1).tolist() == [0, 1, 0]
 
 
-def test_the_section_follows_from_the_chain():
-    chains = [ChainParameters(n_blocks, 20.0) for n_blocks in (2, 5, 8)]
-    table = scan(chains, duration=5)
-    assert table["section_position"].tolist() == [187.7, 615.0, 1157.3]
-    assert np.isfinite(table["disorder_parameter"]).all()
-
-
 # --- samples and memory ---
 
 
