@@ -197,7 +197,7 @@ def test_small_print_tells_parameters_and_origin():
     assert "N = 10, u = 28, 31, σ = 0" in words and words.count("\n") == 1  # made alike: one line
     # constants of the law are named where they differ from the paper's
     ratio, length = np.full((2, row.arrays["noise"].size), [[0.45], [50]])
-    row.arrays |= {"friction_ratio": ratio, "rest_length": length}
+    row.arrays.update(friction_ratio=ratio, rest_length=length)
     words = style.small_print([row], "smoke")
     assert "f_s" not in words and "l = " not in words
     ratio[:2], length[:] = [0.1, 0.6], 40
