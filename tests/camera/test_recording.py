@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.camera.recording import FIT_TO_HZ, analyse, regimes
 from beltrepro.replication.studies.experiment.recording_figure import draw_recording
-from beltrepro.stats.errors import NotEnoughDataError
 
 RATE = 24.0
 

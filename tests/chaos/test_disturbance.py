@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from beltrepro import ChainParameters, ChainState
-from beltrepro.chaos.disturbance import SCATTERS, WIDEST, disturbance, scatters
+from beltrepro.chaos.scatter import SCATTERS, WIDEST, disturbance, scatters
 from beltrepro.simulation.setup import Case
 
 STATE, NOISY = (ChainState.at_rest(ChainParameters(5, 6.0, noise)) for noise in (0.0, 0.3))
