@@ -163,9 +163,9 @@ class Workflow:
         return {"figure": wildcards.figure, "title": self.figures[wildcards.figure].title}
 
     def _sources(self, wildcards: Any) -> tuple[str, ...]:
-        if "film" in wildcards.keys():
+        if hasattr(wildcards, "film"):
             return (self.plan.films[wildcards.film].dataset,)
-        if "figure" in wildcards.keys():
+        if hasattr(wildcards, "figure"):
             return self.figures[wildcards.figure].uses
         return self._table(wildcards).uses
 
