@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.camera.recording import FIT_TO_HZ, analyse, regimes
-from beltrepro.stats.errors import NotEnoughDataError
 
 RATE = 24.0
 
@@ -59,7 +59,8 @@ def test_quiet_stretches_are_found_and_only_long_ones_last():
     np.testing.assert_allclose(part.lively_s, [[0, 40], [100, 200]], atol=1.3)
     assert whole.small_share == pytest.approx(68 / 200, abs=0.03)
     assert whole.lasting_share == pytest.approx(60 / 200, abs=0.015)
-    assert analyse(*bursts(), lasting_s=5.0).lasting_share == whole.small_share
+    for lasting_s, share in ((5.0, whole.small_share), (48.0, whole.lasting_share), (72.0, 0.0)):
+        assert analyse(*bursts(), lasting_s=lasting_s).lasting_share == share
     assert analyse(*bursts(), quiet=0.2).small_share == 1.0
     assert analyse(*bursts(), quiet=0.001).small_share == 0.0
     with pytest.raises(NotEnoughDataError, match="10 samples, 32 are needed"):

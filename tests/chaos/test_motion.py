@@ -10,8 +10,8 @@ from beltrepro.base.errors import InputError
 from beltrepro.chaos import naming
 from beltrepro.chaos.vectors import slopes, standard_errors
 from beltrepro.engine.records import EVENT_SLIP, EVENT_TIME
+from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.sections import ReturnLog
 from beltrepro.stats.motion import (
     CHAOTIC,
     EQUILIBRIUM,

@@ -11,8 +11,8 @@ from beltrepro import ChainParameters
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.state import ChainState
 from beltrepro.model.spring import potential_energy
+from beltrepro.observe.crossings import CrossingLog, SectionValues
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.sections import CrossingLog, SectionValues
 from beltrepro.observe.slips import EventLog, SlipActivity, slips_and_avalanches
 
 # --- length ---------------------------------------------------------------------------------------

@@ -217,6 +217,13 @@ def test_the_crate_names_files_that_are_there_and_refers_to_nothing_else(project
     assert (page["about"], page["encodingFormat"]) == ({"@id": "./"}, "text/markdown")
 
 
+def test_the_whole_run_was_told_its_preset_seed_and_machine(described):
+    told = [described[entity["@id"]] for entity in described["#run"]["object"]]
+    values = {entity["name"]: entity["value"] for entity in told[1:]}
+    assert values == {"preset": RUN.preset, "seed": str(RUN.seed)} | provenance.machine()
+    assert told[0]["@id"] == "source/config.yaml"
+
+
 def test_each_job_is_an_action_with_its_ends_time_and_memory(described):
     action = described["#job-join-datasets/rows"]
     assert action["instrument"] == {"@id": "source/workflow/scripts/join.py"}

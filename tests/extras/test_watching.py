@@ -16,6 +16,7 @@ from PIL import Image
 from beltrepro import ChainParameters, ChainState, simulate
 from beltrepro.base.errors import ModelStateError
 from beltrepro.cli import app as cli
+from beltrepro.extras import watch
 from beltrepro.extras.watch import Clock, Player, View, Window, begin, look, write_film
 from beltrepro.extras.watch.scenery import BLOCK_ALONG
 from beltrepro.model.spring import chain_deformations, spring_force
@@ -299,6 +300,21 @@ def test_a_core_draws_24_frames_in_a_second(n_blocks):
     for _ in range(48):
         window.tick(1 / 24)
     assert time.process_time() - start < 2.0
+
+
+def test_the_command_opens_a_window_on_the_chain_that_it_is_told(monkeypatch):
+    opened = []
+    monkeypatch.setattr(watch, "check_display", lambda: None)
+    monkeypatch.setattr(watch, "open_window", lambda *shown: opened.append(shown))
+    words = ["--n-blocks=3", "--belt-velocity=15", "--noise=1", "--friction-ratio=0.3"]
+    words += ["--transient=40", "--seed=4", "--speed=2", "--fps=12"]
+    assert cli.main(["watch", *words]) == 0
+    ((shown, clock),) = opened
+    chain = replace(CHAIN, friction_ratio=0.3)
+    assert clock == Clock(speed=2.0, frames_per_second=12.0)
+    run = simulate(chain, duration=40, seed=4, sample_interval=None)
+    np.testing.assert_array_equal(shown.positions, run.final_state.positions)
+    assert (shown.parameters, shown.time, shown.tick) == (chain, 40, clock.tick)
 
 
 def test_the_command_writes_a_film(tmp_path, capsys):

@@ -26,12 +26,11 @@ from beltrepro import (
     simulation,
 )
 from beltrepro.base import names
-from beltrepro.base.errors import InputError
+from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.cli import app as cli
 from beltrepro.cli.options import grid, whole_grid
 from beltrepro.replication.camera import recording
 from beltrepro.replication.plan.points import QUANTITIES
-from beltrepro.stats.errors import NotEnoughDataError
 
 LONGEST = 400  # characters of a line
 

@@ -249,6 +249,29 @@ def test_table_and_files_hold_the_same(results, tmp_path):
     assert "code_version" in data.attributes
 
 
+@pytest.mark.parametrize(("laminar_time", "escapes"), [(45.0, 1), (210.9, 1), (211.4, 0)])
+def test_time_to_continuous_slip_is_that_of_the_events_of_each_run(laminar_time, escapes):
+    """The last block of four slips on from t = 288.84 to the end."""
+    chains = [ChainParameters(3, 5.0, 1.0), ChainParameters(4, 45.0), ChainParameters(2, 60.0)]
+    how = {"duration": 500.0, "sample_interval": None}
+    lengths = {"duration": 500.0, "settle_time": 30.0, "laminar_time": laminar_time}
+    found = time_to_continuous_slip(chains, **lengths)
+    for chain, run in enumerate(simulate(chains, transient=470.0, **how)):
+        n = run.parameters.n_blocks
+        sticks = run.events[run.events["kind"] == "stick"]
+        late = sticks[sticks["time"] >= 470]["block"]
+        rates = [np.sum(late == block) / 30 for block in range(1, n + 1)]
+        np.testing.assert_allclose(found["final_stick_rate"][chain, :n], rates)
+        last = run.events[run.events["block"] == n][-1]
+        escaped = last["kind"] == "slip" and 500 - last["time"] > laminar_time
+        stuck = sticks["time"][sticks["block"] == n].max()
+        assert found["escaped"][chain] == escaped
+        assert found["lifetime"][chain] == (stuck if escaped else 500)
+        assert found["final_disorder"][chain] == run.disorder_parameter
+        assert found["final_mean_length"][chain] == run.mean_length
+    assert found["escaped"].sum() == escapes
+
+
 def test_vectors_of_shorter_chains_end_with_nan():
     rates = time_to_continuous_slip(CHAINS, duration=60.0)["final_stick_rate"]
     assert np.isnan(rates).tolist() == [[False] * 3, [False, True, True], [False, False, True]]

@@ -7,11 +7,11 @@ import pytest
 from scipy import stats
 from scipy.spatial.distance import pdist
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.noise import measure
-from beltrepro.stats import dimension, fits, intermittency, sections, spectra, states
-from beltrepro.stats.errors import NotEnoughDataError
+from beltrepro.stats import dimension, fits, intermittency, scale_free, sections, spectra, states
 
 RNG = np.random.default_rng
 
@@ -144,6 +144,25 @@ def test_samples_of_a_catalogue_are_those_of_a_plain_loop(seed):
             np.testing.assert_allclose(part, [value for value, point in pairs if point == chain])
     every = avalanches.all_energies(catalogue)
     np.testing.assert_array_equal(every, (slips["dissipated"], slips["point"]))
+
+
+def test_a_power_law_is_tested_from_the_most_probable_value_to_the_largest():
+    rng, chain = RNG(3), np.repeat([0, 1, 2, 3, 4], [90, 200, 150, 400, 60])
+    values = 20 * (1 - rng.random(chain.size) * (1 - 12**-0.8)) ** (-1 / 0.8)
+    values[rng.random(chain.size) < 0.1] /= 3
+    found = avalanches.scale_free_fit(avalanches.Sample(values, chain))
+    centre, density, _ = avalanches.log_histogram(values, bins_per_decade=10)
+    tail = values >= centre[np.argmax(density)]
+    assert (found.low, found.high) == (values[tail].min(), values.max())
+    assert (found.count, found.chains) == (tail.sum(), 5)
+    law = scale_free.fit_values(values, found.low, found.high)
+    other = scale_free.fit_values(values, found.low, found.high, power=False, decay=True)
+    assert found.exponent == pytest.approx(law.exponent)
+    gain = (law.log_density(values) - other.log_density(values))[tail]
+    assert found.advantage.value == pytest.approx(gain.mean())
+    cut = scale_free.fit_values(values, found.low, found.high, decay=True)
+    assert found.cutoff.value == pytest.approx(found.high * cut.decay)
+    assert found.cutoff.runs == found.advantage.runs == 5
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -10,12 +10,12 @@ import numpy as np
 
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.disturbance import scatters
+from beltrepro.chaos.scatter import scatters
 from beltrepro.chaos.vectors import INTERVAL, METHOD, grow, slopes, standard_errors, with_vectors
 from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
+from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.sections import ReturnLog
 from beltrepro.observe.slips import SlipOrder
 from beltrepro.simulation import checkpoints
 from beltrepro.simulation.groups import Report, check_progress, groups, integrator_of, observe
@@ -64,7 +64,7 @@ def time_to_orbit(
     from then on: what follows is a smooth approach to the orbit.
 
     Where kicks, noise or the steps of "verlet" disturb each slip, states come back only about
-    (`beltrepro.chaos.disturbance`). There all states of the second half of a window must come back,
+    (`beltrepro.chaos.scatter`). There all states of the second half of a window must come back,
     a sixth of the time so far. A disturbed motion may leave its orbit later.
 
     Parameters

@@ -11,13 +11,14 @@ from inspect import signature
 from typing import Any, TypeAlias, TypedDict, TypeVar
 
 import numpy as np
+from numpy.random.bit_generator import ISeedSequence
 from numpy.typing import ArrayLike
 
 from beltrepro.base import checks, names
 from beltrepro.base.checks import is_sequence, shown
 from beltrepro.base.errors import InputError
 from beltrepro.engine.event_integrator import EventIntegrator
-from beltrepro.engine.noise import stream_key
+from beltrepro.engine.noise import stream_states
 from beltrepro.engine.state import ChainState, states_at_rest
 from beltrepro.engine.verlet_integrators import verlet_integrator
 from beltrepro.model import ChainParameters
@@ -353,11 +354,14 @@ def _cases(chains: Sequence[ChainParameters], values: dict[str, list]) -> tuple[
     begin = [number for number, state in enumerate(states) if state is None]
     seeds = [DEFAULT_SEED if rows[i]["seed"] is None else rows[i]["seed"] for i in begin]
     replicates = [rows[i]["replicate"] or 0 for i in begin]
+    new_chains = [chains[i] for i in begin]
+    purpose = _INITIAL_POSITIONS
+    words = stream_states(new_chains, seeds, replicates, purpose).T.copy() if begin else ()
     starts = [
-        _spread(chains[i], rows[i], seed, replicate)
-        for i, seed, replicate in zip(begin, seeds, replicates, strict=True)
+        _spread(chains[i], rows[i], replicate, key)
+        for i, replicate, key in zip(begin, replicates, words, strict=True)
     ]
-    new = states_at_rest([chains[i] for i in begin], starts, seeds, replicates)
+    new = states_at_rest(new_chains, starts, seeds, replicates)
     for number, state in zip(begin, new, strict=True):
         states[number] = state
     return tuple(
@@ -397,15 +401,26 @@ def _continued(chain: ChainParameters, row: Mapping[str, Any]) -> ChainState:
     )
 
 
+class _Seeded(ISeedSequence):
+    """A SeedSequence whose words were made before."""
+
+    def __init__(self, words: np.ndarray) -> None:
+        self._words = words
+
+    def generate_state(self, n_words: int, dtype: Any = np.uint32) -> np.ndarray:
+        """The words."""
+        return self._words
+
+
 def _spread(
-    chain: ChainParameters, row: Mapping[str, Any], seed: int, replicate: int
+    chain: ChainParameters, row: Mapping[str, Any], replicate: int, words: np.ndarray
 ) -> np.ndarray | None:
     """Where the blocks of a replicate begin, None for undeformed springs."""
     positions, spread = row["initial_positions"], row["initial_spread"]
     if replicate == 0 or spread == 0:
         return positions
-    key = stream_key(chain, seed, replicate, _INITIAL_POSITIONS)
-    deviates = np.random.default_rng(key).standard_normal(chain.n_blocks)
+    random = np.random.Generator(np.random.PCG64(_Seeded(words)))  # as default_rng of the key
+    deviates = random.standard_normal(chain.n_blocks)
     positions = (chain.rest_positions if positions is None else positions) + spread * deviates
     if positions[0] <= 0 or np.any(positions[1:] <= positions[:-1]):
         raise InputError(
@@ -416,8 +431,9 @@ def _spread(
 
 
 def _warn_of_repeats(cases: Sequence[Case]) -> None:
-    repeated = len(cases) - len({case.identity for case in cases})
-    if repeated:
+    if len({case.parameters for case in cases}) == len(cases):
+        return
+    if repeated := len(cases) - len({case.identity for case in cases}):
         noise = any(case.parameters.noise > 0 or case.kick > 0 for case in cases)
         advice = "" if noise else " and an initial_spread"
         warnings.warn(

@@ -4,11 +4,11 @@ from functools import partial
 
 import numpy as np
 
+from beltrepro.base.errors import require
 from beltrepro.replication.studies.experiment import films, measure, observations
 from beltrepro.replication.studies.noise.claims import N_BLOCKS, RUNS
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate, mean, share, sure
 
 NEAR = 0.5  # of u; runs this close to a speed of the experiment stand for it
@@ -50,7 +50,7 @@ def _r_at_speeds(evidence, noise, scan):
 def _near(row, observation):
     near = np.abs(row.belt_velocity - observation.belt_velocity) <= NEAR
     require(bool(near.any()), f"no runs within {NEAR:g} of u = {observation.belt_velocity:.1f}")
-    return near
+    return row.evenly(near)
 
 
 def _r_in_films(evidence):
