@@ -55,12 +55,6 @@ def test_python_of_the_readme_runs(tmp_path):
     assert means[0] > 2 * means[-1]
 
 
-def test_the_figure_of_the_readme_takes_ten_lines():
-    lines = PYTHON.findall(README)[1].rstrip().splitlines()
-    assert len([line for line in lines if line]) <= 10
-    assert lines[0].startswith("import") and "savefig" in lines[-1]
-
-
 @pytest.mark.parametrize(
     "path",
     [

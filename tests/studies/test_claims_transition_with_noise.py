@@ -90,10 +90,16 @@ def test_u_c_of_sigma_without_a_transition_at_strong_noise():
 
 
 def test_other_settings_of_the_finder_are_readings():
+    """A fall by a factor of 1.4 is none in the reading that asks for 1.5."""
     made = {"n5_replicates": replicates(RISING)}
-    wide = measured("uc-sigma22", "median of r over 3 in u", **made)
-    usual = measured("uc-sigma22", **made)
-    assert wide.also["lower edge"].value < usual.also["lower edge"].value
+    weak = made["n5_replicates"].arrays | {
+        "disorder_parameter": made["n5_replicates"].arrays["disorder_parameter"] + 0.25
+    }
+    weak = {"n5_replicates": Dataset(weak, made["n5_replicates"].attributes)}
+    reading = "fall by 1.5 or more"
+    assert measured("uc-sigma22", reading, **made).also == measured("uc-sigma22", **made).also
+    assert np.isfinite(measured("uc-sigma22", **weak).also["lower edge"].value)
+    assert np.isnan(measured("uc-sigma22", reading, **weak).also["lower edge"].value)
 
 
 @pytest.mark.parametrize(
