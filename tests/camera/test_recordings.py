@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import recorded
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.camera.tracking import Track
 from beltrepro.replication.camera.video import write_video
 from beltrepro.replication.plan import inputs
 from beltrepro.replication.studies.experiment.films import TABLES, recordings, tracking_error
 from beltrepro.replication.studies.experiment.lines import lines, spacing, spectral_ratio
-from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.intermittency import slips_of_all
 
 RATE = recorded.RATE

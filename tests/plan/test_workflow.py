@@ -335,7 +335,7 @@ def test_edited_housekeeping_makes_no_data_anew(finished):
         "base/store.py:read",
         "base/atomic.py:replacing",
         "base/provenance.py:origin",
-        "simulation/files.py:load_run",
+        "simulation/run_file.py:load_run",
         "simulation/checkpoints.py:keeping",
         "replication/plan/lifecycle.py:begin",
         "replication/plan/plan.py:make_plan",

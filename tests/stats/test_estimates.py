@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.estimates import Estimate
 
 TRIALS = 400

@@ -7,11 +7,11 @@ import pytest
 from scipy import stats
 from scipy.spatial.distance import pdist
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.noise import measure
 from beltrepro.stats import dimension, fits, intermittency, scale_free, sections, spectra, states
-from beltrepro.stats.errors import NotEnoughDataError
 
 RNG = np.random.default_rng
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import optimize
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.stats import estimates, scale_free
-from beltrepro.stats.errors import NotEnoughDataError
 
 RNG = np.random.default_rng
 

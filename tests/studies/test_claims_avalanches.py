@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from test_scale_free import power_law, with_cutoff
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.observe.slips import AVALANCHE, SLIP
 from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.stats import scale_free
-from beltrepro.stats.errors import NotEnoughDataError
 from made_up import few_resamples, judged, readings  # noqa: F401
 
 RNG = np.random.default_rng

@@ -5,10 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.model.units import LENGTH_M, TIME_S
 from beltrepro.replication.camera.tracking import Track
-from beltrepro.stats.errors import NotEnoughDataError
 from made_up import columns, few_resamples, judged  # noqa: F401
 
 INTERVAL_S = 1 / 24

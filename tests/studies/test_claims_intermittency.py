@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.noise.measure import share_of_time
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
-from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.estimates import mean
 from made_up import LEDGER, grades, measured, replicates, table
 

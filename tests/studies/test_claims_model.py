@@ -6,10 +6,10 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.model import ChainParameters, spring, units
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import NotEnoughDataError
 from made_up import LAW, LEDGER, SETTINGS, few_resamples, judged, scan_of_laws  # noqa: F401
 
 # --- what is put in -------------------------------------------------------------------------------

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.chaos.runs_of_motion import Motions
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, PARTLY, UNDECIDED
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import states
-from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.motion import CHAOTIC, PERIODIC
 from made_up import (
     ABOVE,

@@ -5,9 +5,9 @@ from functools import partial
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import NotEnoughDataError
 from made_up import SHORT, grades, measured, motion_map, scan
 
 SIZES = (5, 6, 7, 10)

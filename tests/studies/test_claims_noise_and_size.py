@@ -5,11 +5,11 @@ from functools import partial
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.sizes import claims as noise_and_size
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import NotEnoughDataError
 from made_up import grades, measured, scan
 
 SIZES = (5, 6, 7, 10)

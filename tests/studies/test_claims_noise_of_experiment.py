@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from alternating import experiments
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.studies.experiment.films import disorder_of
 from beltrepro.replication.studies.experiment.measure import between
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
-from beltrepro.stats.errors import NotEnoughDataError
 from made_up import LEDGER, grades, measured, replicates
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
-from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.motion import EQUILIBRIUM, PERIODIC
 from made_up import ABOVE, CLEAR, SHORT, grades, joined, measured, scan, settled
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.verdicts.criteria import FAILS, HOLDS, UNDECIDED
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import NotEnoughDataError
 from made_up import LEDGER, falling, grades, measured, replicates, table
 
 RISING = {0.0: 16.5, 0.5: 16.7, 1.0: 17.0, 2.2: 18.0, 5.0: 20.5}  # u_c by sigma
@@ -90,10 +90,16 @@ def test_u_c_of_sigma_without_a_transition_at_strong_noise():
 
 
 def test_other_settings_of_the_finder_are_readings():
+    """A fall by a factor of 1.4 is none in the reading that asks for 1.5."""
     made = {"n5_replicates": replicates(RISING)}
-    wide = measured("uc-sigma22", "median of r over 3 in u", **made)
-    usual = measured("uc-sigma22", **made)
-    assert wide.also["lower edge"].value < usual.also["lower edge"].value
+    weak = made["n5_replicates"].arrays | {
+        "disorder_parameter": made["n5_replicates"].arrays["disorder_parameter"] + 0.25
+    }
+    weak = {"n5_replicates": Dataset(weak, made["n5_replicates"].attributes)}
+    reading = "fall by 1.5 or more"
+    assert measured("uc-sigma22", reading, **made).also == measured("uc-sigma22", **made).also
+    assert np.isfinite(measured("uc-sigma22", **weak).also["lower edge"].value)
+    assert np.isnan(measured("uc-sigma22", reading, **weak).also["lower edge"].value)
 
 
 @pytest.mark.parametrize(

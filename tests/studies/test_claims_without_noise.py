@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.transition import transients
-from beltrepro.stats.errors import NotEnoughDataError
 from made_up import columns, escapes, few_resamples, judged, scan_of_laws  # noqa: F401
 
 RNG = np.random.default_rng

@@ -138,6 +138,6 @@ def test_no_figure_finds_a_fall_or_rise_by_itself():
             continue
         for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.ImportFrom) and node.module == "beltrepro.stats":
-                assert "transitions" not in {alias.name for alias in node.names}, path
+                assert not {"transitions", "branches"} & {alias.name for alias in node.names}, path
             if isinstance(node, ast.ImportFrom) and node.module == "beltrepro.stats.transitions":
                 assert {alias.name for alias in node.names} <= {"running_median"}, path

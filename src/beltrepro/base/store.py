@@ -58,12 +58,12 @@ def read(path: str | os.PathLike, *, strict: bool = False) -> Dataset:
         with h5py.File(path, "r") as file:
             arrays = _arrays(file)
             attributes = {name: _plain(value) for name, value in file.attrs.items()}
-            found = attributes.pop(CHECKSUM, None)
-            expected = _checksum_of(file, arrays) if found or strict else None
+            written = attributes.pop(CHECKSUM, None)
+            expected = _checksum_of(file, arrays) if written or strict else None
     except (OSError, KeyError, RuntimeError, ValueError, TypeError) as error:
         raise InputError(f"{path}: not a readable HDF5 file ({error})") from None
-    if found != expected:
-        reason = "its content does not have its checksum" if found else "it has no checksum"
+    if written != expected:
+        reason = "its content does not have its checksum" if written else "it has no checksum"
         raise InputError(f"{path}: damaged or of an older version: {reason}")
     return Dataset(arrays, attributes)
 

@@ -11,13 +11,14 @@ from inspect import signature
 from typing import Any, TypeAlias, TypedDict, TypeVar
 
 import numpy as np
+from numpy.random.bit_generator import ISeedSequence
 from numpy.typing import ArrayLike
 
 from beltrepro.base import checks, names
 from beltrepro.base.checks import is_sequence, shown
 from beltrepro.base.errors import InputError
 from beltrepro.engine.event_integrator import EventIntegrator
-from beltrepro.engine.noise import stream_key
+from beltrepro.engine.noise import stream_states
 from beltrepro.engine.state import ChainState, states_at_rest
 from beltrepro.engine.verlet_integrators import verlet_integrator
 from beltrepro.model import ChainParameters
@@ -344,26 +345,16 @@ def _positions(starts: Any, chains: Sequence[ChainParameters]) -> list[np.ndarra
 
 def _cases(chains: Sequence[ChainParameters], values: dict[str, list]) -> tuple[Case, ...]:
     rows = [dict(zip(values, row, strict=True)) for row in zip(*values.values(), strict=True)]
-    for chain, row in zip(chains, rows, strict=True):
+    states: dict[int, ChainState] = {}
+    for number, (chain, row) in enumerate(zip(chains, rows, strict=True)):
         _check_means(chain, row)
-    states: list[Any] = [
-        None if row["initial_state"] is None else _continued(chain, row)
-        for chain, row in zip(chains, rows, strict=True)
-    ]
-    begin = [number for number, state in enumerate(states) if state is None]
-    seeds = [DEFAULT_SEED if rows[i]["seed"] is None else rows[i]["seed"] for i in begin]
-    replicates = [rows[i]["replicate"] or 0 for i in begin]
-    starts = [
-        _spread(chains[i], rows[i], seed, replicate)
-        for i, seed, replicate in zip(begin, seeds, replicates, strict=True)
-    ]
-    new = states_at_rest([chains[i] for i in begin], starts, seeds, replicates)
-    for number, state in zip(begin, new, strict=True):
-        states[number] = state
-    return tuple(
-        Case(state, *(row[name] for name in _MEANS))
-        for state, row in zip(states, rows, strict=True)
-    )
+        if row["initial_state"] is not None:
+            states[number] = _continued(chain, row)
+    if begin := [number for number in range(len(rows)) if number not in states]:
+        begun = _begun([chains[number] for number in begin], [rows[number] for number in begin])
+        states |= zip(begin, begun, strict=True)
+    means = [[row[name] for name in _MEANS] for row in rows]
+    return tuple(Case(states[number], *values) for number, values in enumerate(means))
 
 
 def _check_means(chain: ChainParameters, row: Mapping[str, Any]) -> None:
@@ -397,15 +388,35 @@ def _continued(chain: ChainParameters, row: Mapping[str, Any]) -> ChainState:
     )
 
 
+def _begun(chains: Sequence[ChainParameters], rows: Sequence[dict[str, Any]]) -> list[ChainState]:
+    """States with all blocks stuck."""
+    seeds = [DEFAULT_SEED if row["seed"] is None else row["seed"] for row in rows]
+    replicates = [row["replicate"] or 0 for row in rows]
+    words = stream_states(chains, seeds, replicates, _INITIAL_POSITIONS).T.copy()
+    starts = [_spread(*start) for start in zip(chains, rows, replicates, words, strict=True)]
+    return states_at_rest(chains, starts, seeds, replicates)
+
+
+class _Seeded(ISeedSequence):
+    """A SeedSequence whose words were made before, for the numbers of `default_rng`."""
+
+    def __init__(self, words: np.ndarray) -> None:
+        self._words = words
+
+    def generate_state(self, n_words: int, dtype: Any = np.uint32) -> np.ndarray:
+        """The words."""
+        return self._words
+
+
 def _spread(
-    chain: ChainParameters, row: Mapping[str, Any], seed: int, replicate: int
+    chain: ChainParameters, row: Mapping[str, Any], replicate: int, words: np.ndarray
 ) -> np.ndarray | None:
     """Where the blocks of a replicate begin, None for undeformed springs."""
     positions, spread = row["initial_positions"], row["initial_spread"]
     if replicate == 0 or spread == 0:
         return positions
-    key = stream_key(chain, seed, replicate, _INITIAL_POSITIONS)
-    deviates = np.random.default_rng(key).standard_normal(chain.n_blocks)
+    seeded: Any = _Seeded(words)
+    deviates = np.random.Generator(np.random.PCG64(seeded)).standard_normal(chain.n_blocks)
     positions = (chain.rest_positions if positions is None else positions) + spread * deviates
     if positions[0] <= 0 or np.any(positions[1:] <= positions[:-1]):
         raise InputError(
@@ -416,8 +427,9 @@ def _spread(
 
 
 def _warn_of_repeats(cases: Sequence[Case]) -> None:
-    repeated = len(cases) - len({case.identity for case in cases})
-    if repeated:
+    if len({case.parameters for case in cases}) == len(cases):
+        return
+    if repeated := len(cases) - len({case.identity for case in cases}):
         noise = any(case.parameters.noise > 0 or case.kick > 0 for case in cases)
         advice = "" if noise else " and an initial_spread"
         warnings.warn(

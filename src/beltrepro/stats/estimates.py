@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from beltrepro.stats.errors import require
+from beltrepro.base.errors import require
 
 CONFIDENCE = 0.95  # of intervals, where nothing else is said
 RESAMPLES = 1000

@@ -7,10 +7,9 @@ import numpy as np
 from matplotlib.colors import to_rgba
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from beltrepro.base.errors import InputError
+from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.replication.drawing import style
 from beltrepro.stats import spectra
-from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.transitions import running_median
 
 # What the axes of the paper show, in its symbols (model units).

@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from beltrepro.stats import intermittency, sections, states, transitions
-from beltrepro.stats.errors import NotEnoughDataError, require
+from beltrepro.base.errors import NotEnoughDataError, require
+from beltrepro.stats import branches, intermittency, sections, states
 from beltrepro.stats.estimates import Estimate
 
 # Chaotic transients last up to 1e4 (inset of Fig. 12). A run that discards less than this shows
@@ -57,8 +57,8 @@ class Cut:
 
     @cached_property
     def fall(self) -> dict[str, Estimate]:
-        """The fall of r along u (`transitions.fall`)."""
-        return transitions.fall(self.belt_velocity, self.disorder)
+        """The fall of r along u (`branches.fall`)."""
+        return branches.fall(self.belt_velocity, self.disorder)
 
     def between(self, low: float, high: float) -> np.ndarray:
         """Mask of the points with low <= u <= high, as many at each u (`evenly`)."""

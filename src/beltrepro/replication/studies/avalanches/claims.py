@@ -4,11 +4,11 @@ from functools import partial
 
 import numpy as np
 
+from beltrepro.base.errors import require
 from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import require
 
 MINIMUM_SLIPS = 500
 CATALOGUES = {3: "slips_n3", 5: "slips_u1", 7: "slips_n7", 10: "slips_n10"}

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from beltrepro.base.errors import require
 from beltrepro.stats import estimates, scale_free, spectra
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.fits import PowerLawFit, fit_log_log
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from beltrepro.base.errors import require
 from beltrepro.replication.verdicts.evidence import Evidence
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import CHAOTIC, PERIODIC, TRANSIENT, above_zero
 

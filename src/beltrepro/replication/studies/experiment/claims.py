@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 import scipy
 
+from beltrepro.base.errors import require
 from beltrepro.model.units import LENGTH_M, TIME_S, from_si
 from beltrepro.replication.camera.recording import LASTING_S, analyse
 from beltrepro.replication.studies.experiment import films
@@ -20,7 +21,6 @@ from beltrepro.replication.studies.experiment.lines import (
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import require
 
 FILMS = films.BELTS
 AT_022, AT_028, INTERMITTENT = FILMS

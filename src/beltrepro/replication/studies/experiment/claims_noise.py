@@ -4,11 +4,11 @@ from functools import partial
 
 import numpy as np
 
+from beltrepro.base.errors import require
 from beltrepro.replication.studies.experiment import films, measure, observations
 from beltrepro.replication.studies.noise.claims import N_BLOCKS, RUNS
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate, mean, share, sure
 
 NEAR = 0.5  # of u; runs this close to a speed of the experiment stand for it

@@ -6,11 +6,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from beltrepro.base.errors import require
 from beltrepro.model.units import TIME_S, to_si
 from beltrepro.replication.camera.recording import analyse
 from beltrepro.replication.plan.registry import Table
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.intermittency import slips_of_all
 

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from beltrepro.stats.errors import require
+from beltrepro.base.errors import require
 from beltrepro.stats.spectra import power_spectrum
 
 BAND_HZ = (0.2, 3.9)

@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 
+from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import NotEnoughDataError, require
 
 # Pairs of datasets with points in common, of which each was computed by one and by the other.
 BY_BOTH = (

@@ -4,12 +4,12 @@ from functools import partial
 
 import numpy as np
 
+from beltrepro.base.errors import require
 from beltrepro.model import ChainParameters, spring, units
 from beltrepro.replication.studies.integrators import divergence
 from beltrepro.replication.studies.laws import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import mean, sure
 
 

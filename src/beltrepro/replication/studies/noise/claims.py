@@ -5,14 +5,14 @@ from functools import partial
 import numpy as np
 import scipy
 
+from beltrepro.base.errors import require
 from beltrepro.model.units import LENGTH_M, TIME_S, from_si, to_si
 from beltrepro.replication.camera import recording
 from beltrepro.replication.studies.experiment.lines import LEAST_PEAKS, SEGMENT_S, lines, spacing
 from beltrepro.replication.studies.noise import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.stats import intermittency, transitions
-from beltrepro.stats.errors import require
+from beltrepro.stats import branches, intermittency
 from beltrepro.stats.estimates import (
     CONFIDENCE,
     Estimate,
@@ -36,7 +36,6 @@ QUIET = {
     "the paper's scheme at sigma = 0, wider starts": "n5_replicates_wide",
 }
 FINDERS = {
-    "median of r over 3 in u": {"window": 3.0},
     "fall by 1.5 or more": {"minimum_contrast": 1.5},
 }
 SMALLEST_STEP = 1.3  # factor of a fall or rise that is looked for where it may be gradual
@@ -142,7 +141,7 @@ def _fall(row, **finder):
     """The fall of r, which a row keeps for the usual finder."""
     if not finder:
         return row.fall
-    return transitions.fall(row.belt_velocity, row.disorder, **finder)
+    return branches.fall(row.belt_velocity, row.disorder, **finder)
 
 
 @claim("windows-vanish")

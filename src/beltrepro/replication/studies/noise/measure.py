@@ -5,9 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 import scipy
 
+from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import sections, transitions
-from beltrepro.stats.errors import NotEnoughDataError, require
 from beltrepro.stats.estimates import CONFIDENCE, Estimate, bootstrap, share_of
 
 

@@ -6,12 +6,12 @@ from itertools import pairwise
 import numpy as np
 import scipy
 
+from beltrepro.base.errors import require
 from beltrepro.replication.studies.chaos.runs_of_motion import motions
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import last_block_events
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.stats import estimates, intermittency, states, transitions
-from beltrepro.stats.errors import require
+from beltrepro.stats import branches, estimates, intermittency, states, transitions
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import CHAOTIC, PERIODIC
 from beltrepro.stats.transitions import LEAST_RUNS
@@ -30,7 +30,6 @@ def transition_width(evidence):
     """Transition regions at sigma = 1 for N = 5, 7 and 10."""
     options = {
         "median of the runs at each u": {},
-        "median over 3 in u": {"window": 3.0},
         "weak falls too": WEAK,
         "single runs from undeformed springs": None,
     }
@@ -79,7 +78,7 @@ def _wider_than_five(evidence, noise, options):
 
 
 def _falls(evidence, sizes, noise, options):
-    """The fall of r for each number of blocks, with options of `transitions.fall`.
+    """The fall of r for each number of blocks, with options of `branches.fall`.
 
     None for rows of single runs, whose errors are not known.
     """
@@ -88,9 +87,7 @@ def _falls(evidence, sizes, noise, options):
     rows = {n: evidence.replicates(int(n), noise) for n in sizes}
     if not options:
         return {n: row.fall for n, row in rows.items()}
-    return {
-        n: transitions.fall(row.belt_velocity, row.disorder, **options) for n, row in rows.items()
-    }
+    return {n: branches.fall(row.belt_velocity, row.disorder, **options) for n, row in rows.items()}
 
 
 def _widths(falls):

@@ -5,14 +5,14 @@ from functools import partial
 
 import numpy as np
 
+from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.chaos.runs_of_motion import LONG, N_BLOCKS, by_spread
 from beltrepro.replication.studies.transition import transients
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import last_block_events
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.stats import estimates, sections, states, survival, transitions
-from beltrepro.stats.errors import NotEnoughDataError, require
+from beltrepro.stats import estimates, sections, states, survival
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import PERIODIC
 
@@ -229,12 +229,7 @@ def r_jump(evidence):
 def u_critical(evidence):
     """Midpoint of the transition region without noise."""
     names = {"critical": "critical"}
-    readings = _readings_of_fall(evidence, names, also=("lower", "upper"))
-    for window in (1.0, 3.0, 5.0):
-        readings[f"running median over {window:g}"] = partial(
-            _fall, evidence, names, ("lower", "upper"), window=window
-        )
-    return readings
+    return _readings_of_fall(evidence, names, also=("lower", "upper"))
 
 
 def _readings_of_fall(evidence, names, also=()):
@@ -246,10 +241,9 @@ def _readings_of_fall(evidence, names, also=()):
     }
 
 
-def _fall(evidence, names, also, *, scan=PAPERS_SCHEME, **options):
+def _fall(evidence, names, also, *, scan=PAPERS_SCHEME):
     runs = evidence.replicates(5, 0.0, scan=scan)
-    found = transitions.fall(runs.belt_velocity, runs.disorder, **options) if options else runs.fall
-    return _named(names, also, found, _side_by_side(runs, found))
+    return _named(names, also, runs.fall, _side_by_side(runs, runs.fall))
 
 
 def _side_by_side(runs, found):

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.stats import survival
-from beltrepro.stats.errors import NotEnoughDataError, require
 from beltrepro.stats.recurrence import find_recurrence
 from beltrepro.stats.survival import MeanLifetime
 
