@@ -6,10 +6,10 @@ from beltrepro.chaos.lyapunov import LyapunovSpectrum as LyapunovSpectrum
 from beltrepro.chaos.lyapunov import lyapunov_spectrum as lyapunov_spectrum
 from beltrepro.chaos.naming import Motion as Motion
 from beltrepro.chaos.naming import classify as classify
-from beltrepro.chaos.orbits import PeriodicOrbit as PeriodicOrbit
-from beltrepro.chaos.orbits import close_orbit as close_orbit
-from beltrepro.chaos.orbits import periodic_orbit as periodic_orbit
 from beltrepro.chaos.parting import separation as separation
+from beltrepro.chaos.periodic_orbits import PeriodicOrbit as PeriodicOrbit
+from beltrepro.chaos.periodic_orbits import close_orbit as close_orbit
+from beltrepro.chaos.periodic_orbits import periodic_orbit as periodic_orbit
 from beltrepro.engine.state import ChainState as ChainState
 from beltrepro.model.parameters import ChainParameters as ChainParameters
 from beltrepro.simulation.audit import Audit as Audit

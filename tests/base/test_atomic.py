@@ -8,6 +8,7 @@ import pytest
 
 from beltrepro.base import atomic
 from beltrepro.base.atomic import replacing
+from beltrepro.base.errors import InputError
 
 LIMITED = """
 import resource, sys
@@ -53,6 +54,17 @@ def test_a_failure_leaves_the_earlier_file(tmp_path):
         1 / 0  # noqa: B018
     assert path.read_text() == "before"
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("name", [".", "file/a.h5", f"{'x' * 300}.h5"])
+def test_a_place_where_no_file_can_be_is_one_line(tmp_path, name):
+    (tmp_path / "file").write_text("whole")
+    refused = pytest.raises(InputError, match=r": cannot be written \([A-Z][a-z ]+\)$")
+    with refused as caught, replacing(tmp_path / name):
+        raise AssertionError("begun")
+    assert str(caught.value).startswith(f"{tmp_path / name}: ")
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+    assert not list(tmp_path.parent.glob(f"{atomic.UNFINISHED}*"))
 
 
 def test_what_a_kill_leaves_is_cleared(tmp_path):

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import recorded
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.camera.tracking import Track
 from beltrepro.replication.camera.video import write_video
 from beltrepro.replication.plan import inputs
 from beltrepro.replication.studies.experiment.films import TABLES, recordings, tracking_error
-from beltrepro.replication.studies.experiment.lines import lines, spacing, spectral_ratio
-from beltrepro.stats.errors import NotEnoughDataError
+from beltrepro.replication.studies.experiment.lines import lines, spacing
 from beltrepro.stats.intermittency import slips_of_all
 
 RATE = recorded.RATE
@@ -66,13 +66,6 @@ def test_too_short_a_series_and_too_few_peaks_are_said():
         lines(np.zeros(100), 1 / RATE)
     with pytest.raises(NotEnoughDataError, match="3 peaks"):
         spacing([1.0, 2.0, 3.0])
-
-
-def test_ratio_of_spectra_knows_the_shape_and_not_the_size():
-    one, other = (np.random.default_rng(seed).normal(size=24 * 400) for seed in (1, 2))
-    same = spectral_ratio(lines(one, 1 / RATE), lines(7 * other, 1 / RATE))
-    steep = spectral_ratio(lines(one, 1 / RATE), lines(np.cumsum(other), 1 / RATE))
-    assert 1 < same < 1.3 < 3 < steep
 
 
 # --- slips of all blocks --------------------------------------------------------------------------

@@ -53,12 +53,29 @@ def test_one_physics_has_one_key():
 
 
 def test_each_chain_has_the_stream_of_its_own_key():
-    chains = [CHAIN, replace(CHAIN, belt_velocity=13.0), CHAIN]
-    states = stream_states(chains, 4, [0, 0, 9])
-    assert states.shape == (4, 3)
-    for lane, (chain, replicate) in enumerate(zip(chains, [0, 0, 9], strict=True)):
-        key = stream_key(chain, 4, replicate)
-        np.testing.assert_array_equal(states[:, lane], key.generate_state(4, np.uint64))
+    """The words of NumPy's SeedSequence, whose numbers have one half or two, for chains at once."""
+    random = np.random.default_rng(3)
+    ends = [0, 1, 2**32 - 1, 2**32, 2**40, 2**63 - 1]
+    chains = [
+        ChainParameters(
+            int(random.integers(1, 65)),
+            float(random.choice([1.0, 2.0**-20, random.uniform(1, 50)])),
+            float(random.choice([0.0, -0.0, 1.0, random.uniform(0, 3)])),
+            friction_ratio=float(random.choice([0.0, 0.5, 0.45])),
+        )
+        for _ in range(300)
+    ]
+    seeds, replicates = ([int(one) for one in random.choice(ends, 300)] for _ in range(2))
+    keys = list(zip(seeds, [chain.n_blocks for chain in chains], replicates, strict=True))
+    for purpose in (0, 1, 2**33):
+        states = stream_states(chains, seeds, replicates, purpose)
+        for lane, key in enumerate(keys):
+            reals = [getattr(chains[lane], name) + 0.0 for name in FIELDS[1:]]
+            bits = [struct.unpack("<Q", struct.pack("<d", value))[0] for value in reals]
+            expected = np.random.SeedSequence([*key, purpose, *bits]).generate_state(4, np.uint64)
+            np.testing.assert_array_equal(states[:, lane], expected)
+    one = stream_key(chains[7], seeds[7], replicates[7], 2**33)
+    np.testing.assert_array_equal(one.generate_state(4, np.uint64), states[:, 7])
 
 
 def test_normal_deviates_are_those_of_the_plain_twin():
@@ -104,3 +121,17 @@ def test_one_chain_draws_what_it_draws_in_a_vector():
         _deviates_of_one(states, 5, normals)
         np.testing.assert_array_equal(normals[:, 5], expected[rows, 5])
     np.testing.assert_array_equal(states[:, :5], stream_states([CHAIN] * 5, 1, range(5)))
+
+
+def test_deviates_are_normal_and_streams_independent():
+    normals = np.empty((200_000, 16))
+    normal_deviates(stream_states([CHAIN] * 16, 7, range(16)), normals)
+    # bounds at 5 standard errors and more: error rate 6e-7 each
+    for power, expected, variance in ((1, 0, 1), (2, 1, 2), (3, 0, 15), (4, 3, 96)):
+        assert abs((normals**power).mean() - expected) < 5 * np.sqrt(variance / normals.size)
+    for lag in (1, 2, 3, 4, 5, 10):
+        assert abs((normals[lag:] * normals[:-lag]).mean()) < 5 / np.sqrt(normals.size)
+        assert abs((normals[lag:, 1:] * normals[:-lag, :-1]).mean()) < 5 / np.sqrt(normals.size)
+    for values in (normals, normals**2):
+        correlation = np.corrcoef(values.T) - np.eye(16)
+        assert np.abs(correlation).max() < 6 / np.sqrt(len(normals))

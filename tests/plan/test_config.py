@@ -74,7 +74,7 @@ def test_every_key_of_the_schema_is_described_and_no_other_allowed():
                 words = "description" in entry or "$ref" in entry or limit_of_a_range
                 assert words or name == "Methods", (name, key)
     assert set(parts["Dataset"]["properties"]) == {
-        *("kind", "like", "own_method", "points_per_job"),
+        *("kind", "like", "own_method", "points_per_job", "more_runs"),
         *QUANTITIES,
         *SETTINGS,
     }
@@ -238,7 +238,9 @@ def test_whole_lines():
         "config.yaml: unknown key 'belt_velocty' in presets.standard.datasets.n5_map; "
         "did you mean 'belt_velocity'?"
     )
-    assert complaint(changed(CONFIG, "foo", 1)) == "config.yaml: unknown key 'foo'"
+    allowed = ", ".join(config.Config.model_fields)
+    unknown = complaint(changed(CONFIG, "foo", 1))
+    assert unknown == f"config.yaml: unknown key 'foo': allowed are {allowed}"
     assert complaint(changed(CONFIG, "datasets.u1.section_values", 3)) == (
         "config.yaml: datasets.u1.section_values: a dataset of kind series has no such setting, "
         "only duration, transient, sample_interval, samples"
@@ -262,7 +264,11 @@ def test_whole_lines():
         ("datasets.n5_map.kind", REMOVED, "n5_map of preset smoke has no kind"),
         ("datasets.n5_map.n_blocks", REMOVED, "n5_map of preset smoke has no n_blocks"),
         ("datasets.n5_map.method", {"without_noise": "event"}, "method.with_noise is missing"),
-        ("datasets.N5", {}, "unknown key 'N5' in datasets"),
+        ("datasets.n5_map.method", {"with_noise": "event"}, "method.without_noise is missing"),
+        ("datasets.n5_map.method", {"event": "event"}, "allowed are verlet, event"),
+        ("datasets.N5", {}, "unknown key 'N5' in datasets: a name that matches ^[a-z]"),
+        (f"{DATASET}.belt_velocity", {"5": {"5": 1}}, "'5' in presets.standard.datasets.n5_map."),
+        (f"{DATASET}.belt_velocity", {"5": {"5": 1}}, "allowed are start, stop, step"),
         ("datasets.n5_rows_check.like", "n5_row", "did you mean 'n5_rows'"),
         ("datasets.n5_rows.like", "n5_rows_check", "a dataset cannot be like itself"),
         ("datasets.lifetimes.tolerance", "small", "must be a number or null"),
@@ -317,11 +323,21 @@ def test_a_dataset_has_not_too_many_points():
 def test_files_that_cannot_be_read_are_one_line(tmp_path):
     with pytest.raises(InputError, match="No such file"):
         config.load_config(tmp_path / "missing.yaml")
-    for text, words in (("a: [1,\nb: {", "not YAML"), ("just text", "must be a mapping")):
-        (tmp_path / "broken.yaml").write_text(text)
+    for text, words in (
+        ("a: [1,\nb: {", "not YAML"),
+        ("just text", "must be a mapping"),
+        ("a: 1\nb: {c: 1, 5: 2,\n  5: 3}", "the key '5' is given twice in .*, line 3, column 3"),
+        ("a: &a {b: *a}", "nested without end"),
+        ("a: " + "[" * 3000, "nested without end, or too deeply"),
+        ("a: \u00e9", "not a text file in UTF-8"),
+    ):
+        (tmp_path / "broken.yaml").write_text(text, encoding="latin-1")
         with pytest.raises(InputError, match=words) as caught:
             config.load_config(tmp_path / "broken.yaml")
         assert "\n" not in str(caught.value)
+    whole = tmp_path / "whole.yaml"
+    whole.write_text("a: &a {b: 1}\nc: {<<: *a, b: 2}\nd: {b: 1}")
+    assert config.load_config(whole) == {"a": {"b": 1}, "c": {"b": 2}, "d": {"b": 1}}
 
 
 # --- the same facts elsewhere ---------------------------------------------------------------------

@@ -208,7 +208,13 @@ def test_a_kind_depends_on_its_integrator_and_not_on_the_words_about_it(kind):
     follows_tangents = kind.name in ("motion", "settling")
     assert ("engine.event" in verlet) == ("engine.tangent" in event) == follows_tangents
     for module in event | verlet:
-        housekeeping = ("cli", "base.store", "base.atomic", "base.provenance", "simulation.files")
+        housekeeping = (
+            "cli",
+            "base.store",
+            "base.atomic",
+            "base.provenance",
+            "simulation.run_file",
+        )
         assert not module.startswith((*housekeeping, "replication.report", "replication.drawing"))
     assert ("replication.camera.trials" in event) == (kind.name == "trial")
 

@@ -32,6 +32,17 @@ def test_settings_that_snakemake_cannot_read(entry, words):
     line(caught.value, entry, words)
 
 
+def test_files_of_settings_are_read_before_snakemake_reads_them(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "config.yaml").write_text("seed: 1")
+    (tmp_path / "more.yaml").write_text("seed: 1\nseed: 2")
+    monkeypatch.setattr("sys.argv", ["bin/snakemake", "--configfile", "config.yaml", "no.yaml"])
+    snakemake_call.end_if_unreadable()
+    monkeypatch.setattr("sys.argv", ["bin/snakemake", "--configfile", "config.yaml", "more.yaml"])
+    with pytest.raises(SystemExit, match=r"error: more.yaml: .*'seed' is given twice"):
+        snakemake_call.end_if_unreadable()
+
+
 @pytest.mark.parametrize(
     ("words", "found"),
     [

@@ -78,6 +78,18 @@ def test_command(timing, capsys, tmp_path):
     assert walltime.main([*words, str(variant), "--overhead", "0"]) == 0
     more = capsys.readouterr().out.splitlines()[-1].split()
     assert float(more[1]) > total / 3600
+    variant.write_text(
+        "presets: {smoke: {datasets: {n5_u7: {replicate: {count: 8}, more_runs: "
+        "{by: 8, up_to: 24, of: disorder_parameter, half_width: 0.1}}}}}\n"
+    )
+    assert walltime.main([*words, str(variant), "--overhead", "0"]) == 0
+    # 5 levels of noise, one of them 0, at u = 7: two jobs in each of two rounds
+    work = 5 * 1500 * 5 * 16 / 1000 / 3600
+    said = capsys.readouterr().out.splitlines()[1]
+    assert said == (
+        f"with 4 jobs that add runs where they are needed: at most {work:.3g} core-hours, "
+        "all counted here"
+    )
 
 
 @pytest.mark.thorough

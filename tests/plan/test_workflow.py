@@ -11,6 +11,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -194,7 +195,20 @@ def test_every_rule_that_runs_declares_what_it_needs():
             for directive in needed:
                 assert f"\n    {directive}:" in rule, (path.name, rule.splitlines()[0], directive)
             assert "mem_mb=" in rule and "runtime=" in rule
-    assert count == 12
+    assert count == 13
+
+
+def test_code_behind_a_batch_is_that_of_the_integrators_and_kicks_of_its_points(monkeypatch):
+    flow, tried = Workflow(CONFIG | {"preset": "smoke"}), set()
+    monkeypatch.setattr(flow, "code", lambda script, function, choices: (function, choices))
+    for name, dataset in flow.plan.datasets.items():
+        for number, batch in enumerate(dataset.batches):
+            choices = {point.method for point in batch}
+            choices |= {"kicked"} if any(point.kick for point in batch) else set()
+            found = flow.code_of_batch(SimpleNamespace(dataset=name, batch=f"{number:04d}"))
+            assert found == (dataset.kind.record, tuple(sorted(choices)))
+            tried.add(found[1])
+    assert {("event",), ("verlet",), ("event", "kicked")} <= tried
 
 
 def test_every_script_is_used():
@@ -321,7 +335,7 @@ def test_edited_housekeeping_makes_no_data_anew(finished):
         "base/store.py:read",
         "base/atomic.py:replacing",
         "base/provenance.py:origin",
-        "simulation/files.py:load_run",
+        "simulation/run_file.py:load_run",
         "simulation/checkpoints.py:keeping",
         "replication/plan/lifecycle.py:begin",
         "replication/plan/plan.py:make_plan",
@@ -571,6 +585,70 @@ def test_progress_by_hand_is_a_bar(capsys):
 )
 def test_time_left_in_words(seconds, text):
     assert progress._duration(seconds) == text
+
+
+# --- runs that are added ---
+
+
+def with_replicates(run, last, **more):
+    """A target and the settings of a run with few short replicates, numbered from 1 to the last."""
+    dataset = {"belt_velocity": [6, 14, 18, 33], "noise": [1], "points_per_job": 6}
+    dataset |= {"replicate": {"start": 1, "stop": last, "step": 1}, "duration": 400} | more
+    dataset |= {"transient": 100, "initial_spread": 1}
+    presets = {"smoke": {"datasets": {"n5_u7": dataset}}}
+    settings = ["preset=smoke", f"run={run}", f"presets={json.dumps(presets)}"]
+    return f"results/{run}/datasets/n5_u7.h5", settings
+
+
+@pytest.mark.thorough
+def test_runs_are_added_in_jobs_that_are_planned(tree):
+    rule = {"by": 4, "up_to": 13, "of": "disorder_parameter", "half_width": 0.01}
+    target, settings = with_replicates("added", 5, more_runs=rule, noise=[0, 1])
+    count = jobs(snakemake(tree, "--dry-run", target, settings=settings))
+    assert count == {"simulate": 8, "add_runs": 4, "join": 1}  # a row with noise and one without
+    none = "results/added/batches/n5_u7/round3_0000.h5"
+    done = snakemake(tree, "--dry-run", none, settings=settings)
+    assert done.returncode == 1 and "allowed are files of this run" in done.stderr
+    target, settings = with_replicates("added", 5, more_runs=rule | {"halfwidth": 1})
+    done = snakemake(tree, "--dry-run", target, settings=settings)
+    lines = [line for line in done.stderr.splitlines() if "profile" not in line]
+    assert len(lines) == 1 and lines[0].endswith("did you mean 'half_width'?"), done.stderr
+
+
+@pytest.mark.slow
+def test_a_run_killed_between_two_rounds_goes_on_with_the_same_bits(tree):
+    rule = {"by": 4, "up_to": 12, "of": "disorder_parameter", "half_width": 1e-9}
+    target, settings = with_replicates("killed", 4, more_runs=rule)
+    batches = tree / "results/killed/batches/n5_u7"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "snakemake", "--cores", "1", target, "--config", *settings],
+        cwd=tree,
+        env=os.environ | {"PYTHONPATH": str(tree / "src")},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    while process.poll() is None and not (batches / "round1_0000.h5").exists():
+        time.sleep(0.1)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    assert not (batches / "round2_0000.h5").exists()
+    before = {path: path.stat().st_mtime_ns for path in batches.glob("[0-9]*.h5")}
+    assert len(before) == 3
+    done = snakemake(tree, "--cores", "1", target, settings=settings)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert before == {path: path.stat().st_mtime_ns for path in before}
+    other, settings = with_replicates("planned", 12)
+    done = snakemake(tree, "--cores", "1", other, settings=settings)
+    assert done.returncode == 0, done.stdout + done.stderr
+    added, planned = (store.read(tree / path).arrays for path in (target, other))
+    places, first = np.unique(added["belt_velocity"][:16]), np.arange(1, 5)
+    expected = [(place, run) for round in (0, 4, 8) for place in places for run in first + round]
+    found = zip(added["belt_velocity"], added["replicate"], strict=True)
+    assert [*found] == expected
+    order = np.lexsort([added["replicate"], added["belt_velocity"]])
+    for name, values in planned.items():
+        np.testing.assert_array_equal(added[name][order], values, err_msg=name)
 
 
 # --- the whole, slow ---

@@ -146,6 +146,8 @@ def test_a_fact_is_never_invented(made):
     deciding = SETTINGS["datasets"]["n5_replicates"] | {"duration": 2e6}
     long = SETTINGS | {"datasets": {"n5_replicates": deciding}}
     assert "shorter" not in article.facts(run.claims, long, ORIGIN)
+    more = SETTINGS | {"datasets": {"n5_replicates": deciding | {"more_runs": {"up_to": 24}}}}
+    assert article.facts(run.claims, more, ORIGIN)["replicates"] == "11 to 24"
     none = article.facts(run.claims, {"preset": "own", "defaults": {}}, {})
     assert not {"duration", "replicates", "seed", "code_version"} & set(none)
 

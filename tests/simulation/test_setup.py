@@ -11,7 +11,6 @@ from beltrepro import (
     ChainState,
     Grid,
     Results,
-    Run,
     Setup,
     catalogue,
     classify,
@@ -27,7 +26,6 @@ from beltrepro.base import store
 from beltrepro.base.errors import InputError
 from beltrepro.simulation import sampling
 from beltrepro.simulation import setup as setups
-from beltrepro.simulation.setup import KEYWORDS, check_lengths
 
 CHAIN, NOISY = ChainParameters(2, 20.0), ChainParameters(3, 10.0, 1.0)
 STATE = ChainState.at_rest(CHAIN, time=0.5)
@@ -72,9 +70,11 @@ def test_keywords_and_a_setup_that_is_used_again_give_the_same_bits(function):
 
 LONG = {"duration": 400.0, "transient": 100.0}
 USUAL = {"seed": 2, "replicate": 3, "initial_spread": 0.2}
-CHANGES = {"method": "verlet", "time_step": 0.002, "tolerance": 1e-3, "seed": 3, "replicate": 4}
-CHANGES |= {"initial_positions": [50.0, 101.0, 149.0], "initial_spread": 0.3, "kick": 0.1}
-OWN = [
+START = {"initial_positions": [50.0, 101.0, 149.0]}
+ARGUMENTS = [
+    (simulate, {"method": "verlet", "time_step": 0.002, "tolerance": 1e-3}),
+    (simulate, {"seed": 3, "replicate": 4, "initial_spread": 0.3}),
+    (simulate, {"initial_positions": [[50.0, 101.0, 149.0]]}),
     (simulate, {"duration": 390.0, "transient": 90.0, "sample_interval": 0.2, "sample_start": 9.0}),
     (scan, {"duration": 390.0, "transient": 90.0, "section_position": 320.0}),
     (scan, {"section_values": 3, "laminar_time": 1.0}),
@@ -84,36 +84,23 @@ OWN = [
     (lyapunov_spectrum, {"noise_clock": "laboratory"}),
     (classify, {"duration": 340.0, "transient": 50.0, "noise_clock": "laboratory"}),
     (separation, {"transient": 90.0, "levels": [1e-6, 1.0], "distances": [1e-3]}),
-    (time_to_orbit, {"duration": 300.0}),
+    (time_to_orbit, {"duration": 300.0, "kick": 0.1}),
 ]
 
 
-@pytest.mark.parametrize("name", CHANGES)
-def test_each_keyword_is_told_to_the_run(name):
-    function = time_to_orbit if name == "kick" else simulate
-    usual, changed = (
-        function(NOISY, duration=100.0, **USUAL | more) for more in ({}, {name: CHANGES[name]})
-    )
-    pick = (lambda table: table["return_state"]) if name == "kick" else (lambda run: run.positions)
-    assert not np.array_equal(pick(usual), pick(changed))
-
-
-@pytest.mark.parametrize(("function", "own"), OWN)
-def test_each_argument_changes_what_is_found(function, own):
+@pytest.mark.parametrize(("function", "changes"), ARGUMENTS)
+def test_each_argument_changes_what_is_measured(function, changes):
     no_transient = function in (time_to_continuous_slip, time_to_orbit)
-    lengths = {"duration": 400} if no_transient else LONG
+    lengths = {"duration": 400.0} if no_transient else LONG
     usual = bits(function([NOISY], **USUAL, **lengths))
-    for name, value in own.items():
-        assert bits(function([NOISY], **USUAL, **lengths | {name: value})) != usual, name
+    for name, value in changes.items():
+        assert bits(function([NOISY], **USUAL | lengths | {name: value})) != usual, name
 
 
 def test_one_chain_makes_one_value_and_several_make_a_table():
     setup = Setup(CHAIN, replicate=3, initial_spread=0.5)
     assert setup.alone and not Setup(CHAIN, replicate=[3]).alone and not Setup([CHAIN]).alone
-    for function, kind in ((simulate, Run), (classify, object)):
-        one, (row,) = function(setup, **SHORT), setup.cases
-        assert isinstance(one, kind) and not isinstance(one, list | dict)
-        assert one.parameters == row.parameters == CHAIN
+    assert simulate(setup, **SHORT).parameters == classify(setup, **SHORT).parameters == CHAIN
     assert isinstance(simulate(Setup([CHAIN]), **SHORT), list)
     assert isinstance(classify(Setup([CHAIN]), **SHORT), Results)
     with pytest.raises(InputError, match="one run of one chain is needed"):
@@ -156,11 +143,10 @@ def test_one_chain_with_sequences_is_simulated_for_each_of_their_values():
     for run, start, replicate in zip(runs, starts, [2, 0, 1], strict=True):
         alone = simulate(CHAIN, initial_positions=start, replicate=replicate, **options)
         assert run == alone and run.initial_state.positions.tolist() == start
-    from_iterator = simulate(NOISY, replicate=iter(range(3)), **options)
-    assert from_iterator == simulate([NOISY] * 3, replicate=range(3), **options)
-    # one start serves all runs of one chain
-    moved = simulate(NOISY, replicate=range(3), initial_positions=[49.0, 99.0, 150.0], **options)
-    assert all(run.initial_state.positions[0] == 49.0 for run in moved)
+    runs = simulate(NOISY, replicate=iter(range(3)), **START, **options)
+    starts = [START["initial_positions"]] * 3
+    several = {"replicate": range(3), "initial_positions": starts}
+    assert runs == simulate([NOISY] * 3, **several, **options)
 
 
 def test_the_start_is_at_rest_on_undeformed_springs():
@@ -176,9 +162,8 @@ def test_the_start_is_at_rest_on_undeformed_springs():
 
 @pytest.mark.parametrize("chains", [CHAINS, NOISY, Grid([2, 3], [5.0, 6.0], 1.0, replicates=2)])
 def test_parts_of_a_setup_are_its_cases(chains):
-    several = {"seed": [7, 8, 9], "initial_spread": 0.5} if chains is NOISY else {}
-    positions = {"initial_positions": [50.0, 101.0, 149.0]} if chains is NOISY else {}
-    setup = Setup(chains, **several, **positions)
+    several = {"seed": [7, 8, 9], "initial_spread": 0.5} | START if chains is NOISY else {}
+    setup = Setup(chains, **several)
     parts = [setups.part_of(setup, place) for place in (slice(0, 2), slice(2, None))]
     cases = [case for part in parts for case in part.cases]
     assert [case.identity for case in cases] == [case.identity for case in setup.cases]
@@ -264,6 +249,29 @@ def test_table_and_files_hold_the_same(results, tmp_path):
     assert "code_version" in data.attributes
 
 
+@pytest.mark.parametrize(("laminar_time", "escapes"), [(45.0, 1), (210.9, 1), (211.4, 0)])
+def test_time_to_continuous_slip_is_that_of_the_events_of_each_run(laminar_time, escapes):
+    """The last block of four slips on from t = 288.84 to the end."""
+    chains = [ChainParameters(3, 5.0, 1.0), ChainParameters(4, 45.0), ChainParameters(2, 60.0)]
+    how = {"duration": 500.0, "sample_interval": None}
+    lengths = {"duration": 500.0, "settle_time": 30.0, "laminar_time": laminar_time}
+    found = time_to_continuous_slip(chains, **lengths)
+    for chain, run in enumerate(simulate(chains, transient=470.0, **how)):
+        n = run.parameters.n_blocks
+        sticks = run.events[run.events["kind"] == "stick"]
+        late = sticks[sticks["time"] >= 470]["block"]
+        rates = [np.sum(late == block) / 30 for block in range(1, n + 1)]
+        np.testing.assert_allclose(found["final_stick_rate"][chain, :n], rates)
+        last = run.events[run.events["block"] == n][-1]
+        escaped = last["kind"] == "slip" and 500 - last["time"] > laminar_time
+        stuck = sticks["time"][sticks["block"] == n].max()
+        assert found["escaped"][chain] == escaped
+        assert found["lifetime"][chain] == (stuck if escaped else 500)
+        assert found["final_disorder"][chain] == run.disorder_parameter
+        assert found["final_mean_length"][chain] == run.mean_length
+    assert found["escaped"].sum() == escapes
+
+
 def test_vectors_of_shorter_chains_end_with_nan():
     rates = time_to_continuous_slip(CHAINS, duration=60.0)["final_stick_rate"]
     assert np.isnan(rates).tolist() == [[False] * 3, [False, True, True], [False, False, True]]
@@ -273,43 +281,7 @@ def test_vectors_of_shorter_chains_end_with_nan():
     assert np.isnan(few).sum(axis=1).tolist() == [0, 1, 0]
 
 
-def test_a_catalogue_of_chains_of_several_sizes():
-    chains = [ChainParameters(2, 3.0), ChainParameters(3, 2.0, 1.0), ChainParameters(2, 2.0)]
-    options = {"duration": 200, "section_block": 1, "section_position": 80.0}
-    together = catalogue(chains, seed=[1, 2, 3], replicate=[3, 0, 1], **options)
-    for index, chain in enumerate(chains):
-        alone = catalogue(chain, seed=index + 1, replicate=[3, 0, 1][index], **options)
-        for name, table in alone.items():
-            rows = together[name][together[name]["point"] == index]
-            assert len(rows) == len(table) > 0
-            for column in set(table.dtype.names) - {"point"}:
-                values = rows[column]
-                if values.ndim > 1:
-                    assert np.isnan(values[:, chain.n_blocks :]).all()
-                    values = values[:, : chain.n_blocks]
-                np.testing.assert_array_equal(values, table[column])
-    assert together["section"]["positions"].shape[1] == 3
-    assert np.all(np.diff(together["slips"]["point"]) >= 0)
-
-
-def test_the_section_follows_from_the_chain():
-    chains = [ChainParameters(n_blocks, 20.0) for n_blocks in (2, 5, 8)]
-    table = scan(chains, duration=5)
-    assert table["section_position"].tolist() == [187.7, 615.0, 1157.3]
-    assert np.isfinite(table["disorder_parameter"]).all()
-
-
 # --- samples and memory ---
-
-
-def test_event_samples_at_any_interval():
-    chain, frame = ChainParameters(3, 20.0, 1.0), 0.544518  # 24 a second
-    run = simulate(chain, duration=300, sample_interval=frame)
-    np.testing.assert_array_equal(run.time, np.arange(len(run.time)) * frame)
-    assert run.time[-1] > 300 - frame
-    half = simulate(chain, duration=300, sample_interval=frame / 2)
-    np.testing.assert_allclose(half.positions[::2], run.positions, rtol=0, atol=1e-9)
-    np.testing.assert_array_equal(half.events, run.events)
 
 
 def test_samples_that_do_not_fit_are_refused_before_the_start(monkeypatch):
@@ -370,31 +342,6 @@ def test_bad_input_is_one_line(chains, options, words):
 
 
 @pytest.mark.parametrize(
-    ("name", "allowed", "refused"),
-    [
-        ("time_step", [1e-9, 0.1], [0.0, 0.99e-9, 0.1000001]),
-        ("tolerance", [None, 1e-16, 1.0], [0.0, 0.99e-16, 1.0000001]),
-        ("seed", [None, 0, 2**63 - 1], [-1, 2**63]),
-        ("kick", [0.0, 1e-9], [-1e-9]),
-    ],
-)
-def test_settings_at_the_ends_of_their_ranges(name, allowed, refused):
-    assert name in KEYWORDS
-    for value in allowed:
-        Setup(CHAIN, **{name: value})
-    for value in refused:
-        with pytest.raises(InputError, match=name):
-            Setup(CHAIN, **{name: value})
-
-
-def test_lengths_at_the_ends_of_their_ranges():
-    check_lengths(1e-9, 0.0), check_lengths(10.0, 9.999)
-    for lengths in ((0.0, 0.0), (-1.0, 0.0), (10.0, 10.0), (10.0, -1e-9)):
-        with pytest.raises(InputError):
-            check_lengths(*lengths)
-
-
-@pytest.mark.parametrize(
     ("function", "allowed", "refused"),
     [
         (scan, {"section_position": 1e-9}, {"section_position": 0.0}),
@@ -411,6 +358,9 @@ def test_lengths_at_the_ends_of_their_ranges():
         (time_to_continuous_slip, {"settle_time": 0.5}, {"settle_time": 0.0}),
         (time_to_continuous_slip, {}, {"settle_time": 0.51}),
         (time_to_continuous_slip, {"laminar_time": 0.0}, {"laminar_time": -1e-9}),
+        (scan, {"transient": 0.0}, {"transient": -1e-9}),
+        (scan, {"transient": 0.4}, {"transient": 0.5}),
+        (scan, {"duration": 0.2}, {"duration": 0.0}),
     ],
 )
 def test_what_each_function_is_told_at_the_ends_of_its_range(function, allowed, refused):

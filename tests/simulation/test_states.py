@@ -1,8 +1,7 @@
 """States and runs as values: a run that is cut goes on as if it had not been."""
 
+import copy
 import dataclasses
-import subprocess
-import sys
 from itertools import product
 
 import numpy as np
@@ -66,31 +65,6 @@ def test_cut_and_continued_equals_uncut(method, chain):
     assert_joined([first, second, third], whole)
 
 
-CONTINUE = """
-import sys
-from beltrepro import Run, simulate
-for first, second in zip(sys.argv[1::2], sys.argv[2::2]):
-    run = Run.load(first)
-    simulate(
-        run.parameters, duration=250, method=run.method, initial_state=run.final_state
-    ).save(second)
-"""
-
-
-def test_saved_and_loaded_in_a_fresh_process_it_goes_on_with_the_same_bits(tmp_path):
-    cases = [case for case in CASES if case[1].n_blocks == 5]
-    files = []
-    for number, (method, chain) in enumerate(cases):
-        files.append((tmp_path / f"{number}.h5", tmp_path / f"{number}-continued.h5"))
-        simulate(chain, duration=250, method=method).save(files[-1][0])
-    call = [sys.executable, "-c", CONTINUE, *(str(path) for pair in files for path in pair)]
-    done = subprocess.run(call, capture_output=True, text=True, timeout=500, check=False)
-    assert done.returncode == 0, done.stderr
-    for (method, chain), pair in zip(cases, files, strict=True):
-        whole = simulate(chain, duration=500, method=method)
-        assert_joined([Run.load(path) for path in pair], whole)
-
-
 @pytest.mark.parametrize("method", METHODS)
 def test_the_grid_of_cuts_does_not_depend_on_the_sampling(method):
     # more samples than a chunk holds, and an interval of which 250 is no multiple
@@ -124,22 +98,18 @@ def test_cut_elsewhere_equals_uncut_to_rounding(method, noise, cut):
 
 
 def test_what_is_measured_of_the_pieces_adds_up():
-    chain = ChainParameters(5, 20.0, 1.0)
-    options = {"method": "event", "transient": 0.0, "section_position": 600.0}
+    chain, options = ChainParameters(5, 20.0, 1.0), {"transient": 0.0, "section_position": 600.0}
     whole = scan(chain, duration=500, **options)
-    first = simulate(chain, duration=250)
-    parts = [
-        scan(chain, duration=250, **options),
-        scan(chain, duration=250, initial_state=first.final_state, **options),
-    ]
+    state = simulate(chain, duration=250).final_state
+    parts = [scan(chain, duration=250, initial_state=s, **options) for s in (None, state)]
     for name in ("section_count", "slip_count"):
         np.testing.assert_array_equal(sum(part[name] for part in parts), whole[name])
     assert whole["section_count"][0] > 10
     crossings = [part["section_velocity"][0, : part["section_count"][0]] for part in parts]
     kept = whole["section_velocity"][0, : whole["section_count"][0]]
     np.testing.assert_array_equal(np.concatenate(crossings), kept)
-    assert parts[1]["last_stick_time"] == whole["last_stick_time"]
-    assert parts[1]["energy_residual"] == whole["energy_residual"]
+    for name in ("last_stick_time", "energy_residual"):
+        assert parts[1][name] == whole[name]
     mean = np.mean([part["mean_length"] for part in parts])
     assert mean == pytest.approx(whole["mean_length"][0], rel=1e-13)
 
@@ -173,19 +143,6 @@ def test_a_transient_counts_from_the_state(method):
     assert table["final_mean_length"][0] == run.mean_length
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_a_catalogue_from_a_state_is_the_rest_of_the_catalogue(method):
-    chain = ChainParameters(3, 12.0)
-    state = simulate(chain, duration=250, method=method, sample_interval=None).final_state
-    # slips and avalanches that are under way at the cut belong to neither
-    assert state.directions.any()
-    rest = catalogue(chain, duration=250, method=method, initial_state=state)
-    whole = catalogue(chain, duration=500, transient=250, method=method)
-    assert len(rest["avalanches"]) > 3
-    for name, table in whole.items():
-        np.testing.assert_array_equal(rest[name], table, err_msg=name)
-
-
 def test_laminar_phases_and_lifetimes_count_from_the_state():
     # the block slips from the state on, and never sticks
     state = ChainState.in_motion(SLIDING, [57.0], [0.0], time=40.0)
@@ -214,36 +171,61 @@ def test_a_fresh_run_is_one_from_a_state_at_rest(method):
     assert (again.seed, again.replicate) == (4, 2)
 
 
+@pytest.mark.parametrize("noise", [0.0, 1.0])
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("block", [1, 2, 3])
+def test_states_of_any_origin_go_on_together_as_alone(method, noise):
+    chains = [ChainParameters(3, u, noise) for u in (4.0, 7.0, 11.0, 20.0, 6.0)]
+    made = {"duration": 50.0, "sample_interval": None}
+    states = [
+        ChainState.in_motion(chains[0], [45.0, 130.0, 170.0], [3.0, 4.0, 5.0], time=50.0),
+        simulate(chains[1], method=method, **made).final_state,
+        simulate(chains[2], method=METHODS[method == "verlet"], **made).final_state,
+        simulate(chains[3], method=method, time_step=0.002, **made).final_state,
+        ChainState.at_rest(chains[4], time=50.0, seed=3),
+    ]
+    together = simulate(chains, duration=20.0, method=method, initial_state=states)
+    for chain, state, run in zip(chains, states, together, strict=True):
+        alone = simulate(chain, duration=20.0, method=method, initial_state=state)
+        # "verlet" draws the threshold of a slipping block anew in every step
+        stuck = alone.final_state.directions == 0
+        np.testing.assert_array_equal(
+            run.final_state.thresholds[stuck], alone.final_state.thresholds[stuck]
+        )
+        final = dataclasses.replace(run.final_state, thresholds=alone.final_state.thresholds)
+        assert dataclasses.replace(run, final_state=final) == alone
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_state_stays_as_it_is_while_its_chain_goes_on(method):
+    cases = Setup(ChainParameters(1, 7.0, 1.0), method=method).cases
+    integrator = integrator_of(cases)
+    before = integrator.state()
+    kept = copy.deepcopy(before)
+    for _ in integrator.advance(100.0):
+        pass
+    assert before == kept and integrator.state() != kept
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("block", [0, 1, 2])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_block_at_rest_slips_at_once_where_its_own_threshold_is_passed(method, block, sign):
     """Of blocks at rest that are pulled those slip whose own thresholds are lower, and no other."""
     # kinetic friction below all forces: what slips goes on; with noise thresholds differ
     chain = ChainParameters(3, 1.0, noise=0.01, friction_ratio=0.1)
     start = chain.rest_positions
-    start[block - 1] -= sign * 19.0
+    start[block] -= sign * 19.0
     state = ChainState.at_rest(chain, start)
-    force = state.forces
-    assert np.sign(force[block - 1]) == sign
-    low = 0.9 * abs(force[block - 1])
-    high = 2 * np.abs(force).max()
-    for threshold, slips in ((low, True), (high, False)):
-        thresholds = np.full(3, high)
-        thresholds[block - 1] = threshold
+    force = np.abs(state.forces)
+    assert np.sign(state.forces[block]) == sign
+    pulled = np.arange(3) == block
+    for passed in (pulled, ~pulled & (force > 0), np.zeros(3, bool)):
+        thresholds = np.where(passed, 0.9 * force, 2 * force.max())
         held = dataclasses.replace(state, thresholds=thresholds)
         run = simulate(chain, duration=0.02, method=method, initial_state=held)
-        events = run.events[["block", "kind"]].tolist()
-        assert events == ([(block, "slip")] if slips else [])
-        assert np.all(run.events["time"] <= 0.001)
-        assert run.final_state.directions[block - 1] == (sign if slips else 0.0)
-    # with the others' thresholds low, and its own high, the others slip
-    thresholds = 0.9 * np.abs(force)
-    thresholds[block - 1] = high
-    thresholds[force == 0] = high
-    held = dataclasses.replace(state, thresholds=thresholds)
-    run = simulate(chain, duration=0.02, method=method, initial_state=held)
-    assert set(run.events["block"]) == set(1 + np.flatnonzero(thresholds < high))
+        assert set(run.events["block"]) == set(1 + np.flatnonzero(passed))
+        assert set(run.events["kind"]) <= {"slip"} and np.all(run.events["time"] <= 0.001)
+        assert run.final_state.directions[block] == (sign if passed[block] else 0.0)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -279,19 +261,6 @@ def test_the_scheme_starts_from_a_state_to_second_order():
     np.testing.assert_allclose(order, 2, atol=0.1)
 
 
-@pytest.mark.parametrize(("before", "after"), [METHODS, METHODS[::-1]])
-def test_the_other_method_goes_on_where_one_has_ended(before, after):
-    chain = ChainParameters(5, 7.5)
-    for duration in (50.0, 61.0):
-        state = simulate(chain, duration=duration, method=before).final_state
-        there = simulate(chain, duration=1.0, method=after, initial_state=state)
-        same = simulate(chain, duration=1.0, method=before, initial_state=state)
-        assert there.initial_state.time == duration and there.time[0] == duration + 0.1
-        np.testing.assert_allclose(there.positions, same.positions, rtol=0, atol=0.01)
-        # the audit goes on over both parts
-        assert abs(there.energy_residual) < 1e-4
-
-
 KEPT = ("displacements", "relative_velocities", "directions", "thresholds", "friction_losses",
         "wall_impulse", "initial_energy", "initial_momentum", "stream", "time")  # fmt: skip
 
@@ -310,7 +279,13 @@ def test_an_integrator_that_takes_over_holds_the_state_that_it_was_given(method,
     """Nothing of a state of another scheme is lost or changes its unit before the first step."""
     chain = ChainParameters(5, 7.5, noise)
     before = METHODS[method == "verlet"]
-    state = settled(simulate(chain, duration=50.0, method=before).final_state)
+    state = simulate(chain, duration=50.0, method=before).final_state
+    directions, relative = settled(
+        state.directions, state.relative_velocities, state.forces, state.thresholds
+    )
+    state = dataclasses.replace(
+        state, directions=directions, relative_velocities=relative, scheme=None
+    )
     assert 0 < np.count_nonzero(state.directions) < 5
     assert state.friction_losses.max() > 100 and abs(state.wall_impulse) > 100
     cases = Setup(chain, method=method, time_step=time_step, initial_state=state).cases
@@ -379,51 +354,47 @@ def test_a_state_goes_on_with_its_own_random_numbers_or_with_others():
 # --- runs ---
 
 
-def test_final_state_is_where_the_samples_end():
-    for method, noise in product(METHODS, (0.0, 1.0)):
-        run = simulate(ChainParameters(4, 10.0, noise), duration=20, method=method)
-        for name in ("positions", "velocities"):
-            values = getattr(run.final_state, name)
-            assert type(values) is np.ndarray and values.shape == (4,)
-            np.testing.assert_allclose(values, getattr(run, name)[-1], rtol=0, atol=1e-10)
-        last = {}
-        for event in run.events:
-            last[event["block"]] = event["kind"] == "slip"
-        for block, slips in last.items():
-            assert bool(run.final_state.directions[block - 1]) == slips
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+def test_final_state_is_where_the_samples_end(method, noise):
+    run = simulate(ChainParameters(4, 10.0, noise), duration=60, method=method)
+    for name in ("positions", "velocities"):
+        values = getattr(run.final_state, name)
+        assert type(values) is np.ndarray and values.shape == (4,)
+        np.testing.assert_allclose(values, getattr(run, name)[-1], rtol=0, atol=1e-10)
+    last = dict(zip(run.events["block"], run.events["kind"] == "slip", strict=True))
+    assert len(last) == 4
+    for block, slips in last.items():
+        assert bool(run.final_state.directions[block - 1]) == slips
 
 
-def test_a_run_is_equal_to_what_it_saved(tmp_path):
-    path = tmp_path / "run.h5"
-    for method, interval in product(METHODS, (0.5, None)):
-        lengths = {"duration": 40, "transient": 10, "sample_interval": interval, "sample_start": 5}
-        chain = ChainParameters(3, 20.0, 1.0, friction_ratio=0.5)
-        start = {"seed": 7, "replicate": 3, "initial_spread": 0.1}
-        run = simulate(chain, method=method, **lengths, **start)
-        run.save(path)
-        loaded = Run.load(path)
-        assert loaded == run
-        assert (loaded.duration, loaded.transient, loaded.time_step) == (40, 10, 0.001)
-        assert (loaded.seed, loaded.replicate, loaded.sample_interval) == (7, 3, interval)
-        assert loaded.version == "0.1.0"
-        assert simulate(chain, method=method, initial_state=loaded.initial_state, **lengths) == run
-    assert len(repr(run)) < 150 and "\n" not in repr(run)
-    assert len(repr(run.final_state)) < 100
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("interval", [0.5, None])
+def test_a_run_is_equal_to_what_it_saved(tmp_path, method, interval):
+    lengths = {"duration": 40, "transient": 10, "sample_interval": interval, "sample_start": 5}
+    chain = ChainParameters(3, 20.0, 1.0, friction_ratio=0.5)
+    run = simulate(chain, method=method, **lengths, seed=7, replicate=3, initial_spread=0.1)
+    run.save(tmp_path / "run.h5")
+    loaded = Run.load(tmp_path / "run.h5")
+    assert loaded == run
+    assert (loaded.duration, loaded.transient, loaded.time_step) == (40, 10, 0.001)
+    assert (loaded.seed, loaded.replicate, loaded.sample_interval) == (7, 3, interval)
+    assert simulate(chain, method=method, initial_state=loaded.initial_state, **lengths) == run
+    assert len(repr(run)) < 150 and len(repr(run.final_state)) < 100 and "\n" not in repr(run)
 
 
-@pytest.mark.parametrize("change", ["positions", "events", "seed", "final_state"])
-def test_runs_that_differ_are_not_equal(change):
+@pytest.mark.parametrize("name", ["positions", "events", "seed", "final_state"])
+def test_runs_that_differ_are_not_equal(name):
     run = simulate(ChainParameters(2, 20.0), duration=10)
-    value = getattr(run, change)
-    if change == "seed":
+    value = getattr(run, name)
+    if name == "seed":
         other = value + 1
-    elif change == "final_state":
+    elif name == "final_state":
         other = dataclasses.replace(value, wall_impulse=np.nextafter(value.wall_impulse, np.inf))
     else:
-        other = value.copy()
-        other[-1] = other[-2]
-    assert run != dataclasses.replace(run, **{change: other})
-    assert run == dataclasses.replace(run, **{change: value})
+        other = np.append(value[:-1], value[-2:-1], axis=0)
+    assert run != dataclasses.replace(run, **{name: other})
+    assert run == dataclasses.replace(run, **{name: value})
 
 
 def test_a_file_that_holds_no_run_is_refused_in_one_line(tmp_path):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.estimates import Estimate
 
 TRIALS = 400
@@ -92,6 +92,22 @@ def test_a_slope_covers_and_scatter_widens_it():
     assert covered(0.5, [line(0.2, 0.05) for _ in range(TRIALS)]) >= 0.88 * TRIALS
     with pytest.raises(NotEnoughDataError, match="2 points"):
         estimates.slope([1, 2], [Estimate(1, 0, 2), Estimate(1, 0, 2)])
+
+
+@pytest.mark.parametrize("scatter", [0.0, 3.0])
+def test_a_slope_is_that_of_least_squares_weighted_by_the_errors(scatter):
+    """Points of errors that differ by far; the one of the least error is not in the middle."""
+    places, errors = np.array([0.0, 1.0, 2.5, 3.0, 7.0]), np.array([1.0, 0.05, 0.4, 2.0, 0.2])
+    values = 2 - 0.7 * places + scatter * errors * np.array([1, -1, 1, 1, -1])
+    points = [
+        Estimate(v, v - 1.9599639845 * e, v + 1.9599639845 * e, 8)
+        for v, e in zip(values, errors, strict=True)
+    ]
+    cov = True if scatter else "unscaled"
+    (slope, _), covariance = np.polyfit(places, values, 1, w=1 / errors, cov=cov)
+    found = estimates.slope(places, points)
+    assert found.value == pytest.approx(slope)
+    assert (found.high - found.low) / 2 == pytest.approx(1.9599639845 * covariance[0, 0] ** 0.5)
 
 
 def test_a_trend_is_the_slope_of_least_squares_with_the_errors_of_its_points():

@@ -7,10 +7,11 @@ import pytest
 from scipy import stats
 from scipy.spatial.distance import pdist
 
+from beltrepro.base.errors import NotEnoughDataError
+from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.noise import measure
-from beltrepro.stats import dimension, fits, intermittency, sections, spectra, states
-from beltrepro.stats.errors import NotEnoughDataError
+from beltrepro.stats import dimension, fits, intermittency, scale_free, sections, spectra, states
 
 RNG = np.random.default_rng
 
@@ -112,8 +113,7 @@ def test_a_density_is_fitted_with_its_counts_from_bin_to_bin():
 def random_slips(seed, count=60):
     """Slips of three blocks on two chains that overlap, touch, or come alone, in any order."""
     rng = RNG(seed)
-    slips = np.zeros(count, [("point", "i4"), ("block", "i4"), ("start_time", "f8"),
-                             ("stop_time", "f8"), ("dissipated", "f8")])  # fmt: skip
+    slips = np.zeros(count, SLIP)
     slips["point"], slips["block"] = rng.integers(0, 2, count), rng.integers(1, 4, count)
     slips["start_time"] = rng.integers(0, 80, count) / 2
     slips["stop_time"] = slips["start_time"] + rng.integers(1, 9, count) / 2
@@ -122,22 +122,38 @@ def random_slips(seed, count=60):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_losses_while_the_last_block_slips_are_those_of_a_plain_loop(seed):
-    slips, expected = random_slips(seed), []
-    for own in sorted(
-        slips[slips["block"] == 3], key=lambda own: (own["point"], own["start_time"])
-    ):
-        energy = 0.0
-        for slip in slips[slips["point"] == own["point"]]:
-            overlap = min(slip["stop_time"], own["stop_time"]) - max(
-                slip["start_time"], own["start_time"]
-            )
-            length = slip["stop_time"] - slip["start_time"]
-            energy += slip["dissipated"] * max(overlap, 0.0) / length
-        expected.append(energy)
-    found = avalanches.dissipation_while_last_block_slips(slips, 3)
-    np.testing.assert_allclose(np.sort(found), np.sort(expected))
-    np.testing.assert_allclose(found.sum(), sum(expected))
+def test_samples_of_a_catalogue_are_those_of_a_plain_loop(seed):
+    """Slips forth and back, of a size from far below 1 on, and of none."""
+    slips = random_slips(seed)
+    slips["start_position"] = RNG(seed).choice([-2.0, 0.0, 1e-3, 0.4, 1.0, 30.0], slips.size)
+    catalogue = Dataset(
+        {"slips": slips, "avalanches": slips}, {"n_blocks": 3, "belt_velocity": 0.1}
+    )
+    expected = {"laboratory": [], "belt": [], "last": []}
+    for slip in slips[slips["block"] == 3]:
+        size, time = slip["start_position"], slip["stop_time"] - slip["start_time"]
+        for frame, moved in (("laboratory", size), ("belt", size + 0.1 * time)):
+            expected[frame] += [(moved, slip["point"])] * bool(moved > 0)
+        expected["last"].append((slip["dissipated"], slip["point"]))
+    assert len(expected["laboratory"]) < len(expected["belt"]) < len(expected["last"])
+    found = {frame: avalanches.slip_sizes(catalogue, frame) for frame in ("laboratory", "belt")}
+    found["last"] = avalanches.last_block_energies(catalogue)
+    for name, pairs in expected.items():
+        np.testing.assert_allclose(np.transpose(found[name]), pairs)
+        for chain, part in enumerate(found[name].by_chain()):
+            np.testing.assert_allclose(part, [value for value, point in pairs if point == chain])
+
+
+def test_a_power_law_is_tested_from_the_most_probable_value_to_the_largest():
+    rng, chain = RNG(3), np.repeat([0, 1, 2, 3, 4], [90, 200, 150, 400, 60])
+    values = 20 * (1 - rng.random(chain.size) * (1 - 12**-0.8)) ** (-1 / 0.8)
+    values[rng.random(chain.size) < 0.1] /= 3
+    found = avalanches.scale_free_fit(avalanches.Sample(values, chain))
+    centre, density, _ = avalanches.log_histogram(values, bins_per_decade=10)
+    tail = values >= centre[np.argmax(density)]
+    assert (found.low, found.high, found.chains) == (values[tail].min(), values.max(), 5)
+    law = scale_free.fit_values(values, found.low, found.high)
+    assert found.exponent.value == pytest.approx(law.exponent) and found.exponent.runs == 5
 
 
 def test_avalanches_reach_the_last_block_if_one_of_its_slips_starts_in_them():
@@ -591,27 +607,6 @@ def test_slip_sizes_in_both_frames():
     sizes = avalanches.last_block_slip_sizes(slips, 5, 2.0)
     assert sizes.tolist() == [100.0]
     assert avalanches.last_block_slip_sizes(slips, 5, 2.0, frame="belt").tolist() == [104.0]
-
-
-def test_energies_of_avalanches_that_reach_the_last_block():
-    slips = np.array(
-        [
-            (0, 1, 0.0, 2.0, 0, 0, 10.0),
-            (0, 2, 1.0, 4.0, 0, 0, 30.0),
-            (0, 5, 1.0, 2.0, 0, 0, 7.0),
-            (0, 1, 10.0, 11.0, 0, 0, 5.0),
-            (1, 5, 10.0, 11.0, 0, 0, 6.0),
-        ],
-        dtype=SLIP,
-    )
-    # While block 5 slips (1 to 2): half of the first slip, a third of the second, its own.
-    energies = avalanches.dissipation_while_last_block_slips(slips, 5)
-    assert energies.tolist() == [5.0 + 10.0 + 7.0, 6.0]
-    catalogue = np.array(
-        [(0, 0.0, 4.0), (0, 10.0, 11.0), (1, 10.0, 11.0)],
-        dtype=[("point", "i4"), ("start_time", "f8"), ("stop_time", "f8")],
-    )
-    assert avalanches.with_last_block(catalogue, slips, 5).tolist() == [True, False, True]
 
 
 def test_errors_of_a_density_come_from_the_scatter_of_runs():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from beltrepro.stats.errors import NotEnoughDataError
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.stats.growth import finite_size_exponents
 
 LEVELS = np.geomspace(1e-6, 1.0, 13)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from beltrepro.stats.errors import NotEnoughDataError
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.stats.recurrence import CLOSED, find_recurrence
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import optimize
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.stats import estimates, scale_free
-from beltrepro.stats.errors import NotEnoughDataError
 
 RNG = np.random.default_rng
 
@@ -134,6 +134,28 @@ def test_the_range_of_a_power_law_is_found():
     assert scale_free.goodness_of_fit(values, lows[:1], samples=40).p == 0
     with pytest.raises(NotEnoughDataError, match=r"1 values above 2e\+03, 50 are needed"):
         scale_free.goodness_of_fit(values, [20.0, 1999.0], samples=1)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_nearest_law_is_that_of_a_plain_search(seed):
+    """Over whole ends, which are values themselves; the longest distance on either side counts."""
+    values = np.ceil(power_law(-1.8, 10, 300, 400, seed))
+    lows = [10.0, 25.0, 17.0]
+    tried = []
+    for low in lows:
+        law = scale_free.fit_values(values, low, values.max())
+        tail = np.sort(values[values >= low])
+        x = np.geomspace(law.low, law.high, 20_001)
+        density = np.exp(law.log_density(x))
+        below = np.r_[0, np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(x))]
+        rank = np.interp(tail, x, below)
+        distances = [abs(np.arange(k, k + tail.size) / tail.size - rank).max() for k in (0, 1)]
+        tried.append((max(distances), law))
+    fit = scale_free.goodness_of_fit(values, lows, samples=1)
+    distance, law = min(tried, key=lambda pair: pair[0])
+    assert fit.distance == pytest.approx(distance, abs=1e-6)
+    assert (fit.law.low, fit.law.high) == (law.low, values.max())
+    assert fit.law.exponent == pytest.approx(law.exponent)
 
 
 @pytest.mark.slow

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.stats import survival
-from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.estimates import share
 from beltrepro.stats.motion import above_zero, margin
 

@@ -1,18 +1,152 @@
-"""Claims on avalanches on catalogues whose laws are known."""
+"""Claims on the chain at u = 1: series and catalogues whose laws are known."""
 
 import numpy as np
 import pytest
 from test_scale_free import power_law, with_cutoff
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.observe.slips import AVALANCHE, SLIP
 from beltrepro.replication.studies.avalanches import measure as avalanches
+from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from beltrepro.stats import scale_free
-from beltrepro.stats.errors import NotEnoughDataError
-from made_up import few_resamples, judged, readings  # noqa: F401
+from made_up import both, few_resamples, grades, measured  # noqa: F401
 
 RNG = np.random.default_rng
-LAB = "laboratory frame"
+EDGES = 10**1.8, 10**2.8  # of bins, 5 or 10 a decade
+
+
+@pytest.fixture(autouse=True)
+def few_samples(monkeypatch):
+    monkeypatch.setattr(avalanches, "SCALED_RESAMPLES", 40)
+    monkeypatch.setattr(
+        scale_free.goodness_of_fit, "__kwdefaults__", {"independent": None, "samples": 60}
+    )
+
+
+# --- the spectrum ---------------------------------------------------------------------------------
+
+
+def coloured(*pieces, duration=60_000.0, interval=1.0, transient=1000.0):
+    """Series with the spectral density factor * nu**exponent from each of some frequencies on."""
+    size = int(duration / interval)
+    nu = np.fft.rfftfreq(size, interval)
+    density = np.zeros(nu.size)
+    for low, factor, exponent in pieces:
+        density[nu > low] = factor * nu[nu > low] ** exponent
+    rng = RNG(1)
+    noise = rng.standard_normal(nu.size) + 1j * rng.standard_normal(nu.size)
+    x = np.fft.irfft(noise * np.sqrt(density * size / interval) / 2, size)
+    arrays = {"time": interval * np.arange(size), "positions": np.column_stack([x[::-1], x])}
+    return Dataset(arrays, {"transient": transient})
+
+
+def law(exponent, factor=1.0, **how):
+    return coloured((0, factor, exponent), **how)
+
+
+BENT = coloured((0, 1.0, -1.21), (0.03, 0.03**2.8, -4.01))
+PRINTED = law(-2.42, 1.28)  # as an amplitude over 1e6: 0.0016 * nu**-1.21
+
+
+@pytest.mark.parametrize(
+    ("series", "exact", "verdicts"),
+    [
+        (PRINTED, law(-1.21), (YES, YES)),
+        (PRINTED, law(-2.42), (YES, IN_PART)),  # one exponent, but another
+        (PRINTED, BENT, (YES, NO)),
+        (law(-3.4, 1.28), BENT, (IN_PART, NO)),
+        (law(-2.42, 130.0), BENT, (IN_PART, NO)),
+        (law(-3.4, 130.0), BENT, (NO, NO)),
+        (law(-2.82, 1.28), BENT, (IN_PART, NO)),
+    ],
+)
+def test_the_spectrum(series, exact, verdicts):
+    assert both("spectrum-exponent", u1=series, u1_event=exact) == verdicts
+
+
+def test_the_amplitude_of_a_spectrum_is_that_of_a_long_series():
+    """2|X|/n of white noise of variance s^2 and interval d over a time T: 2 s sqrt(d / T)."""
+    numbers = measured("spectrum-exponent", u1=PRINTED).judged
+    assert numbers["exponent"].value == pytest.approx(-1.21, abs=0.05)
+    white = RNG(2).standard_normal(160_000) * 3
+    arrays = {"time": 0.5 * np.arange(white.size), "positions": white[:, None]}
+    series = Dataset(arrays, {"transient": 0.0})
+    prefactor = measured("spectrum-exponent", u1=series).judged["prefactor"]
+    size = 2e6  # samples in a time of 1e6
+    spectrum = 2 * np.abs(np.fft.rfft(white)) / white.size * np.sqrt(white.size / size)
+    assert prefactor.value == pytest.approx(np.sqrt(np.mean(spectrum**2)), rel=0.1)
+    assert prefactor.low < prefactor.value < prefactor.high
+
+
+def test_a_spectrum_needs_four_stretches_of_ten_cycles():
+    shortest = 4 * 10 / 0.003
+    enough = law(-1.21, duration=1000 + shortest + 1)
+    assert measured("spectrum-exponent", u1=enough).judged["exponent"].runs == 4
+    with pytest.raises(NotEnoughDataError, match="4 stretches of 3333 are needed"):
+        measured("spectrum-exponent", u1=law(-1.21, duration=1000 + shortest - 10))
+    assert measured("spectrum-exponent", u1=law(-1.2, duration=2e5)).judged["exponent"].runs == 20
+
+
+@pytest.mark.parametrize(
+    ("exact", "verdict"),
+    [
+        (law(-1, duration=2e5), YES),
+        (coloured((0, 1, 0.8), (0.003, 0.003**1.8, -1), duration=2e5), IN_PART),
+        (coloured((0, 1, 0), (0.003, 0.003**2.3, -2.3), duration=2e5), NO),
+        (law(-1), OPEN),  # too short for what is slow
+    ],
+)
+def test_one_over_f_is_asked_of_the_power_down_to_low_frequencies(exact, verdict):
+    assert both("one-over-f", u1=PRINTED, u1_event=exact) == (YES, verdict)
+    assert both("one-over-f", u1=law(-0.5), u1_event=exact) == (NO, verdict)
+
+
+# --- slips in a series ----------------------------------------------------------------------------
+
+
+def velocity_series(peaks):
+    """Slips of 2 time units every 10 from t = 5 on, with given peaks of |v_r|; u = 2."""
+    time = 0.5 * np.arange(20 * len(peaks) + 20)
+    relative = np.zeros(time.size)
+    rows = []
+    for index, peak in enumerate(peaks):
+        begin = 5 + 10.0 * index
+        relative[(time > begin) & (time < begin + 2)] = -peak / 2
+        relative[time == begin + 1] = -peak
+        relative[time == begin + 5] = -9e9  # while it is stuck
+        rows += [(begin, 2, "slip"), (begin + 2, 2, "stick"), (begin + 3, 1, "slip")]
+    arrays = {"time": time, "velocities": np.column_stack([time, 2 + relative])}
+    arrays["events"] = np.array(rows, dtype=[("time", "f8"), ("block", "i8"), ("kind", "U5")])
+    return Dataset(arrays, {"n_blocks": 2, "belt_velocity": 2.0})
+
+
+def peaks_of(factor, spread, count=200):
+    return factor * np.exp(spread * RNG(3).standard_normal(count))
+
+
+@pytest.mark.parametrize(
+    ("factor", "spread", "verdict"),
+    [(50, 0.5, YES), (50, 0.01, IN_PART), (5, 0.01, NO), (12, 0.5, IN_PART), (6, 0.5, OPEN)],
+)
+def test_peaks_of_the_velocity_in_slips(factor, spread, verdict):
+    peaks = peaks_of(factor, spread)
+    series, fast = velocity_series(peaks), velocity_series(peaks_of(50, 0.5))
+    assert both("slip-velocity", u1=series, u1_event=fast) == (verdict, YES)
+    assert both("slip-velocity", u1=fast, u1_event=series) == (YES, verdict)
+    numbers = measured("slip-velocity", u1=series).judged
+    assert numbers["median peak |v_r| / u"].value == pytest.approx(np.median(peaks) / 2)
+    ratio = np.quantile(peaks, 0.95) / np.quantile(peaks, 0.05)
+    assert numbers["peaks: 95 % over 5 % quantile"].value == pytest.approx(ratio)
+    assert numbers["peaks: 95 % over 5 % quantile"].runs == 20
+
+
+def test_peaks_need_two_slips_in_each_stretch():
+    with pytest.raises(NotEnoughDataError, match="39 slips of the last block, not 40"):
+        measured("slip-velocity", u1=velocity_series(peaks_of(50, 0.5, 39)))
+
+
+# --- catalogues -----------------------------------------------------------------------------------
 
 
 def catalogue(sizes, energies, *, chains=16, n_blocks=2, belt_velocity=3.0, at_once=True):
@@ -42,135 +176,165 @@ def catalogue(sizes, energies, *, chains=16, n_blocks=2, belt_velocity=3.0, at_o
     made["stop_time"] = made["start_time"] + np.tile([4 + later, 4], count)
     made["blocks"] = np.tile([2, 1], count)
     made["dissipated"] = np.column_stack([energies, np.full(count, 900.0)]).ravel()
-    made["spring_energy_drop"] = 2 * made["dissipated"]
     slips = np.sort(np.concatenate([own, first, alone]), order=["point", "start_time"])
     attributes = {"n_blocks": n_blocks, "belt_velocity": belt_velocity}
     return Dataset({"slips": slips, "avalanches": made}, attributes)
 
 
 def of_laws(size=-1.47, energy=-0.87, *, count=8000, **how):
-    return catalogue(power_law(size, 60, 600, count), power_law(energy, 1e3, 4e4, count, 1), **how)
+    sizes = power_law(size, *EDGES, count)
+    return catalogue(sizes, power_law(energy, 1e3, 1e5, count, 1), **how)
+
+
+def cut_off(decay=0.02, count=4000):
+    """Sizes and energies that fall as exponentials."""
+    sizes = with_cutoff(0.0, decay, *EDGES, count)
+    return catalogue(sizes, sizes)
 
 
 # --- exponents ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("exponent", "verdict"), [(-1.47, "holds"), (-1.1, "fails"), (-2.0, "fails")]
+    ("change", "size", "energy"),
+    [
+        ({}, (YES, YES), (YES, YES)),
+        ({"size": -1.05}, (NO, IN_PART), (YES, YES)),
+        ({"size": -1.9}, (NO, IN_PART), (YES, YES)),
+        ({"size": -1.69}, (IN_PART, IN_PART), (YES, YES)),
+        ({"energy": -0.4}, (YES, YES), (NO, IN_PART)),
+        ({"energy": -1.4}, (YES, YES), (NO, IN_PART)),
+    ],
 )
-def test_exponents_of_sizes(exponent, verdict):
-    made = {"slips_u1": of_laws(size=exponent)}
-    for reading in readings("slip-size-exponent", made):
-        found = judged("slip-size-exponent", made, reading)
-        if reading == "belt frame":  # the law of other sizes
-            continue
-        assert found[0] == verdict, reading
-        assert found[2].judged["exponent"].value == pytest.approx(exponent, abs=0.2)
-        assert found[2].runs == 16
+def test_exponents_of_power_laws(change, size, energy):
+    made = of_laws(**change)
+    made = {"slips_u1": made, "slips_u1_event": made}
+    assert both("slip-size-exponent", **made) == size
+    assert both("slip-energy-exponent", **made) == energy
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize(
-    ("exponent", "verdict"), [(-0.87, "holds"), (-0.5, "fails"), (-1.5, "fails")]
-)
-def test_exponents_of_energies(exponent, verdict):
-    made = {"slips_u1": of_laws(energy=exponent)}
-    assert judged("slip-energy-exponent", made)[0] == verdict
-    for reading in ("drop in spring energy", "last block only", "maximum likelihood"):
-        estimate = judged("slip-energy-exponent", made, reading)[2].judged["exponent"]
-        assert estimate.value == pytest.approx(exponent, abs=0.12), reading
+def test_a_line_through_what_is_no_power_law_is_replicated_but_not_robust():
+    lines = {"slips_u1": of_laws(), "slips_u1_event": cut_off()}
+    for name in ("slip-size-exponent", "slip-energy-exponent"):
+        assert both(name, **lines) == (YES, NO)
+
+
+def test_readings_of_the_exponents():
+    made = {"slips_u1": of_laws(), "slips_u1_event": of_laws()}
+    for reading in ("line through all bins", "10 bins a decade", "falling bins, 10 a decade"):
+        for name, exponent in (("slip-size-exponent", -1.47), ("slip-energy-exponent", -0.87)):
+            estimate = measured(name, reading, **made).judged["exponent"]
+            assert estimate.value == pytest.approx(exponent, abs=0.1) and estimate.runs == 16
     # slips of the first block alone count in the reading of its name only
-    everything = judged("slip-energy-exponent", made, "all avalanches of the chain")
-    assert everything[2].judged["exponent"].value != pytest.approx(exponent, abs=0.12)
-    # of the first block three quarters of its slip lie within the slip of the last one
-    slips = made["slips_u1"].arrays["slips"]
-    until = avalanches.dissipation_while_last_block_slips(slips, 2)
-    total = slips["dissipated"][slips["block"] == 2] / 0.3
-    assert np.sort(until) == pytest.approx(np.sort(total * (0.3 + 0.7 * 0.75)))
+    everything = measured("slip-energy-exponent", "all avalanches", **made).judged["exponent"]
+    assert everything.value != pytest.approx(-0.87, abs=0.2)
+    # the most probable bin comes second, and what lies before it falls to the other side
+    low = power_law(-1.47, *EDGES, 6992)
+    sizes = np.r_[
+        low, RNG(1).uniform(EDGES[0] * 10**-0.1, EDGES[0], 40), RNG(2).uniform(600, 630, 40)
+    ]
+    made["slips_u1"] = catalogue(sizes, sizes)
+    falling, every = (
+        measured("slip-size-exponent", reading, **made).judged["exponent"].value
+        for reading in ("falling bins, 10 a decade", "10 bins a decade")
+    )
+    assert falling < every - 0.01
 
 
 def test_the_interval_of_an_exponent_is_that_over_chains():
     """Chains that differ as a whole: bins and values do not know of that."""
     exponents = RNG(3).uniform(-2.2, -0.7, 16)
-    sizes = np.concatenate([power_law(e, 60, 600, 500, k) for k, e in enumerate(exponents)])
-    for reading in (LAB, "maximum likelihood"):
-        unlike = judged("slip-size-exponent", {"slips_u1": catalogue(sizes, sizes)}, reading)
-        mixed = RNG(4).permutation(sizes)
-        alike = judged("slip-size-exponent", {"slips_u1": catalogue(mixed, mixed)}, reading)
-        reach = [each[2].judged["exponent"].high - each[2].judged["exponent"].low
-                 for each in (unlike, alike)]  # fmt: skip
+    sizes = np.concatenate([power_law(e, *EDGES, 500, k) for k, e in enumerate(exponents)])
+    mixed = RNG(4).permutation(sizes)
+    for reading in ("line through all bins", "maximum likelihood"):
+        unlike, alike = (
+            measured("slip-size-exponent", reading, slips_u1=made, slips_u1_event=made)
+            for made in (catalogue(sizes, sizes), catalogue(mixed, mixed))
+        )
+        reach = [np.ptp(each.judged["exponent"].numbers[1:]) for each in (unlike, alike)]
         assert reach[0] > 2.5 * reach[1], reading
-    assert unlike[0] == "undecided"
 
 
 def test_exponents_need_slips_and_chains():
-    sizes = power_law(-1.5, 60, 600, 480)
-    with pytest.raises(NotEnoughDataError, match="slips_u1: 480 slips of the last block, not 500"):
-        judged("slip-size-exponent", {"slips_u1": catalogue(sizes, sizes)})
-    sizes = power_law(-1.5, 60, 600, 600)
-    with pytest.raises(NotEnoughDataError, match="one chain"):
-        judged("slip-size-exponent", {"slips_u1": catalogue(sizes, sizes, chains=1)})
+    for count, chains, match in ((480, 16, "slips_u1: 480 slips of the last block, not 500"),
+                                 (600, 1, "one chain")):  # fmt: skip
+        with pytest.raises(NotEnoughDataError, match=match):
+            measured("slip-size-exponent", slips_u1=of_laws(count=count, chains=chains))
 
 
 # --- self-organised criticality -------------------------------------------------------------------
 
 
-@pytest.mark.thorough
-def test_a_scale_free_catalogue_is_called_so_and_one_with_a_cutoff_is_not(monkeypatch):
-    monkeypatch.setattr(
-        scale_free.goodness_of_fit, "__kwdefaults__", {"independent": None, "samples": 60}
-    )
-    # the most probable bin is the lowest one only if values begin at the edge of a bin
-    edge = 10**1.8
-    law = power_law(-1.47, edge, 600, 4000)
-    verdict, parts, found = judged("soc-power-law", {"slips_u1": catalogue(law, law)})
-    assert parts["log-likelihood, power law minus exponential"] == "holds"
-    assert parts["largest size over the cutoff"] == "holds"
-    assert verdict == "holds" and found.judged["p of the power law"].value > 0.1
-    cut = with_cutoff(0.0, 0.02, edge, 600, 4000)
-    verdict, parts, found = judged("soc-power-law", {"slips_u1": catalogue(cut, cut)})
-    assert verdict == "fails" and set(parts.values()) == {"fails"}
-    high = np.max(cut)
-    assert found.judged["largest size over the cutoff"].value == pytest.approx(0.02 * high, rel=0.2)
-    energies = judged("soc-power-law", {"slips_u1": catalogue(cut, law)}, "energies")
-    assert energies[0] == "holds"
-    few = {"slips_u1": catalogue(law[:512], law[:512])}
-    assert judged("soc-power-law", few)[1]["largest size over the cutoff"] == "undecided"
+def test_a_power_law_is_told_from_an_exponential():
+    free, cut = of_laws(count=4000), cut_off()
+    for one, other, verdicts in ((free, free, (YES, YES)), (cut, free, (NO, YES)),
+                                 (free, cut, (YES, NO)), (cut, cut, (NO, NO))):  # fmt: skip
+        assert both("soc-power-law", slips_u1=one, slips_u1_event=other) == verdicts
+    energies = measured("soc-power-law", "energies", slips_u1=free).judged["p of the power law"]
+    assert energies.value > 0.1 and energies.runs == 16
 
 
-def growing(power_of_sizes, power_of_energies, chains=8):
+SIZES = {3: "slips_n3", 5: "slips_u1", 7: "slips_n7", 10: "slips_n10"}
+
+
+def growing(power_of_sizes, power_of_energies, chains=8, shape=lambda n_blocks: -1.47):
+    """Catalogues by both methods in which sizes and energies are stretched by powers of N."""
     made = {}
-    for n_blocks, name in {3: "slips_n3", 5: "slips_u1", 7: "slips_n7", 10: "slips_n10"}.items():
-        grown = [n_blocks**each for each in (power_of_sizes, power_of_energies)]
-        base = power_law(-1.47, 1, 20, 2400, n_blocks)
+    for n_blocks, name in SIZES.items():
+        grown = [n_blocks**power for power in (power_of_sizes, power_of_energies)]
+        base = power_law(shape(n_blocks), 1, 20, 2400, n_blocks)
         made[name] = catalogue(
             60 * grown[0] * base, 300 * grown[1] * base, chains=chains, n_blocks=n_blocks
         )
-    return made
+    return made | {f"{name}_event": dataset for name, dataset in made.items()}
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("powers", "verdict"),
-    [((1, 1.5), "holds"), ((0, 0), "fails"), ((1, 0.5), "partly"), ((0.5, 1), "undecided")],
+    [((1, 1.5), YES), ((0, 0), NO), ((1, 0.2), IN_PART), ((0.35, 0.8), IN_PART)],
 )
 def test_the_growth_of_the_cutoff(powers, verdict):
     made = growing(*powers)
-    for reading in ("99 % quantile", "ratio of moments"):
-        found = judged("soc-cutoff", made, reading)
-        assert found[0] == verdict
-        for name, power in zip(found[2].judged, powers, strict=True):
-            estimate = found[2].judged[name]
-            assert estimate.value == pytest.approx(power, abs=0.15) and estimate.runs == 8
+    assert grades("soc-cutoff", **made)[""] == verdict
+    for estimate, power in zip(measured("soc-cutoff", **made).judged.values(), powers, strict=True):
+        assert estimate.value == pytest.approx(power, abs=0.15) and estimate.runs == 8
     with pytest.raises(NotEnoughDataError, match="no slips_n7"):
-        judged("soc-cutoff", {name: made[name] for name in made if name != "slips_n7"})
+        measured("soc-cutoff", **{name: made[name] for name in made if name != "slips_n7"})
 
 
 def test_cutoffs_of_orbits_without_scatter_have_an_interval():
-    made = growing(1, 1.5)
     same = np.tile([100.0, 200.0, 400.0], 800)
-    made["slips_n3"] = catalogue(same, same, chains=8, n_blocks=3)
-    assert np.isfinite(judged("soc-cutoff", made)[2].judged["slip size: growth with N"].high)
+    made = growing(1, 1.5) | {"slips_n3": catalogue(same, same, chains=8, n_blocks=3)}
+    assert np.isfinite(measured("soc-cutoff", **made).judged["slip size: growth with N"].high)
+
+
+def test_densities_of_one_law_collapse_and_others_do_not():
+    """A critical law begins at one size and goes the further the longer the chain."""
+
+    def critical(n_blocks, chain, low=100.0, exponent=-1.4):
+        values = power_law(exponent, low, 300 * n_blocks**1.4, 6000, 10 * n_blocks)
+        return avalanches.Sample(values, chain)
+
+    chain = np.repeat(np.arange(8), 750)
+    one, power = avalanches.collapse({n: critical(n, chain) for n in (5, 7, 10)})
+    assert power == pytest.approx(1.4, abs=0.2) and one.value < 1.1 and one.high < 1.2
+    tilted = {n: critical(n, chain, exponent=-1.4 - 0.2 * (n - 5)) for n in (5, 7, 10)}
+    assert avalanches.collapse(tilted)[0].low > 1.15
+    humped = {n: critical(n, chain) for n in (5, 7, 10)}
+    humped[7].values[::4] = 1500.0
+    assert avalanches.collapse(humped)[0].low > 1.15
+
+
+def test_the_collapse_is_that_of_avalanches_of_several_blocks_by_exact_dynamics():
+    """Those of the first block alone, of one energy, and the other method must not count."""
+    same = growing(1, 1.4)
+    assert grades("soc-cutoff", "robust", **same)[""] == YES
+    unlike = growing(1, 1.4, shape=lambda n_blocks: -0.21 * n_blocks)
+    assert grades("soc-cutoff", "robust", **unlike)[""] != YES
+    swapped = {name: same[name] for name in SIZES.values()}
+    assert grades("soc-cutoff", "robust", **unlike | swapped)[""] != YES
+    measurement = measured("soc-cutoff", "collapse", **same)
+    assert measurement.also["power of N"].value == pytest.approx(1.4, abs=0.05)
 
 
 def test_a_cutoff_that_scatters_less_weighs_more():
@@ -206,7 +370,7 @@ def test_samples_are_of_the_last_block_and_of_what_it_takes_part_in():
     made = np.zeros(4, AVALANCHE)
     made["point"] = [0, 0, 4, 4]
     made["start_time"], made["stop_time"] = [1, 29, 2, 60], [5, 31, 3, 61]
-    made["dissipated"] = [10, 20, 30, 40]
+    made["dissipated"], made["blocks"] = [10, 20, 30, 40], [2, 1, 1, 3]
     data = Dataset({"slips": slips, "avalanches": made}, {"n_blocks": 2, "belt_velocity": 3.0})
     sizes, belt = (avalanches.slip_sizes(data, frame) for frame in ("laboratory", "belt"))
     assert (sizes.values.tolist(), sizes.chain.tolist()) == ([5, 2, 7], [0, 4, 4])
@@ -214,6 +378,7 @@ def test_samples_are_of_the_last_block_and_of_what_it_takes_part_in():
     energies = avalanches.avalanche_energies(data)
     assert (energies.values.tolist(), energies.chain.tolist()) == ([10, 20, 30], [0, 0, 4])
     assert avalanches.all_energies(data).values.tolist() == [10, 20, 30, 40]
+    assert avalanches.all_energies(data, least_blocks=2).chain.tolist() == [0, 4]
 
 
 # --- blocks that slip together --------------------------------------------------------------------
@@ -247,19 +412,21 @@ def test_blocks_that_slip_at_one_instant_are_counted_as_by_a_plain_loop():
     assert len(set(expected)) > 2
 
 
-def test_shares_of_avalanches_in_which_all_blocks_slip():
-    law = power_law(-0.87, 1e3, 4e4, 1600)
-    name, share = "blocks-slip-together", "avalanches in which all blocks slip at once"
-    made = {"slips_u1": catalogue(law, law)}
-    values = {
-        reading: judged(name, made, reading)[2].judged[share].value
-        for reading in readings(name, made)
-    }
-    # each second avalanche, of little energy, is one of the first block alone
-    assert values.pop("at one instant, weighted by energy") > 0.9
-    assert set(values.values()) == {0.5}
-    apart = {"slips_u1": catalogue(law, law, at_once=False)}
-    assert judged(name, apart)[2].judged[share].value == 0
-    assert judged(name, apart)[0] == "partly"  # of different sizes they are
-    assert judged(name, apart, "during the avalanche")[2].judged[share].value == 0.5
-    assert judged(name, made, "at one instant, weighted by energy")[0] == "holds"
+def test_blocks_that_slip_together():
+    """Each second avalanche is one of the first block alone; in the others both slip."""
+    energies = power_law(-0.87, 1e3, 4e4, 1600)
+    pair, apart = (catalogue(energies, energies, at_once=once) for once in (True, False))
+    assert both("blocks-slip-together", slips_u1=pair, slips_u1_event=pair) == (YES, YES)
+    assert both("blocks-slip-together", slips_u1=apart, slips_u1_event=pair) == (IN_PART, YES)
+    assert both("blocks-slip-together", slips_u1=pair, slips_u1_event=apart) == (YES, IN_PART)
+    alike = np.full(1600, 900.0)
+    alike = catalogue(alike, alike, at_once=False)
+    assert both("blocks-slip-together", slips_u1=alike, slips_u1_event=pair) == (NO, YES)
+    measurement = measured("blocks-slip-together", slips_u1=pair)
+    assert measurement.judged["avalanches of two blocks or more"].numbers == (0.5, 0.5, 0.5)
+    assert measurement.also["avalanches of all blocks"].value == 0.5
+    three = Dataset(pair.arrays, pair.attributes | {"n_blocks": 3})
+    three.arrays["slips"]["block"][three.arrays["slips"]["block"] == 2] = 3
+    assert (
+        measured("blocks-slip-together", slips_u1=three).also["avalanches of all blocks"].value == 0
+    )

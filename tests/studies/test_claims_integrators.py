@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
-from beltrepro.stats.errors import NotEnoughDataError
 from made_up import both, measured, scan
 
 U = np.linspace(5, 45, 30)

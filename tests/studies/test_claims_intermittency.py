@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.noise import laminar as laminar_phases
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, NOT_TESTABLE, OPEN, YES
 from beltrepro.replication.verdicts.evidence import Cut
-from beltrepro.stats.errors import NotEnoughDataError
 from made_up import LEDGER, both, grades, measured, replicates, table
 
 CRITICAL = {0.0: 16.5, 0.5: 16.7, 1.0: 17.0, 2.2: 18.0, 5.0: 20.5}

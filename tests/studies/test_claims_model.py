@@ -6,29 +6,35 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.model import ChainParameters, spring, units
+from beltrepro.replication.verdicts.criteria import IN_PART, NO, NOT_TESTABLE, OPEN, YES
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import NotEnoughDataError
-from made_up import LAW, LEDGER, SETTINGS, few_resamples, judged, scan_of_laws  # noqa: F401
+from made_up import LAW, LEDGER, SETTINGS, both, few_resamples, grades, measured, scan_of_laws  # noqa: F401
 
 # --- what is put in -------------------------------------------------------------------------------
 
 
+def parts(name, /, **datasets):
+    """Verdicts on the numbers of a claim, by name."""
+    return {part: grade for part, grade in grades(name, **datasets).items() if part}
+
+
 def test_units_and_constants_hold_and_are_counted_apart():
     for name in ("units", "friction-constants", "spring-law", "setup"):
-        assert judged(name)[0] == "holds" and not LEDGER[name].finding
+        assert both(name) == (YES, YES) and not LEDGER[name].finding
     used = SETTINGS | {"model": LAW | {"friction_ratio": 0.46}}
-    verdict, parts, _ = judged("friction-constants", settings=used)
-    assert verdict == "partly"
-    assert [name for name, part in parts.items() if part == "fails"] == [
+    graded = grades("friction-constants", settings=used)
+    assert graded.pop("") == IN_PART
+    assert [name for name, grade in graded.items() if grade == NO] == [
         "the runs used friction_ratio = 0.45"
     ]
 
 
 def test_other_units_are_noticed(monkeypatch):
     monkeypatch.setattr(units, "TIME_S", 0.0766)
-    assert judged("units")[1] == {"time_s": "fails", "velocity_m_s": "holds", "force_N": "holds"}
+    assert parts("units") == {"time_s": NO, "velocity_m_s": YES, "force_N": YES}
 
 
 @pytest.mark.parametrize(
@@ -45,9 +51,9 @@ def test_other_units_are_noticed(monkeypatch):
 def test_another_spring_law_is_noticed(monkeypatch, change, failing):
     own = spring.spring_force
     monkeypatch.setattr(spring, "spring_force", lambda x, chain: change(x, own(x, chain)))
-    parts = judged("spring-law")[1]
-    fails = {name for name, part in parts.items() if part == "fails"}
-    assert len(parts) == 7 and fails
+    graded = parts("spring-law")
+    fails = {name for name, grade in graded.items() if grade == NO}
+    assert len(graded) == 7 and fails
     assert all(any(word in name for name in fails) for word in failing)
 
 
@@ -56,7 +62,7 @@ def test_the_springs_of_a_chain_with_another_scheme_are_noticed(monkeypatch):
 
     def with_(change):
         monkeypatch.setattr(spring, "external_force", lambda x, c: change(x, own(x, c)))
-        return [part == "holds" for part in judged("setup")[1].values()]
+        return [grade == YES for grade in parts("setup").values()]
 
     assert with_(lambda x, force: force + 1.0) == [0, 0, 0]
     rest = ChainParameters(5, 1.0).rest_positions
@@ -110,55 +116,57 @@ def friction_series(
     ],
 )
 def test_the_friction_law_is_read_off_the_samples(change, failing):
-    _, parts, found = judged("friction-law", friction_series(**change))
-    holds = [part == "holds" for part in parts.values()]
-    assert holds == [number != failing for number in range(5)]
-    assert found.judged["slip: mean / (f_s F_st0)"].runs == 20
+    made = friction_series(**change)
+    right = [grade == YES for grade in parts("friction-law", **made).values()]
+    assert right == [number != failing for number in range(5)]
+    assert measured("friction-law", **made).judged["slip: mean / (f_s F_st0)"].runs == 20
 
 
 def test_the_friction_law_needs_samples():
     with pytest.raises(NotEnoughDataError, match="too few samples"):
-        judged("friction-law", friction_series(size=1000))
+        measured("friction-law", **friction_series(size=1000))
 
 
 def test_the_chain_length_is_that_of_the_runs_nearest_in_speed():
     made = scan_of_laws([11, 12, 15, 15.5], lambda u, rng: 0.1, noise=1.0)
     length = {11: 1.0, 12: 600.0, 15: 1.0, 15.5: 650.0}
     made.arrays["mean_length"] = np.array([length[u] for u in made.arrays["belt_velocity"]])
-    verdict, _, found = judged("chain-length", {"n5_replicates": made})
-    assert verdict == "not testable here"
-    assert [each.value for each in found.also.values()] == pytest.approx([0.84, 0.91])
-    assert list(found.also) == ["0.22 m/s", "0.28 m/s"]
+    assert both("chain-length", n5_replicates=made) == (NOT_TESTABLE, NOT_TESTABLE)
+    lengths = measured("chain-length", n5_replicates=made).also
+    assert [length.value for length in lengths.values()] == pytest.approx([0.84, 0.91])
+    assert list(lengths) == ["0.22 m/s", "0.28 m/s"]
 
 
 # --- collisions -----------------------------------------------------------------------------------
 
 
-def sampled(smallest, *, size=4000, seed=0):
+def sampled(smallest, method="verlet", *, size=4000, seed=0):
     """Distances of three blocks of which the smallest there can be is given."""
     rng = np.random.default_rng(seed)
     gaps = smallest + np.column_stack([60 + rng.random(size), 30 * rng.random(size)])
-    return Dataset({"positions": np.cumsum(np.column_stack([gaps[:, :1], gaps]), axis=1)}, {})
+    positions = np.cumsum(np.column_stack([gaps[:, :1], gaps]), axis=1)
+    return Dataset({"positions": positions}, {"method": method})
 
 
 CONTACT = 0.04 / 1.4e-3
 
 
-@pytest.mark.parametrize(
-    ("distance", "verdict"),
-    [(CONTACT + 5, "holds"), (CONTACT - 5, "fails"), (CONTACT + 1e-6, "undecided")],
-)
-def test_collisions_of_blocks(distance, verdict):
-    made = {"u1": sampled(60.0), "n10_u38": sampled(distance), "belt_022": sampled(70.0)}
-    found = judged("no-collisions", made)
-    assert found[0] == verdict and "of 3 runs, in n10_u38" in found[2].note
-    gap = found[2].judged["smallest gap"]
-    assert gap.value == pytest.approx(distance - CONTACT, abs=0.1) and gap.high == gap.value
-    assert judged("no-collisions", made, "distance of faces")[0] == "holds"
-    at_speeds = found[2].also["at the speeds of the experiment"]
-    assert at_speeds.value == pytest.approx(70 - CONTACT, abs=0.1)
-    with pytest.raises(NotEnoughDataError, match="no sampled run"):
-        judged("no-collisions")
+@pytest.mark.parametrize(("gap", "verdict"), [(1, YES), (-1, NO), (1e-6, OPEN)])
+def test_the_smallest_gap_decides_whether_blocks_collide(gap, verdict):
+    """Of all runs by a method, wherever it is; between any two neighbours."""
+    made = {"u1": sampled(60), "u20": sampled(gap), "n10_u28": sampled(9, seed=3)}
+    made |= {"u17": sampled(70, "event"), "belt_028": sampled(2, "event", seed=1)}
+    assert both("no-collisions", **made) == (verdict, YES)
+    swapped = {"u1": sampled(60), "u17": sampled(70, "event"), "belt_028": sampled(gap, "event")}
+    assert both("no-collisions", **swapped) == (YES, verdict)
+    measurement = measured("no-collisions", **made)
+    smallest = measurement.judged["smallest gap"]
+    assert smallest.value == pytest.approx(gap, abs=0.1) and smallest.high == smallest.value
+    assert measurement.note == "of 3 runs, in u20"
+    centres = measured("no-collisions", "centres, the paper's scheme", **made)
+    assert centres.judged["smallest gap"].value == pytest.approx(smallest.value - CONTACT)
+    with pytest.raises(NotEnoughDataError, match="no sampled run by verlet"):
+        measured("no-collisions", u17=sampled(70, "event"))
 
 
 def test_the_interval_of_the_smallest_value_covers_it():
@@ -200,25 +208,19 @@ def paths(order, *, n_blocks=5, belt_velocity=20.0, starts=8, events=30, scatter
     }
 
 
-@pytest.mark.parametrize(
-    ("order", "verdict"), [(3, "holds"), (1, "fails"), (2, "fails"), (2.5, "undecided")]
-)
-def test_the_order_of_the_scheme(order, verdict):
-    found = judged("scheme-order", paths(order))
-    assert found[0] == verdict and found[2].runs == 8
-    assert found[2].judged["order"].value == pytest.approx(order, abs=0.2)
-    assert "at dt = 0.0005" in found[2].note
-
-
-def test_the_readings_of_the_order():
-    made = paths(1, n_blocks=2)
-    assert judged("scheme-order", made, "N = 2")[0] == "fails"
-    with pytest.raises(NotEnoughDataError, match="no paths with N = 5, u = 20"):
-        judged("scheme-order", made)
-    with pytest.raises(NotEnoughDataError, match="0 starts with so many events"):
-        judged("scheme-order", paths(1, events=10), "after 20")
-    in_run = judged("scheme-order", {}, "the formula, in a run")[2].judged["order"]
+@pytest.mark.parametrize(("order", "verdict"), [(3, YES), (1, NO), (2, NO), (2.5, OPEN)])
+def test_the_order_of_runs_and_of_the_formula(order, verdict):
+    """The formula has one of dt^4 in a step of dt, however runs converge."""
+    made = paths(order)
+    assert both("scheme-order", **made) == (YES, verdict)
+    estimate = measured("scheme-order", "after 5 slips and sticks", **made).judged["order"]
+    assert estimate.value == pytest.approx(order, abs=0.2) and estimate.runs == 8
+    in_run = measured("scheme-order", "the formula, in a run").judged["order"]
     assert in_run.value == pytest.approx(2, abs=0.1)
-    # an error of dt^4 in a step of dt
-    in_step = judged("scheme-order", {}, "the formula, in a step and per time")
-    assert in_step[0] == "holds" and in_step[2].judged["order"].value == pytest.approx(3, abs=0.1)
+
+
+def test_the_order_of_runs_needs_paths_with_events():
+    for made, match in ((paths(1, n_blocks=2), "no paths with N = 5, u = 20"),
+                        (paths(1, events=4), "0 starts with so many events")):  # fmt: skip
+        with pytest.raises(NotEnoughDataError, match=match):
+            measured("scheme-order", "after 5 slips and sticks", **made)

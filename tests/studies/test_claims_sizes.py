@@ -5,11 +5,11 @@ from functools import partial
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.sizes import measure
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import NotEnoughDataError
 from made_up import CLEAR, SHORT, both, grades, measured, motion_map, scan
 
 SIZES = (5, 6, 7, 10)
@@ -43,7 +43,7 @@ def falling_runs(edges=(), *, noise=1.0, low=0.02, replicates=8):
         ({}, (YES, YES)),
         ({7: (17, 24)}, (IN_PART, IN_PART)),  # the middle lies outside
         ({5: (9, 24), 7: (25, 29)}, (IN_PART, IN_PART)),  # narrower
-        ({10: (33, 34)}, (YES, IN_PART)),  # ten blocks narrower than seven
+        ({7: (20, 35), 10: (33, 34)}, (YES, IN_PART)),  # ten blocks narrower than seven
     ],
 )
 def test_regions_where_they_are_printed_and_wider_with_each_size(edges, verdicts):

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.transition import transients
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
-from beltrepro.stats.errors import NotEnoughDataError
 from made_up import (
     both,
     escapes,

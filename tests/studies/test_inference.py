@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.model.units import TIME_S
 from beltrepro.replication.studies.experiment import inference, measure, observations
@@ -13,7 +14,6 @@ from beltrepro.replication.studies.experiment.inference import (
     calibrate,
     posterior,
 )
-from beltrepro.stats.errors import NotEnoughDataError
 
 LEVELS = np.linspace(-2, 2, 9)
 

@@ -15,11 +15,13 @@ import made_up
 from beltrepro.base.store import Dataset
 from beltrepro.replication.drawing import marks
 from beltrepro.replication.plan import registry
+from beltrepro.replication.studies.noise import claims as noise
 from beltrepro.replication.verdicts import evidence
 from beltrepro.replication.verdicts.ledger import load_ledger
 from beltrepro.stats import estimates, transitions
 
 SHOWING = {name: entry for name, entry in registry.figures().items() if entry.shows}
+NOISY = ("noisy_motion", "noisy_motion_rest")
 
 
 def noisy_motion():
@@ -35,6 +37,7 @@ def noisy_motion():
 def short_runs_and_few(monkeypatch):
     """The made-up scans have three runs at a point, and discard little."""
     monkeypatch.setattr(evidence, "SETTLED_TRANSIENT", 0.0)
+    monkeypatch.setattr(noise, "SETTLED", 0.0)
     monkeypatch.setattr(transitions, "LEAST_RUNS", 3)
     monkeypatch.setattr(estimates, "RESAMPLES", 40)
 
@@ -46,9 +49,9 @@ def data_for(name):
     needs = [*SHOWING[name].uses, *(need for claim in claims for need in ledger[claim].needs)]
     tables = {need for need in needs if need in registry.tables()}
     needs += [used for table in tables for used in registry.tables()[table].uses]
-    data = {need: made.dataset(need) for need in needs if need not in {*tables, "noisy_motion"}}
+    data = {need: made.dataset(need) for need in needs if need not in {*tables, *NOISY}}
     data |= {table: made.table(table, data) for table in tables}
-    return data | {"noisy_motion": noisy_motion()}
+    return data | dict.fromkeys(NOISY, noisy_motion())
 
 
 def estimates_of(key, data):
@@ -123,7 +126,9 @@ def test_estimates_name_their_figures():
     assert registry.figures_with("u-critical", "", "critical") == ["fig12", "critical_velocity"]
     assert registry.figures_with("u-critical", "wider starts", "critical") == ["critical_velocity"]
     assert registry.figures_with("u-critical", "exact dynamics", "critical") == []
-    assert registry.figures_with("uc-of-sigma", "", "u_c(2.2)") == ["critical_velocity"]
+    assert registry.figures_with("uc-of-sigma", "exact dynamics", "u_c(2.2)") == [
+        "critical_velocity"
+    ]
     assert registry.figures_with("uc-of-sigma", "", "u_c(2.2) - u_c(0)") == []
     ledger = load_ledger()
     assert {key.split(": ")[0] for entry in SHOWING.values() for key in entry.shows} <= set(ledger)
@@ -138,6 +143,6 @@ def test_no_figure_finds_a_fall_or_rise_by_itself():
             continue
         for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.ImportFrom) and node.module == "beltrepro.stats":
-                assert "transitions" not in {alias.name for alias in node.names}, path
+                assert not {"transitions", "branches"} & {alias.name for alias in node.names}, path
             if isinstance(node, ast.ImportFrom) and node.module == "beltrepro.stats.transitions":
                 assert {alias.name for alias in node.names} <= {"running_median"}, path

@@ -12,7 +12,7 @@ from beltrepro.replication.plan import registry
 from beltrepro.replication.plan.registry import check_uses
 from beltrepro.replication.studies.friction_ratio.measure import friction_falls
 from beltrepro.replication.studies.transition import measure
-from beltrepro.stats import transitions
+from beltrepro.stats import branches
 
 TABLES = registry.tables()
 POINTS = ("belt_velocity", "disorder_parameter")
@@ -75,18 +75,18 @@ def test_critical_velocities_are_the_falls_of_every_row():
     assert table["runs"].tolist() == [4] * 8
     quiet, noisy, *_, six, ten = (table.iloc[row] for row in range(len(table)))
     for row, place in ((quiet, 17.5), (six, 25.5)):
-        assert row["low"] <= place <= row["high"] and row["high"] - row["low"] < 1.1
-    assert 16 < noisy["lower"] <= noisy["critical"] <= noisy["upper"] < 26
+        assert row["low"] <= place <= row["high"] and row["high"] - row["low"] < 1.7
+    assert 15 < noisy["lower"] <= noisy["critical"] <= noisy["upper"] < 26
     assert noisy["high"] - noisy["low"] > 2
     assert np.isnan(ten[["critical", "low", "high", "lower", "upper"]].astype(float)).all()
-    numbers = transitions.fall(*(five.arrays[name][five.arrays["noise"] == 1] for name in POINTS))
+    numbers = branches.fall(*(five.arrays[name][five.arrays["noise"] == 1] for name in POINTS))
     critical = numbers["critical"]
     assert (noisy["critical"], noisy["low"]) == (critical.value, critical.low)
 
 
-def test_too_few_runs_have_no_critical_velocity():
+def test_too_few_places_have_no_critical_velocity():
     five = replicates([5], [0.0], lambda n, s, k: 18)
-    few = {name: values[five.arrays["replicate"] < 3] for name, values in five.arrays.items()}
+    few = {name: values[five.arrays["belt_velocity"] < 8] for name, values in five.arrays.items()}
     names = TABLES["critical_velocities"].uses
     table = measure.critical_velocities(dict.fromkeys(names, Dataset(few, five.attributes)))
     assert len(table) == 4 and table["critical"].isna().all()

@@ -1,5 +1,6 @@
 """Which numbers a figure draws, read off its artists: a Panel for each of its axes."""
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,7 +46,12 @@ class Image:
 def panels_of(figure):
     """Panels in the order in which they were made, without colour bars."""
     bars = {mesh.colorbar.ax for axes in figure.axes for mesh in _meshes(axes) if mesh.colorbar}
-    return [Panel(axes) for axes in figure.axes if axes not in bars]
+    panels = [axes for axes in figure.axes if axes not in bars]
+    places = {axes.get_position(original=True).bounds: axes.get_position(True) for axes in panels}
+    for one, other in itertools.combinations(places.values(), 2):
+        shared = one.intersection(one, other)
+        assert shared is None or shared.width * shared.height < 1e-9, "panels lie on one another"
+    return [Panel(axes) for axes in panels]
 
 
 def plain(texts):

@@ -18,17 +18,16 @@ records of tests/data/reference_events.json anew.
 
 import json
 from dataclasses import dataclass, field
-from functools import cache
 from itertools import accumulate, pairwise
 from math import comb
 from operator import mul
 from pathlib import Path
 
+import numpy as np
 from mpmath import mp, mpf
 
 DATA = Path(__file__).parents[1] / "data" / "reference_events.json"
 BITS = 192  # 57 decimal digits
-FIELD = 448  # of a deviation: twice as many, and 64 for the size of the numbers
 TAIL = 150  # binary digits of the last terms of a series
 ORDER = 64
 ONE = 1 << BITS
@@ -119,55 +118,26 @@ class ExactChain:
         if what == "slip":
             rate = _value(_derivative(step.force[block]), root) << step.halvings
             change = step.pull_change(block, self.deviations, root)
-            self.deviations.v[block] = self.deviations.times(change, (after << BITS) // rate)
+            self.deviations.v[block] = change * ((after << BITS) // rate) >> BITS
         else:  # a stick, or a reversal
             kept = (after << BITS) // before if self.direction[block] else 0
-            self.deviations.v[block] = self.deviations.times(self.deviations.v[block], kept)
+            self.deviations.v[block] = self.deviations.v[block] * kept >> BITS
 
 
 class Deviations:
-    """Several deviations of a chain: their numbers of one block are fields of one integer.
-
-    A sum of such integers, or a product with a number, is that of all fields at once. Then what
-    reaches below the units of one field must not stay in the next.
+    """Several deviations of a chain: of each block, wall first, an array of their numbers.
 
     columns : (displacements, velocities) of each deviation, wall first.
     """
 
     def __init__(self, columns):
-        self.count = len(columns)
         self.y, self.v = (
-            [sum(c << FIELD * n for n, c in enumerate(row)) for row in zip(*rows, strict=True)]
-            for rows in zip(*columns, strict=True)
+            list(np.array(rows, dtype=object).T) for rows in zip(*columns, strict=True)
         )
 
     def columns(self):
         """(displacements, velocities) of each deviation."""
-        shifts = range(0, FIELD * self.count, FIELD)
-        middle = 1 << FIELD - 1
-        rows = [[v + self._all(middle) for v in row] for row in (self.y, self.v)]
-        return [
-            tuple([(v >> shift) % (1 << FIELD) - middle for v in row] for row in rows)
-            for shift in shifts
-        ]
-
-    def times(self, fields, factor):
-        """The fields times a number."""
-        return self.lowered(fields * factor, BITS)
-
-    def lowered(self, fields, bits):
-        """The fields without their last bits."""
-        positive = fields + self._all(1 << FIELD - 1) >> bits
-        return (positive & self._all((1 << FIELD - bits) - 1)) - self._all(1 << FIELD - 1 - bits)
-
-    def _all(self, number):
-        """One positive number in all fields."""
-        return _in_fields(number, self.count)
-
-
-@cache
-def _in_fields(number, count):
-    return sum(number << FIELD * n for n in range(count))
+        return list(zip(*(np.transpose(rows).tolist() for rows in (self.y, self.v)), strict=True))
 
 
 def _branch(deformation):
@@ -211,14 +181,13 @@ class _Step:
             powers.append(powers[-1] * root >> BITS)
         rates = [k * power << self.halvings for k, power in enumerate([0, *powers[:-1]])]
         for i, row in enumerate(self._changes(deviations)):
-            deviations.y[i] = deviations.lowered(_dot(row, powers), BITS)
-            deviations.v[i] = deviations.lowered(_dot(row, rates), BITS)
+            deviations.y[i], deviations.v[i] = _dot(row, powers) >> BITS, _dot(row, rates) >> BITS
 
     def _changes(self, deviations):
         """Series of the deviations of the displacements, whose tension is E times theirs."""
         chain, count = self.chain, len(deviations.y)
         x = [
-            [place, deviations.lowered(speed, self.halvings)]
+            [place, speed >> self.halvings]
             for place, speed in zip(deviations.y, deviations.v, strict=True)
         ]
         stretch = [[] for _ in x]
@@ -228,12 +197,11 @@ class _Step:
                 stretch[i].append(x[i][k] - x[i - 1][k])
                 tension[i] = stretch[i][k]
                 if chain.branch[i]:
-                    total = _dot(stretch[i], self.growth[i][k::-1])
-                    tension[i] = deviations.lowered(total, BITS)
+                    tension[i] = _dot(stretch[i], self.growth[i][k::-1]) >> BITS
             share = (ONE >> 2 * self.halvings) // ((k + 1) * (k + 2))
             for i in range(1, count):
                 pull = tension[i + 1] - tension[i]
-                x[i].append(chain.direction[i] and deviations.times(pull, share))
+                x[i].append(chain.direction[i] and pull * share >> BITS)
             x[0].append(0)
         return x
 
@@ -243,7 +211,7 @@ class _Step:
         for spring, sign in ((block, -1), (block + 1, 1)):
             if spring < len(y):
                 slope = _value(self.growth[spring], root)
-                change += sign * deviations.times(y[spring] - y[spring - 1], slope)
+                change += sign * ((y[spring] - y[spring - 1]) * slope >> BITS)
         return change
 
     def first_event(self, end):

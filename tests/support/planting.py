@@ -6,10 +6,9 @@
 Errors come from a list (YAML: entries with `file`, `old`, `new`, where `old` occurs once in the
 file; paths from the root of the tree) or are drawn at random from the sources, without a look at
 the tests: see `OPERATORS`. A room is a folder or file of src/beltrepro, or of the tree. By default
-the test files run that see the changed module by their imports, those that name it first; --all
-runs the rest of the quick suite after them, which alone says that an error is not noticed. --write
-keeps the list with its outcome, to be judged by hand: a change that leaves every result as it was
-is no error.
+the test files run that name the changed module or its room; --all runs the rest of the quick suite
+after them, which alone says that an error is not noticed. --write keeps the list with its outcome,
+to be judged by hand: a change that leaves every result as it was is no error.
 
 Mutation tools on the market rewrite functions in ways that Numba cannot compile. This one works in
 a copy and leaves alone the time stamps of the other files, so that compiled kernels stay valid.
@@ -17,7 +16,6 @@ a copy and leaves alone the time stamps of the other files, so that compiled ker
 
 import argparse
 import ast
-import functools
 import os
 import random
 import re
@@ -27,19 +25,16 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections import defaultdict
+from collections import Counter
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
-import grimp
 import yaml
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = Path("src/beltrepro")
 NOT_COPIED = (".git", ".venv", ".snakemake", ".pytest_cache", ".hypothesis", "logs")
 LIMIT = 600.0  # seconds for the tests of one planted error
-BY_NAME = "beltrepro.replication.plan.registry"  # loads studies by their names, unseen in imports
-STUDIES = "beltrepro.replication.studies"
 TESTS_OF_WORKFLOW = ["tests/plan"]
 
 
@@ -124,17 +119,14 @@ def sites(file: Path) -> list[Plant]:
 
 def _code(node):
     """Nodes that run: no docstrings, annotations, messages, imports or decorators."""
+    skipped = (ast.JoinedStr, ast.Raise, ast.Import, ast.ImportFrom)
     for field, value in ast.iter_fields(node):
-        if field in ("annotation", "returns", "decorator_list"):
-            continue
         for child in value if isinstance(value, list) else [value]:
-            skipped = (ast.JoinedStr, ast.Raise, ast.Import, ast.ImportFrom)
-            if not isinstance(child, ast.AST) or isinstance(child, skipped):
-                continue
-            if isinstance(child, ast.Expr) and isinstance(child.value, ast.Constant):
-                continue
-            yield child
-            yield from _code(child)
+            words = isinstance(child, ast.Expr) and isinstance(child.value, ast.Constant)
+            told = field in ("annotation", "returns", "decorator_list")
+            if isinstance(child, ast.AST) and not (told or words or isinstance(child, skipped)):
+                yield child
+                yield from _code(child)
 
 
 def _has_key(node):
@@ -239,10 +231,10 @@ def draw(count: int, seed: int, rooms: list[str]) -> list[Plant]:
 
 def all_rooms() -> list[str]:
     """Folders of the package, those of the replication each by itself."""
-    places = [place for place in sorted((ROOT / PACKAGE).iterdir()) if place.is_dir()]
-    parts = sorted((ROOT / PACKAGE / "replication").iterdir())
-    places = [place for place in places if place.name != "replication"] + parts
-    return [str(place.relative_to(ROOT / PACKAGE)) for place in places if any(place.glob("*.py"))]
+    top = ROOT / PACKAGE
+    places = [*top.iterdir(), *(top / "replication").iterdir()]
+    rooms = [str(place.relative_to(top)) for place in sorted(places) if any(place.glob("*.py"))]
+    return [room for room in rooms if room != "replication"]
 
 
 def files(room: str) -> list[Path]:
@@ -258,68 +250,26 @@ def files(room: str) -> list[Path]:
 
 
 def tests_for(file: str) -> list[str]:
-    """Test files that see a module by their imports: those that name it, then by what they see.
-
-    What is no module is seen by the tests of the workflow.
-    """
+    """Test files that name a module, then those that name its room; the workflow's for the rest."""
     if not Path(file).is_relative_to(PACKAGE):
         return TESTS_OF_WORKFLOW
-    module = ".".join(Path(file).with_suffix("").relative_to("src").parts)
-    module = module.removesuffix(".__init__")
-    ranks = {}
-    for path in sorted((ROOT / "tests").rglob("test_*.py")):
-        named = _named(path)
-        seen = named.union(*map(_seen, named))
-        if module in seen:
-            ranks[str(path.relative_to(ROOT))] = (module not in named, len(seen))
-    return sorted(ranks, key=ranks.get)
-
-
-@functools.cache
-def _graph():
-    """Who imports whom in the package."""
-    graph = grimp.build_graph("beltrepro", cache_dir=None)
-    for module in graph.find_descendants(STUDIES) if BY_NAME in graph.modules else ():
-        graph.add_import(importer=BY_NAME, imported=module)
-    return graph
-
-
-@functools.cache
-def _seen(module):
-    return _graph().find_upstream_modules(module) if module in _graph().modules else frozenset()
-
-
-@functools.cache
-def _named(path):
-    """Modules of the package that a test file names, itself or by what tests share."""
-    names = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom) and node.module:
-            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
-        elif isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
-    shared = [_shared()[name] for name in names & set(_shared()) if _shared()[name] != path]
-    return frozenset(names & _graph().modules).union(*map(_named, shared))
-
-
-@functools.cache
-def _shared():
-    """Modules that tests share, by name."""
-    paths = (ROOT / "tests").rglob("*.py")
-    return {path.stem: path for path in paths if not path.name.startswith("test_")}
+    *above, stem = Path(file).with_suffix("").relative_to("src").parts
+    room = r"\.".join(above)
+    names = re.compile(rf"{room}(\.{stem}\b| import [^)]*?\b{stem}\b)"), re.compile(rf"{room}\b")
+    texts = {path: path.read_text() for path in sorted((ROOT / "tests").rglob("test_*.py"))}
+    paths = [path for name in names for path, text in texts.items() if name.search(text)]
+    return [str(path.relative_to(ROOT)) for path in dict.fromkeys(paths)]
 
 
 def attempt(tree: Path, plant: Plant, tests: list[str], options: list[str]) -> str:
     """Outcome of the tests with one error in the tree: the first failing test, or "survived"."""
     path = tree / plant.file
     right, stamp = path.read_bytes(), path.stat()
-    try:
-        path.write_bytes(plant.apply(right))
-        failed = run(tree, tests, [*options, "-x"], LIMIT)
-        return f"noticed: {failed[0]}" if failed else "survived"
-    finally:
-        path.write_bytes(right)
-        os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
+    path.write_bytes(plant.apply(right))
+    failed = run(tree, tests, [*options, "-x"], LIMIT)
+    path.write_bytes(right)
+    os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
+    return f"noticed: {failed[0]}" if failed else "survived"
 
 
 def run(tree: Path, tests: list[str], options: list[str], limit: float | None = None) -> list[str]:
@@ -397,13 +347,13 @@ def _not_copied(folder, names):
 
 def _print_sums(plants):
     """How many errors were noticed, by folder."""
-    noticed = defaultdict(list)
-    for plant in plants:
-        folder = str(Path(plant.file).parent).removeprefix(f"{PACKAGE}/")
-        noticed[folder].append(plant.outcome.startswith("noticed"))
-    noticed["all"] = [outcome for outcomes in noticed.values() for outcome in outcomes]
-    for folder, outcomes in noticed.items():
-        print(f"{folder}: {sum(outcomes)} of {len(outcomes)} noticed")
+    folders = [str(Path(plant.file).parent).removeprefix(f"{PACKAGE}/") for plant in plants]
+    of_folder = Counter(folders + ["all"] * len(plants))
+    noticed = Counter()
+    for folder, plant in zip(folders, plants, strict=True):
+        noticed.update(dict.fromkeys((folder, "all"), plant.outcome.startswith("noticed")))
+    for folder, count in of_folder.items():
+        print(f"{folder}: {noticed[folder]} of {count} noticed")
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.studies import every_claim
 from beltrepro.replication.verdicts import criteria, evidence
 from beltrepro.replication.verdicts.criteria import (
@@ -22,7 +23,6 @@ from beltrepro.replication.verdicts.criteria import (
     show,
 )
 from beltrepro.replication.verdicts.ledger import Change, Claim
-from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.estimates import Estimate, absent, single, sure
 
 # --- criteria -------------------------------------------------------------------------------------

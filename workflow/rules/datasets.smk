@@ -1,4 +1,5 @@
-# Datasets: their points are simulated in batches, and the batches joined into one file.
+# Datasets: their points are simulated in batches, runs are added where these are too few, and the
+# batches are joined into one file.
 
 
 rule simulate:
@@ -23,6 +24,33 @@ rule simulate:
         "Simulating batch {wildcards.batch} of {wildcards.dataset}"
     script:
         "../scripts/simulate.py"
+
+
+rule add_runs:
+    "Add runs to the points of some rows of a dataset where their mean is not known well enough."
+    input:
+        FLOW.runs_so_far,
+    output:
+        "<results>/batches/{dataset}/{added}.h5",
+    log:
+        "<logs>/batches/{dataset}/{added}.log",
+    benchmark:
+        "<benchmarks>/batches/{dataset}/{added}.tsv"
+    priority: BEFORE_FIGURES
+    conda:
+        "../envs/beltrepro.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=240,
+    params:
+        told=FLOW.told_added,
+        expected=FLOW.expected_so_far,
+        code=FLOW.code_of_added,
+    message:
+        "Adding runs to {wildcards.dataset} ({wildcards.added})"
+    script:
+        "../scripts/add_runs.py"
 
 
 rule join:

@@ -3,7 +3,7 @@
 import errno
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from beltrepro.base.errors import InputError
@@ -15,8 +15,16 @@ UNFINISHED = ".unfinished-"
 def replacing(path: str | os.PathLike) -> Iterator[Path]:
     """A file to write that takes its name when it is complete and on the disk."""
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
     unfinished = path.with_name(f"{UNFINISHED}{os.getpid()}-{path.name}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        unfinished.touch()
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    except OSError as error:
+        with suppress(OSError):
+            unfinished.unlink()
+        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
     try:
         yield unfinished
         _flush(unfinished)

@@ -34,15 +34,14 @@ def is_sequence(value: Any) -> TypeGuard[Iterable]:
 
 def whole_number(name: str, value: Any) -> int:
     """The value as an int; InputError names it if it is not a whole number."""
-    is_whole = isinstance(value, Integral) or (isinstance(value, Real) and value % 1 == 0)
-    if isinstance(value, bool) or not is_whole:
+    if not (_is_real(value) and (isinstance(value, Integral) or value % 1 == 0)):
         raise InputError(f"{name} = {shown(value)}: a whole number is needed")
     return int(value)
 
 
 def finite_number(name: str, value: Any) -> float:
     """The value as a float; InputError names it if it is not a finite number."""
-    if isinstance(value, bool) or not isinstance(value, Real):
+    if not _is_real(value):
         raise InputError(f"{name} = {shown(value)}: a number is needed")
     try:
         number = float(value)
@@ -146,9 +145,14 @@ def positions(name: str, value: Any, n_blocks: int) -> np.ndarray:
 
 def path(name: str, value: Any) -> Path:
     """Where a file is."""
-    if not isinstance(value, str | PathLike):
+    if not isinstance(value, str | PathLike) or "\0" in str(value):
         raise InputError(f"{name} = {shown(value)}: the path of a file is needed")
     return Path(value)
+
+
+def _is_real(value: Any) -> bool:
+    """Whether a value is a number; NumPy counts a duration among the whole ones."""
+    return isinstance(value, Real) and not isinstance(value, bool | np.timedelta64)
 
 
 def _as_numbers(value: Any) -> np.ndarray | None:

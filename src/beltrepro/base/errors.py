@@ -12,6 +12,16 @@ class ModelStateError(RuntimeError):
     """A run left the range of the model (NaN, or blocks that pass through each other)."""
 
 
+class NotEnoughDataError(ValueError):
+    """Too few, or the wrong, data for this estimate; the message is one line with the reason."""
+
+
+def require(condition: object, reason: str) -> None:
+    """Say that the data do not carry a number, unless the condition holds."""
+    if not condition:
+        raise NotEnoughDataError(reason)
+
+
 @contextmanager
 def needing(purpose: str, extra: str = "replication") -> Iterator[None]:
     """Say in one line which extra of the package brings what is imported within this block."""

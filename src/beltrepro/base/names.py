@@ -43,16 +43,16 @@ def checked(called: F, also: Collection[str] = ()) -> F:
         return called
     signature = inspect.signature(called)
     parameters = [item for item in signature.parameters.values() if item.kind is not _KEYWORDS]
-    known = [item.name for item in parameters if item.name not in ("self", "cls")] + [*also]
+    accepted = [item.name for item in parameters if item.name not in ("self", "cls")] + [*also]
 
     @functools.wraps(called)
     def _call(*args: Any, **kwargs: Any) -> Any:
-        if also and not kwargs.keys() <= set(known):
-            raise cast(InputError, _wrong(called, signature, known, args, kwargs))
+        if also and not kwargs.keys() <= set(accepted):
+            raise cast(InputError, _wrong(called, signature, accepted, args, kwargs))
         try:
             return called(*args, **kwargs)
         except TypeError:
-            if wrong := _wrong(called, signature, known, args, kwargs):
+            if wrong := _wrong(called, signature, accepted, args, kwargs):
                 raise wrong from None
             raise
 
@@ -63,16 +63,16 @@ _KEYWORDS = inspect.Parameter.VAR_KEYWORD
 
 
 def _wrong(
-    called: Callable, signature: inspect.Signature, known: list[str], args: tuple, kwargs: dict
+    called: Callable, signature: inspect.Signature, accepted: list[str], args: tuple, kwargs: dict
 ) -> InputError | None:
     """What is wrong with the arguments of a call; None if they fit the signature."""
     name = called.__qualname__.removesuffix(".__init__")
     for unknown in kwargs:
-        if unknown not in known:
-            meant = hint(unknown, known) or f": allowed are {', '.join(known)}"
+        if unknown not in accepted:
+            meant = hint(unknown, accepted) or f": allowed are {', '.join(accepted)}"
             return InputError(f"{name} has no argument {unknown!r}{meant}")
     try:
         signature.bind(*args, **kwargs)
     except TypeError as error:
-        return InputError(f"{name}: {error}: its arguments are {', '.join(known)}")
+        return InputError(f"{name}: {error}: its arguments are {', '.join(accepted)}")
     return None

@@ -71,11 +71,11 @@ def _is_whole(path: Path) -> bool:
         if place < 0:
             return True
         file.seek(0)
-        found, left = hashlib.sha256(), begin + place
-        while block := file.read(min(1 << 20, left)):
-            found.update(block)
-            left -= len(block)
-        return found.hexdigest().encode() == end[place + len(MARKER) :]
+        content, left = hashlib.sha256(), begin + place
+        while piece := file.read(min(1 << 20, left)):
+            content.update(piece)
+            left -= len(piece)
+        return content.hexdigest().encode() == end[place + len(MARKER) :]
 
 
 def _is_as_described(path: Path) -> bool:

@@ -7,8 +7,8 @@ What is here uses the functions of `beltrepro.simulation` and judges what comes 
 from beltrepro.chaos.irregular import time_to_orbit
 from beltrepro.chaos.lyapunov import LyapunovSpectrum, lyapunov_spectrum
 from beltrepro.chaos.naming import Motion, classify
-from beltrepro.chaos.orbits import PeriodicOrbit, close_orbit, periodic_orbit
 from beltrepro.chaos.parting import separation
+from beltrepro.chaos.periodic_orbits import PeriodicOrbit, close_orbit, periodic_orbit
 
 __all__ = [
     "LyapunovSpectrum",

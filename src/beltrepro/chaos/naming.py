@@ -8,18 +8,18 @@ from typing import Unpack
 
 import numpy as np
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.chaos.clocks import REST, integrator_by
 from beltrepro.chaos.vectors import check_method, grow, slopes, standard_errors, with_vectors
 from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
 from beltrepro.model.section import section_position
+from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.sections import ReturnLog
 from beltrepro.simulation.groups import Report, integrator_of, observe
 from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.setup import Case, Chains, Keywords, check_lengths, setup_of, with_setup
-from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.motion import name_motion
 from beltrepro.stats.recurrence import find_recurrence
 

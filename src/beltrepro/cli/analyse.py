@@ -32,9 +32,9 @@ def add(commands: Any) -> None:
 def run(options: argparse.Namespace) -> None:
     """Analyse, print the numbers and draw the figure."""
     shared.check_output(options, ".png", ".pdf", ".svg")
+    from beltrepro.base.errors import NotEnoughDataError
     from beltrepro.replication.camera.recording import analyse
     from beltrepro.replication.camera.track_file import read_track
-    from beltrepro.stats.errors import NotEnoughDataError
 
     for check, name in ((not_negative, "transient"), (positive, "window"), (positive, "quiet")):
         check(name, getattr(options, name))

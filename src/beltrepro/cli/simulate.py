@@ -51,8 +51,8 @@ def run(options: argparse.Namespace) -> None:
         made.save(options.output)
     names = ("duration", "transient", "method", "time_step", "tolerance", "seed", "replicate")
     measured = ("disorder_parameter", "mean_length", "energy_residual")
-    told = {name: getattr(made, name) for name in (*names, *measured)}
+    result = shared.of_chain(asdict(chain))
+    result |= {name: getattr(made, name) for name in (*names, *measured)}
     if made.tolerance is None:
-        del told["tolerance"]
-    chain_told = shared.of_chain(asdict(chain))
-    shared.print_result(chain_told | told | {"events": len(made.events)}, options.json)
+        del result["tolerance"]
+    shared.print_result(result | {"events": len(made.events)}, options.json)

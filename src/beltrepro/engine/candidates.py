@@ -350,12 +350,12 @@ def first_events(order, resolution, n_columns, step, candidates):
     source = spread(-1)
     for column in range(n_columns):
         candidate = load(candidates.sources, (column * LANES,))
-        place, found, undecided = first_roots(
+        place, hit, undecided = first_roots(
             order, resolution, candidates.polynomials, column, step, candidate >= 0
         )
-        earlier = (found | undecided) & (place < instant)
-        first = found & (place == instant) & (source < 0)
-        source = select(earlier | first, select(found, candidate, -1), source)
+        earlier = (hit | undecided) & (place < instant)
+        first = hit & (place == instant) & (source < 0)
+        source = select(earlier | first, select(hit, candidate, -1), source)
         instant = select(earlier, place, instant)
     return instant, source
 
@@ -404,7 +404,7 @@ def first_roots(order, resolution, polynomials, column, length, wanted):
     length : float64x8; wanted : lanes to look at; resolution : share of the length by which a root
     may be missed.
 
-    Returns place (float64x8), found, undecided (mask8): a root at `place`; or none up to `place`,
+    Returns place (float64x8), hit, undecided (mask8): a root at `place`; or none up to `place`,
     but not all of the interval could be searched.
 
     With q'' >= -M on the interval, q(t+s) >= q(t) + q'(t) s - M s^2/2, so the root of that parabola
@@ -431,11 +431,11 @@ def first_roots(order, resolution, polynomials, column, length, wanted):
         following = select(reached, position, position + step)
         # the root lies within about M step^2 / |slope| beyond the next place
         close = greatest * (step * step) <= accuracy * discriminant
-        found = searching & (reached | close) & (following <= length)
+        hit = searching & (reached | close) & (following <= length)
         place = select(searching, following, place)
         position = following
-        located = located | found
-        searching = searching & ~found & (position < length)
+        located = located | hit
+        searching = searching & ~hit & (position < length)
         if mask_bits(searching) == 0:
             break
         value, slope = polynomial(order, polynomials, column, position)

@@ -28,7 +28,7 @@ changes its branch.) `step` is the time that they have moved. `kind` is SLIP, ST
 BRANCH, of the chain `lane + i` and the block, or the spring, `block`.
 
 `scratch.series` holds the series about the start of the step in all three, also after the move and
-the event, and `scratch.found.step[i]` its length: so the state, the forces and their rates at the
+the event, and `scratch.end.step[i]` its length: so the state, the forces and their rates at the
 event are at hand. After the move `group.chains` holds the new positions and velocities with the old
 directions, branches and thresholds; after the event, all that it has changed. The force of the
 noise on a block is a + b t, `group.chains.noise_force`: a at the start of the step when the series
@@ -139,7 +139,7 @@ class Group(NamedTuple):
     chains: Chains
 
 
-class Found(NamedTuple):
+class StepEnd(NamedTuple):
     """What ends the steps of eight chains."""
 
     step: np.ndarray  # (8,) time to the event, or to the end of the step
@@ -151,13 +151,13 @@ class Scratch(NamedTuple):
 
     series: Series
     candidates: Candidates
-    found: Found
+    end: StepEnd
 
 
 def new_scratch(n_blocks: int) -> Scratch:
     """Room for eight chains of N blocks."""
-    found = Found(zeros(LANES), zeros(LANES, dtype=np.int64))
-    return Scratch(new_series(n_blocks), new_candidates(n_blocks), found)
+    end = StepEnd(zeros(LANES), zeros(LANES, dtype=np.int64))
+    return Scratch(new_series(n_blocks), new_candidates(n_blocks), end)
 
 
 class Span(NamedTuple):
@@ -278,7 +278,7 @@ def choose_step(order, noisy, lane, moving, remaining, group, series):
 
 @inlined
 def find_first_event(order, resolution, lane, moving, step, group, scratch):
-    """Write the first event of each moving chain, or the end of its step, to `scratch.found`."""
+    """Write the first event of each moving chain, or the end of its step, to `scratch.end`."""
     n_columns = find_candidates(
         order,
         False,
@@ -291,8 +291,8 @@ def find_first_event(order, resolution, lane, moving, step, group, scratch):
         scratch.candidates,
     )
     step, source = first_events(order, resolution, n_columns, step, scratch.candidates)
-    store(scratch.found.step, (0,), step)
-    store(scratch.found.source, (0,), source)
+    store(scratch.end.step, (0,), step)
+    store(scratch.end.source, (0,), source)
 
 
 @inlined
@@ -317,8 +317,8 @@ def _wait_on_belt(lane, i, end, group, scratch):
         if abs(series.force[at(0, block) + i]) > chains.threshold[block, chain]:
             first, wait = block, 0.0
     rest = end - chains.time[chain]
-    scratch.found.source[i] = first if wait <= rest else -1
-    scratch.found.step[i] = min(wait, rest)
+    scratch.end.source[i] = first if wait <= rest else -1
+    scratch.end.step[i] = min(wait, rest)
 
 
 @inlined
@@ -338,7 +338,7 @@ def record_crossings(order, lane, moving, step, start, group, scratch, crossings
             order,
             lane,
             i,
-            scratch.found.step[i],
+            scratch.end.step[i],
             start + group.chains.time[lane + i],
             group.conditions.belt_velocity[lane + i],
             scratch.series,
@@ -537,7 +537,7 @@ def apply_event(order, noisy, rests, lane, i, start, group, scratch, events):
 
     Returns the kind of the event and the block, or the spring for BRANCH.
     """
-    source = scratch.found.source[i]
+    source = scratch.end.source[i]
     n_blocks = group.chains.direction.shape[0]
     if rests:
         _end_rest(lane, i, group, scratch)
@@ -558,7 +558,7 @@ def _end_rest(lane, i, group, scratch):
     chain = lane + i
     belt_velocity = group.conditions.belt_velocity[chain]
     here = chains.displacement[0, chain]
-    before = here - belt_velocity * scratch.found.step[i]
+    before = here - belt_velocity * scratch.end.step[i]
     gained = stored_energy(here, law)
     gained -= stored_energy(before, law)
     chains.wall_impulse[chain] += gained / belt_velocity
@@ -571,7 +571,7 @@ def _start_from_rest(lane, i, block, start, group, scratch, events):
     chains = group.chains
     chain = lane + i
     external = -chains.threshold[0, chain]
-    if scratch.found.step[i] == 0.0:
+    if scratch.end.step[i] == 0.0:
         external = scratch.series.force[at(0, block) + i]
     chains.direction[block, chain] = slip_direction(external, -1.0)
     _record(chain, block, 1.0, external, start, chains, events)
@@ -600,7 +600,7 @@ def _turn(order, noisy, lane, i, block, start, group, scratch, events):
     """A slip that ends, or starts, or ends and starts at once; returns which."""
     law, chains, force = group.law, group.chains, scratch.series.force
     chain = lane + i
-    since = scratch.found.step[i]
+    since = scratch.end.step[i]
     external = force[at(force_order(order), block) + i]
     for k in range(force_order(order) - 1, -1, -1):
         external = fma(external, since, force[at(k, block) + i])
@@ -681,13 +681,13 @@ def _advance_kernel(order, resolution, noisy, hooks):
         conditions, chains, series = group.conditions, group.chains, scratch.series
         for lane in range(0, chains.time.size, LANES):
             store(series.position, (at(1, WALL),), -load(conditions.belt_velocity, (lane,)))
-            own = load(conditions.noise, (lane,)) > 0.0
+            served = load(conditions.noise, (lane,)) > 0.0
             if not noisy:
-                own = ~own
+                served = ~served
             while True:
                 now = load(chains.time, (lane,))
                 remaining = span.end - now
-                active = own & (remaining > 0.0)
+                active = served & (remaining > 0.0)
                 if mask_bits(active) == 0:
                     break
                 passes = load(chains.passes, (lane,)) + select(active, 1.0, 0.0)
@@ -705,7 +705,7 @@ def _advance_kernel(order, resolution, noisy, hooks):
                 find_first_event(order, resolution, lane, moving, step, group, scratch)
                 resting = mask_bits(active & ~sliding)
                 wait_on_belt(lane, resting, span.end, group, scratch)
-                step = load(scratch.found.step, (0,))
+                step = load(scratch.end.step, (0,))
                 later = select(step >= remaining, span.end, now + step)
 
                 if records.crossings.block >= 0:
@@ -719,7 +719,7 @@ def _advance_kernel(order, resolution, noisy, hooks):
                 move_clocks(noisy, lane, sliding, step, later, chains)
                 moved(order, lane, active, sliding, step, group, scratch, companion)
 
-                source = load(scratch.found.source, (0,))
+                source = load(scratch.end.source, (0,))
                 changing = mask_bits(source >= 0) | resting
                 if changing and mask_bits(source >= 2 * chains.direction.shape[0]) != 0:
                     return CONTACT

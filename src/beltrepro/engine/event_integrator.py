@@ -83,16 +83,15 @@ class EventIntegrator(SeriesIntegrator):
     def _set_time(self, time):
         self.time = time
 
-    def _new_variables(self, state):
+    def _new_variables(self, lanes):
         """Branches of the springs; the noise begins with a new cell."""
-        n_blocks = self.n_blocks
-        deformation = np.diff(state.displacements, prepend=0.0)
-        beyond = np.abs(deformation) > state.parameters.linear_limit
+        deformation = np.diff(lanes.displacements, axis=0, prepend=0.0)
+        beyond = np.abs(deformation) > self.parameters[0].linear_limit
         return {
             "branch": np.sign(deformation) * beyond,
-            "branch_changed": np.zeros(n_blocks),
-            "cell": np.zeros(()),
-            "noise_force": np.zeros((2, n_blocks)),
+            "branch_changed": np.zeros(deformation.shape),
+            "cell": np.zeros(deformation.shape[1]),
+            "noise_force": np.zeros((2, *deformation.shape)),
         }
 
     def advance(self, until: float) -> Iterator[Chunk]:

@@ -28,7 +28,7 @@ from beltrepro.engine.records import (
 )
 from beltrepro.engine.state import ChainState, Scheme, scheme_variables, settled
 from beltrepro.engine.vector import aligned, zeros
-from beltrepro.model.spring import potential_energy
+from beltrepro.model.spring import external_force, potential_energy
 
 GROUP_SIZE = 32  # chains advanced together, at most
 CUT_TIME = 250.0  # chunks end at its multiples: a run that is cut there has the bits of the uncut
@@ -95,6 +95,11 @@ class Lanes(NamedTuple):
     wall_impulse: np.ndarray  # (lanes,) integral of the first spring's pull since then
 
 
+_LANES = Lanes._fields
+# what `SeriesIntegrator` calls them
+_SERIES = ("displacement", "velocity", "direction", "threshold", "dissipated", "wall_impulse")
+
+
 class Integrator:
     """W chains of equal n_blocks and law that go on from states of one time; for subclasses."""
 
@@ -153,19 +158,17 @@ class Integrator:
 
     def state(self) -> list[ChainState]:
         """The states of the W chains now."""
-        columns = {**self._lanes()._asdict(), "stream": self._streams}
-        del columns["wall_impulse"]
-        impulses = self._lanes().wall_impulse
-        return [
-            dataclasses.replace(
-                state,
-                time=self.time,
-                wall_impulse=float(impulses[lane]),
-                scheme=Scheme(self.name, self.time_step, self._scheme_variables(lane)),
-                **{name: values[:, lane].copy() for name, values in columns.items()},
-            )
-            for lane, state in enumerate(self._begun)
-        ]
+        *lanes, impulses = self._lanes()
+        schemes = self._scheme_variables()
+        columns = [self._of_chains(values) for values in (*lanes, self._streams)]
+        states = []
+        for lane, (state, *values) in enumerate(zip(self._begun, *columns, strict=True)):
+            variables = {name: array[..., lane].copy() for name, array in schemes.items()}
+            now = {"time": self.time, "wall_impulse": float(impulses[lane])}
+            now |= zip((*_LANES[:-1], "stream"), values, strict=True)
+            scheme = Scheme(self.name, self.time_step, variables)
+            states.append(dataclasses.replace(state, scheme=scheme, **now))
+        return states
 
     def reinit(self, states: Sequence[ChainState]) -> None:
         """Go on from other states of the same W chains.
@@ -179,14 +182,38 @@ class Integrator:
             raise InputError("states: of different times")
         self._begun = list(states)
         self._set_time(states[0].time)
-        for lane, chain in enumerate(self._source):
-            state = states[chain]
-            variables = scheme_variables(state, self.name, self.time_step)
-            if variables is None:
-                state = settled(state)
-                variables = self._new_variables(state)
-            self._streams[:, lane] = state.stream
-            self._write(lane, state, variables)
+        lanes = Lanes(*(_stacked([getattr(state, name) for state in states]) for name in _LANES))
+        kept = [scheme_variables(state, self.name, self.time_step) for state in states]
+        begins = np.array([variables is None for variables in kept])
+        variables = {}
+        if begins.any():
+            directions, relative = settled(
+                lanes.directions,
+                lanes.relative_velocities,
+                self.forces_on(lanes),
+                lanes.thresholds,
+            )
+            lanes = lanes._replace(
+                directions=np.where(begins, directions, lanes.directions),
+                relative_velocities=np.where(begins, relative, lanes.relative_velocities),
+            )
+            variables = self._new_variables(lanes)
+        if not begins.all():
+            names = next(names for names in kept if names is not None)
+            for name in names:
+                values = [variables[name][..., 0] if one is None else one[name] for one in kept]
+                variables[name] = np.where(begins, variables.get(name, 0.0), _stacked(values))
+        self._streams[...] = _stacked([state.stream for state in states])[:, self._source]
+        self._write(
+            Lanes(*(values[..., self._source] for values in lanes)),
+            {name: values[..., self._source] for name, values in variables.items()},
+        )
+
+    def forces_on(self, lanes, change=0.0):
+        """External forces (N, W) on the blocks of W chains, moved by `change` (N, W)."""
+        chain = self.parameters[0]
+        positions = lanes.displacements + chain.rest_positions[:, None] + change
+        return external_force(positions.T, chain).T
 
     # --- what an integrator provides ---
 
@@ -198,16 +225,16 @@ class Integrator:
         """Begin at `time`."""
         raise NotImplementedError
 
-    def _write(self, lane: int, state: ChainState, variables: dict[str, np.ndarray]) -> None:
-        """Put a state and the variables of the scheme into a lane."""
+    def _write(self, lanes: Lanes, variables: dict[str, np.ndarray]) -> None:
+        """Put states and the variables of the scheme into the lanes."""
         raise NotImplementedError
 
-    def _new_variables(self, state: ChainState) -> dict[str, np.ndarray]:
-        """Variables of the scheme for a state that has none."""
+    def _new_variables(self, lanes: Lanes) -> dict[str, np.ndarray]:
+        """Variables (..., W) of the scheme for W states that have none."""
         raise NotImplementedError
 
-    def _scheme_variables(self, lane: int) -> dict[str, np.ndarray]:
-        """Variables of the scheme of a lane, now."""
+    def _scheme_variables(self) -> dict[str, np.ndarray]:
+        """Variables (..., lanes) of the scheme now."""
         raise NotImplementedError
 
     def _lanes(self) -> Lanes:
@@ -244,7 +271,7 @@ class Integrator:
 
     def _of_chains(self, values):
         # contiguous, so that sums over blocks round the same way for any number of chains
-        return np.ascontiguousarray(values[:, : self._width].T)
+        return values[:, : self._width].T.copy()
 
     def _empty_buffers(self):
         """Forget the events and crossings of the last chunk."""
@@ -306,8 +333,7 @@ class SeriesIntegrator(Integrator):
     """Buffers for kernels that use `beltrepro.engine.taylor`.
 
     A subclass has its state in `_chains`, a named tuple of arrays whose last axis is that of the
-    chains, among them displacement, velocity, direction, threshold, dissipated (N, W) and
-    wall_impulse (W,). Those that only this scheme has are named in `_scheme_fields`.
+    chains. Those that only this scheme has are named in `_scheme_fields`.
     """
 
     _scheme_fields: tuple[str, ...]
@@ -358,28 +384,17 @@ class SeriesIntegrator(Integrator):
         """Instant that a chain has reached in the chunk under way."""
         raise NotImplementedError
 
-    def _write(self, lane, state, variables):
-        values = variables | {
-            "displacement": state.displacements,
-            "velocity": state.relative_velocities,
-            "direction": state.directions,
-            "threshold": state.thresholds,
-            "dissipated": state.friction_losses,
-            "wall_impulse": state.wall_impulse,
-        }
-        for name, value in values.items():
-            getattr(self._chains, name)[..., lane] = value
+    def _write(self, lanes, variables):
+        for name, values in (dict(zip(_SERIES, lanes, strict=True)) | variables).items():
+            getattr(self._chains, name)[...] = values
 
-    def _scheme_variables(self, lane):
-        return {name: getattr(self._chains, name)[..., lane].copy() for name in self._scheme_fields}
+    def _scheme_variables(self):
+        return {name: getattr(self._chains, name) for name in self._scheme_fields}
 
     def _lanes(self):
-        chains = self._chains
-        return Lanes(
-            chains.displacement,
-            chains.velocity,
-            chains.direction,
-            chains.threshold,
-            chains.dissipated,
-            chains.wall_impulse,
-        )
+        return Lanes(*(getattr(self._chains, name) for name in _SERIES))
+
+
+def _stacked(values: Sequence) -> np.ndarray:
+    """Arrays of W chains as one (..., W)."""
+    return np.moveaxis(np.array(values), 0, -1)

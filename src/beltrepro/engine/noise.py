@@ -7,6 +7,8 @@ from the Box-Muller transform with polynomial logarithm, sine and cosine (absolu
 1e-8). The functions take one lane or a vector of them.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from beltrepro.engine.simd import (
@@ -30,19 +32,78 @@ STATE_WORDS = 4
 
 def stream_key(parameters: ChainParameters, seed: int, replicate: int, purpose: int = 0):
     """SeedSequence of one chain: the same physics, seed and replicate give the same numbers."""
-    reals = np.array([parameters.belt_velocity, parameters.noise, *parameters.law])
-    words = (reals + 0.0).view(np.uint64)
-    return np.random.SeedSequence(
-        [int(seed), parameters.n_blocks, int(replicate), purpose, *map(int, words)]
-    )
+    return np.random.SeedSequence(_keys([parameters], [seed], [replicate], purpose)[0].tolist())
 
 
-def stream_states(parameters, seed: int, replicates) -> np.ndarray:
-    """Initial states (4, W) uint64 of the streams of W chains."""
-    states = np.empty((STATE_WORDS, len(parameters)), dtype=np.uint64)
-    for lane, (chain, replicate) in enumerate(zip(parameters, replicates, strict=True)):
-        states[:, lane] = stream_key(chain, seed, replicate).generate_state(4, np.uint64)
+def stream_states(chains: Sequence[ChainParameters], seeds, replicates, purpose=0) -> np.ndarray:
+    """Initial states (4, W) uint64 of the streams of W chains: the words of their `stream_key`."""
+    states = np.empty((STATE_WORDS, len(chains)), dtype=np.uint64)
+    # by its halves: SeedSequence works with words of 32 bits, low ones first
+    words = _keys(chains, seeds, replicates, purpose).astype("<u8").view("<u4")
+    _seed_streams(words.astype(np.int64), np.empty(_POOL, dtype=np.int64), states)
     return states
+
+
+def _keys(chains, seeds, replicates, purpose) -> np.ndarray:
+    """What the streams of W chains are keyed by (W, K)."""
+    keys = np.empty((len(chains), 12), dtype=np.uint64)
+    keys[:, 0], keys[:, 2], keys[:, 3] = seeds, np.fromiter(replicates, np.uint64), purpose
+    keys[:, 1] = [chain.n_blocks for chain in chains]
+    reals = np.array([(chain.belt_velocity, chain.noise, *chain.law) for chain in chains])
+    keys[:, 4:] = (reals + 0.0).view(np.uint64)
+    return keys
+
+
+# NumPy's SeedSequence for many keys at once. A number is one word, or two from 2^32 on; the words
+# are hashed into a pool of four, in turn, and the state is hashed from that.
+_POOL = 4
+_LOW_HALF = 0xFFFFFFFF
+_KEY_HASH, _KEY_FACTOR = 0x43B0D7E5, 0x931E8875
+_STATE_HASH, _STATE_FACTOR = 0x8B51F9DD, 0x58F38DED
+_KEPT_FACTOR, _ADDED_FACTOR = 0xCA01F9DD, 0x4973F715
+
+
+@inlined
+def _hashed(word, constant, factor):
+    """Hash of a word, and the constant for the word that follows."""
+    constant_after = (constant * factor) & _LOW_HALF
+    word = ((word ^ constant) * constant_after) & _LOW_HALF
+    return word ^ (word >> 16), constant_after
+
+
+@inlined
+def _add_to_pool(word, place, constant, pool):
+    hashed, constant = _hashed(word, constant, _KEY_FACTOR)
+    mixed = (_KEPT_FACTOR * pool[place] - _ADDED_FACTOR * hashed) & _LOW_HALF
+    pool[place] = mixed ^ (mixed >> 16)
+    return constant
+
+
+@kernel
+def _seed_streams(words, pool, states):
+    for lane in range(words.shape[0]):
+        constant = _KEY_HASH
+        count = 0
+        for index in range(words.shape[1]):
+            word = words[lane, index]
+            if index % 2 == 1 and word == 0:
+                continue
+            if count < _POOL:
+                pool[count], constant = _hashed(word, constant, _KEY_FACTOR)
+            else:
+                for place in range(_POOL):
+                    constant = _add_to_pool(word, place, constant, pool)
+            count += 1
+            if count == _POOL:
+                for source in range(_POOL):
+                    for place in range(_POOL):
+                        if place != source:
+                            constant = _add_to_pool(pool[source], place, constant, pool)
+        constant = _STATE_HASH
+        for row in range(STATE_WORDS):
+            low, constant = _hashed(pool[2 * row % _POOL], constant, _STATE_FACTOR)
+            high, constant = _hashed(pool[(2 * row + 1) % _POOL], constant, _STATE_FACTOR)
+            states[row, lane] = (high << 32) | low
 
 
 # ln(1+s)/s for 1+s between sqrt(1/2) and sqrt(2), Chebyshev interpolation, error 6e-9.

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -12,7 +14,7 @@ from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
 from beltrepro.engine.noise import normal_deviates, stream_states
 from beltrepro.engine.simd import LANES
-from beltrepro.engine.vector import aligned, zeros
+from beltrepro.engine.vector import zeros
 from beltrepro.model import ChainParameters
 from beltrepro.model.friction import next_direction
 from beltrepro.model.parameters import LONGEST
@@ -162,27 +164,12 @@ class ChainState:
             value is not allowed.
         """
         _check_chain(parameters)
-        rest = parameters.rest_positions
         if positions is not None:
-            positions = checks.positions("positions", positions, len(rest))
+            positions = checks.positions("positions", positions, parameters.n_blocks)
         seed, replicate = checks.key("seed", seed), checks.key("replicate", replicate)
-        stream, thresholds = _drawn(parameters, seed, replicate)
-        state = cls(
-            parameters=parameters,
-            time=checks.not_negative("time", time, LONGEST),
-            displacements=np.zeros_like(rest) if positions is None else positions - rest,
-            relative_velocities=np.zeros_like(rest),
-            directions=np.zeros_like(rest),
-            thresholds=thresholds,
-            friction_losses=np.zeros_like(rest),
-            wall_impulse=0.0,
-            initial_energy=0.0,
-            initial_momentum=0.0,
-            seed=seed,
-            replicate=replicate,
-            stream=stream,
-        )
-        return state.moved(velocities=velocities)
+        time = checks.not_negative("time", time, LONGEST)
+        (state,) = states_at_rest([parameters], [positions], [seed], [replicate], time)
+        return state if velocities is None else state.moved(velocities=velocities)
 
     @property
     def positions(self) -> np.ndarray:
@@ -312,7 +299,7 @@ class ChainState:
         seed, replicate = checks.key("seed", seed), checks.key("replicate", replicate)
         if (seed, replicate) == (self.seed, self.replicate):
             return self
-        stream, _ = _drawn(self.parameters, seed, replicate)
+        (stream,), _ = _drawn([self.parameters], [seed], [replicate])
         return dataclasses.replace(self, seed=seed, replicate=replicate, stream=stream)
 
     def _audited_anew(self) -> ChainState:
@@ -322,18 +309,22 @@ class ChainState:
         with np.errstate(over="ignore"):
             kinetic = n_blocks * speed**2 / 2 + (speed * slip + (relative**2).sum() / 2)
             energy = float(potential_energy(self.positions, self.parameters) + kinetic)
-        if not np.isfinite(energy):
-            raise InputError(
-                f"positions = {self.positions.tolist()}, velocities = {self.velocities.tolist()}: "
-                "the energy of such a state is beyond all numbers"
-            )
-        return dataclasses.replace(
+        state = dataclasses.replace(
             self,
             friction_losses=np.zeros(n_blocks),
             wall_impulse=0.0,
             initial_energy=energy,
             initial_momentum=float(n_blocks * speed + slip),
         )
+        return state._checked()
+
+    def _checked(self) -> ChainState:
+        if not math.isfinite(self.initial_energy):
+            raise InputError(
+                f"positions = {self.positions.tolist()}, velocities = {self.velocities.tolist()}: "
+                "the energy of such a state is beyond all numbers"
+            )
+        return self
 
     def __repr__(self) -> str:
         slipping = int(np.count_nonzero(self.directions))
@@ -356,23 +347,55 @@ def scheme_variables(
     return None
 
 
-def settled(state: ChainState) -> ChainState:
-    """A state without variables of a scheme, the stick and slip rules applied.
+def states_at_rest(
+    chains: Sequence[ChainParameters],
+    positions: Sequence[np.ndarray | None],
+    seeds: Sequence[int],
+    replicates: Sequence[int],
+    time: float = 0.0,
+) -> list[ChainState]:
+    """States in which all blocks of some chains are stuck, made together: see `at_rest`."""
+    states: dict[int, ChainState] = {}
+    alike: dict[tuple, list[int]] = {}
+    for number, chain in enumerate(chains):
+        alike.setdefault((chain.n_blocks, chain.law), []).append(number)
+    for numbers in alike.values():
+        members = [chains[number] for number in numbers]
+        keys = [seeds[number] for number in numbers], [replicates[number] for number in numbers]
+        streams, thresholds = _drawn(members, *keys)
+        n_blocks, rest = members[0].n_blocks, members[0].rest_positions
+        begin = np.array([rest if positions[i] is None else positions[i] for i in numbers]) - rest
+        with np.errstate(over="ignore"):
+            potential = potential_energy(begin + rest, members[0]).tolist()
+        for row, (number, chain) in enumerate(zip(numbers, members, strict=True)):
+            speed = chain.belt_velocity
+            states[number] = ChainState(
+                chain,
+                time,
+                begin[row],
+                *np.zeros((2, n_blocks)),
+                thresholds[row],
+                np.zeros(n_blocks),
+                0.0,
+                potential[row] + n_blocks * speed**2 / 2,
+                float(n_blocks * speed),
+                seeds[number],
+                replicates[number],
+                streams[row],
+            )._checked()
+    return [states[number] for number in range(len(chains))]
+
+
+def settled(directions, relative_velocities, forces, thresholds) -> tuple[np.ndarray, np.ndarray]:
+    """Directions and relative velocities of blocks, the stick and slip rules applied.
 
     A scheme in steps may hold a block that is to turn in the next step: it slips one way and
     already moves the other.
     """
-    relative = state.relative_velocities
-    turning = (state.directions != 0) & (state.directions * relative <= 0)
-    ruled = next_direction(state.directions, relative, state.forces, state.thresholds)
-    directions = np.where(turning, ruled, state.directions)
-    backwards = directions * relative <= 0
-    return dataclasses.replace(
-        state,
-        directions=directions,
-        relative_velocities=np.where(backwards, 0.0, relative),
-        scheme=None,
-    )
+    turning = (directions != 0) & (directions * relative_velocities <= 0)
+    ruled = next_direction(directions, relative_velocities, forces, thresholds)
+    directions = np.where(turning, ruled, directions)
+    return directions, np.where(directions * relative_velocities <= 0, 0.0, relative_velocities)
 
 
 def equal_fields(one, other) -> bool:
@@ -400,11 +423,13 @@ def _check_chain(value) -> None:
         raise InputError(f"parameters = {checks.shown(value)}: a ChainParameters is needed")
 
 
-def _drawn(parameters: ChainParameters, seed: int, replicate: int):
-    """A new stream (4,) of a chain, and the thresholds (N,) that are its first numbers."""
-    n_blocks = parameters.n_blocks
-    streams = aligned(np.repeat(stream_states([parameters], seed, [replicate]), LANES, axis=1))
-    normals = zeros((n_blocks + n_blocks % 2, LANES))
+def _drawn(chains: Sequence[ChainParameters], seeds, replicates) -> tuple[np.ndarray, np.ndarray]:
+    """New streams (W, 4) of chains of N blocks, and the thresholds (W, N), their first numbers."""
+    width, n_blocks = len(chains), chains[0].n_blocks
+    lanes = -(-width // LANES) * LANES
+    streams, normals = zeros((4, lanes), np.uint64), zeros((n_blocks + n_blocks % 2, lanes))
+    streams[:, :width] = stream_states(chains, seeds, replicates)
     normal_deviates(streams, normals)
-    thresholds = parameters.static_friction + parameters.noise * normals[:n_blocks, 0]
-    return streams[:, 0].copy(), thresholds
+    noise = np.array([[chain.noise] for chain in chains])
+    thresholds = chains[0].static_friction + noise * normals[:n_blocks, :width].T
+    return np.ascontiguousarray(streams[:, :width].T), np.ascontiguousarray(thresholds)

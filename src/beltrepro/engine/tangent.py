@@ -149,7 +149,7 @@ def apply_jumps(kind, block, lane, i, group, scratch, deviations):
         for vector in range(velocity.shape[0]):
             velocity[vector, block, chain] = 0.0
     elif kind in (SLIP, REVERSAL):
-        external, rate, own, following = _pull(block, chain, group)
+        external, rate, slope_before, following = _pull(block, chain, group)
         way = group.chains.direction[block, chain]
         push = external
         begins = group.chains.cell[chain] <= 0.0  # the noise, with the slip that ends a rest
@@ -161,7 +161,7 @@ def apply_jumps(kind, block, lane, i, group, scratch, deviations):
             if kind == REVERSAL:
                 velocity[vector, block, chain] *= after / (push + kinetic)
             else:
-                change = _pull_change(vector, block, chain, own, following, deviations)
+                change = _pull_change(vector, block, chain, slope_before, following, deviations)
                 velocity[vector, block, chain] = after * change / rate
                 if begins and group.conditions.noise_power[chain] > 0.0:
                     deviations.delay[vector, chain] = -change / rate
@@ -177,25 +177,25 @@ def _pull(block, chain, group):
     if block > 0:
         before = chains.displacement[block - 1, chain]
         speed_before = chains.velocity[block - 1, chain]
-    pull, own, _, _ = expand_spring(here - before, group.law)
-    external, rate, following = -pull, -own * (speed - speed_before), 0.0
+    pull, slope_before, _, _ = expand_spring(here - before, group.law)
+    external, rate, following = -pull, -slope_before * (speed - speed_before), 0.0
     if block < last:
         stretch = chains.displacement[block + 1, chain] - here
         pull, following, _, _ = expand_spring(stretch, group.law)
         external += pull
         rate += following * (chains.velocity[block + 1, chain] - speed)
-    return external, rate, own, following
+    return external, rate, slope_before, following
 
 
 @inlined
-def _pull_change(vector, block, chain, own, following, deviations):
+def _pull_change(vector, block, chain, slope_before, following, deviations):
     """dF_ex on a block."""
     displacement = deviations.displacement
     here = displacement[vector, block, chain]
     before = 0.0
     if block > 0:
         before = displacement[vector, block - 1, chain]
-    change = -own * (here - before)
+    change = -slope_before * (here - before)
     if block < displacement.shape[1] - 1:
         change += following * (displacement[vector, block + 1, chain] - here)
     return change

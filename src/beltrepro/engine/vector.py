@@ -108,7 +108,7 @@ def zeros(shape, dtype=np.float64) -> np.ndarray:
     shape = (shape,) if isinstance(shape, int) else tuple(shape)
     size = math.prod(shape) * np.dtype(dtype).itemsize
     buffer = np.zeros(size + _LINE, dtype=np.uint8)
-    start = -buffer.ctypes.data % _LINE
+    start = -buffer.__array_interface__["data"][0] % _LINE
     return buffer[start : start + size].view(dtype).reshape(shape)
 
 

@@ -125,7 +125,7 @@ class Records(NamedTuple):
 
 
 class BlockState(NamedTuple):
-    """The blocks of one chain at the start of a step; arrays (N,)."""
+    """The blocks of W chains at the start of a step; arrays (N, W)."""
 
     displacement: np.ndarray
     velocity: np.ndarray  # v_r dt
@@ -148,18 +148,17 @@ def empty_state(n_blocks, belt_step):
     return state.reshape(len(state), -1)
 
 
-def write_blocks(group, lane, step, blocks):
-    """Let a chain be in another state at the start of the step of that index.
+def write_blocks(group, step, blocks):
+    """Let the chains be in other states at the start of the step of that index.
 
     In the middle of a stretch it goes on without series, as if the stretch had begun without slip.
     """
     state = group.chains.state.reshape(len(group.chains.state), -1, _ROW)
-    rows = state[lane // LANES, 1 : group.n_blocks + 1]
-    place = lane % LANES
+    rows = state[:, 1 : group.n_blocks + 1]
     square = group.time_step * group.time_step
     kinetic = blocks.direction * (group.law.friction_ratio * square)
-    start = blocks.displacement - group.belt_step[lane] * float(step % STRETCH)
-    rows[:, place::LANES] = 0.0
+    start = blocks.displacement - group.belt_step * float(step % STRETCH)
+    rows[...] = 0.0
     for field, values in (
         (DISPLACEMENT, blocks.displacement),
         (VELOCITY, blocks.velocity),
@@ -169,13 +168,14 @@ def write_blocks(group, lane, step, blocks):
         (ACCELERATION, blocks.acceleration),
         (_PUSH, np.where(blocks.direction != 0, square, 0.0)),
         (_KINETIC, kinetic * group.law.static_friction),
-        (_KINETIC_NOISE, kinetic * group.noise[lane]),
+        (_KINETIC_NOISE, kinetic * group.noise),
         (_START, start),
-        (_DEFORMATION, np.diff(start, prepend=0.0)),
+        (_DEFORMATION, np.diff(start, axis=0, prepend=0.0)),
         (_LOSS, blocks.dissipated),
         (THRESHOLD, blocks.threshold),
     ):
-        rows[:, field + place] = values
+        columns = values.reshape(group.n_blocks, -1, LANES)
+        rows[..., field : field + LANES] = columns.swapaxes(0, 1)
 
 
 def of_blocks(state, field, n_blocks):
@@ -244,14 +244,14 @@ def _prepare(chains, strongest, square, law):
     for block in range(chains.n_blocks, 0, -1):
         left = _get(chains, block - 1, SLIP_STEP)
         span = fma(abs(w - left), STRETCH, drift)
-        own, holds, serves = _bound_spring(chains, block, span, change, law)
+        reach, holds, serves = _bound_spring(chains, block, span, change, law)
         hold = hold & holds
         if mask_bits(serves) != _ALL:
             bent |= 1 << (block - 1)
             _bend(chains, block, serves)
-        if mask_bits(_goes_on(chains, block, w, own + beyond, braking) > 0.0) != _ALL:
+        if mask_bits(_goes_on(chains, block, w, reach + beyond, braking) > 0.0) != _ALL:
             watched |= 1 << (block - 1)
-        beyond = own
+        beyond = reach
         w = left
     loose = mask_bits(hold) != _ALL
     if loose:
@@ -294,15 +294,15 @@ def _bound_spring(chains, spring, span, change, law):
     second = _get(chains, spring, _SERIES + 2 * LANES)
     deformation = _get(chains, spring, _DEFORMATION)
     # e^y < 1 + 3/2 y for y < 1/2
-    own = slope * span * fma(span, 1.5 * highest_rate, 1.0)
-    holds = (own <= change) & (span * highest_rate <= 0.5)
+    reach = slope * span * fma(span, 1.5 * highest_rate, 1.0)
+    holds = (reach <= change) & (span * highest_rate <= 0.5)
     # second / slope is half the rate
     serves = (span < abs(abs(deformation) - law.linear_limit)) & (
         span * abs(second) <= 0.5 * _SERIES_REACH * slope
     )
     # where blocks might meet, the law, which looks for that
     serves = serves & (deformation - span > -law.rest_length)
-    return own, holds, serves
+    return reach, holds, serves
 
 
 @inlined

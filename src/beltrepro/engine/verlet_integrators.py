@@ -8,7 +8,6 @@ from beltrepro.engine import leaps, verlet
 from beltrepro.engine.integrator import Chunk, Integrator, Lanes, SeriesIntegrator
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.vector import aligned, zeros
-from beltrepro.model.spring import external_force
 
 # Largest (dt omega)^2 at which leaps reproduce the steps to below the rounding of a plain loop; and
 # that up to which leaps are taken in a run, where impacts compress springs further for a short
@@ -69,13 +68,12 @@ class LeapingVerlet(SeriesIntegrator):
     def _set_time(self, time):
         self.time = round(time / self.time_step) * self.time_step
 
-    def _write(self, lane, state, variables):
-        super()._write(lane, state, variables)
-        # the kernel keeps it times the step
-        self._chains.velocity[:, lane] *= self.time_step
+    def _write(self, lanes, variables):
+        super()._write(lanes, variables)
+        self._chains.velocity[...] *= self.time_step  # as the kernel keeps it
 
-    def _new_variables(self, state):
-        return smooth_variables(state, self.time_step)
+    def _new_variables(self, lanes):
+        return _smooth_variables(lanes, self)
 
     def advance(self, until: float) -> Iterator[Chunk]:
         """Advance all chains to the step nearest to `until`, chunk by chunk."""
@@ -147,37 +145,35 @@ class SteppingVerlet(Integrator):
         self._steps_done = round(time / self.time_step)
         self.time = self._steps_done * self.time_step
 
-    def _write(self, lane, state, variables):
-        self._chains.wall_pull[lane] = variables["wall_pull"]
+    def _write(self, lanes, variables):
+        self._chains.wall_pull[:] = variables["wall_pull"]
         verlet.write_blocks(
             self._group,
-            lane,
             self._steps_done,
             verlet.BlockState(
-                displacement=state.displacements,
-                velocity=state.relative_velocities * self.time_step,
-                direction=state.directions,
-                threshold=state.thresholds,
+                displacement=lanes.displacements,
+                velocity=lanes.relative_velocities * self.time_step,
+                direction=lanes.directions,
+                threshold=lanes.thresholds,
                 dissipated=variables["dissipated"],
                 slip_step=variables["slip_step"],
                 acceleration=variables["acceleration"],
             ),
         )
 
-    def _new_variables(self, state):
-        return smooth_variables(state, self.time_step) | {
-            "dissipated": state.friction_losses * self.time_step**2,
-            "wall_pull": np.array(state.wall_impulse / self.time_step),
+    def _new_variables(self, lanes):
+        return _smooth_variables(lanes, self) | {
+            "dissipated": lanes.friction_losses * self.time_step**2,
+            "wall_pull": lanes.wall_impulse / self.time_step,
         }
 
-    def _scheme_variables(self, lane):
-        fields = {
-            "slip_step": verlet.SLIP_STEP,
-            "acceleration": verlet.ACCELERATION,
-            "dissipated": verlet.DISSIPATED,
+    def _scheme_variables(self):
+        return {
+            "slip_step": self._blocks(verlet.SLIP_STEP),
+            "acceleration": self._blocks(verlet.ACCELERATION),
+            "dissipated": self._blocks(verlet.DISSIPATED),
+            "wall_pull": self._chains.wall_pull,
         }
-        variables = {name: self._blocks(field)[:, lane].copy() for name, field in fields.items()}
-        return variables | {"wall_pull": self._chains.wall_pull[..., lane].copy()}
 
     def advance(self, until: float) -> Iterator[Chunk]:
         """Advance all chains to the step nearest to `until`, chunk by chunk."""
@@ -219,21 +215,21 @@ class SteppingVerlet(Integrator):
         )
 
 
-def smooth_variables(state: ChainState, time_step: float) -> dict[str, np.ndarray]:
-    """w and a(t-dt) dt^2 of the smooth motion through a state; zero for stuck blocks.
+def _smooth_variables(lanes: Lanes, chains: Integrator) -> dict[str, np.ndarray]:
+    """w and a(t-dt) dt^2 of the smooth motion through W states; zero for stuck blocks.
 
-    From Taylor's series about the state, to the third order in dt.
+    From Taylor's series about the states, to the third order in dt.
     """
-    chain = state.parameters
-    slips = state.directions != 0
+    chain, time_step = chains.parameters[0], chains.time_step
+    slips = lanes.directions != 0
     kinetic = chain.friction_ratio * chain.static_friction
-    acceleration = state.forces - state.directions * kinetic
-    travel = state.velocities * time_step
-    rise = external_force(state.positions + travel, chain)
-    rise = (rise - external_force(state.positions - travel, chain)) / 2
+    acceleration = chains.forces_on(lanes) - lanes.directions * kinetic
+    belt_velocity = np.array([member.belt_velocity for member in chains.parameters])
+    travel = (lanes.relative_velocities + belt_velocity) * time_step
+    rise = (chains.forces_on(lanes, travel) - chains.forces_on(lanes, -travel)) / 2
     bend = (rise / 6 - acceleration / 2) * time_step**2
     before = (acceleration - rise) * time_step**2
     return {
-        "slip_step": np.where(slips, state.relative_velocities * time_step + bend, 0.0),
+        "slip_step": np.where(slips, lanes.relative_velocities * time_step + bend, 0.0),
         "acceleration": np.where(slips, before, 0.0),
     }

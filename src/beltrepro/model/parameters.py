@@ -1,6 +1,7 @@
 """Parameters of one chain in model units (Sec. III)."""
 
 from dataclasses import dataclass, fields
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -87,7 +88,7 @@ class ChainParameters:
     @property
     def law(self) -> tuple[float, ...]:
         """Everything but n_blocks, belt_velocity and noise: chains advanced together share it."""
-        return tuple(getattr(self, field.name) for field in fields(self)[3:])
+        return _law(self)
 
     @property
     def rest_positions(self) -> np.ndarray:
@@ -103,3 +104,6 @@ class ChainParameters:
             As "N=5, u=10, sigma=0.5".
         """
         return f"N={self.n_blocks}, u={self.belt_velocity:g}, sigma={self.noise:g}"
+
+
+_law = attrgetter(*(field.name for field in fields(ChainParameters)[3:]))

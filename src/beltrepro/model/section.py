@@ -1,5 +1,7 @@
 """Where the section lies at which v_N is recorded (Fig. 12), for any chain."""
 
+from functools import cache
+
 import numpy as np
 
 from beltrepro.model.parameters import ChainParameters
@@ -14,8 +16,13 @@ def section_position(parameters: ChainParameters) -> float:
     The paper gives 615 for five blocks, 0.998 of the length at which the springs balance the
     kinetic friction of all blocks. For other chains the same share of that length is taken.
     """
+    return _position(parameters.n_blocks, parameters.law)
+
+
+@cache  # a scan asks for that of each of its chains
+def _position(n_blocks: int, law: tuple[float, ...]) -> float:
     share = PAPER_POSITION / balance_length(ChainParameters(n_blocks=5, belt_velocity=1.0))
-    return round(share * balance_length(parameters), 1)
+    return round(share * balance_length(ChainParameters(n_blocks, 1.0, 0.0, *law)), 1)
 
 
 def balance_length(parameters: ChainParameters) -> float:

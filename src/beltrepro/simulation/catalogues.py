@@ -12,7 +12,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
 from beltrepro.model import section_position as section_rule
-from beltrepro.observe.sections import CrossingLog
+from beltrepro.observe.crossings import CrossingLog
 from beltrepro.observe.slips import AVALANCHE, SLIP, EventLog, slips_and_avalanches
 from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.groups import Report, groups, integrator_of, observe

@@ -12,7 +12,7 @@ from beltrepro.base import checks, names
 from beltrepro.base.errors import needing
 from beltrepro.engine.state import ChainState, equal_fields
 from beltrepro.model import ChainParameters
-from beltrepro.simulation.files import load_run, save_run
+from beltrepro.simulation.run_file import load_run, save_run
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

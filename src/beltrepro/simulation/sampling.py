@@ -21,6 +21,7 @@ from beltrepro.simulation.setup import Case, caller
 MOMENTS_INTERVAL = 0.1  # model time between samples of x_N for r, about; oscillations take 3
 FEWEST = 10  # samples for r and <x_N>
 _ROUNDING = 1e-9  # share of an interval
+_AT_ONCE = 2**15  # numbers that are worked on together
 _UNWATCHED = 2**27  # bytes of events
 
 
@@ -100,21 +101,20 @@ class SampleLog:
     ) -> None:
         self._start = start
         self._interval, self._every = sampling.interval, every
-        self._chains = [case.parameters for case in members]
+        self._chain = chain = members[0].parameters
+        self._belt_velocity = np.array([[[case.parameters.belt_velocity]] for case in members])
         most = max(0, int((end - start) / (every * sampling.interval))) + 2
         self._filled = 0
         self._time = np.empty(most)
-        shape = (len(members), most, self._chains[0].n_blocks)
+        shape = (len(members), most, chain.n_blocks)
         self._positions, self._velocities, self._friction = (np.empty(shape) for _ in range(3))
         if start == 0:
-            states = [case.state for case in members]
-            kinetic = [chain.static_friction * chain.friction_ratio for chain in self._chains]
-            self._add(
-                np.zeros(1),
-                np.stack([state.displacements for state in states], axis=1)[None],
-                np.stack([state.relative_velocities for state in states], axis=1)[None],
-                -np.stack([state.directions for state in states], axis=1)[None] * kinetic,
+            names = ("displacements", "relative_velocities", "directions")
+            places, relative, directions = (
+                np.array([getattr(case.state, name) for case in members]).T[None] for name in names
             )
+            kinetic = chain.static_friction * chain.friction_ratio
+            self._add(np.zeros(1), places, relative, -directions * kinetic)
 
     def observe(self, chunk: Chunk) -> None:
         """Add the samples of a chunk."""
@@ -143,13 +143,19 @@ class SampleLog:
         """Add S samples: time (S,), the others (S, N, W)."""
         rows = slice(self._filled, self._filled + len(time))
         self._time[rows] = time
-        for lane, chain in enumerate(self._chains):
-            positions = displacement[..., lane] + chain.rest_positions
-            kinetic = kinetic_friction[..., lane]
-            stuck = (relative_velocity[..., lane] == 0) & (kinetic == 0)
-            self._positions[lane, rows] = positions
-            self._velocities[lane, rows] = relative_velocity[..., lane] + chain.belt_velocity
-            self._friction[lane, rows] = np.where(stuck, -external_force(positions, chain), kinetic)
+        width, chain = len(self._positions), self._chain
+        many = max(1, _AT_ONCE // (len(time) * chain.n_blocks + 1))  # chains, short of the caches
+        for first in range(0, width, many):
+            lanes = slice(first, first + many)
+            places, relative, kinetic = (
+                np.moveaxis(values[..., lanes], -1, 0)
+                for values in (displacement, relative_velocity, kinetic_friction)
+            )
+            positions = places + chain.rest_positions
+            held = -external_force(positions, chain)
+            self._positions[lanes, rows] = positions
+            self._velocities[lanes, rows] = relative + self._belt_velocity[lanes]
+            self._friction[lanes, rows] = np.where((relative == 0) & (kinetic == 0), held, kinetic)
         self._filled = rows.stop
 
 

@@ -11,8 +11,8 @@ from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
 from beltrepro.model import section_position as section_rule
+from beltrepro.observe.crossings import SectionValues
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.sections import SectionValues
 from beltrepro.observe.slips import SlipActivity
 from beltrepro.simulation.groups import Report, integrator_of, observe, slipping_since
 from beltrepro.simulation.results import Results, gathered

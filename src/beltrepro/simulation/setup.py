@@ -11,14 +11,15 @@ from inspect import signature
 from typing import Any, TypeAlias, TypedDict, TypeVar
 
 import numpy as np
+from numpy.random.bit_generator import ISeedSequence
 from numpy.typing import ArrayLike
 
 from beltrepro.base import checks, names
 from beltrepro.base.checks import is_sequence, shown
 from beltrepro.base.errors import InputError
 from beltrepro.engine.event_integrator import EventIntegrator
-from beltrepro.engine.noise import stream_key
-from beltrepro.engine.state import ChainState
+from beltrepro.engine.noise import stream_states
+from beltrepro.engine.state import ChainState, states_at_rest
 from beltrepro.engine.verlet_integrators import verlet_integrator
 from beltrepro.model import ChainParameters
 from beltrepro.model.friction import noise_beyond_event
@@ -39,6 +40,7 @@ TOLERANCES: dict[str, float] = {
     if "tolerance" in signature(integrator).parameters
 }
 DEFAULT_SEED = 1
+_MEANS = ("method", "time_step", "tolerance", "kick", "initial_spread")
 _STEP_SHARE = 1e-6  # by which an instant may miss a whole number of steps
 _INITIAL_POSITIONS = 1  # purpose of a random stream: initial positions, not friction
 
@@ -150,9 +152,7 @@ class Setup:
         for name, value in vars(self).copy().items():
             if is_sequence(value) and not isinstance(value, np.ndarray | Grid):
                 object.__setattr__(self, name, list(value))  # it may be an iterator
-        chains, values = _rows(self)
-        rows = zip(chains, *values.values(), strict=True)
-        cases = tuple(_case(chain, **dict(zip(values, row, strict=True))) for chain, *row in rows)
+        cases = _cases(*_rows(self))
         object.__setattr__(self, "cases", cases)
         _warn_of_repeats(cases)
 
@@ -221,7 +221,7 @@ def part_of(setup: Setup, place: slice) -> Setup:
 def columns(setup: Setup) -> dict[str, np.ndarray]:
     """What each chain is, how it is advanced and where it begins: arrays (P,) by name."""
     table = {name: [getattr(case.parameters, name) for case in setup.cases] for name in QUANTITIES}
-    for name in ("method", "time_step", "tolerance", "kick", "initial_spread"):
+    for name in _MEANS:
         table[name] = [getattr(case, name) for case in setup.cases]
     for name in ("seed", "replicate"):
         table[name] = [getattr(case.state, name) for case in setup.cases]
@@ -343,16 +343,23 @@ def _positions(starts: Any, chains: Sequence[ChainParameters]) -> list[np.ndarra
     ]
 
 
-def _case(
-    chain: ChainParameters,
-    *,
-    method: str,
-    time_step: float,
-    tolerance: float | None,
-    kick: float,
-    initial_spread: float,
-    **start: Any,
-) -> Case:
+def _cases(chains: Sequence[ChainParameters], values: dict[str, list]) -> tuple[Case, ...]:
+    rows = [dict(zip(values, row, strict=True)) for row in zip(*values.values(), strict=True)]
+    states: dict[int, ChainState] = {}
+    for number, (chain, row) in enumerate(zip(chains, rows, strict=True)):
+        _check_means(chain, row)
+        if row["initial_state"] is not None:
+            states[number] = _continued(chain, row)
+    if begin := [number for number in range(len(rows)) if number not in states]:
+        begun = _begun([chains[number] for number in begin], [rows[number] for number in begin])
+        states |= zip(begin, begun, strict=True)
+    means = [[row[name] for name in _MEANS] for row in rows]
+    return tuple(Case(states[number], *values) for number, values in enumerate(means))
+
+
+def _check_means(chain: ChainParameters, row: Mapping[str, Any]) -> None:
+    """That a method can advance a chain as asked."""
+    method, tolerance, kick = row["method"], row["tolerance"], row["kick"]
     if tolerance is not None and method not in TOLERANCES:
         raise InputError(
             f"tolerance = {tolerance:g}: method {method!r} has none, only {', '.join(TOLERANCES)}"
@@ -361,54 +368,68 @@ def _case(
         raise InputError(f"kick = {kick:g}: method {method!r} has none, only {KICKED!r}")
     if method == "event" and (text := noise_beyond_event(chain)):
         raise InputError(f"noise {text}")
-    state = _start(chain, initial_spread=initial_spread, **start)
-    steps = state.time / time_step
-    if method == "verlet" and abs(steps - round(steps)) > _STEP_SHARE:
+
+
+def _continued(chain: ChainParameters, row: Mapping[str, Any]) -> ChainState:
+    """The state given, as one of this chain and with this key."""
+    if row["initial_positions"] is not None or row["initial_spread"] != 0:
+        name = "initial_spread" if row["initial_positions"] is None else "initial_positions"
+        raise InputError(f"{name}: not together with initial_state, see ChainState.moved")
+    state = row["initial_state"].under(chain)
+    steps = state.time / row["time_step"]
+    if row["method"] == "verlet" and abs(steps - round(steps)) > _STEP_SHARE:
         raise InputError(
             f"initial_state at t = {state.time!r}: "
-            f"method 'verlet' needs a multiple of time_step = {time_step:g}"
+            f"method 'verlet' needs a multiple of time_step = {row['time_step']:g}"
         )
-    return Case(state, method, time_step, tolerance, kick, initial_spread)
+    return state.keyed(
+        state.seed if row["seed"] is None else row["seed"],
+        state.replicate if row["replicate"] is None else row["replicate"],
+    )
 
 
-def _start(
-    chain: ChainParameters,
-    *,
-    seed: int | None,
-    replicate: int | None,
-    initial_positions: np.ndarray | None,
-    initial_spread: float,
-    initial_state: ChainState | None,
-) -> ChainState:
-    """The state given, or one with all blocks stuck."""
-    if initial_state is not None:
-        if initial_positions is not None or initial_spread != 0:
-            name = "initial_spread" if initial_positions is None else "initial_positions"
-            raise InputError(f"{name}: not together with initial_state, see ChainState.moved")
-        state = initial_state.under(chain)
-        return state.keyed(
-            state.seed if seed is None else seed,
-            state.replicate if replicate is None else replicate,
+def _begun(chains: Sequence[ChainParameters], rows: Sequence[dict[str, Any]]) -> list[ChainState]:
+    """States with all blocks stuck."""
+    seeds = [DEFAULT_SEED if row["seed"] is None else row["seed"] for row in rows]
+    replicates = [row["replicate"] or 0 for row in rows]
+    words = stream_states(chains, seeds, replicates, _INITIAL_POSITIONS).T.copy()
+    starts = [_spread(*start) for start in zip(chains, rows, replicates, words, strict=True)]
+    return states_at_rest(chains, starts, seeds, replicates)
+
+
+class _Seeded(ISeedSequence):
+    """A SeedSequence whose words were made before, for the numbers of `default_rng`."""
+
+    def __init__(self, words: np.ndarray) -> None:
+        self._words = words
+
+    def generate_state(self, n_words: int, dtype: Any = np.uint32) -> np.ndarray:
+        """The words."""
+        return self._words
+
+
+def _spread(
+    chain: ChainParameters, row: Mapping[str, Any], replicate: int, words: np.ndarray
+) -> np.ndarray | None:
+    """Where the blocks of a replicate begin, None for undeformed springs."""
+    positions, spread = row["initial_positions"], row["initial_spread"]
+    if replicate == 0 or spread == 0:
+        return positions
+    seeded: Any = _Seeded(words)
+    deviates = np.random.Generator(np.random.PCG64(seeded)).standard_normal(chain.n_blocks)
+    positions = (chain.rest_positions if positions is None else positions) + spread * deviates
+    if positions[0] <= 0 or np.any(positions[1:] <= positions[:-1]):
+        raise InputError(
+            f"initial_spread = {spread:g}: "
+            f"blocks of replicate {replicate} would begin on the wrong side of each other"
         )
-    seed = DEFAULT_SEED if seed is None else seed
-    replicate = replicate or 0
-    positions = initial_positions
-    if replicate != 0 and initial_spread != 0:
-        key = stream_key(chain, seed, replicate, _INITIAL_POSITIONS)
-        deviates = np.random.default_rng(key).standard_normal(chain.n_blocks)
-        positions = chain.rest_positions if positions is None else positions
-        positions = positions + initial_spread * deviates
-        if positions[0] <= 0 or np.any(positions[1:] <= positions[:-1]):
-            raise InputError(
-                f"initial_spread = {initial_spread:g}: "
-                f"blocks of replicate {replicate} would begin on the wrong side of each other"
-            )
-    return ChainState.at_rest(chain, positions, seed=seed, replicate=replicate)
+    return positions
 
 
 def _warn_of_repeats(cases: Sequence[Case]) -> None:
-    repeated = len(cases) - len({case.identity for case in cases})
-    if repeated:
+    if len({case.parameters for case in cases}) == len(cases):
+        return
+    if repeated := len(cases) - len({case.identity for case in cases}):
         noise = any(case.parameters.noise > 0 or case.kick > 0 for case in cases)
         advice = "" if noise else " and an initial_spread"
         warnings.warn(

@@ -128,7 +128,7 @@ def _follow(members: list[Case], lengths: dict, samples: dict, report: Report) -
     observe(integrator, lengths["duration"], observers, report, kept=False)
     measured = sampling, start + lengths["transient"], integrator.time
     length, residual = moments_of(moments, members, *measured), integrator.energy_residual()
-    runs = []
+    runs, counts = [], events.counts
     for lane, (case, state) in enumerate(zip(members, integrator.state(), strict=True)):
         recorded: dict[str, Any] = {"time": np.empty(0)}
         recorded |= dict.fromkeys(("positions", "velocities", "friction"), np.empty((0, len(rest))))
@@ -144,7 +144,7 @@ def _follow(members: list[Case], lengths: dict, samples: dict, report: Report) -
             final_state=state,
             version=_version(),
             energy_residual=float(residual[lane]),
-            events=_event_records(events, lane),
+            events=_event_records(events, lane, counts[lane]),
             method=case.method,
             seed=case.state.seed,
             replicate=case.state.replicate,
@@ -161,9 +161,9 @@ def _version() -> str:
     return version("beltrepro")
 
 
-def _event_records(log: EventLog, lane: int) -> np.ndarray:
+def _event_records(log: EventLog, lane: int, count: int) -> np.ndarray:
     """Events of one chain as records; a long run has millions, so the log gives them up."""
-    records = np.empty(log.counts[lane], dtype=EVENT)
+    records = np.empty(count, dtype=EVENT)
     start = 0
     for rows in log.give_up(lane):
         part = records[start : start + len(rows)]

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from beltrepro.stats.errors import require
+from beltrepro.base.errors import require
 
 CONFIDENCE = 0.95  # of intervals, where nothing else is said
 RESAMPLES = 1000
@@ -208,16 +208,17 @@ def difference(first: Estimate, second: Estimate) -> Estimate:
 def ratio(first: Estimate, second: Estimate) -> Estimate:
     """First over second, both above zero: as `difference`, of their logarithms."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        logarithms = [_mapped(np.log, estimate) for estimate in (first, second)]
+        logarithms = [mapped(np.log, estimate) for estimate in (first, second)]
     return exponential(difference(*logarithms))
 
 
 def exponential(estimate: Estimate) -> Estimate:
     """Of an estimate of a logarithm."""
-    return _mapped(np.exp, estimate)
+    return mapped(np.exp, estimate)
 
 
-def _mapped(function: Callable[[float], float], estimate: Estimate) -> Estimate:
+def mapped(function: Callable[[float], float], estimate: Estimate) -> Estimate:
+    """Rising function of an estimate."""
     value, low, high = map(float, map(function, estimate.numbers))
     return replace(estimate, value=value, low=low, high=high)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from beltrepro.stats.errors import require
+from beltrepro.base.errors import require
 
 
 @dataclass(frozen=True)

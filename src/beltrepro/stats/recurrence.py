@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from beltrepro.stats.errors import require
+from beltrepro.base.errors import require
 
 # Distance of two states, as a share of their largest coordinate, at which they count as one. An
 # orbit that attracts approaches itself by a constant factor each period and soon is as near as

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from beltrepro.stats.errors import require
+from beltrepro.base.errors import require
 
 LEAST_VALUES = 50
 LEAST_P = 0.1  # from which on a power law is not refused (Clauset, Shalizi and Newman 2009)

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from beltrepro.stats.errors import require
+from beltrepro.base.errors import require
 
 # Velocities at the section repeat to this much on a periodic orbit: the paper's scheme locates
 # crossings and sticks to one step, in which v changes by up to F_st*dt ~ 0.07 (model units), and

@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import signal
 
-from beltrepro.stats.errors import require
+from beltrepro.base.errors import require
 from beltrepro.stats.fits import PowerLawFit, fit_log_log
 
 # The paper prints no fit range for Fig. 8. Below the lower bound lie times longer than the

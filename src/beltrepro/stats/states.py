@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.stats import sections
-from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.intermittency import intermittent_mask
 
 CONTINUOUS = "continuous slip"

@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from beltrepro.stats.errors import require
+from beltrepro.base.errors import require
 from beltrepro.stats.estimates import CONFIDENCE, share
 from beltrepro.stats.motion import FOLDINGS, above_zero
 

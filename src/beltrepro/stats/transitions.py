@@ -1,20 +1,19 @@
-"""Where r falls with u or rises with noise (Figs. 12 to 15, 19 and 21): one finder, one estimate.
+"""Where r falls with u, of single runs, or rises with noise (Figs. 12 to 15, 19 and 21).
 
 `fall` and `rise` are the numbers: estimates with intervals, runs as units. `find_fall` and
-`find_rise` find a transition in one set of points, and are what these resample.
+`find_rise` find a transition in one set of points. Falls of several runs at each u: `branches`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 import scipy
 
+from beltrepro.base.errors import require
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate
 
 MINIMUM_POINTS = 8
@@ -25,9 +24,7 @@ LEAST_RUNS = 4
 # a wide fall is a part of its own plateaus: of made-up falls from u = 12 to 21 no interval covered
 # the middle, with four rounds 95 % do.
 ROUNDS = 4
-# The window in u of the running median of rows with one run at each u: a single run scatters too
-# much to tell an edge. Several runs have a median of their own, and take no window: a window makes
-# a sharp fall as wide as itself, and draws it towards where the points are dense.
+# The window in u of the running median: a single run scatters too much to tell an edge.
 SINGLE_RUNS_WINDOW = 3.0
 QUANTITIES = ("critical", "lower", "upper", "width", "r_high", "r_low", "contrast")
 # How far a number may be off by the grid alone, in spacings: a jump between two points has its
@@ -70,40 +67,31 @@ class Transition:
 def fall(
     belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike, **options: float
 ) -> dict[str, Estimate]:
-    """The fall of r along u: edges, midpoint, width, plateaus and their ratio, as estimates.
+    """The fall of r along u, of one run at each u: edges, midpoint, width, plateaus, their ratio.
 
-    Of one run at each u the numbers alone are known (`estimates.single`), through a running median
-    over SINGLE_RUNS_WINDOW.  options : of `find_fall`.
+    The numbers alone are known (`estimates.single`), through a running median over
+    SINGLE_RUNS_WINDOW. Of several runs at each u: `branches.fall`.  options : of `find_fall`.
     """
-    alone = {"window": SINGLE_RUNS_WINDOW}
-    return _estimates(belt_velocity, disorder, find_fall, options, alone)
+    best = find_fall(belt_velocity, disorder, **({"window": SINGLE_RUNS_WINDOW} | options))
+    return {name: _single(getattr(best, name)) for name in QUANTITIES}
 
 
 def rise(noise: npt.ArrayLike, disorder: npt.ArrayLike, **options: float) -> dict[str, Estimate]:
-    """The rise of r along sigma, as `fall`.  options : of `find_rise`."""
-    return _estimates(noise, disorder, find_rise, options, {})
+    """The rise of r along sigma, of one run or several at each noise.  options : of `find_rise`.
 
-
-def _estimates(
-    places: npt.ArrayLike,
-    values: npt.ArrayLike,
-    find: Callable[..., Transition],
-    options: dict,
-    alone: dict,
-) -> dict[str, Estimate]:
-    """Runs are drawn anew at each place by itself, since those of two places are independent."""
-    places, values = _in_order(places, values)
-    distinct, first, count = np.unique(places, return_index=True, return_counts=True)
-    if places.size and count.max() == 1:
-        best = find(places, values, **(alone | options))
+    Runs are drawn anew at each place by itself, since those of two places are independent.
+    """
+    noise, disorder = in_order(noise, disorder)
+    best = find_rise(noise, disorder, **options)
+    distinct, first, count = np.unique(noise, return_index=True, return_counts=True)
+    if count.max() == 1:
         return {name: _single(getattr(best, name)) for name in QUANTITIES}
-    best = find(places, values, **options)
     least = int(count.min())
     require(least >= LEAST_RUNS, f"{least} runs at a point, {LEAST_RUNS} are needed")
     rng = np.random.default_rng(0)
     begin, size = np.repeat(first, count), np.repeat(count, count)
     samples = [
-        find(places, values[begin + (rng.random(values.size) * size).astype(int)], **options)
+        find_rise(noise, disorder[begin + (rng.random(noise.size) * size).astype(int)], **options)
         for _ in range(estimates.RESAMPLES)
     ]
     spacing = _spacing(distinct, best)
@@ -153,10 +141,10 @@ def find_fall(
     times. (5) critical is the midpoint, as for the paper's u_c. There is no transition when
     r_high < minimum_contrast * r_low.
     """
-    velocity, disorder = _in_order(belt_velocity, disorder)
+    velocity, disorder = in_order(belt_velocity, disorder)
     _require_points(velocity, MINIMUM_POINTS)
-    step = _step(velocity, disorder, falling=True)
-    transition = _between_plateaus(velocity, disorder, step, step, window, minimum_contrast)
+    place = step(velocity, disorder, falling=True)
+    transition = _between_plateaus(velocity, disorder, place, place, window, minimum_contrast)
     for _ in range(rounds):
         if not transition.found:
             break
@@ -205,12 +193,12 @@ def find_rise(
     10 % and 90 % of the rise (linear between grid points). There is no transition when
     r_high < minimum_rise * r_low.
     """
-    noise, disorder = _in_order(noise, disorder)
+    noise, disorder = in_order(noise, disorder)
     _require_points(noise, 5)
-    step = _step(noise, disorder, falling=False)
-    if not np.isfinite(step):
+    middle = step(noise, disorder, falling=False)
+    if not np.isfinite(middle):
         return _absent(np.nan, np.nan)
-    r_low, r_high = np.median(disorder[noise < step]), np.median(disorder[noise > step])
+    r_low, r_high = np.median(disorder[noise < middle]), np.median(disorder[noise > middle])
     if not r_high >= minimum_rise * r_low:
         return _absent(r_high, r_low)
     places, place = np.unique(noise, return_inverse=True)
@@ -232,7 +220,7 @@ def running_median(
     return places, _medians(ordinate, near)
 
 
-def _step(abscissa: np.ndarray, ordinate: np.ndarray, *, falling: bool) -> float:
+def step(abscissa: np.ndarray, ordinate: np.ndarray, *, falling: bool) -> float:
     """Position of the two-level step of least absolute deviations, midway between points."""
     places = np.unique(abscissa)
     positions = (places[1:] + places[:-1]) / 2
@@ -275,7 +263,7 @@ def _absent(r_high: float, r_low: float) -> Transition:
     return Transition(np.nan, np.nan, np.nan, r_high, r_low)
 
 
-def _in_order(abscissa: npt.ArrayLike, ordinate: npt.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+def in_order(abscissa: npt.ArrayLike, ordinate: npt.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     abscissa, ordinate = (np.asarray(values, dtype=float) for values in (abscissa, ordinate))
     finite = np.isfinite(abscissa) & np.isfinite(ordinate)
     order = np.argsort(abscissa[finite], kind="stable")

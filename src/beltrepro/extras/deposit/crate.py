@@ -76,7 +76,7 @@ class WorkflowRun:
 
 def run_from(values: Mapping[str, Any]) -> WorkflowRun:
     """A run from plain values, as a script of the workflow is given them."""
-    return WorkflowRun(**{**values, "records": [JobRecord(*each) for each in values["records"]]})
+    return WorkflowRun(**{**values, "records": [JobRecord(*job) for job in values["records"]]})
 
 
 def describe(top: Path, run: WorkflowRun, moved: Mapping[str, str]) -> str:

@@ -65,8 +65,8 @@ class Room:
     def _draw_tape(self, axes: Axes) -> None:
         """A mark every centimetre from the wall, if there is room; longer ones every ten."""
         pixels = _SPACING * self.pixels_per_metre
-        finest = next(each for each in (1, 10, 100) if each * pixels >= _NARROWEST_MARKS)
-        numbered = next(each for each in _NUMBERED if each * pixels >= _NARROWEST_NUMBERS)
+        finest = next(step for step in (1, 10, 100) if step * pixels >= _NARROWEST_MARKS)
+        numbered = next(step for step in _NUMBERED if step * pixels >= _NARROWEST_NUMBERS)
         marks = np.arange(0, self.end / _SPACING, finest)
         lengths = np.where(marks % 10 == 0, SCENE.long_mark_length, SCENE.mark_length)
         top = TAPE[1]

@@ -10,8 +10,8 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from beltrepro.base import checks, names
+from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.model.units import TIME_S
-from beltrepro.stats.errors import NotEnoughDataError, require
 from beltrepro.stats.fits import PowerLawFit
 from beltrepro.stats.spectra import FIT_BAND, fit_power_law, power_spectrum
 

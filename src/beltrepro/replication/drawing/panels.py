@@ -7,10 +7,9 @@ import numpy as np
 from matplotlib.colors import to_rgba
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from beltrepro.base.errors import InputError
+from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.replication.drawing import style
 from beltrepro.stats import spectra
-from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.transitions import running_median
 
 # What the axes of the paper show, in its symbols (model units).
@@ -138,14 +137,15 @@ def zoom(axes, inner, time, values, window):
     inner.set_title("enlarged", size=8, color="0.35")
 
 
-def spectrum(axes, series):
-    """Power spectrum of x_N after the transient."""
+def spectrum(axes, series, shown=np.asarray):
+    """Power spectrum of x_N after the transient, or what a function makes of it."""
     axes.set(xlabel=r"$\nu$", ylabel=r"$S(\nu)$")
     time, position, _ = last_block(series)
     chosen = time >= series.attributes["transient"]
     with shortage_on(axes):
         interval = float(np.median(np.diff(time[chosen]))) if chosen.sum() > 1 else np.nan
         frequency, power = spectra.power_spectrum(position[chosen], interval)
+        power = shown(power)
         axes.loglog(frequency, power, color=style.SKY, linewidth=0.4, rasterized=True)
         axes.set_xlim(frequency[0], min(_SPECTRUM_TO, frequency[-1]))
         axes.set_ylim(np.quantile(power[frequency <= _SPECTRUM_TO], 0.02), 5 * power.max())

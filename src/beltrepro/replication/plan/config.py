@@ -11,7 +11,7 @@ import re
 import sys
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any, Literal, NoReturn
+from typing import Annotated, Any, Literal, NoReturn, get_args
 
 import yaml
 from pydantic import (
@@ -29,6 +29,7 @@ from typing_extensions import TypeAliasType
 from beltrepro.base.checks import LONGEST_GRID, shown
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint
+from beltrepro.model.parameters import LARGEST
 from beltrepro.replication.plan.films import CAMERA
 from beltrepro.replication.plan.kinds import KINDS, LIST, SETTINGS
 from beltrepro.replication.plan.points import LAW, QUANTITIES, Described, Key, Method, Number, Whole
@@ -37,14 +38,31 @@ SOURCE = "config.yaml"
 MOST_POINTS = 1_000_000  # of a dataset; each is a run
 
 
+class _Loader(yaml.SafeLoader):
+    """Refuses a key that is given twice, of which YAML would take the last."""
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> dict:
+        keys = [key for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
+        for place, key in enumerate(keys):
+            if key.value in (earlier.value for earlier in keys[:place]):
+                problem = f"the key {key.value!r} is given twice"
+                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
+        return super().construct_mapping(node, deep)
+
+
 def load_config(path: str | Path) -> dict:
     """Read a YAML file."""
     try:
-        content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        content = yaml.load(Path(path).read_text(encoding="utf-8"), _Loader)
+        json.dumps(content, default=str)
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not a text file in UTF-8") from None
     except yaml.YAMLError as error:
         raise InputError(f"{path}: not YAML: {' '.join(str(error).split())}") from None
+    except (ValueError, RecursionError):  # of json: an anchor within what it stands for
+        raise InputError(f"{path}: nested without end, or too deeply") from None
     if not isinstance(content, dict):
         raise InputError(f"{path}: must be a mapping of keys to values")
     return content
@@ -153,22 +171,19 @@ def _axis(about: Described) -> Any:
             return "#list"
         if not isinstance(value, dict):
             return "#value"
-        if special and next(iter(special.model_fields)) in value:
+        if special and special.model_fields.keys() & value.keys():
             return "#special"
         return "#value" if name == "method" else "#range"
 
     grid = Annotated[grid, Discriminator(way)]
     if name not in ("n_blocks", "method"):
-        rule: Any = _alias(f"Grid_{name}", grid)
+        # an alias has a name in the schema, and stands there once
+        rule: Any = TypeAliasType(f"Grid_{name}", grid)
         table: Any = dict[Annotated[str, Field(pattern="^[1-9][0-9]*$")], rule]
         grid = Annotated[rule, Tag("#grid")] | Annotated[table, Tag("#table")]
         grid = Annotated[grid, Discriminator(_grid_or_table)]
-    return _alias(f"Axis_{name}", Annotated[grid, Field(description=words_of(about))])
-
-
-def _alias(name: str, type_: Any) -> Any:
-    """A type that has a name in the schema, and stands there once."""
-    return TypeAliasType(name, type_)
+    axis = Annotated[grid, Field(description=words_of(about))]
+    return TypeAliasType(f"Axis_{name}", axis)
 
 
 def _grid_or_table(value: object) -> str:
@@ -194,6 +209,23 @@ Defaults = _keys(
         ),
     ],
 )
+MoreRuns = _keys(
+    "MoreRuns",
+    "Runs are added to a point, in rounds, while the mean of a number over its runs is not known "
+    "well enough there or at a neighbour along the axis with the most values (docs/workflow.md).",
+    required=("by", "up_to", "of", "half_width"),
+    by=Annotated[Whole, Field(ge=1, le=LONGEST_GRID, description="Runs added in a round.")],
+    up_to=Annotated[Whole, Field(ge=1, le=LONGEST_GRID, description="Runs at a point, at most.")],
+    of=Annotated[Text, Field(description="The number: an array with one value for each point.")],
+    half_width=Annotated[
+        Number,
+        Field(
+            gt=0,
+            le=LARGEST,
+            description="Largest half-width allowed of the 95 % interval of its mean, in its unit.",
+        ),
+    ],
+)
 Dataset = _keys(
     "Dataset",
     "A table of points: every combination of its axes, each a value, a list or a range. The "
@@ -211,6 +243,10 @@ Dataset = _keys(
     like=Annotated[
         Text,
         Field(description="Name of a dataset of which this one takes all that it does not give."),
+    ],
+    more_runs=Annotated[
+        MoreRuns | None,
+        Field(description="When points get more runs than `replicate` says; null for never."),
     ],
     own_method=Annotated[
         bool,
@@ -390,7 +426,13 @@ def _explain(problem: Any) -> NoReturn:
     if path[-1] == "[key]" or kind == "extra_forbidden":
         *parents, key = path if kind == "extra_forbidden" else path[:-1]
         place = f" in {_dotted(parents)}" if parents else ""
-        refuse(f"unknown key {key!r}{place}", str(key), _known(parents))
+        allowed = _known(parents)
+        if "pattern" in context and not allowed:
+            refuse(
+                f"unknown key {key!r}{place}: a name that matches {context['pattern']} is needed"
+            )
+        listed = f": allowed are {', '.join(allowed)}" if 0 < len(allowed) < 20 else ""
+        refuse(f"unknown key {key!r}{place}{hint(str(key), allowed) or listed}")
     where = _dotted(path)
     if kind == "missing":
         refuse(f"{where} is missing")
@@ -419,14 +461,20 @@ def _known(path: list) -> list[str]:
     node: Any = Config
     for key in path:
         fields = getattr(node, "model_fields", None)
-        node = fields[key].annotation if fields else node
+        node = _not_null(fields[key].annotation) if fields else node
         if not fields and getattr(node, "__origin__", None) is dict:
             node = node.__args__[1]
     if fields := getattr(node, "model_fields", None):
         return list(fields)
-    if path and path[-1] in SPECIAL:
-        return [*SPECIAL[path[-1]].model_fields, "start", "stop", "step"]
-    return ["start", "stop", "step"] if path and path[-1] in QUANTITIES else []
+    name = next((part for part in reversed(path) if not str(part).isdigit()), "")
+    special = SPECIAL[name].model_fields if name in SPECIAL else ()
+    return [*special, *("start", "stop", "step") * (name in QUANTITIES and name != "method")]
+
+
+def _not_null(type_: Any) -> Any:
+    """The type of a value that may be null, if it is not."""
+    parts = get_args(type_)
+    return parts[0] if type(None) in parts else type_
 
 
 def _dotted(path: Iterable) -> str:

@@ -31,11 +31,12 @@ COLUMNS = {
     "kind": "kind of the datasets",
     "method": "integrator",
     "noise": "with or without",
-    "jobs": "number of simulation jobs",
+    "jobs": "number of simulation jobs, without those that add runs",
     "jobs_run": "number of those that ran",
     "hours_run": "core-hours that these took",
     "hours": "core-hours of all jobs, estimated",
     "standard_error": "of hours",
+    "hours_at_most": "hours, and those of all runs that more_runs allows to be added",
     "seconds_per_work": "seconds for a block and a unit of model time",
     "memory_mb": "largest memory of a job that ran, MB",
     "megabytes": "size of the results of all jobs, MB, estimated; datasets are as large again",
@@ -51,7 +52,8 @@ class Job:
     method: str
     noise: bool  # whether its points have noise
     name: str  # of its result below results/<run>/, without suffix
-    work: float  # blocks of all chains times model time
+    work: float  # blocks of all chains times model time; at most, if it adds runs
+    adds: bool = False  # whether it only adds runs where they are needed
 
     @property
     def cost_class(self) -> tuple[str, str, bool]:
@@ -60,8 +62,8 @@ class Job:
 
 
 def simulation_jobs(plan: Plan) -> list[Job]:
-    """All simulation jobs of a plan."""
-    jobs = [
+    """All simulation jobs of a plan, of those that add runs all that there can be."""
+    first = [
         Job(
             kind=dataset.kind.name,
             method=batch[0].method,
@@ -72,7 +74,19 @@ def simulation_jobs(plan: Plan) -> list[Job]:
         for dataset in plan.datasets.values()
         for number, batch in enumerate(dataset.batches)
     ]
-    return sorted(jobs, key=lambda job: job.cost_class)
+    added = [
+        Job(
+            kind=dataset.kind.name,
+            method=batch.most[0].method,
+            noise=batch.most[0].noise > 0,
+            name=f"batches/{dataset.name}/{batch.name}",
+            work=dataset.work(batch.most),
+            adds=True,
+        )
+        for dataset in plan.datasets.values()
+        for batch in dataset.added
+    ]
+    return sorted([*first, *added], key=lambda job: job.cost_class)
 
 
 def draw(jobs: list[Job], seed: int, one_in: int = ONE_IN) -> list[Job]:
@@ -113,19 +127,25 @@ def estimate(
     memory: dict[str, float] | None = None,
     size: dict[str, float] | None = None,
 ) -> pd.DataFrame:
-    """Time, memory and disk of all jobs from those of some: a row a class, and one for the sum."""
+    """Time, memory and disk of all jobs from those of some: a row a class, and one for the sum.
+
+    Jobs that add runs count in `hours_at_most` only: what they do is not known before.
+    """
     import pandas as pd  # half a second that Snakemake need not pay in every job
 
     rows = []
     for (kind, method, noise), group in itertools.groupby(jobs, key=lambda job: job.cost_class):
-        members = list(group)
+        alike = list(group)
+        members = [job for job in alike if not job.adds]
         work = np.array([job.work for job in members if job.name in seconds])
         time = np.array([seconds[job.name] for job in members if job.name in seconds])
         hours, error = _ratio_estimate(time / 3600, work, [job.work for job in members])
         words = kind, method, "with" if noise else "without"
         cost = time.sum() / work.sum() if work.size else np.nan
         ran = len(members), time.size, time.sum() / 3600
-        rows.append((*words, *ran, hours, error, cost, *_room(members, memory or {}, size or {})))
+        most = hours + cost * sum(job.work for job in alike if job.adds) / 3600
+        room = _room(members, memory or {}, size or {})
+        rows.append((*words, *ran, hours, error, most, cost, *room))
     table = pd.DataFrame(rows, columns=COLUMNS)
     # a class of which no job ran leaves the sum unknown
     total = table.sum(numeric_only=True, skipna=False).to_dict()
@@ -276,11 +296,18 @@ def _answer(arguments: argparse.Namespace) -> str:
     if arguments.preset:
         config["preset"] = arguments.preset
     plan = make_plan(config)
-    seconds = job_seconds(simulation_jobs(plan), timing)
+    jobs = simulation_jobs(plan)
+    seconds = job_seconds(jobs, timing)
+    adding = seconds[[job.adds for job in jobs]]
     answer = wall_times(seconds, arguments.cores, overhead=arguments.overhead, rate=arguments.rate)
     return (
         f"{plan.preset}: {len(seconds)} jobs, {seconds.sum() / 3600:.3g} core-hours and "
         f"{arguments.overhead:g} s of overhead for each; longest {seconds.max() / 60:.3g} min\n"
+        + (
+            f"with {adding.size} jobs that add runs where they are needed: at most "
+            f"{adding.sum() / 3600:.3g} core-hours, all counted here\n"
+        )
+        * bool(adding.size)
         + answer.to_string(index=False, float_format=lambda value: f"{value:.3g}")
     )
 

@@ -7,6 +7,7 @@ is allowed, also for what no type can refuse.
 import functools
 import itertools
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -15,11 +16,14 @@ from beltrepro.base import checks
 from beltrepro.model.units import TIME_S
 from beltrepro.replication.plan.config import MOST_POINTS, SOURCE, checked, refuse
 from beltrepro.replication.plan.films import CAMERA, FILM, NEEDED, TRACK, PlannedFilm
-from beltrepro.replication.plan.kinds import KINDS, SETTINGS, Kind
+from beltrepro.replication.plan.kinds import KINDS, POINT, SETTINGS, Kind
+from beltrepro.replication.plan.more_runs import MoreRuns, place_of, rows
 from beltrepro.replication.plan.points import LAW, QUANTITIES, REQUIRED, Point, plain
 
 TIME_STEP = 0.001  # of the paper; work counts its steps
 _FRAME_TOLERANCE = 1e-3  # of the time between frames, as in `camera.film`
+LEAST_RUNS = 4  # at a point that can get more: fewer tell nothing of their spread
+MOST_ROUNDS = 20  # in which runs are added: each is a job for every few rows
 
 
 class Entry(NamedTuple):
@@ -32,6 +36,15 @@ class Entry(NamedTuple):
 Entries = dict[str, Entry]
 
 
+class AddedBatch(NamedTuple):
+    """A job that looks at the runs of some rows, and adds runs where more are needed."""
+
+    name: str  # of its file
+    planned: tuple[Point, ...]  # the runs that the rows had at first
+    looks_at: tuple[str, ...]  # names of the batches that hold their runs so far
+    most: tuple[Point, ...]  # places of the runs that it adds at most
+
+
 @dataclass(frozen=True)
 class PlannedDataset:
     """A dataset before it is simulated."""
@@ -41,19 +54,61 @@ class PlannedDataset:
     points: tuple[Point, ...]  # in the order in which the file has them
     settings: dict = field(hash=False)  # what the kind is told besides points
     points_per_job: int  # largest number of points of a batch
+    more_runs: MoreRuns | None = None  # whether points get more runs, and when
 
     @functools.cached_property
     def batches(self) -> tuple[tuple[Point, ...], ...]:
         """The points cut into jobs, in their order; all of a batch have one method, and all or
         none of them noise."""
         cut = []
-        for _, alike in itertools.groupby(
-            self.points, lambda point: (point.method, point.noise > 0)
-        ):
+        for _, alike in itertools.groupby(self.points, _cost_class):
             points = tuple(alike)
             starts = range(0, len(points), self.points_per_job)
             cut += [points[start : start + self.points_per_job] for start in starts]
         return tuple(cut)
+
+    @functools.cached_property
+    def added(self) -> tuple[AddedBatch, ...]:
+        """The jobs that add runs, in their rounds; each has whole rows, of few of which it adds."""
+        if not self.more_runs:
+            return ()
+        batch_of = {
+            point: f"{number:04d}" for number, batch in enumerate(self.batches) for point in batch
+        }
+        cut = []
+        for part, row_places in enumerate(self._cut_rows(self.more_runs.along)):
+            planned = tuple(point for place in row_places for point in self._runs_at[place])
+            looks_at = [*dict.fromkeys(batch_of[point] for point in planned)]
+            fewest = min(len(self._runs_at[place]) for place in row_places)
+            for number, count in enumerate(self.more_runs.rounds(fewest), start=1):
+                name = f"round{number}_{part:04d}"
+                cut.append(AddedBatch(name, planned, tuple(looks_at), tuple(row_places) * count))
+                looks_at.append(name)
+        return tuple(cut)
+
+    @functools.cached_property
+    def _runs_at(self) -> dict[Point, list[Point]]:
+        """The runs at each place."""
+        runs: dict[Point, list[Point]] = {}
+        for point in self.points:
+            runs.setdefault(place_of(point), []).append(point)
+        return runs
+
+    @property
+    def batch_names(self) -> list[str]:
+        """Names of the files of batches, in the order in which they are joined."""
+        first = [f"{number:04d}" for number in range(len(self.batches))]
+        return [*first, *(batch.name for batch in self.added)]
+
+    def _cut_rows(self, along: str) -> list[list[Point]]:
+        """Places of whole rows for one job each, cut as in `batches`."""
+        parts: list[list[Point]] = []
+        for row in rows(self.points, along):
+            alike = parts and _cost_class(parts[-1][0]) == _cost_class(row[0])
+            if not alike or len(parts[-1]) + len(row) > self.points_per_job:
+                parts.append([])
+            parts[-1] += row
+        return parts
 
     def values(self) -> dict[str, list]:
         """Distinct values of each quantity, rising."""
@@ -66,7 +121,11 @@ class PlannedDataset:
 
     def described(self) -> dict:
         """The whole as plain values."""
-        return {"kind": self.kind.name} | self.settings | self.values()
+        return {"kind": self.kind.name} | self.settings | self.values() | self.told_of_more()
+
+    def told_of_more(self) -> dict:
+        """When points get more runs, as plain values; empty if they never do."""
+        return {"more_runs": self.more_runs._asdict()} if self.more_runs else {}
 
     def work(self, points: Iterable[Point]) -> float:
         """Blocks times model time of some points, with a weight for short steps of verlet."""
@@ -108,12 +167,26 @@ class Plan:
     def told(self, name: str) -> dict:
         """Plain values that say what the file of a dataset holds."""
         dataset = self.datasets[name]
-        return self._told(dataset, {"count": len(dataset.points)} | dataset.values())
+        points = {"count": len(dataset.points)} | dataset.values()  # those planned, if more come
+        return self._told(dataset, points) | dataset.told_of_more()
 
     def told_batch(self, name: str, number: int) -> dict:
         """Plain values that the job of one batch needs, and its file keeps."""
         dataset = self.datasets[name]
         return self._told(dataset, plain(dataset.batches[number]))
+
+    def told_added(self, name: str, batch: AddedBatch) -> dict:
+        """Plain values that a job needs which adds runs, and its file keeps."""
+        dataset = self.datasets[name]
+        told = self._told(dataset, plain(batch.planned)) | dataset.told_of_more()
+        return told | {"batch": batch.name}
+
+    def told_of_batches(self, name: str) -> dict[str, dict]:
+        """What each batch of a dataset is told, in the order in which they are joined."""
+        dataset = self.datasets[name]
+        told = [self.told_batch(name, number) for number in range(len(dataset.batches))]
+        told += [self.told_added(name, batch) for batch in dataset.added]
+        return dict(zip(dataset.batch_names, told, strict=True))
 
     def _told(self, dataset: PlannedDataset, points: dict) -> dict:
         return {
@@ -226,7 +299,33 @@ def _dataset(
         where = (defaults | keys).get(key, Entry(None, f"{place}: {key}")).where
         refuse(f"{where} {text}" if where.endswith(key) else f"{where}: {key} {text}")
     per_job = entries.get("points_per_job", Entry(len(points), place)).value
-    return PlannedDataset(name, kind, points, settings, per_job)
+    more_runs = keys.get("more_runs", Entry(None, place))
+    rule = _more_runs(more_runs, kind, points) if more_runs.value else None
+    return PlannedDataset(name, kind, points, settings, per_job, rule)
+
+
+def _more_runs(entry: Entry, kind: Kind, points: tuple[Point, ...]) -> MoreRuns:
+    """The rule by which points get more runs; refused where it cannot be meant."""
+    numbers = [array.name for array in kind.recorded if array.dimensions == (POINT,)]
+    if (name := entry.value["of"]) not in numbers:
+        text = f"a dataset of kind {kind.name} has {', '.join(numbers) or 'no such number'}"
+        refuse(f"{entry.where}.of = {name!r}: {text}", name, numbers)
+    distinct = dict(zip(QUANTITIES, map(len, map(set, zip(*points, strict=True))), strict=True))
+    axes = [name for name in QUANTITIES if name not in ("method", "replicate")]
+    rule = MoreRuns(**entry.value, along=max(axes, key=lambda axis: distinct[axis]))
+    counts = Counter(map(place_of, points)).values()
+    if min(counts) < LEAST_RUNS:
+        text = f"{min(counts)} runs at a point, at least {LEAST_RUNS} tell of their spread"
+        refuse(f"{entry.where}: {text}")
+    if rule.up_to <= max(counts):
+        refuse(f"{entry.where}.up_to = {rule.up_to}: there are {max(counts)} runs at a point")
+    if (rounds := len(rule.rounds(min(counts)))) > MOST_ROUNDS:
+        text = f"up_to = {rule.up_to} takes {rounds} rounds, at most {MOST_ROUNDS} allowed"
+        refuse(f"{entry.where}.by = {rule.by}: {text}")
+    if (count := len(counts) * rule.up_to) > MOST_POINTS:
+        text = f"makes {count:.3g} points, at most {MOST_POINTS} allowed"
+        refuse(f"{entry.where}.up_to = {rule.up_to}: {text}")
+    return rule
 
 
 def _check_settings(keys: Entries, kind: Kind) -> None:
@@ -307,6 +406,11 @@ def _check_tables(axes: Entries, sizes: list[int]) -> None:
                 refuse(f"{where} has no entry for n_blocks = {n_blocks}")
         if extra := set(map(int, grid)) - set(sizes):
             refuse(f"{where} has an entry for n_blocks = {min(extra)}, which the dataset lacks")
+
+
+def _cost_class(point: Point) -> tuple:
+    """Points of one batch are alike in this."""
+    return point.method, point.noise > 0
 
 
 def _none_first(value: Any) -> tuple:

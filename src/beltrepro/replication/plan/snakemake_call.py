@@ -17,17 +17,20 @@ from typing import Any
 
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint
+from beltrepro.replication.plan.config import SOURCE, load_config
 
 _SETTING = r"[a-zA-Z_][\w-]*\w"  # names that Snakemake takes
 
 
 def end_if_unreadable() -> None:
-    """End the process with one line if a setting of `--config` cannot be read.
+    """End the process with one line if a setting of `--config`, or a file of them, is unreadable.
 
     The profiles of the workflow call it: Snakemake reads nothing else of a workflow so early.
     """
+    given = _given()
     try:
-        check_settings(_given().config or ())
+        check_settings(given.config or ())
+        check_files([SOURCE, *(given.configfile or ())])
     except InputError as error:
         sys.exit(f"error: {error}")
 
@@ -39,6 +42,13 @@ def end_quietly_when_interrupted() -> None:
     """
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def check_files(paths: Iterable[str | Path]) -> None:
+    """Refuse files that are there and hold no settings; some of these Snakemake would take."""
+    for path in paths:
+        if Path(path).exists():
+            load_config(path)
 
 
 def check_settings(entries: Iterable[str]) -> None:

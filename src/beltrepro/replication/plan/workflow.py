@@ -3,15 +3,22 @@
 import dataclasses
 import hashlib
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 from beltrepro.replication.plan import dependencies, files, jobs, manifest, registry
 from beltrepro.replication.plan.films import FILM, TRACK
-from beltrepro.replication.plan.plan import make_plan
+from beltrepro.replication.plan.plan import AddedBatch, make_plan
+from beltrepro.replication.plan.points import Point
 
 SCRIPTS = Path("workflow", "scripts")
+
+
+def _choices(points: Iterable[Point]) -> tuple[str, ...]:
+    """What code that has a table by method is taken of it for these points."""
+    kicked = {"kicked" for point in points if point.kick > 0}
+    return tuple(sorted({point.method for point in points} | kicked))
 
 
 class Workflow:
@@ -47,6 +54,7 @@ class Workflow:
         return {
             "dataset": "|".join(self.plan.datasets),
             "batch": "[0-9]{4}",
+            "added": "round[0-9]+_[0-9]{4}",
             "film": "|".join(self.plan.films),
             "table": "|".join(table.file(name) for name, table in self.tables.items()),
             "figure": "|".join(self.figures),
@@ -75,8 +83,13 @@ class Workflow:
 
     def batches(self, wildcards: Any) -> list[str]:
         """Files of the batches of a dataset."""
-        count = len(self.plan.datasets[wildcards.dataset].batches)
-        return [f"<results>/batches/{wildcards.dataset}/{number:04d}.h5" for number in range(count)]
+        told = self.plan.told_of_batches(wildcards.dataset)
+        return [f"<results>/batches/{wildcards.dataset}/{name}.h5" for name in told]
+
+    def runs_so_far(self, wildcards: Any) -> list[str]:
+        """Files of the batches that hold the runs to which more may be added."""
+        names = self._added(wildcards).looks_at
+        return [f"<results>/batches/{wildcards.dataset}/{name}.h5" for name in names]
 
     def with_metadata(self, table: str) -> list[str]:
         """A table and the file that says what it is."""
@@ -109,11 +122,11 @@ class Workflow:
 
     def compared(self) -> list[str]:
         """Tables of claims of other runs: those here, or published in docs/results."""
-        found: dict[str, str] = {}
+        tables: dict[str, str] = {}
         for folder in ("docs/results", "results"):
             paths = (self._top / folder).glob("*/claims.csv")
-            found |= {path.parent.name: str(path) for path in paths}
-        return [path for name, path in sorted(found.items()) if name != self.plan.run]
+            tables |= {path.parent.name: str(path) for path in paths}
+        return [path for name, path in sorted(tables.items()) if name != self.plan.run]
 
     def is_made(self, path: str, is_output: Callable[[str], bool]) -> bool:
         """Whether a target is a file of this run; of batches, only those that there are."""
@@ -127,7 +140,8 @@ class Workflow:
 
     def sampled(self, wildcards: Any) -> list[str]:
         """Results of the jobs by which the time of the preset is judged."""
-        sample = jobs.draw(jobs.simulation_jobs(self.plan), self.plan.seed)
+        first = [job for job in jobs.simulation_jobs(self.plan) if not job.adds]
+        sample = jobs.draw(first, self.plan.seed)
         return [f"<results>/{job.name}.h5" for job in sample]
 
     def simulation_jobs(self) -> list[tuple]:
@@ -136,17 +150,9 @@ class Workflow:
 
     # --- what single jobs are made from ---
 
-    def table_data(self, wildcards: Any) -> dict[str, str]:
-        """Inputs of a table."""
-        return self.files_of(*self._table(wildcards).uses)
-
-    def figure_data(self, wildcards: Any) -> dict[str, str]:
-        """Inputs of a figure."""
-        return self.files_of(*self.figures[wildcards.figure].uses)
-
-    def film_data(self, wildcards: Any) -> dict[str, str]:
-        """The dataset that is filmed, under its name."""
-        return self.files_of(self.plan.films[wildcards.film].dataset)
+    def sources(self, wildcards: Any) -> dict[str, str]:
+        """Files that a table, figure or film is made from, by name of what they hold."""
+        return self.files_of(*self._sources(wildcards))
 
     def of_figure(self, field: str) -> Callable[[Any], Any]:
         """What the entry of the figure says under this name, for a directive."""
@@ -156,6 +162,17 @@ class Workflow:
         """Labels of a figure in Snakemake's report."""
         return {"figure": wildcards.figure, "title": self.figures[wildcards.figure].title}
 
+    def _sources(self, wildcards: Any) -> tuple[str, ...]:
+        if hasattr(wildcards, "film"):
+            return (self.plan.films[wildcards.film].dataset,)
+        if hasattr(wildcards, "figure"):
+            return self.figures[wildcards.figure].uses
+        return self._table(wildcards).uses
+
+    def _added(self, wildcards: Any) -> AddedBatch:
+        added = self.plan.datasets[wildcards.dataset].added
+        return next(batch for batch in added if batch.name == wildcards.added)
+
     def _table(self, wildcards: Any) -> registry.Table:
         return self.tables[Path(wildcards.table).name]  # it may lie at the top of the results
 
@@ -164,6 +181,10 @@ class Workflow:
     def told_batch(self, wildcards: Any) -> dict:
         """What a batch is told."""
         return self.plan.told_batch(wildcards.dataset, int(wildcards.batch))
+
+    def told_added(self, wildcards: Any) -> dict:
+        """What a batch of added runs is told."""
+        return self.plan.told_added(wildcards.dataset, self._added(wildcards))
 
     def told_dataset(self, wildcards: Any) -> dict:
         """What the file of a dataset is told."""
@@ -185,21 +206,20 @@ class Workflow:
 
     def expected_batches(self, wildcards: Any) -> list[dict]:
         """Of the batches of a dataset."""
-        name = wildcards.dataset
-        count = len(self.plan.datasets[name].batches)
-        return [files.expected(self.plan.told_batch(name, number)) for number in range(count)]
+        return [*map(files.expected, self.plan.told_of_batches(wildcards.dataset).values())]
 
-    def expected_of_table(self, wildcards: Any) -> dict[str, dict]:
-        """Of what a table is made from."""
-        return self.expected(*self._table(wildcards).uses)
+    def expected_so_far(self, wildcards: Any) -> list[dict]:
+        """Of the batches that hold the runs to which more may be added."""
+        told = self.plan.told_of_batches(wildcards.dataset)
+        return [files.expected(told[name]) for name in self._added(wildcards).looks_at]
 
-    def expected_of_film(self, wildcards: Any) -> dict[str, dict]:
-        """Of what is filmed."""
-        return self.expected(self.plan.films[wildcards.film].dataset)
+    def expected_of_sources(self, wildcards: Any) -> dict[str, dict]:
+        """Of what a table or film is made from."""
+        return self.expected(*self._sources(wildcards))
 
     def expected_of_figure(self, wildcards: Any) -> dict:
         """Of what a figure is drawn from."""
-        return self.made_from(*self.figures[wildcards.figure].uses)
+        return self.made_from(*self._sources(wildcards))
 
     def expected_of_report(self) -> dict[str, dict]:
         """By name of the input of the report, and of the figure or dataset in it."""
@@ -251,9 +271,15 @@ class Workflow:
         """Code behind a batch: the function of its kind, by its own integrator."""
         dataset = self.plan.datasets[wildcards.dataset]
         batch = dataset.batches[int(wildcards.batch)]
-        choices: set[str] = {point.method for point in batch}
-        choices |= {"kicked" for point in batch if point.kick > 0}
-        return self.code("simulate.py", dataset.kind.record, choices=tuple(sorted(choices)))
+        return self.code("simulate.py", dataset.kind.record, choices=_choices(batch))
+
+    def code_of_added(self, wildcards: Any) -> str:
+        """Code behind added runs: that of a batch, and what says where they are needed."""
+        record = self.plan.datasets[wildcards.dataset].kind.record
+        rule = "beltrepro.replication.plan.more_runs:wanted"
+        return self.code(
+            "add_runs.py", record, rule, choices=_choices(self._added(wildcards).planned)
+        )
 
     def code_of_table(self, wildcards: Any) -> str:
         """Code behind a table: the function of its name."""
@@ -271,11 +297,14 @@ class Workflow:
     def records(self) -> Iterator[tuple[str, str, list[str], list[str]]]:
         """Rule, name, inputs and outputs of each job of the run."""
         for name, dataset in self.plan.datasets.items():
-            parts = [f"batches/{name}/{number:04d}" for number in range(len(dataset.batches))]
-            paths = [f"<results>/{part}.h5" for part in parts]
-            for part, path in zip(parts, paths, strict=True):
-                yield "simulate", part, ["config.yaml"], [path]
-            yield "join", f"datasets/{name}", paths, [self.file_of(name)]
+            looked_at = {batch.name: batch.looks_at for batch in dataset.added}
+            made = {part: f"<results>/batches/{name}/{part}.h5" for part in dataset.batch_names}
+            for part, path in made.items():
+                rule, sources = "simulate", ["config.yaml"]
+                if part in looked_at:
+                    rule, sources = "add_runs", [made[source] for source in looked_at[part]]
+                yield rule, f"batches/{name}/{part}", sources, [path]
+            yield "join", f"datasets/{name}", list(made.values()), [self.file_of(name)]
         for name, table in self.tables.items():
             sources = list(self.files_of(*table.uses).values())
             yield "derive", table.file(name), sources, self.with_metadata(name)

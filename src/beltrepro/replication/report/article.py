@@ -126,6 +126,8 @@ def facts(
     if deciding:
         about |= {name: length(float(deciding[name])) for name in ("duration", "transient")}
         about["replicates"] = str(len(deciding["replicate"]))
+        if more := deciding.get("more_runs"):
+            about["replicates"] += f" to {more['up_to']}"
         if deciding["duration"] < PAPER_DURATION:
             about["shorter"] = about["duration"]
     if origin:

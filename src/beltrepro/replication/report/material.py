@@ -11,6 +11,8 @@ import numpy as np
 
 from beltrepro.base.store import Dataset
 from beltrepro.replication.plan import files, registry
+from beltrepro.replication.plan.more_runs import runs_at_places
+from beltrepro.replication.plan.points import points_in
 from beltrepro.replication.report.claim_results import OtherRun, Results, compared, read_tables
 from beltrepro.replication.report.trust import length
 
@@ -101,6 +103,8 @@ def _describe(dataset: Dataset) -> dict:
     tables = {"slips": "slips", "avalanches": "avalanches", "section": "section points"}
     tables |= {"time": "samples", "events": "events"}
     contents = [f"{len(arrays[key])} {words}" for key, words in tables.items() if key in arrays]
+    if "more_runs" in json.loads(attributes.get("config", "{}")):
+        contents.append(runs_at_places(points_in(arrays)))
     return {name: _grid(arrays[name]) for name in grids} | {
         "name": attributes["dataset"],
         "kind": attributes["kind"],

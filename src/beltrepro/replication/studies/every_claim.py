@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.plan import registry
 from beltrepro.replication.studies.avalanches import claims as avalanches
 from beltrepro.replication.studies.chaos import claims as chaos
@@ -27,7 +28,6 @@ from beltrepro.replication.verdicts.criteria import (
 )
 from beltrepro.replication.verdicts.evidence import Evidence
 from beltrepro.replication.verdicts.ledger import REGISTRY, Claim, load_ledger
-from beltrepro.stats.errors import NotEnoughDataError
 
 # Importing them registers the functions of their claims.
 STUDIES = (

@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from beltrepro.stats import intermittency, sections, states, transitions
-from beltrepro.stats.errors import NotEnoughDataError, require
+from beltrepro.base.errors import NotEnoughDataError, require
+from beltrepro.stats import branches, intermittency, sections, states
 from beltrepro.stats.estimates import Estimate
 
 # Chaotic transients last up to 1e4 (inset of Fig. 12). A run that discards less than this shows
@@ -57,8 +57,29 @@ class Cut:
 
     @cached_property
     def fall(self) -> dict[str, Estimate]:
-        """The fall of r along u (`transitions.fall`)."""
-        return transitions.fall(self.belt_velocity, self.disorder)
+        """The fall of r along u, outliers left out (`branches.fall`)."""
+        kept = ~self.outliers
+        return branches.fall(self.belt_velocity[kept], self.disorder[kept])
+
+    @cached_property
+    def outliers(self) -> np.ndarray:
+        """Mask of what the paper calls outlying values: periodic stick-slip beyond the fall (P,).
+
+        Beyond the first u at which most of several runs slip continuously, a run on a periodic
+        orbit with sticks is on neither of the branches that r passes between (Fig. 12).
+        """
+        mask = np.zeros(len(self.belt_velocity), dtype=bool)
+        places, place, runs = np.unique(self.belt_velocity, return_inverse=True, return_counts=True)
+        if runs.max(initial=0) < 2 or "last_stick_time" not in self.points:
+            return mask
+        slips = np.nan_to_num(self.points["last_stick_time"], nan=-np.inf) <= self.transient
+        most = np.bincount(place, slips) >= runs / 2
+        if most.any():
+            late = ~slips & (self.belt_velocity > places[most.argmax()] + 1e-9)
+            part = sections.select(self.points, late)
+            labels = states.label_states(part, transient=self.transient, duration=self.duration)
+            mask[late] = labels == states.PERIODIC
+        return mask
 
     def within(self, low: float, high: float) -> "Cut":
         """The part of the points with low <= u <= high."""
@@ -66,8 +87,22 @@ class Cut:
         return Cut(part, self.transient, self.duration)
 
     def between(self, low: float, high: float) -> np.ndarray:
-        """Mask of the points with low <= u <= high."""
-        return (self.belt_velocity >= low - 1e-9) & (self.belt_velocity <= high + 1e-9)
+        """Mask of the points with low <= u <= high, as many at each u (`evenly`)."""
+        return self.evenly((self.belt_velocity >= low - 1e-9) & (self.belt_velocity <= high + 1e-9))
+
+    def evenly(self, chosen: np.ndarray) -> np.ndarray:
+        """The chosen points, at each u only the first so many as there are where it has fewest.
+
+        Runs are added where r scatters. A share of the runs at several u would be drawn there.
+        """
+        rows = np.flatnonzero(chosen)
+        _, place, count = np.unique(
+            self.belt_velocity[rows], return_inverse=True, return_counts=True
+        )
+        kept = chosen.copy()
+        for number in np.flatnonzero(count > count.min(initial=len(rows))):
+            kept[rows[place == number][count.min() :]] = False
+        return kept
 
 
 class Evidence:

@@ -13,7 +13,8 @@ FIGURE = Figure(
     words=(
         "Not in the paper, which shows five blocks. a: density of the energy dissipated in an "
         "avalanche, of all avalanches. In a self-organised critical state the densities of all "
-        "lengths fall on one power law, which goes the further the longer the chain. b: where they "
+        "lengths fall on one power law, which goes the further the longer the chain. Here they "
+        "have a hump at their end: the avalanches that take in the whole chain. b: where they "
         "end, as the energy that one avalanche in a hundred exceeds, with its 95 % interval, and "
         "the largest energy seen; the line is a power law through the former."
     ),

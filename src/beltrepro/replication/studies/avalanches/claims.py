@@ -1,17 +1,97 @@
-"""Claims on slips and avalanches: their densities, and self-organised criticality (Sec. IV.A)."""
+"""Claims on the chain at u = 1 without noise: its spectrum, slips and avalanches (Sec. IV.A)."""
 
 from functools import partial
 
 import numpy as np
 
+from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import require
 
 MINIMUM_SLIPS = 500
+PAPERS_SCHEME, EXACT = "the paper's scheme", "exact dynamics"
 CATALOGUES = {3: "slips_n3", 5: "slips_u1", 7: "slips_n7", 10: "slips_n10"}
+EXACT_CATALOGUES = {5: "slips_u1_event", 7: "slips_n7_event", 10: "slips_n10_event"}
+
+
+# --- the series of Fig. 8 -------------------------------------------------------------------------
+
+
+@claim("spectrum-exponent")
+def spectrum_exponent(evidence):
+    """Exponent and prefactor of the spectrum of x_N, as an amplitude and as a power."""
+    amplitude = partial(_spectral_law, evidence, "u1", measure.amplitude_law)
+    return {
+        "amplitude": amplitude,
+        "amplitude, fit for 0.01 to 1": partial(amplitude, band=(0.01, 1.0)),
+        "amplitude, fit for 0.001 to 0.1": partial(amplitude, band=(0.001, 0.1)),
+        "power": partial(_spectral_law, evidence, "u1"),
+        "power, exact dynamics": partial(_halves, evidence),
+    }
+
+
+def _spectral_law(evidence, name, law_of=measure.spectral_law, **how):
+    law = law_of(evidence.dataset(name), **how)
+    return Measurement(
+        {"exponent": law.exponent, "prefactor": law.prefactor},
+        note=f"{law.count} stretches of {law.length:.0f}",
+    )
+
+
+def _halves(evidence):
+    """A power law has one exponent in both halves of the range."""
+    law = _spectral_law(evidence, "u1_event")
+    low, high = measure.FIT_BAND
+    middle = (low * high) ** 0.5
+    lower, upper = (
+        measure.spectral_law(evidence.dataset("u1_event"), band=band).exponent
+        for band in ((low, middle), (middle, high))
+    )
+    change = estimates.difference(upper, lower)
+    return Measurement(law.judged | {"upper minus lower half": change}, note=law.note)
+
+
+@claim("one-over-f")
+def one_over_f(evidence):
+    """Exponent of the spectrum above and below the frequency at which it turns."""
+
+    def power(name):
+        above = _spectral_law(evidence, name).judged["exponent"]
+        try:
+            below = _spectral_law(evidence, name, band=measure.SLOW_BAND).judged["exponent"]
+        except NotEnoughDataError:
+            below = estimates.absent()
+        return Measurement({"exponent above 0.003": above, "exponent below 0.003": below})
+
+    return {
+        "amplitude": partial(_spectral_law, evidence, "u1", measure.amplitude_law),
+        "power, the paper's scheme": partial(power, "u1"),
+        "power, exact dynamics": partial(power, "u1_event"),
+    }
+
+
+@claim("slip-velocity")
+def slip_velocity(evidence):
+    """Peaks of the relative velocity of the last block in its slips."""
+
+    def peaks(name):
+        series = evidence.dataset(name)
+        stretches = measure.peaks_of_slips(series) / series.attributes["belt_velocity"]
+        return Measurement(
+            {
+                "median peak |v_r| / u": estimates.bootstrap(np.median, [stretches]),
+                "peaks: 95 % over 5 % quantile": estimates.bootstrap(_spread, [stretches]),
+            },
+            note=f"{stretches.size} slips in {len(stretches)} stretches",
+        )
+
+    return {PAPERS_SCHEME: partial(peaks, "u1"), EXACT: partial(peaks, "u1_event")}
+
+
+def _spread(peaks):
+    return np.quantile(peaks, 0.95) / np.quantile(peaks, 0.05)
 
 
 # --- exponents: Fig. 9 ----------------------------------------------------------------------------
@@ -20,51 +100,48 @@ CATALOGUES = {3: "slips_n3", 5: "slips_u1", 7: "slips_n7", 10: "slips_n10"}
 @claim("slip-size-exponent")
 def slip_size_exponent(evidence):
     """Exponent of the density of slip sizes of the last block."""
-    catalogue = _catalogue(evidence, "slips_u1")
-    laboratory = measure.slip_sizes(catalogue, "laboratory")
-    return {
-        "laboratory frame": partial(_exponent, laboratory),
-        "belt frame": partial(_exponent, measure.slip_sizes(catalogue, "belt")),
-        "5 bins per decade": partial(_exponent, laboratory, bins_per_decade=5),
-        "20 bins per decade": partial(_exponent, laboratory, bins_per_decade=20),
-        "all bins": partial(_exponent, laboratory, whole_range=True),
-        "maximum likelihood": partial(_likely_exponent, laboratory),
-    }
+    return _exponents(
+        evidence,
+        measure.slip_sizes,
+        {"belt frame": partial(measure.slip_sizes, frame="belt")},
+    )
 
 
 @claim("slip-energy-exponent")
 def slip_energy_exponent(evidence):
     """Exponent of the density of the energy dissipated in avalanches."""
-    catalogue = _catalogue(evidence, "slips_u1")
-    energies = measure.avalanche_energies(catalogue)
-    others = {
-        "chain, until the last block stops": measure.energies_until_stop,
-        "last block only": measure.last_block_energies,
-        "all avalanches of the chain": measure.all_energies,
-        "drop in spring energy": measure.spring_energy_drops,
-    }
-    return (
-        {"chain, until all are stuck": partial(_exponent, energies)}
-        | {name: partial(_exponent, sample(catalogue)) for name, sample in others.items()}
-        | {
-            "20 bins per decade": partial(_exponent, energies, bins_per_decade=20),
-            "maximum likelihood": partial(_likely_exponent, energies),
-        }
+    return _exponents(
+        evidence,
+        measure.avalanche_energies,
+        {"last block only": measure.last_block_energies, "all avalanches": measure.all_energies},
     )
+
+
+def _exponents(evidence, sample, others):
+    catalogue = _catalogue(evidence, "slips_u1")
+    return {
+        "line through all bins": partial(_exponent, sample(catalogue)),
+        "10 bins a decade": partial(_exponent, sample(catalogue), bins_per_decade=10),
+        "falling bins, 10 a decade": partial(
+            _exponent, sample(catalogue), bins_per_decade=10, falling=True
+        ),
+        "maximum likelihood": partial(_likely_exponent, evidence, sample),
+    } | {name: partial(_exponent, other(catalogue)) for name, other in others.items()}
 
 
 def _exponent(sample, **how):
-    law, exponent = measure.falling_density(sample, **how)
+    law, exponent = measure.density_law(sample, **how)
     return Measurement(
         {"exponent": exponent},
-        {"decades of the fit": estimates.sure(np.log10(law.high / law.low))},
-        note=f"fit for {law.low:.3g} to {law.high:.3g}, {law.sample_size} bins",
+        {"decades": estimates.sure(np.log10(law.high / law.low))},
+        note=f"{law.sample_size} bins from {law.low:.3g} to {law.high:.3g}",
     )
 
 
-def _likely_exponent(sample):
-    exponent, low, high = measure.likely_exponent(sample)
-    return Measurement({"exponent": exponent}, note=f"values from {low:.3g} to {high:.3g}")
+def _likely_exponent(evidence, sample):
+    """With the test of a power law, of exact dynamics."""
+    law = _scale_free(evidence, "slips_u1_event", sample)
+    return Measurement({"exponent": law.also["exponent"]} | law.judged, law.also, law.note)
 
 
 # --- self-organised criticality -------------------------------------------------------------------
@@ -72,56 +149,51 @@ def _likely_exponent(sample):
 
 @claim("soc-power-law")
 def soc_power_law(evidence):
-    """Whether a power law describes slip sizes, and whether it has a cutoff."""
-    catalogue = _catalogue(evidence, "slips_u1")
-    sizes = measure.slip_sizes(catalogue, "laboratory")
+    """Whether a power law describes slip sizes and energies of avalanches."""
+    sizes, energies = measure.slip_sizes, measure.avalanche_energies
     return {
-        "sizes": partial(_scale_free, sizes),
-        "sizes, in the range that fits best": partial(_scale_free, sizes, search=True),
-        "sizes, belt frame": partial(_scale_free, measure.slip_sizes(catalogue, "belt")),
-        "energies": partial(_scale_free, measure.avalanche_energies(catalogue)),
+        PAPERS_SCHEME: partial(_scale_free, evidence, "slips_u1", sizes),
+        f"{EXACT}, in the range that fits best": partial(
+            _scale_free, evidence, "slips_u1_event", sizes, search=True
+        ),
+        "energies": partial(_scale_free, evidence, "slips_u1", energies),
     }
 
 
-def _scale_free(sample, **how):
-    fit = measure.scale_free_fit(sample, **how)
+def _scale_free(evidence, name, sample, **how):
+    fit = measure.scale_free_fit(sample(_catalogue(evidence, name)), **how)
     return Measurement(
-        {
-            "p of the power law": estimates.Estimate(fit.p, fit.p, fit.p, fit.chains),
-            "largest size over the cutoff": fit.cutoff,
-            "log-likelihood, power law minus exponential": fit.advantage,
-        },
-        {
-            "exponent": estimates.sure(fit.exponent),
-            "Kolmogorov-Smirnov distance": estimates.sure(fit.distance),
-            "decades": estimates.sure(np.log10(fit.high / fit.low)),
-        },
-        note=f"{fit.count} values from {fit.low:.3g} to {fit.high:.3g}",
+        {"p of the power law": estimates.Estimate(fit.p, fit.p, fit.p, fit.chains)},
+        {"exponent": fit.exponent, "decades": estimates.sure(np.log10(fit.high / fit.low))},
+        note=f"values from {fit.low:.3g} to {fit.high:.3g}",
     )
 
 
 @claim("soc-cutoff")
 def soc_cutoff(evidence):
-    """How the largest slips and avalanches grow with the number of blocks."""
-    return {
-        "99 % quantile": partial(_growth, evidence, measure.log_quantile, "laboratory"),
-        "ratio of moments": partial(_growth, evidence, measure.log_moments, "laboratory"),
-        "99 % quantile, belt frame": partial(_growth, evidence, measure.log_quantile, "belt"),
-    }
+    """How the largest slips and avalanches grow with N, and whether their densities collapse."""
+    return {"99 % quantile": partial(_growth, evidence), "collapse": partial(_collapse, evidence)}
 
 
-def _growth(evidence, log_cutoff, frame):
-    n_blocks = evidence.claim.parameters["n_blocks"]
-    catalogues = {size: _catalogue(evidence, CATALOGUES[size]) for size in n_blocks}
+def _growth(evidence):
     sizes, energies = (
-        measure.growth({n: sample(of) for n, of in catalogues.items()}, log_cutoff)
-        for sample in (partial(measure.slip_sizes, frame=frame), measure.all_energies)
+        measure.growth(_by_n(evidence, CATALOGUES, sample))
+        for sample in (measure.slip_sizes, measure.all_energies)
     )
-    largest = ", ".join(f"{cutoff.value:.3g}" for cutoff in sizes.cutoffs)
     return Measurement(
-        {"slip size: growth with N": sizes.power, "energy: growth with N": energies.power},
-        note=f"cutoff of slip sizes {largest} for N = {', '.join(map(str, n_blocks))}",
+        {"slip size: growth with N": sizes.power, "energy: growth with N": energies.power}
     )
+
+
+def _collapse(evidence):
+    """Of avalanches of two blocks or more: what one block does alone knows no N."""
+    energies = partial(measure.all_energies, least_blocks=2)
+    factor, power = measure.collapse(_by_n(evidence, EXACT_CATALOGUES, energies))
+    return Measurement({"distance from one curve": factor}, {"power of N": estimates.sure(power)})
+
+
+def _by_n(evidence, catalogues, sample):
+    return {n: sample(_catalogue(evidence, name)) for n, name in catalogues.items()}
 
 
 # --- blocks that slip together --------------------------------------------------------------------
@@ -129,31 +201,25 @@ def _growth(evidence, log_cutoff, frame):
 
 @claim("blocks-slip-together")
 def blocks_slip_together(evidence):
-    """Share of the avalanches in which all blocks slip at one instant."""
-    slips, avalanches, n_blocks = measure.parts(_catalogue(evidence, "slips_u1"))
-    energies = measure.Sample(avalanches["dissipated"], avalanches["point"])
-    at_once = measure.most_at_once(avalanches, slips)
-    alone = np.mean(avalanches["blocks"] == 1)
+    """Share of the avalanches in which blocks slip at one instant."""
 
-    def reading(together, weight):
+    def together(name):
+        slips, avalanches, n_blocks = measure.parts(_catalogue(evidence, name))
+        at_once = measure.most_at_once(avalanches, slips)
+        chain = avalanches["point"]
+        energies = measure.Sample(avalanches["dissipated"], chain)
         return Measurement(
             {
-                "avalanches in which all blocks slip at once": measure.share_of_weight(
-                    together, weight, energies.chain
-                ),
+                "avalanches of two blocks or more": measure.share_of_chains(at_once >= 2, chain),
                 "energies: 90 % over 10 % quantile": measure.spread_of_energies(energies),
             },
-            note=f"{avalanches.size} avalanches; one block alone slips in {alone:.2g} of them",
+            {"avalanches of all blocks": measure.share_of_chains(at_once == n_blocks, chain)},
+            note=f"{avalanches.size} avalanches; blocks count that slip at one instant",
         )
 
-    equal = np.ones(avalanches.size)
     return {
-        "at one instant": partial(reading, at_once == n_blocks, equal),
-        "during the avalanche": partial(reading, avalanches["blocks"] == n_blocks, equal),
-        "two or more at one instant": partial(reading, at_once >= 2, equal),
-        "at one instant, weighted by energy": partial(
-            reading, at_once == n_blocks, energies.values
-        ),
+        PAPERS_SCHEME: partial(together, "slips_u1"),
+        EXACT: partial(together, "slips_u1_event"),
     }
 
 

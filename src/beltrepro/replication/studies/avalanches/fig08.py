@@ -5,17 +5,19 @@ import numpy as np
 from beltrepro.replication.drawing import marks, panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.avalanches import measure
+from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.stats.fits import PowerLawFit
 from beltrepro.stats.spectra import FIT_BAND
 
 FIGURE = Figure(
-    title="Position and relative velocity of the last block at u = 1, with the power spectrum.",
+    title="Position and relative velocity of the last block at u = 1, with the spectrum.",
     uses=("u1",),
     words=(
-        "At low belt speed and without noise the last block moves in a sawtooth of unequal teeth;"
-        " its spectrum falls like a power of frequency. Its velocity relative to the belt is zero"
-        " between bursts. Beside them the spectrum of the whole series and the fastest slip: in "
-        "the paper, insets. The exponent that the paper prints is nearer to that of the amplitude."
+        "At low belt speed and without noise the last block moves in a sawtooth of unequal teeth."
+        " Its velocity relative to the belt is zero between bursts. Beside them the spectrum of "
+        "the whole series and the fastest slip: in the paper, insets. The spectrum is that of the "
+        "amplitude, 2|X|/n of n samples over a time of 1e6, which gives the printed line (dashed)."
+        " It is flat below 0.003 and bends downwards above it, so that no straight line fits it."
     ),
     alt=(
         "Four panels: an irregular sawtooth of the position against time and its spectrum with a "
@@ -27,7 +29,6 @@ FIGURE = Figure(
 
 SHOWN = 3000.0  # last part of the series that is drawn
 ZOOM = 30.0  # length of the enlarged part, around the fastest slip
-EXPONENT = -1.21  # of the spectrum, in the caption of Fig. 8
 
 
 @style.styled
@@ -43,7 +44,7 @@ def draw(data, caption):
     (upper, spectrum), (lower, enlarged) = figure.subplots(2, 2, width_ratios=(1.7, 1))
     panels.letter(upper, "a")
     panels.trace(upper, time, position, ylabel=panels.POSITION)
-    panels.spectrum(spectrum, series)
+    panels.spectrum(spectrum, series, measure.as_amplitude)
     with panels.shortage_on(spectrum):
         _law(spectrum, series)
     panels.letter(lower, "b")
@@ -60,13 +61,14 @@ def draw(data, caption):
 
 
 def _law(axes, series):
-    """The power law of the mean spectrum of its stretches, beside the printed exponent."""
-    exponent, prefactor, *_ = measure.spectral_law(series)
-    law = PowerLawFit(exponent.value, np.nan, prefactor.value, *FIT_BAND)
-    words = rf"$S = {law.prefactor:.2g}\,\nu^{{{law.exponent:.2f}}}$"
-    panels.power_law(axes, law, label=words)
-    panels.printed_slope(axes, law, EXPONENT)
+    """The power law of the mean spectrum of its stretches, beside the printed one."""
+    fit, paper = measure.amplitude_law(series), printed("spectrum-exponent")
+    for exponent, prefactor, words, look in (
+        (fit.exponent.value, fit.prefactor.value, "", {}),
+        (paper["exponent"], paper["prefactor"], "paper: ", {"linestyle": "--", "color": "black"}),
+    ):
+        law = PowerLawFit(exponent, np.nan, prefactor, *FIT_BAND)
+        label = rf"{words}$S = {prefactor:.2g}\,\nu^{{{exponent:.2f}}}$"
+        panels.power_law(axes, law, label=label, **look)
     first, *_ = axes.legend(loc="lower left", fontsize=7).get_texts()
     marks.shown(first, "spectrum-exponent", "exponent")
-    half = rf"amplitude $\sqrt{{S}} \propto \nu^{{{law.exponent / 2:.2f}}}$"
-    axes.set_title(half, size=8, color=style.VERMILION)

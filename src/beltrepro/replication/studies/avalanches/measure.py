@@ -1,24 +1,29 @@
-"""Sizes and energies of slips and avalanches, their power laws and where they end (Fig. 9)."""
+"""Spectrum, slips and avalanches: their power laws and where they end (Figs. 8 and 9)."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 
+from beltrepro.base.errors import require
 from beltrepro.stats import estimates, scale_free, spectra
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.fits import PowerLawFit, fit_log_log
+from beltrepro.stats.spectra import FIT_BAND
 
 MINIMUM_COUNT = 10
-BINS_PER_DECADE = 10
+BINS_PER_DECADE, FINE_BINS = 5, 10
+SCALED_COUNT = 100  # values in a bin of densities that are compared: they scatter by a tenth
+SCALED_RESAMPLES = 200  # each bins all values anew
 CUTOFF_QUANTILE = 0.99
 # Of the logarithm of a cutoff. Slips of one periodic orbit do not scatter at all.
 CUTOFF_RESOLUTION = 0.02
 STARTS_TRIED = 12
 LEAST_CYCLES = 10  # of the lowest frequency of a fit, in a stretch of a series
 LEAST_STRETCHES, STRETCHES = 4, 20
+SLOW_BAND = (0.0005, 0.003)  # slower than the whole chain sticks and slips
+PRINTED_LENGTH = 1e6  # of the series behind Fig. 8, if it is as long as those behind Fig. 12
 
 
 # --- slips and avalanches of a catalogue ----------------------------------------------------------
@@ -52,16 +57,17 @@ def slip_sizes(catalogue, frame: str = "laboratory") -> Sample:
     return Sample(sizes[sizes > 0], chain[sizes > 0])
 
 
-def avalanche_energies(catalogue, name: str = "dissipated") -> Sample:
+def avalanche_energies(catalogue) -> Sample:
     """Energies that the chain dissipates in avalanches with the last block (Fig. 9b)."""
     slips, avalanches, n_blocks = parts(catalogue)
     avalanches = avalanches[with_last_block(avalanches, slips, n_blocks)]
-    return Sample(avalanches[name], avalanches["point"])
+    return Sample(avalanches["dissipated"], avalanches["point"])
 
 
-def all_energies(catalogue) -> Sample:
-    """Energies that the chain dissipates in avalanches, with the last block or without it."""
+def all_energies(catalogue, *, least_blocks: int = 1) -> Sample:
+    """Energies that the chain dissipates in avalanches of so many blocks or more."""
     _, avalanches, _ = parts(catalogue)
+    avalanches = avalanches[avalanches["blocks"] >= least_blocks]
     return Sample(avalanches["dissipated"], avalanches["point"])
 
 
@@ -70,18 +76,6 @@ def last_block_energies(catalogue) -> Sample:
     slips, _, n_blocks = parts(catalogue)
     of_last = last_block_slips(slips, n_blocks)
     return Sample(of_last["dissipated"], of_last["point"])
-
-
-def energies_until_stop(catalogue) -> Sample:
-    """Energies that the chain dissipates while the last block slips."""
-    slips, _, n_blocks = parts(catalogue)
-    chain = last_block_slips(slips, n_blocks)["point"]
-    return Sample(dissipation_while_last_block_slips(slips, n_blocks), chain)
-
-
-def spring_energy_drops(catalogue) -> Sample:
-    """Energies that the springs lose in avalanches with the last block."""
-    return avalanche_energies(catalogue, "spring_energy_drop")
 
 
 def last_block_slips(slips: np.ndarray, n_blocks: int) -> np.ndarray:
@@ -98,27 +92,6 @@ def last_block_slip_sizes(
     if frame == "belt":
         sizes = sizes + belt_velocity * (of_last["stop_time"] - of_last["start_time"])
     return sizes
-
-
-def dissipation_while_last_block_slips(slips: np.ndarray, n_blocks: int) -> np.ndarray:
-    """Friction loss of the whole chain during each slip of the last block.
-
-    In this reading of the paper an avalanche ends when the last block stops. A slip of another
-    block that overlaps counts with the share of its duration that overlaps.
-    """
-    energies = []
-    for chain in np.unique(slips["point"]):
-        of_chain = slips[slips["point"] == chain]
-        of_chain = of_chain[np.argsort(of_chain["start_time"])]
-        starts, stops = of_chain["start_time"], of_chain["stop_time"]
-        longest = np.max(stops - starts)
-        for start, stop in last_block_slips(of_chain, n_blocks)[["start_time", "stop_time"]]:
-            near = slice(np.searchsorted(starts, start - longest), np.searchsorted(starts, stop))
-            overlap = np.minimum(stops[near], stop) - np.maximum(starts[near], start)
-            duration = np.maximum(stops[near] - starts[near], np.finfo(float).tiny)
-            share = np.clip(overlap / duration, 0.0, 1.0)
-            energies.append(np.sum(share * of_chain["dissipated"][near]))
-    return np.array(energies)
 
 
 def with_last_block(avalanches: np.ndarray, slips: np.ndarray, n_blocks: int) -> np.ndarray:
@@ -163,7 +136,7 @@ class SpectralLaw(NamedTuple):
 
 
 def spectral_law(
-    series, *, window: str = "hann", band: tuple[float, float] = spectra.FIT_BAND
+    series, *, window: str = "hann", band: tuple[float, float] = FIT_BAND
 ) -> SpectralLaw:
     """Of the mean spectrum of x_N in the stretches of a series, which are drawn anew."""
     time = series.arrays["time"]
@@ -197,6 +170,33 @@ def spectral_law(
     )
 
 
+def amplitude_law(series, **how) -> SpectralLaw:
+    """Of the amplitude 2|X|/n of n samples over a time T: the root of 2 S / T."""
+    law = spectral_law(series, **how)
+    return law._replace(
+        exponent=law.exponent.scaled(0.5), prefactor=estimates.mapped(as_amplitude, law.prefactor)
+    )
+
+
+def as_amplitude(power: npt.ArrayLike) -> npt.ArrayLike:
+    """Amplitude over the time PRINTED_LENGTH, of a power spectral density."""
+    return np.sqrt(2 * np.asarray(power) / PRINTED_LENGTH)
+
+
+def peaks_of_slips(series) -> np.ndarray:
+    """Greatest |v_r| in each slip of the last block (S, P), in stretches of the series."""
+    time = series.arrays["time"]
+    relative = np.abs(series.arrays["velocities"][:, -1] - series.attributes["belt_velocity"])
+    events = series.arrays["events"]
+    events = events[events["block"] == series.attributes["n_blocks"]]
+    slips, sticks = (events["time"][events["kind"] == kind] for kind in ("slip", "stick"))
+    inside = np.searchsorted(time, [*zip(slips, sticks, strict=False)])
+    peaks = [relative[first:last].max() for first, last in inside if last > first]
+    each = len(peaks) // STRETCHES
+    require(each >= 2, f"{len(peaks)} slips of the last block, not {2 * STRETCHES}")
+    return np.array(peaks[: each * STRETCHES]).reshape(STRETCHES, each)
+
+
 # --- densities and their exponents ----------------------------------------------------------------
 
 
@@ -219,6 +219,12 @@ def log_histogram(
     edges[-1] *= 1 + 1e-12
     count, _ = np.histogram(values, edges)
     return np.sqrt(edges[1:] * edges[:-1]), count / (values.size * np.diff(edges)), count
+
+
+def most_probable(values: np.ndarray) -> float:
+    """Middle of the bin of the largest density."""
+    centre, density, _ = log_histogram(values, bins_per_decade=FINE_BINS)
+    return float(centre[np.argmax(density)])
 
 
 def density_error(
@@ -266,17 +272,17 @@ def fit_density(
     return fit_log_log(centre, density, low=low * (1 - 1e-9), high=high * (1 + 1e-9), weight=count)
 
 
-class FallingDensity(NamedTuple):
-    """The power law in the falling part of a density, and its exponent with an interval."""
+class DensityLaw(NamedTuple):
+    """A power law through the bins of a density, and its exponent with an interval."""
 
     law: PowerLawFit
     exponent: Estimate
 
 
-def falling_density(
-    sample: Sample, *, bins_per_decade: int = BINS_PER_DECADE, whole_range: bool = False
-) -> FallingDensity:
-    """By least squares through a histogram; chains are drawn anew for the interval."""
+def density_law(
+    sample: Sample, *, bins_per_decade: int = BINS_PER_DECADE, falling: bool = False
+) -> DensityLaw:
+    """Least squares through all bins, or the falling ones; chains are drawn anew."""
     centre, *_ = log_histogram(sample.values, bins_per_decade=bins_per_decade)
     half_bin = 10 ** (0.5 / bins_per_decade)
     edges = np.r_[centre / half_bin, centre[-1] * half_bin]
@@ -285,82 +291,41 @@ def falling_density(
     def fit(counts):
         count = counts.sum(axis=0)
         histogram = centre, count / (count.sum() * np.diff(edges)), count
-        low, high = (centre[0], centre[-1]) if whole_range else falling_range(*histogram)
+        low, high = falling_range(*histogram) if falling else (centre[0], centre[-1])
         return fit_density(*histogram, low=low, high=high)
 
-    exponent = estimates.bootstrap(lambda drawn: fit(drawn).exponent, [counts])
-    return FallingDensity(fit(counts), exponent)
-
-
-def likely_exponent(sample: Sample) -> tuple[Estimate, float, float]:
-    """Exponent by maximum likelihood over the falling part of the density, and its ends."""
-    low, high = falling_range(*log_histogram(sample.values, bins_per_decade=BINS_PER_DECADE))
-    sums = _sums(sample, low, high)
-    exponent = estimates.bootstrap(lambda drawn: _fit(drawn, low, high).exponent, [sums])
-    return exponent, low, high
+    return DensityLaw(fit(counts), estimates.bootstrap(lambda drawn: fit(drawn).exponent, [counts]))
 
 
 # --- self-organised criticality -------------------------------------------------------------------
 
 
 class ScaleFree(NamedTuple):
-    """How a power law describes a sample from `low` to `high`, beside two rivals."""
+    """How a power law describes a sample from `low` to `high`."""
 
     p: float  # of the test that refuses the power law
-    distance: float  # of Kolmogorov and Smirnov
-    exponent: float  # by maximum likelihood
-    advantage: Estimate  # log-likelihood over that of an exponential, of the values of a chain
-    cutoff: Estimate  # largest value over the place of an exponential cutoff
+    exponent: Estimate  # by maximum likelihood
     low: float
     high: float
-    count: int  # values in between
     chains: int
 
 
 def scale_free_fit(sample: Sample, *, search: bool = False) -> ScaleFree:
-    """A power law from the most probable value on, or from where it fits best, and two rivals."""
-    centre, density, _ = log_histogram(sample.values, bins_per_decade=BINS_PER_DECADE)
-    low = float(centre[np.argmax(density)])
-    sample = Sample(*(column[sample.values >= low] for column in sample))
+    """A power law from the most probable value on, or from where it fits best."""
+    above = sample.values >= most_probable(sample.values)
+    values, chain = (column[above] for column in sample)
     shares = np.linspace(0, 0.9, STARTS_TRIED) if search else [0.0]
-    worth = scale_free.independent_values(np.log(sample.values), sample.chain)
-    fit = scale_free.goodness_of_fit(
-        sample.values, np.quantile(sample.values, shares), independent=worth
-    )
+    worth = scale_free.independent_values(np.log(values), chain)
+    fit = scale_free.goodness_of_fit(values, np.quantile(values, shares), independent=worth)
     low, high = fit.law.low, fit.law.high
-    sums = _sums(sample, low, high)
-    power, exponential = _fit(sums, low, high), _fit(sums, low, high, power=False, decay=True)
-    gain = [
-        np.sum(power.log_density(tail) - exponential.log_density(tail))
-        for tail in (values[values >= low] for values in sample.by_chain())
-    ]
-    return ScaleFree(
-        p=fit.p,
-        distance=fit.distance,
-        exponent=power.exponent,
-        advantage=estimates.mean(np.array(gain) / sums[:, 0].mean()),
-        cutoff=estimates.bootstrap(
-            lambda drawn: high * _fit(drawn, low, high, decay=True).decay, [sums]
-        ),
-        low=low,
-        high=high,
-        count=int(sums[:, 0].sum()),
-        chains=len(sums),
-    )
+    logs = np.where(values >= low, np.log(values), np.nan)
+    sums = [(np.isfinite(part).sum(), np.nansum(part)) for part in Sample(logs, chain).by_chain()]
 
+    def exponent(drawn):
+        count, total = drawn.sum(axis=0)
+        return scale_free.fit_law(total / count, np.nan, low, high).exponent
 
-def _sums(sample: Sample, low: float, high: float) -> np.ndarray:
-    """Number of values in a range, and sums of ln x and x over them, for each chain (C, 3)."""
-    scale_free.inside(sample.values, low, high)
-    used = (sample.values >= low) & (sample.values <= high)
-    values = np.where(used, sample.values, 1.0)
-    terms = used * np.stack([np.ones(values.size), np.log(values), values])
-    return np.array([part.sum(axis=0) for part in Sample(terms.T, sample.chain).by_chain()])
-
-
-def _fit(sums: np.ndarray, low: float, high: float, **kind: bool) -> scale_free.Law:
-    count, *totals = sums.sum(axis=0)
-    return scale_free.fit_law(*(np.array(totals) / count), low, high, **kind)
+    return ScaleFree(fit.p, estimates.bootstrap(exponent, [np.array(sums)]), low, high, len(sums))
 
 
 class Growth(NamedTuple):
@@ -372,7 +337,7 @@ class Growth(NamedTuple):
 
     def line(self, n_blocks: np.ndarray) -> np.ndarray:
         """The power law through the cutoffs, with the weights that its power has."""
-        logs = np.log([(cutoff.value, cutoff.low, cutoff.high) for cutoff in self.cutoffs])
+        logs = np.log([cutoff.numbers for cutoff in self.cutoffs])
         weights = (logs[:, 2] - logs[:, 1]) ** -2
         place, height = (
             np.average(values, weights=weights) for values in (np.log(self.n_blocks), logs[:, 0])
@@ -380,51 +345,80 @@ class Growth(NamedTuple):
         return np.exp(height + self.power.value * (np.log(n_blocks) - place))
 
 
-def growth(
-    samples: dict[int, Sample], log_cutoff: Callable[[np.ndarray], float] | None = None
-) -> Growth:
-    """Growth of the cutoff of samples by number of blocks; the 99 % quantile if none is named."""
-    sizes = np.array(list(samples))
-    logs = [_resampled(log_cutoff or log_quantile, sample) for sample in samples.values()]
+def growth(samples: dict[int, Sample]) -> Growth:
+    """Growth with N of the value that 1 % of a sample exceed; chains are drawn anew."""
+
+    def log_cutoff(drawn):
+        return np.log(np.quantile(np.concatenate(list(drawn)), CUTOFF_QUANTILE))
+
+    logs = [
+        estimates.bootstrap(log_cutoff, [_chains(sample)], grid_spacing=CUTOFF_RESOLUTION)
+        for sample in samples.values()
+    ]
     require(all(np.isfinite(log.high) for log in logs), "one chain tells no interval of a cutoff")
-    cutoffs = [estimates.exponential(log) for log in logs]
-    return Growth(sizes, cutoffs, estimates.slope(np.log(sizes), logs))
-
-
-def _resampled(log_cutoff: Callable[[np.ndarray], float], sample: Sample) -> Estimate:
-    """Logarithm of a cutoff, with an interval from chains drawn anew."""
-    chains = np.fromiter(sample.by_chain(), dtype=object)
-    return estimates.bootstrap(
-        lambda drawn: log_cutoff(np.concatenate(list(drawn))),
-        [chains],
-        grid_spacing=CUTOFF_RESOLUTION,
+    sizes = np.array(list(samples))
+    return Growth(
+        sizes, list(map(estimates.exponential, logs)), estimates.slope(np.log(sizes), logs)
     )
 
 
-def log_quantile(values: np.ndarray) -> float:
-    """Logarithm of the value that 1 % exceed."""
-    return np.log(np.quantile(values, CUTOFF_QUANTILE))
+def collapse(samples: dict[int, Sample]) -> tuple[Estimate, float]:
+    """Factor by which scaled densities of several N differ from one curve, and the power of N.
 
-
-def log_moments(values: np.ndarray) -> float:
-    """Logarithm of the ratio of the second moment to the first.
-
-    Under a power law that falls less steeply than with exponent -2 and is cut off, the ratio is
-    proportional to the cutoff, as the small values hardly count.
+    If nothing but the size of the system ends a power law, N**a P(x) are one curve of x / N**D. D
+    is that of the cutoffs (second over first moment), a that of least squares.
     """
-    return np.log(np.mean(values**2) / np.mean(values))
+
+    def apart(*drawn):
+        return _apart(
+            dict(zip(samples, (np.concatenate(list(each)) for each in drawn), strict=True))
+        )
+
+    chains = [_chains(sample) for sample in samples.values()]
+    factor = estimates.bootstrap(
+        lambda *drawn: apart(*drawn)[0], chains, resamples=SCALED_RESAMPLES
+    )
+    return factor, apart(*chains)[1]
+
+
+def _apart(values_by_n: dict[int, np.ndarray]) -> tuple[float, float]:
+    logs = np.log(list(values_by_n))
+    cutoffs = [np.mean(values**2) / np.mean(values) for values in values_by_n.values()]
+    power = float(np.polyfit(logs, np.log(cutoffs), 1)[0])
+    density = pd.DataFrame(
+        {n: _scaled_density(values, n**power) for n, values in values_by_n.items()}
+    )
+    density = density[density.notna().sum(axis=1) >= 2]
+    require(len(density) >= 2, "the densities of several N do not overlap")
+    length = density.notna() * logs
+    length = length.where(density.notna())
+    about = [table.sub(table.mean(axis=1), axis=0) for table in (density, length)]
+    slope = (about[0] * about[1]).sum().sum() / (about[1] ** 2).sum().sum()
+    flat = density - slope * length
+    spread = flat.sub(flat.mean(axis=1), axis=0)
+    return float(np.exp(np.sqrt((spread**2).stack().mean()))), power
+
+
+def _scaled_density(values: np.ndarray, scale: float) -> pd.Series:
+    """Logarithm of the share of values in bins of ln(x / scale), from the most probable on."""
+    place = np.floor(np.log10(values / scale) * BINS_PER_DECADE)
+    first = np.ceil(np.log10(most_probable(values) / scale) * BINS_PER_DECADE)
+    bins, count = np.unique(place[place >= first], return_counts=True)
+    filled = count >= SCALED_COUNT
+    return pd.Series(np.log(count[filled] / values.size), index=bins[filled])
+
+
+def _chains(sample: Sample) -> np.ndarray:
+    """Values of each chain as one object, to be drawn anew."""
+    return np.fromiter(sample.by_chain(), dtype=object)
 
 
 # --- blocks that slip together --------------------------------------------------------------------
 
 
-def share_of_weight(chosen: np.ndarray, weight: np.ndarray, chain: np.ndarray) -> Estimate:
-    """Share of a weight that the chosen have: mean over the chains."""
-    count, total = (
-        np.array([values.sum() for values in Sample(column, chain).by_chain()])
-        for column in (chosen * weight, weight)
-    )
-    return estimates.mean(count / total)
+def share_of_chains(chosen: np.ndarray, chain: np.ndarray) -> Estimate:
+    """Share that is chosen: mean over the chains."""
+    return estimates.mean([part.mean() for part in Sample(chosen, chain).by_chain()])
 
 
 def spread_of_energies(energies: Sample) -> Estimate:

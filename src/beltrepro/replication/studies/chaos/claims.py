@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 import scipy
 
+from beltrepro.base.errors import require
 from beltrepro.replication.studies.chaos.runs_of_motion import (
     EXACT,
     LONG,
@@ -24,7 +25,6 @@ from beltrepro.replication.studies.chaos.runs_of_motion import (
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import dimension, estimates, states
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import CHAOTIC, PERIODIC
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.studies.chaos import orbits
 from beltrepro.stats import survival
-from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.estimates import share
 from beltrepro.stats.motion import CHAOTIC, MOTIONS, PERIODIC, TRANSIENT
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from beltrepro.stats.errors import require
+from beltrepro.base.errors import require
 from beltrepro.stats.estimates import Estimate, share
 from beltrepro.stats.motion import PERIODIC
 

@@ -3,10 +3,10 @@
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.experiment import measure, observations
-from beltrepro.stats.errors import NotEnoughDataError
 
 FIGURE = Figure(
     title="What trials of the length of the experiment say about its two recordings.",

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.model.units import to_si
 from beltrepro.replication.camera import white_block
 from beltrepro.replication.camera.recording import LARGE, LASTING_S, SMALL, WHOLE, analyse
@@ -17,7 +18,6 @@ from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.studies.experiment import films
 from beltrepro.replication.studies.experiment import recording_figure as drawing
 from beltrepro.replication.studies.experiment.lines import BAND_HZ, LEAST_PEAKS, lines, spacing
-from beltrepro.stats.errors import NotEnoughDataError
 
 SECONDS = r"$t$ (s)"
 LENGTH = "$x_5$ (cm)"

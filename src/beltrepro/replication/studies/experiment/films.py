@@ -1,17 +1,15 @@
 """Numbers from films of the model: what each stage loses, and what recordings of the block tell."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from beltrepro.base.errors import require
 from beltrepro.model.units import TIME_S, to_si
 from beltrepro.replication.camera.recording import analyse
 from beltrepro.replication.plan.registry import Table
-from beltrepro.stats import estimates
-from beltrepro.stats.errors import require
-from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.intermittency import slips_of_all
 
 BELTS = ("belt_022", "belt_028", "belt_035")
@@ -55,7 +53,6 @@ TABLES = {
 
 TRACK = "_track"
 STAGES_OF = "belt_028"  # the run that the films of single stages show
-PARTS = 10  # stretches of a film that count as independent
 _LATE = 0.01  # of the time between true places, by which instants may differ
 
 
@@ -134,23 +131,6 @@ def _recording_row(data, film):
 
 
 # --- what films tell ------------------------------------------------------------------------------
-
-
-def disorder_of(track) -> Estimate:
-    """r of x_5 as tracked; its interval from stretches of the film."""
-    recording = analyse(track.time_s, track.x_m)
-    evenly = recording.evenly(*track.time_s[[0, -1]])
-    moments = [(part.mean(), np.mean(part**2)) for part in np.array_split(evenly, PARTS)]
-
-    def disorder(drawn):
-        first, second = drawn.mean(axis=0)
-        return float(np.sqrt(second - first**2) / first)
-
-    estimate = estimates.bootstrap(disorder, [np.array(moments)])
-    # Figs. 4 and 5 print that of the recording, whose samples stand for the time around them.
-    shift = recording.disorder_parameter - estimate.value
-    low, high = estimate.low + shift, estimate.high + shift
-    return replace(estimate, value=recording.disorder_parameter, low=low, high=high)
 
 
 def longest_slip_of_all_s(run) -> float:

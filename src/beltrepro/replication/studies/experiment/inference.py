@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from beltrepro.stats.errors import NotEnoughDataError, require
+from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.stats.estimates import Estimate, share
 
 CREDIBILITY = 0.9  # of sets of levels, where nothing else is said

@@ -5,17 +5,16 @@ quasi-continuous. Both are judged by eye there; here by the height of the peaks 
 surroundings, by a test of their places, and by the flatness of the spectrum.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import scipy
 
-from beltrepro.stats.errors import require
+from beltrepro.base.errors import require
 from beltrepro.stats.spectra import power_spectrum
 
 BAND_HZ = (0.2, 3.9)
-LOWEST_HZ = 0.1  # at which two spectra are compared
 SEGMENT_S = 20.0
 HEIGHT = 10.0
 LEAST_PEAKS = 4
@@ -25,21 +24,16 @@ _RANDOM_SETS = 1000
 _SEED = 1
 
 
-@dataclass(frozen=True, eq=False)
-class Lines:
+class Lines(NamedTuple):
     """What stands out of a power spectrum."""
 
-    frequency_hz: np.ndarray  # welch's average over segments
-    power: np.ndarray
-    level: np.ndarray  # the level around each frequency: a running median of `power`
-    # geometric over arithmetic mean of power over level, in the band: 1 for a smooth spectrum,
-    # near 0 where lines hold nearly all
+    # geometric over arithmetic mean of the power over its running median, in the band: 1 for a
+    # smooth spectrum, near 0 where lines hold nearly all
     flatness: float
-    peaks_hz: np.ndarray  # where power exceeds HEIGHT times the level
+    peaks_hz: np.ndarray  # where power exceeds HEIGHT times that median
 
 
-@dataclass(frozen=True)
-class Spacing:
+class Spacing(NamedTuple):
     """The one frequency whose multiples are nearest to the peaks."""
 
     step_hz: float  # that frequency
@@ -53,12 +47,12 @@ class Spacing:
 def lines(values: npt.ArrayLike, interval_s: float) -> Lines:
     """Find the lines in the spectrum of a series."""
     values = np.asarray(values, dtype=float)
-    segment = _segment(values, interval_s)
-    return stand_out(*power_spectrum(values, interval_s, segment=segment))
-
-
-def stand_out(frequency: np.ndarray, power: np.ndarray) -> Lines:
-    """Find the lines in a spectrum."""
+    segment = round(SEGMENT_S / interval_s)
+    require(
+        values.size >= segment,
+        f"{values.size * interval_s:.0f} s, a spectrum of lines needs {SEGMENT_S:g} s",
+    )
+    frequency, power = power_spectrum(values, interval_s, segment=segment)
     size = round(_SURROUNDINGS_HZ / (frequency[1] - frequency[0]))
     level = np.exp(scipy.ndimage.median_filter(np.log(power), size, mode="nearest"))
     inside = (frequency >= BAND_HZ[0]) & (frequency <= BAND_HZ[1])
@@ -66,17 +60,7 @@ def stand_out(frequency: np.ndarray, power: np.ndarray) -> Lines:
     flatness = np.exp(np.log(excess[inside]).mean()) / excess[inside].mean()
     peaks, _ = scipy.signal.find_peaks(excess, height=HEIGHT, distance=_APART)
     peaks = peaks[inside[peaks]]
-    return Lines(frequency, power, level, float(flatness), _refined(frequency, power, peaks))
-
-
-def pieces(values: npt.ArrayLike, interval_s: float) -> tuple[np.ndarray, np.ndarray]:
-    """Spectra of the pieces of a series, each of SEGMENT_S; their mean is a spectrum of lines."""
-    values = np.asarray(values, dtype=float)
-    segment = _segment(values, interval_s)
-    count = values.size // segment
-    parts = values[: count * segment].reshape(count, segment)
-    spectra = [power_spectrum(part, interval_s, segment=segment) for part in parts]
-    return spectra[0][0], np.array([power for _, power in spectra])
+    return Lines(float(flatness), _refined(frequency, power, peaks))
 
 
 def spacing(peaks_hz: npt.ArrayLike) -> Spacing:
@@ -95,23 +79,6 @@ def spacing(peaks_hz: npt.ArrayLike) -> Spacing:
         for _ in range(_RANDOM_SETS)
     ]
     return Spacing(step, concentration, (1 + sum(reached)) / (1 + _RANDOM_SETS))
-
-
-def spectral_ratio(one: Lines, other: Lines) -> float:
-    """Factor by which two spectra differ, each over its integral: median over a band."""
-    frequency = one.frequency_hz
-    inside = (frequency >= LOWEST_HZ) & (frequency <= BAND_HZ[1])
-    first, second = (side.power / side.power.sum() for side in (one, other))
-    return float(np.exp(np.median(np.abs(np.log(first / second))[inside])))
-
-
-def _segment(values: np.ndarray, interval_s: float) -> int:
-    segment = round(SEGMENT_S / interval_s)
-    require(
-        values.size >= segment,
-        f"{values.size * interval_s:.0f} s, a spectrum of lines needs {SEGMENT_S:g} s",
-    )
-    return segment
 
 
 def _refined(frequency: np.ndarray, power: np.ndarray, peaks: np.ndarray) -> np.ndarray:

@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.model import units
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.studies.experiment import inference, observations
 from beltrepro.replication.studies.experiment.observations import EXPERIMENT, RECORDED, TOLERANCE
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.estimates import Estimate, share
 
 TABLES = {
@@ -216,7 +216,7 @@ def assigned_share_before(levels: np.ndarray) -> float:
 
 
 def posterior_of_assigned(
-    simulated: inference.Simulated, answer: inference.Posterior, tolerance: float
+    simulated: inference.Simulated, answer: inference.Posterior, tolerance: float = TOLERANCE
 ) -> Estimate:
     """`assigned_share` with its interval; the trials of each combination are drawn anew."""
     rng = np.random.default_rng(0)

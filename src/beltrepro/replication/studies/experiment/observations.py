@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from beltrepro.base.errors import require
 from beltrepro.model import units
 from beltrepro.replication.camera.recording import LASTING_S
 from beltrepro.replication.studies.experiment.inference import Posterior, Recorded, Simulated
-from beltrepro.stats.errors import require
 
 _ALIKE = 1e-3  # share by which two belt velocities of a grid count as one
 FRICTION_RATIO = 0.45  # printed, and measured (Sec. II)

@@ -3,9 +3,9 @@
 import numpy as np
 import pandas as pd
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.plan.registry import Table
-from beltrepro.stats import transitions
-from beltrepro.stats.errors import NotEnoughDataError
+from beltrepro.stats import branches
 
 TABLES = {
     "friction_falls": Table(
@@ -42,7 +42,7 @@ def _fall(velocity, disorder) -> dict[str, float]:
     """Numbers of the fall; NaN where there are too few runs, or none is found."""
     names = ("lower", "upper", "r_high", "r_low")
     try:
-        fall = transitions.fall(velocity, disorder)
+        fall = branches.fall(velocity, disorder)
     except NotEnoughDataError:
         return dict.fromkeys(("critical", "low", "high", *names), np.nan)
     critical = fall["critical"]

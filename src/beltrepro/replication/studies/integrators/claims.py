@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import scipy
 
+from beltrepro.base.errors import require
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import require
 
 PLACE = ["n_blocks", "belt_velocity", "noise"]
 NOISY = ("pairs_r_verlet", "pairs_r_event")

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from beltrepro.base.errors import require
 from beltrepro.model import ChainParameters, spring
 from beltrepro.replication.plan import files
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.studies.integrators import divergence
 from beltrepro.simulation.audit import audit as audit_run
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate, bootstrap, mean, ratio, smallest
 
 TABLES = {

@@ -3,10 +3,10 @@
 import numpy as np
 import scipy
 
+from beltrepro.base.errors import require
 from beltrepro.model.units import TIME_S, from_si
 from beltrepro.replication.studies.experiment.lines import LEAST_PEAKS, SEGMENT_S, lines, spacing
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import CONFIDENCE, Estimate, difference, mean, ratio, share, share_of
 from beltrepro.stats.intermittency import intermittent_mask
 

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
+from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import sections, transitions
-from beltrepro.stats.errors import NotEnoughDataError, require
 from beltrepro.stats.estimates import Estimate, bootstrap, exponential, mean, share_of
 
 

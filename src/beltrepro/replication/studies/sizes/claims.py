@@ -5,12 +5,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from beltrepro.base.errors import require
 from beltrepro.replication.studies.chaos.runs_of_motion import motions
 from beltrepro.replication.studies.sizes import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import states
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import bootstrap, difference, share_of, trend
 from beltrepro.stats.motion import CHAOTIC, PERIODIC
 

@@ -5,11 +5,11 @@ from functools import partial
 import numpy as np
 import scipy
 
+from beltrepro.base.errors import require
 from beltrepro.replication.studies.chaos.runs_of_motion import motions
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.stats import estimates, transitions
 from beltrepro.stats import intermittency as laminar
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import PERIODIC
 from beltrepro.stats.transitions import LEAST_RUNS

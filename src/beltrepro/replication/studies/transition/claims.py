@@ -1,11 +1,10 @@
 """Claims on five blocks without noise: single motions, the fall of r, transients (Sec. IV.A)."""
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from beltrepro.replication.studies.avalanches import measure as avalanches
+from beltrepro.base.errors import require
 from beltrepro.replication.studies.chaos.runs_of_motion import (
     EXACT,
     LONG,
@@ -15,92 +14,11 @@ from beltrepro.replication.studies.chaos.runs_of_motion import (
 )
 from beltrepro.replication.studies.transition import transients
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.replication.verdicts.evidence import last_block_events
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates, states, survival
-from beltrepro.stats.errors import require
 from beltrepro.stats.estimates import Estimate
 
-STRETCHES = 20
 LEAST_RUNS = 4
-PRINTED_LENGTH = 1e6  # of the series behind Fig. 8, if it is as long as those behind Fig. 12
-
-
-# --- Fig. 8 ---------------------------------------------------------------------------------------
-
-
-@claim("spectrum-exponent")
-def spectrum_exponent(evidence):
-    """Exponent and prefactor of the spectrum of x_N in every reading of "power spectrum"."""
-    series = evidence.dataset("u1")
-    law = partial(_spectral_law, series)
-    return {
-        "power": law,
-        "amplitude, T = 1e6": partial(law, amplitude=True),
-        "power, no window function": partial(law, window="boxcar"),
-        "amplitude, T = 1e6, no window function": partial(law, window="boxcar", amplitude=True),
-        "power, fit for 0.01 to 1": partial(law, band=(0.01, 1.0)),
-        "amplitude, T = 1e6, fit for 0.01 to 1": partial(law, band=(0.01, 1.0), amplitude=True),
-        "power, fit for 0.001 to 0.1": partial(law, band=(0.001, 0.1)),
-        "amplitude, T = 1e6, fit for 0.001 to 0.1": partial(law, band=(0.001, 0.1), amplitude=True),
-    }
-
-
-def _spectral_law(series, *, amplitude=False, **how):
-    """Law of the mean spectrum of the stretches of the series, which are drawn anew."""
-    law = avalanches.spectral_law(series, **how)
-    exponent, prefactor = law.exponent, law.prefactor
-    note = f"{law.count} stretches of {law.length:.0f}"
-    if amplitude:
-        exponent, prefactor = exponent.scaled(0.5), _amplitude(prefactor)
-    else:
-        root = _amplitude(prefactor).value
-        note += f"; the amplitude 2|X|/n over T = 1e6 has {exponent.value / 2:.3g} and {root:.2g}"
-    return Measurement({"exponent": exponent, "prefactor": prefactor}, note=note)
-
-
-def _amplitude(power):
-    """2|X|/n of n samples over a time T is the root of 2 S / T."""
-    values = (np.sqrt(2 * value / PRINTED_LENGTH) for value in (power.value, power.low, power.high))
-    return replace(power, **dict(zip(("value", "low", "high"), map(float, values), strict=True)))
-
-
-@claim("slip-velocity")
-def slip_velocity(evidence):
-    """Peaks of the relative velocity of the last block in its slips."""
-    series = evidence.dataset("u1")
-    belt_velocity, time = series.attributes["belt_velocity"], series.arrays["time"]
-    relative = np.abs(series.arrays["velocities"][:, -1] - belt_velocity)
-    slips, sticks = last_block_events(series)
-    count = min(slips.size, sticks.size)
-    begin, end = slips["time"][:count], sticks["time"][:count]
-    peaks = [
-        relative[first:last].max()
-        for first, last in np.searchsorted(time, np.column_stack([begin, end]))
-        if last > first
-    ]
-    per_stretch = len(peaks) // STRETCHES
-    require(per_stretch >= 2, f"{len(peaks)} slips of the last block, not {2 * STRETCHES}")
-    stretches = np.array(peaks[: per_stretch * STRETCHES]).reshape(STRETCHES, -1) / belt_velocity
-    stuck = _largest_while_stuck(time, relative, begin, end)
-    return Measurement(
-        {
-            "median peak |v_r| / u": estimates.bootstrap(np.median, [stretches]),
-            "peaks: 95 % over 5 % quantile": estimates.bootstrap(_spread, [stretches]),
-        },
-        note=f"{len(peaks)} slips in {STRETCHES} stretches; |v_r| up to {stuck:.1g} while stuck",
-    )
-
-
-def _spread(peaks):
-    return np.quantile(peaks, 0.95) / np.quantile(peaks, 0.05)
-
-
-def _largest_while_stuck(time, relative, slip, stick):
-    """Over the samples strictly inside, one sample away from the events."""
-    margin = 1.5 * float(np.median(np.diff(time)))
-    inside = np.searchsorted(time, np.column_stack([stick[:-1] + margin, slip[1:] - margin]))
-    return max((relative[first:last].max() for first, last in inside if last > first), default=0.0)
 
 
 # --- Figs. 11 and 12: single belt velocities ------------------------------------------------------

@@ -29,7 +29,7 @@ FIGURE = Figure(
     ),
     category="Further studies",
     shows={
-        "uc-of-sigma": ("u_c(?)", "u_c(?.?)"),
+        "uc-of-sigma: exact dynamics": ("u_c(?)", "u_c(?.?)"),
         "u-critical": ("critical",),
         "u-critical: wider starts": ("critical",),
     },
@@ -44,7 +44,7 @@ LOOKS = {
 }
 # The claim, its variant and the names of its estimates that have the same numbers.
 CLAIMS = {
-    "n5_replicates": ("uc-of-sigma", "", "u_c({:g})"),
+    "n5_replicates": ("uc-of-sigma", "exact dynamics", "u_c({:g})"),
     "n5_replicates_check": ("u-critical", "", "critical"),
     "n5_replicates_wide": ("u-critical", "wider starts", "critical"),
 }

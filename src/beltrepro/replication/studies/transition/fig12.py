@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.drawing import marks, panels, style
 from beltrepro.replication.drawing import motion_panels as motions
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.transition import measure, transients
 from beltrepro.stats import sections
-from beltrepro.stats.errors import NotEnoughDataError
 
 FIGURE = Figure(
     title="Bifurcation diagram, largest exponent and r(u) without noise, with lifetimes.",

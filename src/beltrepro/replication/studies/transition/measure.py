@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import estimates
-from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.transitions import QUANTITIES
 

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.replication.studies.chaos.runs_of_motion import N_BLOCKS, between
 from beltrepro.stats import survival
-from beltrepro.stats.errors import NotEnoughDataError, require
 from beltrepro.stats.recurrence import find_recurrence
 from beltrepro.stats.survival import MeanLifetime
 

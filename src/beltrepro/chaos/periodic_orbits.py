@@ -12,14 +12,14 @@ from typing import NamedTuple, Unpack
 import numpy as np
 
 from beltrepro.base import checks, names
-from beltrepro.base.errors import InputError
+from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.chaos.vectors import METHOD, NO_SAMPLES, check_method
 from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
+from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.sections import ReturnLog
 from beltrepro.simulation import Run, Setup, simulate
 from beltrepro.simulation.groups import Report, check_progress, integrator_of, observe
 from beltrepro.simulation.setup import (
@@ -32,7 +32,6 @@ from beltrepro.simulation.setup import (
     setup_of,
     with_setup,
 )
-from beltrepro.stats.errors import NotEnoughDataError
 from beltrepro.stats.recurrence import CLOSED, find_recurrence
 
 TIME_STEP = 0.001  # of no effect without noise

@@ -1,0 +1,44 @@
+"""Add runs to the replicates of some rows where they are not enough, and write only these."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from beltrepro.base import provenance
+from beltrepro.base.progress import Progress
+from beltrepro.replication.plan import files, kinds, more_runs, scripting
+from beltrepro.replication.plan.points import points_in, points_of
+from beltrepro.simulation import checkpoints
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+
+def add_runs(told: dict, paths: list, expected: list[dict], output, code: str = "") -> None:
+    """Simulate what is wanted beside the runs in some files; told : see `Plan.told_added`.
+
+    expected : what each of the files must say of itself. A file without a run is written, too.
+    """
+    parts = [files.read(path, one) for path, one in zip(paths, expected, strict=True)]
+    kind, rule = kinds.KINDS[told["kind"]], more_runs.MoreRuns(**told["more_runs"])
+    so_far = files.join(parts, kind.arrays)
+    planned = points_of(told["points"])
+    points = more_runs.wanted(planned, points_in(so_far), so_far[rule.of], rule)
+    scripting.logger.info("%d runs are added", len(points))
+    if not points:
+        files.write(output, told, files.without_points(so_far, kind.arrays))
+        return
+    output = Path(output)
+    work = files.digest({"told": told, "code": code, "by": provenance.machine()})
+    progress = Progress(f"{told['dataset']}: {len(points)} points")
+    with checkpoints.keeping(output.with_name(f".{output.name}.checkpoint"), work):
+        arrays = kinds.record(told["kind"], points, told["settings"], progress)
+        files.write(output, told, arrays)
+
+
+def main(job):
+    scripting.use_threads(job.threads)
+    add_runs(job.params.told, list(job.input), job.params.expected, job.output[0], job.params.code)
+
+
+if __name__ == "__main__":
+    scripting.run(main, snakemake)
