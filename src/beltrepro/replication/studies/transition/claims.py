@@ -179,6 +179,7 @@ def _outlying_runs(evidence):
 def _of_large_r(evidence, ends, *scans):
     """Which runs from u = 20 to 22 have more than half the r of chaos, which are regular, and u."""
     rows = [evidence.row(N_BLOCKS, 0.0, scan=scan) for scan in scans if evidence.has(scan)]
+    require(rows, f"this preset has no {' or '.join(scans)}")
     require(len(rows), f"this preset has no {' and no '.join(scans)}")
     inside = [row.between(*ends) for row in rows]
     disorder, look, velocity = (
