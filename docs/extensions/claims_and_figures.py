@@ -35,15 +35,12 @@ def claim_list() -> str:
     parts = []
     for claim in load_ledger().values():
         where = f" Figure {claim.figure}." if claim.figure else ""
-        parts += [
-            f"### {claim.id}",
-            markdown.plain(claim.statement) + where,
-        ]
-        if claim.says:
-            parts.insert(-1, f"> {markdown.plain(claim.says)}")
+        quoted = [f"> {markdown.plain(claim.says)}"] if claim.says else []
+        parts += [f"### {claim.id}", *quoted, markdown.plain(claim.statement) + where]
         for question, criterion in claim.criteria.items():
-            ranges = criterion.untestable or f"{criterion.how}. Allowed is {criterion.ranges}"
-            parts.append(f"*{question.capitalize()}:* {markdown.plain(ranges)}")
+            allowed = criterion.untestable or f"allowed is {criterion.ranges}"
+            words = "; ".join(filter(None, (criterion.how, allowed)))
+            parts.append(f"*{question.capitalize()}:* {markdown.plain(words)}.")
         if claim.needs:
             parts.append(_made_from(claim.needs, "Needs"))
     return "\n\n".join(parts)

@@ -24,7 +24,7 @@ RULE = {"by": 3, "up_to": 10, "of": "disorder_parameter", "half_width": 0.01}
 def planned(more_runs=RULE, **keys):
     """A plan with a dataset of two rows of four velocities, five runs at each."""
     dataset = {"kind": "scan", "n_blocks": 2, "belt_velocity": [5, 8, 9, 20], "noise": [0.5, 1]}
-    dataset |= {"replicate": {"start": 1, "stop": 5, "step": 1}, "points_per_job": 6}
+    dataset |= {"replicate": {"start": 2, "stop": 6, "step": 1}, "points_per_job": 6}
     dataset |= {"duration": 40, "transient": 10, "method": "event", "initial_spread": 2} | keys
     dataset |= {"more_runs": more_runs}
     presets = {"own": {"datasets": {"one": dataset}}}
@@ -70,17 +70,17 @@ def spread(width, count):
 )
 def test_runs_are_added_where_the_mean_is_not_known(widths, counts, added):
     dataset = planned().datasets["one"]
-    first = [point for point in dataset.points if point.replicate == 1]
+    first = [point for point in dataset.points if point.replicate == 2]
     runs, values, expected = [], [], []
     grid = itertools.product((0.5, 1), enumerate((5, 8, 9, 20)))
     for place, (noise, (number, velocity)) in zip(first, grid, strict=True):
         assert (place.noise, place.belt_velocity) == (noise, velocity)
         count = counts[number]
-        runs += [place._replace(replicate=run) for run in range(1, count + 1)]
+        runs += [place._replace(replicate=run) for run in range(2, count + 2)]
         row = 0 if noise == 0.5 else 1
         values += [*spread(widths[row][number] * RULE["half_width"], count)]
         more = added[row][number] if added[row] else 0
-        expected += [place._replace(replicate=count + 1 + run) for run in range(more)]
+        expected += [place._replace(replicate=count + 2 + run) for run in range(more)]
     order = np.random.default_rng(1).permutation(len(runs))
     runs, values = [runs[k] for k in order], np.array(values)[order]
     others = [point._replace(friction_ratio=0.5) for point in runs]
@@ -146,6 +146,12 @@ def test_each_row_is_looked_at_once_a_round_with_all_its_runs():
     dataset = noisy.datasets["one"]
     assert [batch.name for batch in dataset.added] == ["round1_0000", "round1_0001"]
     assert [len(batch.planned) for batch in dataset.added] == [2 * 28, 28]
+    unequal = {"n_blocks": [2, 3], "replicate": {2: {"count": 7}, 3: {"count": 5}}, "noise": 1}
+    dataset = planned(**unequal, points_per_job=99).datasets["one"]
+    assert [len(batch.most) for batch in dataset.added] == [
+        3 * 8,
+        2 * 8,
+    ]  # as those with fewest ask
     dataset = planned().datasets["one"]
     assert [batch.name for batch in dataset.added] == [
         *("round1_0000", "round2_0000", "round1_0001", "round2_0001")
@@ -273,7 +279,7 @@ def test_added_runs_have_the_bits_of_runs_that_were_planned(tmp_path):
     limit = (widths[-1] + widths[-2]) / 2
     grown, parts = made(planned(RULE | {"half_width": limit}), tmp_path / "grown")
     everything, _ = made(
-        planned(None, replicate={"start": 1, "stop": 10, "step": 1}), tmp_path / "all"
+        planned(None, replicate={"start": 2, "stop": 11, "step": 1}), tmp_path / "all"
     )
     for name, values in few.arrays.items():
         np.testing.assert_array_equal(grown.arrays[name][: len(values)], values)

@@ -119,7 +119,7 @@ def test_a_finding_stands_only_where_its_verdicts_do(run):
     text = publishing.block(material.file("claims").parent.parent)
     page = [finding.topic for finding in findings.findings_of(material.claims) if not finding.unmet]
     for entry in findings.words()["findings"]:
-        begin = entry["text"].partition("{")[0]
+        begin = pages.typeset(entry["text"].partition("{")[0])
         assert (f"- {begin}" in text) == (entry["topic"] in page)
         for claim, wanted in entry["verdicts"].items():
             verdicts = material.claims[claim].verdicts

@@ -4,7 +4,7 @@
 rule film:
     "Film a dataset with the virtual camera."
     input:
-        unpack(FLOW.film_data),
+        unpack(FLOW.sources),
     output:
         video="<results>/experiment/{film}.mp4",
         about="<results>/experiment/{film}.mp4-metadata.json",
@@ -21,7 +21,7 @@ rule film:
         runtime=30,
     params:
         told=FLOW.told_film,
-        expected=FLOW.expected_of_film,
+        expected=FLOW.expected_of_sources,
         code=FLOW.code("film.py", "beltrepro.replication.camera.camera:film"),
     message:
         "Filming {wildcards.film}"

@@ -8,7 +8,7 @@ localrules:
 rule draw:
     "Draw a figure as PNG and PDF."
     input:
-        unpack(FLOW.figure_data),
+        unpack(FLOW.sources),
     output:
         png=report(
             "<results>/figures/{figure}.png",

@@ -8,7 +8,7 @@ localrules:
 rule derive:
     "Derive a table from datasets."
     input:
-        unpack(FLOW.table_data),
+        unpack(FLOW.sources),
     output:
         table="<results>/{table}.csv",
         about="<results>/{table}.csv-metadata.json",
@@ -24,7 +24,7 @@ rule derive:
         mem_mb=8000,
         runtime=30,
     params:
-        expected=FLOW.expected_of_table,
+        expected=FLOW.expected_of_sources,
         code=FLOW.code_of_table,
     message:
         "Deriving {wildcards.table}.csv"

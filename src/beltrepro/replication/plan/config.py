@@ -177,16 +177,13 @@ def _axis(about: Described) -> Any:
 
     grid = Annotated[grid, Discriminator(way)]
     if name not in ("n_blocks", "method"):
-        rule: Any = _alias(f"Grid_{name}", grid)
+        # an alias has a name in the schema, and stands there once
+        rule: Any = TypeAliasType(f"Grid_{name}", grid)
         table: Any = dict[Annotated[str, Field(pattern="^[1-9][0-9]*$")], rule]
         grid = Annotated[rule, Tag("#grid")] | Annotated[table, Tag("#table")]
         grid = Annotated[grid, Discriminator(_grid_or_table)]
-    return _alias(f"Axis_{name}", Annotated[grid, Field(description=words_of(about))])
-
-
-def _alias(name: str, type_: Any) -> Any:
-    """A type that has a name in the schema, and stands there once."""
-    return TypeAliasType(name, type_)
+    axis = Annotated[grid, Field(description=words_of(about))]
+    return TypeAliasType(f"Axis_{name}", axis)
 
 
 def _grid_or_table(value: object) -> str:

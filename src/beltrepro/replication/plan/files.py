@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from beltrepro.base import provenance, seal, store
-from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.replication.plan.kinds import KINDS, POINT, Array
@@ -22,16 +21,11 @@ def write(
     arrays: dict[str, np.ndarray],
     origin: dict[str, str] | None = None,
 ) -> None:
-    """Write arrays with what they are; the file is sealed."""
+    """Write arrays with what they are."""
     known = KINDS[told["kind"]].arrays
     about = {name: known[name].attributes() for name in arrays}
     attributes = _attributes(told, arrays, origin or provenance.origin())
-    with replacing(path) as unfinished:
-        try:
-            store.write(unfinished, arrays, attributes, about)
-        except InputError as error:  # it names the file that it was given
-            raise InputError(str(error).replace(str(unfinished), str(path))) from None
-        seal.put(unfinished)
+    store.write(path, arrays, attributes, about)
 
 
 def _attributes(told: dict, arrays: dict, origin: dict) -> dict:
@@ -42,7 +36,7 @@ def _attributes(told: dict, arrays: dict, origin: dict) -> dict:
         if len(arrays[name]) and np.all(arrays[name] == arrays[name][0])
     }
     settings = {name: value for name, value in told["settings"].items() if value is not None}
-    lists = {name: value for name, value in settings.items() if _is_list(value)}
+    lists = {name: value for name, value in settings.items() if isinstance(value, list | tuple)}
     settings |= {name: ", ".join(map(str, value)) for name, value in lists.items()}
     return {
         **{name: told[name] for name in IDENTITY},
@@ -68,20 +62,19 @@ def expected(told: dict) -> dict:
 def read(path: str | Path, expected: dict) -> store.Dataset:
     """Read a file and check that it holds what is asked for."""
     try:
-        found = read_any(path)
+        dataset = read_any(path)
     except InputError as error:
         raise InputError(f"{error}; {repair(path, expected)}") from None
-    if found.attributes.get("digest") != expected["digest"]:
+    if dataset.attributes.get("digest") != expected["digest"]:
         asked = _identity(expected)
-        held = _identity(found.attributes)
+        held = _identity(dataset.attributes)
         held = f"{held} with other settings" if held == asked else held
         raise InputError(f"{path}: holds {held}, expected {asked}; {repair(path, expected)}")
-    return found
+    return dataset
 
 
 def read_any(path: str | Path) -> store.Dataset:
     """Read a file, whatever dataset or batch it holds, and check that it is whole."""
-    seal.check(Path(path))  # before libhdf5 has it
     return store.read(path, strict=True)
 
 
@@ -157,10 +150,6 @@ def _methods(arrays: dict) -> str:
     if not (without and with_noise) or without == with_noise:
         return without or with_noise
     return f"{without} (sigma = 0), {with_noise} (sigma > 0)"
-
-
-def _is_list(value: object) -> bool:
-    return isinstance(value, list | tuple)
 
 
 def _shifted(records, by):

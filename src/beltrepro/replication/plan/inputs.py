@@ -21,13 +21,13 @@ def load(paths: dict[str, str | Path], expected: dict[str, dict]) -> dict:
 
 def lineage(paths: dict[str, str | Path], data: dict) -> dict[str, dict]:
     """What made the datasets behind a figure or table, to be written into it."""
-    found: dict[str, dict] = {}
-    for name, each in data.items():
-        if isinstance(each, Dataset):
-            found[name] = _origin(each.attributes)
+    origins: dict[str, dict] = {}
+    for name, content in data.items():
+        if isinstance(content, Dataset):
+            origins[name] = _origin(content.attributes)
         else:
-            found |= described.lineage(Path(paths[name]))
-    return dict(sorted(found.items()))
+            origins |= described.lineage(Path(paths[name]))
+    return dict(sorted(origins.items()))
 
 
 def check(path: str | Path, expected: dict) -> None:
@@ -56,8 +56,8 @@ def _origin(attributes: dict) -> dict:
 
 def _read(name: str, path: Path, expected: dict[str, dict]) -> Any:
     if path.suffix == ".h5":
-        found = files.read(path, expected[name])
-        return files.single_run(found) if files.is_single_run(found) else found
+        dataset = files.read(path, expected[name])
+        return files.single_run(dataset) if files.is_single_run(dataset) else dataset
     if name in expected:
         described.check(path, expected[name])
     if name.endswith(FILM):

@@ -7,6 +7,7 @@ what every array in a file says of itself. The code behind a dataset is that of 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pkgutil import resolve_name
 from typing import Annotated, Literal
 
@@ -81,9 +82,9 @@ class Kind:
 
     def complaint(self, settings: dict, points: Sequence[Point]) -> Complaint:
         """The first value that fits its type and still cannot be meant."""
-        found = [_kicked(self, points), _tolerance(points), _law(points)]
-        found += [check(settings, points) for check in self.checks]
-        return next(filter(None, found), None)
+        complaints = [_kicked(self, points), _of_event(points), _law(points)]
+        complaints += [check(settings, points) for check in self.checks]
+        return next(filter(None, complaints), None)
 
     @property
     def arrays(self) -> dict[str, Array]:
@@ -211,18 +212,13 @@ SETTINGS = described(Settings)
 # --- what fits its type and still cannot be meant -------------------------------------------------
 
 
-def _transient(settings: dict, points: Sequence[Point]) -> Complaint:
-    return _shorter("transient", settings)
-
-
-def _settle_time(settings: dict, points: Sequence[Point]) -> Complaint:
-    return _shorter("settle_time", settings)
-
-
-def _shorter(name: str, settings: dict) -> Complaint:
+def _shorter(name: str, settings: dict, points: Sequence[Point]) -> Complaint:
     if settings[name] < settings["duration"]:
         return None
     return name, f"= {settings[name]:g}: must be less than duration = {settings['duration']:g}"
+
+
+_transient, _settle_time = (partial(_shorter, name) for name in ("transient", "settle_time"))
 
 
 def _scanned_blocks(settings: dict, points: Sequence[Point]) -> Complaint:
@@ -261,18 +257,17 @@ def _tangent(settings: dict, points: Sequence[Point]) -> Complaint:
 
 
 def _kicked(kind: Kind, points: Sequence[Point]) -> Complaint:
-    for point in points:
-        if point.kick > 0 and not kind.kicks:
-            return "kick", f"= {point.kick:g}: kind {kind.name} has none"
-        if point.kick > 0 and point.method != "event":
-            return "kick", f"= {point.kick:g}: method {point.method} has none, only event"
+    kicks = [point.kick for point in points if point.kick > 0]
+    if kicks and not kind.kicks:
+        return "kick", f"= {kicks[0]:g}: kind {kind.name} has none"
     return None
 
 
-def _tolerance(points: Sequence[Point]) -> Complaint:
+def _of_event(points: Sequence[Point]) -> Complaint:
     for point in points:
-        if point.tolerance is not None and point.method != "event":
-            return "tolerance", f"= {point.tolerance:g}: method {point.method} has none, only event"
+        for name, value in (("kick", point.kick or None), ("tolerance", point.tolerance)):
+            if value is not None and point.method != "event":
+                return name, f"= {value:g}: method {point.method} has none, only event"
     return None
 
 

@@ -43,7 +43,8 @@ def rows(points: Sequence[Point], along: str) -> list[list[Point]]:
     """Places that differ in this quantity alone, all or none of them with noise."""
     table: dict[tuple, list[Point]] = {}
     for place in dict.fromkeys(map(place_of, points)):
-        table.setdefault((place._replace(**{along: 0}), place.noise > 0), []).append(place)
+        rest = place._replace(**{along: 0})  # type: ignore[arg-type]
+        table.setdefault((rest, place.noise > 0), []).append(place)
     return [sorted(row, key=lambda place: getattr(place, along)) for row in table.values()]
 
 

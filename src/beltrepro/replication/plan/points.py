@@ -64,12 +64,12 @@ class Described:
 
 def described(owner: type) -> dict[str, Described]:
     """What the annotations of a class say, by name and in their order."""
-    found = {}
+    table = {}
     for name, hint in get_type_hints(owner, include_extras=True).items():
-        about = next(each for each in hint.__metadata__ if isinstance(each, About))
+        about = next(part for part in hint.__metadata__ if isinstance(part, About))
         symbol, unit, text = about.words.split(" | ")
-        found[name] = Described(name, hint, symbol, unit, text, about.default)
-    return found
+        table[name] = Described(name, hint, symbol, unit, text, about.default)
+    return table
 
 
 def _whole(value: object) -> object:
@@ -244,12 +244,9 @@ def points_of(table: dict) -> list[Point]:
 def points_in(arrays: dict[str, np.ndarray]) -> list[Point]:
     """The points whose columns `columns` made."""
     table = [arrays[name].tolist() for name in QUANTITIES]
-    points = (Point(*values) for values in zip(*table, strict=True))
-    return [point._replace(tolerance=_number_or_none(point.tolerance)) for point in points]
-
-
-def _number_or_none(value: float) -> float | None:
-    return None if np.isnan(value) else value
+    place = list(QUANTITIES).index("tolerance")
+    table[place] = [None if np.isnan(value) else value for value in table[place]]
+    return [Point(*values) for values in zip(*table, strict=True)]
 
 
 def columns(points: Sequence[Point]) -> dict[str, np.ndarray]:

@@ -122,11 +122,11 @@ class Workflow:
 
     def compared(self) -> list[str]:
         """Tables of claims of other runs: those here, or published in docs/results."""
-        found: dict[str, str] = {}
+        tables: dict[str, str] = {}
         for folder in ("docs/results", "results"):
             paths = (self._top / folder).glob("*/claims.csv")
-            found |= {path.parent.name: str(path) for path in paths}
-        return [path for name, path in sorted(found.items()) if name != self.plan.run]
+            tables |= {path.parent.name: str(path) for path in paths}
+        return [path for name, path in sorted(tables.items()) if name != self.plan.run]
 
     def is_made(self, path: str, is_output: Callable[[str], bool]) -> bool:
         """Whether a target is a file of this run; of batches, only those that there are."""
@@ -150,17 +150,9 @@ class Workflow:
 
     # --- what single jobs are made from ---
 
-    def table_data(self, wildcards: Any) -> dict[str, str]:
-        """Inputs of a table."""
-        return self.files_of(*self._table(wildcards).uses)
-
-    def figure_data(self, wildcards: Any) -> dict[str, str]:
-        """Inputs of a figure."""
-        return self.files_of(*self.figures[wildcards.figure].uses)
-
-    def film_data(self, wildcards: Any) -> dict[str, str]:
-        """The dataset that is filmed, under its name."""
-        return self.files_of(self.plan.films[wildcards.film].dataset)
+    def sources(self, wildcards: Any) -> dict[str, str]:
+        """Files that a table, figure or film is made from, by name of what they hold."""
+        return self.files_of(*self._sources(wildcards))
 
     def of_figure(self, field: str) -> Callable[[Any], Any]:
         """What the entry of the figure says under this name, for a directive."""
@@ -169,6 +161,13 @@ class Workflow:
     def figure_labels(self, wildcards: Any) -> dict[str, str]:
         """Labels of a figure in Snakemake's report."""
         return {"figure": wildcards.figure, "title": self.figures[wildcards.figure].title}
+
+    def _sources(self, wildcards: Any) -> tuple[str, ...]:
+        if hasattr(wildcards, "film"):
+            return (self.plan.films[wildcards.film].dataset,)
+        if hasattr(wildcards, "figure"):
+            return self.figures[wildcards.figure].uses
+        return self._table(wildcards).uses
 
     def _added(self, wildcards: Any) -> AddedBatch:
         added = self.plan.datasets[wildcards.dataset].added
@@ -214,17 +213,13 @@ class Workflow:
         told = self.plan.told_of_batches(wildcards.dataset)
         return [files.expected(told[name]) for name in self._added(wildcards).looks_at]
 
-    def expected_of_table(self, wildcards: Any) -> dict[str, dict]:
-        """Of what a table is made from."""
-        return self.expected(*self._table(wildcards).uses)
-
-    def expected_of_film(self, wildcards: Any) -> dict[str, dict]:
-        """Of what is filmed."""
-        return self.expected(self.plan.films[wildcards.film].dataset)
+    def expected_of_sources(self, wildcards: Any) -> dict[str, dict]:
+        """Of what a table or film is made from."""
+        return self.expected(*self._sources(wildcards))
 
     def expected_of_figure(self, wildcards: Any) -> dict:
         """Of what a figure is drawn from."""
-        return self.made_from(*self.figures[wildcards.figure].uses)
+        return self.made_from(*self._sources(wildcards))
 
     def expected_of_report(self) -> dict[str, dict]:
         """By name of the input of the report, and of the figure or dataset in it."""
