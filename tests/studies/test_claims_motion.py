@@ -292,14 +292,26 @@ def beyond(low, high):
         ("p" * 80 + "t" * 10, "t" * 90, OPEN),
     ],
 )
-def test_chaotic_runs_beyond_the_transition(monkeypatch, low, high, verdict):
-    """The row of the scheme has them by the look of the section."""
-    runs = beyond(low, high)
-    looks = {"p": states.PERIODIC, "c": states.CHAOTIC, "t": states.CONTINUOUS}
-    monkeypatch.setattr(Cut, "states", np.array([looks[letter] for letter in low + high]))
-    row = scan(5, runs.arrays["belt_velocity"], 0.1, method="verlet")
-    made = both("no-permanent-chaos", motion_map=runs, n5_rows=row)
-    assert made == (YES if "t" in low else verdict, verdict)
+def test_chaotic_runs_beyond_the_transition(low, high, verdict):
+    assert grades("no-permanent-chaos", "robust", motion_map=beyond(low, high))[""] == verdict
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "duration", "verdict"),
+    [
+        (2, 0, 2e6, YES),  # long orbits look chaotic too
+        (0, 9, 2e6, IN_PART),
+        (30, 9, 2e6, NO),
+        (5, 0, 2e6, OPEN),
+        (0, 9, 5e4, OPEN),  # transients
+    ],
+)
+def test_belt_velocities_that_look_chaotic(monkeypatch, low, high, duration, verdict):
+    u = np.linspace(18, 50, 65)
+    chaotic = (u < 18 + low / 2) | (u > 50 - high / 2)
+    monkeypatch.setattr(Cut, "states", np.where(chaotic, states.CHAOTIC, states.CONTINUOUS))
+    row = scan(5, u, 0.1, method="verlet", duration=duration, transient=duration / 2)
+    assert grades("no-permanent-chaos", n5_rows=row)[""] == verdict
 
 
 def test_runs_that_settle_count_beside_the_motions():

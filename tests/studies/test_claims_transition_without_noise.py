@@ -59,9 +59,12 @@ def test_runs_of_large_r_beyond_the_transition_are_no_part_of_the_low_branch():
     beyond = stray["belt_velocity"] >= 18
     stray["disorder_parameter"][beyond & (stray["replicate"] <= 6)] = 0.12
     assert both("r-jump", **made) == (YES, YES)
-    stray["disorder_parameter"][beyond] = 0.12
-    with pytest.raises(NotEnoughDataError, match="0 of small r beyond it, 4 are needed"):
-        measured("r-jump", **made)
+    stray["disorder_parameter"][beyond] = 0.12  # r does not fall
+    answer = grades("r-jump", **made)
+    assert (answer["r_periodic"], answer["ratio"]) == (NO, NO)
+    few = {"n5_replicates_check": scan_of_laws([6, 8, 18], falling())}
+    with pytest.raises(NotEnoughDataError, match="0 runs below the transition, 8 beyond it"):
+        measured("r-jump", **few)
 
 
 def test_the_readings_of_the_fall_use_the_scans_of_their_names():

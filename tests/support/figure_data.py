@@ -390,6 +390,7 @@ def dataset(name):
         "u19": lambda: series(5, 19.0, 2.2, length=9000),
         "slips_u1": catalogue,
         "slips_u1_event": lambda: catalogue(repeats=40, method="event"),
+        "lifetimes": lifetimes,
         "lifetimes_wide": lifetimes,
         "motion_map": lambda: irregular.motion(n_blocks=[5, *SIZES], belt_velocity=ENDS, runs=3),
         "growth": growth,

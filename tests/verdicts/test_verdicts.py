@@ -151,6 +151,7 @@ def test_values_in_words():
         ("{count x}", Estimate(0.0, 0.0, 0.2, 13), "none of 13"),
         ("{count x}", Estimate(5 / 13, 0.1, 0.7, 13), "5 of 13"),
         ("{count x}", Estimate(1.0, 0.8, 1.0, 13), "all of 13"),
+        ("{count x}", Estimate(0.0, 0.0, 0.7, 13, 4), "none of 13 (4 of them open)"),
         ("{count x}", sure(0.5), "50 %"),
         ("{x}", absent(), "a value that cannot be told"),
         ("{value x}", Estimate(2.7, math.nan, math.nan, 8), "2.7"),

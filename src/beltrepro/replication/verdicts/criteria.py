@@ -151,7 +151,8 @@ def _in_words(estimate: Estimate, form: str) -> str:
         return "a value that cannot be told"
     if form == "count" and runs:
         number = round(value * runs)
-        return f"{'none' if number == 0 else 'all' if number == runs else number} of {runs}"
+        text = f"{'none' if number == 0 else 'all' if number == runs else number} of {runs}"
+        return text + (f" ({estimate.still_open} of them open)" if estimate.still_open else "")
     if form in ("count", "percent"):
         text = f"{100 * value:.3g} %"
         exact = low == high or math.isnan(low) or math.isnan(high)

@@ -95,13 +95,13 @@ def r_jump(evidence):
 
 
 def _branches(evidence, scan):
-    """Medians of r at 12 <= u <= 15, and of the runs of small r at 18 <= u <= 21."""
+    """Medians of r at 12 <= u <= 15, and of the runs of small r, if there are, at 18 <= u <= 21."""
     row = evidence.replicates(N_BLOCKS, 0.0, scan=scan)
-    high = row.disorder[row.between(12, 15)]
-    low = row.disorder[row.between(18, 21) & (row.disorder < transients.LARGE_AMPLITUDE)]
-    counts = f"{high.size} runs below the transition, {low.size} of small r beyond it"
-    require(min(high.size, low.size) >= LEAST_RUNS, f"{counts}, {LEAST_RUNS} are needed")
-    samples = {"r_chaotic": high, "r_periodic": low}
+    before, after = row.disorder[row.between(12, 15)], row.disorder[row.between(18, 21)]
+    counts = f"{before.size} runs below the transition, {after.size} beyond it"
+    require(min(before.size, after.size) >= LEAST_RUNS, f"{counts}, {LEAST_RUNS} are needed")
+    low = after[after < transients.LARGE_AMPLITUDE]  # others are on attractors of large amplitude
+    samples = {"r_chaotic": before, "r_periodic": low if low.size >= LEAST_RUNS else after}
     return {name: estimates.bootstrap(np.median, [runs]) for name, runs in samples.items()}
 
 
@@ -179,6 +179,7 @@ def _outlying_runs(evidence):
 def _of_large_r(evidence, ends, *scans):
     """Which runs from u = 20 to 22 have more than half the r of chaos, which are regular, and u."""
     rows = [evidence.row(N_BLOCKS, 0.0, scan=scan) for scan in scans if evidence.has(scan)]
+    require(rows, f"this preset has no {' or '.join(scans)}")
     require(len(rows), f"this preset has no {' and no '.join(scans)}")
     inside = [row.between(*ends) for row in rows]
     disorder, look, velocity = (
