@@ -67,7 +67,7 @@ deposit: env  ## make and check the crate of a run, and check CITATION.cff; RUN=
 	.venv-deposit/bin/cffconvert --validate
 	.venv-deposit/bin/python tests/support/validating.py results/$(RUN)
 
-test-pythons: env  ## a quick subset of the tests with each Python from 3.11 on that is there
+test-pythons: env  ## a quick subset of the tests with Python 3.11, 3.12 and 3.13
 	$(BIN)/python tests/support/pythons.py $(ARGS)
 
 interruptions: env  ## kill the smoke workflow 20 times and compare the bits: half an hour

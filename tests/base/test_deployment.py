@@ -44,13 +44,6 @@ def test_both_have_a_python_that_the_project_allows():
     assert f"PYTHON=python3.{version}" in DOCKERFILE and f"PYTHON=python3.{version}" in DEFINITION
 
 
-def test_pins_of_slurm_have_hashes():
-    pins = (ROOT / "requirements-slurm.txt").read_text()
-    names = [n for n in (ROOT / "requirements-slurm.in").read_text().split("\n") if n[:1].isalpha()]
-    for name in names:
-        assert re.search(rf"^{name}==\S+ \\\n +--hash=sha256:[0-9a-f]{{64}}", pins, re.M)
-
-
 def test_profile_of_slurm_groups_rules_that_exist():
     profile = yaml.safe_load((ROOT / "profiles" / "slurm" / "profile.yaml").read_text())
     text = "".join(path.read_text() for path in (ROOT / "workflow" / "rules").glob("*.smk"))

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from beltrepro.base import provenance, store
+from beltrepro.base import provenance, seal, store
 from beltrepro.base.errors import InputError
 from beltrepro.engine import vector
 from beltrepro.replication.plan import files, inputs, tables
@@ -60,6 +60,19 @@ def test_unreadable_file_is_one_line(tmp_path):
         assert "\n" not in str(caught.value) and len(str(caught.value)) < 200 + len(str(path))
 
 
+def test_a_flipped_bit_anywhere_is_refused(tmp_path):
+    """Before libhdf5 has the file: after one bit in 300 of a run it does not come back."""
+    path = tmp_path / "data.h5"
+    store.write(path, ARRAYS, ATTRIBUTES)
+    whole = path.read_bytes()
+    for place in np.random.default_rng(1).integers(0, len(whole) - seal.LENGTH, 60):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << place % 8
+        path.write_bytes(damaged)
+        with pytest.raises(InputError, match="damaged: its bytes do not have their checksum"):
+            store.read(path)
+
+
 # --- files of datasets ---
 
 
@@ -82,6 +95,17 @@ def arrays_of(told_batch, **more):
 def written(path, batch):
     files.write(path, told(batch), arrays_of(told(batch)))
     return files.read(path, files.expected(told(batch)))
+
+
+def test_a_damaged_file_is_one_line_with_the_remedy(tmp_path):
+    path = tmp_path / "rows.h5"
+    files.write(path, told(0), arrays_of(told(0)))
+    path.write_bytes(path.read_bytes()[:2000])
+    with pytest.raises(InputError) as caught:
+        files.read(path, files.expected(told(0) | {"run": "f06"}))
+    message = str(caught.value)
+    assert message.startswith(f"{path}: not a readable HDF5 file") and "\n" not in message
+    assert message.endswith(f"rm {path} && snakemake --cores 2 --config preset=own run=f06")
 
 
 def test_a_file_says_what_it_holds(tmp_path):
@@ -124,17 +148,6 @@ def test_a_file_of_something_else_is_refused_with_the_remedy(tmp_path, other, wo
     assert message.endswith(f"rm {path} && snakemake --cores 2 --config preset=own")
 
 
-def test_a_damaged_file_is_one_line_with_the_remedy(tmp_path):
-    path = tmp_path / "rows.h5"
-    files.write(path, told(0), arrays_of(told(0)))
-    path.write_bytes(path.read_bytes()[:2000])
-    with pytest.raises(InputError) as caught:
-        files.read(path, files.expected(told(0) | {"run": "f06"}))
-    message = str(caught.value)
-    assert message.startswith(f"{path}: not a readable HDF5 file") and "\n" not in message
-    assert message.endswith(f"rm {path} && snakemake --cores 2 --config preset=own run=f06")
-
-
 def test_batches_are_joined_in_their_order(tmp_path):
     parts = [written(tmp_path / f"{number}.h5", number) for number in (0, 1)]
     whole = files.join(parts, KINDS["scan"].arrays)
@@ -160,24 +173,6 @@ def test_joining_counts_points_on_and_fills_up_smaller_chains():
     late.arrays["time"] += 1
     with pytest.raises(InputError, match="differ in time"):
         files.join([part(2, 1, 0), late], KINDS["series"].arrays)
-
-
-def test_a_series_of_one_point_is_that_run():
-    events = np.zeros(2, [("point", "i4"), ("time", "f8"), ("block", "i8"), ("kind", "U5")])
-    arrays = {"n_blocks": np.array([5]), "time": np.arange(3.0), "positions": np.ones((1, 3, 5))}
-    series = store.Dataset(arrays | {"events": events}, {"kind": "series", "n_blocks": 5})
-    assert files.is_single_run(series)
-    run = files.single_run(series)
-    assert run.arrays["positions"].shape == (3, 5) and run.arrays["time"].shape == (3,)
-    assert run.arrays["events"].dtype.names == ("time", "block", "kind")
-    assert run.attributes == series.attributes
-
-
-def test_origin_of_what_was_made_in_parts_names_every_version():
-    other = provenance.origin() | {"code_version": "0.0.1"}
-    assert provenance.of_all([other, provenance.origin(), other])["code_version"] == (
-        f"0.0.1, {provenance.code_version()}"
-    )
 
 
 # --- tables ---
@@ -213,15 +208,18 @@ def test_figures_and_tables_read_datasets_and_tables(tmp_path):
 
 
 @pytest.fixture
-def checkout(tmp_path, monkeypatch):
-    """A git checkout with the package in src/beltrepro; functions that remember forget."""
-    root = tmp_path / "src" / "beltrepro"
-    root.mkdir(parents=True)
-    (root / "a.py").write_text("")
-    monkeypatch.setattr(provenance, "ROOT", root)
+def version_of(tmp_path, monkeypatch):
+    """The version that a tree with the package in src/beltrepro has now, and the tree."""
+    monkeypatch.setattr(provenance, "ROOT", tmp_path / "src" / "beltrepro")
     monkeypatch.setattr(provenance, "version", lambda package: "1.2")
-    provenance.code_version.cache_clear()
-    yield root
+    provenance.ROOT.mkdir(parents=True)
+    (provenance.ROOT / "a.py").write_text("")
+
+    def version():
+        provenance.code_version.cache_clear()
+        return provenance.code_version()
+
+    yield version
     provenance.code_version.cache_clear()
 
 
@@ -231,22 +229,28 @@ def git(tree, *arguments):
     return subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()
 
 
-def test_code_version_names_the_commit_and_changes_to_it(checkout):
-    tree = checkout.parents[1]
-    assert provenance.code_version() == "1.2"  # no checkout
-    git(tree, "init", "-q")
-    git(tree, "add", ".")
-    git(tree, "commit", "-qm", "first")
-    commit = git(tree, "rev-parse", "HEAD")[:12]
-    for text, ending in ((None, ""), ("new = 1\n", ".dirty")):
-        if text:
-            (checkout / "a.py").write_text(text)
-        provenance.code_version.cache_clear()
-        assert provenance.code_version() == f"1.2+g{commit}{ending}"
-    git(tree, "commit", "-qam", "second")
-    (tree / "notes.txt").write_text("files that git does not follow change nothing")
-    provenance.code_version.cache_clear()
-    assert provenance.code_version() == f"1.2+g{git(tree, 'rev-parse', 'HEAD')[:12]}"
+def test_code_version_names_the_commit_and_changes_to_it(version_of, tmp_path):
+    assert version_of() == "1.2"  # no checkout
+    git(tmp_path, "init", "-q")
+    git(tmp_path, "add", ".")
+    git(tmp_path, "commit", "-qm", "first")
+    commit = git(tmp_path, "rev-parse", "HEAD")[:12]
+    assert version_of() == f"1.2+g{commit}"
+    (tmp_path / "notes.txt").write_text("files that git does not follow change nothing")
+    assert version_of() == f"1.2+g{commit}"
+    (provenance.ROOT / "a.py").write_text("new = 1\n")
+    assert version_of() == f"1.2+g{commit}.dirty"
+    parts = [provenance.origin() | {"code_version": number} for number in ("1.0", "1.1")]
+    assert provenance.of_all([*parts, parts[0]])["code_version"] == "1.0, 1.1"
+
+
+@pytest.mark.parametrize(
+    ("text", "commit"), [(f"node: {'0a' * 20}\n", "0a" * 20), ("node: $Format:%H$\n", ""), ("", "")]
+)
+def test_an_archive_without_git_names_its_commit(version_of, tmp_path, text, commit):
+    (tmp_path / provenance.COMMIT_FILE).write_text(text)
+    assert provenance.commit(tmp_path) == commit
+    assert version_of() == (f"1.2+g{commit[:12]}" if commit else "1.2")
 
 
 # What numba compiles, by the decorators of `beltrepro.engine.vector` or by calls of them.

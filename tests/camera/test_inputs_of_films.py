@@ -102,10 +102,6 @@ def painted(value, rows, columns, number=slice(None)):
 
 ALL = slice(None)
 BLOCKS = slice(60)  # rows; those of the tape follow
-QUIET = {"x265-params": "log-level=none", "preset": "superfast"}
-LIVE = {"cpu-used": "8", "deadline": "realtime", "crf": "20", "b": "0"}
-DEEP = "yuv420p10le"
-FINE = {"qmin": "2", "qmax": "3"}
 RIGHT = {
     "as it is": lambda path: written(path, WHOLE),
     "upside down": lambda path: written(path, WHOLE[:, ::-1, ::-1]),
@@ -115,9 +111,6 @@ RIGHT = {
     "tape partly hidden": lambda p: written(p, painted(40, slice(64, None), slice(200, 260))),
     "vignetting and perspective": lambda path: written(path, shaded(WHOLE)),
     "gif": lambda path: encoded(path.with_suffix(".gif"), WHOLE, "gif", "gray"),
-    "h265 10 bit": lambda p: encoded(p.with_suffix(".mov"), WHOLE, "libx265", DEEP, **QUIET),
-    "vp9": lambda p: encoded(p.with_suffix(".webm"), WHOLE, "libvpx-vp9", "yuv420p", **LIVE),
-    "mjpeg": lambda p: encoded(p.with_suffix(".avi"), WHOLE, "mjpeg", "yuvj420p", **FINE),
     "transparent": lambda p: encoded(p.with_suffix(".mov"),
         [np.dstack([f, f, f, f // 2]) for f in WHOLE], "png", "rgba", layout="rgba"),
     "16 bits": lambda p: encoded(
@@ -146,11 +139,6 @@ def test_films_that_are_measured_right(tmp_path, capsys, kind):
 # --- films that are not ---------------------------------------------------------------------------
 
 
-def shape(kind, size=(88, 480), value=0):
-    """Pictures of one brightness."""
-    return np.full((kind, *size), value, np.uint8)
-
-
 def cut(path, share, *, index_first):
     """A film of which only the beginning was copied, with its index before or after the frames."""
     options = {"movflags": "faststart"} if index_first else {}
@@ -159,10 +147,11 @@ def cut(path, share, *, index_first):
     return kept(path, whole[: int(share * len(whole))])
 
 
-def without_springs():
-    """Springs as bright as the belt."""
-    hidden = Scene(spring=Scene().belt)
-    return [each.picture for each in pictures(MOVEMENT, scene=hidden, camera=CAMERA)]
+# Springs as bright as the belt.
+NO_SPRING = [f.picture for f in pictures(MOVEMENT, scene=Scene(spring=Scene().belt), camera=CAMERA)]
+
+
+HUGE = np.zeros((1, 6000, 6000), np.uint8)
 
 
 def packets(path, frames, times):
@@ -196,18 +185,6 @@ def backwards(path):
     return packets(path, WHOLE, times.tolist())
 
 
-def sound(path):
-    """Only sound."""
-    path = path.with_suffix(".m4a")
-    with av.open(str(path), "w") as container:
-        stream = container.add_stream("aac", rate=8000, layout="mono")
-        samples = av.AudioFrame.from_ndarray(np.zeros((1, 4096), np.float32), "fltp", "mono")
-        samples.sample_rate = 8000
-        container.mux(stream.encode(samples))
-        container.mux(stream.encode())
-    return path
-
-
 def kept(path, content):
     """A file with some bytes."""
     path.write_bytes(content)
@@ -219,20 +196,13 @@ WRONG = {
     "a folder": (lambda path: path.parent, "directory"),
     "text": (lambda path: kept(path, b"time_s,x_m\n0,1\n"), "not a video"),
     "empty": (lambda path: kept(path, b""), "not a video"),
-    "random bytes": (lambda p: kept(p, np.random.default_rng(1).bytes(20000)), "not a video"),
     "only the header": (lambda path: cut(path, 0.2, index_first=True), "no frame|not a video"),
     "broken off": (lambda path: cut(path, 0.6, index_first=False), "not a video"),
-    "sound": (sound, "no video"),
     "png": (lambda p: kept(p, cv2.imencode(".png", WHOLE[0])[1].tobytes()), "a single picture"),
-    "jpg": (lambda p: kept(p, cv2.imencode(".jpg", WHOLE[0])[1].tobytes()), "a single picture"),
     "one frame": (lambda path: written(path, WHOLE[:1]), "1 of the frames"),
-    "black": (lambda path: written(path, shape(12)), "no white block"),
-    "white": (lambda path: written(path, shape(12, value=255)), "no white block"),
-    "tiny": (lambda path: written(path, shape(12, (16, 16), 99)), "no white block"),
-    "huge": (
-        lambda p: encoded(p.with_suffix(".mkv"), shape(1, (6000, 6000)), "ffv1", "gray"),
-        "6000 x 6000",
-    ),
+    "black": (lambda path: written(path, np.zeros_like(WHOLE)), "no white block"),
+    "tiny": (lambda path: written(path, WHOLE[:, 30:46, :16]), "no white block"),
+    "huge": (lambda p: encoded(p.with_suffix(".mkv"), HUGE, "ffv1", "gray"), "6000 x 6000"),
     "changing size": (changing, "another size"),
     "no white block": (
         lambda p: written(p, np.where(WHOLE > 215, np.uint8(10), WHOLE)), "film a white block"),
@@ -240,7 +210,7 @@ WRONG = {
         lambda p: written(p, painted(235, slice(9, 61), slice(440, 466))), "2 white blocks"),
     "a hand all the time": (
         lambda p: written(p, painted(150, BLOCKS, slice(100, None))), "film a white block"),
-    "no spring": (lambda path: written(path, without_springs()), "--support left or right"),
+    "no spring": (lambda path: written(path, NO_SPRING), "--support left or right"),
     "no tape": (lambda p: written(p, painted(28, slice(64, None), ALL)), "no tape measure"),
     "tape without its end": (lambda path: written(path, WHOLE[:, :, 60:]), "--first-mark"),
     "on its side": (lambda path: written(path, np.rot90(WHOLE, axes=(1, 2))), "left to right"),
@@ -277,17 +247,18 @@ def test_a_block_that_leaves_the_picture_is_told(tmp_path, capsys):
     assert lost.sum() < beyond.sum() + 12
 
 
-def test_frames_that_are_repeated_count_once(tmp_path, capsys):
-    numbers = [row for row in range(len(WHOLE)) for _ in range(1 + (row % 7 == 0))]
-    path = packets(tmp_path / "film.mkv", WHOLE[numbers], numbers)
-    _, x_m, _ = tracked(capsys, path, tmp_path)
-    assert len(x_m) == len(WHOLE)
-    np.testing.assert_allclose(x_m, TRUE, atol=0.3 * SCALE)
-
-
-@pytest.mark.parametrize("rows", [[0, 1], [0] * 30], ids=["two frames", "frozen"])
+@pytest.mark.parametrize(
+    "rows", [[0, 1], [0] * 30, None], ids=["two frames", "frozen", "repeated frames"]
+)
 def test_few_or_repeated_pictures_are_measured(tmp_path, capsys, rows):
-    _, x_m, _ = tracked(capsys, written(tmp_path / "film.mp4", WHOLE[rows]), tmp_path)
+    """Frames at one instant count once."""
+    if rows is None:
+        rows = list(range(len(WHOLE)))
+        numbers = [row for row in rows for _ in range(1 + (row % 7 == 0))]
+        path = packets(tmp_path / "film.mkv", WHOLE[numbers], numbers)
+    else:
+        path = written(tmp_path / "film.mp4", WHOLE[rows])
+    _, x_m, _ = tracked(capsys, path, tmp_path)
     np.testing.assert_allclose(x_m, TRUE[rows], atol=0.3 * SCALE)
 
 
@@ -375,15 +346,11 @@ FILM = ("film", "--output=a.mp4")
     [
         (("film", "--output=a.txt"), "must end in"),
         (("watch", "--output=a.txt"), "must end in"),
-        (("film", "--output=."), "folder"),
         (("film", "--output=no/such/folder/a.mp4"), "folder"),
         (("watch", "--output=/proc/a.mp4"), "/proc/a.mp4"),
-        ((*FILM, "--duration=nan"), "duration"),
-        (("watch", "--output=a.mp4", "--duration=-5"), "duration"),
         (("watch", "--output=a.mp4", "--transient=-1"), "transient"),
-        ((*FILM, "--n-blocks=0"), "n_blocks"),
+        ((*FILM, "--duration=nan"), "duration"),
         ((*FILM, "--width=33"), "width = 33: must be an even number"),
-        ((*FILM, "--seed=-1"), "seed = -1"),
         ((*FILM, "--metres-per-pixel=1e-5"), "take a larger"),
         ((*FILM, "--transient=50"), "transient = 50"),
     ],

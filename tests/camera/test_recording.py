@@ -5,7 +5,6 @@ import pytest
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.camera.recording import FIT_TO_HZ, analyse, regimes
-from beltrepro.replication.studies.experiment.recording_figure import draw_recording
 
 RATE = 24.0
 
@@ -48,27 +47,24 @@ def test_dropped_frames_change_r_by_less_than_a_percent():
     assert part.small_share == pytest.approx(whole.small_share, abs=0.01)
 
 
-def test_regimes_are_those_of_the_analysis():
+def test_quiet_stretches_are_found_and_only_long_ones_last():
     whole, part = analyse(*bursts()), regimes(*bursts())
     for name in ("disorder_parameter", "mean_length", "observed_s", "small_share", "lasting_share"):
         assert getattr(part, name) == getattr(whole, name)
-    np.testing.assert_array_equal(part.small_s, whole.small_s)
-    # the quiet stretch of 8 s is too short to last and belongs to what lies around it
+    # A window of 5 s that holds a second of the burst can still be quiet; the quiet stretch of 8 s
+    # is too short to last and belongs to what lies around it.
+    for stretches in (whole.small_s, part.small_s):
+        np.testing.assert_allclose(stretches, [[40, 100], [150, 158]], atol=1.3)
     np.testing.assert_allclose(part.lasting_s, [[40, 100]], atol=1.3)
     np.testing.assert_allclose(part.lively_s, [[0, 40], [100, 200]], atol=1.3)
-    with pytest.raises(NotEnoughDataError, match="10 samples, 32 are needed"):
-        regimes(np.arange(10.0), np.ones(10))
-
-
-def test_quiet_stretches_are_found_and_only_long_ones_last():
-    found = analyse(*bursts())
-    # A window of 5 s that holds a second of the burst can still be quiet.
-    np.testing.assert_allclose(found.small_s, [[40, 100], [150, 158]], atol=1.3)
-    assert found.small_share == pytest.approx(68 / 200, abs=0.03)
-    assert found.lasting_share == pytest.approx(60 / 200, abs=0.015)
-    assert analyse(*bursts(), lasting_s=5.0).lasting_share == found.small_share
+    assert whole.small_share == pytest.approx(68 / 200, abs=0.03)
+    assert whole.lasting_share == pytest.approx(60 / 200, abs=0.015)
+    for lasting_s, share in ((5.0, whole.small_share), (48.0, whole.lasting_share), (72.0, 0.0)):
+        assert analyse(*bursts(), lasting_s=lasting_s).lasting_share == share
     assert analyse(*bursts(), quiet=0.2).small_share == 1.0
     assert analyse(*bursts(), quiet=0.001).small_share == 0.0
+    with pytest.raises(NotEnoughDataError, match="10 samples, 32 are needed"):
+        regimes(np.arange(10.0), np.ones(10))
 
 
 def test_the_transient_is_left_out():
@@ -119,16 +115,3 @@ def test_too_few_or_wrong_data_are_refused_in_a_line(time, position, words):
     with pytest.raises(NotEnoughDataError, match=words) as caught:
         analyse(time, position)
     assert "\n" not in str(caught.value)
-
-
-def test_the_figure_shows_the_track_above_spectra_of_its_parts():
-    found = analyse(*bursts())
-    figure = draw_recording(found)
-    above, *below = figure.axes
-    assert len(below) == 3
-    time, position = above.lines[0].get_data()
-    np.testing.assert_array_equal(time, found.time_s)
-    np.testing.assert_allclose(position, 100 * found.x_m)
-    for axes in below:
-        assert axes.get_xscale() == axes.get_yscale() == "log"
-    assert len(draw_recording(analyse(*bursts(quiet=()))).axes) == 2  # one part, which is the whole

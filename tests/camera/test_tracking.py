@@ -21,29 +21,42 @@ POOR = Camera(
 )
 
 
-def errors(found, time_s, x_m, scale):
+def scale_of(movement, camera=None, scene=None):
+    """Metres per pixel."""
+    return Framing.of(movement, scene or Scene(), camera or Camera()).metres_per_pixel
+
+
+def errors(found, movement, scale):
     """Errors of a track in pixels, at the frames it has."""
-    frame = np.searchsorted(time_s, found.time_s - 1e-3)
-    np.testing.assert_allclose(time_s[frame], found.time_s, atol=1e-3)
-    return (found.x_m - x_m[frame]) / scale
+    frame = np.searchsorted(movement.time_s, found.time_s - 1e-3)
+    np.testing.assert_allclose(movement.time_s[frame], found.time_s, atol=1e-3)
+    return (found.x_m - movement.x_m[frame, -1]) / scale
 
 
 def rms(values):
     return math.sqrt(np.mean(np.square(values)))
 
 
-def tracked(movement, camera, path, **how):
-    """The track of a film of a movement, its errors in pixels, and the true scale."""
-    film(movement, path, camera=camera)
-    found = track(path, **how)
-    scale = Framing.of(movement, Scene(), camera).metres_per_pixel
-    return found, errors(found, movement.time_s, movement.x_m[:, -1], scale), scale
+def filmed(movement, path, **how):
+    """The frames of a film, read again."""
+    film(movement, path, **how)
+    return list(read_video(path))
+
+
+def tracked_again(frames, pictures, path, **how):
+    """The track of a film of other pictures at the instants of these frames."""
+    pairs = zip(frames, map(np.ascontiguousarray, pictures), strict=True)
+    write_video(path, [Frame(frame.time_s, picture) for frame, picture in pairs],
+                frames_per_second=24)  # fmt: skip
+    return track(path, **how)
 
 
 @pytest.mark.parametrize(("camera", "limit"), [(CLEAN, 0.2), (Camera(), 0.2), (POOR, 1.0)])
 def test_the_block_is_placed_to_parts_of_a_pixel(tmp_path, camera, limit):
     movement = swaying(4.0)
-    found, error, scale = tracked(movement, camera, tmp_path / "film.mp4")
+    film(movement, tmp_path / "film.mp4", camera=camera)
+    found, scale = track(tmp_path / "film.mp4"), scale_of(movement, camera)
+    error = errors(found, movement, scale)
     assert rms(error) < limit
     assert len(found.time_s) > 0.9 * len(movement.time_s)
     assert found.metres_per_pixel == pytest.approx(scale, rel=2e-3)
@@ -72,7 +85,7 @@ def test_the_film_of_another_renderer_is_tracked_as_well(tmp_path, angle):
     other = OtherRenderer(angle)
     other.film(movement.x_m, tmp_path / "other.mp4")
     found = track(tmp_path / "other.mp4")
-    error = errors(found, movement.time_s, movement.x_m[:, -1], other.SCALE)
+    error = errors(found, movement, other.SCALE)
     assert len(found.time_s) == len(movement.time_s)
     assert found.metres_per_pixel == pytest.approx(other.SCALE, rel=1e-3)
     assert found.angle == pytest.approx(angle, abs=0.1)
@@ -87,26 +100,28 @@ def test_the_film_of_another_renderer_is_tracked_as_well(tmp_path, angle):
         Scene(belt=160, block=30, white_block=250, tape=230),  # a bright belt
         Scene(belt=90, block=60, white_block=170, tape=150, mark=80, spring=110),  # little contrast
         Scene(white_block=255, tape=255, spring=250),  # springs as bright as the block
+        Scene(mark_spacing=0.0127),  # marks at another distance
+        Scene(mark_spacing=0.0085),
     ],
 )
-def test_other_colours(tmp_path, scene):
-    movement = swaying(0.6)
+def test_other_colours_and_tapes(tmp_path, scene):
+    movement, told = swaying(0.6), {}
     film(movement, tmp_path / "film.mp4", scene=scene)
-    found = track(tmp_path / "film.mp4")
-    scale = Framing.of(movement, scene, Camera()).metres_per_pixel
+    if scene.mark_spacing != Scene().mark_spacing:
+        with pytest.raises(InputError, match=r"block has .* cm, and not 4 x 8: .*--mark-spac"):
+            track(tmp_path / "film.mp4")
+        told = {"scene": scene}
+    found = track(tmp_path / "film.mp4", **told)
     assert len(found.time_s) == len(movement.time_s)
-    assert rms(errors(found, movement.time_s, movement.x_m[:, -1], scale)) < 0.3
+    assert rms(errors(found, movement, scale_of(movement, scene=scene))) < 0.3
 
 
 def test_a_film_that_a_phone_has_marked_as_turned(tmp_path):
     movement = swaying(0.6)
-    film(movement, tmp_path / "film.mp4")
-    upright = [
-        Frame(time, np.ascontiguousarray(np.rot90(picture)))
-        for time, picture in read_video(tmp_path / "film.mp4")
-    ]
+    frames = filmed(movement, tmp_path / "film.mp4")
     path = tmp_path / "upright.mp4"
-    write_video(path, upright, frames_per_second=24)
+    with pytest.raises(InputError, match="left to right"):
+        tracked_again(frames, [np.rot90(frame.picture) for frame in frames], path)
     # The matrix of the track header: turn by a quarter, clockwise, to show it.
     content = bytearray(path.read_bytes())
     place = content.index(b"tkhd") + 4 + 40
@@ -114,65 +129,66 @@ def test_a_film_that_a_phone_has_marked_as_turned(tmp_path):
     matrix = np.array([0, 1 << 16, 0, -(1 << 16), 0, 0, 0, 0, 1 << 30], ">i4")
     content[place : place + 36] = matrix.tobytes()
     path.write_bytes(content)
-    found = track(path)
-    scale = Framing.of(movement, Scene(), Camera()).metres_per_pixel
-    assert rms(errors(found, movement.time_s, movement.x_m[:, -1], scale)) < 0.3
+    assert rms(errors(track(path), movement, scale_of(movement))) < 0.3
 
 
-def test_cropped_mirrored_and_upright_films(tmp_path):
-    movement, camera = swaying(1.5), Camera()
-    film(movement, tmp_path / "film.mp4", camera=camera)
-    view = Framing.of(movement, Scene(), camera)
-    frames = list(read_video(tmp_path / "film.mp4"))
+def test_cropped_and_turned_films(tmp_path):
+    movement = swaying(1.5)
+    frames = filmed(movement, tmp_path / "film.mp4")
+    view = Framing.of(movement, Scene(), Camera())
     # The first 120 pixels are cut off: the first mark that is left reads something else.
     cut = math.ceil((120 - view.left) * view.metres_per_pixel / 0.01) * 0.01
-    variants = {
-        "cropped": ([each.picture[4:92, 120:] for each in frames], {"first_mark": cut}),
-        "turned": ([each.picture[::-1, ::-1] for each in frames], {"support": "right"}),
-    }
-    for name, (pictures, how) in variants.items():
-        path = tmp_path / f"{name}.mp4"
-        pairs = zip(frames, map(np.ascontiguousarray, pictures), strict=True)
-        film_of = [Frame(frame.time_s, picture) for frame, picture in pairs]
-        write_video(path, film_of, frames_per_second=24)
-        found = track(path, **how)
-        error = errors(found, movement.time_s, movement.x_m[:, -1], view.metres_per_pixel)
-        assert rms(error) < 0.3, name
+    for part, how in (
+        ((slice(4, 92), slice(120, None)), {"first_mark": cut}),
+        ((slice(None, None, -1), slice(None, None, -1)), {"support": "right"}),
+    ):
+        pictures = [frame.picture[part] for frame in frames]
+        found = tracked_again(frames, pictures, tmp_path / "part.mp4", **how)
+        assert rms(errors(found, movement, view.metres_per_pixel)) < 0.3
 
 
 def test_frames_at_uneven_instants_keep_them(tmp_path):
     movement = swaying(2.0, frames_per_second=60.0)
     chosen = np.sort(np.random.default_rng(5).choice(120, 60, replace=False))
-    film(movement, tmp_path / "all.mp4", camera=Camera(frames_per_second=60))
-    frames = list(read_video(tmp_path / "all.mp4"))
-    write_video(tmp_path / "some.mp4", [frames[each] for each in chosen], frames_per_second=30)
+    camera = Camera(frames_per_second=60)
+    frames = filmed(movement, tmp_path / "all.mp4", camera=camera)
+    write_video(tmp_path / "some.mp4", [frames[row] for row in chosen], frames_per_second=30)
     found = track(tmp_path / "some.mp4")
     time = movement.time_s[chosen] - movement.time_s[chosen[0]]
     np.testing.assert_allclose(found.time_s, time, atol=1e-3)
-    scale = Framing.of(movement, Scene(), Camera()).metres_per_pixel
-    assert rms(errors(found, time, movement.x_m[chosen, -1], scale)) < 0.2
+    error = (found.x_m - movement.x_m[chosen, -1]) / scale_of(movement, camera)
+    assert rms(error) < 0.2
 
 
 def test_a_hand_in_the_picture_is_told_with_its_instants(tmp_path):
     movement = swaying(3.0)
-    film(movement, tmp_path / "film.mp4")
-    frames = list(read_video(tmp_path / "film.mp4"))
-    for number, (_, picture) in enumerate(frames):
-        if 30 <= number < 42:  # comes from above and covers half of the blocks' lane
-            cv2.ellipse(picture, (380, 10), (300, 45), 0, 0, 360, 150, -1)
-    write_video(tmp_path / "hand.mp4", frames, frames_per_second=24)
-    found = track(tmp_path / "hand.mp4")
+    frames = filmed(movement, tmp_path / "film.mp4")
+    for _, picture in frames[30:42]:  # comes from above and covers half of the blocks' lane
+        cv2.ellipse(picture, (380, 10), (300, 45), 0, 0, 360, 150, -1)
+    found = tracked_again(frames, [frame.picture for frame in frames], tmp_path / "hand.mp4")
     np.testing.assert_allclose(found.lost_s, [[30 / 24, 41 / 24]], atol=1e-3)
     assert len(found.time_s) == len(frames) - 12
-    scale = Framing.of(movement, Scene(), Camera()).metres_per_pixel
-    assert rms(errors(found, movement.time_s, movement.x_m[:, -1], scale)) < 0.2
+    assert rms(errors(found, movement, scale_of(movement))) < 0.2
+
+
+def test_a_glare_that_the_block_passes_is_not_taken_for_a_spring(tmp_path):
+    movement, scene = swaying(8.0), Scene(white_block=200)
+    camera = Camera(metres_per_pixel=0.0012)
+    frames = filmed(movement, tmp_path / "film.mp4", scene=scene, camera=camera)
+    left = Framing.of(movement, scene, camera).left
+    spot = round(left + 0.56 / 0.0012), frames[0].picture.shape[0] // 2 - 10
+    for _, picture in frames:
+        cv2.circle(picture, spot, 12, 255, -1)
+    found = tracked_again(frames, [frame.picture for frame in frames], tmp_path / "glare.mp4")
+    assert len(found.time_s) > 0.6 * len(frames)
+    assert np.median(np.abs(errors(found, movement, 0.0012))) < 0.2
 
 
 @pytest.mark.thorough
 def test_a_given_scale_counts(tmp_path):
     movement = swaying(1.0)
     film(movement, tmp_path / "film.mp4")
-    scale = Framing.of(movement, Scene(), Camera()).metres_per_pixel
+    scale = scale_of(movement)
     found = track(tmp_path / "film.mp4", metres_per_pixel=1.02 * scale)
     assert found.metres_per_pixel == 1.02 * scale
     assert found.x_m.mean() == pytest.approx(1.02 * movement.x_m[:, -1].mean(), rel=1e-3)
@@ -195,32 +211,3 @@ def test_a_track_is_kept_in_a_table(tmp_path):
     (tmp_path / "plain.csv").write_text("x_m, time_s\n0.5, 0\n0.6, 0.1\n")
     plain = type(found).load(tmp_path / "plain.csv")
     assert (plain.x_m.tolist(), plain.time_s.tolist()) == ([0.5, 0.6], [0, 0.1])
-
-
-def test_a_glare_that_the_block_passes_is_not_taken_for_a_spring(tmp_path):
-    movement, camera = swaying(8.0), Camera(metres_per_pixel=0.0012)
-    scene = Scene(white_block=200)
-    film(movement, tmp_path / "film.mp4", scene=scene, camera=camera)
-    frames = list(read_video(tmp_path / "film.mp4"))
-    view = Framing.of(movement, scene, camera)
-    spot = round(view.left + 0.56 / view.metres_per_pixel), frames[0].picture.shape[0] // 2 - 10
-    for _, picture in frames:
-        cv2.circle(picture, spot, 12, 255, -1)
-    write_video(tmp_path / "glare.mp4", frames, frames_per_second=24)
-    found = track(tmp_path / "glare.mp4")
-    error = errors(found, movement.time_s, movement.x_m[:, -1], view.metres_per_pixel)
-    assert len(found.time_s) > 0.6 * len(frames)
-    assert np.median(np.abs(error)) < 0.2
-
-
-@pytest.mark.parametrize("spacing", [0.0127, 0.0085])
-def test_a_tape_with_marks_at_another_distance_is_told(tmp_path, spacing):
-    movement, scene = swaying(0.6), Scene(mark_spacing=spacing)
-    film(movement, tmp_path / "film.mp4", scene=scene)
-    with pytest.raises(
-        InputError, match=r"the white block has .* cm, and not 4 x 8: .*--mark-spac"
-    ):
-        track(tmp_path / "film.mp4")
-    found = track(tmp_path / "film.mp4", scene=scene)
-    scale = Framing.of(movement, scene, Camera()).metres_per_pixel
-    assert rms(errors(found, movement.time_s, movement.x_m[:, -1], scale)) < 0.3

@@ -1,5 +1,6 @@
 """How long irregular motion lasts: against runs of `simulate` that are judged after the fact."""
 
+import dataclasses
 from itertools import pairwise
 
 import numpy as np
@@ -14,8 +15,9 @@ from beltrepro import (
     time_to_orbit,
 )
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.irregular import _windows
+from beltrepro.chaos.irregular import SCATTERS, WIDEST, _windows, disturbance, scatters
 from beltrepro.chaos.vectors import INTERVAL
+from beltrepro.simulation.setup import Case
 from slipping import sliding
 
 FIVE = ChainParameters(5, 16.0)
@@ -68,12 +70,6 @@ def test_the_settled_tail_changes_no_irregular_exponent(five):
             assert cut[name][0] == pytest.approx(five[name][row], rel=1e-6)
 
 
-def test_a_run_does_not_depend_on_its_company(five):
-    alone = time_to_orbit(FIVE, duration=60_000, replicate=3, initial_spread=10.0)
-    for name in ("lifetime", "period_time", "irregular_exponent", "return_state"):
-        assert np.array_equal(alone[name][0], five[name][2], equal_nan=True)
-
-
 def test_a_run_that_is_given_up_counts_as_irregular(five):
     first = int(np.argmax(five["lifetime"]))
     found = time_to_orbit(FIVE, duration=5000, replicate=first + 1, initial_spread=10.0)
@@ -83,19 +79,21 @@ def test_a_run_that_is_given_up_counts_as_irregular(five):
     assert np.isnan(found["period_time"][0])
 
 
-def test_continuous_slip_is_settled_from_its_start():
+def test_a_run_does_not_depend_on_its_company(five):
+    alone = time_to_orbit(FIVE, duration=60_000, replicate=3, initial_spread=10.0)
+    for name in ("lifetime", "period_time", "irregular_exponent", "return_state"):
+        assert np.array_equal(alone[name][0], five[name][2], equal_nan=True)
+
+
+def test_one_block_and_continuous_slip_are_settled_from_their_start():
     chain = ChainParameters(3, 40.0)
     state = sliding(chain, 3 * np.array([1.0, -2.0, 2.0]))
-    found = time_to_orbit(chain, duration=5000, initial_state=state)
-    assert (found["state"][0], found["lifetime"][0]) == ("equilibrium slip", 0.0)
-
-
-def test_one_block_is_regular_from_its_first_slip():
-    found = time_to_orbit(ChainParameters(1, 5.0), duration=5000)
-    assert found["settled"][0]
-    assert found["period_events"][0] == 1
-    assert found["lifetime"][0] < found["period_time"][0]
-    assert np.isnan(found["irregular_exponent"][0])
+    slips = time_to_orbit(chain, duration=5000, initial_state=state)
+    assert (slips["state"][0], slips["lifetime"][0]) == ("equilibrium slip", 0.0)
+    one = time_to_orbit(ChainParameters(1, 5.0), duration=5000)
+    assert one["settled"][0] and one["period_events"][0] == 1
+    assert one["lifetime"][0] < one["period_time"][0]
+    assert np.isnan(one["irregular_exponent"][0])
 
 
 @pytest.mark.thorough
@@ -119,18 +117,21 @@ DISTURBED += [{"kick": 1e-4}, {"kick": 1e-2}]
 @pytest.mark.parametrize("how", DISTURBED)
 def test_a_disturbed_orbit_is_recognised(five, how):
     """No run that begins on an attracting orbit is missed."""
-    states = [start_of(values) for values in five["return_state"]]
-    found = time_to_orbit([FIVE] * 4, duration=3000, initial_state=states, **how)
-    assert found["settled"].all()
-    assert found["period_events"].tolist() == five["period_events"].tolist()
-    assert np.all(found["lifetime"] <= 1000)
+    states = [
+        ChainState.in_motion(
+            FIVE, FIVE.rest_positions + values[:5], values[5:] + FIVE.belt_velocity
+        )
+        for values in five["return_state"]
+    ]
+    disturbed = time_to_orbit([FIVE] * 4, duration=3000, initial_state=states, **how)
+    assert disturbed["settled"].all()
+    assert disturbed["period_events"].tolist() == five["period_events"].tolist()
+    assert np.all(disturbed["lifetime"] <= 1000)
 
 
-def start_of(values):
-    """The state at a return of five blocks."""
-    displacements, relative = values[:5], values[5:]
-    belt = FIVE.belt_velocity
-    return ChainState.in_motion(FIVE, FIVE.rest_positions + displacements, relative + belt)
+def test_noise_disturbs_as_a_kick_of_its_size():
+    noisy = several(ChainParameters(5, 7.0, noise=1e-3), 4, duration=30_000)
+    assert (noisy["state"] == "periodic").all()
 
 
 @pytest.mark.thorough
@@ -140,11 +141,6 @@ def test_irregular_motion_is_not_taken_for_a_disturbed_orbit(n_blocks, how):
     """None of 16 runs with 8 looks each: fewer than one of 42 looks errs (95 %)."""
     found = several(ChainParameters(n_blocks, 10.0), 16, duration=15_000, **how)
     assert (found["state"] == "irregular").all()
-
-
-def test_noise_disturbs_as_a_kick_of_its_size():
-    found = several(ChainParameters(5, 7.0, noise=1e-3), 4, duration=30_000)
-    assert (found["state"] == "periodic").all()
 
 
 @pytest.mark.parametrize("duration", [10.0, 1000.0, 2500.0, 1e6, 1e7])
@@ -160,3 +156,29 @@ def test_windows_follow_each_other_to_the_end(duration):
 def test_the_share_that_counts_as_closed_is_between_zero_and_one(closed):
     with pytest.raises(InputError, match=f"closed = {closed:g}: must be greater than 0 and less"):
         time_to_orbit(FIVE, duration=10.0, closed=closed)
+
+
+# --- the disturbance of a run ---
+
+STATE, NOISY = (ChainState.at_rest(ChainParameters(5, 6.0, noise)) for noise in (0.0, 0.3))
+EXACT = Case(STATE, "event", 0.001, None)
+
+
+@pytest.mark.parametrize(
+    ("changed", "expected"),
+    [
+        ({}, 0.0),
+        ({"time_step": 0.1}, 0.0),
+        ({"kick": 0.02}, 0.02),
+        ({"method": "verlet"}, 6.0 * 0.001 / 3**0.5),
+        ({"method": "verlet", "time_step": 0.004}, 6.0 * 0.004 / 3**0.5),
+        ({"state": NOISY}, 0.3),
+        ({"state": NOISY, "kick": 0.4}, 0.5),
+    ],
+)
+def test_disturbance_of_a_run(changed, expected):
+    point = dataclasses.replace(EXACT, **changed)
+    assert disturbance(point) == pytest.approx(expected)
+    widest = WIDEST * 71.4
+    limits = [each * expected for each in SCATTERS if each * expected < widest]
+    assert scatters(point) == pytest.approx([*limits, widest] if expected else [])

@@ -21,47 +21,37 @@ def video(tmp_path_factory):
     return path
 
 
-def run(capsys, *words):
-    """Exit status, and what the command wrote to stdout and stderr."""
+def run(capsys, *words, status=0):
+    """What the command wrote to stdout, or its one line of error."""
     try:
-        status = cli.main([str(word) for word in words])
+        ended = cli.main([str(word) for word in words])
     except SystemExit as stop:  # argparse
-        status = stop.code
-    return (status, *capsys.readouterr())
+        ended = stop.code
+    out, err = capsys.readouterr()
+    assert ended == status, err
+    assert not status or (not out and err.startswith("error: ") and err.count("\n") == 1)
+    return err if status else out
 
 
 @pytest.mark.thorough
 def test_a_chain_is_filmed_tracked_and_analysed(tmp_path, capsys):
     movie, table, picture = (tmp_path / name for name in ("a.mp4", "a.csv", "a.png"))
     chain = ("--n-blocks=2", "--belt-velocity=15", "--duration=160", "--transient=60")
-    status, out, err = run(capsys, "film", *chain, "--output", movie, "--dropped=0.02", "--json")
-    assert status == 0, err
-    filmed = json.loads(out)
+    filmed = json.loads(run(capsys, "film", *chain, "--output", movie, "--dropped=0.02", "--json"))
     assert filmed["seconds"] == pytest.approx(100 * 0.0765, abs=0.1)
-
-    status, out, err = run(capsys, "track", movie, "--output", table, "--json")
-    assert status == 0, err
-    found = json.loads(out)
-    assert found["frames"] == filmed["frames"]
-    assert found["lost_s"] == []
-    assert len(Track.load(table).time_s) == found["frames"]
-
-    status, out, err = run(capsys, "analyse", table, "--output", picture, "--json")
-    assert status == 0, err
-    told = json.loads(out)
+    tracked = json.loads(run(capsys, "track", movie, "--output", table, "--json"))
+    assert (tracked["frames"], tracked["lost_s"]) == (filmed["frames"], [])
+    assert len(Track.load(table).time_s) == tracked["frames"]
+    told = json.loads(run(capsys, "analyse", table, "--output", picture, "--json"))
     assert told["disorder_parameter"] == pytest.approx(filmed["disorder_parameter"], rel=0.01)
     assert told["mean_length_model"] == pytest.approx(told["mean_length"] / 1.4e-3)
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 def test_tables_for_people(video, tmp_path, capsys):
-    status, out, _ = run(capsys, "track", video, "--output", tmp_path / "a.csv")
-    assert status == 0
-    assert "metres_per_pixel" in out
-    assert out.splitlines()[-1].split() == ["lost_s", "none"]
-    status, out, _ = run(capsys, "analyse", tmp_path / "a.csv")
-    assert status == 0
-    assert "disorder_parameter" in out
+    out = run(capsys, "track", video, "--output", tmp_path / "a.csv")
+    assert "metres_per_pixel" in out and out.splitlines()[-1].split() == ["lost_s", "none"]
+    assert "disorder_parameter" in run(capsys, "analyse", tmp_path / "a.csv")
 
 
 ROWS = "".join(f"{row / 24},{0.8 + 0.01 * (row % 9)},1e-4\n" for row in range(60))
@@ -105,10 +95,7 @@ def test_a_table_of_a_spreadsheet_is_read(tmp_path, text):
 )
 def test_wrong_options_of_analyse_are_refused_in_a_line(tmp_path, capsys, options, words):
     (tmp_path / "a.csv").write_text(HEADER + ROWS)
-    status, out, err = run(capsys, "analyse", tmp_path / "a.csv", *options)
-    assert (status, out) == (2, "")
-    assert words in err
-    assert err.startswith("error: ") and err.count("\n") == 1
+    assert words in run(capsys, "analyse", tmp_path / "a.csv", *options, status=2)
 
 
 def test_each_option_of_analyse_changes_what_is_printed(tmp_path, capsys):
@@ -117,7 +104,7 @@ def test_each_option_of_analyse_changes_what_is_printed(tmp_path, capsys):
     rows = "".join(f"{t},{x}\n" for t, x in zip(time, place, strict=True))
     (tmp_path / "a.csv").write_text("time_s,x_m\n" + rows)
     outputs = {
-        run(capsys, "analyse", tmp_path / "a.csv", "--json", *option)[1]
+        run(capsys, "analyse", tmp_path / "a.csv", "--json", *option)
         for option in ([], ["--transient=20"], ["--window=2"], ["--quiet=0.09"])
     }
     assert len(outputs) == 4 and "" not in outputs

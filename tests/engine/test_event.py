@@ -7,10 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
-from scipy.stats import chi2, ks_2samp, kstest
+from scipy.stats import chi2, kstest
 
 import exact
-import reference
 from beltrepro import ChainParameters, ChainState, simulate
 from beltrepro.engine import integrator as engine_integrator
 from beltrepro.engine.candidates import first_roots
@@ -21,7 +20,7 @@ from beltrepro.engine.simd import LANES, select, spread, store
 from beltrepro.engine.taylor import LEVELS
 from beltrepro.engine.vector import kernel
 from beltrepro.model.accuracy import ORDER
-from beltrepro.model.spring import external_force, spring_extension
+from beltrepro.model.spring import external_force
 
 EXACT = json.loads(exact.DATA.read_text())
 WITHOUT_SAMPLES = {"method": "event", "sample_interval": None}
@@ -115,25 +114,25 @@ def test_error_falls_with_the_tolerance():
 
 
 def follows_reference(n_blocks, belt_velocity, start, duration):
-    """Largest error of the instants, and contacts of the reference; the sequences are the same."""
-    chain = n_blocks, belt_velocity, start
-    expected, contacts = reference.event_reference(*chain, duration, longest=0.5)
+    """Errors of the instants of a run from a start; the events are those of 40 digits."""
+    exact_chain = exact.ExactChain.of(belt_velocity, start.tolist())
+    expected = exact_chain.advance(until=exact.fixed(duration)).events
     (events,) = run_from(n_blocks, belt_velocity, [start], duration)
-    assert sequence(events) == sequence(expected), chain
-    return np.abs(times(events) - times(expected)).max(initial=0), contacts
+    assert sequence(events) == sequence(expected), (n_blocks, belt_velocity, start)
+    return np.abs(times(events) - [float(exact.real(time)) for time, *_ in expected])
 
 
 def slow(first, parts, *arguments):
     return [pytest.param(first + part, *arguments, marks=pytest.mark.slow) for part in range(parts)]
 
 
-@pytest.mark.parametrize(("seed", "count"), [(11, 24), *slow(100, 10, 100)])
+@pytest.mark.parametrize(("seed", "count"), [(11, 12), *slow(100, 10, 200)])
 def test_random_starts_follow_the_reference(seed, count):
     rng = np.random.default_rng(seed)
     for _ in range(count):
         n_blocks, belt_velocity = int(rng.integers(2, 9)), rng.uniform(2, 30)
         start = rng.normal(0, 3, n_blocks)
-        assert follows_reference(n_blocks, belt_velocity, start, 40.0)[0] < 1e-8
+        assert np.all(follows_reference(n_blocks, belt_velocity, start, 20.0) < 1e-8)
 
 
 def boundary(rng, duration, width):
@@ -168,12 +167,13 @@ def test_boundaries_between_sequences_lie_where_the_reference_has_them(seed, cou
     rng, grazing = np.random.default_rng(seed), 0
     for _ in range(count):
         n_blocks, belt_velocity, sides = boundary(rng, duration=20.0, width=1e-9)
-        rows = [follows_reference(n_blocks, belt_velocity, side, 20.0) for side in sides]
-        errors, contacts = zip(*rows, strict=True)
-        grazing += min(contact[0] for side in contacts for contact in side) < 1e-6
-        rates = [contact[3] for side in contacts for contact in side[:-1]]
-        # an event at a small rate takes its time from a small difference
-        assert max(errors) < 1e-8 / min([1.0, *rates])
+        for side in sides:
+            errors = follows_reference(n_blocks, belt_velocity, side, 20.0)
+            # an event at a small rate takes its time from a small difference
+            assert np.median(errors) < 1e-7 and errors.max() < 1e-4
+        one, other = map(sequence, run_from(n_blocks, belt_velocity, sides, 20.0))
+        length = min(len(one), len(other)) - 2
+        grazing += sorted(one[:length]) != sorted(other[:length])  # not only in another order
     assert grazing >= least
 
 
@@ -319,46 +319,22 @@ def test_growing_buffers_change_no_bit(monkeypatch):
 # --- events that need care ---
 
 
-def test_the_first_slip_of_a_chain_at_rest_on_the_belt():
-    rng = np.random.default_rng(6)
-    for n_blocks in (1, 2, 5):
-        for belt_velocity in (0.01, 3.0):
-            start = rng.normal(0, 3, n_blocks)
-            chain = ChainParameters(n_blocks, belt_velocity)
-            # F_ex = -F_st of the first block, whose next spring stays as it is
-            next_pull = start[1] - start[0] if n_blocks > 1 else 0.0
-            goal = float(spring_extension(71.4 + next_pull))
-            expected = (goal - start[0]) / belt_velocity
-            events = run_from(n_blocks, belt_velocity, [start], expected * 1.001)[0]
-            assert events[0][1:] == (1, "slip")
-            assert events[0][0] == pytest.approx(expected, rel=1e-14)
-            end, chunks = advanced([chain], expected * 0.999, [start])
-            carried = chain.rest_positions + start + belt_velocity * expected * 0.999
-            np.testing.assert_allclose(end.positions()[0], carried, rtol=1e-14)
-            assert np.all(end.velocities() == belt_velocity)
-            assert all(np.all(chunk.relative_velocity == 0) for chunk in chunks)
-
-
 def test_a_block_that_reverses_slips_straight_on():
     events = simulate(ChainParameters(20, 80.0), duration=1000, **WITHOUT_SAMPLES).events
     before, after = events[:-1], events[1:]
-    at_once = (before["kind"] == "stick") & (after["kind"] == "slip")
-    at_once &= (before["block"] == after["block"]) & (before["time"] == after["time"])
-    assert at_once.sum() >= 3
+    again = (before["kind"] == "stick") & (after["kind"] == "slip")
+    again &= (before["block"] == after["block"]) & (before["time"] == after["time"])
+    assert again.sum() >= 3
     for field in ("force", "position", "dissipated"):
-        np.testing.assert_array_equal(before[field][at_once], after[field][at_once])
-    assert np.all(np.abs(before["force"][at_once]) >= 71.4)
+        np.testing.assert_array_equal(before[field][again], after[field][again])
     # any other stick holds; any other slip starts at the threshold
-    held = events["kind"] == "stick"
-    held[:-1] &= ~at_once
-    assert np.all(np.abs(events["force"][held]) <= 71.4)
-    started = events["kind"] == "slip"
-    started[1:] &= ~at_once
-    np.testing.assert_allclose(np.abs(events["force"][started]), 71.4, rtol=0, atol=1e-11)
-    # slips and sticks of a block alternate
+    force, slips = np.abs(events["force"]), events["kind"] == "slip"
+    sticks, begun = np.append(again, False), np.append(False, again)
+    assert np.all(force[sticks] >= 71.4) and np.all(force[~slips & ~sticks] <= 71.4)
+    np.testing.assert_allclose(force[slips & ~begun], 71.4, rtol=0, atol=1e-11)
     for block in range(1, 21):
-        kinds = events["kind"][events["block"] == block]
-        assert np.all(kinds[::2] == "slip") and np.all(kinds[1::2] == "stick")
+        turns = slips[events["block"] == block]
+        assert np.all(turns[::2]) and not np.any(turns[1::2])
 
 
 def test_two_blocks_that_slip_at_one_time():
@@ -384,10 +360,11 @@ def test_two_blocks_that_slip_at_one_time():
 def test_a_block_beyond_its_threshold_slips_at_once():
     for start in ([0.0, 100.0], [0.0, -45.0], [-45.0, 0.0]):
         events = run_from(2, 1.0, [np.array(start)], 20.0)[0]
-        expected, _ = reference.event_reference(2, 1.0, np.array(start), 20.0)
+        expected = exact.ExactChain.of(1.0, start).advance(until=exact.fixed(20.0)).events
         # the order of slips at one time is nobody's business
         assert sorted(sequence(events)) == sorted(sequence(expected))
-        np.testing.assert_allclose(times(events), times(expected), rtol=0, atol=1e-9)
+        instants = [float(exact.real(time)) for time, *_ in expected]
+        np.testing.assert_allclose(times(events), instants, rtol=0, atol=1e-9)
 
 
 # --- samples and section ---
@@ -403,18 +380,6 @@ def test_samples_are_the_states_of_shorter_runs(noise):
         np.testing.assert_allclose(positions, end.positions()[0], rtol=0, atol=1e-10)
         velocities = chunk.relative_velocity[k, :, 0] + 15.0
         np.testing.assert_allclose(velocities, end.velocities()[0], rtol=0, atol=1e-9)
-
-
-@pytest.mark.parametrize("noise", [0.0, 1.0])
-def test_a_run_in_pieces_goes_on_where_it_stopped(noise):
-    # noise cells go on across the ends of the pieces; the steps are cut there, by rounding only
-    chain = ChainParameters(3, 20.0, noise)
-    whole = advanced([chain], 40.0, noise_share=0.0)[0]
-    pieces = integrator([chain], noise_share=0.0)
-    for until in (0.3, 7.77, 40.0):
-        assert list(pieces.advance(until))[-1].end == until
-    np.testing.assert_allclose(pieces.positions(), whole.positions(), rtol=0, atol=1e-9)
-    np.testing.assert_allclose(pieces.velocities(), whole.velocities(), rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize(("method", "late"), [("event", 1e-11), ("verlet", 0.01)])
@@ -467,26 +432,6 @@ def test_noise_sets_the_tolerance_where_it_is_more():
     np.testing.assert_allclose(conditions.noise_power[:3], np.array([0, 3e-7, 0.6]) ** 2 * 0.001)
 
 
-def slipping_blocks(count, until):
-    """End states of `count` replicates of one block with a linear spring that slips from t = 0.
-
-    Returns deviations (count, 2) of position and velocity from the motion without noise.
-    """
-    belt_velocity, noise, start = 5.0, 1.0, 80.0  # 8 sigma beyond the mean threshold
-    chain = ChainParameters(1, belt_velocity, noise, linear_limit=1e6)
-    kinetic = 0.45 * 71.4
-    end, chunks = advanced(
-        [chain] * count, until, np.full((count, 1), start), replicates=range(count), stride=500
-    )
-    for chunk in chunks:
-        assert all(np.all(events[:, 0] == 0) for events in chunk.events)  # still in the first slip
-    cosine, sine = np.cos(until), np.sin(until)
-    position = kinetic + (start - kinetic) * cosine + belt_velocity * sine
-    velocity = -(start - kinetic) * sine + belt_velocity * cosine
-    ends = np.column_stack([end.positions()[:, 0] - 50.0, end.velocities()[:, 0]])
-    return ends - [position, velocity]
-
-
 @pytest.mark.parametrize(
     ("until", "count"),
     [
@@ -497,55 +442,29 @@ def slipping_blocks(count, until):
     ],
 )
 def test_kinetic_noise_has_the_law_of_an_oscillator_in_white_noise(until, count, monkeypatch):
-    # intensity q = f_s^2 sigma^2 dt; at the end of a cell the variances are 1e-4 too small,
-    # invisible here. Bounds at 5 standard errors: error rate 6e-7 each.
+    """One block with a linear spring that slips from t = 0; intensity q = f_s^2 sigma^2 dt.
+
+    At the end of a cell the variances are 1e-4 too small, invisible here. Bounds at 5 standard
+    errors: error rate 6e-7 each.
+    """
     monkeypatch.setattr(engine_integrator, "_EVENTS", 16)
-    deviations = slipping_blocks(count, until)
-    power = 0.45**2 * 0.001
-    mixed, wave = np.sin(until) ** 2 / 2, np.sin(2 * until) / 4
-    covariance = power * np.array([[until / 2 - wave, mixed], [mixed, until / 2 + wave]])
+    belt_velocity, start, kinetic = 5.0, 80.0, 0.45 * 71.4  # 8 sigma beyond the mean threshold
+    chain = ChainParameters(1, belt_velocity, 1.0, linear_limit=1e6)
+    starts = np.full((count, 1), start)
+    end, chunks = advanced([chain] * count, until, starts, replicates=range(count), stride=500)
+    for chunk in chunks:
+        assert all(np.all(events[:, 0] == 0) for events in chunk.events)  # still in the first slip
+    cosine, sine = np.cos(until), np.sin(until)
+    position = kinetic + (start - kinetic) * cosine + belt_velocity * sine
+    velocity = -(start - kinetic) * sine + belt_velocity * cosine
+    ends = np.column_stack([end.positions()[:, 0] - 50.0, end.velocities()[:, 0]])
+    deviations = ends - [position, velocity]
+    mixed, wave = sine**2 / 2, np.sin(2 * until) / 4
+    covariance = np.array([[until / 2 - wave, mixed], [mixed, until / 2 + wave]]) * 0.45**2 * 0.001
     assert np.all(np.abs(deviations.mean(axis=0)) < 5 * np.sqrt(np.diag(covariance) / count))
-    for column in range(2):
-        ratio = (deviations[:, column] ** 2).sum() / covariance[column, column]
-        assert 3e-7 < chi2.cdf(ratio, count) < 1 - 3e-7
     # independent of each other after whitening
     white = np.linalg.solve(np.linalg.cholesky(covariance), deviations.T)
     assert abs((white[0] * white[1]).mean()) < 5 / np.sqrt(count)
-    assert 3e-7 < chi2.cdf((white**2).sum(), 2 * count) < 1 - 3e-7
+    for values in (*white, white.ravel()):
+        assert 3e-7 < chi2.cdf((values**2).sum(), values.size) < 1 - 3e-7
     assert kstest(white.ravel(), "norm").pvalue > 1e-6
-
-
-@pytest.mark.parametrize("noise", [0.25, 2.2, 10.0])
-def test_truncation_is_far_below_the_noise(noise):
-    # Same numbers, other steps: after the first slips the velocities differ by a small share of
-    # what the noise adds in one cell.
-    chains = [ChainParameters(5, u, noise) for u in (15.0, 20.0, 30.0, 45.0)]
-    usual, strict = (advanced(chains, 6.0, noise_share=share)[0] for share in (1e-2, 0.0))
-    in_a_cell = np.sqrt((0.45 * noise) ** 2 * 0.001 * 0.5)
-    difference = np.abs(usual.velocities() - strict.velocities()).max()
-    assert 0 < difference < 0.01 * in_a_cell
-
-
-def test_slips_of_one_noisy_block_are_those_of_the_time_step_scheme():
-    # Two samples of about 3000 slips each, two tests: error rate 1e-5 each. The scheme sees slip
-    # and stick in the first step after them; so do the instants of the other sample here.
-    chains = [ChainParameters(1, u, 1.0) for u in np.linspace(1, 1.2, 32)]
-    durations, sizes = {}, {}
-    for method in ("event", "verlet"):
-        runs = simulate(chains, duration=6000, method=method, sample_interval=None, seed=5)
-        both = [one_block_slips(run) for run in runs]
-        durations[method], sizes[method] = np.concatenate(both).T
-    assert len(durations["event"]) > 2500
-    assert ks_2samp(*durations.values()).pvalue > 1e-5
-    assert ks_2samp(*sizes.values()).pvalue > 1e-5
-
-
-def one_block_slips(run):
-    """Duration, in whole steps of 0.001, and distance over the belt of the slips of one block."""
-    slips = run.events[run.events["kind"] == "slip"]
-    sticks = run.events[run.events["kind"] == "stick"]
-    slips = slips[: len(sticks)]
-    duration = sticks["time"] - slips["time"]
-    moved = sticks["position"] - slips["position"] - run.parameters.belt_velocity * duration
-    start, stop = (np.ceil(events["time"] / 0.001 - 1e-6) for events in (slips, sticks))
-    return np.column_stack([stop - start, moved])

@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, ChainState, Setup, catalogue, scan
+from beltrepro import ChainParameters, ChainState, Setup, catalogue, simulate
 from beltrepro import time_to_continuous_slip as escapes
 from beltrepro.simulation.groups import groups
 
@@ -13,51 +13,26 @@ MORE_THAN_A_GROUP = 35
 SPREAD = 0.5
 
 
-def test_points_of_mixed_laws_sizes_and_noise_are_those_of_single_calls():
-    laws = [{}, {"friction_ratio": 0.6}, {"linear_limit": 5.0, "extension_rate": 0.03}]
-    chains = [
-        replace(ChainParameters(2 + k % 2, 3.0 + k, noise=0.5 * (k % 5 == 0)), **laws[k % 3])
-        for k in range(2 * MORE_THAN_A_GROUP)
-    ]
-    # one law and size fills more than a group
-    chains += [ChainParameters(2, 4.5 + k) for k in range(MORE_THAN_A_GROUP)]
-    sections = [110.0 + k for k in range(len(chains))]
-    replicates = [k % 3 for k in range(len(chains))]
-    lengths = {"duration": 30.0, "transient": 10.0, "initial_spread": SPREAD, "method": "verlet"}
-    whole = scan(chains, section_position=sections, replicate=replicates, **lengths)
-    for name in ("n_blocks", "belt_velocity", "noise"):
-        np.testing.assert_array_equal(whole[name], [getattr(chain, name) for chain in chains])
-    np.testing.assert_array_equal(whole["replicate"], replicates)
-    np.testing.assert_array_equal(whole["section_position"], sections)
-    assert len(np.unique(whole["mean_length"])) == len(chains)
-    for row in (0, 1, 2, 5, 40, 69, 70, 101, 102, 104):
-        place = {"section_position": sections[row], "replicate": replicates[row]}
-        one = scan(chains[row], **place, **lengths)
-        for name, values in one.items():
-            np.testing.assert_array_equal(whole[name][row], values[0], err_msg=f"{name} {row}")
-
-
 @pytest.mark.parametrize("function", [catalogue, escapes])
 def test_tables_of_more_chains_than_a_group_keep_them_apart(function):
-    """Mixed noise; each member is that of a call for it alone."""
-    count = MORE_THAN_A_GROUP
-    members = {"replicate": range(count), "initial_spread": SPREAD, "method": "verlet"}
-    members |= (
-        {"duration": 80.0, "transient": 20.0} if function is catalogue else {"duration": 60.0}
-    )
-    members |= {"section_block": 1, "section_position": 90.0} if function is catalogue else {}
-    chain = ChainParameters(2, 15.0, noise=3.0)
-    together = function([chain] * count, **members)
-    for member in (0, 1, 31, 32, 33, 34):
-        alone = function([chain], **members | {"replicate": [member]})
+    """Two sizes; each member is that of a call for it alone, and what it lacks is nan."""
+    count, several = MORE_THAN_A_GROUP, function is catalogue
+    members = {"replicate": range(2 * count), "initial_spread": SPREAD, "method": "verlet"}
+    members |= {"section_block": 1, "section_position": 90.0} if several else {"settle_time": 30.0}
+    chains = [ChainParameters(2 + k % 2, 15.0, noise=3.0) for k in range(2 * count)]
+    together = function(chains, duration=60.0, **members)
+    for member in (0, 1, 31, 62, 63, 64, 65, 69):
+        alone = function([chains[member]], duration=60.0, **members | {"replicate": [member]})
         for name, values in together.items():
-            if function is catalogue:
-                rows = values[values["point"] == member]
-                assert len(rows) == len(alone[name]) > 0 and np.all(np.diff(values["point"]) >= 0)
-                fields_of = [field for field in rows.dtype.names if field != "point"]
-                np.testing.assert_array_equal(rows[fields_of], alone[name][fields_of])
-            else:
-                np.testing.assert_array_equal(values[member], alone[name][0], err_msg=name)
+            rows = values[values["point"] == member] if several else values[[member]]
+            assert len(rows) == len(alone[name]) > 0
+            for field in rows.dtype.names or [None]:
+                column, single = (v if field is None else v[field] for v in (rows, alone[name]))
+                size = single.shape[-1] if single.ndim > 1 else None
+                if field != "point":
+                    np.testing.assert_array_equal(column[..., :size], single, err_msg=name)
+                    assert size is None or np.all(np.isnan(column[..., size:]))
+    assert not several or all(np.all(np.diff(v["point"]) >= 0) for v in together.values())
 
 
 def points_of(changes):
@@ -107,3 +82,18 @@ def test_chains_advance_together_that_share_all_an_integrator_takes_from_the_fir
     assert parts == ([[0, 1]] if together else [[0], [1]])
     # and each of these makes another run of it
     assert found[0].identity != found[1].identity
+
+
+@pytest.mark.parametrize("at_once", [1, 500, 2**15])  # one chain, two, all of them
+@pytest.mark.parametrize("interval", [0.1, 0.25])  # with samples between them for r, or not
+def test_samples_of_chains_together_are_those_of_each_alone(monkeypatch, interval, at_once):
+    monkeypatch.setattr("beltrepro.simulation.sampling._AT_ONCE", at_once)
+    chains = [ChainParameters(3, u, noise) for noise in (0.0, 0.5) for u in (9.0, 20.0, 14.0)]
+    settings = {"duration": 12.0, "sample_interval": interval, "initial_spread": 1.0}
+    replicates = [4, 0, 2, 1, 0, 3]
+    together = simulate(chains, replicate=replicates, **settings)
+    for chain, replicate, run in zip(chains, replicates, together, strict=True):
+        assert run == simulate(chain, replicate=replicate, **settings)
+        assert run.velocities.max() > 0.99 * chain.belt_velocity
+        rides = run.velocities == chain.belt_velocity
+        assert rides.any() and not rides.all()

@@ -6,8 +6,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-from test_engine import recorded
-from test_leaps import integrator as both
 
 import naive
 from beltrepro import ChainParameters, ChainState, scan, simulate, time_to_continuous_slip
@@ -17,7 +15,6 @@ from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.integrator import Sampling
 from beltrepro.engine.law import slip_direction
 from beltrepro.engine.vector import exp2, kernel
-from beltrepro.engine.verlet_integrators import LeapingVerlet, SteppingVerlet
 from beltrepro.model.accuracy import START_NOISE
 from beltrepro.model.friction import next_direction, start_noise
 from beltrepro.model.spring import external_force
@@ -214,18 +211,6 @@ def test_r_does_not_depend_on_the_samples_that_are_kept(method):
 
 
 # --- leaps ---
-
-
-def test_leaps_are_the_steps_where_impacts_compress_springs_further():
-    # beyond what friction can hold: slopes to 200, where leaps alone would be off by 6e-7
-    chains = [ChainParameters(n, u) for n, u in ((1, 120.0), (1, 100.0), (1, 90.0))]
-    steps, leaps = (
-        recorded(both(kind, chains, stride=10), 20.0) for kind in (SteppingVerlet, LeapingVerlet)
-    )
-    for one, other in zip(steps, leaps, strict=True):
-        np.testing.assert_array_equal(one[0][:, :3], other[0][:, :3])
-        assert one[2][:, 0].min() < -40  # displacement: how far the spring is compressed
-        np.testing.assert_allclose(one[2][:, 0], other[2][:, 0], rtol=0, atol=1.5e-7)
 
 
 @pytest.mark.parametrize("method", METHODS)

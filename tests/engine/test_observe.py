@@ -34,13 +34,6 @@ def test_moments_are_those_of_the_samples_from_the_start_on():
     np.testing.assert_array_equal(measured["maximum_length"], length.max(axis=0))
 
 
-def test_moments_without_a_sample_are_not_a_number():
-    moments = LengthMoments(2, start=5.0)
-    moments.observe(SimpleNamespace(time=np.array([4.0]), displacement=np.ones((1, 1, 2))))
-    for values in moments.result(50.0).values():
-        assert np.isnan(values).tolist() == [True, True]
-
-
 # --- sections -------------------------------------------------------------------------------------
 
 
@@ -208,24 +201,6 @@ def test_slips_and_avalanches_with_reversals_are_those_of_the_plain_twin(seed, s
         assert np.all(records["point"] == 7)
         for name, column in zip(records.dtype.names[1:], zip(*rows, strict=True), strict=True):
             np.testing.assert_allclose(records[name], column, rtol=1e-9, atol=1e-9, err_msg=name)
-
-
-def test_a_reversal_between_two_slips_is_one_avalanche_of_two_slips():
-    events = np.array(
-        [(1, 2, 1, 0, 152, 0), (3, 2, 0, 0, 140, 30), (3, 2, 1, 0, 140, 30), (4, 2, 0, 0, 143, 42)],
-        dtype=float,
-    )
-    slips, (avalanche,) = slips_and_avalanches(
-        events, 0, stuck(CHAIN.rest_positions), law_constants(CHAIN), 0.0
-    )
-    names = ["block", "start_time", "stop_time", "dissipated"]
-    assert slips[names].tolist() == [(3, 1, 3, 30), (3, 3, 4, 12)]
-    names = ["start_time", "stop_time", "slips", "blocks", "dissipated"]
-    assert avalanche[names].tolist() == (1, 4, 2, 1, 42)
-    assert avalanche["last_block_displacement"] == 143 - 152
-    # the other blocks were carried from 50 and 100 to 52 and 102, then to 58 and 108
-    drop = (2**2 - 8**2 + (152 - 102 - 50) ** 2 - (143 - 108 - 50) ** 2) / 2
-    assert avalanche["spring_energy_drop"] == pytest.approx(drop)
 
 
 @pytest.mark.parametrize("cut", [101, 150, 203])

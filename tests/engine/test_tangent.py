@@ -1,7 +1,6 @@
 """Deviations from chains: against twins, closed forms, conserved volume and 40 digits."""
 
 import dataclasses
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -9,7 +8,6 @@ import pytest
 from beltrepro import ChainParameters, ChainState, simulate
 from beltrepro.engine.integrator import Sampling
 from beltrepro.engine.tangent import TangentIntegrator
-from beltrepro.model.spring import spring_extension
 
 
 def integrator(parameters, starts, n_vectors=1):
@@ -100,59 +98,6 @@ def test_deviations_under_noise_are_the_differences_of_twins(
     carries_twins(chains, way, apart, 500.0 + span, least, rests)
 
 
-@pytest.mark.parametrize("belt_velocity", [7.0, 16.0])
-def test_twins_under_noise_that_are_left_alone_stay_where_their_deviations_are(belt_velocity):
-    """Eight pairs 1e-6 apart after 3000 time units, some thousand slips and rests of the chain.
-
-    With noise events are located to 1e-10 of a step, which by then has become up to 3e-3 of the
-    difference.
-    """
-    n_blocks, pairs, begin, span, apart = 5, 8, 500.0, 3000.0, 1e-6
-    chain = ChainParameters(n_blocks, belt_velocity, 1.0)
-    runs = simulate(
-        [chain] * pairs, duration=begin, replicate=range(pairs), method="event", tolerance=1e-12
-    )
-    states = [run.final_state for run in runs]
-    ways = np.random.default_rng(2).standard_normal((pairs, n_blocks))
-    twins = [
-        dataclasses.replace(state, displacements=state.displacements + apart * way)
-        for state, way in zip(states, ways, strict=True)
-    ]
-    chains = integrator_of([*states, *twins], interval=10.0, tolerance=1e-12, noise_share=0.0)
-    deviation = np.zeros((2 * pairs, 2 * n_blocks + 1, 1))
-    deviation[:pairs, :n_blocks, 0] = ways
-    chains.set_deviations(deviation)
-    events = advance(chains, begin + span)
-    assert min(map(len, events)) > 1000
-    now = states_now(chains)
-    apart_now = (now[pairs:] - now[:pairs]) / apart
-    carried = chains.deviations()[:pairs, :-1, 0]
-    size = np.abs(carried).max(axis=1)
-    assert np.all(np.abs(apart_now - carried).max(axis=1) < 0.01 * size)
-
-
-def test_one_block_forgets_at_each_stick():
-    """N = 1: a stuck block keeps its place on the belt, and slips at one length whatever it was.
-
-    So a deviation of the place shifts all that follows by -dx/u in time, and at a fixed time the
-    state by dx times the velocity over u.
-    """
-    chain = ChainParameters(1, 3.0)
-    chains = integrator(chain, [chain.rest_positions])
-    chains.set_deviations(np.array([[[1.0], [0.0]]]))
-    first_slip = float(spring_extension(chain.static_friction, chain)) / 3.0
-    seen = set()
-    for time in np.arange(first_slip - 1.0, first_slip + 60.0, 0.37):
-        advance(chains, time)
-        position, velocity = chains.deviations()[0, :, 0]
-        assert position == pytest.approx(chains.velocities()[0, 0] / 3.0, rel=1e-9, abs=1e-12)
-        stuck = bool(n_stuck(chains))
-        seen.add(stuck)
-        if stuck:
-            assert velocity == 0.0
-    assert seen == {True, False}
-
-
 def test_the_flow_is_carried_into_the_flow():
     """The deviation along the motion itself: velocity and acceleration, through every event."""
     chain = ChainParameters(5, 20.0)
@@ -174,39 +119,9 @@ def test_volume_shrinks_in_a_reversal_by_the_accelerations():
     advance(chains, 0.01)
     chains.set_deviations(np.eye(2)[None])
     parts = [chunk.events[0, : chunk.event_count[0], :4].copy() for chunk in chains.advance(8.0)]
-    events = np.concatenate(parts).tolist()
-    kinetic = chain.friction_ratio * chain.static_friction
-    expected, n_reversals = 1.0, 0
-    for (time, _, slips, force), (after, _, slips_on, _) in pairwise(events):
-        if not slips and slips_on and time == after:
-            n_reversals += 1
-            expected *= (abs(force) - kinetic) / (abs(force) + kinetic)
-    assert n_reversals >= 2
-    assert len(events) == 2 * n_reversals
-    assert not n_stuck(chains)
+    times, _, slips, force = np.concatenate(parts).T  # each stick with the slip that goes on
+    assert len(times) >= 4 and np.all(times[::2] == times[1::2])
+    assert not slips[::2].any() and slips[1::2].all() and not n_stuck(chains)
+    kinetic, pull = chain.friction_ratio * chain.static_friction, np.abs(force[::2])
+    expected = np.prod((pull - kinetic) / (pull + kinetic))
     assert np.linalg.det(chains.deviations()[0]) == pytest.approx(expected, rel=1e-8)
-
-
-def test_a_smooth_chain_is_symplectic_and_of_closed_form():
-    """Without friction, small oscillations: M = exp(A t), M^T J M = J."""
-    chain = ChainParameters(4, 0.01, static_friction=1e-9, friction_ratio=0.0)
-    start = chain.rest_positions + 0.1 * np.array([1.0, -0.5, 0.3, 0.8])
-    chains = integrator(chain, [start], n_vectors=8)
-    advance(chains, 0.5)
-    assert n_stuck(chains) == 0
-    chains.set_deviations(np.eye(8)[None])
-    events = advance(chains, 9.5)
-    stiffness = 2 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
-    stiffness[-1, -1] = 1.0
-    squares, modes = np.linalg.eigh(stiffness)
-    frequency = np.sqrt(squares)
-    phase = 9.0 * frequency
-    cosine = modes @ np.diag(np.cos(phase)) @ modes.T
-    sine = modes @ np.diag(np.sin(phase) / frequency) @ modes.T
-    growth = -modes @ np.diag(np.sin(phase) * frequency) @ modes.T
-    expected = np.block([[cosine, sine], [growth, cosine]])
-    carried = chains.deviations()[0]
-    assert len(events[0]) > 4  # reversals without friction change nothing
-    assert carried == pytest.approx(expected, abs=1e-7)
-    form = np.block([[np.zeros((4, 4)), np.eye(4)], [-np.eye(4), np.zeros((4, 4))]])
-    assert carried.T @ form @ carried == pytest.approx(form, abs=1e-7)

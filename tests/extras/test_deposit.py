@@ -1,6 +1,5 @@
 """A run made ready for a repository: what files say of their origin, manifest, crate, archive."""
 
-import importlib.metadata
 import json
 import re
 import shutil
@@ -113,23 +112,6 @@ def test_figures_of_other_data_have_other_bytes_and_of_the_same_the_same(made, t
 
 
 # --- the commit where there is no git ---
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [(f"node: {'0a' * 20}\n", "0a" * 20), ("node: $Format:%H$\n", ""), ("", "")],
-)
-def test_commit_of_an_archive(tmp_path, monkeypatch, text, expected):
-    (tmp_path / provenance.COMMIT_FILE).write_text(text)
-    monkeypatch.setattr(provenance, "ROOT", tmp_path / "src" / "beltrepro")
-    assert provenance.commit(tmp_path) == expected
-    provenance.code_version.cache_clear()
-    number = importlib.metadata.version("beltrepro")
-    try:
-        said = provenance.code_version()
-    finally:
-        provenance.code_version.cache_clear()
-    assert said == (f"{number}+g{expected[:12]}" if expected else number)
 
 
 # --- a small project with a finished run ---

@@ -281,32 +281,6 @@ def test_vectors_of_shorter_chains_end_with_nan():
     assert np.isnan(few).sum(axis=1).tolist() == [0, 1, 0]
 
 
-def test_a_catalogue_of_chains_of_several_sizes():
-    chains = [ChainParameters(2, 3.0), ChainParameters(3, 2.0, 1.0), ChainParameters(2, 2.0)]
-    options = {"duration": 200, "section_block": 1, "section_position": 80.0}
-    together = catalogue(chains, seed=[1, 2, 3], replicate=[3, 0, 1], **options)
-    for index, chain in enumerate(chains):
-        alone = catalogue(chain, seed=index + 1, replicate=[3, 0, 1][index], **options)
-        for name, table in alone.items():
-            rows = together[name][together[name]["point"] == index]
-            assert len(rows) == len(table) > 0
-            for column in set(table.dtype.names) - {"point"}:
-                values = rows[column]
-                if values.ndim > 1:
-                    assert np.isnan(values[:, chain.n_blocks :]).all()
-                    values = values[:, : chain.n_blocks]
-                np.testing.assert_array_equal(values, table[column])
-    assert together["section"]["positions"].shape[1] == 3
-    assert np.all(np.diff(together["slips"]["point"]) >= 0)
-
-
-def test_the_section_follows_from_the_chain():
-    chains = [ChainParameters(n_blocks, 20.0) for n_blocks in (2, 5, 8)]
-    table = scan(chains, duration=5)
-    assert table["section_position"].tolist() == [187.7, 615.0, 1157.3]
-    assert np.isfinite(table["disorder_parameter"]).all()
-
-
 # --- samples and memory ---
 
 

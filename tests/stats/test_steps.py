@@ -7,7 +7,7 @@ import pytest
 from mpmath import mp, mpf
 from scipy.special import factorial
 
-import reference
+import exact
 from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.replication.studies.integrators import steps
@@ -27,13 +27,12 @@ def test_series_are_those_of_a_plain_loop():
     chain, stretch = ChainParameters(4, 7.0), np.array([1.0, 24.0, -35.0, 24.0])
     positions = chain.rest_positions + np.cumsum(stretch)
     velocities = np.array([3.0, 7.0, -4.0, 20.0])
-    _, expected = reference._series64(
-        np.concatenate([[0.0], positions - chain.rest_positions]),
-        np.concatenate([[0.0], velocities]),
-        np.sign(velocities - 7.0),
-        np.array([0.0, 1.0, -1.0, 1.0]),
-        steps.FORCE_ORDER + 2,
-    )
+    relative = velocities - 7.0
+    state = (values.tolist() for values in (np.cumsum(stretch), relative, np.sign(relative)))
+    twin = exact.ExactChain.of(7.0, *state)
+    _, rows, _ = exact._series(twin)  # of 40 digits
+    terms = [row[: steps.FORCE_ORDER + 1] for row in rows[1:]]
+    expected = np.array([[float(exact.real(term)) for term in row] for row in terms]).T
     found = steps.force_series(positions[None], velocities[None], chain)[:, 0]
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
 

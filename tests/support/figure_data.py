@@ -6,6 +6,7 @@ rows of a scan come in no order.
 
 import functools
 import importlib
+import itertools
 
 import numpy as np
 import pandas as pd
@@ -278,35 +279,29 @@ def settled_r(side, u, spread, step):
     return np.arange(RUNS) < rng.integers(1, RUNS), rng.uniform(0.01, 0.2, RUNS)
 
 
-def columns(names, rows):
-    shuffled = [rows[index] for index in np.random.default_rng(6).permutation(len(rows))]
-    return dict(zip(names.split(), map(np.array, zip(*shuffled, strict=True)), strict=True))
-
-
 def paired(kind):
-    """Noisy runs, or runs at their end, by verlet and by event."""
+    """Noisy runs, or runs at their end, by verlet and by event; in no order."""
     made = {}
     for side, method in enumerate(("verlet", "event"), start=1):
+        rows = []
         if kind == "r":
-            names = "n_blocks belt_velocity noise disorder_parameter"
-            points = [(5, u, s) for u in PAIRED_U for s in PAIRED_NOISES]
-            rows = [(*point, value) for point in points for value in noisy_r(side, *point[1:])]
-            arrays = columns(names, rows)
+            for u, s in itertools.product(PAIRED_U, PAIRED_NOISES):
+                rows += [(u, s, r) for r in noisy_r(side, u, s)]
+            names = ("belt_velocity", "noise", "disorder_parameter")
         else:
-            names = "belt_velocity initial_spread time_step sticks final_disorder"
-            steps = (0.001, 0.002)[: 3 - side]
-            points = [(u, spread, dt) for u in PAIRED_U for spread in SPREADS for dt in steps]
-            rows = [
-                (*point, *run)
-                for point in points
-                for run in zip(*settled_r(side, *point), strict=True)
-            ]
-            arrays = columns(names, rows)
-            arrays["final_stick_rate"] = np.zeros((len(rows), 5))
-            arrays["final_stick_rate"][:, -1] = arrays["sticks"]
+            for u, spread, dt in itertools.product(PAIRED_U, SPREADS, (0.001, 0.002)[: 3 - side]):
+                ends = zip(*settled_r(side, u, spread, dt), strict=True)
+                rows += [
+                    (u, spread, dt, sticks, r, len(rows) + k) for k, (sticks, r) in enumerate(ends)
+                ]
+            names = ("belt_velocity", "initial_spread", "time_step", "sticks", "final_disorder")
+            names += ("lifetime",)
+        shuffled = np.random.default_rng(6).permutation(np.array(rows))
+        arrays = dict(zip(names, shuffled.T, strict=True)) | {"n_blocks": np.full(len(rows), 5)}
+        if kind == "end":
+            arrays["final_stick_rate"] = np.outer(arrays["sticks"], [0, 0, 0, 0, 1.0])
             arrays["escaped"] = np.ones(len(rows), dtype=bool)
-            arrays |= {"n_blocks": np.full(len(rows), 5), "noise": np.zeros(len(rows))}
-            arrays["lifetime"] = np.arange(1.0, len(rows) + 1)
+            arrays["noise"] = np.zeros(len(rows))
         name = {"r": "pairs_r", "end": "pairs_states"}[kind]
         made[f"{name}_{method}"] = Dataset(arrays, HOW | {"kind": kind, "method": method})
     return made
@@ -337,20 +332,17 @@ def _paths(method, errors):
     names = ["n_blocks", "belt_velocity", "replicate", "time_step", "allowed_error", "size"]
     arrays = dict(zip(names, map(np.array, zip(*rows, strict=True)), strict=True))
     shape = (len(rows), PATH_TIME.size, 10)
-    wave = 0.1 * np.sin(PATH_TIME)[:, np.newaxis]
-    positions = np.broadcast_to(52.0 * np.arange(1, 11), shape) + wave
-    velocities = np.broadcast_to(0.3 * np.arange(1, 11), shape).copy()
+    positions = 52.0 * np.arange(1, 11) + 0.1 * np.sin(PATH_TIME)[:, np.newaxis] + np.zeros(shape)
+    velocities = 0.3 * np.arange(1, 11) + np.zeros(shape)
     events = []
     for row, (n, u, member, _, _, size) in enumerate(rows):
         error = MEMBERS[member] * drift(n, u, size)
         positions[row, :, n - 1] += error * np.maximum(PATH_TIME - 10, 0)
         positions[row, :, n:] = velocities[row, :, n:] = np.nan
-        for number, instant in enumerate(EVENT_TIME):
-            moved = instant + 0.01 * error * (number + 1)
-            events.append((row, moved, 1, ("slip", "stick")[number % 2]))
+        instants = EVENT_TIME + 0.01 * error * np.arange(1, EVENT_TIME.size + 1)
+        events += [(row, time, 1, ("slip", "stick")[k % 2]) for k, time in enumerate(instants)]
     fields = [("point", "i4"), ("time", "f8"), ("block", "i4"), ("kind", "U5")]
-    law = LAW | {"noise": 0.0}
-    alike = {name: np.full(len(rows), value) for name, value in law.items()}
+    alike = {name: np.full(len(rows), value) for name, value in (LAW | {"noise": 0.0}).items()}
     arrays |= {"time": PATH_TIME, "positions": positions, "velocities": velocities}
     arrays["events"] = np.array(events, fields)
     return Dataset(alike | arrays, HOW | {"kind": "paths", "method": method})

@@ -61,13 +61,6 @@ class Workflow:
             command += ["--config", "preset=smoke"]
             self.process = psutil.Popen(command, stdout=output, stderr=output, **how)
 
-    def jobs_left(self) -> list[psutil.Process]:
-        """Jobs that are still there some time after the end."""
-        until = time.monotonic() + PATIENCE
-        while (left := self.jobs()) and time.monotonic() < until:
-            time.sleep(0.1)
-        return left
-
     def jobs(self) -> list[psutil.Process]:
         """Processes of the group but Snakemake."""
         group = []
@@ -80,15 +73,14 @@ class Workflow:
     def hit(self, kind: str) -> bool:
         """Do what the kind says; False if there is nothing to hit."""
         number, everything = KINDS[kind]
+        if kind != "kill a job" and self.process.poll() is not None:
+            return False
         try:
-            if kind == "kill a job":
-                self.jobs()[0].kill()
-            elif self.process.poll() is not None:
-                return False
-            elif everything:
-                os.killpg(self.process.pid, number)
+            target = self.jobs()[0] if kind == "kill a job" else self.process
+            if everything:
+                os.killpg(target.pid, number)
             else:
-                self.process.send_signal(number)
+                target.send_signal(number)
         except (IndexError, ProcessLookupError, psutil.NoSuchProcess):
             return False
         return True
@@ -108,19 +100,18 @@ def wait(workflow: Workflow, seconds: float, unfinished_in: Path | None) -> None
 def differences(whole: Path, killed: Path) -> list[str]:
     """Files that are not the same, without those that say how long something took."""
 
-    def files(folder):
-        paths = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
-        return {path for path in paths if path.parts[0] not in OWN}
+    def contents(folder):
+        paths = {path.relative_to(folder): path for path in folder.rglob("*") if path.is_file()}
+        files = {
+            name: path.read_bytes() for name, path in paths.items() if name.parts[0] not in OWN
+        }
+        return {
+            name: TIMES.sub("", content.decode()) if name.suffix == ".html" else content
+            for name, content in files.items()
+        }
 
-    def content(path):
-        found = path.read_bytes()
-        return TIMES.sub("", found.decode()) if path.suffix == ".html" else found
-
-    first, second = files(whole), files(killed)
-    both = sorted(first & second)
-    return [f"only one has {path}" for path in sorted(first ^ second)] + [
-        f"{path} differs" for path in both if content(whole / path) != content(killed / path)
-    ]
+    one, other = contents(whole), contents(killed)
+    return [f"{name} differs" for name in sorted(one | other) if one.get(name) != other.get(name)]
 
 
 def undisturbed(tree: Path, targets: list[str]) -> tuple[float, float]:
@@ -158,7 +149,7 @@ def interrupt(
             kinds.pop()
             done[kind] += 1
         status = workflow.process.wait()
-        left = workflow.jobs_left()
+        _, left = psutil.wait_procs(workflow.jobs(), timeout=PATIENCE)
         words = said.read_text(errors="replace")
         print(f"{kind}{' at a file' if at_file else ''}: status {status}", flush=True)
         if left:

@@ -25,7 +25,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections import defaultdict
+from collections import Counter
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
@@ -119,17 +119,14 @@ def sites(file: Path) -> list[Plant]:
 
 def _code(node):
     """Nodes that run: no docstrings, annotations, messages, imports or decorators."""
+    skipped = (ast.JoinedStr, ast.Raise, ast.Import, ast.ImportFrom)
     for field, value in ast.iter_fields(node):
-        if field in ("annotation", "returns", "decorator_list"):
-            continue
         for child in value if isinstance(value, list) else [value]:
-            skipped = (ast.JoinedStr, ast.Raise, ast.Import, ast.ImportFrom)
-            if not isinstance(child, ast.AST) or isinstance(child, skipped):
-                continue
-            if isinstance(child, ast.Expr) and isinstance(child.value, ast.Constant):
-                continue
-            yield child
-            yield from _code(child)
+            words = isinstance(child, ast.Expr) and isinstance(child.value, ast.Constant)
+            told = field in ("annotation", "returns", "decorator_list")
+            if isinstance(child, ast.AST) and not (told or words or isinstance(child, skipped)):
+                yield child
+                yield from _code(child)
 
 
 def _has_key(node):
@@ -268,13 +265,11 @@ def attempt(tree: Path, plant: Plant, tests: list[str], options: list[str]) -> s
     """Outcome of the tests with one error in the tree: the first failing test, or "survived"."""
     path = tree / plant.file
     right, stamp = path.read_bytes(), path.stat()
-    try:
-        path.write_bytes(plant.apply(right))
-        failed = run(tree, tests, [*options, "-x"], LIMIT)
-        return f"noticed: {failed[0]}" if failed else "survived"
-    finally:
-        path.write_bytes(right)
-        os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
+    path.write_bytes(plant.apply(right))
+    failed = run(tree, tests, [*options, "-x"], LIMIT)
+    path.write_bytes(right)
+    os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
+    return f"noticed: {failed[0]}" if failed else "survived"
 
 
 def run(tree: Path, tests: list[str], options: list[str], limit: float | None = None) -> list[str]:
@@ -352,13 +347,13 @@ def _not_copied(folder, names):
 
 def _print_sums(plants):
     """How many errors were noticed, by folder."""
-    noticed = defaultdict(list)
-    for plant in plants:
-        folder = str(Path(plant.file).parent).removeprefix(f"{PACKAGE}/")
-        noticed[folder].append(plant.outcome.startswith("noticed"))
-    noticed["all"] = [outcome for outcomes in noticed.values() for outcome in outcomes]
-    for folder, outcomes in noticed.items():
-        print(f"{folder}: {sum(outcomes)} of {len(outcomes)} noticed")
+    folders = [str(Path(plant.file).parent).removeprefix(f"{PACKAGE}/") for plant in plants]
+    of_folder = Counter(folders + ["all"] * len(plants))
+    noticed = Counter()
+    for folder, plant in zip(folders, plants, strict=True):
+        noticed.update(dict.fromkeys((folder, "all"), plant.outcome.startswith("noticed")))
+    for folder, count in of_folder.items():
+        print(f"{folder}: {noticed[folder]} of {count} noticed")
 
 
 if __name__ == "__main__":
