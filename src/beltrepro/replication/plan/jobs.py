@@ -199,8 +199,9 @@ How long a preset takes on many cores, from the measured time of some of its job
 `snakemake timing` writes timing.csv. Another preset can be judged by it, and so can a variant in a
 file of its own (`--config variant.yaml`), as long as it has the same classes of jobs. Each job goes
 to the core that is free first (list scheduling: R. L. Graham, Bell System Technical Journal 45,
-1563, 1966), which takes at most twice the shortest time possible. Joining, tables and figures are
-left out: they take minutes."""
+1563, 1966), which takes at most twice the shortest time possible. All runs that `more_runs` allows
+are counted; that their rounds wait for each other is not. Joining, tables and figures are left out:
+they take minutes."""
 Seconds = Sequence[float] | np.ndarray
 CORES = (1, 10, 100, 1000)
 OVERHEAD = 10.0  # seconds: two starts of Snakemake (7 s of processor time measured), and Slurm
