@@ -284,6 +284,7 @@ def main(words: Sequence[str] | None = None) -> int:
 
 def _answer(arguments: argparse.Namespace) -> str:
     import pandas as pd
+    from snakemake.utils import update_config
 
     try:
         timing = pd.read_csv(arguments.timing)
@@ -293,7 +294,7 @@ def _answer(arguments: argparse.Namespace) -> str:
         raise InputError(f"{arguments.timing}: not a table that `snakemake timing` wrote")
     config: dict = {}
     for path in arguments.config:
-        config = _merged(config, load_config(path))
+        update_config(config, load_config(path))
     if arguments.preset:
         config["preset"] = arguments.preset
     plan = make_plan(config)
@@ -311,15 +312,6 @@ def _answer(arguments: argparse.Namespace) -> str:
         * bool(adding.size)
         + answer.to_string(index=False, float_format=lambda value: f"{value:.3g}")
     )
-
-
-def _merged(one: dict, other: dict) -> dict:
-    """Both, the other over the one, as Snakemake merges configuration files."""
-    merged = dict(one)
-    for key, value in other.items():
-        both = isinstance(value, dict) and isinstance(merged.get(key), dict)
-        merged[key] = _merged(merged[key], value) if both else value
-    return merged
 
 
 def _positive(text: str) -> int:

@@ -227,8 +227,10 @@ class Workflow:
         return {
             "datasets": self.expected(*self.plan.datasets),
             **{name: {name: judged} for name in ("claims", "estimates")},
-            "figures": {name: self.made_from(*each.uses) for name, each in self.figures.items()},
-            **{name: {name: each} for name, each in self.expected(*self.tables).items()},
+            "figures": {
+                name: self.made_from(*figure.uses) for name, figure in self.figures.items()
+            },
+            **{name: {name: told} for name, told in self.expected(*self.tables).items()},
         }
 
     def expected_of_article(self) -> dict[str, dict]:
