@@ -15,8 +15,7 @@ from beltrepro import (
     time_to_orbit,
 )
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.irregular import _windows
-from beltrepro.chaos.scatter import SCATTERS, WIDEST, disturbance, scatters
+from beltrepro.chaos.irregular import SCATTERS, WIDEST, _windows, disturbance, scatters
 from beltrepro.chaos.vectors import INTERVAL
 from beltrepro.simulation.setup import Case
 from slipping import sliding

@@ -77,7 +77,7 @@ def test_solve_ivp_leaves_no_block_beyond_its_threshold():
 
 
 def test_peak_kernel_multiplies_and_adds():
-    values = zeros((12, 8))
+    values = zeros((6, 16))
     multiply_add(values, 2)
     np.testing.assert_allclose(values, 0.999 * 0.1 + 0.1)
 

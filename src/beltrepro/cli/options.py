@@ -66,18 +66,19 @@ class Parser(argparse.ArgumentParser):
 
 
 def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        many = "; `beltrepro scan` takes lists and ranges" if set(text) & set(",:") else ""
-        raise argparse.ArgumentTypeError(f"{shown(text)}: a number is needed{many}") from None
+    many = "; `beltrepro scan` takes lists and ranges" if set(text) & set(",:") else ""
+    return _converted(float, text, f"a number is needed{many}")
 
 
 def _whole_number(text: str) -> int:
+    return _converted(int, text, "a whole number is needed")
+
+
+def _converted(kind: Any, text: str, needed: str) -> Any:
     try:
-        return int(text)
+        return kind(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{shown(text)}: a whole number is needed") from None
+        raise argparse.ArgumentTypeError(f"{shown(text)}: {needed}") from None
 
 
 def grid(text: str) -> tuple[float, ...]:

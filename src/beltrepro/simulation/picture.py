@@ -38,7 +38,7 @@ _ROW = 0.12  # inches for each block beyond
 def plot(run: Any, path: str | Path | None = None) -> Figure:
     """Draw a run; write the figure to a file, or show it."""
     if path is None:
-        has_windows = _find_display()
+        has_windows = find_display()
         figure = draw(run)
         if has_windows:
             _open_window(figure)
@@ -54,13 +54,13 @@ def plot(run: Any, path: str | Path | None = None) -> Figure:
 def can_be_shown() -> bool:
     """Whether there is a display, or a notebook, to show a figure on."""
     try:
-        _find_display()
+        find_display()
     except InputError:
         return False
     return True
 
 
-def _find_display():
+def find_display(refusal: str = NO_DISPLAY) -> bool:
     """Whether windows can be opened; False in a notebook, which shows the figure by itself."""
     interactive = backend_registry.list_builtin(BackendFilter.INTERACTIVE)
     silent = backend_registry.list_builtin(BackendFilter.NON_INTERACTIVE)
@@ -69,10 +69,10 @@ def _find_display():
     try:
         plt.switch_backend(matplotlib.get_backend())
     except ImportError as error:
-        raise InputError(f"{NO_DISPLAY} ({error})") from None
+        raise InputError(f"{refusal} ({error})") from None
     backend = matplotlib.get_backend().lower()
     if backend in silent:
-        raise InputError(NO_DISPLAY)
+        raise InputError(refusal)
     return backend in interactive
 
 

@@ -41,29 +41,25 @@ _STATE_ARRAYS = {
     "replicate": ("1", ""),
     "stream": ("1", "word"),
 }
-_SCHEME_UNIT = "as the integrator keeps it"
 
 
 def save_run(path: str | Path, run: Any) -> None:
     """Write a run; the file appears under its name when it is complete."""
-    arrays = {name: getattr(run, name) for name in _ARRAYS}
-    words = dict(_ARRAYS)
+    parts = {name: (getattr(run, name), *words) for name, words in _ARRAYS.items()}
     attributes = asdict(run.parameters) | {"kind": KIND, "units": "model units"}
     attributes |= {name: getattr(run, name) for name in _attributes(run)}
     for name in _STATES:
         state = getattr(run, name)
-        arrays |= {f"{name}/{part}": getattr(state, part) for part in _STATE_ARRAYS}
-        words |= {f"{name}/{part}": about for part, about in _STATE_ARRAYS.items()}
+        for part, words in _STATE_ARRAYS.items():
+            parts[f"{name}/{part}"] = (getattr(state, part), *words)
         if state.scheme is not None:
             attributes[f"{name}_integrator"] = state.scheme.integrator
             attributes[f"{name}_time_step"] = state.scheme.time_step
-            variables = state.scheme.variables
-            arrays |= {f"{name}/scheme/{part}": value for part, value in variables.items()}
-            words |= {f"{name}/scheme/{part}": (_SCHEME_UNIT, "") for part in variables}
+            for part, values in state.scheme.variables.items():
+                parts[f"{name}/scheme/{part}"] = (values, "as the integrator keeps it", "")
+    arrays = {name: array for name, (array, _, _) in parts.items()}
+    about = {name: {"unit": unit, "dimensions": axes} for name, (_, unit, axes) in parts.items()}
     present = {name: value for name, value in attributes.items() if value is not None}
-    about = {
-        name: {"unit": unit, "dimensions": dimensions} for name, (unit, dimensions) in words.items()
-    }
     store.write(path, arrays, present, about)
 
 

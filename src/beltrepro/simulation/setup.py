@@ -345,29 +345,16 @@ def _positions(starts: Any, chains: Sequence[ChainParameters]) -> list[np.ndarra
 
 def _cases(chains: Sequence[ChainParameters], values: dict[str, list]) -> tuple[Case, ...]:
     rows = [dict(zip(values, row, strict=True)) for row in zip(*values.values(), strict=True)]
-    for chain, row in zip(chains, rows, strict=True):
+    states: dict[int, ChainState] = {}
+    for number, (chain, row) in enumerate(zip(chains, rows, strict=True)):
         _check_means(chain, row)
-    states: list[Any] = [
-        None if row["initial_state"] is None else _continued(chain, row)
-        for chain, row in zip(chains, rows, strict=True)
-    ]
-    begin = [number for number, state in enumerate(states) if state is None]
-    seeds = [DEFAULT_SEED if rows[i]["seed"] is None else rows[i]["seed"] for i in begin]
-    replicates = [rows[i]["replicate"] or 0 for i in begin]
-    new_chains = [chains[i] for i in begin]
-    purpose = _INITIAL_POSITIONS
-    words = stream_states(new_chains, seeds, replicates, purpose).T.copy() if begin else ()
-    starts = [
-        _spread(chains[i], rows[i], replicate, key)
-        for i, replicate, key in zip(begin, replicates, words, strict=True)
-    ]
-    new = states_at_rest(new_chains, starts, seeds, replicates)
-    for number, state in zip(begin, new, strict=True):
-        states[number] = state
-    return tuple(
-        Case(state, *(row[name] for name in _MEANS))
-        for state, row in zip(states, rows, strict=True)
-    )
+        if row["initial_state"] is not None:
+            states[number] = _continued(chain, row)
+    if begin := [number for number in range(len(rows)) if number not in states]:
+        begun = _begun([chains[number] for number in begin], [rows[number] for number in begin])
+        states |= zip(begin, begun, strict=True)
+    means = [[row[name] for name in _MEANS] for row in rows]
+    return tuple(Case(states[number], *values) for number, values in enumerate(means))
 
 
 def _check_means(chain: ChainParameters, row: Mapping[str, Any]) -> None:
@@ -401,8 +388,17 @@ def _continued(chain: ChainParameters, row: Mapping[str, Any]) -> ChainState:
     )
 
 
+def _begun(chains: Sequence[ChainParameters], rows: Sequence[dict[str, Any]]) -> list[ChainState]:
+    """States with all blocks stuck."""
+    seeds = [DEFAULT_SEED if row["seed"] is None else row["seed"] for row in rows]
+    replicates = [row["replicate"] or 0 for row in rows]
+    words = stream_states(chains, seeds, replicates, _INITIAL_POSITIONS).T.copy()
+    starts = [_spread(*start) for start in zip(chains, rows, replicates, words, strict=True)]
+    return states_at_rest(chains, starts, seeds, replicates)
+
+
 class _Seeded(ISeedSequence):
-    """A SeedSequence whose words were made before."""
+    """A SeedSequence whose words were made before, for the numbers of `default_rng`."""
 
     def __init__(self, words: np.ndarray) -> None:
         self._words = words
@@ -419,8 +415,8 @@ def _spread(
     positions, spread = row["initial_positions"], row["initial_spread"]
     if replicate == 0 or spread == 0:
         return positions
-    random = np.random.Generator(np.random.PCG64(_Seeded(words)))  # as default_rng of the key
-    deviates = random.standard_normal(chain.n_blocks)
+    seeded: Any = _Seeded(words)
+    deviates = np.random.Generator(np.random.PCG64(seeded)).standard_normal(chain.n_blocks)
     positions = (chain.rest_positions if positions is None else positions) + spread * deviates
     if positions[0] <= 0 or np.any(positions[1:] <= positions[:-1]):
         raise InputError(

@@ -21,10 +21,11 @@ import numpy as np
 import beltrepro
 from beltrepro.base import provenance
 from beltrepro.base.errors import InputError, ModelStateError
+from beltrepro.engine.simd import WIDE_LANES
 from beltrepro.engine.vector import zeros
 from beltrepro.extras.bench import smooth
 from beltrepro.extras.bench.competitors import BASE, LABELS, competitor
-from beltrepro.extras.bench.peak import OPERATIONS_PER_TURN, multiply_add
+from beltrepro.extras.bench.peak import CHAINS, OPERATIONS_PER_TURN, multiply_add
 from beltrepro.extras.bench.plain import FLAGS, compiler
 from beltrepro.model import ChainParameters
 
@@ -197,7 +198,7 @@ def _cost(costs, walls, name, case, width, scope):
 
 def _peak(values, scope):
     """Operations per second of nothing but multiply-adds."""
-    numbers, turns = zeros((12, 8)), int(scope.timing * 2e8)
+    numbers, turns = zeros((CHAINS, WIDE_LANES)), int(scope.timing * 2e8)
     multiply_add(numbers, 1)
 
     def take():

@@ -8,7 +8,6 @@ from typing import Any
 
 import matplotlib
 import matplotlib.style
-from matplotlib.backends.registry import BackendFilter, backend_registry
 from matplotlib.figure import Figure
 from matplotlib.widgets import Slider
 
@@ -16,6 +15,7 @@ from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.extras.watch import look
 from beltrepro.extras.watch.player import Clock, Player
 from beltrepro.extras.watch.view import SIZE, View
+from beltrepro.simulation.picture import find_display
 
 KEYS = "space: pause     →: one step     ↑ ↓: faster, slower     c: r from here on     q: close"
 NO_DISPLAY = "no display to open a window on: write a film with --output chain.mp4 or chain.gif"
@@ -81,15 +81,8 @@ class Window:
 
 
 def check_display() -> None:
-    """Check that a window can be opened."""
-    interactive = backend_registry.list_builtin(BackendFilter.INTERACTIVE)
-    import matplotlib.pyplot as plt
-
-    try:
-        plt.switch_backend(matplotlib.get_backend())
-    except ImportError as error:
-        raise InputError(f"{NO_DISPLAY} ({error})") from None
-    if matplotlib.get_backend().lower() not in interactive:
+    """Check that a window can be opened; a notebook is none."""
+    if not find_display(NO_DISPLAY):
         raise InputError(NO_DISPLAY)
 
 
