@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 import made_up_results
+from beltrepro.base import seal
 from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
 from beltrepro.replication.report import publishing
@@ -86,7 +87,18 @@ def test_an_unfinished_run_is_refused(finished, tmp_path, name):
         (finished / name).unlink()
     with pytest.raises(InputError, match=f"{name}: not there; `snakemake"):
         publishing.publish(finished, tmp_path / "docs")
-    assert list((tmp_path / "docs").iterdir()) == []
+    assert not (tmp_path / "docs").exists()
+
+
+def test_a_damaged_file_is_not_published(finished, tmp_path):
+    path = finished / "figures" / "fig01.png"
+    seal.put(path)
+    publishing.publish(finished, tmp_path / "docs")
+    damaged = bytearray(path.read_bytes())
+    damaged[100] ^= 4
+    path.write_bytes(damaged)
+    with pytest.raises(InputError, match=r"fig01.png: damaged: its bytes"):
+        publishing.publish(finished, tmp_path / "docs")
 
 
 def test_a_large_run_loses_colours(finished, tmp_path, monkeypatch):

@@ -9,12 +9,14 @@ import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 import numpy.typing as npt
 
+from beltrepro.base import seal
 from beltrepro.base.atomic import look_for_room, replacing
 from beltrepro.base.errors import InputError
 
@@ -36,7 +38,7 @@ def write(
     attributes: Mapping[str, Any],
     about: Mapping[str, Mapping[str, str]] | None = None,
 ) -> None:
-    """Write arrays with attributes; the file appears under its name when it is complete."""
+    """Write arrays with attributes; the file appears, sealed, when it is complete."""
     with replacing(path) as unfinished:
         # HDF5 crashes on a full disk
         look_for_room(unfinished, sum(np.asarray(array).nbytes for array in arrays.values()))
@@ -46,22 +48,20 @@ def write(
             for name in sorted(attributes):
                 file.attrs[name] = attributes[name]
             file.attrs[CHECKSUM] = _checksum_of(file, _arrays(file))
+        seal.put(unfinished)
 
 
 def read(path: str | os.PathLike, *, strict: bool = False) -> Dataset:
     """Read what `write` wrote: text comes back as str, arrays with their dtype and shape."""
+    seal.check(Path(path))  # before libhdf5 has it
     try:
         with h5py.File(path, "r") as file:
             arrays = _arrays(file)
             attributes = {name: _plain(value) for name, value in file.attrs.items()}
             written = attributes.pop(CHECKSUM, None)
             expected = _checksum_of(file, arrays) if written or strict else None
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
     except (OSError, KeyError, RuntimeError, ValueError, TypeError) as error:
-        number = getattr(error, "errno", None)  # the text of HDF5 has lines and addresses then
-        reason = os.strerror(number) if number else " ".join(str(error).split())
-        raise InputError(f"{path}: not a readable HDF5 file ({reason})") from None
+        raise InputError(f"{path}: not a readable HDF5 file ({error})") from None
     if written != expected:
         reason = "its content does not have its checksum" if written else "it has no checksum"
         raise InputError(f"{path}: damaged or of an older version: {reason}")

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from beltrepro.base import provenance, seal, store
-from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.replication.plan.kinds import KINDS, POINT, Array
@@ -22,16 +21,11 @@ def write(
     arrays: dict[str, np.ndarray],
     origin: dict[str, str] | None = None,
 ) -> None:
-    """Write arrays with what they are; the file is sealed."""
+    """Write arrays with what they are."""
     known = KINDS[told["kind"]].arrays
     about = {name: known[name].attributes() for name in arrays}
     attributes = _attributes(told, arrays, origin or provenance.origin())
-    with replacing(path) as unfinished:
-        try:
-            store.write(unfinished, arrays, attributes, about)
-        except InputError as error:  # it names the file that it was given
-            raise InputError(str(error).replace(str(unfinished), str(path))) from None
-        seal.put(unfinished)
+    store.write(path, arrays, attributes, about)
 
 
 def _attributes(told: dict, arrays: dict, origin: dict) -> dict:
@@ -81,7 +75,6 @@ def read(path: str | Path, expected: dict) -> store.Dataset:
 
 def read_any(path: str | Path) -> store.Dataset:
     """Read a file, whatever dataset or batch it holds, and check that it is whole."""
-    seal.check(Path(path))  # before libhdf5 has it
     return store.read(path, strict=True)
 
 

@@ -37,11 +37,13 @@ def publish(results: Path, place: Path = PLACE) -> Path:
     The report shows the pictures in the folder `figures` instead of holding them a second time. PNG
     files lose colours if all is larger than `LIMIT` otherwise.
     """
-    target = place / results.name
+    target, wanted = place / results.name, _wanted(results)
     place.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=place) as name:
         folder = Path(name) / target.name
-        _copy(results, folder)
+        for path in wanted:
+            (folder / path.parent).mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(results / path, folder / path)
         _link_pictures(folder)
         if size(folder) > LIMIT:
             _take_colours(folder)
@@ -118,20 +120,19 @@ def _found(text: str, rests_on: dict[str, str], results: Results, *, strict: boo
     return filled(text, results)
 
 
-def _copy(results: Path, folder: Path) -> None:
-    (folder / "figures").mkdir(parents=True)
+def _wanted(results: Path) -> list[Path]:
+    """Whole files of a finished run, by their paths below it."""
     figures = sorted((results / "figures").glob("*.png"))
-    wanted = [results / name for name in FILES]
-    missing = [path.name for path in wanted if not path.is_file()]
+    missing = [name for name in FILES if not (results / name).is_file()]
     if missing or not figures:
         raise InputError(
             f"{results}: {', '.join(missing) or 'no figures'}: not there; "
             f"`snakemake --cores 2 --config preset={results.name}` makes it"
         )
-    for path in wanted:
-        shutil.copyfile(path, folder / path.name)
-    for path in figures:
-        shutil.copyfile(path, folder / "figures" / path.name)
+    paths = [*(results / name for name in FILES), *figures]
+    for path in paths:
+        seal.check(path)
+    return [path.relative_to(results) for path in paths]
 
 
 def _link_pictures(folder: Path) -> None:
