@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from beltrepro.replication.plan import dependencies, files, jobs, manifest, registry
-from beltrepro.replication.plan.films import FILM, TRACK
+from beltrepro.replication.plan.filming import FILM, TRACK
 from beltrepro.replication.plan.plan import AddedBatch, make_plan
 from beltrepro.replication.plan.points import Point
 
