@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from beltrepro.base.errors import require
+from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.stats import estimates, transitions
 from beltrepro.stats.estimates import Estimate
 
@@ -145,7 +145,8 @@ def share_high(belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[fl
 
 def _falling(row: Row) -> Fit:
     fit = _fit(row)
-    require(fit is not None, "r falls nowhere along u")
+    if fit is None:
+        raise NotEnoughDataError("r falls nowhere along u")
     return fit
 
 
@@ -162,7 +163,8 @@ def _quantities(fit: Fit) -> dict[str, np.ndarray]:
 
 def _of_draws(draws: np.ndarray, runs: int) -> Estimate:
     tail = (1 - estimates.CONFIDENCE) / 2
-    return Estimate(*map(float, np.quantile(draws, [0.5, tail, 1 - tail])), runs)
+    value, low, high = map(float, np.quantile(draws, [0.5, tail, 1 - tail]))
+    return Estimate(value, low, high, runs)
 
 
 def _open_ends(name: str, estimate: Estimate, fit: Fit) -> Estimate:
@@ -181,8 +183,8 @@ def _plateau_estimates(row: Row, high: np.ndarray, low: np.ndarray) -> dict[str,
     values = {
         name: float(np.median(row.r[mask])) for name, mask in (("r_high", high), ("r_low", low))
     }
-    for numbers in (samples, values):
-        numbers["contrast"] = numbers["r_high"] / numbers["r_low"]
+    samples["contrast"] = samples["r_high"] / samples["r_low"]
+    values["contrast"] = values["r_high"] / values["r_low"]
     runs = max(int(row.count.min()), 2)
     return {
         name: estimates.from_resamples(value, samples[name], runs) for name, value in values.items()
@@ -312,7 +314,8 @@ def _posterior(places: np.ndarray, mean: np.ndarray, count: np.ndarray, phi: flo
     centres = (places[:-1, np.newaxis] + gaps[:, np.newaxis] * inside).ravel()
     lengths = np.repeat(gaps / CELLS, CELLS)
     widths = np.array([gaps.min() / 4, places[-1] - places[0]])
-    log_scale = np.linspace(*np.log(widths / (2 * EDGE)), WIDTHS + 1)
+    narrowest, widest = np.log(widths / (2 * EDGE))
+    log_scale = np.linspace(narrowest, widest, WIDTHS + 1)
     scale = np.exp((log_scale[1:] + log_scale[:-1]) / 2)
     distance = (centres[:, np.newaxis] - places[:, np.newaxis, np.newaxis]) / scale
     curve = scipy.special.expit(distance).reshape(places.size, -1)

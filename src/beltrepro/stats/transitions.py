@@ -72,7 +72,8 @@ def fall(
     The numbers alone are known (`estimates.single`), through a running median over
     SINGLE_RUNS_WINDOW. Of several runs at each u: `branches.fall`.  options : of `find_fall`.
     """
-    best = find_fall(belt_velocity, disorder, **({"window": SINGLE_RUNS_WINDOW} | options))
+    window = options.pop("window", SINGLE_RUNS_WINDOW)
+    best = find_fall(belt_velocity, disorder, window=window, **options)  # type: ignore[arg-type]
     return {name: _single(getattr(best, name)) for name in QUANTITIES}
 
 
