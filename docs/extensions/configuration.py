@@ -4,7 +4,7 @@ import json
 
 from pydantic import TypeAdapter
 
-from beltrepro.replication.plan import config, films, kinds, points
+from beltrepro.replication.plan import config, filming, kinds, points
 from extensions import markdown
 
 _LIMITS = {
@@ -91,7 +91,7 @@ def _kind(kind: kinds.Kind) -> str:
 
 def setup(app) -> dict:
     """Called by Sphinx."""
-    sources = (config, films, kinds, points)
+    sources = (config, filming, kinds, points)
     app.add_directive("config-keys", markdown.directive(keys, *sources))
     app.add_directive("dataset-kinds", markdown.directive(recorded, *sources))
     return {"parallel_read_safe": True}

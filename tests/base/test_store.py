@@ -78,7 +78,8 @@ def test_a_flipped_bit_anywhere_is_refused(tmp_path):
 
 def told(batch=None, **changes):
     """What the file of a small scan, or of one of its batches, is told."""
-    point = {"kind": "scan", "n_blocks": [2, 5], "belt_velocity": [10, 20], "points_per_job": 3}
+    point = {"kind": "scan", "n_blocks": [2, 5, 7, 9], "belt_velocity": [10, 20]}
+    point["points_per_job"] = 3
     defaults = {"duration": 100, "transient": 50}
     presets = {"own": {"defaults": defaults, "datasets": {"rows": point | changes}}}
     config = {"preset": "own", "seed": 3, "datasets": {}, "presets": presets}
@@ -149,11 +150,12 @@ def test_a_file_of_something_else_is_refused_with_the_remedy(tmp_path, other, wo
 
 
 def test_batches_are_joined_in_their_order(tmp_path):
-    parts = [written(tmp_path / f"{number}.h5", number) for number in (0, 1)]
+    parts = [written(tmp_path / f"{number}.h5", number) for number in range(3)]  # 3, 3, 2 points
     whole = files.join(parts, KINDS["scan"].arrays)
-    assert whole["n_blocks"].tolist() == [2, 2, 5, 5]
-    np.testing.assert_array_equal(whole["disorder_parameter"], [0, 1 / 7, 2 / 7, 0])
-    assert whole["slip_count"].shape == (4, 10)
+    assert whole["n_blocks"].tolist() == [2, 2, 5, 5, 7, 7, 9, 9]
+    assert whole["belt_velocity"].tolist() == [10, 20] * 4
+    np.testing.assert_array_equal(7 * whole["disorder_parameter"], [0, 1, 2, 0, 1, 2, 0, 1])
+    assert whole["slip_count"].shape == (8, 10)
 
 
 def test_joining_counts_points_on_and_fills_up_smaller_chains():

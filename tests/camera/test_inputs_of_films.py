@@ -201,7 +201,7 @@ WRONG = {
     "png": (lambda p: kept(p, cv2.imencode(".png", WHOLE[0])[1].tobytes()), "a single picture"),
     "one frame": (lambda path: written(path, WHOLE[:1]), "1 of the frames"),
     "black": (lambda path: written(path, np.zeros_like(WHOLE)), "no white block"),
-    "tiny": (lambda path: written(path, WHOLE[:, 30:46, :16]), "no white block"),
+    "tiny": (lambda path: written(path, np.full((12, 16, 16), 99, np.uint8)), "no white block"),
     "huge": (lambda p: encoded(p.with_suffix(".mkv"), HUGE, "ffv1", "gray"), "6000 x 6000"),
     "changing size": (changing, "another size"),
     "no white block": (

@@ -161,7 +161,7 @@ def boundary(rng, duration, width):
             return n_blocks, belt_velocity, (start + low * way, start + high * way)
 
 
-@pytest.mark.parametrize(("seed", "count", "least"), [(5, 3, 2), *slow(50, 4, 60, 15)])
+@pytest.mark.parametrize(("seed", "count", "least"), [(5, 3, 2), *slow(50, 4, 60, 20)])
 def test_boundaries_between_sequences_lie_where_the_reference_has_them(seed, count, least):
     """No grazing contact is lost or invented."""
     rng, grazing = np.random.default_rng(seed), 0

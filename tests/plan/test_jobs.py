@@ -1,4 +1,4 @@
-"""How long a preset takes, judged from a sample of its jobs."""
+"""How long a preset takes, judged from a sample of its jobs, and on many cores."""
 
 import itertools
 from pathlib import Path
@@ -6,8 +6,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import InputError
 from beltrepro.replication.plan.config import load_config
-from beltrepro.replication.plan.jobs import Job, draw, estimate, simulation_jobs
+from beltrepro.replication.plan.jobs import (
+    Job,
+    draw,
+    estimate,
+    job_seconds,
+    main,
+    simulation_jobs,
+    wall_seconds,
+    wall_times,
+)
 from beltrepro.replication.plan.plan import make_plan
 
 ROOT = Path(__file__).parents[2]
@@ -75,13 +85,6 @@ def test_a_large_job_is_always_drawn():
     assert all(draw(jobs, seed)[-1].work == 1e9 for seed in range(20))
 
 
-def test_estimate_is_exact_where_time_is_proportional_to_work():
-    jobs = made_up(40)
-    table = estimate(jobs, {job.name: 3600 * 0.5 * job.work for job in jobs[3::10]})
-    assert table["hours"].iloc[0] == pytest.approx(0.5 * sum(job.work for job in jobs))
-    assert table["standard_error"].iloc[0] == pytest.approx(0, abs=1e-9)
-
-
 @pytest.mark.thorough
 def test_estimate_covers_the_truth_within_its_error():
     """Scatter of 20 %: the estimate is within 2 standard errors in 95 % of samples, about."""
@@ -139,16 +142,108 @@ def test_errors_of_classes_add_as_squares_and_one_of_several_jobs_has_none():
     assert table["hours"].iloc[2] == pytest.approx(10 / 2)
 
 
-def test_estimate_of_memory_and_disk():
-    """Size is proportional to work here, so its estimate is exact; memory is the largest seen."""
+def test_estimate_of_time_memory_and_disk():
+    """Time and size are proportional to work here, so exact; memory is the largest seen."""
     jobs = made_up(40) + made_up(1, ("series", "verlet", False))
     ran = [*jobs[3:40:10], jobs[-1]]
-    seconds = {job.name: 1.0 for job in ran}
+    seconds = {job.name: 1800 * job.work for job in ran}
     memory = {job.name: 100 + job.work for job in ran}
     table = estimate(jobs, seconds, memory, {job.name: 2e6 * job.work for job in ran})
     total = table.iloc[-1]
-    assert total["megabytes"] == pytest.approx(2 * sum(job.work for job in jobs))
-    assert total["megabytes_error"] == pytest.approx(0, abs=1e-6)
+    work = sum(job.work for job in jobs)
+    assert (total["hours"], total["megabytes"]) == pytest.approx((0.5 * work, 2 * work))
+    errors = total["standard_error"], total["megabytes_error"]
+    assert errors == pytest.approx((0, 0), abs=1e-6)
     assert list(table["memory_mb"]) == [134.0, 101.0, 134.0]
     unknown = estimate(jobs, seconds).iloc[-1]
     assert np.isnan(unknown["megabytes"]) and np.isnan(unknown["memory_mb"])
+
+
+# --- on many cores ---
+
+FREE = {"overhead": 0.0, "rate": np.inf}  # what a schedule on paper costs
+
+
+def test_known_schedules():
+    assert wall_seconds([3, 1, 2, 4], 1, **FREE) == 10
+    # core 1: 3, then 4; core 2: 1, 2
+    assert wall_seconds([3, 1, 2, 4], 2, **FREE) == 7
+    assert wall_seconds([3, 1, 2, 4], 4, **FREE) == wall_seconds([3, 1, 2, 4], 9, **FREE) == 4
+    # Graham's worst case: 2 - 1/p times the optimum, which is 3
+    assert wall_seconds([1, 1, 1, 1, 1, 1, 3], 3, **FREE) == 5
+
+
+def test_schedule_lies_between_its_bounds():
+    seconds = np.random.default_rng(1).exponential(100, 300)
+    for cores in (1, 7, 50, 400):
+        least = max(seconds.sum() / cores, seconds.max())
+        found = wall_seconds(seconds, cores, **FREE)
+        assert least * (1 - 1e-12) <= found <= (2 - 1 / cores) * least
+
+
+def test_starts_and_sending_cost_time():
+    assert wall_seconds([10] * 4, 2, overhead=1, rate=np.inf) == 22
+    # the last of 100 is sent after 99/2 s
+    assert wall_seconds([10] * 100, 1000, overhead=0, rate=2) == 99 / 2 + 10
+
+
+def test_table_says_what_limits():
+    answer = wall_times([100.0] * 99 + [2000.0], (1, 100), **FREE)
+    assert list(answer["limit"]) == ["work", "longest job"]
+    assert answer["hours"].tolist() == pytest.approx([11900 / 3600, 2000 / 3600])
+    assert answer["busy"].tolist() == pytest.approx([1, 11900 / (100 * 2000)])
+    assert wall_times([1.0] * 50, (1000,), overhead=0, rate=2)["limit"][0] == "sending"
+
+
+def test_time_of_a_job_is_its_work_times_the_cost_of_its_class():
+    one, other = ("scan", "event", True), ("scan", "verlet", False)
+    jobs = [Job(*one, "a", 10.0), Job(*one, "b", 30.0), Job(*other, "c", 5.0)]
+    timing = estimate(jobs, {"a": 20.0, "c": 50.0})
+    assert job_seconds(jobs, timing) == pytest.approx([20, 60, 50])
+    with pytest.raises(InputError, match=r"series by event with noise"):
+        job_seconds([*jobs, Job("series", "event", True, "d", 1.0)], timing)
+
+
+@pytest.fixture
+def timing(tmp_path):
+    """timing.csv in which each job of smoke took as many seconds as its work / 1000."""
+    jobs = simulation_jobs(make_plan(load_config(ROOT / "config.yaml") | {"preset": "smoke"}))
+    path = tmp_path / "timing.csv"
+    estimate(jobs, {job.name: job.work / 1000 for job in jobs}).to_csv(path, index=False)
+    return path, sum(job.work for job in jobs) / 1000
+
+
+@pytest.mark.thorough
+def test_command(timing, capsys, tmp_path):
+    path, total = timing
+    config = str(ROOT / "config.yaml")
+    words = [str(path), "--preset", "smoke", "--cores", "1", "--config", config]
+    assert main([*words, "--overhead", "0"]) == 0
+    assert f"{total / 3600:.3g}" in capsys.readouterr().out.splitlines()[-1].split()
+    variant = tmp_path / "variant.yaml"
+    variant.write_text("presets: {smoke: {datasets: {n5_map: {replicate: {count: 3}}}}}\n")
+    assert main([*words, str(variant), "--overhead", "0"]) == 0
+    more = capsys.readouterr().out.splitlines()[-1].split()
+    assert float(more[1]) > total / 3600
+    variant.write_text(
+        "presets: {smoke: {datasets: {n5_u7: {replicate: {count: 8}, more_runs: "
+        "{by: 8, up_to: 24, of: disorder_parameter, half_width: 0.1}}}}}\n"
+    )
+    assert main([*words, str(variant), "--overhead", "0"]) == 0
+    # 5 levels of noise, one of them 0, at u = 7: two jobs in each of two rounds
+    work = 5 * 1500 * 5 * 16 / 1000 / 3600
+    said = capsys.readouterr().out.splitlines()[1]
+    assert said == (
+        f"with 4 jobs that add runs where they are needed: at most {work:.3g} core-hours, "
+        "all counted here"
+    )
+
+
+@pytest.mark.thorough
+def test_bad_input_of_the_command_is_one_line(timing, capsys, tmp_path):
+    assert main([str(tmp_path / "absent.csv")]) == 1
+    other = tmp_path / "other.csv"
+    other.write_text("a,b\n1,2\n")
+    assert main([str(other)]) == 1
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 2 and "absent.csv" in lines[0] and "snakemake timing" in lines[1]

@@ -5,6 +5,7 @@ import json
 import math
 import runpy
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,10 +13,12 @@ import scipy.stats
 
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import files, kinds
+from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.jobs import Job, draw, estimate, simulation_jobs
 from beltrepro.replication.plan.more_runs import MoreRuns, half_width, rows, runs_at_places, wanted
 from beltrepro.replication.plan.plan import LEAST_RUNS, MOST_ROUNDS, make_plan
 from beltrepro.replication.plan.points import points_in, points_of
+from beltrepro.replication.plan.workflow import Workflow
 
 SCRIPTS = Path(__file__).parents[2] / "workflow" / "scripts"
 RULE = {"by": 3, "up_to": 10, "of": "disorder_parameter", "half_width": 0.01}
@@ -242,6 +245,16 @@ def test_time_is_estimated_with_all_that_can_be_added():
     assert row["hours"] == pytest.approx(3.2) and row["hours_at_most"] == pytest.approx(6.4)
     table = estimate([Job("scan", "event", True, "a", 1.0)], {"a": 3600.0})
     assert table["hours_at_most"].tolist() == [1, 1]
+
+
+def test_the_crate_says_what_added_runs_are_made_from():
+    paper = Workflow(load_config(SCRIPTS.parents[1] / "config.yaml") | {"preset": "paper"})
+    sources = {output: inputs for _, _, inputs, outputs in paper.records() for output in outputs}
+    at, (first, second) = "<results>/batches/n5_replicates_wide", ("round1_0000", "round2_0000")
+    assert sources[f"{at}/{second}.h5"] == [*sources[f"{at}/{first}.h5"], f"{at}/{first}.h5"]
+    whole = sources["<results>/datasets/n5_replicates_wide.h5"]
+    assert whole == [*sources[f"{at}/{second}.h5"], f"{at}/{second}.h5"]
+    assert whole == paper.batches(SimpleNamespace(dataset="n5_replicates_wide"))
 
 
 # --- the same bits --------------------------------------------------------------------------------

@@ -12,11 +12,15 @@ import pytest
 from beltrepro.base import seal, store
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import files, inputs, kinds, tables
+from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.kinds import KINDS, SETTINGS
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import CHAIN, QUANTITIES, points_of
+from beltrepro.replication.plan.workflow import Workflow
 
-WORKFLOW = Path(__file__).parents[2] / "workflow"
+ROOT = Path(__file__).parents[2]
+WORKFLOW = ROOT / "workflow"
+CONFIG = load_config(ROOT / "config.yaml")
 OTHER = {  # than those of `planned`, and sensible
     "method": "verlet",
     "tolerance": 1e-5,
@@ -177,3 +181,42 @@ def test_a_table_is_refused_where_its_sources_are_others(tmp_path):
         other = sources | {name: {"digest": "d"}}
         with pytest.raises(InputError, match="made from other datasets"):
             inputs.check(tmp_path / "t.csv", about | {"sources": other})
+
+
+# --- what files must say of themselves ---
+
+
+def expectations(dataset=None, compression=None):
+    """Those of a smoke run, whose dataset is longer or whose camera is another."""
+    config = copy.deepcopy(CONFIG) | {"preset": "smoke"}
+    if dataset:
+        own = config["presets"]["smoke"]["datasets"].setdefault(dataset, {})
+        own["duration"] = 4321
+    if compression:
+        config["camera"]["compression"] = compression
+    return Workflow(config)
+
+
+@pytest.mark.parametrize("name", ["belt_028", "belt_028_film", "belt_028_track", "recordings"])
+def test_a_file_must_name_the_dataset_that_it_comes_from(name):
+    asked = expectations().expected(name)
+    assert asked == expectations("u1").expected(name)
+    assert asked != expectations("belt_028").expected(name)
+
+
+def test_what_is_filmed_and_how_is_told_of_films_and_tracks_only():
+    one, other = expectations(), expectations(compression=30)
+    for name in ("belt_028_film", "belt_028_track", "recordings"):
+        assert one.expected(name) != other.expected(name)
+    assert one.expected("belt_028", "lifetimes") == other.expected("belt_028", "lifetimes")
+
+
+def test_claims_are_measured_from_all_datasets_and_all_tracks():
+    found = expectations()
+    plan = found.plan
+    assert set(found.judged) == {*plan.datasets, *(f"{name}_track" for name in plan.films)}
+    assert found.made_from(*found.judged) == {
+        "preset": "smoke",
+        "run": "smoke",
+        "sources": found.expected(*found.judged),
+    }

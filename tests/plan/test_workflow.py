@@ -37,6 +37,7 @@ ROOT = Path(__file__).parents[2]
 CONFIG = load_config(ROOT / "config.yaml")
 FIGURES = registry.figures()
 TABLES = registry.tables()
+OTHER_TARGETS = ("agreement", "claims", "report", "article", "timing", "crate", "archive")
 RULES = sorted((ROOT / "workflow" / "rules").glob("*.smk"))
 
 
@@ -63,11 +64,6 @@ def smoke_plan() -> Plan:
 def drawn(dry_run: subprocess.CompletedProcess) -> set[str]:
     """Figures that a dry run would draw."""
     return set(re.findall(r": Drawing (\w+)", dry_run.stdout))
-
-
-def derived(dry_run: subprocess.CompletedProcess) -> set[str]:
-    """Tables that a dry run would derive."""
-    return set(re.findall(r": Deriving (\S+)\.csv", dry_run.stdout))
 
 
 def simulated(dry_run: subprocess.CompletedProcess) -> set[str]:
@@ -122,24 +118,13 @@ def test_list_shows_each_figure_with_its_title(tree):
     listed = snakemake(tree, "--list").stdout.splitlines()
     for name, entry in FIGURES.items():
         assert f"{name} ({entry.title})" in listed
-    for target in (
-        "all",
-        "figures",
-        "agreement",
-        "report",
-        "article",
-        "claims",
-        "timing",
-        "crate",
-        "archive",
-    ):
+    for target in ("all", "figures", *OTHER_TARGETS):
         assert any(line.startswith(f"{target} (") for line in listed)
     assert [line for line in listed if "(" not in line] == []
 
 
 def test_every_target_dry_runs_in_the_folder_of_the_run(tree):
-    others = ["agreement", "claims", "report", "article", "timing", "crate", "archive"]
-    targets = [*FIGURES, "figures", *others, "all"]
+    targets = [*FIGURES, "figures", *OTHER_TARGETS, "all"]
     dry_run = snakemake(tree, "--dry-run", *targets, settings=["preset=standard", "run=f06"])
     count = jobs(dry_run)
     assert all(count[target] == 1 for target in targets)
@@ -306,7 +291,8 @@ def test_edited_plot_table_and_claims_rerun_themselves_and_the_report(finished):
         "replication/studies/every_claim.py:measure",
     )
     figures = {name for name, figure in FIGURES.items() if table in figure.uses} | {"fig12"}
-    assert (derived(dry_run), drawn(dry_run)) == ({f"tables/{table}"}, figures)
+    derived = re.findall(r": Deriving (\S+)\.csv", dry_run.stdout)
+    assert (derived, drawn(dry_run)) == ([f"tables/{table}"], figures)
     made = {"derive": 1, "draw": len(figures)} | dict.fromkeys(RESULTS - {"derive", "draw"}, 1)
     assert jobs(dry_run) == made
 
@@ -704,14 +690,22 @@ def test_smoke_writes_an_article_and_can_be_published(smoke, tmp_path):
 
 
 @pytest.mark.slow
-def test_smoke_datasets_say_where_they_come_from(smoke):
+def test_smoke_datasets_hold_their_points_in_order_and_say_what_they_are(smoke):
     plan = smoke_plan()
     paths = {path.stem: path for path in (smoke / "datasets").glob("*.h5")}
     assert set(paths) == set(plan.datasets)
     for name, path in paths.items():
-        said = store.read(path).attributes
+        dataset = store.read(path)
+        said = dataset.attributes
         assert (said["dataset"], said["preset"], said["run"]) == (name, "smoke", "smoke")
         assert said["units"] == "model units" and said["code_version"]
+        for quantity, expected in columns(plan.datasets[name].points).items():
+            np.testing.assert_array_equal(dataset.arrays[quantity], expected)
+        with h5py.File(path) as file:
+            for array_name, array in file.items():
+                said = dict(array.attrs)
+                assert said["unit"] and said["description"], (path, array_name)
+                assert len(said["dimensions"].split(", ")) == array.ndim, (path, array_name)
 
 
 @pytest.mark.slow
@@ -748,16 +742,6 @@ def test_an_archive_of_smoke_is_drawn_again_without_a_simulation(tree, smoke, tm
 
 
 @pytest.mark.slow
-def test_smoke_arrays_say_what_they_are(smoke):
-    for path in (smoke / "datasets").glob("*.h5"):
-        with h5py.File(path) as file:
-            for name, array in file.items():
-                said = dict(array.attrs)
-                assert said["unit"] and said["description"], (path, name)
-                assert len(said["dimensions"].split(", ")) == array.ndim, (path, name)
-
-
-@pytest.mark.slow
 def test_smoke_tables_have_their_origin_beside_them(smoke):
     paths = {*smoke.glob("*.csv"), *(smoke / "tables").glob("*.csv")}
     assert {path.stem for path in paths} >= {*TABLES, "claims"}
@@ -766,14 +750,6 @@ def test_smoke_tables_have_their_origin_beside_them(smoke):
         with path.open() as file:
             header = file.readline().strip().split(",")
         assert [each["name"] for each in about["tableSchema"]["columns"]] == header
-
-
-@pytest.mark.slow
-def test_smoke_datasets_hold_every_point_in_order(smoke):
-    for name, dataset in smoke_plan().datasets.items():
-        arrays = store.read(smoke / "datasets" / f"{name}.h5").arrays
-        for quantity, expected in columns(dataset.points).items():
-            np.testing.assert_array_equal(arrays[quantity], expected)
 
 
 @pytest.mark.slow

@@ -446,7 +446,9 @@ def written_with(folder, **tables):
     for name, table in tables.items():
         table.to_csv(folder / f"{name}.csv", index=False)
     paths = {name: [folder / f"{name}.csv"] for name in tables}
-    return pages.written(folder, pages.material(folder, figures=["fig12"], **paths))
+    text = pages.written(folder, pages.material(folder, figures=["fig12"], **paths))
+    assert not re.search(r"\bnan\b", words(text))
+    return text
 
 
 def test_the_section_on_chaos_counts_what_the_tables_have(tmp_path):

@@ -195,6 +195,20 @@ def test_states_of_any_origin_go_on_together_as_alone(method, noise):
         assert dataclasses.replace(run, final_state=final) == alone
 
 
+def test_a_state_with_the_variables_of_the_scheme_is_taken_as_it_is():
+    """One without them is settled first: here its blocks move back over the belt, and stick."""
+    (case,) = Setup(ChainParameters(3, 7.0), method="verlet").cases
+    (whole,) = integrator_of([case]).state()
+    turning = {"directions": np.ones(3), "relative_velocities": np.full(3, -0.1)}
+    states = [
+        dataclasses.replace(whole, scheme=scheme, **turning) for scheme in (None, whole.scheme)
+    ]
+    cases = [dataclasses.replace(case, state=states[number]) for number in (1, 0, 1)]
+    for held, start in zip(integrator_of(cases).state(), (1, 0, 1), strict=True):
+        np.testing.assert_array_equal(held.directions, start)
+        np.testing.assert_allclose(held.relative_velocities, -0.1 * start, rtol=1e-15)
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_a_state_stays_as_it_is_while_its_chain_goes_on(method):
     cases = Setup(ChainParameters(1, 7.0, 1.0), method=method).cases

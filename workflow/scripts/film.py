@@ -11,7 +11,7 @@ from beltrepro.replication.camera.camera import Movement, film
 from beltrepro.replication.camera.scene import Camera
 from beltrepro.replication.plan import inputs, scripting
 from beltrepro.replication.plan.described import describe
-from beltrepro.replication.plan.films import FILM, NEEDED
+from beltrepro.replication.plan.filming import FILM, NEEDED
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -30,7 +30,7 @@ from beltrepro.base.checks import LONGEST_GRID, shown
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint
 from beltrepro.model.parameters import LARGEST
-from beltrepro.replication.plan.films import CAMERA
+from beltrepro.replication.plan.filming import CAMERA
 from beltrepro.replication.plan.kinds import KINDS, LIST, SETTINGS
 from beltrepro.replication.plan.points import LAW, QUANTITIES, Described, Key, Method, Number, Whole
 

@@ -38,8 +38,8 @@ def code_hash(
     script : counts by its own text only. choices : methods of the points, where a table chooses.
     """
     digest = hashlib.sha256()
-    found = definitions(*functions, choices=choices, tree=tree)
-    for (module, name), text in sorted(found.items()):
+    texts = definitions(*functions, choices=choices, tree=tree)
+    for (module, name), text in sorted(texts.items()):
         digest.update(f"{module}:{name}\0{text}\0".encode())
     if script is not None:
         digest.update(f"{script.name}\0".encode() + script.read_bytes())
@@ -192,18 +192,18 @@ class _Search:
         if self._tree.source(module) is None:
             self._found[module, name] = "missing"  # the job that needs it will say so
             return
-        known = self._tree.module(module)
+        contents = self._tree.module(module)
         self._touch(module)
         if name == WHOLE:
-            for key in known.definitions:
+            for key in contents.definitions:
                 self.ask(module, key)
-        elif name in known.definitions:
-            self._take(module, name, known.definitions[name], known)
-        elif name in known.imports:
-            self._ask_import(*known.imports[name])
+        elif name in contents.definitions:
+            self._take(module, name, contents.definitions[name], contents)
+        elif name in contents.imports:
+            self._ask_import(*contents.imports[name])
         elif self._tree.source(f"{module}.{name}"):
             self.ask(f"{module}.{name}", WHOLE)
-        elif "__getattr__" in known.definitions:  # of names that are imported late
+        elif "__getattr__" in contents.definitions:  # of names that are imported late
             self.ask(module, "__getattr__")
 
     def _touch(self, module: str) -> None:
@@ -211,15 +211,15 @@ class _Search:
         if module in self._touched or not self._tree.source(module):
             return
         self._touched.add(module)
-        known = self._tree.module(module)
-        for key, definition in known.definitions.items():
+        contents = self._tree.module(module)
+        for key, definition in contents.definitions.items():
             if definition.is_registered:
-                self._take(module, key, definition, known)
-        for origin, name in known.imports.values():
+                self._take(module, key, definition, contents)
+        for origin, name in contents.imports.values():
             self._touch(origin)
             self._touch(f"{origin}.{name}")
 
-    def _take(self, module: str, name: str, definition: _Definition, known: "_Module") -> None:
+    def _take(self, module: str, name: str, definition: _Definition, contents: "_Module") -> None:
         if (module, name) in self._found:
             return
         text, uses = definition.text, [definition.uses]
@@ -228,22 +228,22 @@ class _Search:
             text, uses = f"{name}: {chosen}", [definition.choices[key] for key in chosen]
         self._found[module, name] = text
         for part in uses:
-            self._follow(module, part, known)
+            self._follow(module, part, contents)
         for method, inner in definition.methods.items():
             word = f".{method}" if "classmethod" in inner.uses.names else method
             if method.startswith("__") or {word, f".{method}"} & self._words:
-                self._take(module, f"{name}.{method}", inner, known)
+                self._take(module, f"{name}.{method}", inner, contents)
             else:
                 place = module, f"{name}.{method}", inner
                 self._methods.setdefault(word, []).append(place)
 
-    def _follow(self, module: str, uses: _Uses, known: "_Module") -> None:
-        imports = known.imports | uses.imports
+    def _follow(self, module: str, uses: _Uses, contents: "_Module") -> None:
+        imports = contents.imports | uses.imports
         words = set(uses.words)
         for name in uses.names:
             if name in imports:
                 self._ask_import(*imports[name])
-            elif name in known.definitions:
+            elif name in contents.definitions:
                 self.ask(module, name)
         for name, attribute in uses.pairs:
             origin = ".".join(filter(None, imports.get(name, ())))
@@ -254,7 +254,7 @@ class _Search:
             words.add(f".{attribute}" if name[0].isupper() or name == "cls" else attribute)
             if name in imports:
                 self.ask(*imports[name])
-            elif name in known.definitions:
+            elif name in contents.definitions:
                 self.ask(module, name)
         if PACKAGE in uses.names | {name for name, _ in uses.pairs}:  # import package.module
             for origin in (origin for name, (origin, _) in imports.items() if "." in name):
@@ -265,7 +265,7 @@ class _Search:
                 if not name:
                     self._take_data(named)
         if uses.names & {"__file__", "resources"} or ("resources", "files") in uses.pairs:
-            self._take_data(module if known.is_package else module.rpartition(".")[0])
+            self._take_data(module if contents.is_package else module.rpartition(".")[0])
         for word in words - self._words:
             self._words.add(word)
             for key in {word, word.removeprefix(".")}:

@@ -22,8 +22,8 @@ def write(
     origin: dict[str, str] | None = None,
 ) -> None:
     """Write arrays with what they are."""
-    known = KINDS[told["kind"]].arrays
-    about = {name: known[name].attributes() for name in arrays}
+    described = KINDS[told["kind"]].arrays
+    about = {name: described[name].attributes() for name in arrays}
     attributes = _attributes(told, arrays, origin or provenance.origin())
     store.write(path, arrays, attributes, about)
 
@@ -109,20 +109,22 @@ def join(parts: Sequence[store.Dataset], described: dict[str, Array]) -> dict[st
 
 def without_points(arrays: dict[str, np.ndarray], described: dict[str, Array]) -> dict:
     """The arrays of a dataset that has no point."""
-    own = {name for name, array in described.items() if array.fields or POINT in array.dimensions}
-    return {name: values[:0] if name in own else values for name, values in arrays.items()}
+    with_points = {
+        name for name, array in described.items() if array.fields or POINT in array.dimensions
+    }
+    return {name: values[:0] if name in with_points else values for name, values in arrays.items()}
 
 
 def single_run(series: store.Dataset) -> store.Dataset:
     """A series of one point as that run."""
-    known = KINDS["series"].arrays
+    described = KINDS["series"].arrays
     arrays = {}
     for name, values in series.arrays.items():
-        if known[name].fields:
-            own = [field for field in values.dtype.fields or () if field != POINT]
-            arrays[name] = values[own]
+        if described[name].fields:
+            fields = [field for field in values.dtype.fields or () if field != POINT]
+            arrays[name] = values[fields]
         else:
-            arrays[name] = values[0] if POINT in known[name].dimensions else values
+            arrays[name] = values[0] if POINT in described[name].dimensions else values
     return store.Dataset(arrays, series.attributes)
 
 

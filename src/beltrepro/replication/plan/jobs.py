@@ -199,8 +199,9 @@ How long a preset takes on many cores, from the measured time of some of its job
 `snakemake timing` writes timing.csv. Another preset can be judged by it, and so can a variant in a
 file of its own (`--config variant.yaml`), as long as it has the same classes of jobs. Each job goes
 to the core that is free first (list scheduling: R. L. Graham, Bell System Technical Journal 45,
-1563, 1966), which takes at most twice the shortest time possible. Joining, tables and figures are
-left out: they take minutes."""
+1563, 1966), which takes at most twice the shortest time possible. All runs that `more_runs` allows
+are counted; that their rounds wait for each other is not. Joining, tables and figures are left out:
+they take minutes."""
 Seconds = Sequence[float] | np.ndarray
 CORES = (1, 10, 100, 1000)
 OVERHEAD = 10.0  # seconds: two starts of Snakemake (7 s of processor time measured), and Slurm
@@ -283,6 +284,7 @@ def main(words: Sequence[str] | None = None) -> int:
 
 def _answer(arguments: argparse.Namespace) -> str:
     import pandas as pd
+    from snakemake.utils import update_config
 
     try:
         timing = pd.read_csv(arguments.timing)
@@ -292,7 +294,7 @@ def _answer(arguments: argparse.Namespace) -> str:
         raise InputError(f"{arguments.timing}: not a table that `snakemake timing` wrote")
     config: dict = {}
     for path in arguments.config:
-        config = _merged(config, load_config(path))
+        update_config(config, load_config(path))
     if arguments.preset:
         config["preset"] = arguments.preset
     plan = make_plan(config)
@@ -310,15 +312,6 @@ def _answer(arguments: argparse.Namespace) -> str:
         * bool(adding.size)
         + answer.to_string(index=False, float_format=lambda value: f"{value:.3g}")
     )
-
-
-def _merged(one: dict, other: dict) -> dict:
-    """Both, the other over the one, as Snakemake merges configuration files."""
-    merged = dict(one)
-    for key, value in other.items():
-        both = isinstance(value, dict) and isinstance(merged.get(key), dict)
-        merged[key] = _merged(merged[key], value) if both else value
-    return merged
 
 
 def _positive(text: str) -> int:

@@ -127,9 +127,9 @@ def stop_at_once(results: Path) -> None:
         os.write(sys.stderr.fileno(), f"\n{said}\n".encode())
         os._exit(128 + number)
 
-    for each in STOPPING:
-        if signal.getsignal(each) is not signal.SIG_IGN:  # as under nohup
-            signal.signal(each, _stop)
+    for signum in STOPPING:
+        if signal.getsignal(signum) is not signal.SIG_IGN:  # as under nohup
+            signal.signal(signum, _stop)
 
 
 def stop_as_usual() -> None:

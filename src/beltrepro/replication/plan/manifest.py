@@ -32,14 +32,14 @@ def read(top: Path) -> dict[str, str]:
 
 def sources(top: Path) -> dict[str, str]:
     """What the list says of the files of the project itself."""
-    return {name: each for name, each in read(top).items() if not _is_made(name)}
+    return {name: checksum for name, checksum in read(top).items() if not _is_made(name)}
 
 
 def datasets(top: Path, run: str) -> set[str]:
     """Datasets of a run that came with an archive and are still there."""
     folder = PurePosixPath(_RESULTS, run, "datasets")
     listed = [PurePosixPath(name) for name in read(top)]
-    return {each.stem for each in listed if each.parent == folder and (top / each).is_file()}
+    return {path.stem for path in listed if path.parent == folder and (top / path).is_file()}
 
 
 def _is_made(name: str) -> bool:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from beltrepro.base import checks
 from beltrepro.model.units import TIME_S
 from beltrepro.replication.plan.config import MOST_POINTS, SOURCE, checked, refuse
-from beltrepro.replication.plan.films import CAMERA, FILM, NEEDED, TRACK, PlannedFilm
+from beltrepro.replication.plan.filming import CAMERA, FILM, NEEDED, TRACK, PlannedFilm
 from beltrepro.replication.plan.kinds import KINDS, POINT, SETTINGS, Kind
 from beltrepro.replication.plan.more_runs import MoreRuns, place_of, rows
 from beltrepro.replication.plan.points import LAW, QUANTITIES, REQUIRED, Point, plain

@@ -82,7 +82,7 @@ class Figure(_Entry):
             if not isinstance(getattr(self, name), str) or not getattr(self, name).strip():
                 raise InputError(f"{name} must be text")
         names = self.shows.values() if isinstance(self.shows, dict) else [None]
-        if not all(isinstance(each, tuple) for each in names):
+        if not all(isinstance(shown, tuple) for shown in names):
             raise InputError(f"shows = {self.shows!r}: must be tuples of names by claim")
         if self.category not in CATEGORIES:
             raise InputError(f"category = {self.category!r}: allowed are {', '.join(CATEGORIES)}")

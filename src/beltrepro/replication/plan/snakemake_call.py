@@ -96,14 +96,14 @@ def check_targets(
     """
     given, targets = _given(), sorted(targets)
     options = (given.forcerun, given.until, given.omit_from, given.prioritize)
-    asked = [(each, targets) for each in sorted(given.targets)]
+    asked = [(name, targets) for name in sorted(given.targets)]
     rules = [*targets, *chosen]
-    asked += [(each, rules) for option in options for each in sorted(option or ())]
-    for name, known in asked:
-        if name not in known and not is_file(os.path.relpath(name)):
+    asked += [(name, rules) for option in options for name in sorted(option or ())]
+    for name, allowed in asked:
+        if name not in allowed and not is_file(os.path.relpath(name)):
             raise InputError(
-                f"target {name!r}: allowed are files of this run and {', '.join(known)}"
-                f"{hint(name, known)}"
+                f"target {name!r}: allowed are files of this run and {', '.join(allowed)}"
+                f"{hint(name, allowed)}"
             )
 
 

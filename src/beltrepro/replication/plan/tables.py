@@ -33,9 +33,13 @@ def _column(name: str, values: pd.Series, columns: dict[str, str]) -> dict:
     if name in columns:
         return described | {"dc:description": columns[name]}
     if name in QUANTITIES:
-        each = QUANTITIES[name]
-        titles = {"titles": [name, each.symbol]} if each.symbol else {}
-        return described | titles | {"dc:description": each.description, "unit": UNITS[each.unit]}
+        quantity = QUANTITIES[name]
+        titles = {"titles": [name, quantity.symbol]} if quantity.symbol else {}
+        return (
+            described
+            | titles
+            | {"dc:description": quantity.description, "unit": UNITS[quantity.unit]}
+        )
     return described
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from beltrepro.replication.plan import dependencies, files, jobs, manifest, registry
-from beltrepro.replication.plan.films import FILM, TRACK
+from beltrepro.replication.plan.filming import FILM, TRACK
 from beltrepro.replication.plan.plan import AddedBatch, make_plan
 from beltrepro.replication.plan.points import Point
 
@@ -227,8 +227,10 @@ class Workflow:
         return {
             "datasets": self.expected(*self.plan.datasets),
             **{name: {name: judged} for name in ("claims", "estimates")},
-            "figures": {name: self.made_from(*each.uses) for name, each in self.figures.items()},
-            **{name: {name: each} for name, each in self.expected(*self.tables).items()},
+            "figures": {
+                name: self.made_from(*figure.uses) for name, figure in self.figures.items()
+            },
+            **{name: {name: told} for name, told in self.expected(*self.tables).items()},
         }
 
     def expected_of_article(self) -> dict[str, dict]:

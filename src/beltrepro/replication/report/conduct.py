@@ -33,28 +33,15 @@ def deviations_of_run(datasets: list[dict]) -> list[dict]:
             lengths = dataset["duration"], dataset["transient"]
             by_lengths.setdefault(lengths, []).append(dataset["name"])
     by_lengths.pop((length(PAPER_DURATION), length(PAPER_TRANSIENT)), None)
+    texts = WORDS["deviations_of_run"]
     rows = [
-        {
-            "what": "Length of the runs",
-            "paper": f"t = {length(PAPER_DURATION)}, of which {length(PAPER_TRANSIENT)} discarded",
-            "ours": f"t = {duration}, of which {transient} discarded",
-            "where": ", ".join(distinct(names)),
-            "why": "to save time of computation",
-        }
+        texts["length"]
+        | {"ours": f"t = {duration}, of which {transient} discarded"}
+        | {"where": ", ".join(distinct(names))}
         for (duration, transient), names in sorted(by_lengths.items())
     ]
     by_events = [dataset["name"] for dataset in datasets if "event" in dataset["method"]]
-    if by_events:
-        rows.append(
-            {
-                "what": "Integrator",
-                "paper": "Verlet scheme, step 0.001, stick and slip at the ends of steps",
-                "ours": "high order between events, instants of stick and slip located",
-                "where": ", ".join(by_events),
-                "why": "exact; see the section on the two integrators",
-            }
-        )
-    return rows
+    return rows + ([texts["integrator"] | {"where": ", ".join(by_events)}] if by_events else [])
 
 
 def runs(material: Material) -> dict:

@@ -154,7 +154,10 @@ def spectral_law(
     length = values.size // count
     stretches = values[: count * length].reshape(count, length)
     by_stretch = [spectra.power_spectrum(stretch, interval, window=window) for stretch in stretches]
-    frequency, power = by_stretch[0][0], np.array([spectrum for _, spectrum in by_stretch])
+    frequency = by_stretch[0][0]
+    inside = (frequency >= low) & (frequency <= high)
+    # Most of a spectrum lies above the range, and each resample would average it in vain.
+    frequency, power = frequency[inside], np.array([spectrum[inside] for _, spectrum in by_stretch])
 
     def fit(drawn):
         # The logarithm of a single noisy spectrum would lie too low where bins are narrow.
@@ -192,9 +195,9 @@ def peaks_of_slips(series) -> np.ndarray:
     slips, sticks = (events["time"][events["kind"] == kind] for kind in ("slip", "stick"))
     inside = np.searchsorted(time, [*zip(slips, sticks, strict=False)])
     peaks = [relative[first:last].max() for first, last in inside if last > first]
-    each = len(peaks) // STRETCHES
-    require(each >= 2, f"{len(peaks)} slips of the last block, not {2 * STRETCHES}")
-    return np.array(peaks[: each * STRETCHES]).reshape(STRETCHES, each)
+    count = len(peaks) // STRETCHES
+    require(count >= 2, f"{len(peaks)} slips of the last block, not {2 * STRETCHES}")
+    return np.array(peaks[: count * STRETCHES]).reshape(STRETCHES, count)
 
 
 # --- densities and their exponents ----------------------------------------------------------------

@@ -94,13 +94,14 @@ def _alternating(table: pd.DataFrame) -> list[dict]:
 def _posterior(row: dict) -> dict:
     """One choice of free parameters as text; empty cells where no trial agrees."""
     agrees = row["evidence"] > 0
+    shares = row["sigma_1_to_2"], row["sigma_1_to_2_before"]
     return {
         "free": _WORDS[row["free"]],
         "agreed": f"{row['agreed_022']} and {row['agreed_028']}",
         "trials": row["combinations"] * row["runs"],
         "evidence": f"{row['evidence']:.2g}",
         "held_out": f"{row['held_out']:.2g}" if agrees else "",
-        "share": f"{row['sigma_1_to_2']:.2g} ({row['sigma_1_to_2_before']:.2g})" if agrees else "",
+        "share": "{:.2g} ({:.2g})".format(*shares) if agrees and np.isfinite(shares).all() else "",
         **{
             name: _levels(row[f"{name}_levels"])
             for name in ("noise", "friction_ratio", "speed_factor")
