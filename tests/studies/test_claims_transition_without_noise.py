@@ -14,6 +14,7 @@ from made_up import (
     grades,
     joined,
     measured,
+    motion_map,
     readings,
     scan,
     scan_of_laws,
@@ -93,36 +94,31 @@ def test_one_run_at_each_u_tells_no_interval():
         measured("u-critical", **row)
 
 
-# --- windows and outliers -------------------------------------------------------------------------
+# --- periodic motion and outliers -----------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("r", "low", "verdicts"),
+    ("periodic", "low", "verdicts"),
     [
         (0.03, 0.02, (YES, YES)),
-        (0.08, 0.02, (YES, IN_PART)),  # smaller, but not much
-        (0.13, 0.02, (YES, IN_PART)),
-        (0.13, 0.049, (NO, NO)),
+        (0.07, 0.02, (YES, IN_PART)),  # smaller, but not much
+        (0.12, 0.02, (YES, IN_PART)),
+        (0.12, 0.049, (NO, NO)),
         (None, 0.02, (YES, OPEN)),
     ],
 )
-def test_r_of_periodic_motion_beyond_the_transition_and_in_windows(r, low, verdicts):
-    """Two u below the transition are windows, and so is u = 15.5, which does not count."""
-    windows = (6, 12, 15.5)
-
-    def disorder(u, rng):
-        if u not in windows:
-            return falling(low=low)(u, rng)
-        return rng.choice([0.01, 0.129]) if r is None else r + rng.normal(0, 0.001)
-
-    made = scan_of_laws(
-        [6, 12, 14, 15, 15.5, 18, 19],
-        disorder,
-        replicates=6,
-        labels=lambda u: "periodic" if u in windows else "chaotic",
+def test_r_of_periodic_motion_beyond_the_transition_and_below(periodic, low, verdicts):
+    """Irregular runs, and those beyond u = 15, have another r."""
+    made = replicates(low=low)
+    spread = (
+        np.resize([0.03, 0.12], 20) if periodic is None else np.linspace(0.99, 1.01, 20) * periodic
     )
-    assert both("r-windows", n5_replicates_check=made, n5_replicates=made) == verdicts
-    assert "12 periodic and 12 irregular" in measured("r-windows", EXACT, n5_replicates=made).note
+    u = [*np.linspace(1, 15, 26), *np.linspace(15.5, 50, 10)]
+    disorder = [*spread, *[0.5] * 6, *[0.5] * 10]
+    made["motion_map"] = motion_map({5: "p" * 20 + "c" * 6 + "p" * 10}, u=u, disorder=disorder)
+    assert both("r-windows", **made) == verdicts
+    value = measured("r-windows", EXACT, **made).judged["periodic below"].value
+    assert value == pytest.approx((periodic or 0.075) / 0.13, rel=0.02)
 
 
 def of_large_r(places, label, u, replicates=1):
