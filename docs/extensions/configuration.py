@@ -22,9 +22,10 @@ def keys() -> str:
     whole = config.schema()
     parts = whole["$defs"]
     lines = [markdown.plain(whole["description"]), "## Top level", _keys(whole, parts)]
-    for name in ("Dataset", "Film", "Camera", "Preset"):
-        article = "The" if name == "Camera" else "A"
-        lines += [f"## {article} {name.lower()}", markdown.plain(parts[name]["description"])]
+    titles = {"Dataset": "A dataset", "MoreRuns": "More runs", "Film": "A film"}
+    titles |= {"Camera": "The camera", "Preset": "A preset"}
+    for name, title in titles.items():
+        lines += [f"## {title}", markdown.plain(parts[name]["description"])]
         lines.append(_keys(parts[name], parts))
         if name == "Dataset":
             also = "It also takes every quantity and the settings of its kind. So does `defaults`."
