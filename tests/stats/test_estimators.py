@@ -91,8 +91,6 @@ def test_the_falling_range_at_its_edges():
     centre, found = np.arange(1.0, 6), np.array([1, 5, 4, 3, 2.0])
     assert avalanches.falling_range(centre, found, np.array([10, 10, 10, 10, 9])) == (2, 4)
     assert avalanches.falling_range(centre, found, np.full(5, 10)) == (2, 5)
-    few = avalanches.falling_range(centre, found, np.array([0, 5, 3, 3, 2]), minimum_count=3)
-    assert few == (2, 4)
     with pytest.raises(NotEnoughDataError, match="holds 10 values"):
         avalanches.falling_range(centre, found, np.array([90, 90, 9, 90, 90]))
     with pytest.raises(NotEnoughDataError):
@@ -270,8 +268,8 @@ def test_intermittent_points_at_the_edges_of_the_criterion():
     }
     found = intermittency.intermittent_mask(points)
     assert found.tolist() == [True, False, True, False, False, False]
-    wide = intermittency.intermittent_mask(points, low=0.01, high=0.99, minimum_phases=1)
-    assert wide.tolist() == [True] * 5 + [False]
+    wide = intermittency.intermittent_mask(points, low=0.01, high=0.99)
+    assert wide.tolist() == [True] * 4 + [False] * 2
 
 
 def test_laminar_phases_longer_than_the_limit_only():

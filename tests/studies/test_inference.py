@@ -177,7 +177,6 @@ def test_a_trial_agrees_in_r_and_in_both_regimes():
         "lively_longest": np.array([2000.0, 2000, 2000, 2000, 1500, 300]),
     }
     assert observations.agrees(first, arrays).tolist() == [1, 1, 0, 0, 0, 0]
-    assert observations.agrees(first, arrays, 0.12).tolist() == [1, 1, 1, 0, 0, 0]
     assert observations.agrees(second, arrays).tolist() == [0, 0, 0, 0, 0, 1]
     assert observations.alternates(arrays).all()
     assert first.belt_velocity == pytest.approx(12.0176, abs=1e-3)
