@@ -7,6 +7,13 @@ from pydantic import TypeAdapter
 from beltrepro.replication.plan import config, filming, kinds, points
 from extensions import markdown
 
+_PARTS = {
+    "Dataset": "A dataset",
+    "MoreRuns": "More runs of a dataset",
+    "Film": "A film",
+    "Camera": "The camera",
+    "Preset": "A preset",
+}
 _LIMITS = {
     "minimum": "{} or more",
     "exclusiveMinimum": "more than {}",
@@ -22,9 +29,8 @@ def keys() -> str:
     whole = config.schema()
     parts = whole["$defs"]
     lines = [markdown.plain(whole["description"]), "## Top level", _keys(whole, parts)]
-    for name in ("Dataset", "Film", "Camera", "Preset"):
-        article = "The" if name == "Camera" else "A"
-        lines += [f"## {article} {name.lower()}", markdown.plain(parts[name]["description"])]
+    for name, title in _PARTS.items():
+        lines += [f"## {title}", markdown.plain(parts[name]["description"])]
         lines.append(_keys(parts[name], parts))
         if name == "Dataset":
             also = "It also takes every quantity and the settings of its kind. So does `defaults`."
@@ -67,6 +73,8 @@ def _allowed(told: dict) -> str:
     """What a value may be, in words."""
     if "anyOf" in told:
         return " or ".join(map(_allowed, told["anyOf"]))
+    if "$ref" in told:
+        return "keys with values"
     if "enum" in told:
         return ", ".join(map(markdown.code, told["enum"]))
     words = [told.get("type", "").replace("object", "keys with values").replace("array", "list")]
