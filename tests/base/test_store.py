@@ -84,13 +84,13 @@ def told(batch=None, **changes):
     presets = {"own": {"defaults": defaults, "datasets": {"rows": point | changes}}}
     config = {"preset": "own", "seed": 3, "datasets": {}, "presets": presets}
     plan = make_plan(config)
-    return plan.told("rows") if batch is None else plan.told_batch("rows", batch)
+    return plan.dataset_spec("rows") if batch is None else plan.batch_spec("rows", batch)
 
 
-def arrays_of(told_batch, **more):
-    count = told_batch["points"]["count"]
+def arrays_of(batch_spec, **more):
+    count = batch_spec["points"]["count"]
     recorded = {"disorder_parameter": np.arange(count) / 7, "slip_count": np.ones((count, 10), int)}
-    return columns(points_of(told_batch["points"])) | recorded | more
+    return columns(points_of(batch_spec["points"])) | recorded | more
 
 
 def written(path, batch):

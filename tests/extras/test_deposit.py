@@ -44,10 +44,10 @@ def plan():
 def made(plan, tmp_path_factory):
     """A dataset, a table of it, one of that table, and a figure, as the scripts make them."""
     folder = tmp_path_factory.mktemp("made")
-    told, points = plan.told("rows"), plan.datasets["rows"].points
+    spec, points = plan.dataset_spec("rows"), plan.datasets["rows"].points
     arrays = columns(points) | {"disorder_parameter": np.linspace(0.1, 0.3, len(points))}
-    files.write(folder / "rows.h5", told, arrays)
-    expected = {"rows": files.expected(told)}
+    files.write(folder / "rows.h5", spec, arrays)
+    expected = {"rows": files.expected(spec)}
     about = {"preset": "own", "run": "own", "sources": expected}
     paths = {"rows": folder / "rows.h5"}
     for name in ("first", "second"):
@@ -93,10 +93,10 @@ def test_tables_and_figures_say_all_that_made_their_data(made, plan, name):
     libraries = json.loads(libraries) if isinstance(libraries, str) else libraries
     assert libraries["numpy"] == np.__version__
     rows = said["lineage"]["rows"]
-    assert rows["config"] == json.loads(json.dumps(plan.told("rows")))
+    assert rows["config"] == json.loads(json.dumps(plan.dataset_spec("rows")))
     assert rows["config"]["points"]["seed"] == [4, 9]
     assert rows["config"]["points"]["method"] == ["event"]
-    assert rows["digest"] == files.digest(plan.told("rows"))
+    assert rows["digest"] == files.digest(plan.dataset_spec("rows"))
     assert rows["code_version"] == provenance.code_version()
     assert rows["library_versions"]["numba"] and rows["processor"]
 
@@ -218,10 +218,10 @@ def test_the_crate_names_files_that_are_there_and_refers_to_nothing_else(project
 
 
 def test_the_whole_run_was_told_its_preset_seed_and_machine(described):
-    told = [described[entity["@id"]] for entity in described["#run"]["object"]]
-    values = {entity["name"]: entity["value"] for entity in told[1:]}
+    spec = [described[entity["@id"]] for entity in described["#run"]["object"]]
+    values = {entity["name"]: entity["value"] for entity in spec[1:]}
     assert values == {"preset": RUN.preset, "seed": str(RUN.seed)} | provenance.machine()
-    assert told[0]["@id"] == "source/config.yaml"
+    assert spec[0]["@id"] == "source/config.yaml"
 
 
 def test_each_job_is_an_action_with_its_ends_time_and_memory(described):

@@ -39,10 +39,10 @@ def arrays_of(points, noise=0.0, seed=1):
 
 
 def write(path, made, **arrays):
-    told = made.told("rows")
+    spec = made.dataset_spec("rows")
     points = made.datasets["rows"].points
-    files.write(path, told, arrays_of(points, **arrays))
-    return files.expected(told)
+    files.write(path, spec, arrays_of(points, **arrays))
+    return files.expected(spec)
 
 
 @pytest.fixture(scope="module")
@@ -199,10 +199,10 @@ def test_short_runs_agree_closely_elsewhere(tmp_path):
 
 def test_columns_of_quantities_agree_everywhere(results):
     folder, compare = results
-    told = plan().told("rows")
+    spec = plan().dataset_spec("rows")
     arrays = arrays_of(plan().datasets["rows"].points)
     arrays["belt_velocity"] = np.nextafter(arrays["belt_velocity"], 100.0)
-    files.write(folder / "datasets" / "rows.h5", told, arrays)
+    files.write(folder / "datasets" / "rows.h5", spec, arrays)
     assert "belt_velocity has other bits" in compare(**OTHER)["rows"].words
 
 
@@ -220,15 +220,15 @@ def test_missing_and_damaged_results_are_named(results):
 
 def test_the_command_says_what_it_found(results, tmp_path, capsys):
     folder, _ = results
-    told = ["verify", str(folder), "--list", str(tmp_path / "own.json")]
-    assert cli.main(told) == 0
+    spec = ["verify", str(folder), "--list", str(tmp_path / "own.json")]
+    assert cli.main(spec) == 0
     assert capsys.readouterr().out == "2 the same bits\nequal: every bit of the list\n"
     write(folder / "datasets" / "rows.h5", plan(), noise=0.1)
-    assert cli.main(told) == 1
+    assert cli.main(spec) == 1
     shown = capsys.readouterr()
     assert shown.out == "1 wrong, 1 the same bits\ndifferent: see the lines above\n"
     assert shown.err.startswith(f"error: {folder / 'datasets' / 'rows.h5'}: disorder_parameter has")
-    assert cli.main([*told, "--write"]) == 0 and cli.main(told) == 0
+    assert cli.main([*spec, "--write"]) == 0 and cli.main(spec) == 0
 
 
 def claims(folder, **verdicts):

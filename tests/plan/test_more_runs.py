@@ -174,15 +174,17 @@ def test_each_row_is_looked_at_once_a_round_with_all_its_runs():
 
 def test_first_batches_are_told_nothing_of_more_runs_and_the_whole_is():
     without, with_them = planned(None), planned()
-    assert without.datasets["one"].added == () and without.told("one") != with_them.told("one")
-    told, fewer = with_them.told_of_batches("one"), without.told_of_batches("one")
-    assert list(told.items())[: len(fewer)] == list(fewer.items())
-    digests = {files.digest(part) for part in [*told.values(), with_them.told("one")]}
-    assert len(digests) == len(told) + 1 and json.loads(json.dumps(told)) == told
+    assert without.datasets["one"].added == () and without.dataset_spec(
+        "one"
+    ) != with_them.dataset_spec("one")
+    spec, fewer = with_them.batch_specs("one"), without.batch_specs("one")
+    assert list(spec.items())[: len(fewer)] == list(fewer.items())
+    digests = {files.digest(part) for part in [*spec.values(), with_them.dataset_spec("one")]}
+    assert len(digests) == len(spec) + 1 and json.loads(json.dumps(spec)) == spec
     for name, value in {"by": 2, "up_to": 9, "of": "mean_length", "half_width": 0.02}.items():
         other = planned(RULE | {name: value})
-        assert files.digest(other.told("one")) not in digests
-        assert files.digest(other.told_of_batches("one")["round1_0000"]) not in digests
+        assert files.digest(other.dataset_spec("one")) not in digests
+        assert files.digest(other.batch_specs("one")["round1_0000"]) not in digests
 
 
 @pytest.mark.parametrize(
@@ -262,11 +264,11 @@ def test_the_crate_says_what_added_runs_are_made_from():
 
 def made(plan, folder):
     """A dataset of a plan, simulated batch by batch by the scripts of the workflow."""
-    told, added = plan.told_of_batches("one"), plan.datasets["one"].added
+    spec, added = plan.batch_specs("one"), plan.datasets["one"].added
     looks_at = {batch.name: batch.looks_at for batch in added}
-    paths = {name: folder / f"{name}.h5" for name in told}
-    expected = {name: files.expected(part) for name, part in told.items()}
-    for name, part in told.items():
+    paths = {name: folder / f"{name}.h5" for name in spec}
+    expected = {name: files.expected(part) for name, part in spec.items()}
+    for name, part in spec.items():
         if name in looks_at:
             sources = looks_at[name]
             script("add_runs")(
@@ -275,9 +277,9 @@ def made(plan, folder):
         else:
             script("simulate")(part, paths[name], progress=lambda share: None)
     whole = folder / "one.h5"
-    script("join")(list(paths.values()), list(expected.values()), plan.told("one"), whole)
+    script("join")(list(paths.values()), list(expected.values()), plan.dataset_spec("one"), whole)
     parts = {name: files.read(path, expected[name]).arrays for name, path in paths.items()}
-    return files.read(whole, files.expected(plan.told("one"))), parts
+    return files.read(whole, files.expected(plan.dataset_spec("one"))), parts
 
 
 @pytest.mark.thorough
@@ -304,11 +306,11 @@ def test_added_runs_have_the_bits_of_runs_that_were_planned(tmp_path):
         np.testing.assert_array_equal(grown.arrays[name], values[at])
     assert {len(arrays["noise"]) for arrays in parts.values()} >= {0, 6}
     assert sum(len(arrays["noise"]) for arrays in parts.values()) == len(points)
-    told = runs_at_places(points)
-    assert told.startswith("5 runs at ") and " runs at " in told[12:]
+    spec = runs_at_places(points)
+    assert spec.startswith("5 runs at ") and " runs at " in spec[12:]
     # nothing that is wide is left but where the most runs are
     left = wanted(
-        points_of(planned().told_added("one", planned().datasets["one"].added[0])["points"]),
+        points_of(planned().added_spec("one", planned().datasets["one"].added[0])["points"]),
         points,
         grown.arrays["disorder_parameter"],
         MoreRuns(**RULE | {"half_width": limit}, along="belt_velocity"),

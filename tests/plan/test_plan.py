@@ -148,10 +148,10 @@ def test_what_is_told_is_plain_and_all_that_the_job_needs(plan):
     json.dumps(plan.settings())
     for name, dataset in plan.datasets.items():
         number = len(dataset.batches) - 1
-        told = plan.told_batch(name, number)
-        assert json.loads(json.dumps(told)) == told
-        assert tuple(points_of(told["points"])) == dataset.batches[number]
-        assert told["settings"].keys() == set(dataset.kind.settings)
+        spec = plan.batch_spec(name, number)
+        assert json.loads(json.dumps(spec)) == spec
+        assert tuple(points_of(spec["points"])) == dataset.batches[number]
+        assert spec["settings"].keys() == set(dataset.kind.settings)
 
 
 # --- methods --------------------------------------------------------------------------------------
@@ -269,7 +269,7 @@ def test_a_film_has_the_camera_of_all_but_for_what_it_gives(plan):
     assert whole.camera["compression"] == CONFIG["camera"]["compression"] > 0
     assert stage.camera["compression"] == stage.camera["sensor_noise"] == 0
     assert (whole.frames, stage.frames) == (None, 720)
-    assert stage.told() == {"film": "stage_lens", "frames": 720, "camera": stage.camera}
+    assert stage.spec() == {"film": "stage_lens", "frames": 720, "camera": stage.camera}
     assert stage.camera["seed"] == plan.seed
 
 

@@ -32,9 +32,9 @@ def write(path):
     defaults = {"duration": 2000, "transient": 50}
     presets = {"own": {"defaults": defaults, "datasets": {"rows": rows}}}
     plan = make_plan({"preset": "own", "seed": 3, "datasets": {}, "presets": presets})
-    told, points = plan.told("rows"), plan.datasets["rows"].points
-    files.write(path, told, columns(points) | {"disorder_parameter": np.array([0.1, 0.2])})
-    return files.expected(told)
+    spec, points = plan.dataset_spec("rows"), plan.datasets["rows"].points
+    files.write(path, spec, columns(points) | {"disorder_parameter": np.array([0.1, 0.2])})
+    return files.expected(spec)
 
 
 @pytest.fixture(scope="module")
@@ -71,9 +71,9 @@ def outcomes(path, bits, expected, whole):
     return found
 
 
-def killed(*told):
+def killed(*spec):
     faulthandler.disable()  # the traceback of a death that is meant
-    return damages.outcome(*told)
+    return damages.outcome(*spec)
 
 
 def test_hdf5_looks_no_further_than_its_end(copy):

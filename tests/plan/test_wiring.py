@@ -42,13 +42,13 @@ def planned(kind="scan", **keys):
     return make_plan({"preset": "own", "seed": 3, "run": "r", "datasets": {}, "presets": presets})
 
 
-def changed(told, name):
+def changed(spec, name):
     """The same with another value of a quantity or setting."""
-    told = copy.deepcopy(told)
-    part = told["points"] if name in QUANTITIES else told["settings"]
+    spec = copy.deepcopy(spec)
+    part = spec["points"] if name in QUANTITIES else spec["settings"]
     value = part[name][0] if name in QUANTITIES and isinstance(part[name], list) else part[name]
     part[name] = OTHER[name] if name in OTHER else value * 0.5 if value % 1 else value + 1
-    return told
+    return spec
 
 
 def script(name):
@@ -63,19 +63,19 @@ def script(name):
 def test_each_quantity_and_setting_reaches_the_function_of_the_kind(kind, monkeypatch):
     calls = []
 
-    def recording(setup, **told):
-        calls.append((setup.cases, told))
+    def recording(setup, **spec):
+        calls.append((setup.cases, spec))
         return {}
 
     monkeypatch.setattr(kinds, "resolve_name", {KINDS[kind].record: recording}.__getitem__)
-    whole = planned(kind).told_batch("one", 0)
+    whole = planned(kind).batch_spec("one", 0)
     names = [*QUANTITIES, *KINDS[kind].settings]
     heard = set()
-    for told in (whole, *(changed(whole, name) for name in names)):
-        points = points_of(told["points"])
-        columns = kinds.record(kind, points, told["settings"], progress=print)
+    for spec in (whole, *(changed(whole, name) for name in names)):
+        points = points_of(spec["points"])
+        columns = kinds.record(kind, points, spec["settings"], progress=print)
         cases, settings = calls[-1]
-        assert settings == told["settings"] | {"progress": print}
+        assert settings == spec["settings"] | {"progress": print}
         for row, (point, case) in enumerate(zip(points, cases, strict=True)):
             assert all(getattr(case.parameters, name) == getattr(point, name) for name in CHAIN)
             for name in ("method", "time_step", "tolerance", "kick", "initial_spread"):
@@ -83,18 +83,18 @@ def test_each_quantity_and_setting_reaches_the_function_of_the_kind(kind, monkey
             assert (case.state.seed, case.state.replicate) == (point.seed, point.replicate)
             for name, values in columns.items():
                 assert values[row] == getattr(point, name) or getattr(point, name) is None
-        heard.add(repr((told["settings"], points)))
+        heard.add(repr((spec["settings"], points)))
     assert len(heard) == len(names) + 1
 
 
 @pytest.mark.parametrize("name", [*QUANTITIES, *KINDS["scan"].settings, "dataset", "run", "preset"])
 def test_whatever_a_batch_is_told_is_known_of_its_file(tmp_path, name):
-    told = planned().told_batch("one", 0)
-    other = changed(told, name) if name in QUANTITIES | SETTINGS else told | {name: "other"}
+    spec = planned().batch_spec("one", 0)
+    other = changed(spec, name) if name in QUANTITIES | SETTINGS else spec | {name: "other"}
     arrays = {"mean_length": np.array([1.0, 2.0])}
-    arrays = kinds.columns(points_of(told["points"])) | arrays
-    files.write(tmp_path / "a.h5", told, arrays)
-    files.read(tmp_path / "a.h5", files.expected(told))
+    arrays = kinds.columns(points_of(spec["points"])) | arrays
+    files.write(tmp_path / "a.h5", spec, arrays)
+    files.read(tmp_path / "a.h5", files.expected(spec))
     with pytest.raises(InputError, match=r"holds dataset one .*to make it again: rm "):
         files.read(tmp_path / "a.h5", files.expected(other))
 
@@ -116,42 +116,42 @@ def test_a_script_reads_each_parameter_of_its_rule_and_no_other(name, rule):
     given = set(re.findall(r"^        (\w+)=", block, re.M))
     tree = ast.parse((WORKFLOW / "scripts" / f"{name}.py").read_text())
     bases = [node for node in ast.walk(tree) if isinstance(node, ast.Attribute)]
-    read = {node.attr for node in bases if ast.unparse(node.value) in ("job.params", "told")}
+    read = {node.attr for node in bases if ast.unparse(node.value) in ("job.params", "params")}
     whole = given - read - {"code", "commit", "title", "words"}  # of reruns and captions
     assert whole == set(), "never read"
-    assert read & {"told", "expected", "settings", "code", "jobs", "benchmarks"} <= given
+    assert read & {"spec", "expected", "settings", "code", "jobs", "benchmarks"} <= given
 
 
 def test_a_dataset_is_joined_from_its_batches_in_their_order(tmp_path):
     plan = planned()
     paths, expected, points = [], [], []
     for number, batch in enumerate(plan.datasets["one"].batches):
-        told = plan.told_batch("one", number)
+        spec = plan.batch_spec("one", number)
         paths.append(tmp_path / f"{number}.h5")
-        expected.append(files.expected(told))
+        expected.append(files.expected(spec))
         points += batch
         arrays = {"mean_length": np.array([point.belt_velocity for point in batch])}
-        files.write(paths[-1], told, kinds.columns(batch) | arrays)
+        files.write(paths[-1], spec, kinds.columns(batch) | arrays)
     assert [len(batch) for batch in plan.datasets["one"].batches] == [2, 1]
-    join, told = script("join")["join"], plan.told("one")
-    join(paths, expected, told, tmp_path / "one.h5")
-    whole = files.read(tmp_path / "one.h5", files.expected(told))
+    join, spec = script("join")["join"], plan.dataset_spec("one")
+    join(paths, expected, spec, tmp_path / "one.h5")
+    whole = files.read(tmp_path / "one.h5", files.expected(spec))
     assert whole.arrays["mean_length"].tolist() == [point.belt_velocity for point in points]
-    join(paths, expected, told | {"run": "other"}, tmp_path / "other.h5")
+    join(paths, expected, spec | {"run": "other"}, tmp_path / "other.h5")
     assert store.read(tmp_path / "other.h5").attributes["run"] == "other"
     with pytest.raises(InputError, match="with other settings"):
-        join(paths, expected[::-1], told, tmp_path / "wrong.h5")
+        join(paths, expected[::-1], spec, tmp_path / "wrong.h5")
     with pytest.raises(ValueError, match="shorter"):
-        join(paths, expected[:1], told, tmp_path / "wrong.h5")
+        join(paths, expected[:1], spec, tmp_path / "wrong.h5")
 
 
 @pytest.mark.slow
 def test_a_film_is_taken_as_told(tmp_path):
     plan = planned("series", n_blocks=2, belt_velocity=5, sample_interval=0.5448376, noise=0)
-    told = plan.told("one")
+    spec = plan.dataset_spec("one")
     points = plan.datasets["one"].points
-    files.write(tmp_path / "one.h5", told, kinds.record("series", points, told["settings"]))
-    expected = {"one": files.expected(told)}
+    files.write(tmp_path / "one.h5", spec, kinds.record("series", points, spec["settings"]))
+    expected = {"one": files.expected(spec)}
     small = {"width": 64, "height": 32, "seed": 1, "compression": 0}
     asked = {"film": "f", "frames": 12, "camera": small}
     take, made = script("film")["take"], {}

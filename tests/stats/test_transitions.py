@@ -27,7 +27,7 @@ def test_a_fall_without_scatter_by_hand():
     last = find_fall(VELOCITY, STRAIGHT)
     assert (last.r_high, last.r_low) == pytest.approx((0.12, 0.02))
     assert (last.lower, last.critical, last.upper) == pytest.approx((11, 15, 19))
-    assert last.width == pytest.approx(8) and last.contrast == pytest.approx(6) and last.found
+    assert last.width == pytest.approx(8) and last.contrast == pytest.approx(6) and last.exists
 
 
 def test_plateaus_reach_from_half_the_lower_edge_to_twice_the_upper_one():
@@ -47,18 +47,18 @@ def test_a_window_of_low_r_before_the_fall_is_no_end_of_it():
 def test_a_transition_needs_the_stated_contrast(low, found):
     r = np.where(VELOCITY < 15.5, 0.1, low)
     result = find_fall(VELOCITY, r)
-    assert result.found == found and (result.r_high, result.r_low) == (0.1, low)
+    assert result.exists == found and (result.r_high, result.r_low) == (0.1, low)
     assert np.isnan(result.critical) != found
     factor = 1.3 if found else 1.29
-    assert find_rise(VELOCITY, np.where(VELOCITY < 9, low, factor * low)).found == found
-    assert not find_fall(VELOCITY, 0.01 * VELOCITY).found
+    assert find_rise(VELOCITY, np.where(VELOCITY < 9, low, factor * low)).exists == found
+    assert not find_fall(VELOCITY, 0.01 * VELOCITY).exists
 
 
 @pytest.mark.parametrize("step", [10.5, 30.5])
 def test_a_fall_that_a_window_hides_is_not_found(step):
     """The median over all points is one of the plateaus everywhere."""
     found = find_fall(VELOCITY, np.where(step > VELOCITY, 0.1, 0.02), window=100.0)
-    assert not found.found and np.isnan([found.lower, found.upper, found.critical]).all()
+    assert not found.exists and np.isnan([found.lower, found.upper, found.critical]).all()
     assert (found.r_high, found.r_low) == (0.1, 0.02)
 
 
@@ -99,7 +99,7 @@ def test_order_ties_and_missing_values_do_not_matter():
     for find, count, least in ((find_fall, 7, 8), (find_rise, 4, 5)):
         with pytest.raises(NotEnoughDataError, match=f"{count} points along the curve, {least} "):
             find(np.repeat(VELOCITY[:count], 3), np.ones(3 * count))
-        assert not find(VELOCITY[:least], np.ones(least)).found
+        assert not find(VELOCITY[:least], np.ones(least)).exists
 
 
 def test_the_running_median_reaches_half_its_width():

@@ -18,7 +18,7 @@ rule simulate:
         mem_mb=2000,
         runtime=240,
     params:
-        told=FLOW.told_batch,
+        spec=FLOW.batch_spec,
         code=FLOW.code_of_batch,
     message:
         "Simulating batch {wildcards.batch} of {wildcards.dataset}"
@@ -44,7 +44,7 @@ rule add_runs:
         mem_mb=4000,
         runtime=240,
     params:
-        told=FLOW.told_added,
+        spec=FLOW.added_spec,
         expected=FLOW.expected_so_far,
         code=FLOW.code_of_added,
     message:
@@ -73,7 +73,7 @@ rule join:
         mem_mb=4000,
         runtime=30,
     params:
-        told=FLOW.told_dataset,
+        spec=FLOW.dataset_spec,
         expected=FLOW.expected_batches,
         code=FLOW.code("join.py", "beltrepro.replication.plan.files:join"),
     message:

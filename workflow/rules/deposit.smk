@@ -19,7 +19,7 @@ rule crate:
         mem_mb=1000,
         runtime=30,
     params:
-        told=lambda wildcards: FLOW.told_crate(workflow.get_rule),
+        spec=lambda wildcards: FLOW.crate_spec(workflow.get_rule),
         commit=lambda wildcards: provenance.code_version(),
         code=FLOW.code("crate.py", "beltrepro.extras.deposit.archive:write_crate"),
     message:
@@ -45,7 +45,7 @@ rule archive:
         mem_mb=1000,
         runtime=60,
     params:
-        told=lambda wildcards: FLOW.told_crate(workflow.get_rule),
+        spec=lambda wildcards: FLOW.crate_spec(workflow.get_rule),
         commit=lambda wildcards: provenance.code_version(),
         code=FLOW.code("archive.py", "beltrepro.extras.deposit.archive:write"),
     message:

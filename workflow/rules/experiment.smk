@@ -20,7 +20,7 @@ rule film:
         mem_mb=2000,
         runtime=30,
     params:
-        told=FLOW.told_film,
+        spec=FLOW.film_spec,
         expected=FLOW.expected_of_sources,
         code=FLOW.code("film.py", "beltrepro.replication.camera.camera:film"),
     message:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 def main(job):
     path = Path(job.output[0])
-    count = archive.write(path, Path(), crate.run_from(job.params.told))
+    count = archive.write(path, Path(), crate.run_from(job.params.spec))
     print(f"{path}: {count} files, {path.stat().st_size / 1e6:.0f} MB")
 
 

@@ -19,9 +19,9 @@ def main(job):
         "estimates": [Path(job.input.estimates)],
         "figures": [Path(path) for path in job.input.figures],
     }
-    for name, told in job.params.expected.items():
+    for name, by_stem in job.params.expected.items():
         for path in files[name]:
-            inputs.check(path, told[path.stem])
+            inputs.check(path, by_stem[path.stem])
     citation = yaml.safe_load(Path(job.input.citation).read_text(encoding="utf-8"))
     material = Material(job.params.settings["preset"], job.params.settings, files)
     authors = [article.name_of(author) for author in citation["authors"]]

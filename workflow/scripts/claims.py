@@ -23,8 +23,8 @@ def claims(paths: dict, expected: dict, settings: dict, output) -> None:
 
 
 def main(job):
-    files, told = dict(job.input.items()), job.params
-    claims(files, told.expected, told.settings, job.output)
+    files, params = dict(job.input.items()), job.params
+    claims(files, params.expected, params.settings, job.output)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def main(job):
-    archive.write_crate(Path(), crate.run_from(job.params.told))
+    archive.write_crate(Path(), crate.run_from(job.params.spec))
 
 
 if __name__ == "__main__":

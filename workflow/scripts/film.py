@@ -19,26 +19,26 @@ if TYPE_CHECKING:
 TITLE = "Film of a simulated chain, by a virtual camera."
 
 
-def take(paths: dict, expected: dict, told: dict, output: Path) -> None:
-    """Film the one dataset in `paths`; told : what `PlannedFilm.told` says."""
+def take(paths: dict, expected: dict, spec: dict, output: Path) -> None:
+    """Film the one dataset in `paths`; spec : what `PlannedFilm.spec` says."""
     data = inputs.load(paths, expected)
     (series,) = data.values()
-    samples = {name: series.arrays[name][: told["frames"]] for name in ("time", *NEEDED)}
+    samples = {name: series.arrays[name][: spec["frames"]] for name in ("time", *NEEDED)}
     movement = Movement(
         to_si(samples["time"], "time"),
         to_si(samples["positions"], "length"),
         to_si(samples["velocities"], "velocity"),
     )
-    progress = Progress(f"{told['film']}: {len(movement.time_s)} frames")
-    film(movement, output, camera=Camera(**told["camera"]), progress=progress)
-    sources = expected | {f"{told['film']}{FILM}": told}
+    progress = Progress(f"{spec['film']}: {len(movement.time_s)} frames")
+    film(movement, output, camera=Camera(**spec["camera"]), progress=progress)
+    sources = expected | {f"{spec['film']}{FILM}": spec}
     describe(output, title=TITLE, sources=sources, lineage=inputs.lineage(paths, data), units="SI")
 
 
 def main(job):
     cv2.setNumThreads(job.threads)  # by itself it takes all cores
-    told, expected = job.params.told, job.params.expected
-    take(dict(job.input.items()), expected, told, Path(job.output.video))
+    spec, expected = job.params.spec, job.params.expected
+    take(dict(job.input.items()), expected, spec, Path(job.output.video))
 
 
 if __name__ == "__main__":

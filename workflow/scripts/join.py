@@ -9,18 +9,19 @@ if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
 
-def join(paths: list, expected: list[dict], told: dict, output) -> None:
+def join(paths: list, expected: list[dict], spec: dict, output) -> None:
     """Join files in their order.
 
-    expected : what each of them must say of itself. told : what the whole is, see `Plan.told`.
+    expected : what each of them must say of itself.
+    spec : what the whole is, see `Plan.dataset_spec`.
     """
     parts = [files.read(path, one) for path, one in zip(paths, expected, strict=True)]
-    arrays = files.join(parts, kinds.KINDS[told["kind"]].arrays)
-    files.write(output, told, arrays, provenance.of_all(part.attributes for part in parts))
+    arrays = files.join(parts, kinds.KINDS[spec["kind"]].arrays)
+    files.write(output, spec, arrays, provenance.of_all(part.attributes for part in parts))
 
 
 def main(job):
-    join(list(job.input), job.params.expected, job.params.told, job.output[0])
+    join(list(job.input), job.params.expected, job.params.spec, job.output[0])
 
 
 if __name__ == "__main__":

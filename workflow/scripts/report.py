@@ -21,9 +21,9 @@ def main(job):
     of_datasets = expected.pop(
         "datasets", {}
     )  # large: read once, and checked by who describes them
-    for name, told in expected.items():
+    for name, by_stem in expected.items():
         for path in files[name]:
-            inputs.check(path, told[path.stem])
+            inputs.check(path, by_stem[path.stem])
     material = Material(
         preset=job.params.preset,
         settings=job.params.settings,

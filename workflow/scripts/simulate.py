@@ -13,24 +13,24 @@ if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
 
-def simulate(told: dict, output, code: str = "", progress=None) -> None:
-    """Simulate what `Plan.told_batch` says; what is done of it outlives a kill, beside the output.
+def simulate(spec: dict, output, code: str = "", progress=None) -> None:
+    """Simulate what `Plan.batch_spec` says; what is done of it outlives a kill, beside the output.
 
     code : hash of the code that simulates. progress : called with the fraction done; a bar or log
     lines if not given.
     """
-    points = points_of(told["points"])
-    progress = progress or Progress(f"{told['dataset']}: {len(points)} points")
+    points = points_of(spec["points"])
+    progress = progress or Progress(f"{spec['dataset']}: {len(points)} points")
     output = Path(output)
-    work = files.digest({"told": told, "code": code, "by": provenance.machine()})
+    work = files.digest({"told": spec, "code": code, "by": provenance.machine()})
     with checkpoints.keeping(output.with_name(f".{output.name}.checkpoint"), work):
-        arrays = kinds.record(told["kind"], points, told["settings"], progress)
-        files.write(output, told, arrays)
+        arrays = kinds.record(spec["kind"], points, spec["settings"], progress)
+        files.write(output, spec, arrays)
 
 
 def main(job):
     scripting.use_threads(job.threads)
-    simulate(job.params.told, job.output[0], job.params.code)
+    simulate(job.params.spec, job.output[0], job.params.code)
 
 
 if __name__ == "__main__":

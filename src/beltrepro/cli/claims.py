@@ -100,8 +100,12 @@ def _table(results: Results) -> str:
     width = max(30, shutil.get_terminal_size((110, 24)).columns - 60)
     rows = []
     for result in results.values():
-        found = dict.fromkeys(answer.found for answer in result.answers.values() if answer.found)
-        lines = "\n".join(textwrap.fill(text, width) for text in found or [result.claim.statement])
+        sentences = dict.fromkeys(
+            answer.found for answer in result.answers.values() if answer.found
+        )
+        lines = "\n".join(
+            textwrap.fill(text, width) for text in sentences or [result.claim.statement]
+        )
         rows.append((result.id, result.claim.figure, *result.verdicts.values(), lines))
     headers = ("claim", "figure", *QUESTIONS, "what was found")
     return tabulate(rows, headers=headers, tablefmt="simple")

@@ -113,8 +113,10 @@ def fall(
     # Of all runs: those above the middle are larger than those below in a flat row, too.
     if not _plateau_estimates(row, fit.before, fit.after)["contrast"].low >= minimum_contrast:
         return nothing | numbers
-    found = {name: _of_draws(draws, runs) for name, draws in _quantities(fit).items()}
-    return {name: _open_ends(name, found[name], fit) for name in found} | numbers
+    quantities = {name: _of_draws(draws, runs) for name, draws in _quantities(fit).items()}
+    return {
+        name: _open_ends(name, quantity, fit) for name, quantity in quantities.items()
+    } | numbers
 
 
 def shift(

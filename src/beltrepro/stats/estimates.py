@@ -158,18 +158,18 @@ def bootstrap(
     if runs < 2:
         return single(value)
     rng = np.random.default_rng(0)
-    found = np.array(
+    redrawn = np.array(
         [
             statistic(*(group[rng.integers(0, len(group), len(group))] for group in samples))
             for _ in range(resamples or RESAMPLES)
         ],
         dtype=float,
     )
-    return from_resamples(value, found, runs, grid_spacing=grid_spacing)
+    return from_resamples(value, redrawn, runs, grid_spacing=grid_spacing)
 
 
 def from_resamples(
-    value: float, found: np.ndarray, runs: int, *, grid_spacing: float = 0.0
+    value: float, redrawn: np.ndarray, runs: int, *, grid_spacing: float = 0.0
 ) -> Estimate:
     """The estimate that a value and its resamples make; as of `bootstrap`.
 
@@ -178,13 +178,13 @@ def from_resamples(
     T. C. Hesterberg, The American Statistician 69, 371, 2015). With four runs all resamples are
     within, and that is still too narrow: it covers a mean in 86 %.
     """
-    known = found[np.isfinite(found)]
+    finite = redrawn[np.isfinite(redrawn)]
     if math.isnan(value):
         return absent(runs)
-    if known.size < 0.95 * found.size:
+    if finite.size < 0.95 * redrawn.size:
         return Estimate(value, math.nan, math.nan, runs)
     tail = _tail(runs)
-    low, high = np.quantile(known, [tail, 1 - tail])
+    low, high = np.quantile(finite, [tail, 1 - tail])
     below, above = (
         math.hypot(max(0.0, reach), grid_spacing / 2) for reach in (value - low, high - value)
     )
@@ -228,16 +228,16 @@ def fewest(*numbers: Estimate) -> int | None:
     return min((number.runs for number in numbers if number.runs is not None), default=None)
 
 
-def slope(places: Sequence[float], found: Sequence[Estimate]) -> Estimate:
+def slope(places: Sequence[float], points: Sequence[Estimate]) -> Estimate:
     """Slope of a straight line through estimates, weighted by their intervals.
 
     The interval follows from those of the estimates, widened where they scatter more about the
     line than their intervals explain (by the root of the reduced chi square, if above 1).
     """
-    require(len(found) >= 3, f"{len(found)} points, 3 are needed for a slope")
-    places, values = np.asarray(places, dtype=float), np.array([each.value for each in found])
+    require(len(points) >= 3, f"{len(points)} points, 3 are needed for a slope")
+    places, values = np.asarray(places, dtype=float), np.array([point.value for point in points])
     errors = np.array(
-        [(each.high - each.low) / (2 * scipy.stats.norm.ppf(0.975)) for each in found]
+        [(point.high - point.low) / (2 * scipy.stats.norm.ppf(0.975)) for point in points]
     )
     require(bool(np.all(np.isfinite(values)) and np.all(errors > 0)), "a point has no interval")
     weights = errors**-2.0
@@ -245,32 +245,32 @@ def slope(places: Sequence[float], found: Sequence[Estimate]) -> Estimate:
     spread = np.sum(weights * (places - centre) ** 2)
     gradient = float(np.sum(weights * (places - centre) * values) / spread)
     left = values - np.average(values, weights=weights) - gradient * (places - centre)
-    excess = max(1.0, float(np.sum(weights * left**2)) / (len(found) - 2))
+    excess = max(1.0, float(np.sum(weights * left**2)) / (len(points) - 2))
     reach = float(scipy.stats.norm.ppf(0.975)) * math.sqrt(excess / spread)
-    return Estimate(gradient, gradient - reach, gradient + reach, fewest(*found))
+    return Estimate(gradient, gradient - reach, gradient + reach, fewest(*points))
 
 
-def trend(places: Sequence[float], found: Sequence[Estimate]) -> Estimate:
+def trend(places: Sequence[float], points: Sequence[Estimate]) -> Estimate:
     """Slope of the line of least squares through estimates, all with the same weight.
 
     It says whether values rise or fall on the whole, not whether they lie on a line: scatter about
     the line does not widen the interval. The sides of the intervals add as for `difference`.
     """
-    require(len(found) >= 3, f"{len(found)} points, 3 are needed for a trend")
+    require(len(points) >= 3, f"{len(points)} points, 3 are needed for a trend")
     centred = np.asarray(places, dtype=float) - np.mean(places)
     shares = centred / np.sum(centred**2)
-    value = float(sum(share * each.value for share, each in zip(shares, found, strict=True)))
+    value = float(sum(share * point.value for share, point in zip(shares, points, strict=True)))
     sides = [
-        sorted((share * (each.low - each.value), share * (each.high - each.value)))
-        for share, each in zip(shares, found, strict=True)
+        sorted((share * (point.low - point.value), share * (point.high - point.value)))
+        for share, point in zip(shares, points, strict=True)
         if share  # that in the middle says nothing, even if it is not known at all
     ]
     below, above = (math.hypot(*side) for side in zip(*sides, strict=True))
-    return Estimate(value, value - below, value + above, fewest(*found))
+    return Estimate(value, value - below, value + above, fewest(*points))
 
 
-def in_words(found: Mapping[str, Estimate]) -> str:
+def in_words(named: Mapping[str, Estimate]) -> str:
     """Estimates by name as short text."""
     return "; ".join(
-        f"{name}: {each.words}" if name else each.words for name, each in found.items()
+        f"{name}: {estimate.words}" if name else estimate.words for name, estimate in named.items()
     )

@@ -38,8 +38,8 @@ def finite_size_exponents(
     levels = np.asarray(levels, dtype=float)
     passage = np.asarray(passage_time, dtype=float)
     require(levels.size >= 2 and len(passage) >= 1, "two levels and a run are needed")
-    known = np.isfinite(passage)
-    passage = np.where(np.cumsum(known, axis=1) > skipped, passage, np.nan)
+    has_time = np.isfinite(passage)
+    passage = np.where(np.cumsum(has_time, axis=1) > skipped, passage, np.nan)
     reached = np.isfinite(passage[:, :-1])
     passed = reached & np.isfinite(passage[:, 1:])
     until = np.where(passed, passage[:, 1:], float(observed))
@@ -63,5 +63,7 @@ def _jackknife(without: np.ndarray) -> np.ndarray:
     runs = len(without)
     if runs < 2:
         return np.full(without.shape[1], np.nan)
-    known = np.isfinite(without).all(axis=0)
-    return np.where(known, np.sqrt((runs - 1) * np.where(known, without, 0.0).var(axis=0)), np.nan)
+    finite = np.isfinite(without).all(axis=0)
+    return np.where(
+        finite, np.sqrt((runs - 1) * np.where(finite, without, 0.0).var(axis=0)), np.nan
+    )

@@ -52,8 +52,8 @@ def last_block_phases(
     events: np.ndarray, n_blocks: int, laminar_time: float, *, start: float, stop: float
 ) -> np.ndarray:
     """Laminar phases from the events of a series."""
-    own = events[events["block"] == n_blocks]
-    slips, sticks = (own["time"][own["kind"] == kind] for kind in ("slip", "stick"))
+    of_last = events[events["block"] == n_blocks]
+    slips, sticks = (of_last["time"][of_last["kind"] == kind] for kind in ("slip", "stick"))
     return laminar_phases(slips, sticks, laminar_time, start=start, stop=stop)
 
 

@@ -23,7 +23,7 @@ RETURNS = 200
 
 def margin(standard_error: npt.ArrayLike, time: npt.ArrayLike) -> np.ndarray:
     """How far from zero an exponent must be to be told from it."""
-    errors, times = (np.asarray(each, dtype=float) for each in (standard_error, time))
+    errors, times = (np.asarray(values, dtype=float) for values in (standard_error, time))
     with np.errstate(divide="ignore"):
         return np.maximum(ERRORS * errors, FOLDINGS / times)
 

@@ -87,8 +87,8 @@ def inside(values: npt.ArrayLike, low: float, high: float) -> np.ndarray:
     """Values in a range."""
     values = np.asarray(values, dtype=float)
     values = values[(values >= low) & (values <= high)]
-    found = f"{values.size} values between {low:.3g} and {high:.3g}"
-    require(values.size >= LEAST_VALUES, f"{found}, {LEAST_VALUES} are needed")
+    count = f"{values.size} values between {low:.3g} and {high:.3g}"
+    require(values.size >= LEAST_VALUES, f"{count}, {LEAST_VALUES} are needed")
     return values
 
 
@@ -165,24 +165,24 @@ def _likelihood(
     share = weights * np.exp(log - log.max())
     total = share.sum()
     share /= total
-    found = terms @ share
-    curvature = (terms * share) @ terms.T - np.outer(found, found)
-    return float(np.log(total) + log.max() - factors @ wanted), found - wanted, curvature
+    means = terms @ share
+    curvature = (terms * share) @ terms.T - np.outer(means, means)
+    return float(np.log(total) + log.max() - factors @ wanted), means - wanted, curvature
 
 
 def _nearest(values: np.ndarray, lows: np.ndarray, high: float) -> tuple[Law, float]:
     """The law of least distance; values and lower ends in rising order."""
-    found: list[tuple[Law, float]] = []
+    laws: list[tuple[Law, float]] = []
     for low in lows:
-        own = values[np.searchsorted(values, low) :]
-        if own.size < LEAST_VALUES and found:  # of a small sample
+        tail = values[np.searchsorted(values, low) :]
+        if tail.size < LEAST_VALUES and laws:  # of a small sample
             continue
-        law = fit_law(np.log(own).mean(), own.mean(), low, high)
-        share = _cumulative(law, own)
-        rank = np.arange(own.size + 1) / own.size
+        law = fit_law(np.log(tail).mean(), tail.mean(), low, high)
+        share = _cumulative(law, tail)
+        rank = np.arange(tail.size + 1) / tail.size
         distance = float(max((rank[1:] - share).max(), (share - rank[:-1]).max()))
-        found.append((law, distance))
-    return min(found, key=lambda each: each[1])
+        laws.append((law, distance))
+    return min(laws, key=lambda law_distance: law_distance[1])
 
 
 def _cumulative(law: Law, values: np.ndarray) -> np.ndarray:

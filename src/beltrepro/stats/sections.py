@@ -70,9 +70,9 @@ def repeated(states: npt.ArrayLike, *, near: float = NEAR) -> np.ndarray:
     # Piece by piece: all pairs of an orbit that is passed ten thousand times would fill the memory.
     for begin in range(0, len(states), _PIECE):
         piece = slice(begin, begin + _PIECE)
-        known = states[:begin][~again[:begin]]
-        if len(known):
-            distance, _ = scipy.spatial.cKDTree(known).query(
+        new = states[:begin][~again[:begin]]
+        if len(new):
+            distance, _ = scipy.spatial.cKDTree(new).query(
                 states[piece], distance_upper_bound=limit
             )
             again[piece] = np.isfinite(distance)

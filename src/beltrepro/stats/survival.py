@@ -285,14 +285,14 @@ def pool_exponents(
     exponent: npt.ArrayLike, error: npt.ArrayLike, time: npt.ArrayLike
 ) -> PooledExponent:
     """Largest exponent of irregular motion from the irregular parts of several runs."""
-    values, errors, times = (np.asarray(each, dtype=float) for each in (exponent, error, time))
-    known = np.isfinite(values) & (times > 0)
-    values, weights, runs = values[known], times[known], int(known.sum())
+    values, errors, times = (np.asarray(one, dtype=float) for one in (exponent, error, time))
+    usable = np.isfinite(values) & (times > 0)
+    values, weights, runs = values[usable], times[usable], int(usable.sum())
     if not runs:
         return PooledExponent(np.nan, np.nan, 0.0, 0)
     mean = float(np.average(values, weights=weights))
     if runs == 1:
-        return PooledExponent(mean, float(errors[known][0]), float(weights[0]), 1)
+        return PooledExponent(mean, float(errors[usable][0]), float(weights[0]), 1)
     scatter = np.sqrt(np.sum((weights * (values - mean)) ** 2) * runs / (runs - 1))
     return PooledExponent(mean, float(scatter / weights.sum()), float(weights.mean()), runs)
 

@@ -46,7 +46,7 @@ class Transition:
     r_low: float  # median of the low plateau
 
     @property
-    def found(self) -> bool:
+    def exists(self) -> bool:
         """Whether there is a transition."""
         return bool(np.isfinite(self.critical))
 
@@ -113,7 +113,7 @@ def _single(value: float) -> Estimate:
 
 def _spacing(places: np.ndarray, transition: Transition) -> float:
     """Median distance of the points in and next to the transition."""
-    if not transition.found:
+    if not transition.exists:
         return 0.0
     first = max(int(np.searchsorted(places, transition.lower)) - 1, 0)
     last = int(np.searchsorted(places, transition.upper, side="right")) + 1
@@ -147,7 +147,7 @@ def find_fall(
     place = step(velocity, disorder, falling=True)
     transition = _between_plateaus(velocity, disorder, place, place, window, minimum_contrast)
     for _ in range(rounds):
-        if not transition.found:
+        if not transition.exists:
             break
         edges = transition.lower, transition.upper
         transition = _between_plateaus(velocity, disorder, *edges, window, minimum_contrast)

@@ -17,31 +17,31 @@ IDENTITY = ("dataset", "kind", "preset", "run")
 
 def write(
     path: str | Path,
-    told: dict,
+    spec: dict,
     arrays: dict[str, np.ndarray],
     origin: dict[str, str] | None = None,
 ) -> None:
     """Write arrays with what they are."""
-    described = KINDS[told["kind"]].arrays
+    described = KINDS[spec["kind"]].arrays
     about = {name: described[name].attributes() for name in arrays}
-    attributes = _attributes(told, arrays, origin or provenance.origin())
+    attributes = _attributes(spec, arrays, origin or provenance.origin())
     store.write(path, arrays, attributes, about)
 
 
-def _attributes(told: dict, arrays: dict, origin: dict) -> dict:
+def _attributes(spec: dict, arrays: dict, origin: dict) -> dict:
     """What a file is, what made it, its settings, and the quantities with a single value."""
     single = {
         name: arrays[name][0].item()
         for name in QUANTITIES
         if len(arrays[name]) and np.all(arrays[name] == arrays[name][0])
     }
-    settings = {name: value for name, value in told["settings"].items() if value is not None}
+    settings = {name: value for name, value in spec["settings"].items() if value is not None}
     lists = {name: value for name, value in settings.items() if isinstance(value, list | tuple)}
     settings |= {name: ", ".join(map(str, value)) for name, value in lists.items()}
     return {
-        **{name: told[name] for name in IDENTITY},
-        "digest": digest(told),
-        "config": json.dumps(told, sort_keys=True),
+        **{name: spec[name] for name in IDENTITY},
+        "digest": digest(spec),
+        "config": json.dumps(spec, sort_keys=True),
         **origin,
         **settings,
         "method": _methods(arrays),
@@ -49,14 +49,14 @@ def _attributes(told: dict, arrays: dict, origin: dict) -> dict:
     }
 
 
-def digest(told: dict) -> str:
+def digest(spec: dict) -> str:
     """Text that differs for files that were told different things."""
-    return seal.digest(json.dumps(told, sort_keys=True).encode())[:16]
+    return seal.digest(json.dumps(spec, sort_keys=True).encode())[:16]
 
 
-def expected(told: dict) -> dict:
+def expected(spec: dict) -> dict:
     """What `read` compares with a file: small, to be a parameter of a rule."""
-    return {name: told[name] for name in IDENTITY} | {"digest": digest(told)}
+    return {name: spec[name] for name in IDENTITY} | {"digest": digest(spec)}
 
 
 def read(path: str | Path, expected: dict) -> store.Dataset:

@@ -53,6 +53,6 @@ class PlannedFilm:
     frames: int | None  # how many instants of the series, from its first one on; None for all
     camera: dict = field(hash=False)  # settings of `camera.Camera`
 
-    def told(self) -> dict:
+    def spec(self) -> dict:
         """What the job of the film needs, as plain values."""
         return {"film": self.name, "frames": self.frames, "camera": self.camera}

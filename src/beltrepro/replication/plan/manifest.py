@@ -24,7 +24,7 @@ def read(top: Path) -> dict[str, str]:
     if not path.is_file():
         return {}
     try:
-        pairs = [each.split("  ", 1) for each in path.read_text(encoding="utf-8").splitlines()]
+        pairs = [line.split("  ", 1) for line in path.read_text(encoding="utf-8").splitlines()]
         return {name: checksum for checksum, name in pairs}
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: not a readable list of checksums ({error})") from None

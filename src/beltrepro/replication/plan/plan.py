@@ -121,9 +121,9 @@ class PlannedDataset:
 
     def described(self) -> dict:
         """The whole as plain values."""
-        return {"kind": self.kind.name} | self.settings | self.values() | self.told_of_more()
+        return {"kind": self.kind.name} | self.settings | self.values() | self.spec_of_more()
 
-    def told_of_more(self) -> dict:
+    def spec_of_more(self) -> dict:
         """When points get more runs, as plain values; empty if they never do."""
         return {"more_runs": self.more_runs._asdict()} if self.more_runs else {}
 
@@ -160,35 +160,35 @@ class Plan:
             "defaults": self.defaults,
             "datasets": {name: dataset.described() for name, dataset in self.datasets.items()},
             "films": {
-                name: {"of": film.dataset} | film.told() for name, film in self.films.items()
+                name: {"of": film.dataset} | film.spec() for name, film in self.films.items()
             },
         }
 
-    def told(self, name: str) -> dict:
+    def dataset_spec(self, name: str) -> dict:
         """Plain values that say what the file of a dataset holds."""
         dataset = self.datasets[name]
         points = {"count": len(dataset.points)} | dataset.values()  # those planned, if more come
-        return self._told(dataset, points) | dataset.told_of_more()
+        return self._spec(dataset, points) | dataset.spec_of_more()
 
-    def told_batch(self, name: str, number: int) -> dict:
+    def batch_spec(self, name: str, number: int) -> dict:
         """Plain values that the job of one batch needs, and its file keeps."""
         dataset = self.datasets[name]
-        return self._told(dataset, plain(dataset.batches[number]))
+        return self._spec(dataset, plain(dataset.batches[number]))
 
-    def told_added(self, name: str, batch: AddedBatch) -> dict:
+    def added_spec(self, name: str, batch: AddedBatch) -> dict:
         """Plain values that a job needs which adds runs, and its file keeps."""
         dataset = self.datasets[name]
-        told = self._told(dataset, plain(batch.planned)) | dataset.told_of_more()
-        return told | {"batch": batch.name}
+        spec = self._spec(dataset, plain(batch.planned)) | dataset.spec_of_more()
+        return spec | {"batch": batch.name}
 
-    def told_of_batches(self, name: str) -> dict[str, dict]:
+    def batch_specs(self, name: str) -> dict[str, dict]:
         """What each batch of a dataset is told, in the order in which they are joined."""
         dataset = self.datasets[name]
-        told = [self.told_batch(name, number) for number in range(len(dataset.batches))]
-        told += [self.told_added(name, batch) for batch in dataset.added]
-        return dict(zip(dataset.batch_names, told, strict=True))
+        specs = [self.batch_spec(name, number) for number in range(len(dataset.batches))]
+        specs += [self.added_spec(name, batch) for batch in dataset.added]
+        return dict(zip(dataset.batch_names, specs, strict=True))
 
-    def _told(self, dataset: PlannedDataset, points: dict) -> dict:
+    def _spec(self, dataset: PlannedDataset, points: dict) -> dict:
         return {
             "dataset": dataset.name,
             "kind": dataset.kind.name,

@@ -136,16 +136,16 @@ def check_names(datasets: Iterable[str]) -> None:
             raise InputError(f"datasets.{name} has the name of a table")
 
 
-def check_uses(entries: dict, known: Iterable[str], where: str) -> None:
-    """Raise InputError for an entry that uses what is not among the known datasets and tables.
+def check_uses(entries: dict, inputs: Iterable[str], where: str) -> None:
+    """Raise InputError for an entry that uses what is not among the datasets and tables there.
 
     where : what has them, for the message: "preset smoke".
     """
-    known = list(known)
+    inputs = list(inputs)
     for name, entry in entries.items():
         for used in entry.uses:
-            if used not in known:
-                raise InputError(f"{name} uses {used!r}, which {where} lacks{hint(used, known)}")
+            if used not in inputs:
+                raise InputError(f"{name} uses {used!r}, which {where} lacks{hint(used, inputs)}")
 
 
 def _assigned(folder: Path, label: str) -> list[tuple[Path, ast.expr]]:
@@ -182,16 +182,16 @@ def _arguments(call: ast.expr, kind: Any) -> dict:
     called = kind.__name__
     if not isinstance(call, ast.Call) or call.args or ast.unparse(call.func) != called:
         raise InputError(f"must be {called}(title=..., ...)")
-    given = {keyword.arg: keyword.value for keyword in call.keywords}
+    values = {keyword.arg: keyword.value for keyword in call.keywords}
     allowed = [entry.name for entry in fields(kind) if entry.name != "module"]
     for entry in fields(kind):
         required = entry.default is MISSING and entry.default_factory is MISSING
-        if entry.name not in given and required:
+        if entry.name not in values and required:
             raise InputError(f"{entry.name} is missing")
-    for name in given:
+    for name in values:
         if name not in allowed:
             raise InputError(f"unknown field {name!r}: allowed are {', '.join(allowed)}")
-    return {name: _literal(name, value) for name, value in given.items()}
+    return {name: _literal(name, value) for name, value in values.items()}
 
 
 def _literal(name: str | None, value: ast.expr) -> object:

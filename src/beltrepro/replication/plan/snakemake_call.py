@@ -27,10 +27,10 @@ def end_if_unreadable() -> None:
 
     The profiles of the workflow call it: Snakemake reads nothing else of a workflow so early.
     """
-    given = _given()
+    options = _options()
     try:
-        check_settings(given.config or ())
-        check_files([SOURCE, *(given.configfile or ())])
+        check_settings(options.config or ())
+        check_files([SOURCE, *(options.configfile or ())])
     except InputError as error:
         sys.exit(f"error: {error}")
 
@@ -71,8 +71,8 @@ def check_settings(entries: Iterable[str]) -> None:
             meant = _plain(value)
             for key in reversed(keys):
                 meant = {key: meant}
-            told = f"--config '{first}={json.dumps(meant)}'"
-            raise InputError(f"--config {entry}: a key below another is given as {told}")
+            right = f"--config '{first}={json.dumps(meant)}'"
+            raise InputError(f"--config {entry}: a key below another is given as {right}")
         raise InputError(f"--config {entry}: {name!r} is no name of a setting")
 
 
@@ -94,11 +94,11 @@ def check_targets(
 
     Nothing is refused where the workflow was not started from the command line.
     """
-    given, targets = _given(), sorted(targets)
-    options = (given.forcerun, given.until, given.omit_from, given.prioritize)
-    asked = [(name, targets) for name in sorted(given.targets)]
+    options, targets = _options(), sorted(targets)
+    chosen_rules = (options.forcerun, options.until, options.omit_from, options.prioritize)
+    asked = [(name, targets) for name in sorted(options.targets)]
     rules = [*targets, *chosen]
-    asked += [(name, rules) for option in options for name in sorted(option or ())]
+    asked += [(name, rules) for names in chosen_rules for name in sorted(names or ())]
     for name, allowed in asked:
         if name not in allowed and not is_file(os.path.relpath(name)):
             raise InputError(
@@ -107,7 +107,7 @@ def check_targets(
             )
 
 
-def _given() -> argparse.Namespace:
+def _options() -> argparse.Namespace:
     """The command line, as Snakemake's parser reads it."""
     from snakemake.cli import get_argument_parser
 

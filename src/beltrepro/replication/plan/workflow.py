@@ -43,9 +43,9 @@ class Workflow:
         self._codes = dependencies.KeptHashes(top / ".snakemake" / "code_hashes.json")
         self._tree = dependencies.Tree()
         registry.check_names(self.plan.datasets)
-        known = [*self.plan.datasets, *self.filmed, *self.tables]
+        inputs = [*self.plan.datasets, *self.filmed, *self.tables]
         for entries in (self.tables, self.figures):
-            registry.check_uses(entries, known, f"preset {self.plan.preset}")
+            registry.check_uses(entries, inputs, f"preset {self.plan.preset}")
 
     # --- files ---
 
@@ -83,8 +83,8 @@ class Workflow:
 
     def batches(self, wildcards: Any) -> list[str]:
         """Files of the batches of a dataset."""
-        told = self.plan.told_of_batches(wildcards.dataset)
-        return [f"<results>/batches/{wildcards.dataset}/{name}.h5" for name in told]
+        specs = self.plan.batch_specs(wildcards.dataset)
+        return [f"<results>/batches/{wildcards.dataset}/{name}.h5" for name in specs]
 
     def runs_so_far(self, wildcards: Any) -> list[str]:
         """Files of the batches that hold the runs to which more may be added."""
@@ -178,21 +178,21 @@ class Workflow:
 
     # --- what a job is told; all of it in params, so that a change reruns the job ---
 
-    def told_batch(self, wildcards: Any) -> dict:
+    def batch_spec(self, wildcards: Any) -> dict:
         """What a batch is told."""
-        return self.plan.told_batch(wildcards.dataset, int(wildcards.batch))
+        return self.plan.batch_spec(wildcards.dataset, int(wildcards.batch))
 
-    def told_added(self, wildcards: Any) -> dict:
+    def added_spec(self, wildcards: Any) -> dict:
         """What a batch of added runs is told."""
-        return self.plan.told_added(wildcards.dataset, self._added(wildcards))
+        return self.plan.added_spec(wildcards.dataset, self._added(wildcards))
 
-    def told_dataset(self, wildcards: Any) -> dict:
+    def dataset_spec(self, wildcards: Any) -> dict:
         """What the file of a dataset is told."""
-        return self.plan.told(wildcards.dataset)
+        return self.plan.dataset_spec(wildcards.dataset)
 
-    def told_film(self, wildcards: Any) -> dict:
+    def film_spec(self, wildcards: Any) -> dict:
         """What a film is told."""
-        return self.plan.films[wildcards.film].told()
+        return self.plan.films[wildcards.film].spec()
 
     # --- what files must say of themselves ---
 
@@ -206,12 +206,12 @@ class Workflow:
 
     def expected_batches(self, wildcards: Any) -> list[dict]:
         """Of the batches of a dataset."""
-        return [*map(files.expected, self.plan.told_of_batches(wildcards.dataset).values())]
+        return [*map(files.expected, self.plan.batch_specs(wildcards.dataset).values())]
 
     def expected_so_far(self, wildcards: Any) -> list[dict]:
         """Of the batches that hold the runs to which more may be added."""
-        told = self.plan.told_of_batches(wildcards.dataset)
-        return [files.expected(told[name]) for name in self._added(wildcards).looks_at]
+        specs = self.plan.batch_specs(wildcards.dataset)
+        return [files.expected(specs[name]) for name in self._added(wildcards).looks_at]
 
     def expected_of_sources(self, wildcards: Any) -> dict[str, dict]:
         """Of what a table or film is made from."""
@@ -230,7 +230,7 @@ class Workflow:
             "figures": {
                 name: self.made_from(*figure.uses) for name, figure in self.figures.items()
             },
-            **{name: {name: told} for name, told in self.expected(*self.tables).items()},
+            **{name: {name: identity} for name, identity in self.expected(*self.tables).items()},
         }
 
     def expected_of_article(self) -> dict[str, dict]:
@@ -245,10 +245,10 @@ class Workflow:
 
     def _made(self, name: str) -> dict:
         if name in self.plan.datasets:
-            return files.expected(self.plan.told(name))
+            return files.expected(self.plan.dataset_spec(name))
         if name in self.filmed:
             film = self.filmed[name]
-            return self._of(self.expected(film.dataset) | {f"{film.name}{FILM}": film.told()})
+            return self._of(self.expected(film.dataset) | {f"{film.name}{FILM}": film.spec()})
         return self.made_from(*self.tables[name].uses)
 
     def _of(self, sources: dict) -> dict:
@@ -321,7 +321,7 @@ class Workflow:
         about = [*claims, f"{claims[0]}-metadata.json", "CITATION.cff", *self.drawn("png")]
         yield "article", "article", about, ["<results>/article.pdf"]
 
-    def told_crate(self, rule_of: Callable[[str], Any]) -> dict:
+    def crate_spec(self, rule_of: Callable[[str], Any]) -> dict:
         """What `deposit.crate.Run` is made of, as plain values; rule_of : a rule by its name."""
         records = [
             (rule, name, self._below_project(inputs), self._below_project(outputs))

@@ -64,9 +64,13 @@ def content(material: Material, authors: list[str]) -> dict[str, Any]:
     about = facts(results, material.settings, _origin(material.file("claims")))
     sections: dict[str, list[str]] = {}
     for name, paragraphs in texts().items():
-        told = ([filled(text, results, about) for text in sentences] for sentences in paragraphs)
+        filled_texts = (
+            [filled(text, results, about) for text in sentences] for sentences in paragraphs
+        )
         # a sentence without its number is left out, and so is a paragraph without any sentence
-        sections[name] = [words for texts in told if (words := " ".join(filter(None, texts)))]
+        sections[name] = [
+            words for texts in filled_texts if (words := " ".join(filter(None, texts)))
+        ]
     sections["abstract"] += [" ".join(finding.text for finding in findings)]
     return {
         "title": "[Re] Chaos on the conveyor belt",
@@ -92,14 +96,14 @@ def _listed(results: Results, *verdicts: str) -> list[dict[str, Any]]:
     """Statements that have one of these verdicts, with what was found for the questions that do."""
     listed = []
     for result in results.values():
-        found = {
+        sentences = {
             question: typeset(as_sentence(answer.found))
             for question, answer in result.answers.items()
             if answer.verdict in verdicts
         }
-        if found and result.claim.finding:
+        if sentences and result.claim.finding:
             statement = {"id": result.id, "statement": result.claim.statement}
-            listed.append(statement | result.verdicts | {"found": _once(found)})
+            listed.append(statement | result.verdicts | {"found": _once(sentences)})
     return listed
 
 

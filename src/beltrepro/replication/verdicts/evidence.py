@@ -146,11 +146,13 @@ class Evidence:
         """
         for name in filter(self.has, names):
             arrays = self._datasets[name].arrays
-            own = np.all([np.isclose(arrays[key], value) for key, value in where.items()], axis=0)
-            if own.any():
+            chosen = np.all(
+                [np.isclose(arrays[key], value) for key, value in where.items()], axis=0
+            )
+            if chosen.any():
                 attributes = self.dataset(name).attributes
                 _require_settled(attributes.get("transient", np.inf), name)
-                return sections.select(arrays, own), attributes
+                return sections.select(arrays, chosen), attributes
         place = ", ".join(f"{key} = {value:g}" for key, value in where.items())
         raise NotEnoughDataError(f"no run with {place} in {' or '.join(names)}")
 
@@ -234,8 +236,8 @@ class Evidence:
 def last_block_events(dataset):
     """Slips and sticks of the last block of a series: two arrays of events in order of time."""
     events = dataset.arrays["events"]
-    own = events[events["block"] == dataset.attributes["n_blocks"]]
-    return own[own["kind"] == "slip"], own[own["kind"] == "stick"]
+    of_last = events[events["block"] == dataset.attributes["n_blocks"]]
+    return of_last[of_last["kind"] == "slip"], of_last[of_last["kind"] == "stick"]
 
 
 def _lengths(dataset):

@@ -374,7 +374,7 @@ def collapse(samples: dict[int, Sample]) -> tuple[Estimate, float]:
 
     def apart(*drawn):
         return _apart(
-            dict(zip(samples, (np.concatenate(list(each)) for each in drawn), strict=True))
+            dict(zip(samples, (np.concatenate(list(chains)) for chains in drawn), strict=True))
         )
 
     chains = [_chains(sample) for sample in samples.values()]

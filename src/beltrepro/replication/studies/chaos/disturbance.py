@@ -109,8 +109,8 @@ def _draw_rates(axes, levels, times, observed, **look):
 def _draw_shares(axes, disturbance, having, **look):
     """Share of runs with a property at each disturbance."""
     levels = np.unique(disturbance)
-    runs = [having[disturbance == level] for level in levels]
-    numbers = [share(each.sum(), each.size).numbers for each in runs]
+    runs_at_level = [having[disturbance == level] for level in levels]
+    numbers = [share(run.sum(), run.size).numbers for run in runs_at_level]
     value, lower, upper = np.reshape(numbers, (-1, 3)).T
     if value.size:
         axes.errorbar(levels, value, [value - lower, upper - value], **look)

@@ -43,21 +43,21 @@ def draw(data, caption):
 
 def _draw(data, caption):
     figure = style.page(caption, 6.9)
-    (each, many), (by_velocity, by_size) = figure.subplots(2, 2, width_ratios=(1.35, 1))
+    (single, many), (by_velocity, by_size) = figure.subplots(2, 2, width_ratios=(1.35, 1))
     table, sizes = data["mean_lifetimes"], panels.levels(data["survival"], "n_blocks")
     colours = dict(zip(sizes, style.shades(sizes.size), strict=True))
-    _draw_each(each, data["survival"], _of(table, "survival"), colours)
+    _draw_each(single, data["survival"], _of(table, "survival"), colours)
     _draw_many(many, data["survival_many"], _of(table, "survival_many"))
     _draw_by_velocity(by_velocity, table, colours)
     _draw_by_size(by_size, table)
     for axes in (by_velocity, by_size):
         axes.axhline(_horizon(data["survival"]), color="0.6", linewidth=0.8, zorder=0)
         axes.set(yscale="log", ylabel=r"mean lifetime $\tau$")
-    each.set(xlabel=panels.TIME, ylabel="share still irregular", ylim=(-0.03, 1.03))
+    single.set(xlabel=panels.TIME, ylabel="share still irregular", ylim=(-0.03, 1.03))
     many.set(xlabel=panels.TIME, ylabel="share still irregular", yscale="log")
     by_velocity.set(xlabel=panels.BELT_VELOCITY)
     by_size.set(xlabel="$N$")
-    for axes, name in zip((each, many, by_velocity, by_size), "abcd", strict=True):
+    for axes, name in zip((single, many, by_velocity, by_size), "abcd", strict=True):
         panels.letter(axes, name)
     handles, labels = by_velocity.get_legend_handles_labels()
     if handles:

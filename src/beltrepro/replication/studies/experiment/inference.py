@@ -192,7 +192,7 @@ def calibrate(
     weight = np.prod(alike.sum(axis=-1), axis=0)
     require(weight.any(), "no trials show what the recordings show")
     cells = generator.choice(weight.size, size=draws, p=(weight / weight.sum()).ravel())
-    places: dict[str, list[float]] = {name: [] for name in simulated.levels}
+    ranks_of: dict[str, list[float]] = {name: [] for name in simulated.levels}
     covered: dict[str, list[bool]] = {name: [] for name in simulated.levels}
     for cell in cells:
         at = np.unravel_index(cell, weight.shape)
@@ -210,13 +210,16 @@ def calibrate(
         for name, level in zip(simulated.levels, at, strict=True):
             marginal = answer.marginal(name)
             below = marginal[:level].sum() + generator.random() * marginal[level]
-            places[name].append(float(below))
+            ranks_of[name].append(float(below))
             covered[name].append(bool(answer.credible(name)[level]))
-    answered = len(next(iter(places.values())))
+    answered = len(next(iter(ranks_of.values())))
     require(answered, "no made-up experiment has a posterior")
     return Calibration(
-        {name: share(sum(each), answered) for name, each in covered.items()},
-        {name: float(scipy.stats.kstest(each, "uniform").pvalue) for name, each in places.items()},
+        {name: share(sum(inside), answered) for name, inside in covered.items()},
+        {
+            name: float(scipy.stats.kstest(ranks, "uniform").pvalue)
+            for name, ranks in ranks_of.items()
+        },
         answered,
         draws - answered,
     )

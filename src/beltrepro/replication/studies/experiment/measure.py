@@ -171,8 +171,8 @@ def _odds(observation, trials) -> dict:
         "agrees": observations.agrees(observation, trials),
         "both": below & shown,
     }.items():
-        found = share(having.sum(), having.size)
-        row |= {name: found.value, f"{name}_lower": found.low, f"{name}_upper": found.high}
+        estimate = share(having.sum(), having.size)
+        row |= {name: estimate.value, f"{name}_lower": estimate.low, f"{name}_upper": estimate.high}
     return row
 
 

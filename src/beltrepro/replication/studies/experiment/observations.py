@@ -39,7 +39,7 @@ EXPERIMENT = (
 )
 """At 0.22 m/s avalanches for 125 s and continuous slip for more than a minute, at 0.28 m/s both."""
 
-RECORDED = Recorded([math.log(each.disorder_parameter) for each in EXPERIMENT], [True, True])
+RECORDED = Recorded([math.log(row.disorder_parameter) for row in EXPERIMENT], [True, True])
 """ln r of both recordings; both show their regimes."""
 
 ASSIGNED = (1.0, 2.0)

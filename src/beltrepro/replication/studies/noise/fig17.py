@@ -48,7 +48,7 @@ def draw(data, caption):
         for noise, row in rows.items()
         if np.isfinite(row["section_velocity"]).any()
     }
-    norm, extend = _colours([found[2] for found in maps.values()])
+    norm, extend = _colours([density for _, _, density in maps.values()])
     image = None
     for axes, mark, noise in zip(grid.flat, "abcd", NOISES, strict=True):
         panels.letter(axes, mark)
@@ -81,8 +81,8 @@ def _joined(data, noise):
     others = sections.select(others, np.isin(others["belt_velocity"], row["belt_velocity"]))
     kept = ("belt_velocity", "laminar_fraction", "laminar_count")
     joined = {name: np.concatenate([row[name], others[name]]) for name in kept}
-    values = [np.asarray(each["section_velocity"], dtype=float) for each in (row, others)]
-    width = max(each.shape[1] for each in values)
+    values = [np.asarray(part["section_velocity"], dtype=float) for part in (row, others)]
+    width = max(velocities.shape[1] for velocities in values)
     padded = [np.pad(v, ((0, 0), (0, width - v.shape[1])), constant_values=np.nan) for v in values]
     return joined | {"section_velocity": np.concatenate(padded)}
 
@@ -110,6 +110,6 @@ def _span(rows):
 
 def _colours(densities):
     """(norm, extend): logarithmic colours for all panels, and whether some densities lie below."""
-    known = np.concatenate([found[found > 0] for found in densities] or [np.ones(1)])
-    lowest = max(known.min(), known.max() / 10**DECADES)
-    return LogNorm(lowest, known.max()), "min" if known.min() < lowest else "neither"
+    positive = np.concatenate([density[density > 0] for density in densities] or [np.ones(1)])
+    lowest = max(positive.min(), positive.max() / 10**DECADES)
+    return LogNorm(lowest, positive.max()), "min" if positive.min() < lowest else "neither"

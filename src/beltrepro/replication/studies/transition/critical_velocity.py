@@ -76,8 +76,8 @@ def _against_noise(axes, table):
         points = _points(axes, rows["noise"] + shift, rows, label, color=colour, marker=marker)
         if points:
             claim, variant, names = CLAIMS[name]
-            found = rows["noise"][rows["critical"].notna()]
-            shown = [names.format(noise) for noise in found]
+            noises = rows["noise"][rows["critical"].notna()]
+            shown = [names.format(noise) for noise in noises]
             marks.shown(points, claim, *shown, variant=variant)
     values = printed("u-critical"), printed("uc-sigma22")["u_c"]
     axes.plot((0.0, 2.2), values, "x", color=style.BLACK, markersize=7, label="paper")
@@ -98,10 +98,10 @@ def _against_size(axes, table):
 
 def _points(axes, place, rows, label, **look):
     """Critical velocities with their intervals, over the transition regions."""
-    found = rows["critical"].notna()
-    if not found.any():
+    has_fall = rows["critical"].notna()
+    if not has_fall.any():
         return
-    place, rows = place[found], rows[found]
+    place, rows = place[has_fall], rows[has_fall]
     axes.vlines(place, rows["lower"], rows["upper"], color=look["color"], alpha=0.25, linewidth=4)
     how = {"linestyle": "none", "markersize": 4, "elinewidth": 1.0, "capsize": 2}
     reach = np.nan_to_num([rows["critical"] - rows["low"], rows["high"] - rows["critical"]])

@@ -139,9 +139,9 @@ def _means(maker):
         return np.empty((4, 0))
     for place in np.unique(runs.belt_velocity):
         try:
-            found = runs.mean(place, place)
+            lifetime = runs.mean(place, place)
         except NotEnoughDataError:
             continue
-        if found.time > 0:
-            rows.append((place, found.mean, found.lower, found.upper))
+        if lifetime.time > 0:
+            rows.append((place, lifetime.mean, lifetime.lower, lifetime.upper))
     return np.array(rows).reshape(-1, 4).T
