@@ -7,13 +7,6 @@ from pydantic import TypeAdapter
 from beltrepro.replication.plan import config, filming, kinds, points
 from extensions import markdown
 
-_PARTS = {
-    "Dataset": "A dataset",
-    "MoreRuns": "More runs of a dataset",
-    "Film": "A film",
-    "Camera": "The camera",
-    "Preset": "A preset",
-}
 _LIMITS = {
     "minimum": "{} or more",
     "exclusiveMinimum": "more than {}",
@@ -29,7 +22,9 @@ def keys() -> str:
     whole = config.schema()
     parts = whole["$defs"]
     lines = [markdown.plain(whole["description"]), "## Top level", _keys(whole, parts)]
-    for name, title in _PARTS.items():
+    titles = {"Dataset": "A dataset", "MoreRuns": "More runs", "Film": "A film"}
+    titles |= {"Camera": "The camera", "Preset": "A preset"}
+    for name, title in titles.items():
         lines += [f"## {title}", markdown.plain(parts[name]["description"])]
         lines.append(_keys(parts[name], parts))
         if name == "Dataset":

@@ -8,7 +8,7 @@ from scipy.special import expit
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.stats import branches, estimates, transitions
-from beltrepro.stats.branches import fall, share_high, shift
+from beltrepro.stats.branches import fall, shift
 
 RNG = np.random.default_rng
 # Those of n5_replicates and, of ten blocks, size_replicates.
@@ -191,19 +191,20 @@ def test_plateaus_are_those_of_the_branches_beside_the_fall():
     assert (numbers["r_high"].value, numbers["r_low"].value) == (0.13, 0.01)
 
 
-def test_without_a_fall_only_the_plateaus_are_known():
+def test_without_a_fall_only_the_plateaus_are_known(monkeypatch):
     rng = RNG(4)
     u = np.repeat(FIVE, 8)
     alike = fall(u, 0.1 * rng.lognormal(0, 0.1, u.size))
     assert np.isnan([alike[name].value for name in ("critical", "lower", "width")]).all()
     weak = by_hand((FIVE < 17.2).astype(float))[1] + 0.2  # by a factor of 1.57
     assert fall(u, weak)["critical"].value == pytest.approx(17.25, abs=0.1)
-    refused = fall(u, weak, minimum_contrast=1.6)
+    monkeypatch.setattr(branches, "MINIMUM_CONTRAST", 1.6)
+    refused = fall(u, weak)
     assert np.isnan(refused["critical"].value) and refused["critical"].runs == 8
     assert refused["contrast"].value == pytest.approx(0.33 / 0.21)
     assert np.isnan(fall(u, u)["contrast"].value)  # r rises
     with pytest.raises(NotEnoughDataError, match="r falls nowhere"):
-        share_high(u, u)
+        shift((u, u), (u, weak))
     with pytest.raises(NotEnoughDataError, match="7 points along the curve, 8 are needed"):
         fall(u[:56], u[:56])
 
@@ -221,8 +222,8 @@ def test_flat_rows_have_no_fall(scatter):
 def test_single_runs_go_to_the_running_median():
     r = np.where(FIVE < 17.2, 0.13, 0.01)
     assert fall(FIVE, r) == transitions.fall(FIVE, r)
-    assert fall(FIVE, r, minimum_contrast=20)["critical"].runs == 1
-    assert np.isnan(fall(FIVE, r, minimum_contrast=20)["critical"].value)
+    absent = fall(FIVE, np.where(FIVE < 17.2, 0.13, 0.07))["critical"]
+    assert absent.runs == 1 and np.isnan(absent.value)
 
 
 def test_order_and_missing_values_do_not_matter():
@@ -256,13 +257,6 @@ def test_phi_is_one_of_tosses_and_that_of_runs_alike_at_its_least():
     # places of 4, 8 and 5 runs: 8 * s^2 over 4/4 + 8/4 + 5/4 and s^2, with s^2 = 0.72 / 7
     by_hand = (0.25 + 8 * 0.72 / 7) / (0.25 + 17 / 4 + 0.72 / 7)
     assert branches._phi(tosses, third) == pytest.approx(max(by_hand, branches.LEAST_PHI))
-
-
-def test_share_high_counts_the_runs_at_each_place():
-    share = np.where(FIVE < 16, 1.0, np.where(FIVE > 19, 0.0, 0.375))
-    shares = share_high(*by_hand(share))
-    assert list(shares) == FIVE.tolist()
-    assert shares[17.0] == estimates.share(3, 8) and shares[6.0] == estimates.share(8, 8)
 
 
 def test_shifts_are_first_minus_second():

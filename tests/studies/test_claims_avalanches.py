@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_scale_free import power_law, with_cutoff
+from test_scale_free import power_law
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
@@ -186,6 +186,14 @@ def catalogue(sizes, energies, *, chains=16, n_blocks=2, belt_velocity=3.0, at_o
 def of_laws(size=-1.47, energy=-0.87, *, count=8000, **how):
     sizes = power_law(size, *EDGES, count)
     return catalogue(sizes, power_law(energy, 1e3, 1e5, count, 1), **how)
+
+
+def with_cutoff(exponent, decay, low, high, size, seed=0):
+    """Values of a power law that falls off as exp(-decay x) besides, by rejection."""
+    values = power_law(exponent, low, high, 40 * size, seed)
+    kept = np.random.default_rng(seed + 1).random(values.size) < np.exp(-decay * (values - low))
+    assert kept.sum() >= size
+    return values[kept][:size]
 
 
 def cut_off(decay=0.02, count=4000):

@@ -86,32 +86,24 @@ class Fit:
 # --- estimates ------------------------------------------------------------------------------------
 
 
-def fall(
-    belt_velocity: npt.ArrayLike,
-    disorder: npt.ArrayLike,
-    *,
-    minimum_contrast: float = MINIMUM_CONTRAST,
-) -> dict[str, Estimate]:
+def fall(belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, Estimate]:
     """The fall of r along u: `transitions.QUANTITIES`, and the over-dispersion.
 
     critical is u_c; lower, upper and width are those of the fall from 90 % to 10 %. Where runs
     cannot tell the end of the fall, upper and width have no upper end. There is no fall, and
-    plateaus and contrast alone are known, if the contrast may lie below minimum_contrast. Of one
-    run at each u: `transitions.fall`, by the same contrast.
+    plateaus and contrast alone are known, if the contrast may lie below MINIMUM_CONTRAST. Of one
+    run at each u: `transitions.fall`.
     """
     row = Row.of(belt_velocity, disorder)
     if row.count.max(initial=0) == 1:
-        options = (
-            {} if minimum_contrast == MINIMUM_CONTRAST else {"minimum_contrast": minimum_contrast}
-        )
-        return transitions.fall(row.u, row.r, **options)
+        return transitions.fall(row.u, row.r)
     fit, runs = _fit(row), int(row.count.min())
     nothing = dict.fromkeys((*transitions.QUANTITIES, "dispersion"), estimates.absent(runs))
     if fit is None:
         return nothing
     numbers = _plateau_estimates(row, fit.on_high, fit.on_low)
     # Of all runs: those above the middle are larger than those below in a flat row, too.
-    if not _plateau_estimates(row, fit.before, fit.after)["contrast"].low >= minimum_contrast:
+    if not _plateau_estimates(row, fit.before, fit.after)["contrast"].low >= MINIMUM_CONTRAST:
         return nothing | numbers
     quantities = {name: _of_draws(draws, runs) for name, draws in _quantities(fit).items()}
     return {
@@ -132,17 +124,6 @@ def shift(
     order = np.random.default_rng(1).permutation(DRAWS)
     runs = min(int(row.count.min()) for row in rows)
     return {name: _of_draws(one[name] - other[name][order], runs) for name in one}
-
-
-def share_high(belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[float, Estimate]:
-    """Share of the runs at each u that lie on the high branch."""
-    row = Row.of(belt_velocity, disorder)
-    high = row.r > np.mean(_falling(row).plateaus)
-    having = np.add.reduceat(high.astype(int), row.first)
-    return {
-        float(place): estimates.share(int(number), int(count))
-        for place, number, count in zip(row.places, having, row.count, strict=True)
-    }
 
 
 def _falling(row: Row) -> Fit:

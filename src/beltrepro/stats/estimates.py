@@ -7,7 +7,7 @@ share; where an estimator has such an error (the spacing of a grid, say), it is 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -267,10 +267,3 @@ def trend(places: Sequence[float], points: Sequence[Estimate]) -> Estimate:
     ]
     below, above = (math.hypot(*side) for side in zip(*sides, strict=True))
     return Estimate(value, value - below, value + above, fewest(*points))
-
-
-def in_words(named: Mapping[str, Estimate]) -> str:
-    """Estimates by name as short text."""
-    return "; ".join(
-        f"{name}: {estimate.words}" if name else estimate.words for name, estimate in named.items()
-    )

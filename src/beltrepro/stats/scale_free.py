@@ -1,7 +1,6 @@
-"""Whether values are scale-free: power laws with ends, with a cutoff, and tests of them (Fig. 9).
+"""Whether values are scale-free: power laws with ends, and tests of them (Fig. 9).
 
-Laws are densities c * x**exponent * exp(-decay * x) between two ends. Fits are by maximum
-likelihood, which needs the means of ln x and x only.
+Fits are by maximum likelihood, which needs the mean of ln x only.
 """
 
 from dataclasses import dataclass
@@ -14,29 +13,16 @@ import scipy
 from beltrepro.base.errors import require
 
 LEAST_VALUES = 50
-LEAST_P = 0.1  # from which on a power law is not refused (Clauset, Shalizi and Newman 2009)
 _NODES = 200  # of the integral over a law
 
 
 @dataclass(frozen=True)
 class Law:
-    """Density c * x**exponent * exp(-decay * x) for low <= x <= high."""
+    """Density c * x**exponent for low <= x <= high."""
 
-    exponent: float  # power of the law; 0 for an exponential
-    # inverse of the cutoff; 0 for a power law, below 0 where the density bends upwards
-    decay: float
-    low: float  # ends
+    exponent: float
+    low: float
     high: float
-
-    def log_density(self, values: npt.ArrayLike) -> np.ndarray:
-        """Logarithm of the density."""
-        nodes, weights = _integral(self.low, self.high)
-        log = self._log_shape(nodes)
-        norm = log.max() + np.log(np.sum(weights * np.exp(log - log.max())))
-        return self._log_shape(np.asarray(values, dtype=float)) - norm
-
-    def _log_shape(self, values: np.ndarray) -> np.ndarray:
-        return self.exponent * np.log(values) - self.decay * values
 
 
 @dataclass(frozen=True)
@@ -48,48 +34,26 @@ class Fit:
     p: float  # share of samples of the law that are as far from their own fits
 
 
-def fit_law(
-    mean_log: float,
-    mean: float,
-    low: float,
-    high: float,
-    *,
-    power: bool = True,
-    decay: bool = False,
-) -> Law:
-    """Law of maximum likelihood for values of which two means are known."""
+def fit_law(mean_log: float, low: float, high: float) -> Law:
+    """Power law of maximum likelihood for values with this mean of ln x."""
     require(0 < low < high, f"values from {low:.3g} to {high:.3g} span no range")
-    inside = np.log(low) < mean_log < np.log(high)
-    require(bool(inside), "all values lie at one end of the range")
     nodes, weights = _integral(low, high)
-    kept = np.array([power, decay])
-    terms = np.stack([np.log(nodes), nodes])[kept]
-    wanted = np.array([mean_log, mean])[kept]
-    centre = terms.mean(axis=1, keepdims=True)
-    scale = terms.std(axis=1, keepdims=True)
-    terms, wanted = (terms - centre) / scale, (wanted - centre[:, 0]) / scale[:, 0]
+    logs = np.log(nodes)
+    centre, scale = logs.mean(), logs.std()
+    terms, wanted = (logs - centre) / scale, (mean_log - centre) / scale
 
-    factors = np.zeros(2)
-    factors[kept] = _best_factors(terms, weights, wanted) / scale[:, 0]
-    return Law(float(factors[0]), float(-factors[1]), float(low), float(high))
+    def slope(factors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Minus the slope of the log-likelihood of a value, and the slope of that."""
+        log = factors[0] * terms
+        share = weights * np.exp(log - log.max())
+        share /= share.sum()
+        mean = terms @ share
+        return np.array([mean - wanted]), np.array([[(terms * share) @ terms - mean**2]])
 
-
-def fit_values(
-    values: npt.ArrayLike, low: float, high: float, *, power: bool = True, decay: bool = False
-) -> Law:
-    """`fit_law` of the values in [low, high]."""
-    values = inside(values, low, high)
-    means = float(np.log(values).mean()), float(values.mean())
-    return fit_law(*means, low, high, power=power, decay=decay)
-
-
-def inside(values: npt.ArrayLike, low: float, high: float) -> np.ndarray:
-    """Values in a range."""
-    values = np.asarray(values, dtype=float)
-    values = values[(values >= low) & (values <= high)]
-    count = f"{values.size} values between {low:.3g} and {high:.3g}"
-    require(values.size >= LEAST_VALUES, f"{count}, {LEAST_VALUES} are needed")
-    return values
+    inside = bool(np.log(low) < mean_log < np.log(high))
+    best = scipy.optimize.root(slope, np.zeros(1), jac=True) if inside else None
+    require(best is not None and best.success, "all values lie at one end of the range")
+    return Law(float(best.x[0] / scale), float(low), float(high))
 
 
 def independent_values(values: np.ndarray, chain: np.ndarray) -> float:
@@ -140,36 +104,6 @@ def goodness_of_fit(
     return Fit(law, distance, further / samples)
 
 
-def _best_factors(terms: np.ndarray, weights: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Where the likelihood has no slope."""
-    start = np.zeros(len(terms))
-    best = scipy.optimize.root(
-        lambda factors: _likelihood(factors, terms, weights, wanted)[1:], start, jac=True
-    )
-    if not best.success:  # the valley is narrow: downhill, which takes longer and is less exact
-        best = scipy.optimize.minimize(
-            lambda factors: _likelihood(factors, terms, weights, wanted)[:2],
-            start,
-            jac=True,
-            hess=lambda factors: _likelihood(factors, terms, weights, wanted)[2],
-            method="trust-exact",
-        )
-    return best.x
-
-
-def _likelihood(
-    factors: np.ndarray, terms: np.ndarray, weights: np.ndarray, wanted: np.ndarray
-) -> tuple[float, np.ndarray, np.ndarray]:
-    """Minus the log-likelihood of a value, its slopes and their slopes: convex."""
-    log = factors @ terms
-    share = weights * np.exp(log - log.max())
-    total = share.sum()
-    share /= total
-    means = terms @ share
-    curvature = (terms * share) @ terms.T - np.outer(means, means)
-    return float(np.log(total) + log.max() - factors @ wanted), means - wanted, curvature
-
-
 def _nearest(values: np.ndarray, lows: np.ndarray, high: float) -> tuple[Law, float]:
     """The law of least distance; values and lower ends in rising order."""
     laws: list[tuple[Law, float]] = []
@@ -177,12 +111,12 @@ def _nearest(values: np.ndarray, lows: np.ndarray, high: float) -> tuple[Law, fl
         tail = values[np.searchsorted(values, low) :]
         if tail.size < LEAST_VALUES and laws:  # of a small sample
             continue
-        law = fit_law(np.log(tail).mean(), tail.mean(), low, high)
+        law = fit_law(np.log(tail).mean(), low, high)
         share = _cumulative(law, tail)
         rank = np.arange(tail.size + 1) / tail.size
         distance = float(max((rank[1:] - share).max(), (share - rank[:-1]).max()))
         laws.append((law, distance))
-    return min(laws, key=lambda law_distance: law_distance[1])
+    return min(laws, key=lambda pair: pair[1])
 
 
 def _cumulative(law: Law, values: np.ndarray) -> np.ndarray:

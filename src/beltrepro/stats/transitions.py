@@ -64,26 +64,23 @@ class Transition:
 # --- estimates ------------------------------------------------------------------------------------
 
 
-def fall(
-    belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike, **options: float
-) -> dict[str, Estimate]:
+def fall(belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, Estimate]:
     """The fall of r along u, of one run at each u: edges, midpoint, width, plateaus, their ratio.
 
     The numbers alone are known (`estimates.single`), through a running median over
-    SINGLE_RUNS_WINDOW. Of several runs at each u: `branches.fall`.  options : of `find_fall`.
+    SINGLE_RUNS_WINDOW. Of several runs at each u: `branches.fall`.
     """
-    window = options.pop("window", SINGLE_RUNS_WINDOW)
-    best = find_fall(belt_velocity, disorder, window=window, **options)  # type: ignore[arg-type]
+    best = find_fall(belt_velocity, disorder, window=SINGLE_RUNS_WINDOW)
     return {name: _single(getattr(best, name)) for name in QUANTITIES}
 
 
-def rise(noise: npt.ArrayLike, disorder: npt.ArrayLike, **options: float) -> dict[str, Estimate]:
-    """The rise of r along sigma, of one run or several at each noise.  options : of `find_rise`.
+def rise(noise: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, Estimate]:
+    """The rise of r along sigma, of one run or several at each noise.
 
     Runs are drawn anew at each place by itself, since those of two places are independent.
     """
     noise, disorder = in_order(noise, disorder)
-    best = find_rise(noise, disorder, **options)
+    best = find_rise(noise, disorder)
     distinct, first, count = np.unique(noise, return_index=True, return_counts=True)
     if count.max() == 1:
         return {name: _single(getattr(best, name)) for name in QUANTITIES}
@@ -92,7 +89,7 @@ def rise(noise: npt.ArrayLike, disorder: npt.ArrayLike, **options: float) -> dic
     rng = np.random.default_rng(0)
     begin, size = np.repeat(first, count), np.repeat(count, count)
     samples = [
-        find_rise(noise, disorder[begin + (rng.random(noise.size) * size).astype(int)], **options)
+        find_rise(noise, disorder[begin + (rng.random(noise.size) * size).astype(int)])
         for _ in range(estimates.RESAMPLES)
     ]
     spacing = _spacing(distinct, best)
@@ -128,7 +125,6 @@ def find_fall(
     disorder: npt.ArrayLike,
     *,
     window: float = 0.0,
-    minimum_contrast: float = MINIMUM_CONTRAST,
     rounds: int = ROUNDS,
 ) -> Transition:
     """Where r(u) falls from its high to its low plateau.
@@ -140,17 +136,17 @@ def find_fall(
     to which r keeps 90 % of the fall, `upper` the first u after that where it is down to 10 %
     (interpolated). (4) Steps 2 and 3 are repeated with these edges in place of the step, `rounds`
     times. (5) critical is the midpoint, as for the paper's u_c. There is no transition when
-    r_high < minimum_contrast * r_low.
+    r_high < MINIMUM_CONTRAST * r_low.
     """
     velocity, disorder = in_order(belt_velocity, disorder)
     _require_points(velocity, MINIMUM_POINTS)
     place = step(velocity, disorder, falling=True)
-    transition = _between_plateaus(velocity, disorder, place, place, window, minimum_contrast)
+    transition = _between_plateaus(velocity, disorder, place, place, window)
     for _ in range(rounds):
         if not transition.exists:
             break
         edges = transition.lower, transition.upper
-        transition = _between_plateaus(velocity, disorder, *edges, window, minimum_contrast)
+        transition = _between_plateaus(velocity, disorder, *edges, window)
     return transition
 
 
@@ -160,7 +156,6 @@ def _between_plateaus(
     lower: float,
     upper: float,
     window: float,
-    minimum_contrast: float,
 ) -> Transition:
     """The fall between the plateaus below and above these edges."""
     before = (velocity <= lower) & (velocity >= lower / 2)
@@ -168,7 +163,7 @@ def _between_plateaus(
     if not before.any() or not after.any():
         return _absent(np.nan, np.nan)
     r_high, r_low = np.median(disorder[before]), np.median(disorder[after])
-    if not r_high >= minimum_contrast * r_low:
+    if not r_high >= MINIMUM_CONTRAST * r_low:
         return _absent(r_high, r_low)
     places, smooth = running_median(velocity, disorder, window)
     share = (smooth - r_low) / (r_high - r_low)
@@ -183,16 +178,14 @@ def _between_plateaus(
     return Transition(lower, upper, (lower + upper) / 2, r_high, r_low)
 
 
-def find_rise(
-    noise: npt.ArrayLike, disorder: npt.ArrayLike, *, minimum_rise: float = MINIMUM_RISE
-) -> Transition:
+def find_rise(noise: npt.ArrayLike, disorder: npt.ArrayLike) -> Transition:
     """Where r(sigma) at fixed u rises from a low to a high plateau.
 
     Criterion. (1) A step with two levels is fitted by least absolute deviations; the levels r_low
     and r_high are the medians on its two sides. (2) critical is where the isotonic regression of
     r(sigma) (the monotone curve of least squares) passes half way, lower and upper where it passes
     10 % and 90 % of the rise (linear between grid points). There is no transition when
-    r_high < minimum_rise * r_low.
+    r_high < MINIMUM_RISE * r_low.
     """
     noise, disorder = in_order(noise, disorder)
     _require_points(noise, 5)
@@ -200,7 +193,7 @@ def find_rise(
     if not np.isfinite(middle):
         return _absent(np.nan, np.nan)
     r_low, r_high = np.median(disorder[noise < middle]), np.median(disorder[noise > middle])
-    if not r_high >= minimum_rise * r_low:
+    if not r_high >= MINIMUM_RISE * r_low:
         return _absent(r_high, r_low)
     places, place = np.unique(noise, return_inverse=True)
     count = np.bincount(place)

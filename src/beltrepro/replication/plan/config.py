@@ -212,7 +212,9 @@ Defaults = _keys(
 MoreRuns = _keys(
     "MoreRuns",
     "Runs are added to a point, in rounds, while the mean of a number over its runs is not known "
-    "well enough there or at a neighbour along the axis with the most values (docs/workflow.md).",
+    "well enough there or at a neighbour along the axis with the most values: `by` at a time, to "
+    "`up_to`, until the 95 % interval of the mean of `of` is within `half_width` "
+    "(docs/workflow.md).",
     required=("by", "up_to", "of", "half_width"),
     by=Annotated[Whole, Field(ge=1, le=LONGEST_GRID, description="Runs added in a round.")],
     up_to=Annotated[Whole, Field(ge=1, le=LONGEST_GRID, description="Runs at a point, at most.")],

@@ -326,7 +326,7 @@ def scale_free_fit(sample: Sample, *, search: bool = False) -> ScaleFree:
 
     def exponent(drawn):
         count, total = drawn.sum(axis=0)
-        return scale_free.fit_law(total / count, np.nan, low, high).exponent
+        return scale_free.fit_law(total / count, low, high).exponent
 
     return ScaleFree(fit.p, estimates.bootstrap(exponent, [np.array(sums)]), low, high, len(sums))
 

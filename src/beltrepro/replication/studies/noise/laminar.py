@@ -98,7 +98,7 @@ def region(evidence, low, high):
     silent = (table.noise == 0) & (table.belt_velocity >= 44)
     return Measurement(
         {
-            "intermittent at sigma = 0": share_of(lasting(quiet)),
+            "intermittent at sigma = 0": share_of(lasting(quiet)[quiet.between(0.0, np.inf)]),
             "width beyond 4 over width up to 4": ratio(strong, weak),
             "growth across 4 less twice that below": difference(across, below.scaled(2)),
         },
