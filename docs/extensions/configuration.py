@@ -68,6 +68,8 @@ def _allowed(told: dict) -> str:
     """What a value may be, in words."""
     if "anyOf" in told:
         return " or ".join(map(_allowed, told["anyOf"]))
+    if "$ref" in told:
+        return "keys with values"
     if "enum" in told:
         return ", ".join(map(markdown.code, told["enum"]))
     words = [told.get("type", "").replace("object", "keys with values").replace("array", "list")]

@@ -38,9 +38,9 @@ def section() -> str:
 
 def _simulate(plan, path: Path) -> None:
     """What the job of the workflow does for this dataset, which is a single run."""
-    told = plan.told_batch(path.stem, 0)
-    points = points_of(told["points"])
-    files.write(path, told, kinds.record(told["kind"], points, told["settings"]))
+    spec = plan.batch_spec(path.stem, 0)
+    points = points_of(spec["points"])
+    files.write(path, spec, kinds.record(spec["kind"], points, spec["settings"]))
 
 
 def setup(app) -> dict:
