@@ -35,7 +35,6 @@ from beltrepro.stats.motion import EQUILIBRIUM, PERIODIC
 from beltrepro.stats.recurrence import CLOSED, Recurrence, find_recurrence
 
 IRREGULAR = "irregular"
-SETTLED_STATES = (EQUILIBRIUM, PERIODIC, IRREGULAR)
 
 # Windows in which returns are collected: a period must fit twice in the second half of one.
 _FIRST_WINDOW = 1000.0
@@ -90,8 +89,8 @@ def time_to_orbit(
     Returns
     -------
     Results
-        settled; lifetime of the irregular motion (the duration if not settled); state out of
-        SETTLED_STATES; period_time (NaN without a period), period_events (slips of all blocks) and
+        settled; lifetime of the irregular motion (the duration if not settled); state (equilibrium
+        slip, periodic or irregular); period_time (NaN without), period_events (slips of all) and
         period_returns (to a section) of a period, 0 without; disorder_parameter and mean_length of
         the settled motion, or of the end; irregular_exponent and irregular_error: the largest
         Lyapunov exponent of the irregular motion over its irregular_time, NaN where that is too

@@ -11,10 +11,10 @@ from beltrepro.replication.studies.experiment.observations import ASSIGNED
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates
+from beltrepro.stats.intermittency import LAMINAR_SHARE
 
 FILMS = films.BELTS
 SHORTEST_S = 900.0  # of a trial: the paper's are some hundred seconds long
-LAMINAR_SHARE = (0.05, 0.95)
 STRETCHES = 20
 
 

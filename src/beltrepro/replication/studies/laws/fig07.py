@@ -76,9 +76,9 @@ def _choose_event(series):
     return None
 
 
-def _sampled(time, begin, end, *, least=10):
+def _sampled(time, begin, end):
     """Whether a stretch of time holds enough samples to be drawn."""
-    return np.searchsorted(time, end) - np.searchsorted(time, begin) >= least
+    return np.searchsorted(time, end) - np.searchsorted(time, begin) >= 10
 
 
 def _draw_event(axes, enlarged, series, chain, event):
