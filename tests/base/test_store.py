@@ -76,7 +76,7 @@ def test_a_flipped_bit_anywhere_is_refused(tmp_path):
 # --- files of datasets ---
 
 
-def told(batch=None, **changes):
+def spec_of(batch=None, **changes):
     """What the file of a small scan, or of one of its batches, is told."""
     point = {"kind": "scan", "n_blocks": [2, 5, 7, 9], "belt_velocity": [10, 20]}
     point["points_per_job"] = 3
@@ -94,16 +94,16 @@ def arrays_of(batch_spec, **more):
 
 
 def written(path, batch):
-    files.write(path, told(batch), arrays_of(told(batch)))
-    return files.read(path, files.expected(told(batch)))
+    files.write(path, spec_of(batch), arrays_of(spec_of(batch)))
+    return files.read(path, files.expected(spec_of(batch)))
 
 
 def test_a_damaged_file_is_one_line_with_the_remedy(tmp_path):
     path = tmp_path / "rows.h5"
-    files.write(path, told(0), arrays_of(told(0)))
+    files.write(path, spec_of(0), arrays_of(spec_of(0)))
     path.write_bytes(path.read_bytes()[:2000])
     with pytest.raises(InputError) as caught:
-        files.read(path, files.expected(told(0) | {"run": "f06"}))
+        files.read(path, files.expected(spec_of(0) | {"run": "f06"}))
     message = str(caught.value)
     assert message.startswith(f"{path}: not a readable HDF5 file") and "\n" not in message
     assert message.endswith(f"rm {path} && snakemake --cores 2 --config preset=own run=f06")
@@ -114,7 +114,7 @@ def test_a_file_says_what_it_holds(tmp_path):
     words = {"dataset": "rows", "kind": "scan", "preset": "own", "run": "own", "method": "event"}
     assert said.items() >= (words | {"duration": 100.0, "seed": 3}).items()
     assert "n_blocks" not in said and "section_position" not in said
-    assert json.loads(said["config"]) == told(0)
+    assert json.loads(said["config"]) == spec_of(0)
     assert said["units"] == "model units" and "numpy" in json.loads(said["library_versions"])
     with h5py.File(tmp_path / "0000.h5") as file:
         for array in file.values():
@@ -132,17 +132,17 @@ def test_a_file_says_what_it_holds(tmp_path):
         ({"preset": "smoke", "run": "smoke"}, "dataset rows (scan) of preset smoke, run smoke"),
         ({"run": "f06"}, "of preset own, run f06"),
         ({"kind": "escapes"}, "holds dataset rows (escapes)"),
-        ({"settings": told()["settings"] | {"duration": 200.0}}, "run own with other settings"),
+        ({"settings": spec_of()["settings"] | {"duration": 200.0}}, "run own with other settings"),
     ],
 )
 def test_a_file_of_something_else_is_refused_with_the_remedy(tmp_path, other, words):
     path = tmp_path / "rows.h5"
     values = {} if "kind" in other else {"disorder_parameter": np.ones(4)}
-    whole = told() | other
-    points = columns(points_of(told(0)["points"]))
+    whole = spec_of() | other
+    points = columns(points_of(spec_of(0)["points"]))
     files.write(path, whole, points | {name: array[:3] for name, array in values.items()})
     with pytest.raises(InputError) as caught:
-        files.read(path, files.expected(told()))
+        files.read(path, files.expected(spec_of()))
     message = str(caught.value)
     assert "\n" not in message and words in message
     assert "expected dataset rows (scan) of preset own, run own" in message
@@ -183,7 +183,7 @@ def test_joining_counts_points_on_and_fills_up_smaller_chains():
 def test_a_table_stays_plain_and_has_its_origin_beside_it(tmp_path):
     table = pd.DataFrame({"belt_velocity": [1.5], "runs": [3], "test": ["t"], "r": [1 / 3]})
     path = tmp_path / "deep" / "some.csv"
-    sources = {"rows": files.expected(told())}
+    sources = {"rows": files.expected(spec_of())}
     tables.write(path, table, title="A table.", columns={"runs": "number"}, sources=sources)
     assert path.read_text() == "belt_velocity,runs,test,r\n1.5,3,t,0.333333\n"
     about = json.loads((tmp_path / "deep" / "some.csv-metadata.json").read_text())
@@ -200,10 +200,10 @@ def test_figures_and_tables_read_datasets_and_tables(tmp_path):
     written(tmp_path / "rows.h5", 0)
     tables.write(tmp_path / "t.csv", pd.DataFrame({"a": [1]}), title="T.", columns={}, sources={})
     paths = {"rows": tmp_path / "rows.h5", "t": str(tmp_path / "t.csv")}
-    found = inputs.load(paths, {"rows": files.expected(told(0))})
-    assert found["rows"].attributes["dataset"] == "rows" and found["t"]["a"].tolist() == [1]
+    loaded = inputs.load(paths, {"rows": files.expected(spec_of(0))})
+    assert loaded["rows"].attributes["dataset"] == "rows" and loaded["t"]["a"].tolist() == [1]
     with pytest.raises(InputError, match="with other settings"):
-        inputs.load(paths, {"rows": files.expected(told(1))})
+        inputs.load(paths, {"rows": files.expected(spec_of(1))})
 
 
 # --- provenance ---
@@ -264,7 +264,7 @@ def outside_sources():
 
     A class of Python cannot be in a kernel; what else a module with kernels imports may be.
     """
-    found = set()
+    result = set()
     for path in ENGINE.glob("*.py"):
         text = path.read_text()
         if not COMPILED.search(text):
@@ -275,8 +275,8 @@ def outside_sources():
                 continue
             module = importlib.import_module(origin)
             if any(not inspect.isclass(getattr(module, alias.name)) for alias in node.names):
-                found.add(Path(module.__file__))
-    return found
+                result.add(Path(module.__file__))
+    return result
 
 
 def test_compiled_kernels_are_keyed_by_all_sources_they_are_made_of(monkeypatch):

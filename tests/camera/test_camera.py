@@ -49,8 +49,8 @@ def test_the_white_block_brightens_by_its_area():
     camera = Camera(**IDEAL, metres_per_pixel=0.0013)
     black = Scene(spring=28.0, white_block=scene.block)
     first, second = (
-        next(pictures(movement, scene=each, camera=camera)).picture.astype(float)
-        for each in (scene, black)
+        next(pictures(movement, scene=one, camera=camera)).picture.astype(float)
+        for one in (scene, black)
     )
     area = (first - second).sum() / (scene.white_block - scene.block)
     expected = scene.block_length * scene.block_width / camera.metres_per_pixel**2

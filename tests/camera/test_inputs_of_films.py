@@ -124,7 +124,7 @@ RIGHT = {
 @pytest.mark.parametrize("kind", RIGHT)
 def test_films_that_are_measured_right(tmp_path, capsys, kind):
     path = RIGHT[kind](tmp_path / "film.mp4")
-    time_s, x_m, told = tracked(capsys, path, tmp_path)
+    time_s, x_m, printed = tracked(capsys, path, tmp_path)
     assert len(x_m) >= len(TRUE) - 6
     # A gif tells instants in hundredths of a second.
     times = np.round(time_s * FRAMES_PER_SECOND) / FRAMES_PER_SECOND
@@ -132,7 +132,7 @@ def test_films_that_are_measured_right(tmp_path, capsys, kind):
     error = (x_m - true) / SCALE
     assert abs(error.mean()) < 0.5
     assert error.std() < 0.3
-    assert told["metres_per_pixel"] == pytest.approx(SCALE, rel=2e-3)
+    assert printed["metres_per_pixel"] == pytest.approx(SCALE, rel=2e-3)
     assert x_m.std() / x_m.mean() == pytest.approx(true.std() / true.mean(), rel=5e-3)
 
 
@@ -174,7 +174,7 @@ def packets(path, frames, times):
 
 def changing(path):
     """A film whose pictures get larger on the way."""
-    frames = [*WHOLE[:4], *(np.tile(each, (2, 2)) for each in WHOLE[:4])]
+    frames = [*WHOLE[:4], *(np.tile(one, (2, 2)) for one in WHOLE[:4])]
     return packets(path, frames, range(8))
 
 
@@ -237,11 +237,11 @@ def test_a_film_that_breaks_off_is_measured_up_to_there(tmp_path, capsys):
 def test_a_block_that_leaves_the_picture_is_told(tmp_path, capsys):
     edge = int(LEFT + TRUE.mean() / SCALE) + 14
     frames = WHOLE[:, :, : edge - edge % 2]
-    time_s, x_m, told = tracked(capsys, written(tmp_path / "film.mp4", frames), tmp_path)
+    time_s, x_m, printed = tracked(capsys, written(tmp_path / "film.mp4", frames), tmp_path)
     np.testing.assert_allclose(x_m, np.interp(time_s, MOVEMENT.time_s, TRUE), atol=0.3 * SCALE)
     beyond = frames.shape[2] < LEFT + (TRUE + 0.02) / SCALE
     lost = np.zeros(len(TRUE), bool)
-    for begin, end in told["lost_s"]:
+    for begin, end in printed["lost_s"]:
         lost |= (MOVEMENT.time_s > begin - 1e-3) & (MOVEMENT.time_s < end + 1e-3)
     assert lost[beyond].all()
     assert lost.sum() < beyond.sum() + 12
@@ -287,8 +287,8 @@ def test_options_of_track_that_are_refused(tmp_path, capsys, monkeypatch, option
 def test_a_table_that_exists_is_replaced_only_by_force(tmp_path, capsys):
     (tmp_path / "a.csv").write_text("old\n")
     path = written(tmp_path / "film.mp4", WHOLE[:12])
-    found = run(capsys, "track", path, "--output", tmp_path / "a.csv")
-    refused(found, tmp_path / "a.csv", "--force overwrites it")
+    printed = run(capsys, "track", path, "--output", tmp_path / "a.csv")
+    refused(printed, tmp_path / "a.csv", "--force overwrites it")
     assert (tmp_path / "a.csv").read_text() == "old\n"
     _, x_m, _ = tracked(capsys, path, tmp_path)
     assert len(x_m) == 12

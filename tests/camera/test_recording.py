@@ -22,21 +22,23 @@ def bursts(seconds=200.0, quiet=((40.0, 100.0), (150.0, 158.0))):
 
 def test_r_of_a_sine_is_its_amplitude_over_root_two_and_the_mean():
     time = instants(100.0)
-    found = analyse(time, 0.9 + 0.1 * np.sin(2 * np.pi * 0.5 * time))
-    assert found.disorder_parameter == pytest.approx(0.1 / np.sqrt(2) / 0.9, rel=1e-3)
-    assert found.mean_length == pytest.approx(0.9, rel=1e-4)
-    assert found.observed_s == pytest.approx(100.0, rel=1e-3)
-    assert (found.minimum_length, found.maximum_length) == pytest.approx((0.8, 1.0), abs=1e-4)
+    recording = analyse(time, 0.9 + 0.1 * np.sin(2 * np.pi * 0.5 * time))
+    assert recording.disorder_parameter == pytest.approx(0.1 / np.sqrt(2) / 0.9, rel=1e-3)
+    assert recording.mean_length == pytest.approx(0.9, rel=1e-4)
+    assert recording.observed_s == pytest.approx(100.0, rel=1e-3)
+    assert (recording.minimum_length, recording.maximum_length) == pytest.approx(
+        (0.8, 1.0), abs=1e-4
+    )
 
 
 def test_means_are_over_time_and_not_over_frames():
     # Twenty frames a second for the first half at 0.8 m, forty for the other at 1 m; then a gap.
     time = np.concatenate([np.arange(0, 50, 0.05), np.arange(50, 100, 0.025), [200.0]])
     position = np.where(time < 50, 0.8, 1.0)
-    found = analyse(time, position)
-    assert found.mean_length == pytest.approx(0.9, rel=2e-3)
-    assert found.disorder_parameter == pytest.approx(0.1 / 0.9, rel=5e-3)
-    assert found.observed_s == pytest.approx(100, rel=2e-3)  # the gap counts for nothing
+    recording = analyse(time, position)
+    assert recording.mean_length == pytest.approx(0.9, rel=2e-3)
+    assert recording.disorder_parameter == pytest.approx(0.1 / 0.9, rel=5e-3)
+    assert recording.observed_s == pytest.approx(100, rel=2e-3)  # the gap counts for nothing
 
 
 def test_dropped_frames_change_r_by_less_than_a_percent():
@@ -69,18 +71,18 @@ def test_quiet_stretches_are_found_and_only_long_ones_last():
 
 def test_the_transient_is_left_out():
     time, position = bursts()
-    found = analyse(time + 7, np.where(time < 40, 3.0, position), transient_s=40.0)
-    assert found.time_s[0] == pytest.approx(47.0)
-    assert found.maximum_length < 1.1
+    recording = analyse(time + 7, np.where(time < 40, 3.0, position), transient_s=40.0)
+    assert recording.time_s[0] == pytest.approx(47.0)
+    assert recording.maximum_length < 1.1
 
 
 def test_spectra_of_the_parts_have_their_frequencies():
     time, position = bursts()
     quiet = (time >= 40) & (time < 100)
     position[quiet] = 0.9 + 0.005 * np.sin(2 * np.pi * 1.5 * time[quiet])
-    found = analyse(time, position)
-    assert set(found.spectra) == {"whole", "small", "large"}
-    small, large = found.spectra["small"], found.spectra["large"]
+    recording = analyse(time, position)
+    assert set(recording.spectra) == {"whole", "small", "large"}
+    small, large = recording.spectra["small"], recording.spectra["large"]
     assert small.frequency_hz[small.power.argmax()] == pytest.approx(1.5, abs=0.02)
     assert large.frequency_hz[large.power.argmax()] == pytest.approx(0.5, abs=0.03)
     assert small.begin_s == pytest.approx(40, abs=1.3)

@@ -27,18 +27,18 @@ def waves(frequencies, seconds=60.0, noise=1e-3):
 
 def test_harmonics_are_found_at_their_places_and_are_equally_spaced():
     frequencies = 0.57 * np.arange(1, 7)
-    found = lines(waves(frequencies), 1 / RATE)
-    assert found.peaks_hz == pytest.approx(frequencies, abs=0.01)
-    assert found.flatness < 0.01
-    step = spacing(found.peaks_hz)
+    spectral_lines = lines(waves(frequencies), 1 / RATE)
+    assert spectral_lines.peaks_hz == pytest.approx(frequencies, abs=0.01)
+    assert spectral_lines.flatness < 0.01
+    step = spacing(spectral_lines.peaks_hz)
     assert step.step_hz == pytest.approx(0.57, abs=0.003)
     assert step.concentration > 0.99 and step.p < 0.01
 
 
 def test_lines_at_unequal_distances_are_no_multiples():
-    found = lines(waves([0.59, 1.73, 2.45, 3.02, 3.4]), 1 / RATE)
-    assert found.peaks_hz.size == 5
-    assert spacing(found.peaks_hz).p > 0.05
+    spectral_lines = lines(waves([0.59, 1.73, 2.45, 3.02, 3.4]), 1 / RATE)
+    assert spectral_lines.peaks_hz.size == 5
+    assert spacing(spectral_lines.peaks_hz).p > 0.05
 
 
 @pytest.mark.thorough
@@ -56,9 +56,9 @@ def test_noise_has_a_flat_spectrum_without_lines(memory):
     values = np.zeros(random.size)
     for index in range(1, random.size):
         values[index] = memory * values[index - 1] + random[index]
-    found = lines(values, 1 / RATE)
-    assert found.flatness > 0.8
-    assert found.peaks_hz.size == 0
+    spectral_lines = lines(values, 1 / RATE)
+    assert spectral_lines.flatness > 0.8
+    assert spectral_lines.peaks_hz.size == 0
 
 
 def test_too_short_a_series_and_too_few_peaks_are_said():
@@ -132,9 +132,9 @@ def test_films_and_tracks_are_read_by_their_names(tmp_path):
     write_video(tmp_path / "a.mp4", frames(), frames_per_second=RATE)
     FULL["belt_028_track"].save(tmp_path / "a.csv")
     paths = {"a_film": tmp_path / "a.mp4", "a_track": str(tmp_path / "a.csv")}
-    found = inputs.load(paths, {})
-    times = [frame.time_s for frame in found["a_film"]()]
+    loaded = inputs.load(paths, {})
+    times = [frame.time_s for frame in loaded["a_film"]()]
     assert times == pytest.approx(np.arange(5) / RATE, abs=1e-4)
-    assert [frame.time_s for frame in found["a_film"]()] == times
-    assert isinstance(found["a_track"], Track)
-    assert found["a_track"].x_m == pytest.approx(FULL["belt_028_track"].x_m, rel=1e-8)
+    assert [frame.time_s for frame in loaded["a_film"]()] == times
+    assert isinstance(loaded["a_track"], Track)
+    assert loaded["a_track"].x_m == pytest.approx(FULL["belt_028_track"].x_m, rel=1e-8)

@@ -26,11 +26,11 @@ def scale_of(movement, camera=None, scene=None):
     return Framing.of(movement, scene or Scene(), camera or Camera()).metres_per_pixel
 
 
-def errors(found, movement, scale):
+def errors(tracked, movement, scale):
     """Errors of a track in pixels, at the frames it has."""
-    frame = np.searchsorted(movement.time_s, found.time_s - 1e-3)
-    np.testing.assert_allclose(movement.time_s[frame], found.time_s, atol=1e-3)
-    return (found.x_m - movement.x_m[frame, -1]) / scale
+    frame = np.searchsorted(movement.time_s, tracked.time_s - 1e-3)
+    np.testing.assert_allclose(movement.time_s[frame], tracked.time_s, atol=1e-3)
+    return (tracked.x_m - movement.x_m[frame, -1]) / scale
 
 
 def rms(values):
@@ -55,25 +55,25 @@ def tracked_again(frames, pictures, path, **how):
 def test_the_block_is_placed_to_parts_of_a_pixel(tmp_path, camera, limit):
     movement = swaying(4.0)
     film(movement, tmp_path / "film.mp4", camera=camera)
-    found, scale = track(tmp_path / "film.mp4"), scale_of(movement, camera)
-    error = errors(found, movement, scale)
+    tracked, scale = track(tmp_path / "film.mp4"), scale_of(movement, camera)
+    error = errors(tracked, movement, scale)
     assert rms(error) < limit
-    assert len(found.time_s) > 0.9 * len(movement.time_s)
-    assert found.metres_per_pixel == pytest.approx(scale, rel=2e-3)
-    assert found.angle == pytest.approx(camera.angle, abs=0.1)
+    assert len(tracked.time_s) > 0.9 * len(movement.time_s)
+    assert tracked.metres_per_pixel == pytest.approx(scale, rel=2e-3)
+    assert tracked.angle == pytest.approx(camera.angle, abs=0.1)
     # The error told is that of the scatter about the mean, within a factor of three.
-    assert rms(error - error.mean()) < 3 * np.median(found.error_m) / scale
-    assert np.median(found.error_m) / scale < 0.2
+    assert rms(error - error.mean()) < 3 * np.median(tracked.error_m) / scale
+    assert np.median(tracked.error_m) / scale < 0.2
 
 
 def test_r_of_the_film_is_r_of_the_run(tmp_path):
     how = {"transient": 200.0, "sample_interval": 1 / 24 / TIME_S, "sample_start": 200.0}
     run = simulate(ChainParameters(5, 15.3, 1.0), duration=340.0, **how)
     film(run, tmp_path / "film.mp4", camera=POOR)
-    found = track(tmp_path / "film.mp4")
-    frame = np.rint(found.time_s * 24).astype(int)
+    tracked = track(tmp_path / "film.mp4")
+    frame = np.rint(tracked.time_s * 24).astype(int)
     x = run.positions[frame, -1]
-    r = found.x_m.std() / found.x_m.mean()
+    r = tracked.x_m.std() / tracked.x_m.mean()
     assert r == pytest.approx(x.std() / x.mean(), rel=0.01)
     assert run.positions[:, -1].std() / run.positions[:, -1].mean() == pytest.approx(r, rel=0.05)
 
@@ -84,11 +84,11 @@ def test_the_film_of_another_renderer_is_tracked_as_well(tmp_path, angle):
     movement = swaying(1.4, frames_per_second=30.0, farthest=0.65)
     other = OtherRenderer(angle)
     other.film(movement.x_m, tmp_path / "other.mp4")
-    found = track(tmp_path / "other.mp4")
-    error = errors(found, movement, other.SCALE)
-    assert len(found.time_s) == len(movement.time_s)
-    assert found.metres_per_pixel == pytest.approx(other.SCALE, rel=1e-3)
-    assert found.angle == pytest.approx(angle, abs=0.1)
+    tracked = track(tmp_path / "other.mp4")
+    error = errors(tracked, movement, other.SCALE)
+    assert len(tracked.time_s) == len(movement.time_s)
+    assert tracked.metres_per_pixel == pytest.approx(other.SCALE, rel=1e-3)
+    assert tracked.angle == pytest.approx(angle, abs=0.1)
     assert rms(error - error.mean()) < 0.2
     assert abs(error.mean()) < 0.5  # the zero mark is at the end of the tape
 
@@ -105,15 +105,15 @@ def test_the_film_of_another_renderer_is_tracked_as_well(tmp_path, angle):
     ],
 )
 def test_other_colours_and_tapes(tmp_path, scene):
-    movement, told = swaying(0.6), {}
+    movement, options = swaying(0.6), {}
     film(movement, tmp_path / "film.mp4", scene=scene)
     if scene.mark_spacing != Scene().mark_spacing:
         with pytest.raises(InputError, match=r"block has .* cm, and not 4 x 8: .*--mark-spac"):
             track(tmp_path / "film.mp4")
-        told = {"scene": scene}
-    found = track(tmp_path / "film.mp4", **told)
-    assert len(found.time_s) == len(movement.time_s)
-    assert rms(errors(found, movement, scale_of(movement, scene=scene))) < 0.3
+        options = {"scene": scene}
+    tracked = track(tmp_path / "film.mp4", **options)
+    assert len(tracked.time_s) == len(movement.time_s)
+    assert rms(errors(tracked, movement, scale_of(movement, scene=scene))) < 0.3
 
 
 def test_a_film_that_a_phone_has_marked_as_turned(tmp_path):
@@ -143,8 +143,8 @@ def test_cropped_and_turned_films(tmp_path):
         ((slice(None, None, -1), slice(None, None, -1)), {"support": "right"}),
     ):
         pictures = [frame.picture[part] for frame in frames]
-        found = tracked_again(frames, pictures, tmp_path / "part.mp4", **how)
-        assert rms(errors(found, movement, view.metres_per_pixel)) < 0.3
+        tracked = tracked_again(frames, pictures, tmp_path / "part.mp4", **how)
+        assert rms(errors(tracked, movement, view.metres_per_pixel)) < 0.3
 
 
 def test_frames_at_uneven_instants_keep_them(tmp_path):
@@ -153,10 +153,10 @@ def test_frames_at_uneven_instants_keep_them(tmp_path):
     camera = Camera(frames_per_second=60)
     frames = filmed(movement, tmp_path / "all.mp4", camera=camera)
     write_video(tmp_path / "some.mp4", [frames[row] for row in chosen], frames_per_second=30)
-    found = track(tmp_path / "some.mp4")
+    tracked = track(tmp_path / "some.mp4")
     time = movement.time_s[chosen] - movement.time_s[chosen[0]]
-    np.testing.assert_allclose(found.time_s, time, atol=1e-3)
-    error = (found.x_m - movement.x_m[chosen, -1]) / scale_of(movement, camera)
+    np.testing.assert_allclose(tracked.time_s, time, atol=1e-3)
+    error = (tracked.x_m - movement.x_m[chosen, -1]) / scale_of(movement, camera)
     assert rms(error) < 0.2
 
 
@@ -165,10 +165,10 @@ def test_a_hand_in_the_picture_is_told_with_its_instants(tmp_path):
     frames = filmed(movement, tmp_path / "film.mp4")
     for _, picture in frames[30:42]:  # comes from above and covers half of the blocks' lane
         cv2.ellipse(picture, (380, 10), (300, 45), 0, 0, 360, 150, -1)
-    found = tracked_again(frames, [frame.picture for frame in frames], tmp_path / "hand.mp4")
-    np.testing.assert_allclose(found.lost_s, [[30 / 24, 41 / 24]], atol=1e-3)
-    assert len(found.time_s) == len(frames) - 12
-    assert rms(errors(found, movement, scale_of(movement))) < 0.2
+    tracked = tracked_again(frames, [frame.picture for frame in frames], tmp_path / "hand.mp4")
+    np.testing.assert_allclose(tracked.lost_s, [[30 / 24, 41 / 24]], atol=1e-3)
+    assert len(tracked.time_s) == len(frames) - 12
+    assert rms(errors(tracked, movement, scale_of(movement))) < 0.2
 
 
 def test_a_glare_that_the_block_passes_is_not_taken_for_a_spring(tmp_path):
@@ -179,9 +179,9 @@ def test_a_glare_that_the_block_passes_is_not_taken_for_a_spring(tmp_path):
     spot = round(left + 0.56 / 0.0012), frames[0].picture.shape[0] // 2 - 10
     for _, picture in frames:
         cv2.circle(picture, spot, 12, 255, -1)
-    found = tracked_again(frames, [frame.picture for frame in frames], tmp_path / "glare.mp4")
-    assert len(found.time_s) > 0.6 * len(frames)
-    assert np.median(np.abs(errors(found, movement, 0.0012))) < 0.2
+    tracked = tracked_again(frames, [frame.picture for frame in frames], tmp_path / "glare.mp4")
+    assert len(tracked.time_s) > 0.6 * len(frames)
+    assert np.median(np.abs(errors(tracked, movement, 0.0012))) < 0.2
 
 
 @pytest.mark.thorough
@@ -189,25 +189,25 @@ def test_a_given_scale_counts(tmp_path):
     movement = swaying(1.0)
     film(movement, tmp_path / "film.mp4")
     scale = scale_of(movement)
-    found = track(tmp_path / "film.mp4", metres_per_pixel=1.02 * scale)
-    assert found.metres_per_pixel == 1.02 * scale
-    assert found.x_m.mean() == pytest.approx(1.02 * movement.x_m[:, -1].mean(), rel=1e-3)
+    tracked = track(tmp_path / "film.mp4", metres_per_pixel=1.02 * scale)
+    assert tracked.metres_per_pixel == 1.02 * scale
+    assert tracked.x_m.mean() == pytest.approx(1.02 * movement.x_m[:, -1].mean(), rel=1e-3)
     other = OtherRenderer(tape=False)
     other.film(movement.x_m[:, :], tmp_path / "other.mp4")
     with pytest.raises(InputError, match=r"no tape measure .*give the scale.* 0.0012\d* m per pix"):
         track(tmp_path / "other.mp4")
-    found = track(tmp_path / "other.mp4", metres_per_pixel=other.SCALE)
-    assert np.ptp(found.x_m) == pytest.approx(np.ptp(movement.x_m[:, -1]), rel=0.01)
+    tracked = track(tmp_path / "other.mp4", metres_per_pixel=other.SCALE)
+    assert np.ptp(tracked.x_m) == pytest.approx(np.ptp(movement.x_m[:, -1]), rel=0.01)
 
 
 def test_a_track_is_kept_in_a_table(tmp_path):
     film(swaying(1.0), tmp_path / "film.mp4")
-    found = track(tmp_path / "film.mp4")
-    found.save(tmp_path / "track.csv")
-    again = type(found).load(tmp_path / "track.csv")
+    tracked = track(tmp_path / "film.mp4")
+    tracked.save(tmp_path / "track.csv")
+    again = type(tracked).load(tmp_path / "track.csv")
     for name in ("time_s", "x_m", "error_m"):
-        np.testing.assert_allclose(getattr(again, name), getattr(found, name), rtol=1e-8)
-    assert (again.metres_per_pixel, again.angle) == (found.metres_per_pixel, found.angle)
+        np.testing.assert_allclose(getattr(again, name), getattr(tracked, name), rtol=1e-8)
+    assert (again.metres_per_pixel, again.angle) == (tracked.metres_per_pixel, tracked.angle)
     (tmp_path / "plain.csv").write_text("x_m, time_s\n0.5, 0\n0.6, 0.1\n")
-    plain = type(found).load(tmp_path / "plain.csv")
+    plain = type(tracked).load(tmp_path / "plain.csv")
     assert (plain.x_m.tolist(), plain.time_s.tolist()) == ([0.5, 0.6], [0, 0.1])

@@ -20,7 +20,7 @@ HOW = {"method": "event", "seed": 4, "replicate": [3, 4, 5]}
 
 
 @pytest.fixture(scope="module")
-def found():
+def table():
     return trials(CHAINS, **SPAN, sample_interval=FRAME, **HOW)
 
 
@@ -45,38 +45,38 @@ def naive_slip(run, blocks):
     return max(longest, run.duration - since) if since is not None else longest
 
 
-def test_a_trial_is_what_the_analysis_of_a_recording_says_of_the_frames(found):
+def test_a_trial_is_what_the_analysis_of_a_recording_says_of_the_frames(table):
     for row, chain in enumerate(CHAINS):
         how = HOW | {"replicate": HOW["replicate"][row], "sample_start": 500.0}
         run = simulate(chain, **SPAN, sample_interval=FRAME, **how)
         film = recording.analyse(
             units.to_si(run.time, "time"), units.to_si(run.positions[:, -1], "length")
         )
-        assert found["disorder_parameter"][row] == film.disorder_parameter
-        assert found["small_share"][row] == film.small_share
-        assert found["lasting_share"][row] == film.lasting_share
+        assert table["disorder_parameter"][row] == film.disorder_parameter
+        assert table["small_share"][row] == film.small_share
+        assert table["lasting_share"][row] == film.lasting_share
         lengths = units.from_si(np.diff(film.small_s, axis=1)[:, 0], "time")
-        assert found["lasting_longest"][row] == pytest.approx(lengths.max(initial=0.0)) or (
+        assert table["lasting_longest"][row] == pytest.approx(lengths.max(initial=0.0)) or (
             lengths.max(initial=0.0) <= 200
         )
-        assert found["lasting_count"][row] == np.sum(lengths > 200)
+        assert table["lasting_count"][row] == np.sum(lengths > 200)
         edges = units.from_si(film.small_s, "time")
         phases = edges[np.diff(edges, axis=1)[:, 0] > 200]
         between = np.diff([run.time[0], *phases.ravel(), run.time[-1]])[::2]
-        assert found["lively_longest"][row] == pytest.approx(between.max(), abs=2 * FRAME)
+        assert table["lively_longest"][row] == pytest.approx(between.max(), abs=2 * FRAME)
         every = range(1, chain.n_blocks + 1)
-        assert found["slip_longest"][row] == pytest.approx(naive_slip(run, [chain.n_blocks]))
-        assert found["all_slip_longest"][row] == pytest.approx(naive_slip(run, every))
-    assert (found["lasting_count"] > 0).any() and (found["lasting_count"] == 0).any()
+        assert table["slip_longest"][row] == pytest.approx(naive_slip(run, [chain.n_blocks]))
+        assert table["all_slip_longest"][row] == pytest.approx(naive_slip(run, every))
+    assert (table["lasting_count"] > 0).any() and (table["lasting_count"] == 0).any()
 
 
-def test_trials_do_not_depend_on_how_many_are_made_at_once(found, monkeypatch):
+def test_trials_do_not_depend_on_how_many_are_made_at_once(table, monkeypatch):
     short = trials(CHAINS, **SPAN, sample_interval=FRAME, laminar_time=20.0, **HOW)
-    assert np.all(short["lasting_share"] >= found["lasting_share"])
-    assert np.any(short["lasting_count"] > found["lasting_count"])
+    assert np.all(short["lasting_share"] >= table["lasting_share"])
+    assert np.any(short["lasting_count"] > table["lasting_count"])
     monkeypatch.setattr("beltrepro.replication.camera.trials._AT_ONCE", 2)
     again = trials(CHAINS, **SPAN, sample_interval=FRAME, **HOW)
-    for name, values in found.items():
+    for name, values in table.items():
         np.testing.assert_array_equal(values, again[name])
 
 
@@ -89,7 +89,7 @@ def test_trials_do_not_depend_on_how_many_are_made_at_once(found, monkeypatch):
     ],
 )
 def test_bad_values_are_refused_in_one_line(changes, words):
-    told = SPAN | {"sample_interval": FRAME} | changes
+    options = SPAN | {"sample_interval": FRAME} | changes
     with pytest.raises(InputError, match=words) as caught:
-        trials(CHAINS[0], **told, method="event")
+        trials(CHAINS[0], **options, method="event")
     assert "\n" not in str(caught.value)

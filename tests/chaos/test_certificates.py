@@ -45,7 +45,11 @@ def once_around(record, *, tangent=False):
     if not tangent:
         return chain, apart, None
     columns = chain.deviations.columns()
-    return chain, apart, mp.matrix([[real(each[what][i]) for each in columns] for what, i in free])
+    return (
+        chain,
+        apart,
+        mp.matrix([[real(column[what][i]) for column in columns] for what, i in free]),
+    )
 
 
 def _numbers(chain):
@@ -155,16 +159,16 @@ def check_multipliers(record):
         _, _, matrix = once_around(record, tangent=True)
         rates = mp.matrix(flow(chain_of(record)))
         assert max(abs(value) for value in matrix * rates - rates) < CLOSED * max(map(abs, rates))
-        found = multipliers(matrix, list(rates))
+        calculated = multipliers(matrix, list(rates))
         size = max(map(abs, matrix))
     double = in_double(RECORDS.index(record)).monodromy
     exact = np.array(matrix.tolist(), dtype=float)
     assert np.abs(double - exact).max() < 1e-9 * float(size)  # the deviations of `event`
     # of a conjugate pair, which has one modulus, either may come first
-    upper = [complex(mu.real, abs(mu.imag)) for mu in found]
+    upper = [complex(mu.real, abs(mu.imag)) for mu in calculated]
     expected = [complex(mu.real, abs(mu.imag)) for mu in multipliers_of(record)]
     assert upper == pytest.approx(expected, rel=1e-12, abs=1e-15)
-    assert all(abs(mu) < 1 for mu in found)
+    assert all(abs(mu) < 1 for mu in calculated)
 
 
 def multipliers_of(record):

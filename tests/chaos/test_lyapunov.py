@@ -36,11 +36,11 @@ EIGHT = {"replicate": range(8), "initial_spread": 1.0}
 
 
 def test_one_block_has_a_limit_cycle_that_erases_all_but_the_phase():
-    found = lyapunov_spectrum(ChainParameters(1, 3.0), duration=4000, transient=1000, **EIGHT)
-    assert found.exponents.shape == found.standard_error.shape == (2,)
-    assert abs(found.exponents[0]) < 3 * found.standard_error[0] < 1e-3
-    assert (found.exponents[1], found.standard_error[1]) == (-np.inf, 0.0)
-    assert (found.trivial, found.erased) == (0, 1)
+    spectrum = lyapunov_spectrum(ChainParameters(1, 3.0), duration=4000, transient=1000, **EIGHT)
+    assert spectrum.exponents.shape == spectrum.standard_error.shape == (2,)
+    assert abs(spectrum.exponents[0]) < 3 * spectrum.standard_error[0] < 1e-3
+    assert (spectrum.exponents[1], spectrum.standard_error[1]) == (-np.inf, 0.0)
+    assert (spectrum.trivial, spectrum.erased) == (0, 1)
 
 
 @pytest.mark.parametrize(
@@ -127,13 +127,13 @@ def first_slip(chains):
 def test_all_exponents_of_continuous_slip_are_finite_zero_and_sum_to_nothing():
     """Between events the motion is Hamiltonian, so the volume is kept."""
     chain = ChainParameters(3, 60.0)
-    found = lyapunov_spectrum(
+    spectrum = lyapunov_spectrum(
         [chain], duration=3000, initial_state=sliding(chain, np.array([0.5, -1.0, 1.5]))
     )
-    assert found["most_stuck"] == [0]
-    assert np.all(np.isfinite(found["exponents"]))
-    assert found["growth"].mean(axis=1).sum() == pytest.approx(0.0, abs=1e-7)
-    assert np.abs(found["exponents"]).max() < 5e-3
+    assert spectrum["most_stuck"] == [0]
+    assert np.all(np.isfinite(spectrum["exponents"]))
+    assert spectrum["growth"].mean(axis=1).sum() == pytest.approx(0.0, abs=1e-7)
+    assert np.abs(spectrum["exponents"]).max() < 5e-3
 
 
 def test_blocks_that_reverse_are_not_stuck():
@@ -149,14 +149,14 @@ def test_blocks_that_reverse_are_not_stuck():
 
 def test_one_run_without_transient():
     chain, settings = ChainParameters(3, 10.0), {"duration": 3000, "n_exponents": 2, **ELSEWHERE}
-    found = lyapunov_spectrum(chain, **settings)
-    assert found.growth.shape == (1, 150, 2)
-    assert found.interval == 20.0
-    np.testing.assert_array_equal(found.exponents, found.runs[0])
-    assert np.all(found.standard_error > 0)
+    spectrum = lyapunov_spectrum(chain, **settings)
+    assert spectrum.growth.shape == (1, 150, 2)
+    assert spectrum.interval == 20.0
+    np.testing.assert_array_equal(spectrum.exponents, spectrum.runs[0])
+    assert np.all(spectrum.standard_error > 0)
     row = lyapunov_spectrum([chain], **settings)
     for name in ("exponents", "standard_error"):
-        np.testing.assert_array_equal(row[name][0], getattr(found, name))
+        np.testing.assert_array_equal(row[name][0], getattr(spectrum, name))
 
 
 def test_more_runs_than_a_group_holds():
@@ -179,11 +179,11 @@ def test_what_the_transient_erases_does_not_count():
 
 def test_noise_shifts_with_the_chain_only_through_a_rest():
     settings = {"duration": 3000, "transient": 500, "n_exponents": 2, "replicate": range(4)}
-    found = lyapunov_spectrum(ChainParameters(10, 60.0, 1.0), **settings, initial_spread=1.0)
-    assert found.trivial is None
-    assert np.all(found.most_stuck < 10)
-    assert np.all(np.isfinite(found.exponents))
-    assert np.ptp(found.runs[:, 0]) > 0
+    spectrum = lyapunov_spectrum(ChainParameters(10, 60.0, 1.0), **settings, initial_spread=1.0)
+    assert spectrum.trivial is None
+    assert np.all(spectrum.most_stuck < 10)
+    assert np.all(np.isfinite(spectrum.exponents))
+    assert np.ptp(spectrum.runs[:, 0]) > 0
     resting = lyapunov_spectrum(ChainParameters(1, 3.0, 1.0), **settings)
     assert resting.trivial == 0
     assert np.all(resting.most_stuck == 1)
@@ -267,10 +267,10 @@ def spectrum_of(growth, interval=20.0):
 def test_finite_time_exponents_are_means_over_stretches():
     growth = np.arange(2 * 7 * 2, dtype=float).reshape(2, 7, 2)
     growth[:, :, 1] = -np.inf
-    found = spectrum_of(growth, interval=20.0).finite_time(60.0)
-    assert found.shape == (2, 2, 2)
-    assert found[:, :, 0].tolist() == [[2.0, 8.0], [16.0, 22.0]]  # the seventh interval is left
-    assert np.all(found[:, :, 1] == -np.inf)
+    result = spectrum_of(growth, interval=20.0).finite_time(60.0)
+    assert result.shape == (2, 2, 2)
+    assert result[:, :, 0].tolist() == [[2.0, 8.0], [16.0, 22.0]]  # the seventh interval is left
+    assert np.all(result[:, :, 1] == -np.inf)
 
 
 def test_the_trivial_exponent_may_not_be_among_those_asked_for():

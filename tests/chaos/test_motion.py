@@ -148,14 +148,16 @@ def test_five_blocks_end_on_one_of_two_periods():
     """Each run goes on by itself for one period, and comes back to where it was."""
     chain = ChainParameters(5, 16.0)
     start = {"duration": 60000.0, "replicate": range(8), "initial_spread": 1.0}
-    found = classify([chain] * 8, transient=50000.0, **start)
+    motions = classify([chain] * 8, transient=50000.0, **start)
     runs = simulate([chain] * 8, sample_interval=None, **start)
-    periods = set(zip(found["period_time"].round(3), found["period_events"], strict=True))
-    assert set(found["state"]) == {PERIODIC}
+    periods = set(zip(motions["period_time"].round(3), motions["period_events"], strict=True))
+    assert set(motions["state"]) == {PERIODIC}
     assert periods <= {(41.047, 18), (105.962, 57)}
     assert (41.047, 18) in periods
-    assert np.all(np.abs(found["largest_exponent"]) < 3 * found["standard_error"])
-    for run, period, slips in zip(runs, found["period_time"], found["period_events"], strict=True):
+    assert np.all(np.abs(motions["largest_exponent"]) < 3 * motions["standard_error"])
+    for run, period, slips in zip(
+        runs, motions["period_time"], motions["period_events"], strict=True
+    ):
         goes_on = {"initial_state": run.final_state, "sample_interval": None, "method": "event"}
         later = simulate(chain, duration=float(period), **goes_on)
         moved = np.abs(later.final_state.positions - run.final_state.positions).max()
@@ -173,18 +175,18 @@ def test_without_an_event_in_the_second_half_it_is_equilibrium_slip(monkeypatch,
             self.last_event[:] = last
 
     monkeypatch.setattr(naming, "ReturnLog", Quiet)
-    found = classify(ChainParameters(1, 3.0), duration=500.0, transient=100.0)
-    assert (found.state == EQUILIBRIUM) == slips
+    motions = classify(ChainParameters(1, 3.0), duration=500.0, transient=100.0)
+    assert (motions.state == EQUILIBRIUM) == slips
 
 
 @pytest.mark.parametrize("chain", [ChainParameters(4, 12.0), ChainParameters(7, 10.0)])
 def test_what_is_measured_beside_is_what_simulate_measures(chain):
     start = {"duration": 3000.0, "transient": 1000.0, "replicate": 1, "initial_spread": 1.0}
-    found = classify(chain, **start)
+    motions = classify(chain, **start)
     run = simulate(chain, method="event", **start)
     # the sample at the end of the transient counts in one of them
-    assert found.disorder_parameter == pytest.approx(run.disorder_parameter, rel=2e-4)
-    assert found.mean_length == pytest.approx(run.mean_length, rel=2e-5)
+    assert motions.disorder_parameter == pytest.approx(run.disorder_parameter, rel=2e-4)
+    assert motions.mean_length == pytest.approx(run.mean_length, rel=2e-5)
 
 
 def test_whether_there_is_noise_is_told_to_the_name(monkeypatch):
@@ -197,10 +199,10 @@ def test_whether_there_is_noise_is_told_to_the_name(monkeypatch):
 @pytest.mark.parametrize("transient", [0.0, 0.05, 100.0])
 def test_returns_are_noted_without_a_mean_length_too(transient):
     """In a transient shorter than the time between two samples no length is measured."""
-    found = classify([ChainParameters(1, 3.0)], duration=transient + 400.0, transient=transient)
-    assert found["state"].tolist() == [PERIODIC]
-    assert found["period_returns"].tolist() == [1]
-    assert found["period_events"].tolist() == [1]
+    motions = classify([ChainParameters(1, 3.0)], duration=transient + 400.0, transient=transient)
+    assert motions["state"].tolist() == [PERIODIC]
+    assert motions["period_returns"].tolist() == [1]
+    assert motions["period_events"].tolist() == [1]
 
 
 def test_the_mean_length_is_that_of_the_transient_of_this_run(monkeypatch):
@@ -229,9 +231,9 @@ def test_returns_keep_states_slips_and_the_last_event():
     log.observe(SimpleNamespace(**chunk))
     log.observe(SimpleNamespace(**chunk | {"event_count": [0], "crossing_count": [1]}))
     assert log.last_event == [4.0]
-    times, found, slips = log.returns(0)
+    times, result, slips = log.returns(0)
     assert times.tolist() == [0.5, 3.5, 0.5]
-    assert found.tolist() == [[1.0, 2.0], [3.0, 4.0], [1.0, 2.0]]
+    assert result.tolist() == [[1.0, 2.0], [3.0, 4.0], [1.0, 2.0]]
     assert slips.tolist() == [0, 2, 2]
 
 

@@ -47,12 +47,12 @@ def test_one_block_on_a_linear_spring_has_the_period_of_the_closed_form(belt_vel
     chain = ChainParameters(1, belt_velocity, linear_limit=1000.0)
     reach = chain.static_friction * (1 - chain.friction_ratio)
     period = 2 * (pi - atan(reach / belt_velocity)) + 2 * reach / belt_velocity
-    found = periodic_orbit(chain, duration=12 * period, transient=6 * period)
-    assert found.period_time == pytest.approx(period, rel=1e-12)
-    assert (found.period_events, found.period_returns, found.erased) == (1, 1, 1)
+    orbit = periodic_orbit(chain, duration=12 * period, transient=6 * period)
+    assert orbit.period_time == pytest.approx(period, rel=1e-12)
+    assert (orbit.period_events, orbit.period_returns, orbit.erased) == (1, 1, 1)
     # no deviation but that of the instant outlives the first stick
-    assert found.multipliers.tolist() == [1, 0]
-    assert (found.largest_multiplier, found.exponent) == (0, -np.inf)
+    assert orbit.multipliers.tolist() == [1, 0]
+    assert (orbit.largest_multiplier, orbit.exponent) == (0, -np.inf)
 
 
 def test_the_orbit_closes(five):
@@ -95,10 +95,10 @@ def test_the_monodromy_is_that_of_central_differences(five):
 
 def test_the_exponent_is_the_second_of_the_spectrum(two):
     """That of many periods; the part of a period at the ends is a hundredth of it."""
-    found = lyapunov_spectrum(
+    spectrum = lyapunov_spectrum(
         two.parameters, duration=200 * two.period_time, n_exponents=2, initial_state=two.state
     )
-    assert found.exponents[1] == pytest.approx(two.exponent, rel=0.02)
+    assert spectrum.exponents[1] == pytest.approx(two.exponent, rel=0.02)
 
 
 def test_any_instant_of_the_orbit_will_do(five):
@@ -106,9 +106,9 @@ def test_any_instant_of_the_orbit_will_do(five):
     states = [after(five.state, share * five.period_time) for share in (0.21, 0.55, 0.83)]
     assert any(np.any(state.directions != 0) for state in states)
     for state in states:
-        found = close_orbit(state, five.period_time)
-        assert found.period_time == pytest.approx(five.period_time, abs=1e-10)
-        assert found.multipliers == pytest.approx(five.multipliers, abs=1e-9)
+        orbit = close_orbit(state, five.period_time)
+        assert orbit.period_time == pytest.approx(five.period_time, abs=1e-10)
+        assert orbit.multipliers == pytest.approx(five.multipliers, abs=1e-9)
 
 
 def test_an_orbit_that_does_not_attract_is_followed_to(two):

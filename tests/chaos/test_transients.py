@@ -72,11 +72,11 @@ def test_the_settled_tail_changes_no_irregular_exponent(five):
 
 def test_a_run_that_is_given_up_counts_as_irregular(five):
     first = int(np.argmax(five["lifetime"]))
-    found = time_to_orbit(FIVE, duration=5000, replicate=first + 1, initial_spread=10.0)
+    orbits = time_to_orbit(FIVE, duration=5000, replicate=first + 1, initial_spread=10.0)
     assert five["lifetime"][first] > 5000
-    assert not found["settled"][0]
-    assert (found["state"][0], found["lifetime"][0]) == ("irregular", 5000)
-    assert np.isnan(found["period_time"][0])
+    assert not orbits["settled"][0]
+    assert (orbits["state"][0], orbits["lifetime"][0]) == ("irregular", 5000)
+    assert np.isnan(orbits["period_time"][0])
 
 
 def test_a_run_does_not_depend_on_its_company(five):
@@ -99,15 +99,15 @@ def test_one_block_and_continuous_slip_are_settled_from_their_start():
 @pytest.mark.thorough
 def test_irregular_motion_of_ten_blocks_has_the_exponent_of_a_run():
     chain = ChainParameters(10, 10.0)
-    found = several(chain, 4, duration=20_000)
+    orbits = several(chain, 4, duration=20_000)
     starts = {"replicate": range(1, 5), "initial_spread": 10.0}
     lengths = {"duration": 20_000, "transient": 500}
-    known = lyapunov_spectrum([chain] * 4, n_exponents=1, **lengths, **starts)
-    assert not found["settled"].any()
-    error = np.hypot(found["irregular_error"], known["standard_error"][:, 0])
-    apart = (found["irregular_exponent"] - known["exponents"][:, 0]) / error
+    expected = lyapunov_spectrum([chain] * 4, n_exponents=1, **lengths, **starts)
+    assert not orbits["settled"].any()
+    error = np.hypot(orbits["irregular_error"], expected["standard_error"][:, 0])
+    apart = (orbits["irregular_exponent"] - expected["exponents"][:, 0]) / error
     assert np.abs(apart).max() < 3
-    assert np.all(found["irregular_exponent"] > 5 * found["irregular_error"])
+    assert np.all(orbits["irregular_exponent"] > 5 * orbits["irregular_error"])
 
 
 DISTURBED = [{"method": "verlet", "time_step": step} for step in (1e-3, 4e-3)]
@@ -139,8 +139,8 @@ def test_noise_disturbs_as_a_kick_of_its_size():
 @pytest.mark.parametrize("n_blocks", [7, 10])
 def test_irregular_motion_is_not_taken_for_a_disturbed_orbit(n_blocks, how):
     """None of 16 runs with 8 looks each: fewer than one of 42 looks errs (95 %)."""
-    found = several(ChainParameters(n_blocks, 10.0), 16, duration=15_000, **how)
-    assert (found["state"] == "irregular").all()
+    orbits = several(ChainParameters(n_blocks, 10.0), 16, duration=15_000, **how)
+    assert (orbits["state"] == "irregular").all()
 
 
 @pytest.mark.parametrize("duration", [10.0, 1000.0, 2500.0, 1e6, 1e7])
@@ -180,5 +180,5 @@ def test_disturbance_of_a_run(changed, expected):
     point = dataclasses.replace(EXACT, **changed)
     assert disturbance(point) == pytest.approx(expected)
     widest = WIDEST * 71.4
-    limits = [each * expected for each in SCATTERS if each * expected < widest]
+    limits = [one * expected for one in SCATTERS if one * expected < widest]
     assert scatters(point) == pytest.approx([*limits, widest] if expected else [])

@@ -42,9 +42,9 @@ def test_a_chain_is_filmed_tracked_and_analysed(tmp_path, capsys):
     tracked = json.loads(run(capsys, "track", movie, "--output", table, "--json"))
     assert (tracked["frames"], tracked["lost_s"]) == (filmed["frames"], [])
     assert len(Track.load(table).time_s) == tracked["frames"]
-    told = json.loads(run(capsys, "analyse", table, "--output", picture, "--json"))
-    assert told["disorder_parameter"] == pytest.approx(filmed["disorder_parameter"], rel=0.01)
-    assert told["mean_length_model"] == pytest.approx(told["mean_length"] / 1.4e-3)
+    printed = json.loads(run(capsys, "analyse", table, "--output", picture, "--json"))
+    assert printed["disorder_parameter"] == pytest.approx(filmed["disorder_parameter"], rel=0.01)
+    assert printed["mean_length_model"] == pytest.approx(printed["mean_length"] / 1.4e-3)
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 

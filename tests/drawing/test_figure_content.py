@@ -144,8 +144,8 @@ def is_spectrum(panel, data, *, printed=None):
         # of the mean of the spectra of stretches of ten cycles of the lowest frequency
         count = int(position.size * (time[1] - time[0]) * 0.003 / 10)
         stretches = np.split(position[: position.size // count * count], count)
-        each = [spectra.power_spectrum(part, time[1] - time[0]) for part in stretches]
-        law = spectra.fit_power_law(*np.mean(each, axis=0), low=0.003, high=0.3)
+        powers = [spectra.power_spectrum(part, time[1] - time[0]) for part in stretches]
+        law = spectra.fit_power_law(*np.mean(powers, axis=0), low=0.003, high=0.3)
         assert 4 <= count <= 20
         ends = np.array([0.003, 0.3])
         fitted, paper = panel.curve("$S = "), panel.curve("paper: $S = ")

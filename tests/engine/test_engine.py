@@ -130,8 +130,8 @@ def assert_naive(chain, steps, time_step, atol):
     steps_of = {"time_step": time_step, "sample_interval": time_step, "method": "verlet"}
     run = simulate(chain, duration=steps * time_step, **steps_of)
     np.testing.assert_allclose(run.positions[1:], positions, rtol=0, atol=atol)
-    found = [(round(e["time"], 6), e["block"], str(e["kind"])) for e in run.events]
-    assert found == [(round(t, 6), block, kind) for t, block, kind in events]
+    results = [(round(e["time"], 6), e["block"], str(e["kind"])) for e in run.events]
+    assert results == [(round(t, 6), block, kind) for t, block, kind in events]
     return np.array(positions), events
 
 
@@ -198,8 +198,8 @@ def recorded(integrator, duration):
     ]
 
 
-def assert_equal_bits(found, expected):
-    for one, other in zip(found, expected, strict=True):
+def assert_equal_bits(arrays, expected):
+    for one, other in zip(arrays, expected, strict=True):
         for a, b in zip(one, other, strict=True):
             np.testing.assert_array_equal(a, b)
 
@@ -225,22 +225,22 @@ def test_width_and_buffers_change_nothing(noise):
     chains = [ChainParameters(3, 12.0 + i % 7, noise) for i in range(37)]
 
     def in_parts(width, *rows):
-        found = []
+        results = []
         for first in range(0, 37, width):
             numbers = range(37)[first : first + width]
             options = {"time_step": 0.01, "stride": 7, "section": (3, 330.0)}
             part = stepping([chains[n] for n in numbers], numbers=numbers, **options)
             if rows:
                 small_buffers(part, *rows)
-            found += recorded(part, 120.0)
-        return found
+            results += recorded(part, 120.0)
+        return results
 
     expected = in_parts(32)
     assert min(len(events) for events, *_ in expected) > 10
     assert sum(len(crossings) for _, crossings, *_ in expected) > 10
     assert max(abs(audit) for *_, audit, _, _ in expected) < 1e-2
-    for found in (in_parts(37), in_parts(5), in_parts(32, 30, 6)):
-        assert_equal_bits(found, expected)
+    for results in (in_parts(37), in_parts(5), in_parts(32, 30, 6)):
+        assert_equal_bits(results, expected)
 
 
 def test_neither_sample_stride_nor_neighbours_change_a_bit():
@@ -249,11 +249,11 @@ def test_neither_sample_stride_nor_neighbours_change_a_bit():
     chains = [ChainParameters(4, u, sigma) for u, sigma in kinds]
 
     def followed(part, stride):
-        found = recorded(stepping(part, time_step=0.004, stride=stride, section=(2, 190.0)), 56.0)
+        result = recorded(stepping(part, time_step=0.004, stride=stride, section=(2, 190.0)), 56.0)
         # of the samples those at multiples of 700 steps
         return [
             (events, crossings, samples[700 // stride - 1 :: 700 // stride], *last)
-            for events, crossings, samples, *last in found
+            for events, crossings, samples, *last in result
         ]
 
     expected = followed(chains, 700)

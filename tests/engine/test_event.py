@@ -187,8 +187,8 @@ NO_ROOT = 2.0
 def all_first_roots(polynomials, roots):
     length = spread(1.0)
     for column in range(roots.size // LANES):
-        place, found, _ = first_roots(ORDER, 1e-15, polynomials, column, length, length > 0.0)
-        store(roots, (column * LANES,), select(found, place, NO_ROOT))
+        place, result, _ = first_roots(ORDER, 1e-15, polynomials, column, length, length > 0.0)
+        store(roots, (column * LANES,), select(result, place, NO_ROOT))
 
 
 def roots_of(coefficients):

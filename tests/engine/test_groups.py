@@ -39,19 +39,19 @@ def points_of(changes):
     """Two points that differ in what `changes` says: a field of the chain, or what it is told."""
     usual = {"method": "event", "time_step": 0.001, "tolerance": None, "kick": 0.1, "seed": 1,
              "replicate": 1, "initial_spread": 0.1}  # fmt: skip
-    told: dict = {name: [value] * 2 for name, value in usual.items()} | {"kick": 0.0}
+    options: dict = {name: [value] * 2 for name, value in usual.items()} | {"kick": 0.0}
     chain, other = [ChainParameters(2, 20.0, noise=0.01)] * 2
     for name, value in changes.items():
         if name == "initial_positions":
-            told[name] = [chain.rest_positions, value]
+            options[name] = [chain.rest_positions, value]
         elif name in usual:
-            told[name] = [usual[name], value]
+            options[name] = [usual[name], value]
         elif name == "time":
-            told |= {"initial_spread": [0.0] * 2}
-            told["initial_state"] = [ChainState.at_rest(chain, time=t) for t in (0.0, value)]
+            options |= {"initial_spread": [0.0] * 2}
+            options["initial_state"] = [ChainState.at_rest(chain, time=t) for t in (0.0, value)]
         else:
             other = replace(chain, **{name: value})
-    return Setup([chain, other], **told).cases
+    return Setup([chain, other], **options).cases
 
 
 @pytest.mark.parametrize(
@@ -77,11 +77,11 @@ def points_of(changes):
 def test_chains_advance_together_that_share_all_an_integrator_takes_from_the_first(
     changes, together
 ):
-    found = points_of(changes)
-    parts = [group.tolist() for group, _ in groups(found, None)]
+    made_points = points_of(changes)
+    parts = [group.tolist() for group, _ in groups(made_points, None)]
     assert parts == ([[0, 1]] if together else [[0], [1]])
     # and each of these makes another run of it
-    assert found[0].identity != found[1].identity
+    assert made_points[0].identity != made_points[1].identity
 
 
 @pytest.mark.parametrize("at_once", [1, 500, 2**15])  # one chain, two, all of them

@@ -43,14 +43,14 @@ def test_what_was_saved_is_loaded_by_key_and_whole_or_not_at_all(tmp_path):
 def test_the_second_waits_for_the_first(tmp_path):
     first, second = cache(tmp_path), cache(tmp_path)
     assert first.load(KEY) is None
-    found = []
-    waiting = threading.Thread(target=lambda: found.append(second.load(KEY)))
+    results = []
+    waiting = threading.Thread(target=lambda: results.append(second.load(KEY)))
     waiting.start()
     time.sleep(0.5)
     assert waiting.is_alive()
     first.save(KEY, "code")
     waiting.join(10)
-    assert found == ["code"]
+    assert results == ["code"]
 
 
 def test_a_process_that_died_holds_nobody_up(tmp_path):

@@ -94,7 +94,7 @@ def test_what_leaps_neglect_is_of_fourth_order(monkeypatch):
 def test_neighbours_and_buffers_change_no_bit(widths):
     chains = [ChainParameters(5, 3.0 + 2.5 * i) for i in range(16)]
     expected = recorded(integrator(LeapingVerlet, chains), 300)
-    first, found = 0, []
+    first, results = 0, []
     for width in widths:
         part = slice(first, first + width)
         group = integrator(LeapingVerlet, chains[part])
@@ -102,9 +102,9 @@ def test_neighbours_and_buffers_change_no_bit(widths):
         places[:, :width] = integrator(LeapingVerlet, chains)._chains.displacement[:, part]
         places[:, width:] = places[:, [width - 1]]
         small_buffers(group, 50, 10)
-        found += recorded(group, 300)
+        results += recorded(group, 300)
         first += width
-    assert_equal_bits((one[:3] for one in found), (one[:3] for one in expected))
+    assert_equal_bits((one[:3] for one in results), (one[:3] for one in expected))
 
 
 def test_noise_and_long_steps_go_step_by_step():

@@ -40,9 +40,9 @@ def test_moments_are_those_of_the_samples_from_the_start_on():
 def crossings(rows):
     """Chunk of two chains of one block: lists of (time, displacement, relative velocity)."""
     table = np.full((2, 5, 3), np.nan)
-    for lane, own in enumerate(rows):
-        table[lane, : len(own)] = np.reshape(own, (-1, 3))
-    count = np.array([len(own) for own in rows])
+    for lane, one in enumerate(rows):
+        table[lane, : len(one)] = np.reshape(one, (-1, 3))
+    count = np.array([len(one) for one in rows])
     return SimpleNamespace(end=10.0, crossings=table, crossing_count=count)
 
 
@@ -78,28 +78,28 @@ def test_the_crossing_log_sorts_by_chain_and_time():
 def chunk_of(end, *chains):
     """Chunk with the events (time, block from 0, slips) of each chain."""
     events = np.zeros((len(chains), 8, 6))
-    for lane, own in enumerate(chains):
-        for row, (time, block, slips) in enumerate(own):
+    for lane, one in enumerate(chains):
+        for row, (time, block, slips) in enumerate(one):
             events[lane, row, :3] = time, block, slips
     return SimpleNamespace(end=end, events=events, event_count=np.array([len(c) for c in chains]))
 
 
 def activity(*chunks, start=10.0, laminar_time=4.0):
-    found = SlipActivity(len(chunks[0].event_count), 2, start, laminar_time)
+    activity_of_run = SlipActivity(len(chunks[0].event_count), 2, start, laminar_time)
     for chunk in chunks:
-        found.observe(chunk)
-    return found
+        activity_of_run.observe(chunk)
+    return activity_of_run
 
 
 def test_slips_and_sticks_are_counted_from_the_start_on():
-    found = activity(
+    slip_activity = activity(
         chunk_of(12.0, [(8, 0, 1), (9, 1, 1), (10, 0, 0), (11, 0, 1)], [(9.5, 0, 1)]),
         chunk_of(20.0, [(12, 1, 0), (13, 0, 0), (14, 1, 1)], [(13, 0, 0)]),
     )
-    assert found.slip_count.tolist() == [[1, 1], [0, 0]]
-    assert found.stick_count.tolist() == [[2, 1], [1, 0]]
-    np.testing.assert_array_equal(found.last_stick_time, [12, np.nan])
-    np.testing.assert_array_equal(found.slipping_since, [14, np.nan])
+    assert slip_activity.slip_count.tolist() == [[1, 1], [0, 0]]
+    assert slip_activity.stick_count.tolist() == [[2, 1], [1, 0]]
+    np.testing.assert_array_equal(slip_activity.last_stick_time, [12, np.nan])
+    np.testing.assert_array_equal(slip_activity.slipping_since, [14, np.nan])
 
 
 @pytest.mark.parametrize(
@@ -117,18 +117,20 @@ def test_slips_and_sticks_are_counted_from_the_start_on():
     ],
 )
 def test_laminar_phases_are_long_slips_of_the_last_block(events, phases):
-    found = activity(chunk_of(30.0, events)).laminar()
-    assert found["laminar_count"].tolist() == [len(phases)]
-    assert found["laminar_fraction"].tolist() == [sum(phases) / 20]
-    assert found["laminar_mean"].tolist() == [np.mean(phases) if phases else 0]
-    assert found["laminar_longest"].tolist() == [max(phases, default=0)]
+    result = activity(chunk_of(30.0, events)).laminar()
+    assert result["laminar_count"].tolist() == [len(phases)]
+    assert result["laminar_fraction"].tolist() == [sum(phases) / 20]
+    assert result["laminar_mean"].tolist() == [np.mean(phases) if phases else 0]
+    assert result["laminar_longest"].tolist() == [max(phases, default=0)]
 
 
 def test_asking_for_laminar_phases_does_not_end_the_slip_that_goes_on():
-    found = activity(chunk_of(20.0, [(11, 1, 1)]))
-    assert found.laminar()["laminar_longest"] == [9]
-    found.observe(chunk_of(30.0, [(25, 1, 0)]))
-    assert found.laminar()["laminar_longest"] == [14] and found.laminar()["laminar_count"] == [1]
+    slip_activity = activity(chunk_of(20.0, [(11, 1, 1)]))
+    assert slip_activity.laminar()["laminar_longest"] == [9]
+    slip_activity.observe(chunk_of(30.0, [(25, 1, 0)]))
+    assert slip_activity.laminar()["laminar_longest"] == [14] and slip_activity.laminar()[
+        "laminar_count"
+    ] == [1]
 
 
 def test_the_event_log_turns_displacements_into_positions():
@@ -189,14 +191,14 @@ def random_events(seed, count=400, reversals=0.3):
 @pytest.mark.parametrize("start", [0.0, 60.0])
 def test_slips_and_avalanches_with_reversals_are_those_of_the_plain_twin(seed, start):
     events, initial = random_events(seed)
-    found = slips_and_avalanches(events, 7, stuck(initial), law_constants(CHAIN), start)
+    catalogued = slips_and_avalanches(events, 7, stuck(initial), law_constants(CHAIN), start)
 
     def energy(positions):
         return float(potential_energy(positions, CHAIN))
 
     expected = naive.slips_and_avalanches(events, initial, CHAIN.belt_velocity, energy, start)
     assert (np.diff(events[:, 0]) == 0).sum() > 20
-    for records, rows in zip(found, expected, strict=True):
+    for records, rows in zip(catalogued, expected, strict=True):
         assert len(records) == len(rows) > 10
         assert np.all(records["point"] == 7)
         for name, column in zip(records.dtype.names[1:], zip(*rows, strict=True), strict=True):
@@ -218,7 +220,7 @@ def test_from_a_state_on_only_what_begins_later_counts(cut):
         state.displacements[block] = last[4] + carried - CHAIN.rest_positions[block]
     whole = slips_and_avalanches(events, 0, stuck(initial), law_constants(CHAIN), after[0, 0])
     rest = slips_and_avalanches(after, 0, state, law_constants(CHAIN), 0.0)
-    for expected, found in zip(whole, rest, strict=True):
-        assert len(expected) == len(found) > 3
-        for name in found.dtype.names:
-            np.testing.assert_allclose(found[name], expected[name], atol=1e-9, err_msg=name)
+    for expected, one in zip(whole, rest, strict=True):
+        assert len(expected) == len(one) > 3
+        for name in one.dtype.names:
+            np.testing.assert_allclose(one[name], expected[name], atol=1e-9, err_msg=name)

@@ -118,8 +118,8 @@ def test_figures_of_other_data_have_other_bytes_and_of_the_same_the_same(made, t
 
 
 def git(top: Path, *arguments: str) -> str:
-    own = ["-c", "user.name=someone", "-c", "user.email=someone@example.org"]
-    command = ["git", "-C", str(top), *own, *arguments]
+    author = ["-c", "user.name=someone", "-c", "user.email=someone@example.org"]
+    command = ["git", "-C", str(top), *author, *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
 

@@ -125,7 +125,7 @@ def test_artists_are_where_the_chain_is(n_blocks):
     centres = [block.get_x() + block.get_width() / 2 for block in picture.blocks]
     assert np.allclose(centres, places, rtol=0, atol=1e-12)
     colours = [block.get_edgecolor()[:3] for block in picture.blocks]
-    expected = [look.STUCK if each == 0 else look.SLIPPING for each in now.directions]
+    expected = [look.STUCK if one == 0 else look.SLIPPING for one in now.directions]
     assert colours == [to_rgb(colour) for colour in expected]
     for shape, direction in (("s", 0), ("<", -1), (">", 1)):
         assert np.allclose(picture.signs[shape].get_xdata(), places[now.directions == direction])

@@ -149,13 +149,13 @@ def keys_of(kind):
         maps = ("model", "defaults", "datasets", "camera", "films", "presets")
         top |= dict.fromkeys(maps, "object")
         yield from (((name,), [type_]) for name, type_ in top.items())
-        own = {"based_on": "string", "defaults": "object", "datasets": "object"}
-        yield from ((("presets", "own", name), [type_]) for name, type_ in own.items())
+        chosen = {"based_on": "string", "defaults": "object", "datasets": "object"}
+        yield from ((("presets", "own", name), [type_]) for name, type_ in chosen.items())
 
 
 def _types(about):
     made = TypeAdapter(about.type).json_schema()
-    return [each.get("type", "string") for each in made.get("anyOf", [made])]
+    return [one.get("type", "string") for one in made.get("anyOf", [made])]
 
 
 @pytest.mark.parametrize("kind", KINDS)

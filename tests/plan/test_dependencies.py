@@ -175,7 +175,7 @@ def test_imports_of_every_form_are_followed(package, text):
 
 def test_what_is_missing_caches_and_scripts(package, tmp_path):
     missing = {code_hash(f"beltrepro.{name}", tree=Tree(package)) for name in ("a", "b", "c")}
-    assert len(missing) == 3 and {len(each) for each in missing} == {16}
+    assert len(missing) == 3 and {len(one) for one in missing} == {16}
     before = hashes(package)
     for name in ("__pycache__/one.pyc", "kernel.nbi", ".hidden", ".cache/page.j2", "more.py"):
         path = package / "figures" / name
@@ -184,11 +184,11 @@ def test_what_is_missing_caches_and_scripts(package, tmp_path):
     assert hashes(package) == before
     (package / "figures" / "paper.mplstyle").rename(package / "figures" / "other.mplstyle")
     assert hashes(package)["figure"] != before["figure"]
-    script, found = tmp_path / "draw.py", set()
+    script, result = tmp_path / "draw.py", set()
     for text in ("", "1", "1", "2"):
         script.write_text(text)
-        found.add(code_hash("beltrepro.figures.one:draw", script=script, tree=Tree(package)))
-    assert len(found) == 3
+        result.add(code_hash("beltrepro.figures.one:draw", script=script, tree=Tree(package)))
+    assert len(result) == 3
 
 
 # --- of this package ------------------------------------------------------------------------------
@@ -230,9 +230,9 @@ def test_the_files_behind_claims_and_figures():
         name.startswith(("engine", "simulation", "replication.studies")) for name in joined
     )
     for name, figure in registry.figures().items():
-        found = modules(f"{figure.module}:draw")
-        assert figure.module.removeprefix("beltrepro.") in found, name
-        assert not any(module.startswith(("engine", "replication.report")) for module in found)
+        imported = modules(f"{figure.module}:draw")
+        assert figure.module.removeprefix("beltrepro.") in imported, name
+        assert not any(module.startswith(("engine", "replication.report")) for module in imported)
 
 
 def test_every_function_that_a_rule_names_is_there():

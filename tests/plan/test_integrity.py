@@ -99,12 +99,12 @@ def test_a_damaged_file_is_refused_with_the_remedy(folder, tmp_path, name, damag
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", ["rows.h5", "some.csv", "fig12.png"])
 def test_a_flipped_bit_is_refused_unless_it_means_nothing(folder, tmp_path, name):
-    found = [
+    result = [
         damaged(folder, name, damages.flipped(place), tmp_path / "copy")
         for place in np.random.default_rng(2).random(60)
     ]
-    assert set(found) <= {"refused", "harmless"}
-    assert found.count("refused") > 50
+    assert set(result) <= {"refused", "harmless"}
+    assert result.count("refused") > 50
 
 
 @pytest.mark.parametrize("other", [plan("other"), plan(duration=3000)], ids=["preset", "version"])
@@ -159,11 +159,13 @@ def results(tmp_path):
         folder / "tables" / "t.csv", pd.DataFrame({"n": [1]}), title="T.", columns={}, sources={}
     )
     verification.write_list(tmp_path / "own.json", folder)
-    known = verification.read_list(tmp_path / "own.json")
+    listed = verification.read_list(tmp_path / "own.json")
 
     def compare(**machine):
-        found = verification.compare(folder, known | {"machine": known["machine"] | machine})
-        return {each.name: each for each in found}
+        comparisons = verification.compare(
+            folder, listed | {"machine": listed["machine"] | machine}
+        )
+        return {one.name: one for one in comparisons}
 
     return folder, compare
 
@@ -171,7 +173,7 @@ def results(tmp_path):
 def test_the_same_results_have_the_same_bits(results):
     _, compare = results
     for machine in ({}, OTHER):
-        assert {each.outcome for each in compare(**machine).values()} == {SAME}
+        assert {one.outcome for one in compare(**machine).values()} == {SAME}
 
 
 @pytest.mark.parametrize(
@@ -181,20 +183,20 @@ def test_the_same_results_have_the_same_bits(results):
 def test_other_numbers_are_wrong_here_and_bounded_elsewhere(results, noise, machine, outcome):
     folder, compare = results
     write(folder / "datasets" / "rows.h5", plan(), noise=noise)
-    found = compare(**machine)["rows"]
-    assert found.outcome == outcome
+    comparisons = compare(**machine)["rows"]
+    assert comparisons.outcome == outcome
     if outcome == WRONG:
-        assert "disorder_parameter" in found.words and "rm " in found.words
+        assert "disorder_parameter" in comparisons.words and "rm " in comparisons.words
 
 
 def test_short_runs_agree_closely_elsewhere(tmp_path):
     folder, short = tmp_path / "own", plan(duration=100)
     write(folder / "datasets" / "rows.h5", short)
-    known = verification.make_list(folder)
-    known["machine"] |= OTHER
+    listed = verification.make_list(folder)
+    listed["machine"] |= OTHER
     for noise, outcome in ((1e-9, NEAR), (1e-3, WRONG)):
         write(folder / "datasets" / "rows.h5", short, noise=noise)
-        assert [each.outcome for each in verification.compare(folder, known)] == [outcome]
+        assert [one.outcome for one in verification.compare(folder, listed)] == [outcome]
 
 
 def test_columns_of_quantities_agree_everywhere(results):
@@ -211,11 +213,11 @@ def test_missing_and_damaged_results_are_named(results):
     (folder / "datasets" / "rows.h5").unlink()
     table = folder / "tables" / "t.csv"
     table.write_text("n\n2\n")
-    found = compare()
-    assert "no such file" in found["rows"].words
-    assert "does not have its checksum" in found["t"].words
-    for each in found.values():
-        assert each.outcome == WRONG and "snakemake --cores 2 --config preset=own" in each.words
+    comparisons = compare()
+    assert "no such file" in comparisons["rows"].words
+    assert "does not have its checksum" in comparisons["t"].words
+    for one in comparisons.values():
+        assert one.outcome == WRONG and "snakemake --cores 2 --config preset=own" in one.words
 
 
 def test_the_command_says_what_it_found(results, tmp_path, capsys):
@@ -242,15 +244,15 @@ def claims(folder, **verdicts):
 def test_a_difference_matters_if_a_verdict_differs(results):
     folder, _ = results
     claims(folder, a=("yes", "yes"), b=("yes", "in part"))
-    known = verification.make_list(folder)
-    known["machine"] |= OTHER
+    listed = verification.make_list(folder)
+    listed["machine"] |= OTHER
     write(folder / "datasets" / "rows.h5", plan(), noise=0.01)
-    found = list(verification.compare(folder, known))
-    assert {each.outcome for each in found} == {SAME, NEAR}
-    assert verification.conclusion(found).startswith("equal within the bounds")
+    result = list(verification.compare(folder, listed))
+    assert {one.outcome for one in result} == {SAME, NEAR}
+    assert verification.conclusion(result).startswith("equal within the bounds")
     claims(folder, a=("yes", "yes"), b=("yes", "no"))
-    wrong = [each for each in verification.compare(folder, known) if each.outcome == WRONG]
-    assert [each.words for each in wrong] == [
+    wrong = [one for one in verification.compare(folder, listed) if one.outcome == WRONG]
+    assert [one.words for one in wrong] == [
         "claim b: yes and no here, yes and in part in the list; this matters"
     ]
     assert verification.conclusion(wrong).startswith("different")

@@ -57,7 +57,7 @@ def test_short_steps_weigh_for_the_scheme_that_takes_them():
     short = [p._replace(time_step=0.0005) for p in datasets["pairs_states_verlet"].points[:3]]
     usual = [point._replace(time_step=0.001) for point in short]
     for method, ratio in (("verlet", 2), ("event", 1)):
-        by_method = [[p._replace(method=method) for p in each] for each in (short, usual)]
+        by_method = [[p._replace(method=method) for p in one] for one in (short, usual)]
         work = [datasets["pairs_states_verlet"].work(points) for points in by_method]
         assert work[0] == ratio * work[1]
 
@@ -101,13 +101,13 @@ def test_estimate_covers_the_truth_within_its_error():
 
 def test_estimate_sums_kinds_and_knows_what_is_missing():
     jobs = made_up(10) + made_up(1, ("series", "verlet", False))
-    known = {job.name: 3600.0 for job in jobs}
-    table = estimate(jobs, known)
+    expected = {job.name: 3600.0 for job in jobs}
+    table = estimate(jobs, expected)
     assert list(table["kind"]) == ["scan", "series", "sum"]
     assert table["hours"].iloc[-1] == pytest.approx(11)
     assert table["standard_error"].iloc[-1] == 0
-    del known["series/0"]
-    assert np.isnan(estimate(jobs, known)["hours"].iloc[-1])
+    del expected["series/0"]
+    assert np.isnan(estimate(jobs, expected)["hours"].iloc[-1])
 
 
 def test_the_error_of_a_sum_is_that_over_all_samples():
@@ -129,7 +129,7 @@ def test_the_error_of_a_sum_is_that_over_all_samples():
 
 def test_errors_of_classes_add_as_squares_and_one_of_several_jobs_has_none():
     classes = [("catalogue", "event", True), ("scan", "event", True), ("series", "event", True)]
-    jobs = [job for each in classes for job in made_up(4, each)]
+    jobs = [job for classe in classes for job in made_up(4, classe)]
     seconds = {f"{kind}/{k}": 3600.0 * (k + 1) ** 2 for kind, *_ in classes[:2] for k in (0, 2, 3)}
     seconds["series/1"] = 3600.0
     table = estimate(jobs, seconds)
@@ -177,8 +177,8 @@ def test_schedule_lies_between_its_bounds():
     seconds = np.random.default_rng(1).exponential(100, 300)
     for cores in (1, 7, 50, 400):
         least = max(seconds.sum() / cores, seconds.max())
-        found = wall_seconds(seconds, cores, **FREE)
-        assert least * (1 - 1e-12) <= found <= (2 - 1 / cores) * least
+        seconds_needed = wall_seconds(seconds, cores, **FREE)
+        assert least * (1 - 1e-12) <= seconds_needed <= (2 - 1 / cores) * least
 
 
 def test_starts_and_sending_cost_time():

@@ -40,8 +40,8 @@ subprocess.run(["bash", "-c", command])
 
 def as_from_a_terminal():
     """Heed signals that whoever runs the tests may ignore, as nohup and shells in scripts do."""
-    for each in lifecycle.STOPPING:
-        signal.signal(each, signal.SIG_DFL)
+    for one in lifecycle.STOPPING:
+        signal.signal(one, signal.SIG_DFL)
 
 
 def started(code: str, results: Path) -> subprocess.Popen:

@@ -99,10 +99,10 @@ def test_a_row_is_along_the_longest_axis_and_does_not_mix_noise_and_none():
     ):
         dataset = planned(**keys).datasets["one"]
         assert dataset.more_runs.along == along
-        found = rows(dataset.points, along)
-        assert sorted(map(len, found)) == lengths
-        assert sum(map(len, found)) * 5 == len(dataset.points)
-        for row in found:
+        cut = rows(dataset.points, along)
+        assert sorted(map(len, cut)) == lengths
+        assert sum(map(len, cut)) * 5 == len(dataset.points)
+        for row in cut:
             values = [getattr(place, along) for place in row]
             assert values == sorted(set(values)) and {place.replicate for place in row} == {0}
             assert len({place._replace(**{along: 0}) for place in row}) == 1

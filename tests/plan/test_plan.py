@@ -82,21 +82,23 @@ AXES = {
 @pytest.mark.parametrize("name", QUANTITIES)
 def test_any_quantity_can_be_an_axis(name):
     exact = {"kind": "settling", "method": "event"} if name in ("kick", "tolerance") else {}
-    found = single(**{name: AXES[name]}, **exact).points
+    points_made = single(**{name: AXES[name]}, **exact).points
     expected = [0.1, 0.5, 0.9] if name == "friction_ratio" else AXES[name]
-    assert [getattr(point, name) for point in found] == expected
+    assert [getattr(point, name) for point in points_made] == expected
 
 
 def test_the_last_quantity_varies_fastest():
     axes = {"seed": [1, 2], "noise": [0, 1], "belt_velocity": [5, 6], "replicate": {"count": 3}}
-    found = single(**axes).points
-    rows = [(point.noise, point.belt_velocity, point.seed, point.replicate) for point in found]
+    points_made = single(**axes).points
+    rows = [
+        (point.noise, point.belt_velocity, point.seed, point.replicate) for point in points_made
+    ]
     assert rows == sorted(rows) and len(set(rows)) == 24
 
 
 def test_a_grid_may_differ_with_the_number_of_blocks():
-    found = single(n_blocks=[6, 5], belt_velocity={5: 18, 6: [27, 26]}).points
-    assert [(p.n_blocks, p.belt_velocity) for p in found] == [(5, 18), (6, 26), (6, 27)]
+    points_made = single(n_blocks=[6, 5], belt_velocity={5: 18, 6: [27, 26]}).points
+    assert [(p.n_blocks, p.belt_velocity) for p in points_made] == [(5, 18), (6, 26), (6, 27)]
 
 
 def test_seed_counts_on_that_of_the_top_level():
@@ -105,9 +107,9 @@ def test_seed_counts_on_that_of_the_top_level():
 
 
 def test_columns_and_plain_values_keep_the_points():
-    found = single(tolerance=[None, 1e-6], method="event", replicate={"count": 2}).points
-    assert points_of(json.loads(json.dumps(plain(found)))) == list(found)
-    table = columns(found)
+    points_made = single(tolerance=[None, 1e-6], method="event", replicate={"count": 2}).points
+    assert points_of(json.loads(json.dumps(plain(points_made)))) == list(points_made)
+    table = columns(points_made)
     assert set(table) == set(QUANTITIES)
     np.testing.assert_array_equal(table["tolerance"], [np.nan, np.nan, 1e-6, 1e-6])
     assert table["n_blocks"].dtype == np.int64 and table["method"].tolist() == ["event"] * 4
@@ -158,8 +160,8 @@ def test_what_is_told_is_plain_and_all_that_the_job_needs(plan):
 
 
 def test_method_of_all_datasets_in_one_line_but_for_pairs_of_methods():
-    found = make_plan(changed("method", "event")).datasets
-    methods = {name: dataset.values()["method"] for name, dataset in found.items()}
+    datasets_made = make_plan(changed("method", "event")).datasets
+    methods = {name: dataset.values()["method"] for name, dataset in datasets_made.items()}
     assert methods.pop("pairs_r_verlet") == ["verlet"]
     assert {name for name, used in methods.items() if used != ["event"]} == {
         "pairs_paths_verlet",
@@ -206,19 +208,19 @@ def test_a_variant_gives_only_what_it_changes():
     changes = ("presets.f04", variant, "presets.f05.based_on", "f04", "presets.f05.defaults", {})
     standard = make_plan(changed()).datasets
     for preset in ("f04", "f05"):
-        found = make_plan(changed("preset", preset, *changes))
-        assert (found.run, found.model["friction_ratio"]) == (preset, 0.4)
-        assert list(found.datasets) == list(standard)
-        ours, theirs = found.datasets["size_rows"], standard["size_rows"]
+        result = make_plan(changed("preset", preset, *changes))
+        assert (result.run, result.model["friction_ratio"]) == (preset, 0.4)
+        assert list(result.datasets) == list(standard)
+        ours, theirs = result.datasets["size_rows"], standard["size_rows"]
         assert ours.points == tuple(point._replace(friction_ratio=0.4) for point in theirs.points)
-        axis = found.datasets["friction_ratio"].values()["friction_ratio"]
+        axis = result.datasets["friction_ratio"].values()["friction_ratio"]
         assert axis == standard["friction_ratio"].values()["friction_ratio"]
 
 
 @pytest.mark.thorough
 def test_constants_of_the_model_reach_every_dataset(plan):
-    found = make_plan(changed("preset", plan.preset, "model.rest_length", 55)).datasets
-    points = [point for dataset in found.values() for point in dataset.points]
+    datasets_made = make_plan(changed("preset", plan.preset, "model.rest_length", 55)).datasets
+    points = [point for dataset in datasets_made.values() for point in dataset.points]
     assert {point.rest_length for point in points} == {55.0}
 
 

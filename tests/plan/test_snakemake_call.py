@@ -44,7 +44,7 @@ def test_files_of_settings_are_read_before_snakemake_reads_them(monkeypatch, tmp
 
 
 @pytest.mark.parametrize(
-    ("words", "found"),
+    ("words", "message"),
     [
         (["fig2"], "target 'fig2': allowed are files of this run and all, fig12; did you mean"),
         (["--cores", "2", "alll", "--config", "preset=smoke"], "did you mean 'all'?"),
@@ -54,7 +54,7 @@ def test_files_of_settings_are_read_before_snakemake_reads_them(monkeypatch, tmp
         (["--omit-from", "drew", "--cores", "1"], "did you mean 'draw'?"),
     ],
 )
-def test_targets_that_are_none(monkeypatch, words, found):
+def test_targets_that_are_none(monkeypatch, words, message):
     def check(*called):
         monkeypatch.setattr("sys.argv", list(called))
         snakemake_call.check_targets(["fig12", "all"], ["draw"], lambda path: path == "a/b.csv")
@@ -64,4 +64,4 @@ def test_targets_that_are_none(monkeypatch, words, found):
     check("bin/pytest", *words)  # another program's words
     with pytest.raises(InputError) as caught:
         check("site-packages/snakemake/__main__.py", *words)
-    line(caught.value, found)
+    line(caught.value, message)

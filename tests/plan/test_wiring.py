@@ -113,13 +113,13 @@ def rules():
 @pytest.mark.parametrize(("name", "rule"), list(rules()), ids=[name for name, _ in rules()])
 def test_a_script_reads_each_parameter_of_its_rule_and_no_other(name, rule):
     block = re.search(r"^    params:\n((?:        .*\n)+)", rule, re.M)[1]
-    given = set(re.findall(r"^        (\w+)=", block, re.M))
+    values = set(re.findall(r"^        (\w+)=", block, re.M))
     tree = ast.parse((WORKFLOW / "scripts" / f"{name}.py").read_text())
     bases = [node for node in ast.walk(tree) if isinstance(node, ast.Attribute)]
     read = {node.attr for node in bases if ast.unparse(node.value) in ("job.params", "params")}
-    whole = given - read - {"code", "commit", "title", "words"}  # of reruns and captions
+    whole = values - read - {"code", "commit", "title", "words"}  # of reruns and captions
     assert whole == set(), "never read"
-    assert read & {"spec", "expected", "settings", "code", "jobs", "benchmarks"} <= given
+    assert read & {"spec", "expected", "settings", "code", "jobs", "benchmarks"} <= values
 
 
 def test_a_dataset_is_joined_from_its_batches_in_their_order(tmp_path):
@@ -190,8 +190,8 @@ def expectations(dataset=None, compression=None):
     """Those of a smoke run, whose dataset is longer or whose camera is another."""
     config = copy.deepcopy(CONFIG) | {"preset": "smoke"}
     if dataset:
-        own = config["presets"]["smoke"]["datasets"].setdefault(dataset, {})
-        own["duration"] = 4321
+        chosen = config["presets"]["smoke"]["datasets"].setdefault(dataset, {})
+        chosen["duration"] = 4321
     if compression:
         config["camera"]["compression"] = compression
     return Workflow(config)
@@ -212,11 +212,14 @@ def test_what_is_filmed_and_how_is_told_of_films_and_tracks_only():
 
 
 def test_claims_are_measured_from_all_datasets_and_all_tracks():
-    found = expectations()
-    plan = found.plan
-    assert set(found.judged) == {*plan.datasets, *(f"{name}_track" for name in plan.films)}
-    assert found.made_from(*found.judged) == {
+    expectations_of = expectations()
+    plan = expectations_of.plan
+    assert set(expectations_of.judged) == {
+        *plan.datasets,
+        *(f"{name}_track" for name in plan.films),
+    }
+    assert expectations_of.made_from(*expectations_of.judged) == {
         "preset": "smoke",
         "run": "smoke",
-        "sources": found.expected(*found.judged),
+        "sources": expectations_of.expected(*expectations_of.judged),
     }

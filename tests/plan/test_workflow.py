@@ -68,8 +68,8 @@ def drawn(dry_run: subprocess.CompletedProcess) -> set[str]:
 
 def simulated(dry_run: subprocess.CompletedProcess) -> set[str]:
     """Batches that a dry run would simulate."""
-    found = re.findall(r": Simulating batch (\d+) of (\S+)", dry_run.stdout)
-    return {f"batches/{dataset}/{number}" for number, dataset in found}
+    result = re.findall(r": Simulating batch (\d+) of (\S+)", dry_run.stdout)
+    return {f"batches/{dataset}/{number}" for number, dataset in result}
 
 
 def batches_by(method: str) -> set[str]:
@@ -190,9 +190,9 @@ def test_code_behind_a_batch_is_that_of_the_integrators_and_kicks_of_its_points(
         for number, batch in enumerate(dataset.batches):
             choices = {point.method for point in batch}
             choices |= {"kicked"} if any(point.kick for point in batch) else set()
-            found = flow.code_of_batch(SimpleNamespace(dataset=name, batch=f"{number:04d}"))
-            assert found == (dataset.kind.record, tuple(sorted(choices)))
-            tried.add(found[1])
+            result = flow.code_of_batch(SimpleNamespace(dataset=name, batch=f"{number:04d}"))
+            assert result == (dataset.kind.record, tuple(sorted(choices)))
+            tried.add(result[1])
     assert {("event",), ("verlet",), ("event", "kicked")} <= tried
 
 
@@ -630,8 +630,8 @@ def test_a_run_killed_between_two_rounds_goes_on_with_the_same_bits(tree):
     added, planned = (store.read(tree / path).arrays for path in (target, other))
     places, first = np.unique(added["belt_velocity"][:16]), np.arange(1, 5)
     expected = [(place, run) for round in (0, 4, 8) for place in places for run in first + round]
-    found = zip(added["belt_velocity"], added["replicate"], strict=True)
-    assert [*found] == expected
+    result = zip(added["belt_velocity"], added["replicate"], strict=True)
+    assert [*result] == expected
     order = np.lexsort([added["replicate"], added["belt_velocity"]])
     for name, values in planned.items():
         np.testing.assert_array_equal(added[name][order], values, err_msg=name)
@@ -726,19 +726,19 @@ def test_an_archive_of_smoke_is_drawn_again_without_a_simulation(tree, smoke, tm
     shutil.copytree(tree, project)
     for name in ("CITATION.cff", "README.md", "pyproject.toml"):
         shutil.copy(ROOT / name, project)
-    own = ["git", "-c", "user.name=someone", "-c", "user.email=someone@example.org"]
+    chosen = ["git", "-c", "user.name=someone", "-c", "user.email=someone@example.org"]
     for arguments in (
         ["init", "-q"],
         ["add", "src", "workflow", "profiles", "Snakefile", "config.yaml"],
         ["add", "CITATION.cff", "README.md"],
         ["commit", "-qm", "First"],
     ):
-        subprocess.run([*own, *arguments], cwd=project, check=True)
+        subprocess.run([*chosen, *arguments], cwd=project, check=True)
     done = snakemake(project, "--cores", "2", "archive", "all", "--forcerun", "draw")
     assert done.returncode == 0, done.stdout + done.stderr
-    found = unpacking.main(project / "results" / "smoke" / "beltrepro-smoke.zip")
-    assert found.jobs == {"simulate": 0, "join": 0, "draw": len(FIGURES)}
-    assert (found.other, len(found.same_bits)) == ([], 2 * len(FIGURES))
+    result = unpacking.main(project / "results" / "smoke" / "beltrepro-smoke.zip")
+    assert result.jobs == {"simulate": 0, "join": 0, "draw": len(FIGURES)}
+    assert (result.other, len(result.same_bits)) == ([], 2 * len(FIGURES))
 
 
 @pytest.mark.slow
@@ -749,7 +749,7 @@ def test_smoke_tables_have_their_origin_beside_them(smoke):
         about = json.loads(path.with_name(f"{path.name}-metadata.json").read_text())
         with path.open() as file:
             header = file.readline().strip().split(",")
-        assert [each["name"] for each in about["tableSchema"]["columns"]] == header
+        assert [one["name"] for one in about["tableSchema"]["columns"]] == header
 
 
 @pytest.mark.slow

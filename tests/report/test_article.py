@@ -61,8 +61,8 @@ def test_every_verdict_and_number_that_decides_stands_in_the_article(made):
     for result in run.claims.values():
         assert plain(result.id) in text
         if not result.claim.finding:
-            told = f"{result.id} ({result.claim.kind}: {result.verdicts['replicated']})"
-            assert plain(told) in text
+            heading = f"{result.id} ({result.claim.kind}: {result.verdicts['replicated']})"
+            assert plain(heading) in text
             continue
         for number in (number for answer in result.answers.values() for number in answer.judged):
             words = f"{number.name} {number.words} [{number.allowed_words}]"
@@ -80,8 +80,8 @@ def test_what_is_against_the_paper_or_open_is_listed_once_with_what_was_found(ma
         assert list(listed) == [r.id for r in findings if verdicts & {*r.verdicts.values()}]
         for one in listed.values():
             answers = run.claims[one["id"]].answers
-            told = {a.found for a in answers.values() if a.verdict in verdicts}
-            expected = {sentences.typeset(sentences.as_sentence(found)) for found in told}
+            findings = {a.found for a in answers.values() if a.verdict in verdicts}
+            expected = {sentences.typeset(sentences.as_sentence(item)) for item in findings}
             assert {*one["found"].values()} == expected
             assert all(plain(words) in text for words in one["found"].values())
 

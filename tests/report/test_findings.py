@@ -74,9 +74,9 @@ def test_all_that_the_tables_say_is_read(tmp_path):
             for number, other in zip(answer.judged, deciding.to_dict("records"), strict=True):
                 assert (number.name, number.verdict) == (other["name"], other["verdict"])
                 ends = (*number.estimate.numbers, *number.allowed)
-                told = [other[name] for name in
+                expected = [other[name] for name in
                         ("value", "low", "high", "allowed_low", "allowed_high")]  # fmt: skip
-                assert ends == pytest.approx(told, rel=1e-5)
+                assert ends == pytest.approx(expected, rel=1e-5)
 
 
 def test_each_question_has_the_numbers_of_its_reading_by_its_range(tmp_path):

@@ -154,9 +154,9 @@ def test_a_section_without_its_files_is_left_out(tmp_path):
 def test_a_dataset_that_is_not_the_one_asked_for_is_refused(tmp_path):
     run = pages.material(tmp_path, datasets=datasets(tmp_path))
     assert len(run.datasets) == 4
-    told = dict.fromkeys(files.IDENTITY, "other") | {"digest": "other"}
+    identity = dict.fromkeys(files.IDENTITY, "other") | {"digest": "other"}
     with pytest.raises(InputError, match=r"lifetimes\.h5: holds"):
-        _ = dataclasses.replace(run, expected={"lifetimes": told}).datasets
+        _ = dataclasses.replace(run, expected={"lifetimes": identity}).datasets
 
 
 def test_the_page_is_valid_html_and_headings_leave_no_level_out(text):
@@ -266,8 +266,8 @@ def test_each_claim_says_what_its_rows_say(text, results):
         shown = dict(re.findall(r'data-(\w+)="(.*?)"', markup.partition(">")[0]))
         assert shown == (result.verdicts if claim.finding else {})
         assert said.startswith(f"{name} {badges(result)}")
-        for told in (claim.says, claim.statement, result.note):
-            assert plain(told)[1:] in typeset(said)
+        for one in (claim.says, claim.statement, result.note):
+            assert plain(one)[1:] in typeset(said)
         asked = result.answers if claim.finding else {"replicated": result.answers["replicated"]}
         assert [row for row in cells(markup) if row[0] != "Number"] == [
             [plain(cell) for cell in (n.name, n.words, allowed(n, claim.criteria[question]),
@@ -275,8 +275,8 @@ def test_each_claim_says_what_its_rows_say(text, results):
             for question, answer in asked.items() if claim.testable for n in answer.judged
         ]  # fmt: skip
         for answer in asked.values():
-            for told in (answer.found, answer.how * claim.testable):
-                assert plain(told)[1:] in typeset(said)
+            for one in (answer.found, answer.how * claim.testable):
+                assert plain(one)[1:] in typeset(said)
             if answer.found and answer.tried != "1":
                 assert f"This reading was found by trying {answer.tried}." in said
         for reading, numbers in result.readings.items():
@@ -306,8 +306,8 @@ def test_claims_and_figures_point_at_each_other(text, results):
         assert ("What the paper says." in words(markup)) == any(r.claim.says for r in claims)
         for result in claims:
             assert f"{result.id} {badges(result)}" in words(markup)
-            for told in (result.claim.says, result.answers["replicated"].found[1:]):
-                assert plain(told) in typeset(words(markup))
+            for one in (result.claim.says, result.answers["replicated"].found[1:]):
+                assert plain(one) in typeset(words(markup))
 
 
 def test_claims_that_are_counted_apart_stand_apart(text, results):
@@ -341,8 +341,8 @@ def test_open_points_are_those_of_the_model_and_of_the_claims(text, results):
         assert f"Left open {point['open']} Reading {point['reading']}" in words(section)
     listed = dict(re.findall(r'<li><a href="#(.*?)">.*?</a>: (.*?)</li>', section, re.S))
     assert list(listed) == [result.id for result in results.values() if result.claim.open]
-    for name, told in listed.items():
-        assert plain(results[name].claim.open)[1:] in plain(words(told))
+    for name, one in listed.items():
+        assert plain(results[name].claim.open)[1:] in plain(words(one))
 
 
 def test_criteria_from_after_the_published_run_are_listed(text, results):

@@ -12,7 +12,7 @@ STICKING = "share that still sticks at the end"
 AT_THE_END = "disorder parameter r at the end"
 
 
-def row(**given):
+def row(**changes):
     """A row of the comparisons: its numbers are all different."""
     usual = {
         "part": "disorder", "quantity": DISORDER, "n_blocks": 5, "belt_velocity": 8.0, "noise": 1.0,
@@ -21,7 +21,7 @@ def row(**given):
         "error_reference": 0.02, "z": -1.75, "p": 0.25, "corrected_p": 0.75, "distance": 0.034,
         "verdict": "agree", "tested": "verlet", "reference": "event",
     }  # fmt: skip
-    return usual | given
+    return usual | changes
 
 
 COMPARISONS = [
@@ -41,14 +41,14 @@ COMPARISONS = [
 ]  # fmt: skip
 
 
-def family(**given):
+def family(**changes):
     usual = {
         "part": "disorder", "quantity": DISORDER, "time_step": None, "initial_spread": None,
         "runs": 32, "points": 11, "agree": 6, "differ by less than 1 %": 3, "differ": 2,
         "not measured": 0, "test": "Kolmogorov-Smirnov", "smallest_p": 0.004, "chi2": 12.34,
         "degrees": 9, "chi2_p": 0.19, "uniform_p": 0.53, "shift": 0.0123, "shift_error": 0.0045,
     }  # fmt: skip
-    return usual | given
+    return usual | changes
 
 
 FAMILIES = [
@@ -124,7 +124,7 @@ def test_every_family_has_its_row(section):
 
 def test_every_point_of_r_and_of_the_states_has_its_row(section):
     rows = tables(section)[1]
-    shown = [each for each in COMPARISONS if each["quantity"] != "mean length"]
+    shown = [one for one in COMPARISONS if one["quantity"] != "mean length"]
     assert f"point by point ({len(shown)} rows" in section
     values = ["0.1234 ± 0.01", "0.4321 ± 0.02"]
     assert rows[:3] == [
@@ -134,11 +134,11 @@ def test_every_point_of_r_and_of_the_states_has_its_row(section):
         [STICKING, "5", "8", "0", "dt = 0.001, initial spread 1", "31, 32", *values, "-1.8",
          "0.25", "0.75", "3.4 %", "agree"],
     ]  # fmt: skip
-    found = [(each[0], each[2], each[4], each[12]) for each in rows[3:]]
-    assert found == [
-        (each["quantity"], f"{each['belt_velocity']:g}",
-         f"dt = {each['time_step']:g}, initial spread {each['initial_spread']:g}", each["verdict"])
-        for each in shown[3:]
+    results = [(one[0], one[2], one[4], one[12]) for one in rows[3:]]
+    assert results == [
+        (one["quantity"], f"{one['belt_velocity']:g}",
+         f"dt = {one['time_step']:g}, initial spread {one['initial_spread']:g}", one["verdict"])
+        for one in shown[3:]
     ]  # fmt: skip
 
 

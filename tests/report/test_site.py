@@ -35,7 +35,7 @@ def test_the_tutorial_draws_its_figure(tmp_path):
     """And its answer holds: at all speeds the mean pull is the kinetic friction."""
     printed = tutorial.run(DOCS / "tutorial.md", tmp_path)
     assert (tmp_path / "pull.png").read_bytes().startswith(b"\x89PNG")
-    means = [float(each) for each in re.findall(r"mean from ([\d.]+) to ([\d.]+)", printed)[0]]
+    means = [float(one) for one in re.findall(r"mean from ([\d.]+) to ([\d.]+)", printed)[0]]
     assert np.allclose(means, 0.45, atol=0.005)
 
 
@@ -81,14 +81,14 @@ def test_kinds_have_all_that_they_record():
     page = configuration.recorded()
     for kind in kinds.KINDS.values():
         part = page.split(f"### {kind.name}\n")[1].split("\n### ")[0]
-        assert all(f"| `{each.name}` |" in part for each in kind.recorded)
+        assert all(f"| `{one.name}` |" in part for one in kind.recorded)
 
 
 @pytest.mark.thorough
 def test_results_have_every_figure_table_and_claim():
     assert all(f"#### {name}\n" in claims_and_figures.figure_list() for name in registry.figures())
     listed = claims_and_figures.table_list()
-    assert all(f"### {each.file(name)}.csv\n" in listed for name, each in registry.tables().items())
+    assert all(f"### {one.file(name)}.csv\n" in listed for name, one in registry.tables().items())
     assert all(f"### {name}\n" in claims_and_figures.claim_list() for name in load_ledger())
 
 
@@ -176,7 +176,7 @@ def every_link_leads_somewhere(site):
 def links_to_the_outside_are_listed(site):
     listed = set((site / "external_links.txt").read_text().split())
     assert "https://doi.org/10.1103/PhysRevE.87.042920" in listed
-    assert all(each.startswith("https://") for each in listed)
+    assert all(one.startswith("https://") for one in listed)
 
 
 def nothing_is_loaded_from_outside(site):
@@ -190,8 +190,8 @@ def nothing_is_loaded_from_outside(site):
 def public_names_lead_to_their_docstrings(site):
     text, _ = marked(site / "reference" / "python.html")
     for name in beltrepro.__all__:
-        found = re.search(rf'href="(api/[^"]+)"[^>]*><code[^>]*>(?:<span[^>]*>)?{name}<', text)
-        assert found, name
+        result = re.search(rf'href="(api/[^"]+)"[^>]*><code[^>]*>(?:<span[^>]*>)?{name}<', text)
+        assert result, name
 
 
 def the_command_has_every_option(site):
@@ -231,7 +231,7 @@ look(PAGES);
 
 
 class Quiet(http.server.SimpleHTTPRequestHandler):
-    def log_message(self, *told):
+    def log_message(self, *words):
         pass
 
 
@@ -245,7 +245,7 @@ def pages_fit_a_phone_and_ask_nobody(site, tmp_path):
         seen = browser.seen(f"{origin}probe.html", tmp_path)
         server.shutdown()
     (site / "probe.html").unlink()
-    assert [each["page"] for each in seen] == names
-    assert {each["page"]: each["beyond"] for each in seen if each["beyond"] > 0} == {}
-    assert {url for each in seen for url in each["loaded"] if not url.startswith(origin)} == set()
-    assert [each["page"] for each in seen if each["plays"]] == ["explanation/motion.html"]
+    assert [one["page"] for one in seen] == names
+    assert {one["page"]: one["beyond"] for one in seen if one["beyond"] > 0} == {}
+    assert {url for one in seen for url in one["loaded"] if not url.startswith(origin)} == set()
+    assert [one["page"] for one in seen if one["plays"]] == ["explanation/motion.html"]

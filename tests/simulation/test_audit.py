@@ -39,13 +39,13 @@ def test_the_motion_computed_anew_has_the_closed_form_of_one_block():
 
 
 def test_sound_runs_pass(quiet):
-    found = audit(quiet, windows=8)
+    audited = audit(quiet, windows=8)
     exact = quiet.method == "event"
-    assert found.windows == 8
-    assert found.deviation < (1e-6 if exact else 0.05)
-    assert found.wrong_way <= (1e-9 if exact else 0.1)
-    assert 0.9 < found.overload < 1.003
-    assert np.isnan(found.noise_ratio)
+    assert audited.windows == 8
+    assert audited.deviation < (1e-6 if exact else 0.05)
+    assert audited.wrong_way <= (1e-9 if exact else 0.1)
+    assert 0.9 < audited.overload < 1.003
+    assert np.isnan(audited.noise_ratio)
 
 
 def test_wrong_events_are_seen_where_the_energy_closes(quiet):
@@ -54,10 +54,10 @@ def test_wrong_events_are_seen_where_the_energy_closes(quiet):
     chain = ChainParameters(5, 20.0, static_friction=threshold, friction_ratio=0.45 / 1.02)
     run = simulate(chain, duration=150, method=quiet.method)
     wrong = disguised(run, static_friction=71.4, friction_ratio=0.45)
-    found = audit(wrong, windows=8)
-    assert abs(found.energy_residual) < 1e-4
-    assert found.deviation > 0.1
-    assert found.overload > 1.01
+    audited = audit(wrong, windows=8)
+    assert abs(audited.energy_residual) < 1e-4
+    assert audited.deviation > 0.1
+    assert audited.overload > 1.01
 
 
 def test_a_block_that_does_not_stick_is_seen(quiet):
@@ -71,11 +71,11 @@ def test_a_block_that_does_not_stick_is_seen(quiet):
 
 
 def test_the_strength_of_noise_is_seen(noisy):
-    found = audit(noisy)
-    assert np.isnan(found.deviation) and found.windows == 0
-    assert 0.02 < found.noise_error < 0.06
+    audited = audit(noisy)
+    assert np.isnan(audited.deviation) and audited.windows == 0
+    assert 0.02 < audited.noise_error < 0.06
     # error rate 1e-6
-    assert abs(found.noise_ratio - 1) < 5 * found.noise_error
+    assert abs(audited.noise_ratio - 1) < 5 * audited.noise_error
     stronger = audit(disguised(noisy, noise=3.0))
     assert abs(stronger.noise_ratio - 1) > 5 * stronger.noise_error
 
@@ -83,6 +83,6 @@ def test_the_strength_of_noise_is_seen(noisy):
 def test_runs_with_few_samples_are_audited_as_far_as_they_go():
     for chain in (ChainParameters(1, 5.0), ChainParameters(1, 5.0, 1.0)):
         for interval in (None, 10.0):
-            found = audit(simulate(chain, duration=15, sample_interval=interval))
-            assert np.isnan(found.noise_ratio)
-            assert found.windows in (0, 1)
+            audited = audit(simulate(chain, duration=15, sample_interval=interval))
+            assert np.isnan(audited.noise_ratio)
+            assert audited.windows in (0, 1)

@@ -160,17 +160,23 @@ CALLS = {
     "time_to_continuous_slip": (beltrepro.time_to_continuous_slip, SHORT),
     "time_to_orbit": (beltrepro.time_to_orbit, SHORT),
 }
-KEYWORDS = [each for each in inspect.signature(Setup).parameters.values() if each.name != "chains"]
+KEYWORDS = [
+    parameter
+    for parameter in inspect.signature(Setup).parameters.values()
+    if parameter.name != "chains"
+]
 
 
 def parameters_of(called):
     """The arguments of a function, with those of a setup if it takes them."""
-    own = list(inspect.signature(called).parameters.values())
-    return own[:-1] + KEYWORDS if own[-1].kind is own[-1].VAR_KEYWORD else own
+    chosen = list(inspect.signature(called).parameters.values())
+    return chosen[:-1] + KEYWORDS if chosen[-1].kind is chosen[-1].VAR_KEYWORD else chosen
 
 
 ARGUMENTS = {
-    (name, each.name): each for name, (called, _) in CALLS.items() for each in parameters_of(called)
+    (name, parameter.name): parameter
+    for name, (called, _) in CALLS.items()
+    for parameter in parameters_of(called)
 }
 
 
@@ -185,17 +191,17 @@ def refusal(name: str, **changes: object) -> str:
 def test_every_public_function_is_called():
     rooms = (beltrepro, simulation, chaos)
     public = {name: getattr(room, name) for room in rooms for name in room.__all__}
-    found = {"ChainParameters", "Grid", "Setup", "analyse"}
-    for name, each in public.items():
-        if inspect.isclass(each):  # made by functions, so that only methods are called
-            found |= {
+    result = {"ChainParameters", "Grid", "Setup", "analyse"}
+    for name, one in public.items():
+        if inspect.isclass(one):  # made by functions, so that only methods are called
+            result |= {
                 f"{name}.{method}"
-                for method, function in inspect.getmembers(each, callable)
+                for method, function in inspect.getmembers(one, callable)
                 if method[0] != "_" and "\nParameters\n" in inspect.cleandoc(function.__doc__ or "")
             }
-        elif callable(each):
-            found.add(name)
-    assert found == set(CALLS)
+        elif callable(one):
+            result.add(name)
+    assert result == set(CALLS)
 
 
 @pytest.mark.parametrize("name", CALLS)
@@ -209,7 +215,7 @@ def test_wrong_value_of_each_argument_is_refused(name):
 
 
 def test_many_wrong_values_are_tried():
-    assert sum(len(wrong_values(each)) for each in ARGUMENTS.values()) > 3000
+    assert sum(len(wrong_values(one)) for one in ARGUMENTS.values()) > 3000
 
 
 @pytest.mark.parametrize("name", CALLS)
@@ -267,19 +273,19 @@ NUMERIC = ("simulate", "scan", "classify", "watch", "bench")
 
 
 def options(command: str) -> dict[str, argparse.Action]:
-    found = [each for each in COMMANDS[command]._actions if each.option_strings and each.nargs != 0]
-    return {each.dest: each for each in found}
+    results = [one for one in COMMANDS[command]._actions if one.option_strings and one.nargs != 0]
+    return {one.dest: one for one in results}
 
 
-def said(capsys, command: str, given: dict, *more: str) -> str:
+def said(capsys, command: str, arguments: dict, *more: str) -> str:
     """The one line of a command that refuses."""
-    words = [f"--{name.replace('_', '-')}={value}" for name, value in given.items()]
+    words = [f"--{name.replace('_', '-')}={value}" for name, value in arguments.items()]
     try:
         status = cli.main([command, *FILES.get(command, []), *words, *more])
     except SystemExit as ended:
         status = ended.code
     out, err = capsys.readouterr()
-    assert status == 2 and not out, (command, given, err)
+    assert status == 2 and not out, (command, arguments, err)
     return line(err.removesuffix("\n"), "error: ")
 
 
@@ -305,11 +311,11 @@ def test_wrong_value_of_each_option_is_refused(capsys, monkeypatch, tmp_path, co
 @pytest.mark.parametrize("command", COMMANDS)
 def test_misspelt_and_missing_options_are_named(capsys, command):
     for name, action in options(command).items():
-        given = {key: value for key, value in GIVEN[command].items() if key != name}
+        values = {key: value for key, value in GIVEN[command].items() if key != name}
         option = f"--{name.replace('_', '-')}"
-        assert f"did you mean {option!r}" in said(capsys, command, given, f"{option}x=1")
+        assert f"did you mean {option!r}" in said(capsys, command, values, f"{option}x=1")
         if action.required:
-            assert option in said(capsys, command, given)
+            assert option in said(capsys, command, values)
     said(capsys, command, GIVEN[command], "--", "one", "more")
 
 

@@ -17,8 +17,8 @@ class Killed(Exception):
     """Stands for a kill: nothing of the job is there afterwards but its checkpoint."""
 
 
-def sampled(chains, **told):
-    runs = simulate(chains, sample_interval=0.5, **told)
+def sampled(chains, **settings):
+    runs = simulate(chains, sample_interval=0.5, **settings)
     return {
         "positions": np.concatenate([run.positions.ravel() for run in runs]),
         "events": np.concatenate([run.events for run in runs]),
@@ -41,9 +41,9 @@ WORK = {
 
 
 def run(name, progress):
-    work, chains, told = WORK[name]
+    work, chains, options = WORK[name]
     count = range(1, len(chains) + 1)
-    return work(chains, replicate=count, initial_spread=1.0, progress=progress, **told)
+    return work(chains, replicate=count, initial_spread=1.0, progress=progress, **options)
 
 
 @pytest.mark.parametrize("name", WORK)
@@ -70,11 +70,11 @@ def test_a_killed_job_goes_on_with_the_same_bits(tmp_path, name):
             assert path.exists() or name == "series"  # samples are not kept
     assert kills >= (1 if name == "trial" else 2)  # motion that settles ends early
     with checkpoints.keeping(path, name, every=0):
-        found = run(name, again.append)
+        printed = run(name, again.append)
     assert not path.exists()
-    assert set(found) == set(whole)
+    assert set(printed) == set(whole)
     for array, values in whole.items():
-        assert found[array].tobytes() == values.tobytes(), array
+        assert printed[array].tobytes() == values.tobytes(), array
     if name in ("scan", "scan verlet", "catalogue", "escapes", "motion"):
         assert len(again) == len(calls) + kills  # only the chunk is done again that was cut
 

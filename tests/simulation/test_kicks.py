@@ -16,8 +16,8 @@ from beltrepro.simulation.groups import integrator_of, observe
 SAMPLING = Sampling(1000, 0.001)
 
 
-def chains_of(chain, replicates, kick, *, method="event", time_step=0.001, **told):
-    how = {"method": method, "time_step": time_step, "kick": kick, "initial_spread": 1.0} | told
+def chains_of(chain, replicates, kick, *, method="event", time_step=0.001, **settings):
+    how = {"method": method, "time_step": time_step, "kick": kick, "initial_spread": 1.0} | settings
     return Setup(chain, replicate=replicates, **how).cases
 
 
@@ -82,9 +82,9 @@ def moves_of_stuck_blocks(integrator, log, lane):
     rows, belt = log.events(lane), integrator.parameters[lane].belt_velocity
     moves = []
     for block in range(integrator.n_blocks):
-        own = rows[rows[:, EVENT_BLOCK] == block]
-        place = own[:, EVENT_POSITION] - belt * own[:, EVENT_TIME]
-        ends = np.flatnonzero(own[:-1, EVENT_SLIP] == 0)
+        chosen = rows[rows[:, EVENT_BLOCK] == block]
+        place = chosen[:, EVENT_POSITION] - belt * chosen[:, EVENT_TIME]
+        ends = np.flatnonzero(chosen[:-1, EVENT_SLIP] == 0)
         moves.append(place[ends + 1] - place[ends])
     return np.concatenate(moves)
 

@@ -59,9 +59,14 @@ FUNCTIONS |= {time_to_continuous_slip: {"duration": 60.0}, time_to_orbit: {"dura
 
 @pytest.mark.parametrize("function", FUNCTIONS, ids=lambda function: function.__name__)
 def test_keywords_and_a_setup_that_is_used_again_give_the_same_bits(function):
-    told = {"time_step": 0.002, "seed": 4, "replicate": [0, 2, 7], "initial_spread": [0.1, 0.5, 1]}
-    setup = Setup(CHAINS, **told)
-    by_keywords = bits(function(CHAINS, **told, **FUNCTIONS[function]))
+    options = {
+        "time_step": 0.002,
+        "seed": 4,
+        "replicate": [0, 2, 7],
+        "initial_spread": [0.1, 0.5, 1],
+    }
+    setup = Setup(CHAINS, **options)
+    by_keywords = bits(function(CHAINS, **options, **FUNCTIONS[function]))
     assert by_keywords == bits(function(setup, **FUNCTIONS[function]))
     assert by_keywords == bits(function(setup, **FUNCTIONS[function]))
     changed = dataclasses.replace(setup, seed=5)
@@ -255,21 +260,21 @@ def test_time_to_continuous_slip_is_that_of_the_events_of_each_run(laminar_time,
     chains = [ChainParameters(3, 5.0, 1.0), ChainParameters(4, 45.0), ChainParameters(2, 60.0)]
     how = {"duration": 500.0, "sample_interval": None}
     lengths = {"duration": 500.0, "settle_time": 30.0, "laminar_time": laminar_time}
-    found = time_to_continuous_slip(chains, **lengths)
+    times = time_to_continuous_slip(chains, **lengths)
     for chain, run in enumerate(simulate(chains, transient=470.0, **how)):
         n = run.parameters.n_blocks
         sticks = run.events[run.events["kind"] == "stick"]
         late = sticks[sticks["time"] >= 470]["block"]
         rates = [np.sum(late == block) / 30 for block in range(1, n + 1)]
-        np.testing.assert_allclose(found["final_stick_rate"][chain, :n], rates)
+        np.testing.assert_allclose(times["final_stick_rate"][chain, :n], rates)
         last = run.events[run.events["block"] == n][-1]
         escaped = last["kind"] == "slip" and 500 - last["time"] > laminar_time
         stuck = sticks["time"][sticks["block"] == n].max()
-        assert found["escaped"][chain] == escaped
-        assert found["lifetime"][chain] == (stuck if escaped else 500)
-        assert found["final_disorder"][chain] == run.disorder_parameter
-        assert found["final_mean_length"][chain] == run.mean_length
-    assert found["escaped"].sum() == escapes
+        assert times["escaped"][chain] == escaped
+        assert times["lifetime"][chain] == (stuck if escaped else 500)
+        assert times["final_disorder"][chain] == run.disorder_parameter
+        assert times["final_mean_length"][chain] == run.mean_length
+    assert times["escaped"].sum() == escapes
 
 
 def test_vectors_of_shorter_chains_end_with_nan():
@@ -364,10 +369,10 @@ def test_bad_input_is_one_line(chains, options, words):
     ],
 )
 def test_what_each_function_is_told_at_the_ends_of_its_range(function, allowed, refused):
-    own = {"chains": CHAIN, "duration": 0.5}
-    assert all(values.dtype != object for values in function(**own | allowed).values())
+    chosen = {"chains": CHAIN, "duration": 0.5}
+    assert all(values.dtype != object for values in function(**chosen | allowed).values())
     with pytest.raises(InputError, match="n_blocks|" + "|".join(refused)):
-        function(**own | refused)
+        function(**chosen | refused)
 
 
 @pytest.mark.parametrize(

@@ -212,11 +212,11 @@ def test_without_a_fall_only_the_plateaus_are_known(monkeypatch):
 @pytest.mark.parametrize("scatter", [0.02, 0.1, 0.3])
 def test_flat_rows_have_no_fall(scatter):
     u = np.repeat(FIVE, 8)
-    found = [
+    results = [
         np.isfinite(fall(u, RNG(seed).lognormal(0, scatter, u.size))["critical"].value)
         for seed in range(20)
     ]
-    assert sum(found) <= 1
+    assert sum(results) <= 1
 
 
 def test_single_runs_go_to_the_running_median():

@@ -15,15 +15,15 @@ TRIALS = 400
 FEWEST, MOST = stats.binom.ppf([5e-6, 1 - 5e-6], TRIALS, 0.95)
 
 
-def covered(truth, found):
-    return sum(each.low <= truth <= each.high for each in found)
+def covered(truth, numbers):
+    return sum(one.low <= truth <= one.high for one in numbers)
 
 
 def test_a_mean_covers_its_expectation_in_95_percent():
     rng = np.random.default_rng(1)
-    found = [estimates.mean(rng.normal(3.0, 2.0, 8)) for _ in range(TRIALS)]
-    assert FEWEST <= covered(3.0, found) <= MOST
-    assert found[0].runs == 8
+    numbers = [estimates.mean(rng.normal(3.0, 2.0, 8)) for _ in range(TRIALS)]
+    assert FEWEST <= covered(3.0, numbers) <= MOST
+    assert numbers[0].runs == 8
     with pytest.raises(NotEnoughDataError, match="1 runs"):
         estimates.mean([1.0])
 
@@ -36,21 +36,21 @@ def test_bootstrap_of_groups():
     def ratio(one, other):
         return one.mean() / other.mean()
 
-    found = [
+    numbers = [
         estimates.bootstrap(ratio, (rng.normal(4, 1, 16), rng.normal(2, 0.3, 24)), resamples=200)
         for _ in range(TRIALS)
     ]
-    assert FEWEST <= covered(2.0, found) <= MOST
-    assert found[0].runs == 16
+    assert FEWEST <= covered(2.0, numbers) <= MOST
+    assert numbers[0].runs == 16
 
 
 def test_bootstrap_of_eight_runs_covers_in_95_percent():
     """With percentiles of 2.5 and 97.5 % it would be 90 %."""
     rng = np.random.default_rng(6)
-    found = [
+    numbers = [
         estimates.bootstrap(np.mean, [rng.normal(3, 2, 8)], resamples=250) for _ in range(TRIALS)
     ]
-    assert FEWEST <= covered(3.0, found) <= MOST
+    assert FEWEST <= covered(3.0, numbers) <= MOST
 
 
 def test_groups_are_drawn_by_themselves():
@@ -71,8 +71,8 @@ def test_what_is_often_not_found_has_no_interval():
 
 def test_differences_and_ratios():
     one, other = Estimate(5.0, 4.0, 8.0, 9), Estimate(2.0, 1.0, 6.0, 8)
-    found = estimates.difference(one, other)
-    assert found == Estimate(3.0, 3 - math.hypot(1, 4), 3 + math.hypot(3, 1), 8)
+    estimate = estimates.difference(one, other)
+    assert estimate == Estimate(3.0, 3 - math.hypot(1, 4), 3 + math.hypot(3, 1), 8)
     assert estimates.ratio(one, one).value == 1.0
     wide = estimates.ratio(Estimate(8.0, 4.0, 16.0, 9), Estimate(2.0, 2.0, 2.0))
     assert (wide.value, wide.low, wide.high) == pytest.approx((4, 2, 8))
@@ -87,8 +87,8 @@ def test_a_slope_covers_and_scatter_widens_it():
         points = [Estimate(v, v - 1.96 * said, v + 1.96 * said, 8) for v in values]
         return estimates.slope(places, points)
 
-    found = [line(0.2, 0.2) for _ in range(TRIALS)]
-    assert covered(0.5, found) >= FEWEST
+    results = [line(0.2, 0.2) for _ in range(TRIALS)]
+    assert covered(0.5, results) >= FEWEST
     assert covered(0.5, [line(0.2, 0.05) for _ in range(TRIALS)]) >= 0.88 * TRIALS
     with pytest.raises(NotEnoughDataError, match="2 points"):
         estimates.slope([1, 2], [Estimate(1, 0, 2), Estimate(1, 0, 2)])
@@ -105,21 +105,23 @@ def test_a_slope_is_that_of_least_squares_weighted_by_the_errors(scatter):
     ]
     cov = True if scatter else "unscaled"
     (slope, _), covariance = np.polyfit(places, values, 1, w=1 / errors, cov=cov)
-    found = estimates.slope(places, points)
-    assert found.value == pytest.approx(slope)
-    assert (found.high - found.low) / 2 == pytest.approx(1.9599639845 * covariance[0, 0] ** 0.5)
+    estimate = estimates.slope(places, points)
+    assert estimate.value == pytest.approx(slope)
+    assert (estimate.high - estimate.low) / 2 == pytest.approx(
+        1.9599639845 * covariance[0, 0] ** 0.5
+    )
 
 
 def test_a_trend_is_the_slope_of_least_squares_with_the_errors_of_its_points():
     places = [5, 6, 7, 10]
     points = [Estimate(v, v - 0.1, v + 0.3, 8) for v in (1.0, 3.0, 2.0, 0.0)]
-    found = estimates.trend(places, points)
+    estimate = estimates.trend(places, points)
     shares = (np.array(places) - 7) / 14
-    assert found.value == pytest.approx(np.polyfit(places, [1, 3, 2, 0], 1)[0])
-    assert found.high - found.value == pytest.approx(
+    assert estimate.value == pytest.approx(np.polyfit(places, [1, 3, 2, 0], 1)[0])
+    assert estimate.high - estimate.value == pytest.approx(
         math.hypot(*(0.3 * shares[shares > 0]), *(0.1 * shares[shares < 0]))
     )
-    assert found.value - found.low == pytest.approx(
+    assert estimate.value - estimate.low == pytest.approx(
         math.hypot(*(0.1 * shares[shares > 0]), *(0.3 * shares[shares < 0]))
     )
     # one in the middle has no weight, one elsewhere has
@@ -149,8 +151,15 @@ def test_a_trend_covers():
 
 
 def test_single_runs_have_no_error_to_resample():
-    found = estimates.bootstrap(lambda *groups: float(sum(map(np.mean, groups))), [[1.0], [2, 3]])
-    assert (found.value, found.low, found.high, found.runs) == (3.5, -math.inf, math.inf, 1)
+    estimate = estimates.bootstrap(
+        lambda *groups: float(sum(map(np.mean, groups))), [[1.0], [2, 3]]
+    )
+    assert (estimate.value, estimate.low, estimate.high, estimate.runs) == (
+        3.5,
+        -math.inf,
+        math.inf,
+        1,
+    )
 
 
 @pytest.mark.parametrize("runs", [5, 30])
@@ -163,8 +172,6 @@ def test_intervals_hold_the_true_share_as_often_as_they_say(runs):
         assert chance @ held >= 0.95 and all(one.low <= one.value <= one.high for one in numbers)
     both = estimates.share(1, runs, 3)
     assert (both.low, both.high) == (estimates.share(1, runs).low, estimates.share(4, runs).high)
-    wider = estimates.share(1, runs, confidence=0.99)
-    assert wider.low < estimates.share(1, runs).low and wider.high > estimates.share(1, runs).high
 
 
 @pytest.mark.parametrize(

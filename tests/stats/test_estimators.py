@@ -53,11 +53,11 @@ def test_a_fit_takes_the_points_in_its_range_that_have_a_logarithm_and_a_weight(
 
 def test_the_error_of_a_line_is_the_spread_of_its_slope():
     rng, x = RNG(1), np.geomspace(1, 100, 12)
-    found = [
+    results = [
         fits.fit_log_log(x, x**-1.5 * np.exp(0.3 * rng.standard_normal(12)), low=1, high=100)
         for _ in range(400)
     ]
-    score = [(fit.exponent + 1.5) / fit.exponent_error for fit in found]
+    score = [(fit.exponent + 1.5) / fit.exponent_error for fit in results]
     assert stats.kstest(score, stats.t(10).cdf).pvalue > 1e-3
 
 
@@ -65,10 +65,14 @@ def test_the_error_of_a_line_is_the_spread_of_its_slope():
 
 
 def test_a_histogram_by_hand():
-    centre, found, count = avalanches.log_histogram([1, 2, 20, 300, 1000, 0, -5], bins_per_decade=1)
+    centre, result, count = avalanches.log_histogram(
+        [1, 2, 20, 300, 1000, 0, -5], bins_per_decade=1
+    )
     np.testing.assert_allclose(centre, np.sqrt([10, 1000, 1e5]))
     assert count.tolist() == [2, 1, 2]
-    np.testing.assert_allclose(found, np.array([2, 1, 2]) / (5 * np.array([9, 90, 900])), rtol=1e-9)
+    np.testing.assert_allclose(
+        result, np.array([2, 1, 2]) / (5 * np.array([9, 90, 900])), rtol=1e-9
+    )
     part = avalanches.log_histogram([1, 2, 20, 300, 1000], bins_per_decade=1, low=10, high=100)
     assert part[2].tolist() == [1] and part[1] == pytest.approx([1 / (5 * 90)])
     # edges at whole multiples of a tenth of a decade, whatever the values
@@ -88,24 +92,22 @@ def test_values_on_the_edges_are_kept_in_one_bin_each(decade):
 
 
 def test_the_falling_range_at_its_edges():
-    centre, found = np.arange(1.0, 6), np.array([1, 5, 4, 3, 2.0])
-    assert avalanches.falling_range(centre, found, np.array([10, 10, 10, 10, 9])) == (2, 4)
-    assert avalanches.falling_range(centre, found, np.full(5, 10)) == (2, 5)
-    few = avalanches.falling_range(centre, found, np.array([0, 5, 3, 3, 2]), minimum_count=3)
-    assert few == (2, 4)
+    centre, result = np.arange(1.0, 6), np.array([1, 5, 4, 3, 2.0])
+    assert avalanches.falling_range(centre, result, np.array([10, 10, 10, 10, 9])) == (2, 4)
+    assert avalanches.falling_range(centre, result, np.full(5, 10)) == (2, 5)
     with pytest.raises(NotEnoughDataError, match="holds 10 values"):
-        avalanches.falling_range(centre, found, np.array([90, 90, 9, 90, 90]))
+        avalanches.falling_range(centre, result, np.array([90, 90, 9, 90, 90]))
     with pytest.raises(NotEnoughDataError):
-        avalanches.falling_range(centre, found[::-1] * [1, 1, 1, 1, 99], np.full(5, 90))
+        avalanches.falling_range(centre, result[::-1] * [1, 1, 1, 1, 99], np.full(5, 90))
 
 
 def test_a_density_is_fitted_with_its_counts_from_bin_to_bin():
     centre = np.geomspace(1, 100, 8)
-    found = centre**-2 * np.array([1, 3, 1, 1.2, 1, 0.9, 1, 9])
+    result = centre**-2 * np.array([1, 3, 1, 1.2, 1, 0.9, 1, 9])
     count = np.array([5, 50, 40, 30, 20, 10, 5, 1])
-    fit = avalanches.fit_density(centre, found, count, low=centre[1], high=centre[6])
+    fit = avalanches.fit_density(centre, result, count, low=centre[1], high=centre[6])
     inner = slice(1, 7)
-    same = fits.fit_log_log(centre[inner], found[inner], low=0, high=1e9, weight=count[inner])
+    same = fits.fit_log_log(centre[inner], result[inner], low=0, high=1e9, weight=count[inner])
     assert (fit.exponent, fit.exponent_error) == (same.exponent, same.exponent_error)
     assert fit.sample_size == 6
 
@@ -136,11 +138,11 @@ def test_samples_of_a_catalogue_are_those_of_a_plain_loop(seed):
             expected[frame] += [(moved, slip["point"])] * bool(moved > 0)
         expected["last"].append((slip["dissipated"], slip["point"]))
     assert len(expected["laboratory"]) < len(expected["belt"]) < len(expected["last"])
-    found = {frame: avalanches.slip_sizes(catalogue, frame) for frame in ("laboratory", "belt")}
-    found["last"] = avalanches.last_block_energies(catalogue)
+    results = {frame: avalanches.slip_sizes(catalogue, frame) for frame in ("laboratory", "belt")}
+    results["last"] = avalanches.last_block_energies(catalogue)
     for name, pairs in expected.items():
-        np.testing.assert_allclose(np.transpose(found[name]), pairs)
-        for chain, part in enumerate(found[name].by_chain()):
+        np.testing.assert_allclose(np.transpose(results[name]), pairs)
+        for chain, part in enumerate(results[name].by_chain()):
             np.testing.assert_allclose(part, [value for value, point in pairs if point == chain])
 
 
@@ -148,12 +150,12 @@ def test_a_power_law_is_tested_from_the_most_probable_value_to_the_largest():
     rng, chain = RNG(3), np.repeat([0, 1, 2, 3, 4], [90, 200, 150, 400, 60])
     values = 20 * (1 - rng.random(chain.size) * (1 - 12**-0.8)) ** (-1 / 0.8)
     values[rng.random(chain.size) < 0.1] /= 3
-    found = avalanches.scale_free_fit(avalanches.Sample(values, chain))
+    fit = avalanches.scale_free_fit(avalanches.Sample(values, chain))
     centre, density, _ = avalanches.log_histogram(values, bins_per_decade=10)
     tail = values >= centre[np.argmax(density)]
-    assert (found.low, found.high, found.chains) == (values[tail].min(), values.max(), 5)
-    law = scale_free.fit_law(np.log(values[tail]).mean(), found.low, found.high)
-    assert found.exponent.value == pytest.approx(law.exponent) and found.exponent.runs == 5
+    assert (fit.low, fit.high, fit.chains) == (values[tail].min(), values.max(), 5)
+    law = scale_free.fit_law(np.log(values[tail]).mean(), fit.low, fit.high)
+    assert fit.exponent.value == pytest.approx(law.exponent) and fit.exponent.runs == 5
 
 
 def test_avalanches_reach_the_last_block_if_one_of_its_slips_starts_in_them():
@@ -186,8 +188,8 @@ def test_a_spectrum_is_averaged_in_bins_of_equal_width_before_its_fit():
     for index, nu in enumerate(frequency):
         if 0.02 <= nu <= 0.9:
             bins.setdefault(math.floor(10 * math.log10(nu)), []).append(index)
-    x = [math.exp(np.log(frequency[own]).mean()) for own in bins.values()]
-    y = [power[own].mean() for own in bins.values()]
+    x = [math.exp(np.log(frequency[one]).mean()) for one in bins.values()]
+    y = [power[one].mean() for one in bins.values()]
     line = stats.linregress(np.log(x), np.log(y))
     fit = spectra.fit_power_law(frequency, power, low=0.02, high=0.9)
     assert fit.exponent == pytest.approx(line.slope)
@@ -216,10 +218,10 @@ def test_a_velocity_density_by_hand():
         "belt_velocity": np.array([2.0, 1.0, 2.0]),
         "section_velocity": np.array([[0.5, 1.5], [0.5, np.nan], [1.5, 9.0]]),
     }
-    u_edges, v_edges, found = measure.velocity_density(row, bins=4, range=(0.0, 2.0))
+    u_edges, v_edges, result = measure.velocity_density(row, bins=4, range=(0.0, 2.0))
     assert u_edges.tolist() == [0.5, 1.5, 2.5] and v_edges.tolist() == [0, 0.5, 1, 1.5, 2]
-    assert found[:, 0].tolist() == [0, 2, 0, 0]
-    np.testing.assert_allclose(found[:, 1], [0, 2 / 3, 0, 4 / 3])
+    assert result[:, 0].tolist() == [0, 2, 0, 0]
+    np.testing.assert_allclose(result[:, 1], [0, 2 / 3, 0, 4 / 3])
     one = {"belt_velocity": np.array([3.0]), "section_velocity": np.array([[1.0]])}
     assert measure.velocity_density(one, bins=2, range=(0, 2))[0].tolist() == [2.5, 3.5]
     blank = {"belt_velocity": np.ones(1), "section_velocity": np.full((1, 3), np.nan)}
@@ -234,30 +236,30 @@ def test_a_velocity_density_by_hand():
 def test_the_correlation_integral_is_the_share_of_close_pairs():
     points = RNG(5).random((700, 2))
     points[3] = np.nan
-    found = dimension.correlation_dimension(points, window=(1e-3, 1e-2))
+    fit = dimension.correlation_dimension(points, window=(1e-3, 1e-2))
     distances = pdist(np.delete(points, 3, axis=0))
-    shares = [np.mean(distances <= radius) for radius in found.radius]
-    np.testing.assert_allclose(found.correlation, shares, rtol=1e-12)
-    assert (found.low, found.high) == (found.radius[0], found.radius[-1])
-    assert found.n_points == 699 and found.radius.size == 24
+    shares = [np.mean(distances <= radius) for radius in fit.radius]
+    np.testing.assert_allclose(fit.correlation, shares, rtol=1e-12)
+    assert (fit.low, fit.high) == (fit.radius[0], fit.radius[-1])
+    assert fit.n_points == 699 and fit.radius.size == 24
     assert shares[0] == pytest.approx(1e-3, rel=0.1) and shares[-1] == pytest.approx(1e-2, rel=0.1)
-    line = stats.linregress(np.log(found.radius), np.log(shares))
+    line = stats.linregress(np.log(fit.radius), np.log(shares))
     halves = [
-        np.polyfit(np.log(found.radius[half]), np.log(np.array(shares)[half]), 1)[0]
+        np.polyfit(np.log(fit.radius[half]), np.log(np.array(shares)[half]), 1)[0]
         for half in (slice(12), slice(12, None))
     ]
-    assert found.dimension == pytest.approx(line.slope)
-    assert found.error == pytest.approx(math.hypot(line.stderr, (halves[1] - halves[0]) / 2))
+    assert fit.dimension == pytest.approx(line.slope)
+    assert fit.error == pytest.approx(math.hypot(line.stderr, (halves[1] - halves[0]) / 2))
 
 
 def test_the_window_of_the_dimension_holds_enough_pairs_and_not_too_many_points():
     points = RNG(6).random((600, 2))
-    found = dimension.correlation_dimension(points)
+    fit = dimension.correlation_dimension(points)
     pairs = 600 * 599 / 2
-    assert found.correlation[0] * pairs == pytest.approx(100, rel=0.3)
+    assert fit.correlation[0] * pairs == pytest.approx(100, rel=0.3)
     few = dimension.correlation_dimension(np.repeat(points, 3, axis=0), max_points=600)
     assert few.n_points == 600
-    assert few.dimension == pytest.approx(found.dimension, abs=0.15)
+    assert few.dimension == pytest.approx(fit.dimension, abs=0.15)
 
 
 # --- intermittency --------------------------------------------------------------------------------
@@ -268,10 +270,10 @@ def test_intermittent_points_at_the_edges_of_the_criterion():
         "laminar_fraction": np.array([0.05, 0.049, 0.95, 0.951, 0.5, np.nan]),
         "laminar_count": np.array([2, 2, 2, 2, 1, 9]),
     }
-    found = intermittency.intermittent_mask(points)
-    assert found.tolist() == [True, False, True, False, False, False]
-    wide = intermittency.intermittent_mask(points, low=0.01, high=0.99, minimum_phases=1)
-    assert wide.tolist() == [True] * 5 + [False]
+    mask = intermittency.intermittent_mask(points)
+    assert mask.tolist() == [True, False, True, False, False, False]
+    wide = intermittency.intermittent_mask(points, low=0.01, high=0.99)
+    assert wide.tolist() == [True] * 4 + [False] * 2
 
 
 def test_laminar_phases_longer_than_the_limit_only():
@@ -324,7 +326,7 @@ def test_the_occupied_share_by_hand():
 
 def test_the_0_1_test_is_that_of_a_plain_loop():
     values = RNG(10).standard_normal(80).cumsum()
-    found = []
+    results = []
     for frequency in RNG(0).uniform(math.pi / 5, 4 * math.pi / 5, 60):
         p, q, x, y = [0.0], [0.0], 0.0, 0.0
         for step, value in enumerate(values - values.mean(), start=1):
@@ -338,8 +340,8 @@ def test_the_0_1_test_is_that_of_a_plain_loop():
                      for j in range(span)])
             for n in lags
         ]  # fmt: skip
-        found.append(stats.pearsonr(lags, squares).statistic)
-    assert sections.zero_one_test(values) == pytest.approx(np.median(found))
+        results.append(stats.pearsonr(lags, squares).statistic)
+    assert sections.zero_one_test(values) == pytest.approx(np.median(results))
     assert sections.zero_one_test(np.full(50, 3.0)) == 0
     with pytest.raises(NotEnoughDataError, match="49 crossings, the 0-1 test needs 50"):
         sections.zero_one_test(values[:49])
@@ -464,17 +466,17 @@ def test_the_0_1_test_tells_chaos_from_regular_motion():
 
 
 def test_the_correlation_dimension_of_the_henon_attractor():
-    found = dimension.correlation_dimension(henon(5000))
-    assert found.dimension == pytest.approx(1.2, abs=0.04)
-    assert found.error < 0.1
+    fit = dimension.correlation_dimension(henon(5000))
+    assert fit.dimension == pytest.approx(1.2, abs=0.04)
+    assert fit.error < 0.1
 
 
 @pytest.mark.parametrize("true", [1, 2])
 def test_the_correlation_dimension_of_a_curve_and_of_a_surface(true):
     parameters = np.random.default_rng(0).random((4000, true))
     embedding = np.random.default_rng(1).normal(size=(true, 6))
-    found = dimension.correlation_dimension(parameters @ embedding)
-    assert found.dimension == pytest.approx(true, abs=0.1)
+    fit = dimension.correlation_dimension(parameters @ embedding)
+    assert fit.dimension == pytest.approx(true, abs=0.1)
 
 
 def test_a_dimension_needs_points_in_more_than_a_few_places():
@@ -612,16 +614,16 @@ def test_slip_sizes_in_both_frames():
 def test_errors_of_a_density_come_from_the_scatter_of_runs():
     """Values of one run hang together: the error is that of the number of runs, not of values."""
     rng = np.random.default_rng(11)
-    n_runs, each = 40, 50
-    found = []
+    n_runs, values_a_run = 40, 50
+    results = []
     for _ in range(200):
-        place = np.repeat(rng.random(n_runs) < 0.3, each)
+        place = np.repeat(rng.random(n_runs) < 0.3, values_a_run)
         values = np.where(place, 2.0, 30.0)
-        run = np.repeat(np.arange(n_runs), each)
+        run = np.repeat(np.arange(n_runs), values_a_run)
         centre, density, _ = avalanches.log_histogram(values, bins_per_decade=1, low=1, high=100)
         error = avalanches.density_error(values, run, centre, bins_per_decade=1)
-        found.append((density[0], error[0]))
-    densities, errors = np.array(found).T
+        results.append((density[0], error[0]))
+    densities, errors = np.array(results).T
     assert errors.mean() == pytest.approx(densities.std(), rel=0.1)
 
 

@@ -17,11 +17,11 @@ def passages(distance, times, levels):
 
 def test_pure_exponential_growth_has_its_exponent_at_every_size_and_no_error():
     starts = 1e-6 * np.array([1.0, 0.5, 0.1])
-    found = finite_size_exponents(LEVELS, np.log(LEVELS / starts[:, None]) / 0.02, 1e4)
-    np.testing.assert_allclose(found.exponent, 0.02, rtol=1e-12)
-    np.testing.assert_allclose(found.standard_error, 0.0, atol=1e-15)
-    np.testing.assert_allclose(found.size, np.sqrt(LEVELS[1:] * LEVELS[:-1]))
-    assert found.passed.tolist() == [3] * 12
+    growth = finite_size_exponents(LEVELS, np.log(LEVELS / starts[:, None]) / 0.02, 1e4)
+    np.testing.assert_allclose(growth.exponent, 0.02, rtol=1e-12)
+    np.testing.assert_allclose(growth.standard_error, 0.0, atol=1e-15)
+    np.testing.assert_allclose(growth.size, np.sqrt(LEVELS[1:] * LEVELS[:-1]))
+    assert growth.passed.tolist() == [3] * 12
 
 
 @pytest.mark.thorough
@@ -33,12 +33,12 @@ def test_a_random_walk_grows_the_slower_the_larger_it_is():
     for _ in range(100):
         walk = np.abs(np.cumsum(step * random.standard_normal(300_000)))
         times.append(passages(walk, step**2 * np.arange(1.0, len(walk) + 1), levels))
-    found = finite_size_exponents(levels, times, step**2 * 300_000)
+    growth = finite_size_exponents(levels, times, step**2 * 300_000)
     # a level is passed by 0.58 steps more than it says
     moved = levels + 0.58 * step
     expected = np.diff(np.log(levels)) / np.diff(moved**2)
-    assert np.all(np.abs(found.exponent - expected) < 4 * found.standard_error)
-    assert np.all(found.standard_error < 0.2 * found.exponent)
+    assert np.all(np.abs(growth.exponent - expected) < 4 * growth.standard_error)
+    assert np.all(growth.standard_error < 0.2 * growth.exponent)
 
 
 def test_the_exponent_of_a_map_is_found_at_small_sizes():
@@ -52,10 +52,10 @@ def test_the_exponent_of_a_map_is_found_at_small_sizes():
         apart.append(np.abs(other - one))
     levels = np.array([1e-10, 1e-8, 1e-6, 1e-4])
     times = [passages(run, np.arange(81.0), levels) for run in np.array(apart).T]
-    found = finite_size_exponents(levels, times, 80.0)
+    growth = finite_size_exponents(levels, times, 80.0)
     # distances grow by about 2 a step, so a level is passed up to half a step late, of 6.6 steps
-    assert found.exponent == pytest.approx(np.full(3, np.log(2)), abs=0.03)
-    assert np.all(found.standard_error < 0.01)
+    assert growth.exponent == pytest.approx(np.full(3, np.log(2)), abs=0.03)
+    assert np.all(growth.standard_error < 0.01)
 
 
 def test_runs_that_stay_below_a_level_count_with_their_time():
@@ -64,17 +64,17 @@ def test_runs_that_stay_below_a_level_count_with_their_time():
     waits = random.exponential(10.0, 4000)
     watched = 7.0
     times = np.column_stack([np.zeros(4000), np.where(waits < watched, waits, np.nan)])
-    found = finite_size_exponents([1.0, np.e], times, watched)
-    assert 0.4 < found.passed[0] / 4000 < 0.6
-    assert abs(found.exponent[0] - 0.1) < 4 * found.standard_error[0] < 0.01
-    assert found.standard_error[0] == pytest.approx(0.1 / np.sqrt(found.passed[0]), rel=0.1)
+    growth = finite_size_exponents([1.0, np.e], times, watched)
+    assert 0.4 < growth.passed[0] / 4000 < 0.6
+    assert abs(growth.exponent[0] - 0.1) < 4 * growth.standard_error[0] < 0.01
+    assert growth.standard_error[0] == pytest.approx(0.1 / np.sqrt(growth.passed[0]), rel=0.1)
 
 
 def test_a_limit_is_the_rate_of_one_passage():
     times = [[0.0, np.nan, np.nan], [0.0, 30.0, np.nan], [np.nan, np.nan, np.nan]]
-    found = finite_size_exponents([1.0, np.e, np.e**3], times, 100.0)
-    np.testing.assert_allclose(found.limit, [1 / 130, 2 / 70])
-    assert found.passed.tolist() == [1, 0]
+    growth = finite_size_exponents([1.0, np.e, np.e**3], times, 100.0)
+    np.testing.assert_allclose(growth.limit, [1 / 130, 2 / 70])
+    assert growth.passed.tolist() == [1, 0]
     nowhere = finite_size_exponents([1.0, np.e, np.e**3], [[0.0, np.nan, np.nan]], 100.0)
     np.testing.assert_array_equal(nowhere.limit, [0.01, np.nan])
 
@@ -86,10 +86,10 @@ def test_first_levels_may_be_left_out():
     times[0, 1:] -= times[0, 1]
     times[1, :4], times[1, 4:] = np.nan, times[1, 4:] - times[1, 5]
     times[1, 4] = 0.0
-    found = finite_size_exponents(LEVELS, times, 1e4, skipped=1)
-    assert found.passed.tolist() == [0, 1, 1, 1, 1] + [2] * 7
-    np.testing.assert_allclose(found.exponent[1:], 0.02, rtol=1e-12)
-    assert np.isnan(found.exponent[0])
+    growth = finite_size_exponents(LEVELS, times, 1e4, skipped=1)
+    assert growth.passed.tolist() == [0, 1, 1, 1, 1] + [2] * 7
+    np.testing.assert_allclose(growth.exponent[1:], 0.02, rtol=1e-12)
+    assert np.isnan(growth.exponent[0])
 
 
 def test_edges():

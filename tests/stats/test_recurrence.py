@@ -33,10 +33,10 @@ def instants(states):
 )
 def test_periods_of_the_logistic_map(rate, period):
     states = orbit(logistic(rate), 0.3, 400, skip=20000)
-    found = find_recurrence(states, instants(states))
-    assert found.crossings == period
-    assert found.time == pytest.approx(2.5 * period)
-    assert found.distance <= CLOSED
+    recurrence = find_recurrence(states, instants(states))
+    assert recurrence.crossings == period
+    assert recurrence.time == pytest.approx(2.5 * period)
+    assert recurrence.distance <= CLOSED
 
 
 def test_a_long_period_is_found_and_its_half_is_not():
@@ -76,9 +76,9 @@ def test_a_disturbed_orbit_closes_within_a_distance():
     """The largest of 420 differences of normal deviates times 1.4 is above 5 once in 800 times."""
     random = np.random.default_rng(2)
     states = np.tile(random.normal(size=(7, 3)), (60, 1)) + 1e-4 * random.normal(size=(420, 3))
-    found = find_recurrence(states, instants(states), distance=7e-4, crossings=210)
-    assert (found.crossings, found.since) == (7, 0)
-    assert 4e-4 < found.distance * np.abs(states).max() <= 7e-4
+    recurrence = find_recurrence(states, instants(states), distance=7e-4, crossings=210)
+    assert (recurrence.crossings, recurrence.since) == (7, 0)
+    assert 4e-4 < recurrence.distance * np.abs(states).max() <= 7e-4
     assert find_recurrence(states, instants(states), distance=2e-4, crossings=210) is None
 
 
@@ -106,11 +106,11 @@ def test_all_states_of_the_last_period_must_come_back():
 
 def test_since_tells_when_the_orbit_was_reached():
     states = orbit(logistic(3.2), 0.3, 3000)
-    found = find_recurrence(states, instants(states))
+    recurrence = find_recurrence(states, instants(states))
     size = np.abs(states).max()
     apart = np.abs(states[2:, 0] - states[:-2, 0])
-    assert apart[found.since :].max() <= CLOSED * size < apart[found.since - 1]
-    assert 3 < found.since < 200
+    assert apart[recurrence.since :].max() <= CLOSED * size < apart[recurrence.since - 1]
+    assert 3 < recurrence.since < 200
 
 
 def test_edges():
@@ -128,8 +128,8 @@ def test_an_orbit_approached_from_alternate_sides_has_its_own_period():
     assert (
         np.abs(states[-1] - states[-7]).max() < CLOSED * 8 < np.abs(states[-1] - states[-4]).max()
     )
-    found = find_recurrence(states, 2.0 * number)
-    assert (found.crossings, found.time) == (3, 6.0)
+    recurrence = find_recurrence(states, 2.0 * number)
+    assert (recurrence.crossings, recurrence.time) == (3, 6.0)
 
 
 def test_a_doubled_orbit_keeps_its_period():

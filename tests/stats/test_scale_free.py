@@ -59,11 +59,11 @@ def test_values_that_repeat_within_chains_are_worth_less():
 
 @pytest.mark.thorough
 def test_the_p_value_of_a_power_law_is_uniform_and_that_of_others_is_small():
-    found = [
+    results = [
         scale_free.goodness_of_fit(power_law(-1.47, 60, 400, 300, seed), [60.0], samples=60).p
         for seed in range(30)
     ]
-    assert 0.35 < np.mean(found) < 0.65 and np.mean(np.array(found) < 0.1) < 0.25
+    assert 0.35 < np.mean(results) < 0.65 and np.mean(np.array(results) < 0.1) < 0.25
     exponential = 60 + RNG(3).exponential(60, 1000)
     assert scale_free.goodness_of_fit(exponential, [60.0], samples=60).p == 0
     # so few values could not tell

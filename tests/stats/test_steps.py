@@ -33,8 +33,8 @@ def test_series_are_those_of_a_plain_loop():
     _, rows, _ = exact._series(twin)  # of 40 digits
     terms = [row[: steps.FORCE_ORDER + 1] for row in rows[1:]]
     expected = np.array([[float(exact.real(term)) for term in row] for row in terms]).T
-    found = steps.force_series(positions[None], velocities[None], chain)[:, 0]
-    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
+    forces = steps.force_series(positions[None], velocities[None], chain)[:, 0]
+    np.testing.assert_allclose(forces, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
 
 
 def test_mean_step_is_the_time_of_slip_over_the_number_of_steps():
@@ -50,8 +50,8 @@ def test_mean_step_is_the_time_of_slip_over_the_number_of_steps():
 def test_order_of_the_steps_is_that_of_the_series():
     """x'' = -x in 50 digits by steps of this rule; for long ones the order is half a unit more."""
     with mp.workdps(50):
-        found = [oscillation(mpf(10) ** -exponent, duration=30) for exponent in (24, 28, 32)]
-    errors, lengths = np.array(found, dtype=float).T
+        results = [oscillation(mpf(10) ** -exponent, duration=30) for exponent in (24, 28, 32)]
+    errors, lengths = np.array(results, dtype=float).T
     slopes = np.diff(np.log(errors)) / np.diff(np.log(lengths))
     np.testing.assert_allclose(slopes, steps.FORCE_ORDER + 1, atol=0.2)
 
@@ -78,15 +78,15 @@ def test_tolerance_reaches_the_integrator():
     def run(tolerance):
         return simulate(ChainParameters(2, 20.0), duration=30, method="event", tolerance=tolerance)
 
-    own, same, tight = run(None), run(TOLERANCES["event"]), run(1e-14)
-    assert own.tolerance == same.tolerance == TOLERANCES["event"] and tight.tolerance == 1e-14
-    np.testing.assert_array_equal(own.positions, same.positions)
-    found = [run(tolerance) for tolerance in (1e-1, 1e-3, 1e-5, 1e-7)]
-    errors = [np.abs(each.positions - tight.positions).max() for each in found]
+    chosen, same, tight = run(None), run(TOLERANCES["event"]), run(1e-14)
+    assert chosen.tolerance == same.tolerance == TOLERANCES["event"] and tight.tolerance == 1e-14
+    np.testing.assert_array_equal(chosen.positions, same.positions)
+    printed = [run(tolerance) for tolerance in (1e-1, 1e-3, 1e-5, 1e-7)]
+    errors = [np.abs(one.positions - tight.positions).max() for one in printed]
     assert all(coarse > 20 * fine > 0 for coarse, fine in pairwise(errors))
     lengths = [
-        steps.mean_step(each.positions, each.velocities, each.parameters, each.tolerance)
-        for each in found
+        steps.mean_step(one.positions, one.velocities, one.parameters, one.tolerance)
+        for one in printed
     ]
     exponent = np.diff(np.log(lengths)) / np.log(1e-2)
     assert np.all((exponent > 1 / steps.FORCE_ORDER) & (exponent < 1 / (steps.FORCE_ORDER - 1)))

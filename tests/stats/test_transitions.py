@@ -32,42 +32,47 @@ def test_a_fall_without_scatter_by_hand():
 
 def test_plateaus_reach_from_half_the_lower_edge_to_twice_the_upper_one():
     r = np.select([VELOCITY < 7, VELOCITY < 14.5, VELOCITY <= 29], [0.13, 0.12, 0.02], 0.025)
-    found = find_fall(VELOCITY, r)
-    assert (found.r_high, found.r_low) == (0.12, 0.02)
+    transition = find_fall(VELOCITY, r)
+    assert (transition.r_high, transition.r_low) == (0.12, 0.02)
     assert find_fall(VELOCITY, np.where(VELOCITY < 12, r, 0.02)).r_low == 0.02
 
 
 def test_a_window_of_low_r_before_the_fall_is_no_end_of_it():
     r = np.where((VELOCITY < 21) & ~np.isin(VELOCITY, (13, 14)), 0.12, 0.02)
-    found = find_fall(VELOCITY, r)
-    assert (found.lower, found.upper) == pytest.approx((20.1, 20.9))
+    transition = find_fall(VELOCITY, r)
+    assert (transition.lower, transition.upper) == pytest.approx((20.1, 20.9))
 
 
-@pytest.mark.parametrize(("low", "found"), [(0.05, True), (0.0501, False)])
-def test_a_transition_needs_the_stated_contrast(low, found):
+@pytest.mark.parametrize(("low", "exists"), [(0.05, True), (0.0501, False)])
+def test_a_transition_needs_the_stated_contrast(low, exists):
     r = np.where(VELOCITY < 15.5, 0.1, low)
     result = find_fall(VELOCITY, r)
-    assert result.exists == found and (result.r_high, result.r_low) == (0.1, low)
-    assert np.isnan(result.critical) != found
-    factor = 1.3 if found else 1.29
-    assert find_rise(VELOCITY, np.where(VELOCITY < 9, low, factor * low)).exists == found
+    assert result.exists == exists and (result.r_high, result.r_low) == (0.1, low)
+    assert np.isnan(result.critical) != exists
+    factor = 1.3 if exists else 1.29
+    assert find_rise(VELOCITY, np.where(VELOCITY < 9, low, factor * low)).exists == exists
     assert not find_fall(VELOCITY, 0.01 * VELOCITY).exists
 
 
 @pytest.mark.parametrize("step", [10.5, 30.5])
 def test_a_fall_that_a_window_hides_is_not_found(step):
     """The median over all points is one of the plateaus everywhere."""
-    found = find_fall(VELOCITY, np.where(step > VELOCITY, 0.1, 0.02), window=100.0)
-    assert not found.exists and np.isnan([found.lower, found.upper, found.critical]).all()
-    assert (found.r_high, found.r_low) == (0.1, 0.02)
+    transition = find_fall(VELOCITY, np.where(step > VELOCITY, 0.1, 0.02), window=100.0)
+    assert (
+        not transition.exists
+        and np.isnan([transition.lower, transition.upper, transition.critical]).all()
+    )
+    assert (transition.r_high, transition.r_low) == (0.1, 0.02)
 
 
 def test_a_rise_without_scatter_by_hand():
     r = np.interp(VELOCITY, [10, 20], [1.0, 2.0])
     for repeats in (1, 3):
-        found = find_rise(np.repeat(VELOCITY, repeats), np.repeat(r, repeats))
-        assert (found.r_low, found.r_high) == (1, 2)
-        assert (found.lower, found.critical, found.upper) == pytest.approx((11, 15, 19))
+        transition = find_rise(np.repeat(VELOCITY, repeats), np.repeat(r, repeats))
+        assert (transition.r_low, transition.r_high) == (1, 2)
+        assert (transition.lower, transition.critical, transition.upper) == pytest.approx(
+            (11, 15, 19)
+        )
 
 
 def test_replicates_and_dips_weigh_in_the_monotone_curve():
@@ -131,16 +136,16 @@ def test_a_fall_is_found_among_outliers_in_single_runs(lower, upper):
     r = np.interp(velocity, [lower, upper], [0.13, 0.02]) * RNG(0).normal(1, 0.05, velocity.size)
     r[np.searchsorted(velocity, [5.0, 7.0])] = 0.06
     r[np.searchsorted(velocity, [upper + 3, upper + 4, upper + 5])] = 0.11
-    found = fall(velocity, r)
+    numbers = fall(velocity, r)
     inset = 0.1 * (upper - lower)  # of a straight fall 10 % to 90 % are 80 % of its width
-    assert found["lower"].value == pytest.approx(lower + inset, abs=1.0)
-    assert found["upper"].value == pytest.approx(upper - inset, abs=1.0)
-    assert found["r_high"].value == pytest.approx(0.13, abs=0.01)
-    assert found["r_low"].value == pytest.approx(0.02, abs=0.01)
+    assert numbers["lower"].value == pytest.approx(lower + inset, abs=1.0)
+    assert numbers["upper"].value == pytest.approx(upper - inset, abs=1.0)
+    assert numbers["r_high"].value == pytest.approx(0.13, abs=0.01)
+    assert numbers["r_low"].value == pytest.approx(0.02, abs=0.01)
     # one run a point tells no error, and takes a window
-    assert {(one.low, one.high, one.runs) for one in found.values()} == {(-np.inf, np.inf, 1)}
+    assert {(one.low, one.high, one.runs) for one in numbers.values()} == {(-np.inf, np.inf, 1)}
     window = transitions.SINGLE_RUNS_WINDOW
-    assert found["critical"].value == find_fall(velocity, r, window=window).critical
+    assert numbers["critical"].value == find_fall(velocity, r, window=window).critical
 
 
 # --- estimates ------------------------------------------------------------------------------------
@@ -157,8 +162,8 @@ def test_runs_are_drawn_anew_at_each_place_by_itself(monkeypatch):
     for _ in range(7):
         numbers, drawn = rng.random(r.size), []
         for place in VELOCITY:
-            own = r[noise == place]
-            drawn += [own[int(number * own.size)] for number in numbers[noise == place]]
+            chosen = r[noise == place]
+            drawn += [chosen[int(number * chosen.size)] for number in numbers[noise == place]]
         samples.append(find_rise(noise, np.array(drawn)).r_low)
     expected = estimates.from_resamples(find_rise(noise, r).r_low, np.array(samples), 4)
     order = rng.permutation(r.size)

@@ -33,8 +33,8 @@ def ends(rows):
 
 
 def test_runs_are_grouped_by_orbit():
-    found = catalogue(ends(ENDS))
-    assert [(each.state, each.runs, each.period_events) for each in found] == [
+    attractors = catalogue(ends(ENDS))
+    assert [(one.state, one.runs, one.period_events) for one in attractors] == [
         ("periodic", 3, 18),
         ("equilibrium slip", 2, 0),
         ("irregular", 2, 0),
@@ -42,12 +42,14 @@ def test_runs_are_grouped_by_orbit():
         ("periodic", 1, 18),
         ("periodic", 1, 18),
     ]
-    assert [each.disorder_parameter for each in found[3:]] == [0.05, 0.08, 0.05]
-    first = found[0]
+    assert [one.disorder_parameter for one in attractors[3:]] == [0.05, 0.08, 0.05]
+    first = attractors[0]
     assert first.period_time == pytest.approx(41.047, rel=1e-9) and first.period_returns == 2
     assert first.disorder_parameter == 0.05 and first.mean_length == 301
     assert first.basin == share(3, 10)
-    assert np.isnan(found[1].period_time) and found[1].disorder_parameter == pytest.approx(0.011)
+    assert np.isnan(attractors[1].period_time) and attractors[
+        1
+    ].disorder_parameter == pytest.approx(0.011)
 
 
 def test_a_multiple_of_a_period_is_the_same_orbit():
@@ -58,10 +60,10 @@ def test_a_multiple_of_a_period_is_the_same_orbit():
         ("periodic", 2 * 23.585351 * (1 + 1e-5), 18, 2, 0.0638),  # a doubled period
         ("periodic", 2 * 23.585351, 19, 2, 0.0638),
     ]
-    found = catalogue(ends(rows))
-    assert [(each.runs, each.period_events) for each in found] == [(3, 9), (1, 19), (1, 18)]
-    assert found[0].period_time == pytest.approx(23.585351, rel=1e-7)
-    assert found[0].period_returns == 1
+    attractors = catalogue(ends(rows))
+    assert [(one.runs, one.period_events) for one in attractors] == [(3, 9), (1, 19), (1, 18)]
+    assert attractors[0].period_time == pytest.approx(23.585351, rel=1e-7)
+    assert attractors[0].period_returns == 1
 
 
 def test_the_order_of_the_runs_does_not_matter():
@@ -69,7 +71,7 @@ def test_the_order_of_the_runs_does_not_matter():
     expected = repr(catalogue(ends(ENDS)))
     for _ in range(20):
         order = rng.permutation(len(ENDS))
-        assert repr(catalogue({name: each[order] for name, each in ends(ENDS).items()})) == expected
+        assert repr(catalogue({name: one[order] for name, one in ends(ENDS).items()})) == expected
 
 
 def test_a_catalogue_needs_runs():

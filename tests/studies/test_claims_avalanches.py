@@ -157,14 +157,14 @@ def catalogue(sizes, energies, *, chains=16, n_blocks=2, belt_velocity=3.0, at_o
     Each second avalanche is a slip of the first block alone.
     """
     count = len(sizes)
-    own = np.zeros(count, SLIP)
-    own["point"] = np.repeat(np.arange(chains), count // chains)
-    own["block"], own["start_time"] = n_blocks, 40.0 * np.arange(count)
-    own["stop_time"] = own["start_time"] + 4
-    own["start_position"] = 600 + np.asarray(sizes)
-    own["stop_position"] = 600
-    own["dissipated"] = 0.3 * np.asarray(energies)
-    first, alone = own.copy(), own.copy()
+    chosen = np.zeros(count, SLIP)
+    chosen["point"] = np.repeat(np.arange(chains), count // chains)
+    chosen["block"], chosen["start_time"] = n_blocks, 40.0 * np.arange(count)
+    chosen["stop_time"] = chosen["start_time"] + 4
+    chosen["start_position"] = 600 + np.asarray(sizes)
+    chosen["stop_position"] = 600
+    chosen["dissipated"] = 0.3 * np.asarray(energies)
+    first, alone = chosen.copy(), chosen.copy()
     first["block"] = alone["block"] = 1
     later = 1 if at_once else 4
     first["dissipated"] = 0.7 * np.asarray(energies)
@@ -173,12 +173,12 @@ def catalogue(sizes, energies, *, chains=16, n_blocks=2, belt_velocity=3.0, at_o
             slips[name] += by
     alone["dissipated"] = 900.0
     made = np.zeros(2 * count, AVALANCHE)
-    made["point"] = np.repeat(own["point"], 2)
-    made["start_time"] = np.repeat(own["start_time"], 2) + np.tile([0, 20], count)
+    made["point"] = np.repeat(chosen["point"], 2)
+    made["start_time"] = np.repeat(chosen["start_time"], 2) + np.tile([0, 20], count)
     made["stop_time"] = made["start_time"] + np.tile([4 + later, 4], count)
     made["blocks"] = np.tile([2, 1], count)
     made["dissipated"] = np.column_stack([energies, np.full(count, 900.0)]).ravel()
-    slips = np.sort(np.concatenate([own, first, alone]), order=["point", "start_time"])
+    slips = np.sort(np.concatenate([chosen, first, alone]), order=["point", "start_time"])
     attributes = {"n_blocks": n_blocks, "belt_velocity": belt_velocity}
     return Dataset({"slips": slips, "avalanches": made}, attributes)
 
@@ -261,7 +261,7 @@ def test_the_interval_of_an_exponent_is_that_over_chains():
             measured("slip-size-exponent", reading, slips_u1=made, slips_u1_event=made)
             for made in (catalogue(sizes, sizes), catalogue(mixed, mixed))
         )
-        reach = [np.ptp(each.judged["exponent"].numbers[1:]) for each in (unlike, alike)]
+        reach = [np.ptp(one.judged["exponent"].numbers[1:]) for one in (unlike, alike)]
         assert reach[0] > 2.5 * reach[1], reading
 
 
@@ -394,14 +394,16 @@ def test_samples_are_of_the_last_block_and_of_what_it_takes_part_in():
 # --- blocks that slip together --------------------------------------------------------------------
 
 
-def naive_most_at_once(found, slips):
+def naive_most_at_once(catalogued, slips):
     most = []
-    for one in found:
-        own = slips[slips["point"] == one["point"]]
-        inside = (own["start_time"] >= one["start_time"]) & (own["stop_time"] <= one["stop_time"])
-        own = own[inside]
-        instants = own["start_time"]
-        counts = [((own["start_time"] <= t) & (own["stop_time"] > t)).sum() for t in instants]
+    for avalanche in catalogued:
+        chosen = slips[slips["point"] == avalanche["point"]]
+        inside = (chosen["start_time"] >= avalanche["start_time"]) & (
+            chosen["stop_time"] <= avalanche["stop_time"]
+        )
+        chosen = chosen[inside]
+        instants = chosen["start_time"]
+        counts = [((chosen["start_time"] <= t) & (chosen["stop_time"] > t)).sum() for t in instants]
         most.append(max(counts))
     return np.array(most)
 
@@ -412,13 +414,13 @@ def test_blocks_that_slip_at_one_instant_are_counted_as_by_a_plain_loop():
     slips["point"], slips["block"] = np.repeat([0, 3], 100), rng.integers(1, 5, 200)
     slips["start_time"] = np.repeat(10.0 * np.arange(50), 4) + rng.integers(0, 4, 200)
     slips["stop_time"] = slips["start_time"] + rng.integers(1, 4, 200)
-    found = np.zeros(50, AVALANCHE)
-    found["point"] = np.repeat([0, 3], 25)
-    found["start_time"] = 10.0 * np.arange(50)
-    found["stop_time"] = found["start_time"] + 8
+    result = np.zeros(50, AVALANCHE)
+    result["point"] = np.repeat([0, 3], 25)
+    result["start_time"] = 10.0 * np.arange(50)
+    result["stop_time"] = result["start_time"] + 8
     order = rng.permutation(200)
-    expected = naive_most_at_once(found, slips)
-    assert avalanches.most_at_once(found, slips[order]).tolist() == expected.tolist()
+    expected = naive_most_at_once(result, slips)
+    assert avalanches.most_at_once(result, slips[order]).tolist() == expected.tolist()
     assert len(set(expected)) > 2
 
 

@@ -49,8 +49,8 @@ def test_other_units_are_noticed(monkeypatch):
     ],
 )
 def test_another_spring_law_is_noticed(monkeypatch, change, failing):
-    own = spring.spring_force
-    monkeypatch.setattr(spring, "spring_force", lambda x, chain: change(x, own(x, chain)))
+    chosen = spring.spring_force
+    monkeypatch.setattr(spring, "spring_force", lambda x, chain: change(x, chosen(x, chain)))
     graded = parts("spring-law")
     fails = {name for name, grade in graded.items() if grade == NO}
     assert len(graded) == 7 and fails
@@ -58,10 +58,10 @@ def test_another_spring_law_is_noticed(monkeypatch, change, failing):
 
 
 def test_the_springs_of_a_chain_with_another_scheme_are_noticed(monkeypatch):
-    own = spring.external_force
+    chosen = spring.external_force
 
     def with_(change):
-        monkeypatch.setattr(spring, "external_force", lambda x, c: change(x, own(x, c)))
+        monkeypatch.setattr(spring, "external_force", lambda x, c: change(x, chosen(x, c)))
         return [grade == YES for grade in parts("setup").values()]
 
     assert with_(lambda x, force: force + 1.0) == [0, 0, 0]
@@ -172,8 +172,8 @@ def test_the_smallest_gap_decides_whether_blocks_collide(gap, verdict):
 def test_the_interval_of_the_smallest_value_covers_it():
     rng = np.random.default_rng(7)
     for shape in (1.0, 1.5):  # of the density at the end
-        found = [estimates.smallest(rng.random(20) ** (1 / shape)) for _ in range(400)]
-        covered = np.mean([each.low <= 0 <= each.high for each in found])
+        numbers = [estimates.smallest(rng.random(20) ** (1 / shape)) for _ in range(400)]
+        covered = np.mean([one.low <= 0 <= one.high for one in numbers])
         assert 0.9 <= covered <= 1 and (shape != 1 or covered <= 0.98)
 
 
@@ -184,8 +184,8 @@ def paths(order, *, n_blocks=5, belt_velocity=20.0, starts=8, events=30, scatter
     """Paths by both methods: an error of an order in dt after each event, different by start."""
     rng = np.random.default_rng(1)
     time = 0.5 * np.arange(100)
-    law = {each.name: getattr(ChainParameters(n_blocks, belt_velocity), each.name)
-           for each in fields(ChainParameters)}  # fmt: skip
+    law = {field.name: getattr(ChainParameters(n_blocks, belt_velocity), field.name)
+           for field in fields(ChainParameters)}  # fmt: skip
     kinds = [("point", "i4"), ("time", "f8"), ("block", "i4"), ("kind", "U5")]
 
     def dataset(steps, errors):

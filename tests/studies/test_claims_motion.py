@@ -320,8 +320,8 @@ def test_runs_that_settle_count_beside_the_motions():
     Runs of the spread of the map are left out, whose starts are its own.
     """
     few, u = beyond("p" * 30, "p" * 90), np.linspace(18, 41, 60)
-    own = settled([CLEAR] * 60, u=u, spread=1.0)
-    calm = joined(settled([100.0] * 60, u=u), own)
+    chosen = settled([CLEAR] * 60, u=u, spread=1.0)
+    calm = joined(settled([100.0] * 60, u=u), chosen)
     assert grades("no-permanent-chaos", "robust", motion_map=few, survival=calm)[""] == YES
     name = "chaotic, u = 18 to 41"
     lifetimes = [CLEAR] * 20 + [100.0] * 40

@@ -22,10 +22,10 @@ def with_r(first, second, *, scatter=0.0005, noise=2.2):
     """Runs with these r near u = 12 and 15.3 at a noise, and another far from them."""
     made = replicates(dict.fromkeys((0.0, 0.5, 1.0, 2.2, 5.0), 30.0))
     arrays, rng = made.arrays, np.random.default_rng(3)
-    u, own = arrays["belt_velocity"], arrays["noise"] == noise
+    u, chosen = arrays["belt_velocity"], arrays["noise"] == noise
     arrays["disorder_parameter"][:] = 9.0
     for places, value in (((12,), first), ((15, 15.5), second)):
-        near = own & np.isin(u, places)
+        near = chosen & np.isin(u, places)
         arrays["disorder_parameter"][near] = value + scatter * rng.standard_normal(near.sum())
     return {"n5_replicates": made}
 

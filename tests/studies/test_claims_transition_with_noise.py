@@ -75,8 +75,8 @@ def test_the_scatter_of_r_is_compared_run_by_run():
     ],
 )
 def test_u_c_of_sigma(critical, verdicts):
-    found = both("uc-of-sigma", **runs(critical))
-    assert found == verdicts or (critical[2.2] == 15.0 and found == (NO, IN_PART))
+    result = both("uc-of-sigma", **runs(critical))
+    assert result == verdicts or (critical[2.2] == 15.0 and result == (NO, IN_PART))
 
 
 @pytest.mark.parametrize(
@@ -219,9 +219,9 @@ def columns(centre, width, *, high=0.13):
     points, disorder = [], []
     for u in (18.0, 20.0, 22.0, 25.0, 30.0, 35.0, 40.0):
         noise = np.repeat(np.arange(0, 10.01, 0.5), 8)
-        points += [(u, each) for each in noise]
-        own = rising(noise, centre(u), width(u), high=high)
-        disorder += list(own + 0.001 * rng.standard_normal(noise.size))
+        points += [(u, one) for one in noise]
+        chosen = rising(noise, centre(u), width(u), high=high)
+        disorder += list(chosen + 0.001 * rng.standard_normal(noise.size))
     return {"n5_columns": table(points, disorder)}
 
 

@@ -33,7 +33,7 @@ def gaussian(runs=4000, recordings=(1.0, 2.0), seed=3):
 
 def test_the_posterior_of_a_gaussian_mean_is_known():
     recorded, tolerance = Recorded([0.6, -1.2], [True, True]), 0.2
-    found = posterior(gaussian(), recorded, tolerance)
+    answer = posterior(gaussian(), recorded, tolerance)
     likelihood = np.prod(
         [
             stats.norm.cdf(x + tolerance, LEVELS, s) - stats.norm.cdf(x - tolerance, LEVELS, s)
@@ -41,15 +41,15 @@ def test_the_posterior_of_a_gaussian_mean_is_known():
         ],
         axis=0,
     )
-    known = likelihood / likelihood.sum()
-    np.testing.assert_allclose(found.marginal("mean"), known, atol=0.025)
-    np.testing.assert_allclose(found.marginal("idle"), 1 / 3, atol=0.03)
-    assert found.evidence == pytest.approx(likelihood.mean(), rel=0.03)
-    assert found.probability.sum() == pytest.approx(1)
-    np.testing.assert_allclose(found.marginal("mean", "idle"), found.probability)
+    expected = likelihood / likelihood.sum()
+    np.testing.assert_allclose(answer.marginal("mean"), expected, atol=0.025)
+    np.testing.assert_allclose(answer.marginal("idle"), 1 / 3, atol=0.03)
+    assert answer.evidence == pytest.approx(likelihood.mean(), rel=0.03)
+    assert answer.probability.sum() == pytest.approx(1)
+    np.testing.assert_allclose(answer.marginal("mean", "idle"), answer.probability)
     # the held-out probability of agreement is the mean likelihood under the posterior
     fresh = inference.held_out(gaussian(), recorded, tolerance)
-    assert fresh == pytest.approx((known * likelihood).sum(), rel=0.05)
+    assert fresh == pytest.approx((expected * likelihood).sum(), rel=0.05)
 
 
 def test_the_feature_must_show_as_recorded():
@@ -70,9 +70,9 @@ def test_trials_can_be_left_out():
     half = np.zeros(simulated.shown.shape, dtype=bool)
     half[..., ::2] = True
     left = posterior(simulated, recorded, 1.0, without=half)
-    own = posterior(simulated.part(slice(1, None, 2)), recorded, 1.0)
-    np.testing.assert_allclose(left.probability, own.probability)
-    assert left.evidence == pytest.approx(own.evidence) and left.agreed == own.agreed
+    chosen = posterior(simulated.part(slice(1, None, 2)), recorded, 1.0)
+    np.testing.assert_allclose(left.probability, chosen.probability)
+    assert left.evidence == pytest.approx(chosen.evidence) and left.agreed == chosen.agreed
 
 
 def test_shares_are_averaged_over_neighbouring_levels():
@@ -109,9 +109,9 @@ def test_credible_sets_cover_the_truth_as_often_as_they_say():
 
 def test_quantiles_under_the_posterior():
     simulated = gaussian()
-    found = posterior(simulated, Recorded([1.0, 1.0], [True, True]), 0.2)
-    mean = (found.marginal("mean") * LEVELS).sum()
-    lower, median, upper = inference.predicted(found, simulated.summary[0], (0.16, 0.5, 0.84))
+    answer = posterior(simulated, Recorded([1.0, 1.0], [True, True]), 0.2)
+    mean = (answer.marginal("mean") * LEVELS).sum()
+    lower, median, upper = inference.predicted(answer, simulated.summary[0], (0.16, 0.5, 0.84))
     assert median == pytest.approx(mean, abs=0.1) and upper - lower > 2.0
 
 
@@ -146,15 +146,17 @@ def grid(velocities, noises=(1.0, 2.0), ratios=(0.4, 0.45, 0.5), runs=3):
 def test_trials_at_speeds_in_the_ratio_of_the_recordings_are_pairs():
     first = observations.EXPERIMENT[0].belt_velocity
     velocities = first * np.array([1.0, 14 / 11, (14 / 11) ** 2, 1.1])
-    found = observations.on_grid(grid(velocities))
-    np.testing.assert_allclose(found.levels["speed_factor"], [1, 14 / 11])
-    assert found.summary.shape == (2, 2, 3, 2, 3) and found.runs == 3
+    simulated = observations.on_grid(grid(velocities))
+    np.testing.assert_allclose(simulated.levels["speed_factor"], [1, 14 / 11])
+    assert simulated.summary.shape == (2, 2, 3, 2, 3) and simulated.runs == 3
     for recording, shift in ((0, 1.0), (1, 14 / 11)):
-        u = first * shift * found.levels["speed_factor"]
+        u = first * shift * simulated.levels["speed_factor"]
         expected = 2.0 + 10 * 0.5 + 0.01 * u
-        np.testing.assert_allclose(found.summary[recording, 1, 2].min(axis=-1), expected)
+        np.testing.assert_allclose(simulated.summary[recording, 1, 2].min(axis=-1), expected)
     # 60 s are 784.6 model units at the first speed, 200 at the second
-    assert found.shown[0, 0, 0].all(axis=-1).tolist() == [True, True] and found.shown[1].all()
+    assert (
+        simulated.shown[0, 0, 0].all(axis=-1).tolist() == [True, True] and simulated.shown[1].all()
+    )
 
 
 def test_what_is_no_grid_is_refused():
@@ -177,7 +179,6 @@ def test_a_trial_agrees_in_r_and_in_both_regimes():
         "lively_longest": np.array([2000.0, 2000, 2000, 2000, 1500, 300]),
     }
     assert observations.agrees(first, arrays).tolist() == [1, 1, 0, 0, 0, 0]
-    assert observations.agrees(first, arrays, 0.12).tolist() == [1, 1, 1, 0, 0, 0]
     assert observations.agrees(second, arrays).tolist() == [0, 0, 0, 0, 0, 1]
     assert observations.alternates(arrays).all()
     assert first.belt_velocity == pytest.approx(12.0176, abs=1e-3)

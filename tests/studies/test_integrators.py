@@ -230,8 +230,8 @@ def test_overall_tests_have_the_stated_rate():
 
     together = [family() for _ in range(60)]
     for name in ("chi2_p", "uniform_p"):
-        assert stats.kstest([each[name] for each in together], "uniform").pvalue > 1e-3
-    scores = np.array([each["shift"] / each["shift_error"] for each in together])
+        assert stats.kstest([one[name] for one in together], "uniform").pvalue > 1e-3
+    scores = np.array([one["shift"] / one["shift_error"] for one in together])
     assert abs(scores.mean()) < 0.6 and 0.6 < scores.std() < 1.5
 
 
@@ -403,7 +403,7 @@ def test_order_in_the_step_is_found_from_tolerances(order):
 
 def test_steps_are_those_of_the_scheme_or_those_that_the_tolerance_allows():
     chain = {"n_blocks": 2, "belt_velocity": 20.0}
-    law = {name: QUANTITIES[name].default for name in ("noise", *(each.name for each in LAW))}
+    law = {name: QUANTITIES[name].default for name in ("noise", *(one.name for one in LAW))}
     runs = {name: np.full(3, value) for name, value in (chain | law).items()}
     time = np.linspace(0, 40, 201)[:, None]
     positions = np.array([50.0, 100.0]) + 10 * np.sin(time)
@@ -565,10 +565,10 @@ def test_families_are_judged_each_by_itself():
 
     rows = [row(0.01, 0.5), row(0.02, 0.001), row(0.9, 0.9, runs=7), row(np.nan, np.nan)]
     judged = integrators.judge([*rows, row(0.04, 0.02, quantity="other")])
-    assert [each["corrected_p"] for each in judged[:3]] == pytest.approx([0.03, 0.04, 0.9])
+    assert [one["corrected_p"] for one in judged[:3]] == pytest.approx([0.03, 0.04, 0.9])
     assert judged[4]["corrected_p"] == 0.04  # a family of its own
     verdicts = [samples.DIFFER, samples.CLOSE, samples.AGREE, samples.UNKNOWN, samples.DIFFER]
-    assert [each["verdict"] for each in judged] == verdicts
+    assert [one["verdict"] for one in judged] == verdicts
     first, second = integrators.summarise(judged)
     assert (first["part"], first["quantity"], first["time_step"]) == ("a", "q", None)
     assert (first["points"], first["runs"], first["test"]) == (4, 7, "KS")

@@ -99,23 +99,23 @@ def test_what_a_figure_shows_is_what_the_claims_say(name):
     figure = made.draw(name, {used: data[used] for used in SHOWING[name].uses})
     drawn = {}
     for artist, key, names in marks.marked(figure):
-        found = estimates_of(key, data)
-        values = [found[each].value for each in names]
+        numbers = estimates_of(key, data)
+        values = [numbers[one].value for one in names]
         assert np.isfinite(values).all() and shows(artist, values), (key, names, values)
         drawn.setdefault(key, set()).update(names)
     declared = SHOWING[name].shows
     assert set(drawn) == set(declared)
     for key, patterns in declared.items():
-        for each in drawn[key]:
-            assert any(fnmatchcase(each, pattern) for pattern in patterns), (key, each)
+        for one in drawn[key]:
+            assert any(fnmatchcase(one, pattern) for pattern in patterns), (key, one)
         for pattern in patterns:
-            assert any(fnmatchcase(each, pattern) for each in drawn[key]), (key, pattern)
+            assert any(fnmatchcase(one, pattern) for one in drawn[key]), (key, pattern)
 
 
 def test_a_wrong_number_is_noticed():
     figure = made.draw("fig12", data_for("fig12"))
     for artist, key, names in marks.marked(figure):
-        values = [estimates_of(key, data_for("fig12"))[each].value for each in names]
+        values = [estimates_of(key, data_for("fig12"))[name].value for name in names]
         assert shows(artist, values)
         for index in range(len(values)):
             wrong = [value + 0.11 * (place == index) for place, value in enumerate(values)]

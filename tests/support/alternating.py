@@ -16,7 +16,7 @@ HOW = {
     "seed": 1,
     "code_version": "0.0+gabc",
 }
-SPEEDS = np.array([each.belt_velocity for each in EXPERIMENT])
+SPEEDS = np.array([recording.belt_velocity for recording in EXPERIMENT])
 NOISES = (0.5, 1.0, 2.0, 4.0)
 RATIOS = (0.45, 0.6)
 FITTING = 0.6  # friction ratio at which trials agree with both recordings, at their speeds
@@ -78,7 +78,7 @@ def experiments(best, *, runs):
     noises = np.array([0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0])
     points = np.array([(s, u) for s in noises for u in SPEEDS for _ in range(runs)])
     noise, velocity = points.T
-    first, second = (each.disorder_parameter for each in EXPERIMENT)
+    first, second = (one.disorder_parameter for one in EXPERIMENT)
     agreeing = np.isin(noise, best)
     printed = np.where(velocity == SPEEDS[0], first, second)
     arrays = {

@@ -216,12 +216,12 @@ class _Step:
 
     def first_event(self, end):
         """Share of the step at the first event, and the event; `end` and None if none is before."""
-        found = [
+        results = [
             (root, event)
             for *event, function in self._event_functions()
             if (root := first_root(function)) <= end
         ]
-        return min(found) if found else (end, None)
+        return min(results) if results else (end, None)
 
     def _event_functions(self):
         """(event, block or spring, new direction or branch, coefficients) of all of them."""

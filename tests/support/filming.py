@@ -62,7 +62,7 @@ class OtherRenderer:
             colour = (225, 240, 245) if white else (20, 15, 35)
             self._bar(middle - 0.02, middle + 0.02, -0.04, 0.04, colour)
         for centre, radius in (((0.3, 0.02), 0.012), ((0.72, -0.06), 0.01)):
-            place = [round(self.FINE * each) for each in self.pixels(*centre)]
+            place = [round(self.FINE * pixel) for pixel in self.pixels(*centre)]
             cv2.circle(self._canvas, place, round(self.FINE * radius / self.SCALE), (255,) * 3, -1)
         return cv2.resize(self._canvas, self.SIZE, interpolation=cv2.INTER_AREA)
 

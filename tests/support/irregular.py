@@ -94,7 +94,7 @@ def motion(*, runs=8, transient=2e5, seed=12, **levels):
     irregular = rng.exponential(mean_lifetime(n, u)) > transient
     value = np.where(irregular, exponent(n, u), 0) + 1e-5 * rng.standard_normal(n.size)
     regular = np.where(u > 30, "equilibrium slip", "periodic")
-    found = {
+    results = {
         "state": np.where(irregular, np.where(value > 1e-4, "chaotic", "transient"), regular),
         "period_time": np.where(irregular, np.nan, 100.0),
         "period_events": np.where(irregular, 0, 50),
@@ -104,7 +104,7 @@ def motion(*, runs=8, transient=2e5, seed=12, **levels):
         "disorder_parameter": np.full(n.size, 0.1),
         "mean_length": 60.0 * n,
     }
-    return Dataset(columns | found, HOW | {"kind": "motion", "transient": transient})
+    return Dataset(columns | results, HOW | {"kind": "motion", "transient": transient})
 
 
 def separation(*, distances=(1e-12, 1e-6), seed=13, runs=12, **levels):
@@ -121,5 +121,5 @@ def separation(*, distances=(1e-12, 1e-6), seed=13, runs=12, **levels):
         "distances": np.array(distances),
         "passage_time": np.where(late, np.nan, time),
     }
-    told = {"kind": "separation", "duration": 6000.0, "transient": 1000.0}
-    return Dataset(arrays, HOW | told)
+    options = {"kind": "separation", "duration": 6000.0, "transient": 1000.0}
+    return Dataset(arrays, HOW | options)

@@ -86,22 +86,22 @@ def scan_of_laws(belt_velocity, disorder, *, replicates=8, labels=None, noise=0.
     rng = np.random.default_rng(0)
     u = np.repeat(np.asarray(belt_velocity, dtype=float), replicates)
     transient, duration = 1e5, 2e5
-    named = [labels(each) if labels else "chaotic" for each in u]
+    named = [labels(one) if labels else "chaotic" for one in u]
     cycle = {"periodic": np.tile([5.0, 9.0], 50), "continuous": np.full(100, np.nan)}
-    velocity = [cycle.get(each, -1.0) for each in named]
+    velocity = [cycle.get(one, -1.0) for one in named]
     irregular = _irregular(u.size)
     arrays = columns(
         n_blocks=np.full(u.size, n_blocks),
         noise=noise,
         belt_velocity=u,
         replicate=np.tile(np.arange(1, replicates + 1), u.size // replicates),
-        disorder_parameter=[disorder(each, rng) for each in u],
+        disorder_parameter=[disorder(one, rng) for one in u],
         laminar_fraction=0.0,
         laminar_count=0,
-        last_stick_time=[0.0 if each == "continuous" else duration for each in named],
+        last_stick_time=[0.0 if one == "continuous" else duration for one in named],
     )
     arrays["section_velocity"] = np.array(
-        [own if np.ndim(own) else other for own, other in zip(velocity, irregular, strict=True)]
+        [item if np.ndim(item) else other for item, other in zip(velocity, irregular, strict=True)]
     )
     return Dataset(arrays, {"transient": transient, "duration": duration})
 
@@ -171,8 +171,8 @@ def replicates(
     rng = np.random.default_rng(seed)
     u, noise, replicate = points.T
     of = {
-        name: np.array([each.get(s, 0.0) if isinstance(each, dict) else each for s in noise])
-        for name, each in {"critical": critical, "width": width, "scatter": scatter}.items()
+        name: np.array([one.get(s, 0.0) if isinstance(one, dict) else one for s in noise])
+        for name, one in {"critical": critical, "width": width, "scatter": scatter}.items()
     }
     disorder = falling(u, of["critical"], of["width"])
     disorder = disorder * (1 + of["scatter"] / HIGH * rng.standard_normal(u.size))
@@ -181,7 +181,7 @@ def replicates(
     velocity = np.where(periodic[:, None], -20.0, rng.uniform(-60, 0, (u.size, 100)))
     alternating = np.zeros(u.size, dtype=bool)
     if laminar is not None:
-        alternating = rng.random(u.size) < [laminar(*each) for each in points[:, :2]]
+        alternating = rng.random(u.size) < [laminar(*one) for one in points[:, :2]]
     arrays = {
         "n_blocks": np.full(u.size, 5),
         "belt_velocity": u,
@@ -241,7 +241,7 @@ def settled(
 def joined(*datasets):
     """Datasets of one duration as one."""
     arrays = {
-        name: np.concatenate([each.arrays[name] for each in datasets])
+        name: np.concatenate([dataset.arrays[name] for dataset in datasets])
         for name in datasets[0].arrays
     }
     return Dataset(arrays, datasets[0].attributes)
@@ -249,10 +249,10 @@ def joined(*datasets):
 
 def motion_map(letters, *, u=None, duration=CLEAR, returns=500, disorder=0.1):
     """Runs by number of blocks: a letter for each motion, at u = 1, 2, ... if not given."""
-    velocity = [np.arange(1.0, len(own) + 1) if u is None else u for own in letters.values()]
+    velocity = [np.arange(1.0, len(one) + 1) if u is None else u for one in letters.values()]
     size = sum(map(len, letters.values()))
     arrays = {
-        "n_blocks": np.repeat(list(letters), [len(own) for own in letters.values()]),
+        "n_blocks": np.repeat(list(letters), [len(one) for one in letters.values()]),
         "belt_velocity": np.concatenate(velocity),
         "state": np.array([NAMES[letter] for letter in "".join(letters.values())]),
         "period_returns": np.resize(returns, size),
@@ -275,7 +275,7 @@ def scan(
             return np.repeat(values, replicates, axis=0)
         return np.broadcast_to(values, (size, *values.shape[1:])) if not values.ndim else values
 
-    given = {"n_blocks": n_blocks, "noise": noise, "disorder_parameter": disorder, **others}
-    arrays = {name: each(values) for name, values in given.items()}
+    passed = {"n_blocks": n_blocks, "noise": noise, "disorder_parameter": disorder, **others}
+    arrays = {name: each(values) for name, values in passed.items()}
     arrays |= {"belt_velocity": belt_velocity, "method": np.full(size, method)}
     return Dataset(arrays, {"transient": transient, "duration": duration})

@@ -63,8 +63,8 @@ def _measurement(criterion, wanted, index, place):
         grade = wanted if wanted != "in part" else ("no", "yes")[number > 0]
         lenient = bounds(criterion.lenient.get(name, allowed))
         judged[name] = _estimate(grade, bounds(allowed), lenient, index + 10 * place, 8 + index)
-    told = {name: sure(0.5) for name in names_in(criterion.found) if name not in judged}
-    return Measurement(judged, told | {f"also {index}": sure(-index)}, f"note {index}")
+    besides = {name: sure(0.5) for name in names_in(criterion.found) if name not in judged}
+    return Measurement(judged, besides | {f"also {index}": sure(-index)}, f"note {index}")
 
 
 def _estimate(grade, allowed, lenient, index, runs):

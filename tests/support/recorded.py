@@ -117,7 +117,7 @@ def recordings(*, seconds=1000.0, calm=(400.0, 520.0)):
         "belt_028": run(0.28, 1.0, seconds=seconds, calm=calm, seed=2),
         "belt_035": run(0.35, 2.2, seconds=seconds, calm=calm, seed=3),
     }
-    made = runs | {f"{name}_track": track(each) for name, each in runs.items()}
+    made = runs | {f"{name}_track": track(one) for name, one in runs.items()}
     for stage in ("tracker", "lens", "sensor"):
         made[f"stage_{stage}_track"] = cut(made["belt_028_track"], 720)
     return made | {"belt_028_film": film(runs["belt_028"])}
@@ -125,5 +125,5 @@ def recordings(*, seconds=1000.0, calm=(400.0, 520.0)):
 
 def cut(of, count):
     """The first places of a track."""
-    columns = (each[:count] for each in (of.time_s, of.x_m, of.error_m))
+    columns = (one[:count] for one in (of.time_s, of.x_m, of.error_m))
     return Track(*columns, metres_per_pixel=PIXEL, angle=0.7, lost_s=np.empty((0, 2)))

@@ -38,8 +38,8 @@ def _server() -> subprocess.Popen:
 
 def _serve() -> None:
     """Answer each line of the input with the exit status of that call."""
-    for each in ("h5py", "jsonschema", "numpy", "snakemake.cli", "yte"):
-        __import__(each)
+    for one in ("h5py", "jsonschema", "numpy", "snakemake.cli", "yte"):
+        __import__(one)
     assert "beltrepro" not in sys.modules
     for line in iter(sys.stdin.readline, ""):
         child = os.fork()

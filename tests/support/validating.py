@@ -40,8 +40,8 @@ def main(crate: Path, *options: str) -> int:
         cache = Path(place) / "cache"
         fill(cache)
         command = [Path(sys.executable).with_name("rocrate-validator"), "--no-interactive"]
-        told = ["--offline", "--cache-path", cache, "--profile-identifier", PROFILE]
-        return subprocess.run([*command, "validate", *told, *options, crate]).returncode
+        settings = ["--offline", "--cache-path", cache, "--profile-identifier", PROFILE]
+        return subprocess.run([*command, "validate", *settings, *options, crate]).returncode
 
 
 if __name__ == "__main__":

@@ -109,8 +109,8 @@ def test_every_change_is_dated_and_says_what_had_been_seen():
 
 def test_the_datasets_that_claims_need_are_in_the_configuration():
     config = yaml.safe_load(CONFIG.read_text())
-    known = set(config["datasets"]) | {f"{film}_track" for film in config["films"]}
-    assert {name for claim in LEDGER.values() for name in claim.needs} <= known
+    expected = set(config["datasets"]) | {f"{film}_track" for film in config["films"]}
+    assert {name for claim in LEDGER.values() for name in claim.needs} <= expected
 
 
 def test_what_is_true_by_construction_is_marked():

@@ -106,20 +106,18 @@ def smallest(samples: Sequence[float] | np.ndarray) -> Estimate:
     return Estimate(value, value - float(reach), value, samples.size)
 
 
-def share(
-    count: int, runs: int, still_open: int = 0, *, confidence: float = CONFIDENCE
-) -> Estimate:
+def share(count: int, runs: int, still_open: int = 0) -> Estimate:
     """Share of independent runs, with the exact interval.
 
     The interval is that of Clopper and Pearson (Biometrika 26, 404, 1934). It holds for few runs
-    and for shares of 0 and 1 too. Each end is wrong in at most half of 1 - confidence of all cases.
+    and for shares of 0 and 1 too. Each end is wrong in at most half of 1 - CONFIDENCE of all cases.
 
     still_open : runs of which it is not known; the interval covers both that none and that all of
     them have the property, its value is that none has.
     """
     require(runs > 0, "no runs, 1 is needed")
     least, most = (
-        scipy.stats.binomtest(having, int(runs)).proportion_ci(confidence, method="exact")
+        scipy.stats.binomtest(having, int(runs)).proportion_ci(CONFIDENCE, method="exact")
         for having in (int(count), int(count + still_open))
     )
     return Estimate(count / runs, float(least.low), float(most.high), int(runs), int(still_open))

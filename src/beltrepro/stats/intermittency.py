@@ -15,18 +15,17 @@ def intermittent_mask(
     *,
     low: float = LAMINAR_SHARE[0],
     high: float = LAMINAR_SHARE[1],
-    minimum_phases: int = MINIMUM_PHASES,
 ) -> np.ndarray:
     """Which points of a scan are intermittent, by a criterion of ours: the paper gives none.
 
     A laminar phase is an interval longer than `laminar_time` in which the last block does not
     stick. A point is intermittent when laminar phases take between `low` and `high` of the time
-    after the transient and there are at least `minimum_phases` of them (so that a single escape
+    after the transient and there are at least MINIMUM_PHASES of them (so that a single escape
     from a transient does not count).
     """
     share = np.asarray(points["laminar_fraction"], dtype=float)
     count = np.asarray(points["laminar_count"])
-    return (share >= low) & (share <= high) & (count >= minimum_phases)
+    return (share >= low) & (share <= high) & (count >= MINIMUM_PHASES)
 
 
 def laminar_phases(

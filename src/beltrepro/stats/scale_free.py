@@ -50,9 +50,10 @@ def fit_law(mean_log: float, low: float, high: float) -> Law:
         mean = terms @ share
         return np.array([mean - wanted]), np.array([[(terms * share) @ terms - mean**2]])
 
-    inside = bool(np.log(low) < mean_log < np.log(high))
-    best = scipy.optimize.root(slope, np.zeros(1), jac=True) if inside else None
-    require(best is not None and best.success, "all values lie at one end of the range")
+    at_one_end = "all values lie at one end of the range"
+    require(bool(np.log(low) < mean_log < np.log(high)), at_one_end)
+    best = scipy.optimize.root(slope, np.zeros(1), jac=True)
+    require(best.success, at_one_end)
     return Law(float(best.x[0] / scale), float(low), float(high))
 
 

@@ -96,10 +96,10 @@ def occupied_share(
     return float(np.searchsorted(filled, mass * values.size) + 1) / bins
 
 
-def zero_one_test(values: npt.ArrayLike, *, n_frequencies: int = 60, seed: int = 0) -> float:
+def zero_one_test(values: npt.ArrayLike) -> float:
     """0-1 test for chaos (Gottwald and Melbourne 2009): K near 1 for chaos, 0 for regular motion.
 
-    The values drive a walk in the plane for each of n_frequencies random frequencies; K is the
+    The values drive a walk in the plane for each of 60 random frequencies; K is the
     median correlation of its mean-square displacement, oscillating term removed, with time.
     """
     values = _crossings(values)
@@ -107,7 +107,7 @@ def zero_one_test(values: npt.ArrayLike, *, n_frequencies: int = 60, seed: int =
     values = values - values.mean()
     if np.std(values) == 0:
         return 0.0
-    frequencies = np.random.default_rng(seed).uniform(np.pi / 5, 4 * np.pi / 5, n_frequencies)
+    frequencies = np.random.default_rng(0).uniform(np.pi / 5, 4 * np.pi / 5, 60)
     phase = np.exp(1j * np.outer(frequencies, np.arange(1, values.size + 1)))
     walk = np.cumsum(values * phase, axis=1)
     lags = np.arange(1, values.size // 10 + 1)

@@ -30,23 +30,18 @@ def power_spectrum(
 
 
 def fit_power_law(
-    frequency: npt.ArrayLike,
-    power: npt.ArrayLike,
-    *,
-    low: float,
-    high: float,
-    bins_per_decade: int = 10,
+    frequency: npt.ArrayLike, power: npt.ArrayLike, *, low: float, high: float
 ) -> PowerLawFit:
     """S(nu) = prefactor * nu**exponent for low <= nu <= high.
 
-    The spectrum is averaged in bins of equal width in log nu first, so that each decade counts
+    The spectrum is averaged in ten bins a decade first, so that each decade counts
     alike and the logarithm of a noisy periodogram does not bias the level; the line through the
     bins is unweighted.
     """
     frequency, power = np.asarray(frequency, dtype=float), np.asarray(power, dtype=float)
     used = (frequency >= low) & (frequency <= high)
     require(used.any(), f"no frequency between {low:.3g} and {high:.3g}")
-    place = np.floor(np.log10(frequency[used]) * bins_per_decade).astype(int)
+    place = np.floor(np.log10(frequency[used]) * 10).astype(int)
     _, place, count = np.unique(place, return_inverse=True, return_counts=True)
     centre = np.exp(np.bincount(place, np.log(frequency[used])) / count)
     mean = np.bincount(place, power[used]) / count

@@ -59,7 +59,6 @@ def kaplan_meier(
     ended: npt.ArrayLike,
     *,
     horizon: float = np.inf,
-    confidence: float = CONFIDENCE,
 ) -> SurvivalCurve:
     """Share of runs that are still irregular, against time, with censoring.
 
@@ -69,8 +68,8 @@ def kaplan_meier(
     """
     lifetime, ended = _between(0.0, horizon, lifetime, ended)
     curve = scipy.stats.ecdf(_censored(lifetime, ended)).sf
-    lower, upper = _band(curve, confidence)
-    whole, none = (share(count, ended.size, confidence=confidence) for count in (ended.size, 0))
+    lower, upper = _band(curve)
+    whole, none = (share(count, ended.size) for count in (ended.size, 0))
     left = curve.probabilities
     lower = np.select([left == 1, left == 0], [whole.low, none.low], lower)
     upper = np.select([left == 1, left == 0], [whole.high, none.high], upper)
@@ -82,11 +81,11 @@ def kaplan_meier(
     )
 
 
-def _band(curve: Any, confidence: float) -> tuple[np.ndarray, np.ndarray]:
+def _band(curve: Any) -> tuple[np.ndarray, np.ndarray]:
     """Confidence band of an estimate by scipy; NaN, without a warning, where it is 0 or 1."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "The confidence interval is undefined", RuntimeWarning)
-        band = curve.confidence_interval(confidence, method="log-log")
+        band = curve.confidence_interval(CONFIDENCE, method="log-log")
     return band.low.probabilities, band.high.probabilities
 
 
@@ -105,11 +104,6 @@ class MeanLifetime:
     runs: int  # runs that were irregular at the start
     time: float  # time under observation, the sum over these runs
 
-    @property
-    def error(self) -> float:
-        """Standard error of the mean for many ends; inf without one."""
-        return self.mean / float(np.sqrt(self.ended)) if self.ended else np.inf
-
 
 def mean_lifetime(
     lifetime: npt.ArrayLike,
@@ -117,20 +111,19 @@ def mean_lifetime(
     *,
     start: float = 0.0,
     horizon: float = np.inf,
-    confidence: float = CONFIDENCE,
 ) -> MeanLifetime:
     """Mean of exponential lifetimes, by maximum likelihood with censoring.
 
     With n ends in a total time T, the interval is 2T / chi2(2n + 2) to 2T / chi2(2n), at the
     quantiles of each side. It is the exact interval of the rate of a Poisson process (Garwood,
     Biometrika 28, 437, 1936), on the clock of the time under observation. Each end is wrong in at
-    most half of 1 - confidence of all cases, whatever the number of runs. The lower limit is exact
+    most half of 1 - CONFIDENCE of all cases, whatever the number of runs. The lower limit is exact
     without an end, the upper one where all runs ended.
     """
     time, late = _between(start, horizon, lifetime, ended)
     require(time.size, f"no run is irregular at t = {start:.6g}, 1 is needed")
     count, total = int(late.sum()), float(time.sum())
-    tail = (1 - confidence) / 2
+    tail = (1 - CONFIDENCE) / 2
     return MeanLifetime(
         mean=total / count if count else np.inf,
         lower=2 * total / float(scipy.stats.chi2.isf(tail, 2 * count + 2)),
@@ -146,8 +139,6 @@ def mean_of_ended(
     ended: npt.ArrayLike,
     *,
     horizon: float,
-    start: float = 0.0,
-    confidence: float = CONFIDENCE,
 ) -> MeanLifetime:
     """Mean of exponential lifetimes from the runs alone that ended by the horizon.
 
@@ -157,10 +148,10 @@ def mean_of_ended(
     Its rate is that of the greatest likelihood; the interval is where twice the logarithm of the
     ratio of likelihoods is below the quantile of chi2 with one degree of freedom.
     """
-    time, late = _between(start, horizon, lifetime, ended)
-    ends, window = time[late], horizon - start
+    time, late = _between(0.0, horizon, lifetime, ended)
+    ends = time[late]
     require(ends.size >= MINIMUM_ENDS, f"{ends.size} runs ended, {MINIMUM_ENDS} are needed")
-    share = float(ends.mean()) / window
+    share = float(ends.mean()) / horizon
     smallest = 1e-6  # rate times window that is as good as none
     most = 2 / share  # a cut-off makes the mean smaller
     best = (
@@ -168,16 +159,16 @@ def mean_of_ended(
         if share >= _mean_up_to_one(smallest)
         else _root(lambda rate: _mean_up_to_one(rate) - share, smallest, most)
     )
-    least = _log_likelihood(best, share) - scipy.stats.chi2.ppf(confidence, 1) / (2 * ends.size)
+    least = _log_likelihood(best, share) - scipy.stats.chi2.ppf(CONFIDENCE, 1) / (2 * ends.size)
     excess = partial(_log_likelihood, mean=share, above=least)
     most = 2 * max(best, 1.0)
     while excess(most) > 0:
         most *= 2
     slowest = 0.0 if excess(smallest) > 0 else _root(excess, smallest, best)
     return MeanLifetime(
-        mean=window / best if best > smallest else np.inf,
-        lower=window / _root(excess, best, most),
-        upper=window / slowest if slowest else np.inf,
+        mean=horizon / best if best > smallest else np.inf,
+        lower=horizon / _root(excess, best, most),
+        upper=horizon / slowest if slowest else np.inf,
         ended=ends.size,
         runs=time.size,
         time=float(ends.sum()),

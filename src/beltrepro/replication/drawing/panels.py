@@ -107,11 +107,10 @@ def shortage_on(axes, **where):
 # --- ranges, enlarged parts, spectra --------------------------------------------------------------
 
 
-def make_room(axes, *, above=0.0, below=0.0):
-    """Widen the y range, without more ticks, so that the data leave these shares of it free."""
+def make_room(axes, *, above):
+    """Widen the y range, without more ticks, so that the data leave this share of it free."""
     low, high = axes.get_ylim()
-    height = (high - low) / (1 - above - below)
-    wider = low - below * height, high + above * height
+    wider = low, high + above * ((high - low) / (1 - above))
     axes.set_ylim(wider)
     axes.set_yticks([tick for tick in axes.get_yticks() if low <= tick <= high])
     axes.set_ylim(wider)
@@ -215,7 +214,7 @@ def legend_within(axes, **words):
         axes.legend(**({"loc": "best"} | words))
 
 
-def band_diagram(axes, row, *, colour=style.BLUE, label=None, size=1.6):
+def band_diagram(axes, row, *, colour=style.BLUE, size):
     """v_N at the section against u, a dot for each crossing."""
     velocities = np.asarray(row["section_velocity"], dtype=float)
     crossed = np.isfinite(velocities)
@@ -233,7 +232,6 @@ def band_diagram(axes, row, *, colour=style.BLUE, label=None, size=1.6):
         markeredgewidth=0,
         color=colour,
         alpha=np.clip(0.7 / crowd, 0.4, 0.9),
-        label=label,
         rasterized=abscissa.size > _RASTER_FROM,
     )
 

@@ -89,8 +89,8 @@ def simulation_jobs(plan: Plan) -> list[Job]:
     return sorted([*first, *added], key=lambda job: job.cost_class)
 
 
-def draw(jobs: list[Job], seed: int, one_in: int = ONE_IN) -> list[Job]:
-    """One in `one_in` jobs of every class, at least one, with chances proportional to their work.
+def draw(jobs: list[Job], seed: int) -> list[Job]:
+    """One in ONE_IN jobs of every class, at least one, with chances proportional to their work.
 
     The jobs of a class are laid end to end, as long as their work, and taken at equal distances
     from a random start: so the sample follows the order of the jobs, in which neighbours cost
@@ -102,7 +102,7 @@ def draw(jobs: list[Job], seed: int, one_in: int = ONE_IN) -> list[Job]:
     for _, group in itertools.groupby(jobs, key=lambda job: job.cost_class):
         members = list(group)
         work = np.array([job.work for job in members])
-        count = math.ceil(len(members) / one_in)
+        count = math.ceil(len(members) / ONE_IN)
         drawn += [members[number] for number in _chosen(work, count, stream)]
     return drawn
 

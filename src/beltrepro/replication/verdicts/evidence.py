@@ -161,17 +161,17 @@ class Evidence:
         """Shortest laminar phase, from the configuration."""
         return float(self.settings["defaults"]["laminar_time"])
 
-    def row(self, n_blocks: int, noise: float, *, scan: str | None = None, settled=True) -> Cut:
+    def row(self, n_blocks: int, noise: float, *, scan: str | None = None) -> Cut:
         """The row of a number of blocks and a noise, from the first scan that has it.
 
-        settled : refuse runs whose discarded transient is shorter than SETTLED_TRANSIENT.
+        Runs whose discarded transient is shorter than SETTLED_TRANSIENT are refused.
         """
         for name in (scan,) if scan else SCANS_WITH_ROWS:
             if self.has(name):
                 cut = self._cut(name, n_blocks=n_blocks, noise=noise)
                 if len(cut.belt_velocity):
                     self.dataset(name)
-                    return _settled(cut, name) if settled else cut
+                    return _settled(cut, name)
         place = scan if scan else "any scan of this preset"
         raise NotEnoughDataError(f"no row with N = {n_blocks}, sigma = {noise:g} in {place}")
 
@@ -192,12 +192,12 @@ class Evidence:
             f"no independent runs with N = {n_blocks}, sigma = {noise:g} in {place}"
         )
 
-    def column(self, scan: str, n_blocks: int, belt_velocity: float, *, settled=True) -> Cut:
+    def column(self, scan: str, n_blocks: int, belt_velocity: float) -> Cut:
         """The column of a number of blocks and a belt velocity in a scan."""
         self.dataset(scan)
         cut = self._cut(scan, n_blocks=n_blocks, belt_velocity=belt_velocity)
         require(len(cut.noise), f"no column with N = {n_blocks}, u = {belt_velocity:g} in {scan}")
-        return _settled(cut, scan) if settled else cut
+        return _settled(cut, scan)
 
     def values(self, scan: str, name: str) -> np.ndarray:
         """Distinct values of an array of a scan, e.g. the noise levels."""
@@ -209,22 +209,14 @@ class Evidence:
         cut = Cut(dataset.arrays, *_lengths(dataset))
         return _settled(cut, scan) if settled else cut
 
-    def laminar_phases(self, name: str, *, shortest=0.0, laminar_time: float | None = None):
-        """Laminar phases of a series after its transient: ((L, 2) begin and end, length of series).
-
-        shortest : refuse a series shorter than this after its transient.
-        laminar_time : length that a phase must exceed; that of the configuration if not given.
-        """
+    def laminar_phases(self, name: str) -> np.ndarray:
+        """Laminar phases (L, 2) of a series after its transient: begin and end."""
         dataset = self.dataset(name)
         transient, duration = _lengths(dataset)
-        length = duration - transient
-        require(length >= shortest, f"{name} covers {length:g}, {shortest:g} are needed")
         slips, sticks = last_block_events(dataset)
-        least = self.laminar_time if laminar_time is None else laminar_time
-        phases = intermittency.laminar_phases(
-            slips["time"], sticks["time"], least, start=transient, stop=duration
+        return intermittency.laminar_phases(
+            slips["time"], sticks["time"], self.laminar_time, start=transient, stop=duration
         )
-        return phases, length
 
     def _cut(self, scan, **where) -> Cut:
         key = (scan, *where.items())

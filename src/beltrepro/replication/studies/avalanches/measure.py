@@ -250,21 +250,17 @@ def density_error(
 
 
 def falling_range(
-    centre: np.ndarray,
-    density: np.ndarray,
-    count: np.ndarray,
-    *,
-    minimum_count: int = MINIMUM_COUNT,
+    centre: np.ndarray, density: np.ndarray, count: np.ndarray
 ) -> tuple[float, float]:
     """Range of the falling part of a density: the fit range used for Fig. 9, stated as a rule.
 
     From the bin of the largest density to the last bin of the unbroken run of bins that follow it
-    with at least `minimum_count` values.
+    with at least MINIMUM_COUNT values.
     """
     top = int(np.argmax(density))
-    sparse = np.flatnonzero(count[top:] < minimum_count)
+    sparse = np.flatnonzero(count[top:] < MINIMUM_COUNT)
     end = top + sparse[0] - 1 if sparse.size else len(count) - 1
-    require(end > top, f"no bin after the most probable one holds {minimum_count} values")
+    require(end > top, f"no bin after the most probable one holds {MINIMUM_COUNT} values")
     return float(centre[top]), float(centre[end])
 
 

@@ -215,15 +215,13 @@ def assigned_share_before(levels: np.ndarray) -> float:
     return between(levels, np.full(levels.size, 1 / levels.size), observations.ASSIGNED)
 
 
-def posterior_of_assigned(
-    simulated: inference.Simulated, answer: inference.Posterior, tolerance: float = TOLERANCE
-) -> Estimate:
+def posterior_of_assigned(simulated: inference.Simulated, answer: inference.Posterior) -> Estimate:
     """`assigned_share` with its interval; the trials of each combination are drawn anew."""
     rng = np.random.default_rng(0)
     resampled = []
     for _ in range(estimates.RESAMPLES):
         try:
-            drawn = inference.posterior(simulated.drawn_anew(rng), RECORDED, tolerance)
+            drawn = inference.posterior(simulated.drawn_anew(rng), RECORDED, TOLERANCE)
             resampled.append(assigned_share(drawn))
         except NotEnoughDataError:
             resampled.append(np.nan)

@@ -54,12 +54,10 @@ def shows(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.ndar
     return (lasting >= observation.lasting_s) & (lively >= observation.lively_s)
 
 
-def agrees(
-    observation: Observation, arrays: Mapping[str, np.ndarray], tolerance: float = TOLERANCE
-) -> np.ndarray:
+def agrees(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
     """Which trials agree with a recording: in r, and in showing its regimes."""
     distance = np.abs(np.log(arrays["disorder_parameter"] / observation.disorder_parameter))
-    return (distance <= tolerance) & shows(observation, arrays)
+    return (distance <= TOLERANCE) & shows(observation, arrays)
 
 
 def at_speed(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.ndarray:

@@ -47,7 +47,7 @@ def spectra(evidence, *names):
     laminar, chaotic = [], []
     for name in names:
         run = evidence.dataset(name)
-        phases, _ = evidence.laminar_phases(name)
+        phases = evidence.laminar_phases(name)
         laminar += _spectra(run, phases)
         chaotic += _spectra(run, np.column_stack([phases[:-1, 1], phases[1:, 0]]))
     fewest = min(len(laminar), len(chaotic))
