@@ -153,7 +153,8 @@ def test_values_in_words():
         ("{count x}", Estimate(1.0, 0.8, 1.0, 13), "all of 13"),
         ("{count x}", Estimate(0.0, 0.0, 0.7, 13, 4), "none of 13 (4 of them open)"),
         ("{count x}", sure(0.5), "50 %"),
-        ("{x}", absent(), "a value that cannot be told"),
+        ("{x}", Estimate(4740.0, 947.0, 12345.0, 8), "4,740 (947 to 12,300)"),
+        ("{value x}", sure(-2.5e-5), "-2.5e-05"),
         ("{value x}", Estimate(2.7, math.nan, math.nan, 8), "2.7"),
         ("{x}", Estimate(2.7, math.nan, math.nan, 8), "2.7 (error not known)"),
     ],
@@ -163,6 +164,13 @@ def test_a_sentence_takes_its_numbers(place, estimate, words):
     numbers = {"x": estimate, "other, N = 5": sure(3)}
     assert criteria.sentence(template, numbers) == f"Of {words} and 3."
     assert criteria.names_in(template) == ["x", "other, N = 5"]
+
+
+def test_in_place_of_a_sentence_without_its_number_stands_what_was_not_found():
+    template = "It is {a}, not {b}. Above σ = 1. {value a} or {b}, says {value b}. Then {a}."
+    numbers = {"a": sure(2), "b": absent(8)}
+    assert criteria.sentence(template, numbers) == "Above σ = 1. Then 2. Not found: b."
+    assert criteria.sentence("{a}, {b}.", {"a": absent(), "b": absent()}) == "Not found: a; b."
 
 
 # --- readings -------------------------------------------------------------------------------------

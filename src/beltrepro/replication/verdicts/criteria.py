@@ -19,6 +19,7 @@ ANSWER = (
     *("", "_found", "_reading", "_tried", "_how", "_criterion", "_because", "_reason", "_runs"),
 )
 _PLACE = re.compile(r"\{(?:(count|value|percent) )?([^{}]+)\}")
+_NEXT_SENTENCE = re.compile(r"(?<=\.) +(?=[A-Z{])")
 
 
 @dataclass(frozen=True)
@@ -120,7 +121,7 @@ def _grade(estimate: Estimate, strict: tuple[float, float], lenient: tuple[float
 def _reason(grade: str, estimate: Estimate, allowed: Any) -> str:
     if math.isnan(estimate.value):
         return "not found"
-    if grade == OPEN and estimate.runs == 1:
+    if grade == OPEN and estimate.runs == 1 and math.isinf(estimate.low):
         return f"{estimate.value:.3g} in one run, whose error is not known"
     if grade == OPEN and estimate.still_open:
         longer = f"{estimate.still_open} of {estimate.runs} runs must be longer to tell"
@@ -136,8 +137,18 @@ def sentence(template: str, numbers: dict[str, Estimate]) -> str:
 
     `{name}` is a number with its interval, `{value name}` the number alone, `{percent name}` a
     share in percent, `{count name}` a share of runs as a count: "none of 13".
+
+    In place of a sentence with a number that was not found stands what was not found.
     """
-    return _PLACE.sub(lambda place: _in_words(numbers[place[2]], place[1]), template)
+    told, missing = [], []
+    for part in _NEXT_SENTENCE.split(template):
+        absent = [name for name in names_in(part) if math.isnan(numbers[name].value)]
+        missing += absent
+        if not absent:
+            told.append(_PLACE.sub(lambda place: _in_words(numbers[place[2]], place[1]), part))
+    if missing:
+        told.append(f"Not found: {'; '.join(dict.fromkeys(missing))}.")
+    return " ".join(told)
 
 
 def names_in(template: str) -> list[str]:
@@ -147,8 +158,6 @@ def names_in(template: str) -> list[str]:
 
 def _in_words(estimate: Estimate, form: str) -> str:
     value, low, high, runs = *estimate.numbers, estimate.runs
-    if math.isnan(value):
-        return "a value that cannot be told"
     if form == "count" and runs:
         number = round(value * runs)
         text = f"{'none' if number == 0 else 'all' if number == runs else number} of {runs}"
@@ -157,7 +166,12 @@ def _in_words(estimate: Estimate, form: str) -> str:
         text = f"{100 * value:.3g} %"
         exact = low == high or math.isnan(low) or math.isnan(high)
         return text if exact else f"{text} ({100 * low:.3g} to {100 * high:.3g} %)"
-    return f"{value:.3g}" if form == "value" else estimate.words
+    return _without_powers(f"{value:.3g}" if form == "value" else estimate.words)
+
+
+def _without_powers(text: str) -> str:
+    """Numbers from a thousand to ten million without powers of ten: 4,740 for 4.74e+03."""
+    return re.sub(r"\d(\.\d+)?e\+0[3-6]", lambda number: f"{float(number[0]):,.0f}", text)
 
 
 def bounds(allowed: Any) -> tuple[float, float]:

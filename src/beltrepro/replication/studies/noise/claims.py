@@ -9,7 +9,7 @@ from beltrepro.model.units import to_si
 from beltrepro.replication.studies.noise import laminar, measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.stats.estimates import difference, mean, ratio, share_of, slope
+from beltrepro.stats.estimates import absent, difference, mean, ratio, share_of, slope
 
 N_BLOCKS = 5
 RUNS = "n5_replicates"
@@ -198,9 +198,8 @@ def r_map(evidence):
         for level in np.unique(table.noise)
     ]
     last = weak & (u >= 42)
-    beyond = {}
-    if last.any():
-        beyond["r > 0.1 at u >= 42, sigma <= 2"] = share_of(disorder[last] > 0.1)
+    large = share_of(disorder[last] > 0.1) if last.any() else absent()
+    beyond = {"r > 0.1 at u >= 42, sigma <= 2": large}
     return Measurement(
         {
             "difference from independent runs": measure.distance(table, evidence.table(RUNS)),
