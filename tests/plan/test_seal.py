@@ -61,14 +61,14 @@ def flip(path, bit):
 
 def outcomes(path, bits, expected, whole):
     """What becomes of the file with one of these bits flipped: each outcome and its bits."""
-    found = {}
+    bits_by_outcome = {}
     with path.open("r+b") as file:
         for bit in bits:
             place, byte = bit // 8, os.pread(file.fileno(), 1, bit // 8)
             os.pwrite(file.fileno(), bytes([byte[0] ^ 1 << bit % 8]), place)
-            found.setdefault(damages.outcome(path, expected, whole), []).append(bit)
+            bits_by_outcome.setdefault(damages.outcome(path, expected, whole), []).append(bit)
             os.pwrite(file.fileno(), byte, place)
-    return found
+    return bits_by_outcome
 
 
 def killed(*spec):
@@ -105,8 +105,8 @@ def test_no_flipped_bit_reaches_the_library(made, copy):
     end = 8 * (len(content) - seal.LENGTH)
     heap = 8 * content.index(b"GCOL")
     bits = sorted({*range(0, end, 31), *range(heap, heap + 8 * 4096, 7)})
-    found = damages.by_itself(outcomes, path, bits, expected, whole)
-    assert found == {"refused": bits}
+    outcome = damages.by_itself(outcomes, path, bits, expected, whole)
+    assert outcome == {"refused": bits}
 
 
 def test_a_bit_that_kills_the_library_is_one_line(copy, made):
@@ -132,17 +132,17 @@ def test_a_flipped_bit_of_the_trailer_is_refused_or_harmless(copy, made):
     first = 8 * (len(content) - seal.LENGTH)
     digits = first + 8 * len(seal.MARKER)
     harmless, refused = range(first, digits, 11), range(digits, 8 * len(content))
-    found = damages.by_itself(outcomes, path, [*harmless, *refused], expected, made[0])
-    assert found == {"harmless": [*harmless], "refused": [*refused]}
+    outcome = damages.by_itself(outcomes, path, [*harmless, *refused], expected, made[0])
+    assert outcome == {"harmless": [*harmless], "refused": [*refused]}
 
 
 def test_a_cut_trailer_is_refused_or_harmless(copy, made):
     path, content, expected = copy
     for cut in (1, 20, 63, 64, 65, 70, seal.LENGTH, seal.LENGTH + 1, seal.LENGTH + 8):
         path.write_bytes(content[:-cut])
-        found = damages.by_itself(damages.outcome, path, expected, made[0])
+        outcome = damages.by_itself(damages.outcome, path, expected, made[0])
         harmless = 64 < cut <= seal.LENGTH  # a part of the marker is left
-        assert found == ("harmless" if harmless else "refused"), cut
+        assert outcome == ("harmless" if harmless else "refused"), cut
 
 
 @pytest.mark.parametrize("more", [b"\0", b"x" * seal.LENGTH])

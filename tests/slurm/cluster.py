@@ -146,15 +146,15 @@ class Cluster:
 
     def job_processes(self):
         """Processes of jobs: those in whose environment stand this cluster and a job, and steps."""
-        found = []
+        numbers = []
         for entry in Path("/proc").glob("[0-9]*"):
             with contextlib.suppress(OSError):
                 variables = (entry / "environ").read_bytes().split(b"\0")
                 ours = f"{MARK}={self.folder}".encode() in variables
                 step = (entry / "comm").read_text().startswith("slurmstepd")
                 if ours and (step or any(v.startswith(b"SLURM_JOB_ID=") for v in variables)):
-                    found.append(int(entry.name))
-        return found
+                    numbers.append(int(entry.name))
+        return numbers
 
     def ask(self, *command, timeout=60):
         """What a command of Slurm prints."""

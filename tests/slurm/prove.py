@@ -117,23 +117,23 @@ class Trouble(threading.Thread):
 
 def contents(results):
     """Bytes of all arrays, tables and pictures of a run, by name."""
-    found = {}
+    contents = {}
     for path in sorted(results.glob("datasets/*.h5")):
         with h5py.File(path) as file:
 
             def keep(name, item, path=path):
                 if isinstance(item, h5py.Dataset):
                     value = item[()]
-                    found[f"{path.name}:{name}"] = getattr(value, "tobytes", lambda v=value: v)()
+                    contents[f"{path.name}:{name}"] = getattr(value, "tobytes", lambda v=value: v)()
 
             file.visititems(keep)
     for path in [*results.glob("*.csv"), *results.glob("experiment/*.csv")]:
-        found[str(path.relative_to(results))] = path.read_bytes()
+        contents[str(path.relative_to(results))] = path.read_bytes()
     for path in sorted(results.glob("figures/*.png")):
         # its pixels: the words in a figure name the run, which is another
         with Image.open(path) as image:
-            found[str(path.relative_to(results))] = image.tobytes()
-    return found
+            contents[str(path.relative_to(results))] = image.tobytes()
+    return contents
 
 
 def compare(one, other):

@@ -161,11 +161,11 @@ def run(results: Path, flow: Workflow) -> tuple[Counter, list[str]]:
                     inputs.check(path, expected)
                     continue
                 damage(path, other)
-                found = by_itself(outcome, path, expected, whole)
-                counts[whole.suffix, damage.__name__, found.partition(":")[0]] += 1
+                result = by_itself(outcome, path, expected, whole)
+                counts[whole.suffix, damage.__name__, result.partition(":")[0]] += 1
                 good = ("refused", "harmless") if damage.__name__ == "flipped" else ("refused",)
-                if found not in good:
-                    wrong.append(f"{name}, {damage.__name__}: {found}")
+                if result not in good:
+                    wrong.append(f"{name}, {damage.__name__}: {result}")
     return counts, wrong
 
 
@@ -173,8 +173,8 @@ def main(results: str) -> int:
     folder = Path(results)
     config = load_config(ROOT / "config.yaml") | {"preset": "smoke", "run": folder.name}
     counts, wrong = run(folder, Workflow(config))
-    for (suffix, damage, found), count in sorted(counts.items()):
-        print(f"{suffix:5} {damage:17} {found:9} {count:4}")
+    for (suffix, damage, result), count in sorted(counts.items()):
+        print(f"{suffix:5} {damage:17} {result:9} {count:4}")
     print("\n".join(wrong) or f"{counts.total()} damages: none was taken for whole")
     return bool(wrong)
 

@@ -100,9 +100,11 @@ def main(archive: Path) -> Outcome:
 
 
 if __name__ == "__main__":
-    found = main(Path(sys.argv[1]))
-    print(f"jobs: {found.jobs}")
-    print(f"figures: {len(found.same_bits)} of the same bits, {len(found.same_pixels)} PNG of the")
-    print(f"same pixels, others: {', '.join(found.other) or 'none'}")
-    print(f"report the same but for times: {found.same_report}")
-    sys.exit(bool(found.jobs["simulate"] or found.other))
+    comparison = main(Path(sys.argv[1]))
+    print(f"jobs: {comparison.jobs}")
+    print(
+        f"figures: {len(comparison.same_bits)} of the same bits, {len(comparison.same_pixels)} PNG of the"
+    )
+    print(f"same pixels, others: {', '.join(comparison.other) or 'none'}")
+    print(f"report the same but for times: {comparison.same_report}")
+    sys.exit(bool(comparison.jobs["simulate"] or comparison.other))
