@@ -100,11 +100,10 @@ def main(archive: Path) -> Outcome:
 
 
 if __name__ == "__main__":
-    comparison = main(Path(sys.argv[1]))
-    print(f"jobs: {comparison.jobs}")
-    print(
-        f"figures: {len(comparison.same_bits)} of the same bits, {len(comparison.same_pixels)} PNG of the"
-    )
-    print(f"same pixels, others: {', '.join(comparison.other) or 'none'}")
-    print(f"report the same but for times: {comparison.same_report}")
-    sys.exit(bool(comparison.jobs["simulate"] or comparison.other))
+    unpacked = main(Path(sys.argv[1]))
+    print(f"jobs: {unpacked.jobs}")
+    alike = f"{len(unpacked.same_bits)} of the same bits, {len(unpacked.same_pixels)} PNG"
+    print(f"figures: {alike} of the")
+    print(f"same pixels, others: {', '.join(unpacked.other) or 'none'}")
+    print(f"report the same but for times: {unpacked.same_report}")
+    sys.exit(bool(unpacked.jobs["simulate"] or unpacked.other))
