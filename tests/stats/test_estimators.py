@@ -528,6 +528,9 @@ def test_states_near_an_earlier_one_are_repeated():
     np.testing.assert_array_equal(sections.repeated(states), np.arange(21) >= 7)
     assert not sections.repeated(states, near=1e-5).any()
     assert sections.repeated(np.empty((0, 4))).shape == (0,)
+    # near is a part of the widest range, not of the distance between columns
+    apart = np.column_stack([np.linspace(0, 1, 21), np.full(21, 1e6)])
+    assert not sections.repeated(apart, near=0.01).any()
 
 
 def test_new_states_are_apart_and_all_others_near_one_of_them():
