@@ -189,3 +189,9 @@ def test_intervals_hold_the_true_share_as_often_as_they_say(runs):
 )
 def test_words_name_what_is_known(numbers, words):
     assert estimates.Estimate(*numbers).words == words
+
+
+def test_numbers_that_are_no_matter_of_chance_rest_on_no_runs():
+    some = Estimate(1.0, 0.5, 1.5, 8), Estimate(1.0, 0.5, 1.5, 5), estimates.sure(2)
+    assert estimates.fewest(*some) == 5
+    assert estimates.fewest(estimates.sure(1), estimates.sure(2)) is None
