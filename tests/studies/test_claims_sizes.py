@@ -9,6 +9,7 @@ from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.sizes import measure
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
+from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import estimates
 from made_up import CLEAR, SHORT, both, grades, measured, motion_map, scan
 
@@ -315,8 +316,6 @@ def test_the_scatter_of_the_runs_is_no_effect_of_noise():
 
 
 def _row(made, chosen):
-    from beltrepro.replication.verdicts.evidence import Cut
-
     return Cut({name: values[chosen] for name, values in made.arrays.items()}, 2e5, 1e6)
 
 

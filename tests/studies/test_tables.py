@@ -61,6 +61,7 @@ def replicates(n_blocks, noises, falls):
     place = np.array([falls(*point[:3]) for point in grid])
     arrays = {"n_blocks": n.astype(int), "noise": noise, "replicate": replicate.astype(int)}
     arrays |= {"belt_velocity": u, "disorder_parameter": np.where(u < place, 0.12, 0.01)}
+    arrays["last_stick_time"] = np.full(u.size, 2e4)
     return Dataset(arrays, {"transient": 1e4, "duration": 2e4})
 
 

@@ -275,7 +275,8 @@ def scan(
             return np.repeat(values, replicates, axis=0)
         return np.broadcast_to(values, (size, *values.shape[1:])) if not values.ndim else values
 
-    passed = {"n_blocks": n_blocks, "noise": noise, "disorder_parameter": disorder, **others}
+    passed = {"n_blocks": n_blocks, "noise": noise, "disorder_parameter": disorder}
+    passed |= {"last_stick_time": float(duration), **others}
     arrays = {name: each(values) for name, values in passed.items()}
     arrays |= {"belt_velocity": belt_velocity, "method": np.full(size, method)}
     return Dataset(arrays, {"transient": transient, "duration": duration})

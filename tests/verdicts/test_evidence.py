@@ -16,8 +16,9 @@ def scan():
     noise = np.repeat([0.0, 1.5], U.size)
     u, n_blocks = np.tile(U, 2), np.full(2 * U.size, 5)
     disorder = np.where(u < np.where(noise > 0, 25, 12), 0.1, 0.01)
-    names = ("belt_velocity", "noise", "n_blocks", "disorder_parameter")
-    arrays = dict(zip(names, (u, noise, n_blocks, disorder), strict=True))
+    names = ("belt_velocity", "noise", "n_blocks", "disorder_parameter", "last_stick_time")
+    stuck = np.full(u.size, 3e4)
+    arrays = dict(zip(names, (u, noise, n_blocks, disorder, stuck), strict=True))
     arrays = {name: values[order] for name, values in arrays.items()}
     return Dataset(arrays, {"transient": 1e4, "duration": 3e4})
 

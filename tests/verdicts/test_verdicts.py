@@ -151,7 +151,7 @@ def test_values_in_words():
         ("{count x}", Estimate(0.0, 0.0, 0.2, 13), "none of 13"),
         ("{count x}", Estimate(5 / 13, 0.1, 0.7, 13), "5 of 13"),
         ("{count x}", Estimate(1.0, 0.8, 1.0, 13), "all of 13"),
-        ("{count x}", Estimate(0.0, 0.0, 0.7, 13, 4), "none of 13 (4 of them open)"),
+        ("{count x}", Estimate(0.0, 0.0, 0.7, 13, 4), "none so far of 13"),
         ("{count x}", sure(0.5), "50 %"),
         ("{x}", Estimate(4740.0, 947.0, 12345.0, 8), "4,740 (947 to 12,300)"),
         ("{value x}", sure(-2.5e-5), "-2.5e-05"),

@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from beltrepro.base.errors import NotEnoughDataError, require
+from beltrepro.base.errors import require
 from beltrepro.stats import estimates, transitions
 from beltrepro.stats.estimates import Estimate
 
@@ -62,6 +62,11 @@ class Row:
         u, r = transitions.in_order(belt_velocity, disorder)
         return cls(u, r[np.lexsort((r, u))], *np.unique(u, return_index=True, return_counts=True))
 
+    @property
+    def runs(self) -> int:
+        """Runs at half of the places, at least: where outliers are left out one may remain."""
+        return int(np.median(self.count))
+
     def mean(self, values: np.ndarray) -> np.ndarray:
         """Mean over the runs at each place."""
         return np.add.reduceat(values, self.first) / self.count
@@ -78,7 +83,6 @@ class Fit:
     after: np.ndarray
     on_high: np.ndarray  # of these, the runs on the branch of that side
     on_low: np.ndarray
-    plateaus: tuple[float, float]  # median of r on either branch
     may_jump: bool  # a fall sharper than the grid is as good
     may_go_on: bool  # a fall wider than the row is as good
 
@@ -97,7 +101,7 @@ def fall(belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, Est
     row = Row.of(belt_velocity, disorder)
     if row.count.max(initial=0) == 1:
         return transitions.fall(row.u, row.r)
-    fit, runs = _fit(row), int(row.count.min())
+    fit, runs = _fit(row), row.runs
     nothing = dict.fromkeys((*transitions.QUANTITIES, "dispersion"), estimates.absent(runs))
     if fit is None:
         return nothing
@@ -109,28 +113,6 @@ def fall(belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, Est
     return {
         name: _open_ends(name, quantity, fit) for name, quantity in quantities.items()
     } | numbers
-
-
-def shift(
-    first: tuple[npt.ArrayLike, npt.ArrayLike], second: tuple[npt.ArrayLike, npt.ArrayLike]
-) -> dict[str, Estimate]:
-    """How much further the first of two rows (u, r) falls, and how much wider: first minus second.
-
-    Runs of the two may share their starts: that they were drawn apart is assumed, which makes the
-    interval no narrower than it is.
-    """
-    rows = [Row.of(*row) for row in (first, second)]
-    one, other = (_quantities(_falling(row)) for row in rows)
-    order = np.random.default_rng(1).permutation(DRAWS)
-    runs = min(int(row.count.min()) for row in rows)
-    return {name: _of_draws(one[name] - other[name][order], runs) for name in one}
-
-
-def _falling(row: Row) -> Fit:
-    fit = _fit(row)
-    if fit is None:
-        raise NotEnoughDataError("r falls nowhere along u")
-    return fit
 
 
 def _quantities(fit: Fit) -> dict[str, np.ndarray]:
@@ -168,9 +150,9 @@ def _plateau_estimates(row: Row, high: np.ndarray, low: np.ndarray) -> dict[str,
     }
     samples["contrast"] = samples["r_high"] / samples["r_low"]
     values["contrast"] = values["r_high"] / values["r_low"]
-    runs = max(int(row.count.min()), 2)
     return {
-        name: estimates.from_resamples(value, samples[name], runs) for name, value in values.items()
+        name: estimates.from_resamples(value, samples[name], max(row.runs, 2))
+        for name, value in values.items()
     }
 
 
@@ -225,7 +207,6 @@ def _fit(row: Row) -> Fit | None:
         after,
         on_high,
         on_low,
-        (float(r_high), float(r_low)),
         bool(posterior.of_scale[0] > AS_LIKELY * posterior.of_scale.max()),
         bool(posterior.of_scale[-1] > AS_LIKELY * posterior.of_scale.max()),
     )

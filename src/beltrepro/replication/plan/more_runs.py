@@ -13,11 +13,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from beltrepro.replication.plan.points import Point
-
-LEVEL = 0.95
+from beltrepro.stats import estimates
 
 
 class MoreRuns(NamedTuple):
@@ -49,11 +47,11 @@ def rows(points: Sequence[Point], along: str) -> list[list[Point]]:
 
 
 def half_width(values: np.ndarray) -> float:
-    """Half the width of the 95 % interval of the mean of independent values, as Student has it."""
+    """Half the width of the 95 % interval of the mean of independent values (`estimates.mean`)."""
     if not len(values) > 1 or not np.all(np.isfinite(values)):
         return math.inf
-    quantile = scipy.special.stdtrit(len(values) - 1, (1 + LEVEL) / 2)
-    return float(quantile * np.std(values, ddof=1) / math.sqrt(len(values)))
+    mean = estimates.mean(values)
+    return mean.high - mean.value
 
 
 def wanted(

@@ -66,16 +66,16 @@ def measure(datasets: dict, settings: dict) -> Measured:
     for claim in load_ledger().values():
         evidence.start(claim)
         readings = _readings(evidence, claim)
-        judged = {name: _answer(criterion, readings) for name, criterion in claim.criteria.items()}
-        rows.append(_row(claim, judged, readings, evidence.used))
-        estimates += _estimates(claim, judged, readings)
+        answers = {name: _judged(criterion, readings) for name, criterion in claim.criteria.items()}
+        rows.append(_row(claim, answers, evidence.used))
+        estimates += _estimates(claim, answers, readings)
     return Measured(
         pd.DataFrame(rows, columns=list(COLUMNS)),
         pd.DataFrame(estimates, columns=list(ESTIMATE_COLUMNS)),
     )
 
 
-class Answer(NamedTuple):
+class Judged(NamedTuple):
     """A criterion, and what it makes of its reading."""
 
     criterion: Criterion
@@ -115,24 +115,19 @@ def _readings(evidence: Evidence, claim: Claim) -> dict[str, Measurement | str]:
     return {name: tried(reading) for name, reading in measured.items()}
 
 
-def _answer(criterion: Criterion, readings: dict[str, Measurement | str]) -> Answer:
+def _judged(criterion: Criterion, readings: dict[str, Measurement | str]) -> Judged:
     """Verdict of the reading that a criterion names, or of the first."""
     name = criterion.reading or next(iter(readings))
     if isinstance(readings.get(""), str):
         name = ""  # no reading at all could be measured
     measurement = readings[name]
     if isinstance(measurement, str) and not criterion.untestable:
-        return Answer(criterion, name, Measurement(), Judgement(OPEN, reason=measurement))
+        return Judged(criterion, name, Measurement(), Judgement(OPEN, reason=measurement))
     measurement = Measurement() if isinstance(measurement, str) else measurement
-    return Answer(criterion, name, measurement, criteria.judge(criterion, measurement))
+    return Judged(criterion, name, measurement, criteria.judge(criterion, measurement))
 
 
-def _row(
-    claim: Claim,
-    answers: dict[str, Answer],
-    readings: dict[str, Measurement | str],
-    used: list[str],
-) -> dict[str, str]:
+def _row(claim: Claim, answers: dict[str, Judged], used: list[str]) -> dict[str, str]:
     notes = (answer.measurement.note for answer in answers.values())
     row = {
         "id": claim.id,
@@ -156,7 +151,7 @@ def _row(
 
 
 def _estimates(
-    claim: Claim, answers: dict[str, Answer], readings: dict[str, Measurement | str]
+    claim: Claim, answers: dict[str, Judged], readings: dict[str, Measurement | str]
 ) -> Iterator[dict[str, object]]:
     """A row for each number of each reading; two where the questions have different ranges."""
     first = next(iter(readings))

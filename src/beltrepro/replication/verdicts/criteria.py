@@ -136,19 +136,20 @@ def sentence(template: str, numbers: dict[str, Estimate]) -> str:
     """A sentence of the ledger with its numbers.
 
     `{name}` is a number with its interval, `{value name}` the number alone, `{percent name}` a
-    share in percent, `{count name}` a share of runs as a count: "none of 13".
+    share in percent, `{count name}` a share of runs as a count: "none of 13", and "none so far of
+    13" where longer runs may show another.
 
     In place of a sentence with a number that was not found stands what was not found.
     """
-    told, missing = [], []
+    sentences, missing = [], []
     for part in _NEXT_SENTENCE.split(template):
         absent = [name for name in names_in(part) if math.isnan(numbers[name].value)]
         missing += absent
         if not absent:
-            told.append(_PLACE.sub(lambda place: _in_words(numbers[place[2]], place[1]), part))
+            sentences.append(_PLACE.sub(lambda place: _in_words(numbers[place[2]], place[1]), part))
     if missing:
-        told.append(f"Not found: {'; '.join(dict.fromkeys(missing))}.")
-    return " ".join(told)
+        sentences.append(f"Not found: {'; '.join(dict.fromkeys(missing))}.")
+    return " ".join(sentences)
 
 
 def names_in(template: str) -> list[str]:
@@ -160,8 +161,8 @@ def _in_words(estimate: Estimate, form: str) -> str:
     value, low, high, runs = *estimate.numbers, estimate.runs
     if form == "count" and runs:
         number = round(value * runs)
-        text = f"{'none' if number == 0 else 'all' if number == runs else number} of {runs}"
-        return text + (f" ({estimate.still_open} of them open)" if estimate.still_open else "")
+        so_far = " so far" if estimate.still_open else ""
+        return f"{'none' if number == 0 else 'all' if number == runs else number}{so_far} of {runs}"
     if form in ("count", "percent"):
         text = f"{100 * value:.3g} %"
         exact = low == high or math.isnan(low) or math.isnan(high)

@@ -70,7 +70,7 @@ class Cut:
         """
         mask = np.zeros(len(self.belt_velocity), dtype=bool)
         places, place, runs = np.unique(self.belt_velocity, return_inverse=True, return_counts=True)
-        if runs.max(initial=0) < 2 or "last_stick_time" not in self.points:
+        if runs.max(initial=0) < 2:
             return mask
         slips = np.nan_to_num(self.points["last_stick_time"], nan=-np.inf) <= self.transient
         most = np.bincount(place, slips) >= runs / 2

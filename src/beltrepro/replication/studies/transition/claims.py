@@ -87,16 +87,16 @@ RUNS = {SCHEME: "n5_replicates_check", EXACT: "n5_replicates", "wider starts": "
 
 @claim("r-jump")
 def r_jump(evidence):
-    """r on the two branches, beside the printed transition region."""
+    """The plateaus of r beside the printed transition region."""
 
     def reading(scan):
-        numbers = _branches(evidence, scan)
+        numbers = _plateaus(evidence, scan)
         return Measurement(numbers | {"ratio": estimates.ratio(*numbers.values())})
 
     return {name: partial(reading, scan) for name, scan in RUNS.items()}
 
 
-def _branches(evidence, scan):
+def _plateaus(evidence, scan):
     """Medians of r at 12 <= u <= 15, and of the runs of small r, if there are, at 18 <= u <= 21."""
     row = evidence.replicates(N_BLOCKS, 0.0, scan=scan)
     before, after = row.disorder[row.between(12, 15)], row.disorder[row.between(18, 21)]
@@ -131,7 +131,7 @@ def r_windows(evidence):
 
 
 def _contrast(evidence, method):
-    numbers = _branches(evidence, RUNS[method])
+    numbers = _plateaus(evidence, RUNS[method])
     ratio = estimates.ratio(numbers["r_periodic"], numbers["r_chaotic"])
     return Measurement({"beyond the transition": ratio})
 
@@ -143,7 +143,7 @@ def _periodic_below(evidence):
     chosen &= arrays["state"].astype(str) == PERIODIC
     require(chosen.sum() >= LEAST_RUNS, f"{chosen.sum()} periodic runs, {LEAST_RUNS} are needed")
     periodic = estimates.bootstrap(np.median, [arrays["disorder_parameter"][chosen]])
-    ratio = estimates.ratio(periodic, _branches(evidence, RUNS[EXACT])["r_chaotic"])
+    ratio = estimates.ratio(periodic, _plateaus(evidence, RUNS[EXACT])["r_chaotic"])
     return Measurement(_contrast(evidence, EXACT).judged | {"periodic below": ratio})
 
 
@@ -179,7 +179,6 @@ def _outlying_runs(evidence):
 def _of_large_r(evidence, ends, *scans):
     """Which runs from u = 20 to 22 have more than half the r of chaos, which are regular, and u."""
     rows = [evidence.row(N_BLOCKS, 0.0, scan=scan) for scan in scans if evidence.has(scan)]
-    require(rows, f"this preset has no {' or '.join(scans)}")
     require(len(rows), f"this preset has no {' and no '.join(scans)}")
     inside = [row.between(*ends) for row in rows]
     disorder, look, velocity = (
@@ -190,7 +189,7 @@ def _of_large_r(evidence, ends, *scans):
         disorder.size >= LEAST_RUNS,
         f"{disorder.size} runs at {ends[0]:g} <= u <= {ends[1]:g}, {LEAST_RUNS} are needed",
     )
-    plateau = _branches(evidence, RUNS[SCHEME])["r_chaotic"]
+    plateau = _plateaus(evidence, RUNS[SCHEME])["r_chaotic"]
     regular = np.isin(look, (states.PERIODIC, states.QUASI_PERIODIC, states.CONTINUOUS))
     return disorder > plateau.value / 2, regular, velocity
 

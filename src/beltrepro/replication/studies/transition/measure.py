@@ -18,7 +18,7 @@ TABLES = {
             "dataset": "the replicates",
             "runs": "runs at each belt velocity",
             "critical": "middle of the transition region (model velocity); empty if none is found",
-            "low": "lower end of its 95 % interval; empty if fewer than 4 runs tell none",
+            "low": "lower end of its 95 % interval; empty if the runs tell none",
             "high": "upper end",
             "lower": "u at which the fall begins (model velocity)",
             "upper": "u at which it ends (model velocity)",
