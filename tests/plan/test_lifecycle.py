@@ -35,6 +35,18 @@ job += "print('job', flush=True); time.sleep(60)"
 command = lifecycle.JOB_PREFIX + sys.executable + ' -c "' + job + '"; true'
 subprocess.run(["bash", "-c", command])
 """
+# Snakemake, which has taken SIGTERM, waits for jobs on a cluster
+WAIT = """
+import signal, time
+from beltrepro.replication.plan import lifecycle
+signal.signal(signal.SIGTERM, lambda *_: None)
+lifecycle.cancel_at_stop()
+print("begun", flush=True)
+try:
+    time.sleep(60)
+except KeyboardInterrupt:
+    raise SystemExit(7)
+"""
 
 
 def as_from_a_terminal():
@@ -150,6 +162,14 @@ def test_a_stop_ends_jobs_and_says_how_to_go_on(tmp_path, number):
         f"stopped; what is finished is kept in {tmp_path / 'a'}: the same command goes on from here"
     )
     assert [path.name for path in (tmp_path / "a").iterdir()] == [lifecycle.LOCK]
+
+
+@pytest.mark.parametrize("number", lifecycle.STOPPING)
+def test_every_stop_lets_snakemake_cancel_its_jobs_on_a_cluster(tmp_path, number):
+    run = started(WAIT, tmp_path)
+    run.send_signal(number)
+    ended(run)
+    assert run.returncode == 7
 
 
 def test_jobs_do_not_outlive_a_killed_run(tmp_path):
