@@ -216,7 +216,7 @@ const look = (pages) => {
   frame.onload = () => {
     const root = frame.contentDocument.documentElement;
     const loaded = frame.contentWindow.performance.getEntriesByType("resource").map((r) => r.name);
-    const player = frame.contentDocument.querySelector("#player [data-part=play]");
+    const player = frame.contentDocument.querySelector(".live [data-do=play]");
     const beyond = root.scrollWidth - root.clientWidth;
     seen.push({page: pages[0], beyond, loaded, plays: !!player && player.offsetWidth > 0});
     frame.remove();
