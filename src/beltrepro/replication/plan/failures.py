@@ -104,7 +104,7 @@ def _ending(status: int | None, logs: list[str]) -> str:
 
 
 def _line_in(logs: list[str]) -> str:
-    """The line of a job in the log of a cluster; the first, for Snakemake runs in Snakemake there."""
+    """The first line of a job in the log of a cluster: there Snakemake runs in Snakemake."""
     lines = re.findall(r"^error in rule .*$", "\n".join(map(_text, logs)), re.M)
     return lines[0] if lines else ""
 
