@@ -20,6 +20,7 @@ extensions = [
     "extensions.claims_and_figures",
     "extensions.configuration",
     "extensions.links",
+    "extensions.maths",
     "extensions.motion",
     "extensions.rule_graph",
     "extensions.tutorial",
@@ -29,7 +30,8 @@ default_role = "code"
 highlight_language = "none"  # of blocks that name no language: many are commands
 
 myst_heading_anchors = 4
-myst_enable_extensions = ["attrs_inline"]
+myst_enable_extensions = ["attrs_inline", "dollarmath"]
+html_math_renderer = "mathml"
 
 suppress_warnings = ["ref.python"]  # a type of a docstring that several modules have: no link
 autodoc_typehints = "none"  # docstrings have the types, with shapes
