@@ -48,6 +48,7 @@ rule track:
         mem_mb=2000,
         runtime=30,
     params:
+        expected=FLOW.expected_of_film,
         code=FLOW.code("track.py", "beltrepro.replication.camera.tracking:track"),
     message:
         "Tracking {wildcards.film}"
