@@ -54,6 +54,7 @@ class Shot:
     bump: float = 0.0  # in mid-film, for good
     zoom: float = 0.0  # share, from the first frame to the last
     hands: bool = False
+    things: tuple = ()  # what else lies there, from (x, y) to (x, y), with its level of 255
     jpeg: int | None = None  # quality
     mirrored: bool = False
     portrait: bool = False
@@ -287,6 +288,8 @@ def _ground(scene, shot):
         half = scene.mark_width / 2
         _bar(level, (x - half, x + half), (edge, edge + length), scene.mark)
     _paint(level, ink / np.float32(255), scene.mark)
+    for begin, end, brightness in shot.things:
+        _bar(level, *zip(begin, end, strict=True), brightness)
     sigma = shot.metres_per_pixel / _TEXEL / np.sqrt(12)
     return cv2.GaussianBlur(_linear(level, shot), (0, 0), sigma)
 
