@@ -13,9 +13,9 @@ seal.
 """
 
 import hashlib
-import json
 from pathlib import Path
 
+from beltrepro.base import reading
 from beltrepro.base.errors import InputError
 
 MARKER = b"\nbeltrepro sha256 "
@@ -30,7 +30,7 @@ def digest(content: bytes) -> str:
 
 def digest_of(path: Path) -> str:
     """SHA-256 of the bytes of a file."""
-    with path.open("rb") as file:
+    with reading.opened(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
@@ -51,21 +51,14 @@ def check(path: Path) -> None:
 
     A file without a seal passes: an older version made it, or a user.
     """
-    try:
-        damaged = not (_is_whole(path) and _is_as_described(path))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
-    if damaged:
+    if not (_is_whole(path) and _is_as_described(path)):
         raise InputError(f"{path}: damaged: its bytes do not have their checksum")
 
 
 def _is_whole(path: Path) -> bool:
     """Whether the bytes before the seal at the end of a file are as it says."""
-    with path.open("rb") as file:
-        size = path.stat().st_size
-        file.seek(max(0, size - LENGTH))
+    with reading.opened(path) as file:
+        file.seek(max(0, file.seek(0, 2) - LENGTH))
         begin, end = file.tell(), file.read()
         place = end.find(MARKER)
         if place < 0:
@@ -80,11 +73,8 @@ def _is_whole(path: Path) -> bool:
 
 def _is_as_described(path: Path) -> bool:
     """Whether the bytes of a file are as its metadata say, which have the first of the digits."""
-    try:
-        metadata = json.loads(metadata_path(path).read_text(encoding="utf-8"))
-        said = metadata.get(KEY)
-    except FileNotFoundError:
+    about = metadata_path(path)
+    if not about.exists():
         return True
-    except (ValueError, AttributeError):  # no JSON, or no object
-        return False
+    said = reading.json_object(about).get(KEY)
     return said is None or digest_of(path).startswith(str(said) or "-")

@@ -13,13 +13,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 from pydantic import BaseModel, ValidationError, create_model
 
-from beltrepro.base import provenance, seal, store
+from beltrepro.base import provenance, reading, seal, store
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan import files
+from beltrepro.replication.plan import files, tables
 from beltrepro.replication.plan.points import QUANTITIES
 
 SHORT = 500.0  # model time; a distance grows e-fold in 60 and more
@@ -84,19 +83,15 @@ def write_list(path: Path, results: Path) -> int:
 
 def read_list(path: Path) -> dict:
     """Read a list."""
+    if not path.exists():
+        raise InputError(f"{path}: no such list; --list FILE takes another one, --write makes one")
+    listed = reading.json_object(path)
     try:
-        listed = json.loads(path.read_text(encoding="utf-8"))
         _List.model_validate(listed)
-    except FileNotFoundError:
-        raise InputError(
-            f"{path}: no such list; --list FILE takes another one, --write makes one"
-        ) from None
     except ValidationError as error:
         fault = error.errors()[0]
         place = ".".join(map(str, fault["loc"]))
         raise InputError(f"{path}: not a list of results ({place}: {fault['msg']})") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: not a readable list ({error})") from None
     return listed
 
 
@@ -152,12 +147,11 @@ def conclusion(comparisons: list[Comparison]) -> str:
 def _compare_table(path: Path, listed: str, run: dict, same_machine: bool) -> Comparison:
     try:
         content = seal.digest_of(path)[:16]
-    except OSError as error:
-        words = f"{path}: cannot be read ({error.strerror}); {files.repair(path, run)}"
-        return Comparison(path.stem, WRONG, words)
+    except InputError as error:
+        return Comparison(path.stem, WRONG, f"{error}; {files.repair(path, run)}")
     try:
-        sealed = json.loads(seal.metadata_path(path).read_text(encoding="utf-8"))[seal.KEY]
-    except (OSError, ValueError, KeyError):
+        sealed = reading.json_object(seal.metadata_path(path)).get(seal.KEY)
+    except InputError:
         sealed = None
     if content == listed:
         return Comparison(path.stem, SAME)
@@ -233,11 +227,11 @@ def _verdicts(results: Path) -> dict[str, str]:
     if not path.exists():
         return {}
     try:
-        rows = pd.read_csv(path, dtype=str, keep_default_na=False)
+        rows = tables.read_as_text(path)
         verdicts = rows["replicated"] + " and " + rows["robust"]
         return dict(zip(rows["id"], verdicts, strict=True))
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(f"{path}: not a table of claims ({error})") from None
+    except KeyError as error:
+        raise InputError(f"{path}: not a table of claims: it lacks {error}") from None
 
 
 def _tables(results: Path) -> list[Path]:

@@ -213,7 +213,7 @@ class _Brief(logging.Filter):
 
 def said_of_failures(logs: Iterable[str]) -> str:
     """What failed jobs wrote in their logs, which Snakemake repeats in its own."""
-    text = "".join(Path(log).read_text() for log in logs)
+    text = "".join(Path(log).read_text(encoding="utf-8", errors="replace") for log in logs)
     said = dict.fromkeys(re.findall(r"^[0-9:]+ ERROR (.*)$", text, re.M))
     return "\n".join(f"error: {line}" for line in said)
 
