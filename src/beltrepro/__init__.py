@@ -23,10 +23,13 @@ _HOMES = {
     "classify": "chaos.naming",
     "close_orbit": "chaos.periodic_orbits",
     "lyapunov_spectrum": "chaos.lyapunov",
+    "mode_energies": "model.energy",
     "periodic_orbit": "chaos.periodic_orbits",
     "scan": "simulation.scans",
     "separation": "chaos.parting",
     "simulate": "simulation.trajectories",
+    "sliding_energy": "model.energy",
+    "slipping_state": "simulation.starts",
     "time_to_continuous_slip": "simulation.scans",
     "time_to_orbit": "chaos.irregular",
 }

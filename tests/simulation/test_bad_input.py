@@ -129,6 +129,7 @@ ORBIT = PeriodicOrbit(CHAIN, STATE, 20.0, *[None] * 7)
 RUN = Run(CHAIN, *[None] * 20)
 SHORT = {"chains": CHAIN, "duration": 20.0}
 LONG = SHORT | {"transient": 10.0}
+MOVING = {"parameters": CHAIN, "positions": [60.0, 120.0], "velocities": [1.0, -1.0]}
 TIME = np.arange(100.0)
 
 # Public name: what is called, and arguments that it takes.
@@ -152,11 +153,14 @@ CALLS = {
     "classify": (beltrepro.classify, LONG),
     "close_orbit": (beltrepro.close_orbit, {"state": STATE, "period_time": 20.0}),
     "lyapunov_spectrum": (beltrepro.lyapunov_spectrum, LONG),
+    "mode_energies": (beltrepro.mode_energies, MOVING),
     "periodic_orbit": (beltrepro.periodic_orbit, LONG),
     "scan": (beltrepro.scan, SHORT),
     "separation": (beltrepro.separation, LONG),
     "Setup": (Setup, {"chains": CHAIN}),
     "simulate": (beltrepro.simulate, SHORT),
+    "sliding_energy": (beltrepro.sliding_energy, MOVING),
+    "slipping_state": (beltrepro.slipping_state, {"parameters": CHAIN, "energy": 9.0}),
     "time_to_continuous_slip": (beltrepro.time_to_continuous_slip, SHORT),
     "time_to_orbit": (beltrepro.time_to_orbit, SHORT),
 }
