@@ -17,7 +17,7 @@ TITLE = "Place of the white block in each frame of a film."
 COLUMNS = {
     "time_s": "instant of the frame, seconds from the beginning of the film",
     "x_m": "middle of the white block along the belt, metres from the zero of the tape",
-    "error_m": "one standard error of x_m within the picture; that of the scale comes on top",
+    "error_m": "one standard error of x_m, of which some is common to all frames",
 }
 
 
