@@ -34,14 +34,14 @@ def r_experiment(evidence):
 
 def _r_at_speeds(evidence, noise, scan):
     row = evidence.replicates(N_BLOCKS, noise, scan=scan)
-    by_speed = {name: mean(row.disorder[_near(row, speed)]) for name, speed in SPEEDS.items()}
-    return Measurement(
-        {f"r_{name}": estimate for name, estimate in by_speed.items()}
-        | {
-            f"r_{name} over the experiment's": estimate.scaled(1 / SPEEDS[name].disorder_parameter)
-            for name, estimate in by_speed.items()
-        }
-    )
+    along_tape = observations.disorder_along_tape(row.points)
+    of_model, ratios = {}, {}
+    for name, observation in SPEEDS.items():
+        near = _near(row, observation)
+        of_model[f"r_{name}"] = mean(row.disorder[near])
+        ratio = mean(along_tape[near]).scaled(1 / observation.disorder_parameter)
+        ratios[f"r_{name} over the experiment's"] = ratio
+    return Measurement(of_model | ratios)
 
 
 def _near(row, observation):
