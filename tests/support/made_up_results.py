@@ -34,10 +34,10 @@ def tables(verdicts=None) -> tuple[pd.DataFrame, pd.DataFrame]:
             if not shared:
                 readings[name] = _measurement(criterion, wanted[question], index, len(readings))
             named = type(criterion)(**vars(criterion) | {"reading": name, "tried": 1 + index % 3})
-            answers[question] = every_claim._answer(named, readings)
+            answers[question] = every_claim._judged(named, readings)
         if claim.testable:
             readings[f"another reading of {index}"] = Measurement({}, {"other": sure(index)})
-        rows.append(every_claim._row(claim, answers, readings, []))
+        rows.append(every_claim._row(claim, answers, []))
         estimates += every_claim._estimates(claim, answers, readings)
     return (
         pd.DataFrame(rows, columns=list(COLUMNS)),

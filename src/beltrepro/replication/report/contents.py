@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 
 from beltrepro.replication.plan import registry
-from beltrepro.replication.report import conduct, judged, motion_player
+from beltrepro.replication.report import conduct, judged, live_chain
 from beltrepro.replication.report.material import Material
 from beltrepro.replication.studies.chaos import words as chaos
 from beltrepro.replication.studies.experiment import words as experiment
@@ -60,7 +60,9 @@ SUMMARY = PageSection("summary", "", judged.summary)
 RECORDINGS = _study(
     "experiment", "The virtual experiment", experiment.of_recordings, ("recordings",)
 )
+MOTION = PageSection("motion", "The chain, live", live_chain.gather, styles=live_chain.STYLES)
 SECTIONS: tuple[PageSection, ...] = (
+    MOTION,
     PageSection("claims", "Claims", judged.cards, judged.TABLES),
     PageSection("figures", "Figures", _figures, ("figures",)),
     PageSection("dates", "When it was judged", judged.dates, judged.TABLES),
@@ -80,13 +82,6 @@ SECTIONS: tuple[PageSection, ...] = (
         experiment.TRIALS_TOLD_BY,
         ("experiment_noise",),
     ),
-    PageSection(
-        "motion",
-        "The chain in motion",
-        motion_player.gather,
-        motion_player.NEEDS,
-        styles=("player/player.css",),
-    ),
     RECORDINGS,
     _study(
         "integrators",
@@ -100,4 +95,3 @@ SECTIONS: tuple[PageSection, ...] = (
     PageSection("times", "Time per rule", conduct.times),
     PageSection("environment", "Environment", conduct.environment),
 )
-MOTION = next(section for section in SECTIONS if section.template == "motion")

@@ -7,12 +7,12 @@ import jinja2
 from markupsafe import Markup
 
 from beltrepro.base.atomic import replacing
-from beltrepro.replication.report.contents import SECTIONS, SUMMARY, PageSection
+from beltrepro.replication.report.contents import MOTION, SECTIONS, SUMMARY, PageSection
 from beltrepro.replication.report.material import Material
 from beltrepro.replication.report.sentences import as_sentence, typeset
 from beltrepro.replication.verdicts.criteria import VERDICTS, range_in_words
 
-STYLES = ("report.css", "player/player.css")
+STYLES = ("report.css", *MOTION.styles)
 SYMBOLS = dict(zip(VERDICTS, "✓◐✗?○", strict=True))
 _ROOM = "beltrepro.replication.report"
 
