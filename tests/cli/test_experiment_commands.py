@@ -123,7 +123,9 @@ def test_each_option_of_analyse_changes_what_is_printed(tmp_path, capsys):
 def test_analyse_says_what_its_intervals_hold(tmp_path, capsys):
     """Errors that a track tells widen them; what is not known, and blocks in x_N, are said."""
     (tmp_path / "a.csv").write_text(HEADER + ROWS)
-    (tmp_path / "b.csv").write_text('# {"scale_error": 0.03, "zero_error_m": 0.2}\n' + HEADER + ROWS)
+    (tmp_path / "b.csv").write_text(
+        '# {"scale_error": 0.03, "zero_error_m": 0.2}\n' + HEADER + ROWS
+    )
     plain, wide, of_springs = (
         json.loads(run(capsys, "analyse", tmp_path / name, "--json", *options))
         for name, options in (("a.csv", ()), ("b.csv", ()), ("b.csv", ["--block-length=0.1"]))

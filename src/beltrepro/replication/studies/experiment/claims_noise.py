@@ -9,6 +9,7 @@ from beltrepro.replication.studies.experiment import measure, observations
 from beltrepro.replication.studies.noise.claims import N_BLOCKS, RUNS
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
+from beltrepro.stats import sections
 from beltrepro.stats.estimates import mean, share_of, sure
 
 NEAR = 0.5  # of u; runs this close to a speed of the experiment stand for it
@@ -34,13 +35,12 @@ def r_experiment(evidence):
 
 def _r_at_speeds(evidence, noise, scan):
     row = evidence.replicates(N_BLOCKS, noise, scan=scan)
-    along_tape = observations.disorder_along_tape(row.points)
     of_model, ratios = {}, {}
     for name, observation in SPEEDS.items():
-        near = _near(row, observation)
-        of_model[f"r_{name}"] = mean(row.disorder[near])
-        ratio = mean(along_tape[near]).scaled(1 / observation.disorder_parameter)
-        ratios[f"r_{name} over the experiment's"] = ratio
+        points = sections.select(row.points, _near(row, observation))
+        of_model[f"r_{name}"] = mean(points["disorder_parameter"])
+        ratio = mean(observations.disorder_along_tape(points))
+        ratios[f"r_{name} over the experiment's"] = ratio.scaled(1 / observation.disorder_parameter)
     return Measurement(of_model | ratios)
 
 
