@@ -3,6 +3,7 @@
 import dataclasses
 import hashlib
 import json
+import math
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,9 @@ from beltrepro.replication.plan.plan import AddedBatch, make_plan
 from beltrepro.replication.plan.points import Point
 
 SCRIPTS = Path("workflow", "scripts")
+# Minutes that a simulation asks of a cluster: for its start and a compilation, and for its work.
+# The dearest class of jobs took 1.5e-6 s for a block and a unit of time.
+_START, _PER_WORK = 10.0, 4e-6 / 60
 
 
 def _choices(points: Iterable[Point]) -> tuple[str, ...]:
@@ -143,6 +147,17 @@ class Workflow:
         first = [job for job in jobs.simulation_jobs(self.plan) if not job.adds]
         sample = jobs.draw(first, self.plan.seed)
         return [f"<results>/{job.name}.h5" for job in sample]
+
+    def minutes_of_batch(self, wildcards: Any, attempt: int) -> int:
+        """Time that a batch may take on a cluster; each attempt asks for as much again."""
+        dataset = self.plan.datasets[wildcards.dataset]
+        work = dataset.work(dataset.batches[int(wildcards.batch)])
+        return attempt * math.ceil(_START + _PER_WORK * work)
+
+    def minutes_of_added(self, wildcards: Any, attempt: int) -> int:
+        """The same of a batch of added runs, if all are added."""
+        work = self.plan.datasets[wildcards.dataset].work(self._added(wildcards).most)
+        return attempt * math.ceil(_START + _PER_WORK * work)
 
     def simulation_jobs(self) -> list[tuple]:
         """All simulation jobs; plain tuples, which travel to a script as parameters."""
