@@ -11,9 +11,10 @@ STAMP  := .venv/.stamp
 IN_ENV := PATH="$(CURDIR)/$(BIN):$$PATH"
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check \
           --use-pep517 --no-build-isolation
+WHEELS := --require-hashes --only-binary :all:
 SNAKEMAKE := $(IN_ENV) snakemake --cores $(CORES)
 
-# One dependency comes as source only. It is built by the pinned setuptools, installed first:
+# Wheels run no code when they are installed. One dependency comes as source only. It is built by the pinned setuptools, installed first:
 # in an isolated build pip would fetch a setuptools that no hash vouches for.
 LOCKED_SETUPTOOLS = awk '/^[^ ]/ { found = /^setuptools==/ } found' requirements.txt
 
@@ -61,8 +62,8 @@ archive: env  ## one ZIP file of a finished run for a data repository; RUN=stand
 deposit: env  ## make and check the crate of a run, and check CITATION.cff; RUN=standard
 	$(SNAKEMAKE) crate --config preset=$(RUN) $(ARGS)
 	$(PYTHON) -m venv .venv-deposit
-	$(LOCKED_SETUPTOOLS) | .venv-deposit/bin/python -m pip install --quiet --require-hashes -r /dev/stdin
-	.venv-deposit/bin/python -m pip install --quiet --require-hashes --no-build-isolation \
+	$(LOCKED_SETUPTOOLS) | .venv-deposit/bin/python -m pip install --quiet $(WHEELS) -r /dev/stdin
+	.venv-deposit/bin/python -m pip install --quiet $(WHEELS) --no-binary docopt --no-build-isolation \
 	  -r requirements-deposit.txt
 	.venv-deposit/bin/cffconvert --validate
 	.venv-deposit/bin/python tests/support/validating.py results/$(RUN)
@@ -85,13 +86,13 @@ $(STAMP): requirements.txt pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
 	  || { echo "error: '$(PYTHON)' is not Python 3.11 or newer; try: make PYTHON=python3.12" >&2; exit 1; }
 	$(PYTHON) -m venv .venv
-	$(LOCKED_SETUPTOOLS) | $(PIP) --require-hashes -r /dev/stdin
-	$(PIP) --require-hashes --only-binary :all: --no-binary connection-pool -r requirements.txt
+	$(LOCKED_SETUPTOOLS) | $(PIP) $(WHEELS) -r /dev/stdin
+	$(PIP) $(WHEELS) --no-binary connection-pool -r requirements.txt
 	$(PIP) --no-index --no-deps -e .
 	@touch $@
 
 slurm: env  ## what Snakemake needs besides to send jobs to Slurm (docs/cluster.md)
-	$(PIP) --require-hashes --no-deps -r requirements-slurm.txt
+	$(PIP) $(WHEELS) --no-deps -r requirements-slurm.txt
 	$(BIN)/python -m pip check --disable-pip-version-check
 
 slurmtest: slurm  ## the workflow through a Slurm on this machine, with jobs killed (needs root)
@@ -106,7 +107,7 @@ lock:  ## pin anew into requirements*.txt (needs uv on the PATH)
 	$(LOCK) requirements-deposit.in -o requirements-deposit.txt
 
 clean:  ## remove .venv, caches and the smoke results; keep every other result
-	rm -rf .venv .venv-deposit .pytest_cache .ruff_cache .mypy_cache .import_linter_cache .hypothesis build dist results/smoke \
+	rm -rf .venv .venv-deposit .pytest_cache .ruff_cache .mypy_cache .import_linter_cache build dist results/smoke \
 	  docs/made docs/reference/api
 	find src tests workflow -name __pycache__ -prune -exec rm -rf {} +
 

@@ -45,4 +45,4 @@ onstart:
 
 # Jobs go on after a failure: say once more, last, what was wrong.
 onerror:
-    atexit.register(print, lifecycle.said_of_failures(log), file=sys.stderr)
+    atexit.register(print, FAILURES.summary(log), file=sys.stderr)

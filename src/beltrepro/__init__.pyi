@@ -1,6 +1,8 @@
 """What `beltrepro` gives, for editors and mypy."""
 
 from beltrepro.base.progress import Progress as Progress
+from beltrepro.chaos.continuation import OrbitBranch as OrbitBranch
+from beltrepro.chaos.continuation import orbit_branch as orbit_branch
 from beltrepro.chaos.irregular import time_to_orbit as time_to_orbit
 from beltrepro.chaos.lyapunov import LyapunovSpectrum as LyapunovSpectrum
 from beltrepro.chaos.lyapunov import lyapunov_spectrum as lyapunov_spectrum
@@ -11,6 +13,8 @@ from beltrepro.chaos.periodic_orbits import PeriodicOrbit as PeriodicOrbit
 from beltrepro.chaos.periodic_orbits import close_orbit as close_orbit
 from beltrepro.chaos.periodic_orbits import periodic_orbit as periodic_orbit
 from beltrepro.engine.state import ChainState as ChainState
+from beltrepro.model.energy import mode_energies as mode_energies
+from beltrepro.model.energy import sliding_energy as sliding_energy
 from beltrepro.model.parameters import ChainParameters as ChainParameters
 from beltrepro.simulation.audit import Audit as Audit
 from beltrepro.simulation.audit import audit as audit
@@ -21,6 +25,7 @@ from beltrepro.simulation.run import Run as Run
 from beltrepro.simulation.scans import scan as scan
 from beltrepro.simulation.scans import time_to_continuous_slip as time_to_continuous_slip
 from beltrepro.simulation.setup import Setup as Setup
+from beltrepro.simulation.starts import slipping_state as slipping_state
 from beltrepro.simulation.trajectories import simulate as simulate
 
 __version__: str

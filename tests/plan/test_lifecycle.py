@@ -1,7 +1,6 @@
 """Runs that begin side by side, are stopped or are killed, and the jobs that they leave."""
 
 import errno
-import logging
 import os
 import signal
 import subprocess
@@ -35,6 +34,18 @@ job = "from beltrepro.replication.plan import lifecycle; import time; lifecycle.
 job += "print('job', flush=True); time.sleep(60)"
 command = lifecycle.JOB_PREFIX + sys.executable + ' -c "' + job + '"; true'
 subprocess.run(["bash", "-c", command])
+"""
+# Snakemake, which has taken SIGTERM, waits for jobs on a cluster
+WAIT = """
+import signal, time
+from beltrepro.replication.plan import lifecycle
+signal.signal(signal.SIGTERM, lambda *_: None)
+lifecycle.cancel_at_stop()
+print("begun", flush=True)
+try:
+    time.sleep(60)
+except KeyboardInterrupt:
+    raise SystemExit(7)
 """
 
 
@@ -153,60 +164,17 @@ def test_a_stop_ends_jobs_and_says_how_to_go_on(tmp_path, number):
     assert [path.name for path in (tmp_path / "a").iterdir()] == [lifecycle.LOCK]
 
 
+@pytest.mark.parametrize("number", lifecycle.STOPPING)
+def test_every_stop_lets_snakemake_cancel_its_jobs_on_a_cluster(tmp_path, number):
+    run = started(WAIT, tmp_path)
+    run.send_signal(number)
+    ended(run)
+    assert run.returncode == 7
+
+
 def test_jobs_do_not_outlive_a_killed_run(tmp_path):
     run = started(RUN, tmp_path / "a")
     run.kill()
     begun = time.monotonic()
     ended(run)  # its output is open as long as the job lives
     assert time.monotonic() - begun < 20
-
-
-# --- what is shown of a failure ---
-
-
-def shown(**record) -> list[str]:
-    """What Snakemake's logger shows after `shorten`."""
-    lines = []
-    handler = logging.StreamHandler()
-    handler.emit = lambda one: lines.append(str(one.msg))
-    logger = logging.Logger("like Snakemake's")
-    logger.addHandler(handler)
-    lifecycle.shorten(logger)
-    logger.error(record.pop("msg", ""), extra=record)
-    return lines
-
-
-class Event:
-    """As Snakemake's `LogEvent`."""
-
-    def __init__(self, name):
-        self.name = name
-
-
-def of_job(log: Path) -> dict:
-    return {
-        "event": Event("JOB_ERROR"),
-        "rule_name": "simulate",
-        "output": ["results/smoke/batches/u1/0000.h5"],
-        "log": [str(log)],
-    }
-
-
-def test_a_job_that_has_said_why_is_not_explained_again(tmp_path):
-    (tmp_path / "log").write_text("10:00:00 ERROR N=5: went wrong\n")
-    assert shown(**of_job(tmp_path / "log")) == []
-    called = "RuleException:\nCalledProcessError in file x, line 3: returned status 1"
-    assert shown(msg=called, exception="RuleException") == []
-    assert shown(msg="Exiting because a job execution failed. Look above") == []
-
-
-def test_a_killed_job_is_one_line(tmp_path):
-    (tmp_path / "log").write_text("10:00:00 INFO u1: started\n")
-    (line,) = shown(**of_job(tmp_path / "log"))
-    assert line.startswith("error in rule simulate: the job of results/smoke/batches/u1/0000.h5")
-    assert "\n" not in line
-
-
-def test_other_words_of_snakemake_stay(tmp_path):
-    words = "MissingInputException in rule draw"
-    assert shown(msg=words, exception="RuleException") == [words]

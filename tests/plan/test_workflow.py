@@ -183,6 +183,21 @@ def test_every_rule_that_runs_declares_what_it_needs():
     assert count == 13
 
 
+def test_a_batch_asks_for_twice_its_time_and_for_more_when_it_is_sent_again():
+    dearest = 1.5e-6  # s for a block and a unit of time, measured of verlet with noise
+    flow = Workflow(CONFIG | {"preset": "paper"})
+    asked = []
+    for name, dataset in flow.plan.datasets.items():
+        batches = [(flow.minutes_of_batch, {"batch": "0000"}, dataset.batches[0])]
+        batches += [(flow.minutes_of_added, {"added": one.name}, one.most) for one in dataset.added]
+        for minutes, job, points in batches:
+            first, second = (minutes(SimpleNamespace(dataset=name, **job), n) for n in (1, 2))
+            assert 60 * first > 2 * dearest * dataset.work(points)
+            assert second == 2 * first
+            asked.append(first)
+    assert 10 <= min(asked) < 12 and 60 < max(asked) < 120  # as docs/cluster.md says
+
+
 def test_code_behind_a_batch_is_that_of_the_integrators_and_kicks_of_its_points(monkeypatch):
     flow, tried = Workflow(CONFIG | {"preset": "smoke"}), set()
     monkeypatch.setattr(flow, "code", lambda script, function, choices: (function, choices))

@@ -87,6 +87,8 @@ KINDS = {
     "Chains": {"number": 5, "none in it": [None], "class": ChainParameters},
     "ChainParameters": {"number": 5, "none in it": [None], "class": ChainParameters},
     "ChainState": {"number": 5, "number in it": [5]},
+    "PeriodicOrbit": {"number": 5, "class": ChainParameters},
+    "bool": {"number": 1, "text": "yes", "list": [True]},
     "Run": {"number": 5, "class": ChainParameters},
     "Report": {"number": 5, "true": True},
     "ArrayLike": ARRAY,
@@ -129,6 +131,7 @@ ORBIT = PeriodicOrbit(CHAIN, STATE, 20.0, *[None] * 7)
 RUN = Run(CHAIN, *[None] * 20)
 SHORT = {"chains": CHAIN, "duration": 20.0}
 LONG = SHORT | {"transient": 10.0}
+MOVING = {"parameters": CHAIN, "positions": [60.0, 120.0], "velocities": [1.0, -1.0]}
 TIME = np.arange(100.0)
 
 # Public name: what is called, and arguments that it takes.
@@ -151,12 +154,16 @@ CALLS = {
     "catalogue": (beltrepro.catalogue, SHORT),
     "classify": (beltrepro.classify, LONG),
     "close_orbit": (beltrepro.close_orbit, {"state": STATE, "period_time": 20.0}),
+    "orbit_branch": (beltrepro.orbit_branch, {"orbit": ORBIT, "lower": 4.0, "upper": 6.0}),
     "lyapunov_spectrum": (beltrepro.lyapunov_spectrum, LONG),
+    "mode_energies": (beltrepro.mode_energies, MOVING),
     "periodic_orbit": (beltrepro.periodic_orbit, LONG),
     "scan": (beltrepro.scan, SHORT),
     "separation": (beltrepro.separation, LONG),
     "Setup": (Setup, {"chains": CHAIN}),
     "simulate": (beltrepro.simulate, SHORT),
+    "sliding_energy": (beltrepro.sliding_energy, MOVING),
+    "slipping_state": (beltrepro.slipping_state, {"parameters": CHAIN, "energy": 9.0}),
     "time_to_continuous_slip": (beltrepro.time_to_continuous_slip, SHORT),
     "time_to_orbit": (beltrepro.time_to_orbit, SHORT),
 }
@@ -264,12 +271,13 @@ COMMANDS = next(
 )
 RUNS = {"n_blocks": 2, "belt_velocity": 5, "duration": 20}
 GIVEN = {command: {} for command in COMMANDS} | {"simulate": RUNS, "classify": RUNS, "scan": RUNS}
+GIVEN |= {"branch": RUNS | {"lower": 4, "upper": 6}}
 GIVEN |= {"watch": RUNS | {"output": "film.gif", "duration": 1}}
 GIVEN |= {"film": RUNS | {"output": "film.mp4"}, "track": {"output": "track.csv"}}
 FILES = {"track": ["film.mp4"], "analyse": ["track.csv"], "plot": ["run.h5"]}
 FILES |= {"verify": ["results"], "publish": ["results"]}
 # Commands whose numbers are checked before a file is read, and are all 0 or greater.
-NUMERIC = ("simulate", "scan", "classify", "watch", "bench")
+NUMERIC = ("simulate", "scan", "classify", "branch", "watch", "bench")
 
 
 def options(command: str) -> dict[str, argparse.Action]:

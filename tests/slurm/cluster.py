@@ -17,7 +17,8 @@ import sys
 import time
 from pathlib import Path
 
-PROGRAMS = ("slurmctld", "slurmd", "slurmstepd", "sbatch", "srun", "squeue", "scontrol", "munged")
+PROGRAMS = ("slurmctld", "slurmd", "slurmstepd", "sbatch", "srun", "squeue", "scontrol", "sacct")
+PROGRAMS += ("munged",)
 SECONDS_TO_START = 60
 
 MARK = "BELTREPRO_PROOF"  # in the environment of all that belongs to a cluster

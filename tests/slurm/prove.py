@@ -4,9 +4,10 @@
     python tests/slurm/prove.py --targets fig08     less of it
 
 It copies the project, runs it here, and then through a Slurm cluster of one node that it starts
-itself (cluster.py says what that needs). On the way it cancels jobs, kills their processes, and
-kills the daemon of the node with and without its jobs. It ends with status 0 if all arrays, tables
-and pictures are the same, and leaves nothing behind.
+itself (cluster.py says what that needs; it has no database of jobs, so sacct does not answer). What
+cannot work must be refused in a line. On the way it cancels jobs, kills their processes, and kills
+the daemon of the node with and without its jobs. It ends with status 0 if all arrays, tables and
+pictures are the same, and leaves nothing behind.
 """
 
 import argparse
@@ -27,9 +28,8 @@ from cluster import Cluster, missing
 from PIL import Image
 
 ROOT = Path(__file__).parents[2]
-# Without a database of jobs sacct cannot answer; and one machine has no slow file system.
+# One machine has no slow file system.
 QUICK = {
-    "--slurm-status-command": "squeue",
     "--slurm-init-seconds-before-status-checks": "5",
     "--seconds-between-status-checks": "2",
     "--latency-wait": "15",
@@ -60,6 +60,25 @@ def snakemake(place, run, options, arguments, environment):
         command = ["nice", "-n", str(arguments.niceness), *command]
         how = {"cwd": place, "env": environment, "stdout": out, "stderr": subprocess.STDOUT}
         return subprocess.call(command, **how)
+
+
+def check_refusals(place, options, arguments, environment):
+    """End with an error unless a run that cannot work ends at once with a line that says why."""
+    programs = place / "programs"  # Python and what Snakemake needs of the system, without Slurm
+    programs.mkdir()
+    for name in ("bash", "git", "nice", "which"):
+        (programs / name).symlink_to(shutil.which(name))
+    wrong = ["--default-resources", "slurm_partition=none", "slurm_account=None"]
+    cases = {
+        "error: slurm_partition=none: allowed are proof": (wrong, {}),
+        "error: executor slurm: sbatch, squeue": ([], {"PATH": str(programs)}),
+    }
+    for line, (more, changed) in cases.items():
+        status = snakemake(place, "refused", [*options, *more], arguments, environment | changed)
+        said = (place / "refused.out").read_text()
+        if not status or line not in said or (place / "results" / "refused" / "batches").exists():
+            sys.exit(f"error: not refused with {line!r}: {tail(place / 'refused.out')}")
+        print(f"refused: {line}", flush=True)
 
 
 class Trouble(threading.Thread):
@@ -151,9 +170,10 @@ def prove(folder, arguments):
     print("the run without Slurm is done", flush=True)
     began = time.monotonic()
     with Cluster(folder / "cluster", arguments.slots, arguments.niceness) as cluster:
+        options = ["--profile", "profiles/slurm", *itertools.chain.from_iterable(QUICK.items())]
+        check_refusals(place, options, arguments, cluster.environment)
         trouble = Trouble(cluster, arguments.harms, arguments.seed, arguments.pause)
         trouble.start()
-        options = ["--profile", "profiles/slurm", *itertools.chain.from_iterable(QUICK.items())]
         status = snakemake(place, "slurm", options, arguments, cluster.environment)
         trouble.stop()
         jobs = cluster.jobs_so_far()

@@ -33,7 +33,7 @@ import yaml
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = Path("src/beltrepro")
-NOT_COPIED = (".git", ".venv", ".snakemake", ".pytest_cache", ".hypothesis", "logs")
+NOT_COPIED = (".git", ".venv", ".snakemake", ".pytest_cache", "logs")
 LIMIT = 600.0  # seconds for the tests of one planted error
 TOO_LONG = ["takes too long"]
 TESTS_OF_WORKFLOW = ["tests/plan"]

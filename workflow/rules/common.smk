@@ -8,7 +8,8 @@ from snakemake.logging import logger
 
 from beltrepro.base import provenance
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan import lifecycle, snakemake_call
+from beltrepro.replication.plan import lifecycle, slurm, snakemake_call
+from beltrepro.replication.plan.failures import Failures
 from beltrepro.replication.plan.workflow import Workflow
 
 try:
@@ -33,12 +34,20 @@ wildcard_constraints:
     **FLOW.wildcards(),
 
 
+# --- what a job asks of a cluster ---
+
+
+def at_attempt(amount):
+    """At least half more than the published run took; each attempt asks for as much again."""
+    return lambda wildcards, attempt: attempt * amount
+
+
 # --- beginning, stopping, failing ---
 
 WAS_LOCKED = lifecycle.is_locked(FLOW.results)
 os.environ[lifecycle.PARENT] = str(os.getpid())
 shell.prefix(lifecycle.JOB_PREFIX)
-lifecycle.shorten(logger)
+FAILURES = Failures(logger)
 if workflow.is_main_process:
     lifecycle.stop_at_once(FLOW.results)
 
@@ -46,6 +55,9 @@ if workflow.is_main_process:
 def begin():
     """Before the first job: take the folder of results, and end at once when told to."""
     try:
+        if workflow.executor_plugin.name == "slurm":
+            resources = {job.rule.name: job.resources for job in workflow.dag.needrun_jobs()}
+            slurm.prepare(workflow.executor_settings, resources.values())
         lifecycle.begin(FLOW.results, WAS_LOCKED)
     except InputError as error:
         sys.exit(f"error: {error}")
@@ -55,7 +67,7 @@ def begin():
         # once a second for each job that has ended: after 100 of them 100 times a second.
         workflow.scheduler.job_rate_limiter = None
     else:
-        lifecycle.stop_as_usual()  # it cancels the jobs elsewhere
+        lifecycle.cancel_at_stop()
 
 
 def refuse_unknown_targets():

@@ -15,8 +15,8 @@ rule simulate:
         "../envs/beltrepro.yaml"
     threads: 1
     resources:
-        mem_mb=2000,
-        runtime=240,
+        mem_mb=at_attempt(3000),
+        runtime=FLOW.minutes_of_batch,
     params:
         spec=FLOW.batch_spec,
         code=FLOW.code_of_batch,
@@ -41,8 +41,8 @@ rule add_runs:
         "../envs/beltrepro.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=240,
+        mem_mb=at_attempt(3000),
+        runtime=FLOW.minutes_of_added,
     params:
         spec=FLOW.added_spec,
         expected=FLOW.expected_so_far,
@@ -70,8 +70,8 @@ rule join:
         "../envs/beltrepro.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=30,
+        mem_mb=at_attempt(3000),
+        runtime=at_attempt(10),
     params:
         spec=FLOW.dataset_spec,
         expected=FLOW.expected_batches,

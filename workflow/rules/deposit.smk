@@ -16,8 +16,8 @@ rule crate:
         "../envs/beltrepro.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=30,
+        mem_mb=at_attempt(1000),
+        runtime=at_attempt(30),
     params:
         spec=lambda wildcards: FLOW.crate_spec(workflow.get_rule),
         commit=lambda wildcards: provenance.code_version(),
@@ -42,8 +42,8 @@ rule archive:
         "../envs/beltrepro.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=60,
+        mem_mb=at_attempt(1000),
+        runtime=at_attempt(60),
     params:
         spec=lambda wildcards: FLOW.crate_spec(workflow.get_rule),
         commit=lambda wildcards: provenance.code_version(),

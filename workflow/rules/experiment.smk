@@ -17,8 +17,8 @@ rule film:
         "../envs/beltrepro.yaml"
     threads: 1
     resources:
-        mem_mb=2000,
-        runtime=30,
+        mem_mb=at_attempt(1000),
+        runtime=at_attempt(10),
     params:
         spec=FLOW.film_spec,
         expected=FLOW.expected_of_sources,
@@ -45,9 +45,10 @@ rule track:
         "../envs/beltrepro.yaml"
     threads: 1
     resources:
-        mem_mb=2000,
-        runtime=30,
+        mem_mb=at_attempt(1000),
+        runtime=at_attempt(10),
     params:
+        expected=FLOW.expected_of_film,
         code=FLOW.code("track.py", "beltrepro.replication.camera.tracking:track"),
     message:
         "Tracking {wildcards.film}"

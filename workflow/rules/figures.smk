@@ -25,8 +25,8 @@ rule draw:
         "../envs/beltrepro.yaml"
     threads: 1
     resources:
-        mem_mb=2000,
-        runtime=10,
+        mem_mb=at_attempt(2500),
+        runtime=at_attempt(10),
     params:
         expected=FLOW.expected_of_figure,
         title=FLOW.of_figure("title"),

@@ -18,8 +18,8 @@ rule claims:
         "../envs/beltrepro.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=30,
+        mem_mb=at_attempt(5000),
+        runtime=at_attempt(30),
     params:
         settings=FLOW.plan.settings(),
         expected=FLOW.expected(*FLOW.judged),
@@ -49,8 +49,8 @@ rule report:
         "../envs/beltrepro.yaml"
     threads: 1
     resources:
-        mem_mb=2000,
-        runtime=10,
+        mem_mb=at_attempt(1500),
+        runtime=at_attempt(10),
     params:
         preset=FLOW.plan.preset,
         settings=FLOW.plan.settings(),
@@ -81,8 +81,8 @@ rule article:
         "../envs/beltrepro.yaml"
     threads: 1
     resources:
-        mem_mb=2000,
-        runtime=10,
+        mem_mb=at_attempt(1000),
+        runtime=at_attempt(10),
     params:
         settings=FLOW.plan.settings(),
         expected=FLOW.expected_of_article(),

@@ -21,8 +21,8 @@ rule derive:
         "../envs/beltrepro.yaml"
     threads: 1
     resources:
-        mem_mb=8000,
-        runtime=30,
+        mem_mb=at_attempt(4000),
+        runtime=at_attempt(15),
     params:
         expected=FLOW.expected_of_sources,
         code=FLOW.code_of_table,

@@ -16,8 +16,8 @@ rule timing:
         "../envs/beltrepro.yaml"
     threads: 1
     resources:
-        mem_mb=500,
-        runtime=5,
+        mem_mb=at_attempt(500),
+        runtime=at_attempt(5),
     params:
         jobs=FLOW.simulation_jobs(),
         benchmarks=f"results/{RUN}/benchmarks",

@@ -122,12 +122,12 @@ def series(name: str, value: Any) -> np.ndarray:
     return array
 
 
-def numbers(name: str, value: Any, count: int) -> np.ndarray:
-    """An array of so many finite numbers, one for each block."""
+def numbers(name: str, value: Any, count: int, *, rows: bool = False) -> np.ndarray:
+    """An array of so many finite numbers, one for each block; if allowed, several rows of them."""
     array = _as_numbers(value)
     if array is None:
         raise InputError(f"{name} = {shown(value)}: {count} numbers are needed")
-    if array.shape != (count,):
+    if array.shape[-1:] != (count,) or array.ndim > 1 + rows:
         needed = f"{count} numbers are needed, one for each block"
         raise InputError(f"{name} of shape {array.shape}: {needed}")
     if not np.all(np.isfinite(array)):
@@ -135,10 +135,11 @@ def numbers(name: str, value: Any, count: int) -> np.ndarray:
     return array
 
 
-def positions(name: str, value: Any, n_blocks: int) -> np.ndarray:
-    """Positions (N,) of the blocks of one chain, from the wall outwards."""
-    array = numbers(name, value, n_blocks)
-    if not (array[0] > 0 and np.all(array[1:] > array[:-1])):  # np.diff takes five times as long
+def positions(name: str, value: Any, n_blocks: int, *, rows: bool = False) -> np.ndarray:
+    """Positions (N,) of the blocks of one chain, from the wall outwards; if allowed, (T, N)."""
+    array = numbers(name, value, n_blocks, rows=rows)
+    # np.diff takes five times as long
+    if not (np.all(array[..., 0] > 0) and np.all(array[..., 1:] > array[..., :-1])):
         raise InputError(f"{name} = {shown(array.tolist())}: must be positive and increasing")
     return array
 

@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> None:
     if options.output:
         made.save(options.output)
     names = ("duration", "transient", "method", "time_step", "tolerance", "seed", "replicate")
-    measured = ("disorder_parameter", "mean_length", "energy_residual")
+    measured = ("disorder_parameter", "mean_length", "energy_residual", "sum_rule_residual")
     result = shared.of_chain(asdict(chain))
     result |= {name: getattr(made, name) for name in (*names, *measured)}
     if made.tolerance is None:

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 
 from beltrepro.model.parameters import ChainParameters
-from beltrepro.model.spring import spring_extension
+from beltrepro.model.spring import balance_tension, spring_extension
 
 PAPER_POSITION = 615.0  # of the last of five blocks (Sec. IV.A, Fig. 12)
 
@@ -26,10 +26,6 @@ def _position(n_blocks: int, law: tuple[float, ...]) -> float:
 
 
 def balance_length(parameters: ChainParameters) -> float:
-    """Length of the chain at which its springs balance the kinetic friction of all blocks.
-
-    Spring i pulls blocks i to N, so it carries N - i + 1 times the mean kinetic friction.
-    """
-    kinetic = parameters.static_friction * parameters.friction_ratio
-    tension = kinetic * np.arange(parameters.n_blocks, 0, -1)
-    return float(np.sum(parameters.rest_length + spring_extension(tension, parameters)))
+    """Length of the chain at which its springs balance the kinetic friction of all blocks."""
+    extension = spring_extension(balance_tension(parameters), parameters)
+    return float(np.sum(parameters.rest_length + extension))

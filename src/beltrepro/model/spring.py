@@ -32,6 +32,23 @@ def spring_extension(force: npt.ArrayLike, parameters: ChainParameters = _PAPER)
     return np.copysign(linear + np.log1p(rate * excess) / rate, force)
 
 
+def spring_stiffness(
+    deformation: npt.ArrayLike, parameters: ChainParameters = _PAPER
+) -> np.ndarray:
+    """Slope of the tension -F_e(dl): 1 on the linear branch, more beyond it."""
+    rate, _, excess = _branches(np.asarray(deformation, dtype=float), parameters)
+    return np.exp(rate * excess)
+
+
+def balance_tension(parameters: ChainParameters) -> np.ndarray:
+    """Tension (N,) of each spring where the springs balance the mean kinetic friction.
+
+    Spring i pulls blocks i to N, so it carries N - i + 1 times the kinetic friction of a block.
+    """
+    kinetic = parameters.static_friction * parameters.friction_ratio
+    return kinetic * np.arange(parameters.n_blocks, 0, -1)
+
+
 def chain_deformations(positions: npt.ArrayLike, parameters: ChainParameters) -> np.ndarray:
     """Deformations of the N springs of a chain; the first spring hangs on the wall at 0."""
     positions = np.asarray(positions, dtype=float)

@@ -12,6 +12,7 @@ from beltrepro.simulation.results import Results
 from beltrepro.simulation.run import Run
 from beltrepro.simulation.scans import scan, time_to_continuous_slip
 from beltrepro.simulation.setup import METHODS, TOLERANCES, Setup
+from beltrepro.simulation.starts import slipping_state
 from beltrepro.simulation.trajectories import simulate
 
 __all__ = [
@@ -25,5 +26,6 @@ __all__ = [
     "catalogue",
     "scan",
     "simulate",
+    "slipping_state",
     "time_to_continuous_slip",
 ]

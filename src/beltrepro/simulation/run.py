@@ -12,6 +12,8 @@ from beltrepro.base import checks, names
 from beltrepro.base.errors import needing
 from beltrepro.engine.state import ChainState, equal_fields
 from beltrepro.model import ChainParameters
+from beltrepro.observe.forward_slip import ForwardSlip
+from beltrepro.simulation import sum_rule
 from beltrepro.simulation.run_file import load_run, save_run
 
 if TYPE_CHECKING:
@@ -98,6 +100,26 @@ class Run:
         if not isinstance(other, Run):
             return NotImplemented
         return equal_fields(self, other)
+
+    @property
+    def mean_wall_tension(self) -> float:
+        """Exact mean of the first spring's pull over the whole run, unit of force."""
+        return float(sum_rule.mean_wall_tension([self.initial_state], [self.final_state])[0])
+
+    @property
+    def sum_rule_residual(self) -> float:
+        """What the sum rule does not explain of it, as a share of N k (docs/physics.md).
+
+        Without noise that is rounding for "event", and of the order of dt for "verlet".
+        """
+        columns = [self.events[name] for name in ("time", "block", "force", "position")]
+        time, block, force, position = columns
+        place = position - self.parameters.rest_positions[block - 1]
+        slips = self.events["kind"] == "slip"
+        forward = ForwardSlip([self.initial_state])
+        forward.add(0, np.column_stack([time, block - 1, slips, force, place]))
+        ends = [self.initial_state], [self.final_state]
+        return float(sum_rule.sum_rule_residual(*ends, forward.way(ends[1]))[0])
 
     @names.checked
     def plot(self, path: str | Path | None = None) -> Figure:

@@ -12,6 +12,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
 from beltrepro.model import section_position as section_rule
 from beltrepro.observe.crossings import SectionValues
+from beltrepro.observe.forward_slip import ForwardSlip
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity
 from beltrepro.simulation.groups import Report, integrator_of, observe, slipping_since
@@ -28,6 +29,7 @@ from beltrepro.simulation.setup import (
     setup_of,
     with_setup,
 )
+from beltrepro.simulation.sum_rule import mean_wall_tension, sum_rule_residual
 
 MAXIMUM_BLOCKS = 10  # columns of slip_count
 MOST_VALUES = 100_000  # of each chain at the section: they are kept in memory
@@ -67,7 +69,8 @@ def scan(
     Returns
     -------
     Results
-        mean_length, disorder_parameter (Eq. 4), minimum_length, maximum_length; energy_residual;
+        mean_length, disorder_parameter (Eq. 4), minimum_length, maximum_length; energy_residual,
+        mean_wall_tension and sum_rule_residual as `Run` has them, of the whole run;
         section_position, section_count (all downward crossings of x_N after the transient),
         section_velocity (P, section_values) v_N at the first of them, NaN padded; slip_count (P,
         10); laminar_fraction, laminar_count, laminar_mean, laminar_longest; last_stick_time of the
@@ -113,18 +116,23 @@ def _scanned(
 ) -> dict[str, np.ndarray]:
     """What a scan measures of a group of W chains: arrays with first axis W."""
     chain, width = members[0].parameters, len(members)
-    start = members[0].state.time + transient
+    begin = [case.state for case in members]
+    start = begin[0].time + transient
     integrator = integrator_of(members, section=Section(chain.n_blocks, sections[group]))
     moments = LengthMoments(width, start)
     belt_velocities = np.array([case.parameters.belt_velocity for case in members])
     section = SectionValues(belt_velocities, section_values, start)
     slips = SlipActivity(width, chain.n_blocks, start, laminar_time, slipping_since(members))
-    observe(integrator, duration, [moments, section, slips], report)
+    forward = ForwardSlip(begin)
+    observe(integrator, duration, [moments, section, slips, forward], report)
+    end = integrator.state()
     counts = np.zeros((width, MAXIMUM_BLOCKS), dtype=np.int64)
     counts[:, : chain.n_blocks] = slips.slip_count
     return {
         **moments_of(moments, members, for_moments(members), start, integrator.time),
         "energy_residual": integrator.energy_residual(),
+        "mean_wall_tension": mean_wall_tension(begin, end),
+        "sum_rule_residual": sum_rule_residual(begin, end, forward.way(end)),
         "section_position": sections[group],
         "section_count": section.count,
         "section_velocity": section.values,

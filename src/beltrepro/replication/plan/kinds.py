@@ -291,7 +291,10 @@ def record(
     numerics: dict = {name: [getattr(point, name) for point in points] for name in names}
     setup = Setup([chain(point) for point in points], **numerics)
     simulate: Callable[..., Arrays] = resolve_name(KINDS[kind].record)
-    return columns(points) | simulate(setup, **settings, progress=progress)
+    measured = simulate(setup, **settings, progress=progress)
+    # a scan has more than its file: the sum rule, which says of each number that it is N k
+    kept = {array.name for array in KINDS[kind].recorded}
+    return columns(points) | {name: measured[name] for name in measured if name in kept}
 
 
 def series(setup, *, samples, transient, **settings):

@@ -5,17 +5,16 @@ folder of its results ends with its process. So to stop means to end at once, an
 on means to run the same command again.
 """
 
+import atexit
 import errno
 import fcntl
 import logging
 import os
-import re
 import select
 import signal
 import sys
 import threading
 import time
-from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn
@@ -54,7 +53,7 @@ def is_locked(results: Path) -> bool:
 def begin(results: Path, was_locked: bool = False) -> None:
     """Take a folder of results for this process until it ends, and put it in order.
 
-    Unfinished files are removed, and no file stays from the future.
+    Unfinished files are removed, now and at the end, and no file stays from the future.
     """
     try:
         results.mkdir(parents=True, exist_ok=True)
@@ -74,6 +73,7 @@ def begin(results: Path, was_locked: bool = False) -> None:
         )
     _held[results] = descriptor  # open as long as the process lives
     atomic.clear(results)
+    atexit.register(atomic.clear, results)  # what killed jobs leave
     _bring_back(results)
 
 
@@ -132,10 +132,14 @@ def stop_at_once(results: Path) -> None:
             signal.signal(signum, _stop)
 
 
-def stop_as_usual() -> None:
-    """Leave it to Snakemake again what it does at Ctrl-C; at SIGTERM it ends after its jobs."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+def cancel_at_stop() -> None:
+    """From now on let Snakemake cancel its jobs elsewhere at Ctrl-C, SIGTERM or SIGHUP.
+
+    By itself it waits for them at SIGTERM, and leaves them behind at SIGHUP.
+    """
+    for signum in STOPPING:
+        if signal.getsignal(signum) is not signal.SIG_IGN:
+            signal.signal(signum, signal.default_int_handler)
 
 
 def _end_jobs() -> None:
@@ -171,56 +175,3 @@ def _outlive(parent: int) -> None:
     except ProcessLookupError:
         pass
     os._exit(1)
-
-
-def shorten(logger: logging.Logger) -> None:
-    """Show one line of a failed job on the screen; Snakemake's log keeps all that it says."""
-    for handler in logger.handlers:
-        if not isinstance(handler, logging.FileHandler):
-            handler.addFilter(_Brief())
-
-
-class _Brief(logging.Filter):
-    """Leaves out what Snakemake says of a failed job beside the line of the job itself.
-
-    A job that says nothing, because it was killed, gets a line.
-    """
-
-    _ENDING = (
-        "Exiting because a job execution failed",
-        "WorkflowError:\nAt least one job did not complete",
-    )
-
-    def filter(self, record: logging.LogRecord) -> bool:
-        """Whether a record is shown, perhaps with other words."""
-        event = getattr(getattr(record, "event", None), "name", "")
-        text = str(record.msg)
-        if event == "JOB_ERROR":
-            return self._is_unsaid(record)
-        failed = getattr(record, "exception", "") == "RuleException"
-        return not (failed and "CalledProcessError" in text) and not text.startswith(self._ENDING)
-
-    def _is_unsaid(self, record: Any) -> bool:
-        if any(_said_in(path) for path in record.log):
-            return False
-        record.event = None
-        record.msg = (
-            f"error in rule {record.rule_name}: the job of {record.output[0]} was killed, perhaps "
-            "for want of memory; run the same command again"
-        )
-        return True
-
-
-def said_of_failures(logs: Iterable[str]) -> str:
-    """What failed jobs wrote in their logs, which Snakemake repeats in its own."""
-    text = "".join(Path(log).read_text() for log in logs)
-    said = dict.fromkeys(re.findall(r"^[0-9:]+ ERROR (.*)$", text, re.M))
-    return "\n".join(f"error: {line}" for line in said)
-
-
-def _said_in(log: str) -> bool:
-    """Whether a job has written in its log why it failed."""
-    try:
-        return " ERROR " in Path(log).read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return False

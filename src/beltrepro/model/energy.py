@@ -1,0 +1,113 @@
+"""The energy of the sliding chain, and how its normal modes share it (docs/physics.md)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from beltrepro.base import checks, names
+from beltrepro.base.errors import InputError
+from beltrepro.model.parameters import ChainParameters
+from beltrepro.model.spring import (
+    balance_tension,
+    chain_deformations,
+    spring_energy,
+    spring_extension,
+    spring_stiffness,
+)
+
+
+@names.checked
+def sliding_energy(
+    parameters: ChainParameters, positions: ArrayLike, velocities: ArrayLike
+) -> np.ndarray:
+    """Energy H that a chain keeps while all blocks slip and none is faster than the belt.
+
+    Kinetic friction k is then a constant force on each block, and H = sum v_i^2 / 2 + sum V(dl_i) -
+    k sum x_i, less its minimum, is conserved. Where H < u^2 / 2, no block ever reaches the belt.
+
+    Parameters
+    ----------
+    parameters : ChainParameters
+        The chain; with noise k is the mean kinetic friction.
+    positions, velocities : array (N,) or (T, N)
+        Of the blocks in the laboratory frame, model length and velocity.
+
+    Returns
+    -------
+    array, () or (T,)
+        H of each row, model energy; 0 where all blocks rest and the springs balance friction.
+
+    Raises
+    ------
+    InputError
+        The arrays do not fit the chain, or the positions do not increase.
+    """
+    positions, velocities = _checked(parameters, positions, velocities)
+    deformations = chain_deformations(positions, parameters)
+    energy = excess_energy(deformations, parameters).sum(axis=-1)
+    return energy + (velocities**2).sum(axis=-1) / 2
+
+
+@names.checked
+def mode_energies(
+    parameters: ChainParameters, positions: ArrayLike, velocities: ArrayLike
+) -> np.ndarray:
+    """Energy in each normal mode of small oscillations about the balance of springs and friction.
+
+    Where the oscillations are small the energies of all modes add up to `sliding_energy`. The share
+    of the lowest mode, in which all blocks swing together, is what r measures.
+
+    Parameters
+    ----------
+    parameters : ChainParameters
+        The chain.
+    positions, velocities : array (N,) or (T, N)
+        Of the blocks in the laboratory frame, model length and velocity.
+
+    Returns
+    -------
+    array (N,) or (T, N)
+        Model energy, the slowest mode first.
+
+    Raises
+    ------
+    InputError
+        The arrays do not fit the chain, or the positions do not increase.
+    """
+    positions, velocities = _checked(parameters, positions, velocities)
+    frequencies, shapes = normal_modes(parameters)
+    lengths = parameters.rest_length + spring_extension(balance_tension(parameters), parameters)
+    swing = (positions - np.cumsum(lengths)) @ shapes * frequencies
+    return ((velocities @ shapes) ** 2 + swing**2) / 2
+
+
+def normal_modes(parameters: ChainParameters) -> tuple[np.ndarray, np.ndarray]:
+    """Angular frequencies (N,) of small oscillations about the balance, and shapes in columns."""
+    balance = spring_extension(balance_tension(parameters), parameters)
+    stiffness = spring_stiffness(balance, parameters)
+    springs = np.eye(parameters.n_blocks) - np.eye(parameters.n_blocks, k=-1)  # dl_i of the x_j
+    squares, shapes = np.linalg.eigh(springs.T @ (stiffness[:, None] * springs))
+    return np.sqrt(squares), shapes
+
+
+def excess_energy(deformations: np.ndarray, parameters: ChainParameters) -> np.ndarray:
+    """Energy of each spring (..., N) and of friction's pull on it, above that at the balance."""
+    tension = balance_tension(parameters)
+    balance = spring_extension(tension, parameters)
+    stored = spring_energy(deformations, parameters) - spring_energy(balance, parameters)
+    return stored - tension * (deformations - balance)
+
+
+def _checked(
+    parameters: ChainParameters, positions: ArrayLike, velocities: ArrayLike
+) -> tuple[np.ndarray, np.ndarray]:
+    if not isinstance(parameters, ChainParameters):
+        raise InputError(f"parameters = {checks.shown(parameters)}: a ChainParameters is needed")
+    n_blocks = parameters.n_blocks
+    places = checks.positions("positions", positions, n_blocks, rows=True)
+    speeds = checks.numbers("velocities", velocities, n_blocks, rows=True)
+    if places.shape != speeds.shape:
+        needed = f"the shape {places.shape} of the positions is needed"
+        raise InputError(f"velocities of shape {speeds.shape}: {needed}")
+    return places, speeds

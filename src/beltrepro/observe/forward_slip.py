@@ -1,0 +1,59 @@
+"""How far blocks slip forward over the belt: the rare slips in which they are the faster ones."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from beltrepro.engine.integrator import Chunk
+from beltrepro.engine.records import (
+    EVENT_BLOCK,
+    EVENT_FORCE,
+    EVENT_POSITION,
+    EVENT_SLIP,
+    EVENT_TIME,
+)
+from beltrepro.engine.state import ChainState
+from beltrepro.engine.vector import kernel
+
+
+class ForwardSlip:
+    """Way of all blocks in their forward slips, for each of W chains: integral of (v - u)^+."""
+
+    def __init__(self, states: Sequence[ChainState]) -> None:
+        self._belt_velocity = np.array([state.parameters.belt_velocity for state in states])
+        # place on the belt where the forward slip going on began; NaN for the other blocks
+        self._begun = np.array([np.where(s.directions > 0, _places(s), np.nan) for s in states])
+        self._way = np.zeros(len(states))
+
+    def observe(self, chunk: Chunk) -> None:
+        """Follow the events of a chunk."""
+        for lane, count in enumerate(chunk.event_count):
+            self.add(lane, chunk.events[lane, :count])
+
+    def add(self, lane: int, events: np.ndarray) -> None:
+        """Follow events (E, 6) of one chain."""
+        way = self._way[lane : lane + 1]
+        _follow_forward(events, self._belt_velocity[lane], self._begun[lane], way)
+
+    def way(self, states: Sequence[ChainState]) -> np.ndarray:
+        """The way (W,) until these states, the slips going on included."""
+        going_on = np.array([_places(state) for state in states]) - self._begun
+        return self._way + np.nansum(going_on, axis=1)
+
+
+def _places(state: ChainState) -> np.ndarray:
+    """Where blocks are on the belt."""
+    return state.displacements - state.parameters.belt_velocity * state.time
+
+
+@kernel
+def _follow_forward(events, belt_velocity, begun, way):
+    for index in range(len(events)):
+        block = int(events[index, EVENT_BLOCK])
+        place = events[index, EVENT_POSITION] - belt_velocity * events[index, EVENT_TIME]
+        if events[index, EVENT_SLIP] > 0.0:
+            # towards F_ex, see `model.friction`
+            begun[block] = np.nan if events[index, EVENT_FORCE] < 0.0 else place
+        elif not np.isnan(begun[block]):
+            way[0] += place - begun[block]
+            begun[block] = np.nan
