@@ -251,8 +251,8 @@ def test_misspelt_key_is_refused_at_every_level(path, where):
         ("model.friction_ratio", 1.5, "must be less than 1"),
         ("defaults.time_step", 0, "must be at least 1e-09"),
         ("datasets.n5_map.kind", "scam", "did you mean 'scan'"),
-        ("datasets.n5_map.kind", REMOVED, "n5_map of preset smoke has no kind"),
-        ("datasets.n5_map.n_blocks", REMOVED, "n5_map of preset smoke has no n_blocks"),
+        ("datasets.n5_map.kind", REMOVED, "n5_map of preset standard has no kind"),
+        ("datasets.n5_map.n_blocks", REMOVED, "n5_map of preset standard has no n_blocks"),
         ("datasets.n5_map.method", {"without_noise": "event"}, "method.with_noise is missing"),
         ("datasets.n5_map.method", {"with_noise": "event"}, "method.without_noise is missing"),
         ("datasets.n5_map.method", {"event": "event"}, "allowed are verlet, event"),
@@ -268,8 +268,8 @@ def test_misspelt_key_is_refused_at_every_level(path, where):
         ("datasets.u1.tolerance", 1e-6, "u1.tolerance = 1e-06: method verlet has none, only event"),
         ("datasets.u17.friction_ratio", 0.9, "u17.noise = 2.2: with friction_ratio = 0.9 and"),
         ("datasets.u1.sample_interval", 0.0015, "0.0015: method verlet needs a multiple of time_"),
-        ("presets.smoke.based_on", "standart", "did you mean 'standard'"),
-        ("presets.smoke.based_on", "smoke", "smoke is based on smoke"),
+        ("presets.standard.based_on", "smok", "did you mean 'smoke'"),
+        ("presets.standard.based_on", "standard", "standard is based on standard"),
         (f"{DATASET}.belt_velocity", -2, "must be greater than 0"),
         (f"{DATASET}.belt_velocity", [3, -2], "belt_velocity[1] = -2"),
         (f"{DATASET}.n_blocks", 2.5, "must be a whole number"),
@@ -286,7 +286,7 @@ def test_misspelt_key_is_refused_at_every_level(path, where):
         ("camera.width", 641, "camera.width = 641: must be a multiple of 2"),
         ("camera.compression", 52, "camera.compression = 52: must be at most 51"),
         ("camera.exposure", 0.05, "films.belt_022: exposure = 0.05: must be at most 0.04167"),
-        ("films.belt_028.of", "belt_29", "films.belt_028.of = 'belt_29': preset smoke has no such"),
+        ("films.belt_028.of", "belt_29", "films.belt_028.of = 'belt_29': preset standard has no"),
         ("films.belt_028.of", "n5_u7", "= 'n5_u7': must be a series of one point"),
         ("films.belt_028.of", "u17", "sample_interval is 0.1, 24 frames a second need 0.5448376"),
         ("films.belt_028.of", REMOVED, "films.belt_028.of is missing"),
@@ -302,6 +302,12 @@ def test_misspelt_key_is_refused_at_every_level(path, where):
 )
 def test_bad_value_is_refused(path, value, words):
     complaint(changed(CONFIG, path, value), words)
+
+
+def test_a_preset_that_nobody_asks_for_needs_no_points():
+    whole = changed(CONFIG, "presets.mine", {"defaults": {}})
+    assert make_plan(whole).preset == "standard"
+    complaint(changed(whole, "preset", "mine"), "of preset mine has no ")
 
 
 def test_a_dataset_has_not_too_many_points():

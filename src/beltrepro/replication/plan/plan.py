@@ -200,7 +200,7 @@ class Plan:
 
 
 def make_plan(config: dict) -> Plan:
-    """The plan of the preset that `config` names; the others are checked, too."""
+    """The plan of the preset that `config` names; of the others only the form is checked."""
     config = checked(config)
     preset, presets = config["preset"], config["presets"]
     if preset not in presets:
@@ -208,7 +208,7 @@ def make_plan(config: dict) -> Plan:
     run = config.get("run", preset)
     if run != preset and run in presets:
         refuse(f"run = {run!r}: is the name of another preset, whose results it would overwrite")
-    return {name: _preset_plan(config, name, run) for name in presets}[preset]
+    return _preset_plan(config, preset, run)
 
 
 # --- layers of the configuration ------------------------------------------------------------------
