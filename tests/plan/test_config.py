@@ -316,16 +316,27 @@ def test_a_dataset_has_not_too_many_points():
     complaint(whole, words)
 
 
+BOMB = "".join(f"a{n}: &a{n} [{','.join([f'*a{n - 1}'] * 9)}]\n" for n in range(1, 30))
+BOMB = f"a0: &a0 [x]\n{BOMB}"
+
+
 def test_files_that_cannot_be_read_are_one_line(tmp_path):
-    with pytest.raises(InputError, match="No such file"):
+    with pytest.raises(InputError, match="no such file"):
         config.load_config(tmp_path / "missing.yaml")
     for text, words in (
-        ("a: [1,\nb: {", "not YAML"),
+        ("a: [1,\nb: {", "broken.yaml, line 2: while parsing a flow node expected"),
         ("just text", "must be a mapping"),
-        ("a: 1\nb: {c: 1, 5: 2,\n  5: 3}", "the key '5' is given twice in .*, line 3, column 3"),
-        ("a: &a {b: *a}", "nested without end"),
-        ("a: " + "[" * 3000, "nested without end, or too deeply"),
+        ("", "must be a mapping"),
+        ("a: 1\nb: {c: 1, 5: 2,\n  5: 3}", "broken.yaml, line 3: the key '5' is given twice"),
+        ("a: &a {b: *a}", "more than 100000 values, perhaps without end"),
+        (BOMB, "more than 100000 values, perhaps without end"),
+        ("a: " + "[" * 100_000, "nested more than 50 deep"),
+        ("a: !!python/object/apply:os.getcwd []", "line 1: could not determine a constructor"),
+        ("a: 1\0", "not YAML: unacceptable character"),
         ("a: \u00e9", "not a text file in UTF-8"),
+        ("a: 2013-02-30", "line 1: '2013-02-30': day is out of range"),
+        ("seed: 1\nrun: 1.10", "line 2: run = 1.10: is read as the number 1.1; quote it"),
+        ("#" * (config.MOST_BYTES + 1), "too large: 1 MB, at most 1 MB are allowed"),
     ):
         (tmp_path / "broken.yaml").write_text(text, encoding="latin-1")
         with pytest.raises(InputError, match=words) as caught:
@@ -334,6 +345,18 @@ def test_files_that_cannot_be_read_are_one_line(tmp_path):
     whole = tmp_path / "whole.yaml"
     whole.write_text("a: &a {b: 1}\nc: {<<: *a, b: 2}\nd: {b: 1}")
     assert config.load_config(whole) == {"a": {"b": 1}, "c": {"b": 2}, "d": {"b": 1}}
+
+
+@pytest.mark.parametrize("word", ["5:30", "190:20:30.15", "1_000", "010", "0b11", "on", "NO"])
+def test_what_yaml_1_1_reads_in_its_own_way_is_refused(tmp_path, word):
+    """Snakemake takes them for 330, 685230.15, 1000, 8, 3, true and false."""
+    path = tmp_path / "more.yaml"
+    path.write_text(f"'seed': 1\n{word}: 1\nrun: 2")
+    with pytest.raises(InputError, match=f"more.yaml, line 2: '{word}' can be read in two ways"):
+        config.load_config(path)
+    path.write_text(f"run: '{word}'  # {word}\nseed: [-0.5, +1.5e+3, .5, 0, true, 2e6]")
+    numbers = [-0.5, 1500, 0.5, 0, True, "2e6"]
+    assert config.load_config(path) == {"run": word, "seed": numbers}
 
 
 # --- the same facts elsewhere ---------------------------------------------------------------------

@@ -307,7 +307,7 @@ def test_a_difference_matters_if_a_verdict_differs(results):
 def test_missing_and_damaged_tables_are_named(results):
     folder, compare = results
     (folder / "claims.csv").write_bytes(b"")
-    assert "claims.csv: not a table of claims" in compare()["claims"].words
+    assert "claims.csv: not a table of comma-sep" in compare()["claims"].words
     with pytest.raises(InputError, match=r"claims\.csv: has no checksum"):
         verification.make_list(folder)
     (folder / "tables" / "t.csv").unlink()

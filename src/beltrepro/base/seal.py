@@ -13,9 +13,9 @@ seal.
 """
 
 import hashlib
-import json
 from pathlib import Path
 
+from beltrepro.base import reading
 from beltrepro.base.errors import InputError
 
 MARKER = b"\nbeltrepro sha256 "
@@ -31,7 +31,7 @@ def digest(content: bytes) -> str:
 
 def digest_of(path: Path) -> str:
     """SHA-256 of the bytes of a file."""
-    with path.open("rb") as file:
+    with reading.opened(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
@@ -52,12 +52,7 @@ def check(path: Path, *, strict: bool = False) -> None:
 
     A file without a seal passes, unless `strict`: an older version made it, or a user.
     """
-    try:
-        agrees = _is_whole(path), _is_as_described(path)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    agrees = _is_whole(path), _is_as_described(path)
     if False in agrees:
         raise InputError(f"{path}: damaged: its bytes do not have their checksum")
     if strict and True not in agrees:
@@ -66,9 +61,8 @@ def check(path: Path, *, strict: bool = False) -> None:
 
 def _is_whole(path: Path) -> bool | None:
     """Whether the bytes before the seal at the end of a file are as it says; None without one."""
-    with path.open("rb") as file:
-        size = path.stat().st_size
-        file.seek(max(0, size - LENGTH))
+    with reading.opened(path) as file:
+        file.seek(max(0, file.seek(0, 2) - LENGTH))
         begin, end = file.tell(), file.read()
         place = end.find(MARKER)
         if place < 0:
@@ -90,11 +84,7 @@ def _is_as_described(path: Path) -> bool | None:
         path = path.with_name(path.name.removesuffix(_METADATA))
         if not path.exists():
             return False
-    try:
-        metadata = json.loads(metadata_path(path).read_text(encoding="utf-8"))
-        said = metadata.get(KEY)
-    except FileNotFoundError:
+    if not (metadata := metadata_path(path)).exists():
         return None
-    except (ValueError, AttributeError):  # no JSON, or no object
-        return False
+    said = reading.json_object(metadata).get(KEY)
     return None if said is None else digest_of(path).startswith(str(said) or "-")

@@ -13,13 +13,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 from pydantic import BaseModel, ValidationError, create_model
 
-from beltrepro.base import provenance, seal, store
+from beltrepro.base import provenance, reading, seal, store
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan import files, manifest
+from beltrepro.replication.plan import files, manifest, tables
 from beltrepro.replication.plan.points import QUANTITIES
 
 SHORT = 500.0  # model time; a distance grows e-fold in 60 and more
@@ -85,19 +84,15 @@ def write_list(path: Path, results: Path) -> int:
 
 def read_list(path: Path) -> dict:
     """Read a list."""
+    if not path.exists():
+        raise InputError(f"{path}: no such list; --list FILE takes another one, --write makes one")
+    listed = reading.json_object(path)
     try:
-        listed = json.loads(path.read_text(encoding="utf-8"))
         _List.model_validate(listed)
-    except FileNotFoundError:
-        raise InputError(
-            f"{path}: no such list; --list FILE takes another one, --write makes one"
-        ) from None
     except ValidationError as error:
         fault = error.errors()[0]
         place = ".".join(map(str, fault["loc"]))
         raise InputError(f"{path}: not a list of results ({place}: {fault['msg']})") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: not a readable list ({error})") from None
     return listed
 
 
@@ -231,11 +226,11 @@ def _verdicts(results: Path) -> dict[str, str]:
     if not path.exists():
         return {}
     try:
-        rows = pd.read_csv(path, dtype=str, keep_default_na=False)
+        rows = tables.read_as_text(path)
         verdicts = rows["replicated"] + " and " + rows["robust"]
         return dict(zip(rows["id"], verdicts, strict=True))
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(f"{path}: not a table of claims ({error})") from None
+    except KeyError as error:
+        raise InputError(f"{path}: not a table of claims: it lacks {error}") from None
 
 
 def _below(path: Path, results: Path) -> str:

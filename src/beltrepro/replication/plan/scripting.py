@@ -41,8 +41,8 @@ def run(main: Callable[[Any], None], snakemake: Any) -> None:
         logger.error("%s", error)
         sys.exit(f"error in rule {snakemake.rule}: {error}")
     except Exception as error:
-        logger.error("%s", traceback.format_exc())
         reason = f"{type(error).__name__}: {error}".splitlines()[0]
+        logger.error("%s\n%s", reason, traceback.format_exc())  # the first line is shown
         sys.exit(f"error in rule {snakemake.rule}: {reason} (traceback in {log})")
     logger.info("done")
 

@@ -6,10 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import pandas as pd
-
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan import manifest
+from beltrepro.replication.plan import manifest, tables
 from beltrepro.replication.verdicts import criteria
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, QUESTIONS, YES
 from beltrepro.replication.verdicts.ledger import FINDINGS, KINDS, Claim, load_ledger
@@ -194,9 +192,7 @@ def _same(results: Results, rows: list[dict[str, str]], question: str) -> dict[s
 
 def _read_csv(path: Path) -> list[dict[str, str]]:
     """Rows of a table, all of it text."""
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
-    return pd.read_csv(path, dtype=str, keep_default_na=False).to_dict("records")
+    return tables.read_as_text(path).to_dict("records")
 
 
 def _answer(row: dict[str, str], question: str, rows: list[tuple[str, Number]]) -> Answer:
