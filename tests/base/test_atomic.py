@@ -1,5 +1,6 @@
 """Files appear whole or not at all: kills, failures and a full disk."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -67,13 +68,30 @@ def test_a_place_where_no_file_can_be_is_one_line(tmp_path, name):
     assert not list(tmp_path.parent.glob(f"{atomic.UNFINISHED}*"))
 
 
-def test_what_a_kill_leaves_is_cleared(tmp_path):
-    folder = tmp_path / "datasets"
+def killed_at_work_on(path):
     kill = (
         "import os, sys; from beltrepro.base.atomic import replacing\n"
         "with replacing(sys.argv[1]) as part: part.write_text('half'); os.kill(os.getpid(), 9)"
     )
-    subprocess.run([sys.executable, "-c", kill, str(folder / "a.h5")], check=False)
+    subprocess.run([sys.executable, "-c", kill, str(path)], check=False)
+
+
+def test_what_a_kill_leaves_of_a_file_goes_when_it_is_written_again(tmp_path):
+    path = tmp_path / "a.mp4"
+    of_a_living = tmp_path / f"{atomic.UNFINISHED}{os.getppid()}-a.mp4"
+    of_another = tmp_path / f"{atomic.UNFINISHED}1-b-a.mp4"
+    killed_at_work_on(path)
+    assert len(list(tmp_path.iterdir())) == 1
+    for left in (of_a_living, of_another):
+        left.touch()
+    with replacing(path) as unfinished:
+        unfinished.write_text("whole")
+    assert {*tmp_path.iterdir()} == {path, of_a_living, of_another}
+
+
+def test_what_a_kill_leaves_is_cleared(tmp_path):
+    folder = tmp_path / "datasets"
+    killed_at_work_on(folder / "a.h5")
     assert len(list(folder.iterdir())) == 1
     (folder / "b.h5").write_text("whole")
     assert atomic.clear(tmp_path) == 1

@@ -192,7 +192,7 @@ def kept(path, content):
 
 
 WRONG = {
-    "missing": (lambda path: path, "No such file"),
+    "missing": (lambda path: path, "no such file"),
     "a folder": (lambda path: path.parent, "directory"),
     "text": (lambda path: kept(path, b"time_s,x_m\n0,1\n"), "not a video"),
     "empty": (lambda path: kept(path, b""), "not a video"),
@@ -309,7 +309,7 @@ def table(time_s=TIMES, x_m=PLACES, header="time_s,x_m"):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (None, "No such file"),
+        (None, "no such file"),
         ("", "lacks the column time_s, x_m"),
         (table(header="t,x"), "lacks the column time_s, x_m; its first line is 't,x'"),
         (table([], []), "has no rows"),

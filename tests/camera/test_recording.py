@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.camera.recording import FIT_TO_HZ, analyse, regimes
+from beltrepro.replication.camera.scene import lengths_of_blocks
 
 RATE = 24.0
 
@@ -101,6 +103,104 @@ def test_the_exponent_of_coloured_noise_is_found(exponent):
         assert law.high == FIT_TO_HZ
         exponents.append(law.exponent)
     assert np.mean(exponents) == pytest.approx(exponent, abs=0.1)
+
+
+# --- errors ---------------------------------------------------------------------------------------
+
+
+def swings(random, seconds, memory_s):
+    """Gaussian swings of 10 cm about 85 cm that forget within a time, so r = 0.1 / 0.85."""
+    kept = np.exp(-1 / RATE / memory_s)
+    noise = np.sqrt(1 - kept**2) * random.normal(size=round(RATE * (seconds + 10 * memory_s)))
+    time = instants(seconds)
+    return time, 0.85 + 0.1 * lfilter([1], [1, -kept], noise)[-time.size :]
+
+
+@pytest.mark.parametrize(
+    ("memory_s", "scale_error", "zero_error_m", "blocks_m"),
+    [
+        (0.5, np.nan, np.nan, 0.0),
+        (2.0, np.nan, np.nan, 0.0),
+        (0.5, 0.1, 0.04, 0.18),
+    ],
+)
+def test_intervals_hold_the_truth_of_95_in_100_recordings(
+    memory_s, scale_error, zero_error_m, blocks_m
+):
+    random, held = np.random.default_rng(5), {"r": 0, "length": 0}
+    for _ in range(200):
+        time, x = swings(random, 150.0, memory_s)
+        scale, zero = np.nan_to_num([scale_error, zero_error_m]) * random.normal(size=2)
+        seen = analyse(
+            time,
+            (1 + scale) * (x + blocks_m) + zero,
+            scale_error=scale_error,
+            zero_error_m=zero_error_m,
+            blocks_m=blocks_m,
+        )
+        held["r"] += seen.disorder.low <= 0.1 / 0.85 <= seen.disorder.high
+        held["length"] += seen.length.low <= 0.85 <= seen.length.high
+    assert 181 <= held["r"] <= 198 and 181 <= held["length"] <= 198
+
+
+def test_an_error_of_the_scale_changes_the_length_and_not_r():
+    time, x = swings(np.random.default_rng(1), 150.0, 0.5)
+    plain, scaled = analyse(time, x), analyse(time, x, scale_error=0.02)
+    assert scaled.disorder == plain.disorder
+    reach = np.hypot(np.log(plain.length.high / plain.length.value), 1.96 * 0.02)
+    assert scaled.length.high == pytest.approx(scaled.length.value * np.exp(reach), rel=1e-4)
+    # where blocks are taken off, the scale is wrong of what they leave
+    blocks = analyse(time, x + 0.18, scale_error=0.02, blocks_m=0.18)
+    assert blocks.disorder_parameter == pytest.approx(plain.disorder_parameter)
+    assert blocks.disorder.high > plain.disorder.high
+    zero = analyse(time, x, zero_error_m=0.017)
+    reach = np.hypot(np.log(plain.disorder.high / plain.disorder.value), 1.96 * 0.02)
+    assert zero.disorder.high == pytest.approx(zero.disorder.value * np.exp(reach), rel=1e-2)
+
+
+def test_the_length_of_blocks_lowers_r_as_much_as_it_raises_the_mean():
+    time, x = bursts()
+    held = lengths_of_blocks(5, 0.04)
+    along_tape, of_springs = analyse(time, x + held), analyse(time, x + held, blocks_m=held)
+    assert held == pytest.approx(0.18)
+    assert of_springs.mean_length == pytest.approx(along_tape.mean_length - held)
+    assert of_springs.disorder_parameter == pytest.approx(
+        along_tape.disorder_parameter * along_tape.mean_length / of_springs.mean_length
+    )
+    assert of_springs.minimum_length == pytest.approx(x.min())
+    with pytest.raises(NotEnoughDataError, match=r"less than the 0\.8 m of blocks"):
+        analyse(time, x, blocks_m=0.8)
+
+
+def test_what_lasts_longer_than_the_recording_has_no_error():
+    time = instants(160.0)
+    amplitude = np.where(time < 80, 0.02, 0.15)  # one change: nobody knows how often there is one
+    recording = analyse(time, 0.9 + amplitude * np.sin(3 * time))
+    assert recording.disorder.runs == 1 and np.isnan(recording.disorder.low)
+    assert np.isnan(analyse(time, np.ones(time.size)).disorder.low)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("exponent", [-1.0, -2.0])
+def test_intervals_hold_the_exponent_of_coloured_noise(exponent):
+    random, held = np.random.default_rng(8), 0
+    for _ in range(100):
+        time, noise = coloured(random, exponent, 60.0)
+        interval = analyse(time, 0.9 + 0.05 * noise).spectra["whole"].exponent
+        held += interval.low <= exponent <= interval.high
+    assert 87 <= held <= 99
+
+
+def coloured(random, exponent, seconds):
+    """A part of a longer noise with a power law, of standard deviation 1."""
+    time = instants(seconds)
+    frequency = np.fft.rfftfreq(4 * time.size, 1 / RATE)[1:]
+    waves = frequency ** (exponent / 2) * (random.normal(size=(frequency.size, 2)) @ [1, 1j])
+    noise = np.fft.irfft(np.concatenate([[0], waves]))[: time.size]
+    return time, noise / noise.std()
+
+
+# --- bad input ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

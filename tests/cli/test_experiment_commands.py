@@ -90,6 +90,9 @@ def test_a_table_of_a_spreadsheet_is_read(tmp_path, text):
         (["--window=0"], "window"),
         (["--window=0.1"], "window = 0.1: it must hold 3 samples or more"),
         (["--quiet=nan"], "quiet"),
+        (["--block-length=-1"], "block_length = -1"),
+        (["--block-length=0.2"], "0.8 m: less than the 0.9 m of blocks in it"),
+        (["--n-blocks=0"], "n_blocks = 0"),
         (["--output=figure.mp3"], "must end in .png"),
     ],
 )
@@ -105,6 +108,38 @@ def test_each_option_of_analyse_changes_what_is_printed(tmp_path, capsys):
     (tmp_path / "a.csv").write_text("time_s,x_m\n" + rows)
     outputs = {
         run(capsys, "analyse", tmp_path / "a.csv", "--json", *option)
-        for option in ([], ["--transient=20"], ["--window=2"], ["--quiet=0.09"])
+        for option in (
+            [],
+            ["--transient=20"],
+            ["--window=2"],
+            ["--quiet=0.09"],
+            ["--block-length=0.04"],
+            ["--block-length=0.04", "--n-blocks=4"],
+        )
     }
-    assert len(outputs) == 4 and "" not in outputs
+    assert len(outputs) == 6 and "" not in outputs
+
+
+def test_analyse_says_what_its_intervals_hold(tmp_path, capsys):
+    """Errors that a track tells widen them; what is not known, and blocks in x_N, are said."""
+    (tmp_path / "a.csv").write_text(HEADER + ROWS)
+    (tmp_path / "b.csv").write_text(
+        '# {"scale_error": 0.03, "zero_error_m": 0.2}\n' + HEADER + ROWS
+    )
+    plain, wide, of_springs = (
+        json.loads(run(capsys, "analyse", tmp_path / name, "--json", *options))
+        for name, options in (("a.csv", ()), ("b.csv", ()), ("b.csv", ["--block-length=0.1"]))
+    )
+    for name in ("disorder_parameter", "mean_length"):
+        assert plain[name] == wide[name]
+        reach = [shown[f"{name}_high"] - shown[f"{name}_low"] for shown in (plain, wide)]
+        assert reach[0] < 0.5 * wide[name] < reach[1]
+    common = ("scale_error", "zero_error_m", "blocks_m")
+    assert [plain[name] for name in common] == [None, None, 0]
+    assert [of_springs[name] for name in common] == [0.03, 0.2, 0.45]
+    assert of_springs["mean_length"] == pytest.approx(plain["mean_length"] - 0.45)
+    said = run(capsys, "analyse", tmp_path / "a.csv")
+    assert said.count("not known, and not in the intervals") == 2
+    assert "--block-length takes them off" in said
+    said = run(capsys, "analyse", tmp_path / "b.csv", "--block-length=0.1")
+    assert "not known" not in said and "takes them off" not in said

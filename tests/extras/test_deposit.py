@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import tomllib
 import zipfile
+from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -155,6 +156,7 @@ def project(made, tmp_path):
     (results / "report.html").write_text("<p>Report</p>")
     (results / "logs" / "report.log").write_text("done")
     (results / "benchmarks" / "datasets" / "rows.tsv").write_text("s\tmax_rss\n2.5\t81.25\n")
+    manifest.add(results, results.rglob("*.h*"))
     return top
 
 
@@ -169,12 +171,14 @@ def unpacked(project, tmp_path):
 def test_archive_has_sources_results_crate_and_the_checksum_of_each(project, tmp_path):
     top = unpacked(project, tmp_path)
     there = {path.relative_to(top).as_posix() for path in top.rglob("*") if path.is_file()}
-    results = {"datasets/rows.h5", "report.html", "benchmarks/datasets/rows.tsv"}
+    made = {"datasets/rows.h5", "report.html"}
+    results = {*made, "benchmarks/datasets/rows.tsv", manifest.NAME}
     expected = {*git(project, "ls-files").split(), manifest.CRATE, manifest.NAME}
     assert there == expected | {f"results/own/{name}" for name in results}
     listed = manifest.read(top)
     assert set(listed) == there - {manifest.NAME}
     assert all(seal.digest_of(top / name) == digest for name, digest in listed.items())
+    manifest.check(top / "results" / "own", made)
     commit = git(project, "rev-parse", "HEAD").strip()
     assert manifest.datasets(top, "own") == {"rows"} and manifest.datasets(top, "other") == set()
     assert provenance.commit(top) == commit
@@ -191,6 +195,16 @@ def test_what_is_not_committed_is_refused_with_git_and_without(project, tmp_path
     assert not (tmp_path / "some.zip").exists()
     with pytest.raises(InputError, match="neither a git checkout nor an unpacked archive"):
         archive.source_files(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["report.html", "datasets/rows.h5", "notes.txt"])
+def test_what_the_run_did_not_write_gets_into_no_archive_and_no_crate(project, tmp_path, name):
+    path = project / "results" / "own" / name
+    path.write_bytes((path.read_bytes() if path.exists() else b"") + b"more")
+    for write in (archive.write_crate, partial(archive.write, tmp_path / "some.zip")):
+        with pytest.raises(InputError, match=f"{name}: .*; to make it again: rm .*{name} && snake"):
+            write(project, RUN)
+    assert not (tmp_path / "some.zip").exists()
 
 
 # --- the crate ---

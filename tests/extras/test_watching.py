@@ -18,7 +18,9 @@ from beltrepro.base.errors import ModelStateError
 from beltrepro.cli import app as cli
 from beltrepro.extras import watch
 from beltrepro.extras.watch import Clock, Player, View, Window, begin, look, write_film
+from beltrepro.extras.watch.player import KEPT
 from beltrepro.extras.watch.scenery import BLOCK_ALONG
+from beltrepro.extras.watch.view import span_of
 from beltrepro.model.spring import chain_deformations, spring_force
 from beltrepro.model.units import FORCE_N, LENGTH_M, TIME_S
 
@@ -90,13 +92,42 @@ def test_other_parameters_keep_positions_and_act_at_once(later):
 def test_r_and_mean_length_are_those_of_what_was_shown():
     now, lengths = player().advance(2000), shown_by_simulate().positions[:, -1]
     later = now.anew().advance(1500)
-    for record, shown in ((now.record, lengths[:2001]), (later.record, lengths[2001:3501])):
+    for record, shown in ((now.record, lengths[:2001]), (later.record, lengths[2000:3501])):
         assert record.disorder_parameter == pytest.approx(shown.std() / shown.mean(), rel=1e-9)
         assert record.mean_length == pytest.approx(shown.mean(), rel=1e-12)
     recent = lengths[:3501][-len(later.record.length) :]
     assert np.array_equal(later.record.length, recent) and len(recent) > 1000
+    assert later.record.since == now.time and len(later.record.disorder) == 1501
     again = later.under(replace(CHAIN, noise=2.0)).advance(1)
-    assert again.record.count == 1 and len(again.record.length) > 1000
+    assert again.record.count == 2 and len(again.record.length) > 1000
+
+
+@pytest.mark.parametrize(("transient", "shown_before"), [(0, 0), (120, 120), (700, KEPT)])
+def test_a_transient_is_seen_in_the_trace_and_left_out_of_r(transient, shown_before):
+    first = begin(CHAIN, CLOCK, transient, 4)
+    assert first.record.since == first.time == transient
+    before = first.record.time - first.time
+    assert before[0] == pytest.approx(-shown_before, abs=CLOCK.tick)
+    assert np.allclose(np.diff(before), CLOCK.tick, rtol=0, atol=CLOCK.tick)
+    assert (np.diff(before) > 0).all() and before[-1] == 0
+    run = shown_by_simulate(duration=750)
+    expected = np.interp(first.record.time, run.time, run.positions[:, -1])
+    assert np.allclose(first.record.length, expected, atol=0.01)
+    assert f"since {transient * TIME_S:.1f} s: r = 0.000" in words(first)
+    for now in (first, first.anew(), first.under(replace(CHAIN, noise=2.0)), first.advance(FRAME)):
+        assert np.isfinite(now.record.disorder).all() and "nan" not in words(now)
+
+
+def words(player):
+    """The line of numbers."""
+    return View(player, CLOCK).numbers.get_text()
+
+
+@pytest.mark.parametrize(("seconds", "span"), [(0.25, 0.5), (14.0, 28.0), (20.0, 30.0)])
+def test_a_short_film_fills_its_curves(seconds, span):
+    assert View(player(), CLOCK, span=span_of(CLOCK, seconds)).strips.length.axes.get_xlim() == (
+        pytest.approx(-span), 0
+    )  # fmt: skip
 
 
 def test_a_clock_pauses_steps_and_changes_speed():
@@ -225,7 +256,7 @@ def test_keys(window):
     assert "speed × 1" in window.view.settings.get_text() and window.clock.paused
     assert window.player.record.count > 1
     press(window, "c")
-    assert window.player.record.count == 0
+    assert window.player.record.count == 1 and window.player.record.since == window.player.time
 
 
 def test_sliders_act_at_once_and_keep_the_positions(window):

@@ -251,8 +251,8 @@ def test_misspelt_key_is_refused_at_every_level(path, where):
         ("model.friction_ratio", 1.5, "must be less than 1"),
         ("defaults.time_step", 0, "must be at least 1e-09"),
         ("datasets.n5_map.kind", "scam", "did you mean 'scan'"),
-        ("datasets.n5_map.kind", REMOVED, "n5_map of preset smoke has no kind"),
-        ("datasets.n5_map.n_blocks", REMOVED, "n5_map of preset smoke has no n_blocks"),
+        ("datasets.n5_map.kind", REMOVED, "n5_map of preset standard has no kind"),
+        ("datasets.n5_map.n_blocks", REMOVED, "n5_map of preset standard has no n_blocks"),
         ("datasets.n5_map.method", {"without_noise": "event"}, "method.with_noise is missing"),
         ("datasets.n5_map.method", {"with_noise": "event"}, "method.without_noise is missing"),
         ("datasets.n5_map.method", {"event": "event"}, "allowed are verlet, event"),
@@ -268,8 +268,8 @@ def test_misspelt_key_is_refused_at_every_level(path, where):
         ("datasets.u1.tolerance", 1e-6, "u1.tolerance = 1e-06: method verlet has none, only event"),
         ("datasets.u17.friction_ratio", 0.9, "u17.noise = 2.2: with friction_ratio = 0.9 and"),
         ("datasets.u1.sample_interval", 0.0015, "0.0015: method verlet needs a multiple of time_"),
-        ("presets.smoke.based_on", "standart", "did you mean 'standard'"),
-        ("presets.smoke.based_on", "smoke", "smoke is based on smoke"),
+        ("presets.standard.based_on", "smok", "did you mean 'smoke'"),
+        ("presets.standard.based_on", "standard", "standard is based on standard"),
         (f"{DATASET}.belt_velocity", -2, "must be greater than 0"),
         (f"{DATASET}.belt_velocity", [3, -2], "belt_velocity[1] = -2"),
         (f"{DATASET}.n_blocks", 2.5, "must be a whole number"),
@@ -286,7 +286,7 @@ def test_misspelt_key_is_refused_at_every_level(path, where):
         ("camera.width", 641, "camera.width = 641: must be a multiple of 2"),
         ("camera.compression", 52, "camera.compression = 52: must be at most 51"),
         ("camera.exposure", 0.05, "films.belt_022: exposure = 0.05: must be at most 0.04167"),
-        ("films.belt_028.of", "belt_29", "films.belt_028.of = 'belt_29': preset smoke has no such"),
+        ("films.belt_028.of", "belt_29", "films.belt_028.of = 'belt_29': preset standard has no"),
         ("films.belt_028.of", "n5_u7", "= 'n5_u7': must be a series of one point"),
         ("films.belt_028.of", "u17", "sample_interval is 0.1, 24 frames a second need 0.5448376"),
         ("films.belt_028.of", REMOVED, "films.belt_028.of is missing"),
@@ -304,22 +304,39 @@ def test_bad_value_is_refused(path, value, words):
     complaint(changed(CONFIG, path, value), words)
 
 
+def test_a_preset_that_nobody_asks_for_needs_no_points():
+    whole = changed(CONFIG, "presets.mine", {"defaults": {}})
+    assert make_plan(whole).preset == "standard"
+    complaint(changed(whole, "preset", "mine"), "of preset mine has no ")
+
+
 def test_a_dataset_has_not_too_many_points():
     whole = single(belt_velocity={"start": 1, "stop": 10, "step": 0.001}, replicate={"count": 1000})
     words = "datasets.one.belt_velocity: with the other axes it makes 9e+06 points, at most 1000000"
     complaint(whole, words)
 
 
+BOMB = "".join(f"a{n}: &a{n} [{','.join([f'*a{n - 1}'] * 9)}]\n" for n in range(1, 30))
+BOMB = f"a0: &a0 [x]\n{BOMB}"
+
+
 def test_files_that_cannot_be_read_are_one_line(tmp_path):
-    with pytest.raises(InputError, match="No such file"):
+    with pytest.raises(InputError, match="no such file"):
         config.load_config(tmp_path / "missing.yaml")
     for text, words in (
-        ("a: [1,\nb: {", "not YAML"),
+        ("a: [1,\nb: {", "broken.yaml, line 2: while parsing a flow node expected"),
         ("just text", "must be a mapping"),
-        ("a: 1\nb: {c: 1, 5: 2,\n  5: 3}", "the key '5' is given twice in .*, line 3, column 3"),
-        ("a: &a {b: *a}", "nested without end"),
-        ("a: " + "[" * 3000, "nested without end, or too deeply"),
+        ("", "must be a mapping"),
+        ("a: 1\nb: {c: 1, 5: 2,\n  5: 3}", "broken.yaml, line 3: the key '5' is given twice"),
+        ("a: &a {b: *a}", "more than 100000 values, perhaps without end"),
+        (BOMB, "more than 100000 values, perhaps without end"),
+        ("a: " + "[" * 100_000, "nested more than 50 deep"),
+        ("a: !!python/object/apply:os.getcwd []", "line 1: could not determine a constructor"),
+        ("a: 1\0", "not YAML: unacceptable character"),
         ("a: \u00e9", "not a text file in UTF-8"),
+        ("a: 2013-02-30", "line 1: '2013-02-30': day is out of range"),
+        ("seed: 1\nrun: 1.10", "line 2: run = 1.10: is read as the number 1.1; quote it"),
+        ("#" * (config.MOST_BYTES + 1), "too large: 1 MB, at most 1 MB are allowed"),
     ):
         (tmp_path / "broken.yaml").write_text(text, encoding="latin-1")
         with pytest.raises(InputError, match=words) as caught:
@@ -328,6 +345,18 @@ def test_files_that_cannot_be_read_are_one_line(tmp_path):
     whole = tmp_path / "whole.yaml"
     whole.write_text("a: &a {b: 1}\nc: {<<: *a, b: 2}\nd: {b: 1}")
     assert config.load_config(whole) == {"a": {"b": 1}, "c": {"b": 2}, "d": {"b": 1}}
+
+
+@pytest.mark.parametrize("word", ["5:30", "190:20:30.15", "1_000", "010", "0b11", "on", "NO"])
+def test_what_yaml_1_1_reads_in_its_own_way_is_refused(tmp_path, word):
+    """Snakemake takes them for 330, 685230.15, 1000, 8, 3, true and false."""
+    path = tmp_path / "more.yaml"
+    path.write_text(f"'seed': 1\n{word}: 1\nrun: 2")
+    with pytest.raises(InputError, match=f"more.yaml, line 2: '{word}' can be read in two ways"):
+        config.load_config(path)
+    path.write_text(f"run: '{word}'  # {word}\nseed: [-0.5, +1.5e+3, .5, 0, true, 2e6]")
+    numbers = [-0.5, 1500, 0.5, 0, True, "2e6"]
+    assert config.load_config(path) == {"run": word, "seed": numbers}
 
 
 # --- the same facts elsewhere ---------------------------------------------------------------------

@@ -4,6 +4,7 @@
 """
 
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -16,7 +17,7 @@ from beltrepro.cli import app as cli
 from beltrepro.extras import verification
 from beltrepro.extras.verification import NEAR, SAME, WRONG
 from beltrepro.replication.drawing import style
-from beltrepro.replication.plan import files, inputs, tables
+from beltrepro.replication.plan import files, inputs, manifest, tables
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import columns
 
@@ -147,6 +148,51 @@ def test_a_file_of_a_user_may_lack_a_checksum(tmp_path):
         store.read(tmp_path / "a.h5", strict=True)
 
 
+# --- files of all kinds, by the list of the run ---
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["rows.h5", "some.csv", "some.csv-metadata.json", "fig12.png", "fig12.pdf", "report.html"],
+)
+def test_what_the_run_did_not_write_is_refused_in_a_line(folder, tmp_path, name):
+    made = Path(shutil.copytree(folder[0], tmp_path / "made"))
+    (made / "report.html").write_text("<p>\n1 to 3</p>\n" * 9)
+    manifest.add(made, made.iterdir())
+    copy = Path(shutil.copytree(made, tmp_path / "copy"))
+    outcomes = dict(damages.damage_in_run(made, name, copy))
+    assert set(outcomes.values()) == {"refused", "harmless"}, outcomes
+    assert len(outcomes) >= 12
+
+
+def test_without_the_list_a_file_must_have_a_seal_of_its_own(folder, tmp_path):
+    made = Path(shutil.copytree(folder[0], tmp_path / "made"))
+    (made / "report.html").write_text("<p>")
+    sealed = [path.name for path in made.iterdir() if path.name != "report.html"]
+    manifest.check(made, sealed)
+    with pytest.raises(InputError, match=r"report\.html: has no checksum: an older version"):
+        manifest.check(made, ["report.html"])
+    for name in sealed:
+        if name.endswith(".json"):  # the seal there is that of the file beside it
+            continue
+        damages.by_hand(made / name, made)
+        with pytest.raises(InputError, match=f"{name}: damaged"):
+            manifest.check(made, [name])
+
+
+def test_a_damaged_list_certifies_nothing_and_is_repaired_by_the_remedy(folder, tmp_path):
+    made = Path(shutil.copytree(folder[0], tmp_path / "made"))
+    manifest.add(made, made.iterdir())
+    whole = (made / manifest.NAME).read_bytes()
+    for place in range(0, len(whole), 7):
+        (made / manifest.NAME).write_bytes(whole[:place] + b"\xff" + whole[place + 1 :])
+        (made / "fig12.png").write_bytes(b"another")
+        with pytest.raises(InputError, match="fig12"):
+            manifest.check(made, ["fig12.png"])
+        manifest.add(made, [made / "fig12.png"])  # as the job that makes it again
+        manifest.check(made, ["fig12.png"])
+
+
 # --- the list ---
 
 
@@ -215,7 +261,7 @@ def test_missing_and_damaged_results_are_named(results):
     table.write_text("n\n2\n")
     comparisons = compare()
     assert "no such file" in comparisons["rows"].words
-    assert "does not have its checksum" in comparisons["t"].words
+    assert "its bytes do not have their checksum" in comparisons["t"].words
     for one in comparisons.values():
         assert one.outcome == WRONG and "snakemake --cores 2 --config preset=own" in one.words
 
@@ -261,8 +307,8 @@ def test_a_difference_matters_if_a_verdict_differs(results):
 def test_missing_and_damaged_tables_are_named(results):
     folder, compare = results
     (folder / "claims.csv").write_bytes(b"")
-    assert "claims.csv: not a table of claims" in compare()["claims"].words
-    with pytest.raises(InputError, match=r"claims\.csv: not a table of claims"):
+    assert "claims.csv: not a table of comma-sep" in compare()["claims"].words
+    with pytest.raises(InputError, match=r"claims\.csv: has no checksum"):
         verification.make_list(folder)
     (folder / "tables" / "t.csv").unlink()
     assert compare()["t"].words.endswith("table t is missing")

@@ -1,5 +1,7 @@
 """What Snakemake is called with: one line for settings and targets that cannot be meant."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from beltrepro.base.errors import InputError
@@ -18,6 +20,8 @@ def line(error, *words):
         ("fig12", "snakemake --cores 2 fig12 --config preset=smoke"),
         ("model.friction_ratio=0.6", """--config 'model={"friction_ratio": 0.6}'"""),
         ("presets.own.run=x", """--config 'presets={"own": {"run": "x"}}'"""),
+        ("model=&a [*a]", "--config model: more than 100000 values, perhaps without end"),
+        ("model=" + "[" * 999, "--config model: nested more than 50 deep"),
         ("=3", "'' is no name of a setting"),
         ("1=2", "'1' is no name of a setting"),
         ("run=2026_11_22", "is read as the number 20261122; a name with a letter is needed"),
@@ -29,18 +33,30 @@ def test_settings_that_snakemake_cannot_read(entry, words):
     snakemake_call.check_settings(["preset=smoke", "run=", "run=f06", "run=6", "run=0.6"])
     with pytest.raises(InputError) as caught:
         snakemake_call.check_settings(["preset=smoke", entry])
-    line(caught.value, entry, words)
+    line(caught.value, entry.partition("=")[0], words)
 
 
 def test_files_of_settings_are_read_before_snakemake_reads_them(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "config.yaml").write_text("seed: 1")
     (tmp_path / "more.yaml").write_text("seed: 1\nseed: 2")
-    monkeypatch.setattr("sys.argv", ["bin/snakemake", "--configfile", "config.yaml", "no.yaml"])
+    monkeypatch.setattr("sys.argv", ["bin/snakemake", "--configfile", "config.yaml"])
     snakemake_call.end_if_unreadable()
     monkeypatch.setattr("sys.argv", ["bin/snakemake", "--configfile", "config.yaml", "more.yaml"])
-    with pytest.raises(SystemExit, match=r"error: more.yaml: .*'seed' is given twice"):
+    with pytest.raises(SystemExit, match=r"error: more.yaml, line 2: .*'seed' is given twice"):
         snakemake_call.end_if_unreadable()
+    monkeypatch.setattr("sys.argv", ["bin/snakemake", "--configfile", "no.yaml", "--cores", "1"])
+    with pytest.raises(SystemExit, match=r"error: no\.yaml: no such file"):
+        snakemake_call.end_if_unreadable()
+
+
+@pytest.mark.parametrize(("cores", "nodes", "words"), [
+    (0, None, "--cores 0: must be at least 1"), (-1, 2, "--cores -1:"), (None, 0, "--jobs 0:")
+])  # fmt: skip
+def test_numbers_of_cores_with_which_no_job_begins(cores, nodes, words):
+    snakemake_call.check_counts(SimpleNamespace(cores=1, nodes=None))
+    with pytest.raises(InputError, match=words):
+        snakemake_call.check_counts(SimpleNamespace(cores=cores, nodes=nodes))
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 
 from beltrepro.base import seal, store
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan import files, inputs, kinds, tables
+from beltrepro.replication.plan import described, files, inputs, kinds, tables
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.kinds import KINDS, SETTINGS
 from beltrepro.replication.plan.plan import make_plan
@@ -169,6 +169,16 @@ def test_a_film_is_taken_as_told(tmp_path):
     assert len(made) == len(variants)
 
 
+def test_a_film_of_another_run_is_not_tracked_and_the_remedy_is_for_the_film(tmp_path):
+    film, sources = tmp_path / "f.mp4", {"one": {"digest": "a"}}
+    film.write_bytes(b"a film")
+    described.describe(film, title="F.", sources=sources | {"f_film": {"run": "other"}})
+    expected = {"preset": "own", "run": "r", "sources": sources | {"f_film": {"run": "r"}}}
+    with pytest.raises(InputError, match=r"other datasets; to make it again: rm .*f\.mp4 && snake"):
+        script("track")["place"](film, expected, tmp_path / "f.csv")
+    assert not (tmp_path / "f.csv").exists()
+
+
 def test_a_table_is_refused_where_its_sources_are_others(tmp_path):
     import pandas as pd
 
@@ -209,6 +219,13 @@ def test_what_is_filmed_and_how_is_told_of_films_and_tracks_only():
     for name in ("belt_028_film", "belt_028_track", "recordings"):
         assert one.expected(name) != other.expected(name)
     assert one.expected("belt_028", "lifetimes") == other.expected("belt_028", "lifetimes")
+
+
+def test_all_that_is_made_is_asked_for_and_has_its_job_in_the_crate():
+    flow = expectations()
+    made = {path for _, _, _, outputs in flow.records() for path in outputs}
+    assert {path for path in made if "/batches/" not in path} == {*flow.everything()}
+    assert {flow.file_of(name) for name in flow.filmed} < made
 
 
 def test_claims_are_measured_from_all_datasets_and_all_tracks():

@@ -806,6 +806,15 @@ def test_no_damaged_file_of_smoke_is_taken_for_whole(smoke, monkeypatch):
 
 
 @pytest.mark.slow
+def test_smoke_lists_all_that_it_wrote_and_no_damage_of_it_is_taken(smoke):
+    there = {path.relative_to(smoke).as_posix() for path in smoke.rglob("*") if path.is_file()}
+    without = ("batches/", "benchmarks/", "logs/", ".", manifest.NAME)
+    assert manifest.of_run(smoke).keys() == {name for name in there if not name.startswith(without)}
+    counts, wrong = damages.run_in_run(smoke)
+    assert wrong == [] and counts.total() > 2000
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["n5_columns", "pairs_paths_event", "slips_u1"])
 def test_a_dataset_does_not_depend_on_how_it_is_cut_and_on_the_cores(tree, smoke, name):
     target = f"results/smoke/datasets/{name}.h5"

@@ -9,7 +9,7 @@ import pytest
 
 import made_up_results
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan import registry
+from beltrepro.replication.plan import manifest, registry
 from beltrepro.replication.report import claim_results, findings, sentences, trust
 from beltrepro.replication.report.claim_results import count, read, read_tables
 from beltrepro.replication.verdicts.criteria import QUESTIONS, VERDICTS, names_in
@@ -42,7 +42,7 @@ def with_numbers(folder, *numbers):
     claims.to_csv(folder / "claims.csv", index=False)
     table = pd.concat([estimates[estimates["id"] != "u-critical"], pd.DataFrame(rows)])
     table.to_csv(folder / "estimates.csv", index=False)
-    return read(folder)
+    return read_tables(folder / "claims.csv", folder / "estimates.csv")
 
 
 BOTH = "replicated, robust"
@@ -99,13 +99,15 @@ def test_each_question_has_the_numbers_of_its_reading_by_its_range(tmp_path):
 
 
 def test_tables_that_do_not_fit_are_refused(tmp_path):
-    claims, _ = made_up_results.write(tmp_path)
+    claims, estimates = made_up_results.write(tmp_path)
     claims.write_text(claims.read_text().replace("u-critical,", "u-crit,"))
-    with pytest.raises(InputError, match="'u-crit' is not in the ledger"):
+    with pytest.raises(InputError, match=r"claims.csv: damaged or changed: not what the run wrote"):
         read(tmp_path)
+    with pytest.raises(InputError, match="'u-crit' is not in the ledger"):
+        read_tables(claims, estimates)
     claims.write_text(claims.read_text().replace("replicated", "variant"))
     with pytest.raises(InputError, match="made by an earlier version"):
-        read(tmp_path)
+        read_tables(claims, estimates)
     with pytest.raises(InputError, match=r"claims.csv: no such file"):
         read(tmp_path / "none")
 
@@ -235,6 +237,10 @@ def test_runs_are_compared_by_what_both_decide(tmp_path):
     earlier.loc[earlier["id"] == "r-windows", "robust_criterion"] = "an earlier one"
     earlier.to_csv(paths[1], index=False)
     paths[2].write_text("id,variant,verdict\nr-jump,,holds\n")  # of an earlier version: left out
+    with pytest.raises(InputError, match=r"c.claims.csv: damaged or changed: not what the run wro"):
+        claim_results.compared(ours, paths)
+    for path in paths[1:]:
+        manifest.add(path.parent, [path])
     one, two = claim_results.compared(ours, paths)
     for question, fewer in (("replicated", 0), ("robust", 1)):
         criteria = [claim.criteria[question] for claim in LEDGER.values() if claim.finding]

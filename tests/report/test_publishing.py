@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import damages
 import made_up_results
-from beltrepro.base import seal
 from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
+from beltrepro.replication.plan import manifest
 from beltrepro.replication.report import findings, publishing
 from beltrepro.replication.report.claim_results import count, read
 from beltrepro.replication.verdicts.ledger import load_ledger
@@ -42,6 +43,7 @@ def finished(tmp_path):
     )
     (folder / "article.pdf").write_bytes(b"%PDF")
     (folder / "figures" / "fig00.pdf").write_bytes(b"%PDF")
+    manifest.add(folder, folder.rglob("*"))
     return folder
 
 
@@ -64,6 +66,7 @@ def test_report_article_figures_and_tables_are_published(finished, tmp_path):
 def test_the_report_shows_the_files_and_does_not_hold_them(finished, tmp_path):
     other = '<img src="data:image/png;base64,AAAA">'
     (finished / "report.html").write_text((finished / "report.html").read_text() + other)
+    manifest.add(finished, [finished / "report.html"])
     folder = publishing.publish(finished, tmp_path / "docs")
     pictures = '<img src="figures/fig00.png"><img src="figures/fig01.png">'
     assert (folder / "report.html").read_text() == pictures + other
@@ -89,15 +92,19 @@ def test_an_unfinished_run_is_refused(finished, tmp_path, name):
     assert not (tmp_path / "docs").exists()
 
 
-def test_a_damaged_file_is_not_published(finished, tmp_path):
-    path = finished / "figures" / "fig01.png"
-    seal.put(path)
-    publishing.publish(finished, tmp_path / "docs")
-    damaged = bytearray(path.read_bytes())
-    damaged[100] ^= 4
-    path.write_bytes(damaged)
-    with pytest.raises(InputError, match=r"fig01.png: damaged: its bytes"):
+@pytest.mark.parametrize("name", [*publishing.FILES, "figures/fig01.png"])
+def test_a_damaged_file_is_not_published(finished, tmp_path, name):
+    damages.flipped(0.5)(finished / name, finished)
+    with pytest.raises(InputError, match=f"{name}: damaged or changed: not what the run wrote; "):
         publishing.publish(finished, tmp_path / "docs")
+
+
+def test_a_published_table_is_compared_when_it_is_read(finished, tmp_path):
+    folder = publishing.publish(finished, tmp_path / "docs")
+    read(folder)
+    damages.by_hand(folder / "claims.csv", folder)
+    with pytest.raises(InputError, match=r"not what the run wrote; copy or publish that run again"):
+        read(folder)
 
 
 def test_a_large_run_loses_colours(finished, tmp_path, monkeypatch):

@@ -87,6 +87,8 @@ KINDS = {
     "Chains": {"number": 5, "none in it": [None], "class": ChainParameters},
     "ChainParameters": {"number": 5, "none in it": [None], "class": ChainParameters},
     "ChainState": {"number": 5, "number in it": [5]},
+    "PeriodicOrbit": {"number": 5, "class": ChainParameters},
+    "bool": {"number": 1, "text": "yes", "list": [True]},
     "Run": {"number": 5, "class": ChainParameters},
     "Report": {"number": 5, "true": True},
     "ArrayLike": ARRAY,
@@ -152,6 +154,7 @@ CALLS = {
     "catalogue": (beltrepro.catalogue, SHORT),
     "classify": (beltrepro.classify, LONG),
     "close_orbit": (beltrepro.close_orbit, {"state": STATE, "period_time": 20.0}),
+    "orbit_branch": (beltrepro.orbit_branch, {"orbit": ORBIT, "lower": 4.0, "upper": 6.0}),
     "lyapunov_spectrum": (beltrepro.lyapunov_spectrum, LONG),
     "mode_energies": (beltrepro.mode_energies, MOVING),
     "periodic_orbit": (beltrepro.periodic_orbit, LONG),
@@ -268,12 +271,13 @@ COMMANDS = next(
 )
 RUNS = {"n_blocks": 2, "belt_velocity": 5, "duration": 20}
 GIVEN = {command: {} for command in COMMANDS} | {"simulate": RUNS, "classify": RUNS, "scan": RUNS}
+GIVEN |= {"branch": RUNS | {"lower": 4, "upper": 6}}
 GIVEN |= {"watch": RUNS | {"output": "film.gif", "duration": 1}}
 GIVEN |= {"film": RUNS | {"output": "film.mp4"}, "track": {"output": "track.csv"}}
 FILES = {"track": ["film.mp4"], "analyse": ["track.csv"], "plot": ["run.h5"]}
 FILES |= {"verify": ["results"], "publish": ["results"]}
 # Commands whose numbers are checked before a file is read, and are all 0 or greater.
-NUMERIC = ("simulate", "scan", "classify", "watch", "bench")
+NUMERIC = ("simulate", "scan", "classify", "branch", "watch", "bench")
 
 
 def options(command: str) -> dict[str, argparse.Action]:

@@ -137,7 +137,10 @@ def grid(velocities, noises=(1.0, 2.0), ratios=(0.4, 0.45, 0.5), runs=3):
         "noise": noise,
         "friction_ratio": ratio,
         "belt_velocity": velocity,
-        "disorder_parameter": np.exp(noise + 10 * ratio + 0.01 * velocity + 1e-4 * number),
+        "mean_length": np.full(noise.size, 600.0),
+        "disorder_parameter": of_model(
+            np.exp(noise + 10 * ratio + 0.01 * velocity + 1e-4 * number)
+        ),
         "lasting_longest": 100 * velocity,
         "lively_longest": np.full(noise.size, 2000.0),
     }
@@ -171,10 +174,25 @@ def test_what_is_no_grid_is_refused():
         observations.on_grid(grid([10.0, 11.0]))
 
 
+def of_model(along_tape):
+    """r of x_5 without blocks, if <x_5> is 600 units of 1.4 mm and 4.5 blocks have 18 cm."""
+    return along_tape * (0.84 + 0.18) / 0.84
+
+
+def test_r_along_the_tape_is_smaller_by_the_blocks_in_the_mean():
+    """Blocks between the springs shift x_5 and do not change how it scatters."""
+    x = 600 + 80 * np.sin(np.arange(1000))
+    longer = x + 4.5 * 0.04 / 1.4e-3
+    arrays = {"disorder_parameter": np.array([x.std() / x.mean()]), "mean_length": x.mean()}
+    (shown,) = observations.disorder_along_tape(arrays)
+    assert shown == pytest.approx(longer.std() / longer.mean(), rel=1e-6)
+
+
 def test_a_trial_agrees_in_r_and_in_both_regimes():
     first, second = observations.EXPERIMENT
     arrays = {
-        "disorder_parameter": np.array([0.072, 0.079, 0.080, 0.072, 0.072, 0.052]),
+        "mean_length": np.full(6, 600.0),
+        "disorder_parameter": of_model(np.array([0.072, 0.079, 0.080, 0.072, 0.072, 0.052])),
         "lasting_longest": np.array([800.0, 800, 800, 700, 800, 300]),
         "lively_longest": np.array([2000.0, 2000, 2000, 2000, 1500, 300]),
     }
@@ -194,7 +212,8 @@ def test_the_odds_are_those_of_a_plain_loop():
     arrays = {
         "noise": noise,
         "belt_velocity": np.full(noise.size, first.belt_velocity),
-        "disorder_parameter": 0.072 * rng.uniform(0.8, 1.2, noise.size),
+        "mean_length": np.full(noise.size, 600.0),
+        "disorder_parameter": of_model(0.072 * rng.uniform(0.8, 1.2, noise.size)),
         "lasting_share": rng.random(noise.size),
         "lasting_longest": rng.choice([100, 500, 1000], noise.size),
         "lively_longest": rng.choice([100, 1000, 3000], noise.size),
@@ -210,7 +229,7 @@ def test_the_odds_are_those_of_a_plain_loop():
         counts = dict.fromkeys(("below", "alternates", "shows", "agrees", "both"), 0)
         chosen = np.flatnonzero(noise == level)
         for k in chosen:
-            r = arrays["disorder_parameter"][k]
+            r = arrays["disorder_parameter"][k] * 0.84 / (0.84 + 4.5 * 0.04)  # in metres
             seconds = [TIME_S * arrays[name][k] for name in ("lasting_longest", "lively_longest")]
             shows = seconds[0] >= 60 and seconds[1] >= 125
             counts["below"] += r <= 0.072

@@ -3,6 +3,7 @@
 import numpy as np
 
 from beltrepro.base.store import Dataset
+from beltrepro.model.units import from_si
 from beltrepro.replication.studies.experiment import measure
 from beltrepro.replication.studies.experiment.observations import EXPERIMENT
 
@@ -22,12 +23,15 @@ RATIOS = (0.45, 0.6)
 FITTING = 0.6  # friction ratio at which trials agree with both recordings, at their speeds
 AGREEING = dict(zip(NOISES, (0, 0.5, 1, 0.25), strict=True))  # share of the trials in a cell
 RUNS = 4
+LENGTH = 600.0  # <x_5> of all trials, and r of the model over that along a tape, by blocks of 4 cm
+OF_MODEL = 1 + from_si(4.5 * 0.04, "length") / LENGTH
 
 
 def made_up(noises=NOISES, ratios=RATIOS, velocities=None, runs=RUNS, duration=15691.0):
     """Trials at every noise, friction ratio and belt velocity, in shuffled order.
 
-    A share AGREEING[noise] of the trials at FITTING have r of the recording, and both regimes.
+    A share AGREEING[noise] of the trials at FITTING have r of the recording, by a tape beside the
+    chain, and both regimes.
     """
     if velocities is None:
         velocities = SPEEDS[0] * (14 / 11) ** np.arange(-1.0, 3.0)
@@ -46,7 +50,8 @@ def made_up(noises=NOISES, ratios=RATIOS, velocities=None, runs=RUNS, duration=1
         "replicate": number.astype(int),
         "time_step": np.full(noise.size, 0.001),
         "seed": np.ones(noise.size, dtype=int),
-        "disorder_parameter": np.where(agreeing, printed, 0.13 + 1e-3 * number),
+        "mean_length": np.full(noise.size, LENGTH),
+        "disorder_parameter": OF_MODEL * np.where(agreeing, printed, 0.13 + 1e-3 * number),
         "lasting_share": np.where(agreeing, 0.25, 0.0),
         "lasting_longest": np.where(agreeing, 900.0, 0.0),
         "lively_longest": np.full(noise.size, 3000.0),
@@ -85,7 +90,8 @@ def experiments(best, *, runs):
         "noise": noise,
         "belt_velocity": velocity,
         "friction_ratio": np.full(noise.size, 0.45),
-        "disorder_parameter": np.where(agreeing, printed, 0.135),
+        "mean_length": np.full(noise.size, LENGTH),
+        "disorder_parameter": OF_MODEL * np.where(agreeing, printed, 0.135),
         "lasting_longest": np.where(agreeing, 1000.0, 0.0),
         "lasting_share": np.where(agreeing, 0.2, 0.0),
         "slip_longest": np.where(agreeing, 1000.0, 8.0),

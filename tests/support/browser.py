@@ -62,7 +62,8 @@ _FUNCTION = """
 def _ask(page: str, folder: Path):
     path = folder / "asked.html"
     path.write_text(page, encoding="utf-8")
-    return seen(path.as_uri(), folder, "--window-size=1300,900")
+    # what moves would move all the time that the page is given
+    return seen(path.as_uri(), folder, "--window-size=1300,900", "--force-prefers-reduced-motion")
 
 
 def seen(address: str, folder: Path, *flags: str):

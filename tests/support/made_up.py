@@ -188,6 +188,7 @@ def replicates(
         "noise": noise,
         "replicate": replicate.astype(int),
         "disorder_parameter": np.where(periodic, 0.6 * disorder, disorder),
+        "mean_length": np.full(u.size, 600.0),
         "section_velocity": velocity,
         "laminar_fraction": np.where(alternating, 0.4 + 0.1 * rng.random(u.size), 0.0),
         "laminar_count": np.where(alternating, 9, 0),

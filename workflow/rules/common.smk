@@ -13,6 +13,8 @@ from beltrepro.replication.plan.failures import Failures
 from beltrepro.replication.plan.workflow import Workflow
 
 try:
+    if workflow.is_main_process:
+        snakemake_call.check_counts(workflow.resource_settings)
     FLOW = Workflow(config)
 except InputError as error:
     sys.exit(f"error: {error}")

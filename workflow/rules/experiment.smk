@@ -48,6 +48,7 @@ rule track:
         mem_mb=at_attempt(1000),
         runtime=at_attempt(10),
     params:
+        expected=FLOW.expected_of_film,
         code=FLOW.code("track.py", "beltrepro.replication.camera.tracking:track"),
     message:
         "Tracking {wildcards.film}"

@@ -1,6 +1,7 @@
 """Files that appear whole or not at all, whatever happens to the process or the machine."""
 
 import errno
+import glob
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -18,6 +19,8 @@ def replacing(path: str | os.PathLike) -> Iterator[Path]:
     unfinished = path.with_name(f"{UNFINISHED}{os.getpid()}-{path.name}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        for left in _left_by_the_dead(path):
+            left.unlink(missing_ok=True)
         unfinished.touch()
         if path.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
@@ -53,6 +56,19 @@ def clear(folder: Path) -> int:
     for path in left:
         path.unlink(missing_ok=True)
     return len(left)
+
+
+def _left_by_the_dead(path: Path) -> Iterator[Path]:
+    """What processes that were killed have left of a file."""
+    for left in path.parent.glob(f"{UNFINISHED}*-{glob.escape(path.name)}"):
+        process = left.name.removeprefix(UNFINISHED).removesuffix(f"-{path.name}")
+        with suppress(PermissionError):  # it lives, and is another user's
+            try:
+                os.kill(int(process), 0)
+            except ValueError:  # of another file whose name ends so
+                continue
+            except ProcessLookupError:
+                yield left
 
 
 def lack_of_room(error: OSError) -> str:

@@ -7,6 +7,9 @@ from contextlib import contextmanager
 class InputError(ValueError):
     """A value is not allowed; the message names the key, the value and what is allowed."""
 
+    def __init__(self, text: object) -> None:
+        super().__init__(" ".join(str(text).split()))  # a name in it may have a line break
+
 
 class ModelStateError(RuntimeError):
     """A run left the range of the model (NaN, or blocks that pass through each other)."""

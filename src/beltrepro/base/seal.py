@@ -13,14 +13,15 @@ seal.
 """
 
 import hashlib
-import json
 from pathlib import Path
 
+from beltrepro.base import reading
 from beltrepro.base.errors import InputError
 
 MARKER = b"\nbeltrepro sha256 "
 LENGTH = len(MARKER) + 64
 KEY = "beltrepro:checksum"  # in the metadata beside a file
+_METADATA = "-metadata.json"
 
 
 def digest(content: bytes) -> str:
@@ -30,7 +31,7 @@ def digest(content: bytes) -> str:
 
 def digest_of(path: Path) -> str:
     """SHA-256 of the bytes of a file."""
-    with path.open("rb") as file:
+    with reading.opened(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
@@ -43,33 +44,29 @@ def put(path: Path) -> None:
 
 def metadata_path(path: Path) -> Path:
     """Where it is said what a file is: beside it."""
-    return path.with_name(f"{path.name}-metadata.json")
+    return path.with_name(f"{path.name}{_METADATA}")
 
 
-def check(path: Path) -> None:
+def check(path: Path, *, strict: bool = False) -> None:
     """Compare a file with its seal, at some 500 MB/s.
 
-    A file without a seal passes: an older version made it, or a user.
+    A file without a seal passes, unless `strict`: an older version made it, or a user.
     """
-    try:
-        damaged = not (_is_whole(path) and _is_as_described(path))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
-    if damaged:
+    agrees = _is_whole(path), _is_as_described(path)
+    if False in agrees:
         raise InputError(f"{path}: damaged: its bytes do not have their checksum")
+    if strict and True not in agrees:
+        raise InputError(f"{path}: has no checksum: an older version made it, or another program")
 
 
-def _is_whole(path: Path) -> bool:
-    """Whether the bytes before the seal at the end of a file are as it says."""
-    with path.open("rb") as file:
-        size = path.stat().st_size
-        file.seek(max(0, size - LENGTH))
+def _is_whole(path: Path) -> bool | None:
+    """Whether the bytes before the seal at the end of a file are as it says; None without one."""
+    with reading.opened(path) as file:
+        file.seek(max(0, file.seek(0, 2) - LENGTH))
         begin, end = file.tell(), file.read()
         place = end.find(MARKER)
         if place < 0:
-            return True
+            return None
         file.seek(0)
         content, left = hashlib.sha256(), begin + place
         while piece := file.read(min(1 << 20, left)):
@@ -78,13 +75,16 @@ def _is_whole(path: Path) -> bool:
         return content.hexdigest().encode() == end[place + len(MARKER) :]
 
 
-def _is_as_described(path: Path) -> bool:
-    """Whether the bytes of a file are as its metadata say, which have the first of the digits."""
-    try:
-        metadata = json.loads(metadata_path(path).read_text(encoding="utf-8"))
-        said = metadata.get(KEY)
-    except FileNotFoundError:
-        return True
-    except (ValueError, AttributeError):  # no JSON, or no object
-        return False
-    return said is None or digest_of(path).startswith(str(said) or "-")
+def _is_as_described(path: Path) -> bool | None:
+    """Whether the bytes of a file are as its metadata say, which have the first of the digits.
+
+    Of metadata: whether they are those of the file beside them. None if nothing is said.
+    """
+    if path.name.endswith(_METADATA):
+        path = path.with_name(path.name.removesuffix(_METADATA))
+        if not path.exists():
+            return False
+    if not (metadata := metadata_path(path)).exists():
+        return None
+    said = reading.json_object(metadata).get(KEY)
+    return None if said is None else digest_of(path).startswith(str(said) or "-")

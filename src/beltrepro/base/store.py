@@ -56,6 +56,7 @@ def read(path: str | os.PathLike, *, strict: bool = False) -> Dataset:
     seal.check(Path(path))  # before libhdf5 has it
     try:
         with h5py.File(path, "r") as file:
+            _check(file, Path(path).stat().st_size)
             arrays = _arrays(file)
             attributes = {name: _plain(value) for name, value in file.attrs.items()}
             written = attributes.pop(CHECKSUM, None)
@@ -95,6 +96,22 @@ def _write_array(file: h5py.File, name: str, array: np.ndarray, about: Mapping[s
     dataset = file.create_dataset(name, data=stored, track_times=False, **options)
     for key in sorted(about):
         dataset.attrs[key] = about[key]
+
+
+def _check(file: h5py.File, size: int) -> None:
+    """Refuse arrays of neither numbers nor text, or larger than a file of this size can hold.
+
+    A file can claim a length without having a single value. What is compressed is smaller by a
+    factor of 1032 at most (https://zlib.net/zlib_tech.html).
+    """
+    items: list[Any] = []
+    file.visititems(lambda _, item: items.append(item))
+    arrays = [item for item in items if isinstance(item, h5py.Dataset)]
+    for array in arrays:
+        if array.shape is None or array.dtype.kind == "O":
+            raise ValueError(f"{array.name} is no array of numbers or text")
+    if (claimed := sum(array.nbytes for array in arrays)) > 1032 * size:
+        raise ValueError(f"its arrays claim {claimed / 1e6:.3g} MB")
 
 
 def _arrays(file: h5py.File) -> dict[str, np.ndarray]:

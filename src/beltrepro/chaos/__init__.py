@@ -4,6 +4,7 @@ What is here uses the functions of `beltrepro.simulation` and judges what comes 
 `beltrepro.stats`. Simulations do not depend on it, so that a criterion can change without them.
 """
 
+from beltrepro.chaos.continuation import OrbitBranch, orbit_branch
 from beltrepro.chaos.irregular import time_to_orbit
 from beltrepro.chaos.lyapunov import LyapunovSpectrum, lyapunov_spectrum
 from beltrepro.chaos.naming import Motion, classify
@@ -13,10 +14,12 @@ from beltrepro.chaos.periodic_orbits import PeriodicOrbit, close_orbit, periodic
 __all__ = [
     "LyapunovSpectrum",
     "Motion",
+    "OrbitBranch",
     "PeriodicOrbit",
     "classify",
     "close_orbit",
     "lyapunov_spectrum",
+    "orbit_branch",
     "periodic_orbit",
     "separation",
     "time_to_orbit",

@@ -36,7 +36,7 @@ from beltrepro.stats.recurrence import CLOSED, find_recurrence
 
 TIME_STEP = 0.001  # of no effect without noise
 _STEPS = 8  # of Newton's method, which needs two or three from a state that has come back to 1e-8
-_AT_ONCE = 1e-9  # share of the period
+_OFF_MIDDLE = 0.125  # share of the time between two events by which a state may be off its middle
 _NEAR = 0.5  # share of the period by which it may change: every state comes back after no time
 _SAMPLE_INTERVAL = 0.1  # model time, about: of the samples of x_N for r
 
@@ -329,7 +329,7 @@ def follow(
 def most_stuck(state: ChainState, period_time: float, tolerance: float | None) -> ChainState:
     """A state of the next period in which as many blocks are stuck as ever are, at time 0."""
     # in the middle of the longest time between two events in which they are, away from the events;
-    # a state that is there already stays where it is
+    # a state that is about there already stays where it is
     state = replace(state, time=0.0)
     events = follow(state, period_time, tolerance=tolerance).events
     if not len(events):
@@ -343,28 +343,27 @@ def most_stuck(state: ChainState, period_time: float, tolerance: float | None) -
     most = stuck == stuck[lasting > 0].max()
     longest = int(np.argmax(np.where(most, lasting, -1.0)))
     middle = float(events["time"][longest] - lasting[longest] / 2)
-    if abs(middle) > _AT_ONCE * period_time:
-        state = follow(state, middle % period_time, tolerance=tolerance).final_state
+    if abs(middle) > _OFF_MIDDLE * lasting[longest]:
+        chain = _integrator(state, tolerance, NO_SAMPLES)
+        observe(chain, middle % period_time, [], lambda done: None)
+        (state,) = chain.state()
     return replace(state, time=0.0, scheme=None)
 
 
 def closed(start: ChainState, period_time: float, tolerance: float | None) -> Closed:
     """The orbit that closes near a state after about a period."""
-    # The state z and the period T change by dz and dT, so that the end P of the period comes to
-    # P + M dz + f dT = z + dz, with the tangent map M and the flow f. The change dz is across f.
-    best, size, about = None, float(np.abs(_coordinates(start)).max()), period_time
+    best, size, about = None, float(np.abs(coordinates(start)).max()), period_time
     for _ in range(_STEPS):
         end, matrix = _once_around(start, period_time, tolerance)
         if not np.array_equal(end.directions, start.directions):
             break
-        apart, flow = _coordinates(end) - _coordinates(start), _flow(start)
+        apart, rates = coordinates(end) - coordinates(start), flow(start)
         residual = float(np.abs(apart).max()) / size
         if best is not None and residual >= best.residual:
             break
         best = Closed(start, period_time, matrix, residual)
-        rows = np.block([[matrix - np.eye(len(flow)), flow[:, None]], [flow[None], np.zeros(1)]])
-        change = np.linalg.lstsq(rows, -np.append(apart, 0.0))[0]
-        start, period_time = _shifted(start, change[:-1]), period_time + float(change[-1])
+        change, longer = closing(matrix, rates, apart)
+        start, period_time = shifted(start, change), period_time + longer
         if abs(period_time - about) > _NEAR * about:
             break
     if best is None or best.residual > CLOSED:
@@ -375,12 +374,20 @@ def closed(start: ChainState, period_time: float, tolerance: float | None) -> Cl
     return best
 
 
+def closing(matrix: np.ndarray, rates: np.ndarray, apart: np.ndarray) -> tuple[np.ndarray, float]:
+    """By how much a state (D,) and its period must change to close what is `apart` after it."""
+    # The state z and the period T change by dz and dT, so that the end P of the period comes to
+    # P + M dz + f dT = z + dz, with the tangent map M and the flow f. The change dz is across f.
+    rows = np.block([[matrix - np.eye(len(rates)), rates[:, None]], [rates[None], np.zeros(1)]])
+    change = np.linalg.lstsq(rows, -np.append(apart, 0.0))[0]
+    return change[:-1], float(change[-1])
+
+
 def multipliers(state: ChainState, monodromy: np.ndarray) -> np.ndarray:
     """The 2N multipliers of an orbit through a state, largest modulus first."""
     # The monodromy matrix maps the flow to itself: that is the trivial multiplier. What it does to
     # deviations across the flow, seen along the flow, is the return map of the section.
-    flow = _flow(state)
-    across = np.linalg.svd(flow[None])[2][1:]
+    across = np.linalg.svd(flow(state)[None])[2][1:]
     values = np.linalg.eigvals(across @ monodromy @ across.T).astype(complex)
     erased = np.zeros(np.sum(state.directions == 0))
     values = np.concatenate([[1.0], values, erased])
@@ -406,18 +413,19 @@ def _free(state: ChainState) -> np.ndarray:
     return np.flatnonzero(np.concatenate([np.ones_like(slipping), slipping]))
 
 
-def _coordinates(state: ChainState) -> np.ndarray:
+def coordinates(state: ChainState) -> np.ndarray:
+    """The D numbers of a state that can be chosen freely."""
     return np.concatenate([state.displacements, state.relative_velocities])[_free(state)]
 
 
-def _flow(state: ChainState) -> np.ndarray:
+def flow(state: ChainState) -> np.ndarray:
     """Rates at which the coordinates change: velocities, and accelerations of slipping blocks."""
     law = state.parameters
     kinetic = law.friction_ratio * law.static_friction * state.directions
     return np.concatenate([state.velocities, state.forces - kinetic])[_free(state)]
 
 
-def _shifted(state: ChainState, change: np.ndarray) -> ChainState:
+def shifted(state: ChainState, change: np.ndarray) -> ChainState:
     """The state with other coordinates."""
     moved = np.zeros(2 * len(state.displacements))
     moved[_free(state)] = change

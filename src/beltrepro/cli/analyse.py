@@ -1,6 +1,7 @@
 """`beltrepro analyse`: what a recording of the last block tells."""
 
 import argparse
+import math
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,9 @@ def add(commands: Any) -> None:
         run,
         "analyse a recording of the last block",
         "Compute r, the mean length, stretches of small amplitude and spectra of a recording: a "
-        "CSV file with the columns time_s and x_m (from the support, metres).",
+        "CSV file with the columns time_s and x_m (from the support, metres). Intervals (low, "
+        "high) hold 95 %: for the errors of scale and zero, if the file tells them, and for the "
+        "length of the recording.",
     )
     option = parser.add_argument
     option("recording", type=Path, help="the CSV file, for instance of `beltrepro track`")
@@ -26,6 +29,9 @@ def add(commands: Any) -> None:
     option("--transient", type=float, default=0.0, help="seconds left out first (paper: 200)")
     option("--window", type=float, default=5.0, help="seconds over which an amplitude is taken (5)")
     option("--quiet", type=float, default=0.05, help="amplitude over length that is small (0.05)")
+    words = "length of a block in metres: N - 1/2 of them are taken off, as in the model (0)"
+    option("--block-length", type=float, default=0.0, help=words)
+    option("--n-blocks", type=int, default=5, help="blocks of the chain, N (5)")
     option("--json", action="store_true", help=shared.JSON)
 
 
@@ -34,14 +40,24 @@ def run(options: argparse.Namespace) -> None:
     shared.check_output(options, ".png", ".pdf", ".svg")
     from beltrepro.base.errors import NotEnoughDataError
     from beltrepro.replication.camera.recording import analyse
-    from beltrepro.replication.camera.track_file import read_track
+    from beltrepro.replication.camera.scene import lengths_of_blocks
+    from beltrepro.replication.camera.tracking import Track
 
     for check, name in ((not_negative, "transient"), (positive, "window"), (positive, "quiet")):
         check(name, getattr(options, name))
-    (time_s, x_m, _), _ = read_track(options.recording)
-    settings = {"transient_s": options.transient, "window_s": options.window}
+    not_negative("block_length", options.block_length)
+    positive("n_blocks", options.n_blocks)
+    track = Track.load(options.recording)
+    settings = {
+        "transient_s": options.transient,
+        "window_s": options.window,
+        "quiet": options.quiet,
+        "blocks_m": lengths_of_blocks(options.n_blocks, options.block_length),
+        "scale_error": track.scale_error,
+        "zero_error_m": track.zero_error_m,
+    }
     try:
-        recording = analyse(time_s, x_m, **settings, quiet=options.quiet)
+        recording = analyse(track.time_s, track.x_m, **settings)
     except NotEnoughDataError as error:
         raise InputError(f"{options.recording}: {error}") from None
     if options.window < 3 * recording.interval_s:
@@ -53,17 +69,41 @@ def run(options: argparse.Namespace) -> None:
         from beltrepro.replication.studies.experiment.recording_figure import save
 
         save(recording, options.output)
-    names = ("disorder_parameter", "mean_length", "minimum_length", "maximum_length")
     result = {
         "samples": len(recording.time_s),
         "seconds": recording.observed_s,
-        **{name: getattr(recording, name) for name in names},
+        **_with_ends("disorder_parameter", recording.disorder),
+        **_with_ends("mean_length", recording.length),
+        "independent_stretches": recording.disorder.runs,
+        "minimum_length": recording.minimum_length,
+        "maximum_length": recording.maximum_length,
         "mean_length_model": float(from_si(recording.mean_length, "length")),
         "small_amplitude_share": recording.small_share,
         "lasting_small_amplitude_share": recording.lasting_share,
     }
-    for part in ("exponent", "exponent_error"):
-        for name, spectrum in recording.spectra.items():
-            if spectrum.law:
-                result[f"{part}_{name}"] = getattr(spectrum.law, part)
-    shared.print_result(result, options.json)
+    for name, spectrum in recording.spectra.items():
+        if spectrum.exponent:
+            result |= _with_ends(f"exponent_{name}", spectrum.exponent)
+    common = {name: settings[name] for name in ("blocks_m", "scale_error", "zero_error_m")}
+    if not options.json:
+        common = _in_words(common)
+    shared.print_result(result | common, options.json)
+
+
+def _with_ends(name: str, estimate: Any) -> dict[str, float]:
+    """A number and the ends of its 95 % interval."""
+    return dict(zip((name, f"{name}_low", f"{name}_high"), estimate.numbers, strict=True))
+
+
+def _in_words(common: dict[str, float]) -> dict[str, Any]:
+    """What all samples have in common, and what is not in the numbers."""
+    words: dict[str, Any] = dict(common)
+    if not common["blocks_m"]:
+        words["blocks_m"] = (
+            "0: x_N of a real chain holds N - 1/2 block lengths that the model does not have; "
+            "--block-length takes them off"
+        )
+    for name in ("scale_error", "zero_error_m"):
+        if math.isnan(common[name]):
+            words[name] = "not known, and not in the intervals"
+    return words

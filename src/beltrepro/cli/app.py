@@ -9,6 +9,7 @@ from beltrepro.base.errors import InputError, ModelStateError, needing
 from beltrepro.cli import (
     analyse,
     bench,
+    branch,
     cache,
     claims,
     classify,
@@ -24,8 +25,8 @@ from beltrepro.cli import (
 from beltrepro.cli.options import Parser
 
 COMMANDS = (
-    *(simulate, scan, plot, classify, watch, bench, film, track, analyse),
-    *(verify, claims, cache, publish),
+    *(simulate, scan, plot, classify, branch, watch, bench, film, track),
+    *(analyse, verify, claims, cache, publish),
 )
 
 

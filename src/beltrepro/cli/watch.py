@@ -23,7 +23,8 @@ def add(commands: Any) -> None:
     )
     option = parser.add_argument
     shared.add_chain(parser)
-    option("--transient", type=float, default=0.0, help="model time that passes unseen first")
+    words = "model time that passes unseen and is left out of r (2615: 200 s, as in the paper)"
+    option("--transient", type=float, default=2615.0, help=words)
     option("--seed", type=int, default=1, help="fixes the random numbers (1)")
     option("--speed", type=float, default=1.0, help="seconds of the chain in a second shown (1)")
     option("--fps", type=float, default=24.0, help="frames in a second (24)")

@@ -13,13 +13,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 from pydantic import BaseModel, ValidationError, create_model
 
-from beltrepro.base import provenance, seal, store
+from beltrepro.base import provenance, reading, seal, store
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan import files
+from beltrepro.replication.plan import files, manifest, tables
 from beltrepro.replication.plan.points import QUANTITIES
 
 SHORT = 500.0  # model time; a distance grows e-fold in 60 and more
@@ -65,6 +64,7 @@ def make_list(results: Path) -> dict:
         raise InputError(f"{results}: no datasets there")
     datasets = {path.stem: files.read_any(path) for path in paths}
     first = next(iter(datasets.values())).attributes
+    manifest.check(results, [_below(path, results) for path in _tables(results)], first)
     return {
         **{name: first[name] for name in ("preset", "run", "code_version")},
         "machine": {name: first[name] for name in provenance.machine()},
@@ -84,19 +84,15 @@ def write_list(path: Path, results: Path) -> int:
 
 def read_list(path: Path) -> dict:
     """Read a list."""
+    if not path.exists():
+        raise InputError(f"{path}: no such list; --list FILE takes another one, --write makes one")
+    listed = reading.json_object(path)
     try:
-        listed = json.loads(path.read_text(encoding="utf-8"))
         _List.model_validate(listed)
-    except FileNotFoundError:
-        raise InputError(
-            f"{path}: no such list; --list FILE takes another one, --write makes one"
-        ) from None
     except ValidationError as error:
         fault = error.errors()[0]
         place = ".".join(map(str, fault["loc"]))
         raise InputError(f"{path}: not a list of results ({place}: {fault['msg']})") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: not a readable list ({error})") from None
     return listed
 
 
@@ -122,7 +118,7 @@ def compare(results: Path, listed: dict) -> Iterator[Comparison]:
     tables = {path.stem: path for path in _tables(results)}
     for name, checksum_listed in listed["tables"].items():
         if name in tables:
-            yield _compare_table(tables[name], checksum_listed, run, same_machines)
+            yield _compare_table(results, tables[name], checksum_listed, run, same_machines)
         else:
             yield Comparison(name, WRONG, f"{results}: table {name} is missing")
     try:
@@ -149,22 +145,19 @@ def conclusion(comparisons: list[Comparison]) -> str:
     return "equal: every bit of the list"
 
 
-def _compare_table(path: Path, listed: str, run: dict, same_machine: bool) -> Comparison:
+def _compare_table(
+    results: Path, path: Path, listed: str, run: dict, same_machine: bool
+) -> Comparison:
     try:
-        content = seal.digest_of(path)[:16]
-    except OSError as error:
-        words = f"{path}: cannot be read ({error.strerror}); {files.repair(path, run)}"
-        return Comparison(path.stem, WRONG, words)
-    try:
-        sealed = json.loads(seal.metadata_path(path).read_text(encoding="utf-8"))[seal.KEY]
-    except (OSError, ValueError, KeyError):
-        sealed = None
-    if content == listed:
+        manifest.check(results, [_below(path, results)], run)
+    except InputError as error:
+        return Comparison(path.stem, WRONG, str(error))
+    if seal.digest_of(path)[:16] == listed:
         return Comparison(path.stem, SAME)
-    if content == sealed and not same_machine:
+    if not same_machine:
         return Comparison(path.stem, NEAR)
-    reason = "differs from the list" if content == sealed else "does not have its checksum"
-    return Comparison(path.stem, WRONG, f"{path}: {reason}; {files.repair(path, run)}")
+    words = f"{path}: differs from the list; {files.repair(path, run)}"
+    return Comparison(path.stem, WRONG, words)
 
 
 def _described(dataset: store.Dataset) -> dict:
@@ -233,11 +226,15 @@ def _verdicts(results: Path) -> dict[str, str]:
     if not path.exists():
         return {}
     try:
-        rows = pd.read_csv(path, dtype=str, keep_default_na=False)
+        rows = tables.read_as_text(path)
         verdicts = rows["replicated"] + " and " + rows["robust"]
         return dict(zip(rows["id"], verdicts, strict=True))
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(f"{path}: not a table of claims ({error})") from None
+    except KeyError as error:
+        raise InputError(f"{path}: not a table of claims: it lacks {error}") from None
+
+
+def _below(path: Path, results: Path) -> str:
+    return path.relative_to(results).as_posix()
 
 
 def _tables(results: Path) -> list[Path]:

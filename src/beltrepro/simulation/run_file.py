@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from beltrepro.base import store
+from beltrepro.base.checks import shown
 from beltrepro.base.errors import InputError
 from beltrepro.engine.state import ChainState, Scheme
 from beltrepro.model import ChainParameters
@@ -66,6 +67,9 @@ def save_run(path: str | Path, run: Any) -> None:
 def load_run(path: str | Path, kind: type[R]) -> R:
     """Read a run of this class that `save_run` wrote; InputError if the file holds no run."""
     data = store.read(path)
+    for name, value in data.attributes.items():
+        if not isinstance(value, str | int | float):
+            raise InputError(f"{path}: {name} = {shown(value)}: a number or text is needed")
     if data.attributes.get("kind") != KIND:
         raise InputError(f"{path}: not a run, but of kind {data.attributes.get('kind')!r}")
     try:
@@ -74,10 +78,27 @@ def load_run(path: str | Path, kind: type[R]) -> R:
         )
         values: dict[str, Any] = {name: data.attributes.get(name) for name in _attributes(kind)}
         values |= {name: data.arrays[name] for name in _ARRAYS}
+        _check_arrays(data, chain.n_blocks)
         values |= {name: _state(name, chain, data) for name in _STATES}
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
     except KeyError as error:
         raise InputError(f"{path}: a run without {error.args[0]!r}") from None
     return kind(parameters=chain, **values)
+
+
+def _check_arrays(data: store.Dataset, n_blocks: int) -> None:
+    """Refuse arrays that are not as `save_run` writes them."""
+    described = {name: axes for name, (_, axes) in _ARRAYS.items() if name != "events"}
+    parts = _STATE_ARRAYS.items()
+    described |= {f"{state}/{part}": axes for state in _STATES for part, (_, axes) in parts}
+    sizes = {"block": n_blocks, "sample": len(np.atleast_1d(data.arrays["time"])), "word": 4}
+    for name, axes in described.items():
+        array = np.asarray(data.arrays[name])
+        shape = tuple(sizes[axis] for axis in axes.split(", ") if axis)
+        if array.shape != shape or array.dtype.kind not in "iuf" or not np.isfinite(array).all():
+            held = f"{array.dtype} of shape {array.shape}"
+            raise InputError(f"{name} is {held}: finite numbers of shape {shape} are needed")
 
 
 def _attributes(run: Any) -> list[str]:

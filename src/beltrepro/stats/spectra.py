@@ -2,9 +2,10 @@
 
 import numpy as np
 import numpy.typing as npt
-from scipy import signal
+from scipy import signal, stats
 
 from beltrepro.base.errors import require
+from beltrepro.stats.estimates import CONFIDENCE, Estimate
 from beltrepro.stats.fits import PowerLawFit, fit_log_log
 
 # The paper prints no fit range for Fig. 8. Below the lower bound lie times longer than the
@@ -46,3 +47,24 @@ def fit_power_law(
     centre = np.exp(np.bincount(place, np.log(frequency[used])) / count)
     mean = np.bincount(place, power[used]) / count
     return fit_log_log(centre, mean, low=low, high=high)
+
+
+def exponent_of(law: PowerLawFit, frequency: npt.ArrayLike, *, resamples: int = 200) -> Estimate:
+    """Exponent of a law that was fitted to the spectrum of one series without segments.
+
+    Its error is by how much the exponents scatter of spectra of Gaussian noise with this law, at
+    these frequencies. The scatter of the bins about the line says too little: few frequencies lie
+    in the lowest bins, which weigh most.
+    """
+    frequency = np.asarray(frequency, dtype=float)
+    frequency = frequency[: np.searchsorted(frequency, law.high) + 2]
+    amplitude = np.concatenate([[0.0], np.sqrt(law(frequency))])  # the mean was removed
+    rng = np.random.default_rng(0)
+    exponents = []
+    for _ in range(resamples):
+        waves = amplitude * (rng.standard_normal((amplitude.size, 2)) @ [1, 1j])
+        windowed = waves[1:-1] - (waves[:-2] + waves[2:]) / 2  # Hann's window
+        power = np.abs(windowed) ** 2
+        exponents.append(fit_power_law(frequency[:-1], power, low=law.low, high=law.high).exponent)
+    reach = float(stats.norm.ppf((1 + CONFIDENCE) / 2) * np.std(exponents))
+    return Estimate(law.exponent, law.exponent - reach, law.exponent + reach)

@@ -15,13 +15,15 @@ from beltrepro.base.errors import InputError
 from beltrepro.extras.deposit.crate import WorkflowRun, describe
 from beltrepro.replication.plan import manifest
 
-LEFT_OUT = ("batches/", "logs/", "source/", ".")  # of the results
+LEFT_OUT = ("batches/", "logs/", "source/", manifest.NAME, manifest.CRATE)  # of the results
+MEASURED = "benchmarks/"  # Snakemake writes these times after the job: they have no checksum
 SOURCES = "source"  # folder of the results for the sources that the crate names
 
 
 def write_crate(top: Path, run: WorkflowRun) -> None:
     """Make the folder of a run a crate: its metadata, and a copy of the sources."""
     results = top / run.folder
+    _check(top, run)
     for name in source_files(top):
         with replacing(results / SOURCES / name) as unfinished:
             unfinished.write_bytes((top / name).read_bytes())
@@ -33,34 +35,43 @@ def write_crate(top: Path, run: WorkflowRun) -> None:
 def write(path: Path, top: Path, run: WorkflowRun) -> int:
     """Write the archive of a run."""
     refuse_changes(top)
+    results = _check(top, run)
     texts = {
         provenance.COMMIT_FILE: f"node: {provenance.commit(top)}\n",
         manifest.CRATE: describe(top, run, {}),
+        f"{run.folder}/{manifest.NAME}": manifest.text(results),
     }
-    names = [*source_files(top), *_results(top, run)]
-    lines = []
+    names = {*source_files(top), *(f"{run.folder}/{name}" for name in results)}
+    listed = {name: seal.digest(text.encode()) for name, text in texts.items()}
     with (
         replacing(path) as unfinished,
         zipfile.ZipFile(unfinished, "w", strict_timestamps=False) as file,
     ):
-        for name in sorted({*names} - {*texts}):
-            lines.append(manifest.line(seal.digest_of(top / name), name))
+        for name in sorted(names - {*texts}):
+            listed[name] = seal.digest_of(top / name)
             file.write(top / name, f"{path.stem}/{name}", zipfile.ZIP_DEFLATED)
+        texts[manifest.NAME] = manifest.text(listed)
         for name, text in texts.items():
-            lines.append(manifest.line(seal.digest(text.encode()), name))
             file.writestr(f"{path.stem}/{name}", text, zipfile.ZIP_DEFLATED)
-        listed = "".join(sorted(lines, key=lambda line: line.split("  ", 1)[1]))
-        file.writestr(f"{path.stem}/{manifest.NAME}", listed, zipfile.ZIP_DEFLATED)
-    return len(lines) + 1
+    return len(listed) + 1
 
 
-def _results(top: Path, run: WorkflowRun) -> Iterable[str]:
+def _check(top: Path, run: WorkflowRun) -> dict[str, str]:
+    """Checksums of the results by name, which must be what the run wrote."""
     folder = top / run.folder
+    names = [*_results(folder)]
+    made = [name for name in names if not name.startswith(MEASURED)]
+    manifest.check(folder, made, {"preset": run.preset, "run": run.name})
+    return {name: seal.digest_of(folder / name) for name in names}
+
+
+def _results(folder: Path) -> Iterable[str]:
     for path in sorted(folder.rglob("*")):
-        below = path.relative_to(folder).as_posix()
-        made_here = below == manifest.CRATE or path.suffix == ".zip"
-        if path.is_file() and not below.startswith(LEFT_OUT) and not made_here:
-            yield f"{run.folder}/{below}"
+        below = path.relative_to(folder)
+        hidden = any(part.startswith(".") for part in below.parts)
+        left_out = below.as_posix().startswith(LEFT_OUT) or path.suffix == ".zip"
+        if path.is_file() and not hidden and not left_out:
+            yield below.as_posix()
 
 
 def source_files(top: Path) -> list[str]:

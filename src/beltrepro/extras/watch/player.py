@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field, replace
-from functools import partial
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -59,53 +58,58 @@ KEPT = 30.0 / TIME_S  # model time: thirty seconds of the belt
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """Recent positions of the last block, and their moments since a beginning."""
+    """Recent positions of the last block, and their moments since an instant."""
 
-    # instants, x_N and the disorder parameter up to that instant, of the last `KEPT` of model
-    # time
-    time: np.ndarray = field(default_factory=partial(np.empty, 0))
-    length: np.ndarray = field(default_factory=partial(np.empty, 0))
-    disorder: np.ndarray = field(default_factory=partial(np.empty, 0))
-    count: int = 0  # positions in the moments
-    # the first of these positions, and the sum and the sum of squares of all from there
-    origin: float = 0.0
+    since: float  # from when on positions count, model time
+    # instants and x_N of the last `KEPT` of model time; of those that count, the disorder parameter
+    # up to each instant
+    time: np.ndarray
+    length: np.ndarray
+    disorder: np.ndarray
+    count: int  # positions that count, and their moments about the first of them
     total: float = 0.0
     squares: float = 0.0
+    origin: float = 0.0
+
+    @classmethod
+    def begin(cls, time: np.ndarray, length: np.ndarray) -> Record:
+        """A record of which the last position counts, as the first one."""
+        at_last = {"since": float(time[-1]), "origin": float(length[-1])}
+        return cls(time=time, length=length, disorder=np.zeros(1), count=1, **at_last)
 
     def extended(self, time: np.ndarray, length: np.ndarray) -> Record:
         """This record with further positions."""
         if not len(time):
             return self
-        origin = self.origin if self.count else float(length[0])
         count = self.count + np.arange(1, len(length) + 1)
-        total = self.total + np.cumsum(length - origin)
-        squares = self.squares + np.cumsum((length - origin) ** 2)
+        total = self.total + np.cumsum(length - self.origin)
+        squares = self.squares + np.cumsum((length - self.origin) ** 2)
         spread = np.sqrt(np.maximum(squares / count - (total / count) ** 2, 0.0))
-        disorder = spread / (origin + total / count)
+        disorder = spread / (self.origin + total / count)
         recent = self.time >= time[-1] - KEPT
-        return Record(
+        return replace(
+            self,
             time=np.append(self.time[recent], time),
             length=np.append(self.length[recent], length),
-            disorder=np.append(self.disorder[recent], disorder),
+            disorder=np.append(self.disorder, disorder)[-recent.sum() - len(time) :],
             count=int(count[-1]),
-            origin=origin,
             total=float(total[-1]),
             squares=float(squares[-1]),
         )
 
     def anew(self) -> Record:
-        """This record with moments that begin now."""
-        return replace(self, count=0, total=0.0, squares=0.0)
+        """This record with positions counting from the last one on."""
+        return Record.begin(self.time, self.length)
 
     @property
     def mean_length(self) -> float:
-        """<x_N> so far; NaN where nothing was shown."""
-        return self.origin + self.total / self.count if self.count else np.nan
+        """<x_N> of the positions that count."""
+        return self.origin + self.total / self.count
 
     @property
     def disorder_parameter(self) -> float:
-        """The disorder parameter r so far (Eq. 4); NaN where nothing was shown."""
-        return float(self.disorder[-1]) if self.count else np.nan
+        """The disorder parameter r of the positions that count (Eq. 4); 0 of the first alone."""
+        return float(self.disorder[-1])
 
 
 # a run that is cut at multiples of it has the bits of the uncut run (docs/states.md)
@@ -123,10 +127,14 @@ class Player:
     record: Record  # what was shown of the last block
 
     @classmethod
-    def begin(cls, state: ChainState, tick: float) -> Player:
-        """Show a chain from a state on."""
-        shown = Record().extended(np.array([state.time]), state.positions[-1:])
-        return cls._from(state, tick, 0.0, shown)
+    def begin(cls, state: ChainState, tick: float, before: Run | None = None) -> Player:
+        """Show a chain from a state on; of a run before it the way of the last block is kept."""
+        time, length = np.array([state.time]), state.positions[-1:]
+        if before is not None:
+            seen = before.time < state.time
+            time = np.append(before.time[seen], time)
+            length = np.append(before.positions[seen, -1], length)
+        return cls._from(state, tick, 0.0, Record.begin(time, length))
 
     @classmethod
     def _from(cls, state: ChainState, tick: float, belt: float, record: Record) -> Player:
@@ -201,11 +209,12 @@ class Player:
 
 
 def begin(parameters: ChainParameters, clock: Clock, transient: float, seed: int) -> Player:
-    """A chain to watch, from undeformed springs (Sec. III)."""
+    """A chain to watch after a transient from undeformed springs (Sec. III), which r leaves out."""
     state = ChainState.at_rest(parameters, seed=seed)
-    if checks.not_negative("transient", transient) > 0:
-        state = _simulated(state, transient, None).final_state
-    return Player.begin(state, clock.tick)
+    if checks.not_negative("transient", transient) == 0:
+        return Player.begin(state, clock.tick)
+    before = _simulated(state, transient, clock.tick, max(0.0, transient - KEPT))
+    return Player.begin(before.final_state, clock.tick, before)
 
 
 def _ahead(state: ChainState, tick: float) -> Run:
@@ -214,10 +223,13 @@ def _ahead(state: ChainState, tick: float) -> Run:
     return _simulated(state, float(end - state.time), tick)
 
 
-def _simulated(state: ChainState, duration: float, sample_interval: float | None) -> Run:
+def _simulated(
+    state: ChainState, duration: float, sample_interval: float | None, sample_start: float = 0.0
+) -> Run:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # r of so short a run is asked by nobody
         how: Any = {"initial_state": state, "sample_interval": sample_interval}
+        how["sample_start"] = sample_start
         run = simulate(state.parameters, duration=duration, **how)
     assert isinstance(run, Run)  # as it was one chain
     return run

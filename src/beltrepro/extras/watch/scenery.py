@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from beltrepro.extras.watch import look
-from beltrepro.extras.watch.player import KEPT, Player
+from beltrepro.extras.watch.player import Player
 from beltrepro.model import ChainParameters
 from beltrepro.model.spring import spring_extension
 from beltrepro.model.units import FORCE_N, LENGTH_M, TIME_S
@@ -186,11 +186,11 @@ _STEP = 0.05  # the scale of r ends at a multiple of it
 
 
 class Strips:
-    """Two curves that end now."""
+    """Two curves that end now, over a span of model time."""
 
-    def __init__(self, length: Axes, disorder: Axes, player: Player) -> None:
+    def __init__(self, length: Axes, disorder: Axes, player: Player, span: float) -> None:
         for axes in (length, disorder):
-            axes.set_xlim(-KEPT * TIME_S, 0)
+            axes.set_xlim(-span * TIME_S, 0)
         rest = LENGTH_M * player.parameters.rest_positions[-1]
         length.set(ylim=(0.6 * rest, visible_length(player.parameters)), ylabel="$x_N$ (m)")
         length.tick_params(labelbottom=False)
@@ -206,8 +206,8 @@ class Strips:
         record = player.record
         before = TIME_S * (record.time - player.time)
         self.length.set_data(before, LENGTH_M * record.length)
-        self.disorder.set_data(before, record.disorder)
-        highest = np.max(record.disorder, initial=0.0)
+        self.disorder.set_data(before[-len(record.disorder) :], record.disorder)
+        highest = record.disorder.max()
         grows = bool(highest > self._disorder_axes.get_ylim()[1])
         if grows:
             self._disorder_axes.set_ylim(0, _STEP * np.ceil(1.2 * highest / _STEP))

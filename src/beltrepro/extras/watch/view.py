@@ -17,7 +17,7 @@ from beltrepro.base import checks
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.extras.watch import look
-from beltrepro.extras.watch.player import Clock, Player
+from beltrepro.extras.watch.player import KEPT, Clock, Player
 from beltrepro.extras.watch.scenery import ChainPicture, Strips, signs_explained
 from beltrepro.model.units import LENGTH_M, TIME_S, VELOCITY_M_S
 
@@ -30,27 +30,33 @@ class View:
     """Draws a player. What stands still is drawn once, the rest again for each frame."""
 
     def __init__(
-        self, player: Player, clock: Clock, figure: Figure | None = None, *, foot: float = 0.0
+        self,
+        player: Player,
+        clock: Clock,
+        figure: Figure | None = None,
+        *,
+        foot: float = 0.0,
+        span: float = KEPT,
     ) -> None:
         with matplotlib.style.context(look.STYLE):
             if figure is None:
                 figure = Figure(figsize=SIZE, dpi=DOTS, facecolor=look.ROOM)
                 FigureCanvasAgg(figure)
             self.figure = figure
-            self._compose(player, foot)
+            self._compose(player, foot, span)
         self._still: Any = None
         self.show(player, clock)
         for artist in self._moving:
             artist.set_animated(self.canvas.supports_blit)
         self.canvas.mpl_connect("draw_event", self._drawn)
 
-    def _compose(self, player: Player, foot: float) -> None:
+    def _compose(self, player: Player, foot: float, span: float) -> None:
         width, unit = _RIGHT - _LEFT, 1 - foot
         belt = self.figure.add_axes((_LEFT, foot + 0.52 * unit, width, 0.31 * unit))
         length = self.figure.add_axes((_LEFT, foot + 0.27 * unit, width, 0.22 * unit))
         disorder = self.figure.add_axes((_LEFT, foot + 0.10 * unit, width, 0.14 * unit))
         self.picture = ChainPicture(belt, player)
-        self.strips = Strips(length, disorder, player)
+        self.strips = Strips(length, disorder, player, span)
         self.settings = self.figure.text(_RIGHT, 0.955, "", fontsize=13, va="center", ha="right")
         self.numbers = self.figure.text(_LEFT, 0.955, "", fontsize=13, va="center")
         scale = self.figure.add_axes((_LEFT, 0.875, 0.2, 0.014))
@@ -111,8 +117,8 @@ class View:
 def _numbers(player: Player) -> str:
     time_s, record = TIME_S * player.time, player.record
     length_m = LENGTH_M * record.mean_length
-    r = record.disorder_parameter
-    return f"t = {time_s:.1f} s     r = {r:.3f}     mean length {length_m:.3f} m"
+    means = f"r = {record.disorder_parameter:.3f}     mean length {length_m:.3f} m"
+    return f"t = {time_s:.1f} s     since {TIME_S * record.since:.1f} s: {means}"
 
 
 def _settings(player: Player, clock: Clock) -> str:
@@ -142,6 +148,12 @@ def check_film(path: Path, duration: float, clock: Clock) -> None:
         raise InputError(f"fps = {clock.frames_per_second:g}: a gif has at most 50")
 
 
+def span_of(clock: Clock, duration: float) -> float:
+    """Model time over which a film draws its curves: what it shows, so that they are full."""
+    frames = round(duration * clock.frames_per_second)
+    return min(KEPT, frames * clock.ticks_of_frame * clock.tick)
+
+
 def write_film(
     path: Path,
     player: Player,
@@ -152,9 +164,9 @@ def write_film(
     """Write a film of a chain from now on; the file appears under its name when it is complete."""
     from beltrepro.replication.camera.video import Frame, write_video
 
-    view = View(player, clock)
     rate = clock.frames_per_second
     count = round(duration * rate)
+    view = View(player, clock, span=span_of(clock, duration))
     pictures = _pictures(view, player, clock, count, progress or (lambda fraction: None))
     if path.suffix.lower() == ".gif":
         with replacing(path) as part:

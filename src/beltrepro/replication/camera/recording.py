@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -12,8 +14,10 @@ from scipy import ndimage
 from beltrepro.base import checks, names
 from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.model.units import TIME_S
+from beltrepro.stats import stretches
+from beltrepro.stats.estimates import Estimate, exponential
 from beltrepro.stats.fits import PowerLawFit
-from beltrepro.stats.spectra import FIT_BAND, fit_power_law, power_spectrum
+from beltrepro.stats.spectra import FIT_BAND, exponent_of, fit_power_law, power_spectrum
 
 # The paper tells stretches of small amplitude from those of large amplitude by eye.
 WINDOW_S = 5.0
@@ -40,6 +44,11 @@ class Spectrum:
     # power law between the peak and FIT_TO_HZ; None if the peak lies too high for one
     law: PowerLawFit | None
 
+    @cached_property
+    def exponent(self) -> Estimate | None:
+        """Exponent of the law; errors of the scale and of the zero do not change it."""
+        return self.law and exponent_of(self.law, self.frequency_hz)
+
 
 @dataclass(frozen=True, eq=False)
 class Regimes:
@@ -61,8 +70,12 @@ class Recording(Regimes):
     """A measured x_N(t) and what it tells."""
 
     time_s: np.ndarray  # the samples after the transient
-    x_m: np.ndarray
+    x_m: np.ndarray  # without the lengths of blocks that were taken off
     interval_s: float  # median time between them
+    # r and <x_N> (metres) with the errors of a recording of this length, of the scale and of the
+    # zero; their runs are the stretches of the recording that are independent
+    disorder: Estimate
+    length: Estimate
     # of the "whole", and of the longest stretch of "small" and of "large" amplitude, where they
     # are long enough
     spectra: dict[str, Spectrum]
@@ -137,6 +150,9 @@ def analyse(
     window_s: float = WINDOW_S,
     quiet: float = QUIET,
     lasting_s: float = LASTING_S,
+    blocks_m: float = 0.0,
+    scale_error: float = math.nan,
+    zero_error_m: float = math.nan,
 ) -> Recording:
     """Analyse a recording of the last block, with frames at any instants.
 
@@ -145,11 +161,21 @@ def analyse(
     The amplitude is small where the standard deviation of x_N within a window is below a share of
     its mean. That criterion is ours: the paper gives none. A laminar phase of a simulation is
     something else, a long slip of the last block (docs/experiment.md).
+
+    blocks_m : lengths of blocks that x_m holds, taken off: x_N of the model has none.
+    scale_error, zero_error_m : x_m is wrong by zero_error_m + scale_error x_m, one standard error
+    of each. NaN where it is not known: r and <x_N> are then told without it.
     """
     time, position = checks.series("time_s", time_s), checks.series("x_m", x_m)
     transient_s = checks.not_negative("transient_s", transient_s)
     window_s, quiet = checks.positive("window_s", window_s), checks.positive("quiet", quiet)
     lasting_s = checks.not_negative("lasting_s", lasting_s)
+    blocks_m = checks.not_negative("blocks_m", blocks_m)
+    common = {"scale_error": scale_error, "zero_error_m": zero_error_m}
+    scale, zero = (
+        0.0 if math.isnan(error) else checks.not_negative(name, error)
+        for name, error in common.items()
+    )
     require(
         time.size == position.size,
         f"time_s has {time.size} numbers and x_m {position.size}: as many instants as positions "
@@ -166,10 +192,40 @@ def analyse(
         f"{time.size} samples after the first {transient_s:g} s, {_LEAST_SAMPLES} are needed",
     )
     require(np.all(np.diff(time) > 0), "instants time_s must rise")
+    require(
+        not blocks_m or position.min() > blocks_m,
+        f"x_N reaches {position.min():.3g} m: less than the {blocks_m:.3g} m of blocks in it",
+    )
+    position = position - blocks_m
     interval = float(np.median(np.diff(time)))
     parts = regimes(time, position, window_s=window_s, quiet=quiet, lasting_s=lasting_s)
-    spectra = _spectra(time, position, interval, parts.small)
-    return Recording(**vars(parts), time_s=time, x_m=position, interval_s=interval, spectra=spectra)
+    # relative errors of <x_N>; x_N and its fluctuation are wrong by the same factor but for blocks
+    zero, blocks = zero / parts.mean_length, blocks_m / parts.mean_length
+    moments = stretches.moments(position, _weights(np.diff(time), interval))
+    disorder, length = (
+        stretches.from_stretches(log, moments) for log in (_log_disorder, _log_mean)
+    )
+    return Recording(
+        **vars(parts),
+        time_s=time,
+        x_m=position,
+        interval_s=interval,
+        disorder=exponential(stretches.widened(disorder, zero, blocks * scale)),
+        length=exponential(stretches.widened(length, zero, (1 + blocks) * scale)),
+        spectra=_spectra(time, position, interval, parts.small),
+    )
+
+
+def _log_mean(moments: np.ndarray) -> float:
+    weight, first, _ = moments
+    return math.log(first / weight)
+
+
+def _log_disorder(moments: np.ndarray) -> float:
+    """ln r of sums of weights, x_N and its squares: errors of a factor are alike for all r."""
+    weight, first, second = moments
+    variance = second / weight - (first / weight) ** 2
+    return math.log(variance) / 2 - _log_mean(moments) if variance > 0 else -math.inf
 
 
 def _weights(gaps: np.ndarray, interval: float) -> np.ndarray:

@@ -55,6 +55,15 @@ class Scene:
         return self.block_width + self.tape_gap + self.tape_width
 
 
+def lengths_of_blocks(n_blocks: int, block_length: float) -> float:
+    """Lengths of blocks from the support to the middle of the last one.
+
+    A tape along the chain reads them with x_N. In the model blocks are points, and x_N is of
+    springs only.
+    """
+    return (n_blocks - 0.5) * block_length
+
+
 @dataclass(frozen=True)
 class Camera:
     """A camera that looks straight down on the belt."""

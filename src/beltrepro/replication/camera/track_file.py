@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from beltrepro.base import reading
 from beltrepro.base.checks import shown
 from beltrepro.base.errors import InputError
 
@@ -14,6 +15,7 @@ _NEEDED, _OPTIONAL = ("time_s", "x_m"), ("error_m",)
 _SEPARATORS = ",;\t"
 # Samples at equal intervals from the first to the last instant that fit into memory.
 _MOST_SAMPLES = 10**7
+_MOST_BYTES = 10**9  # of the file: 100 for each of as many rows
 
 
 def read_track(path: Path) -> tuple[list[np.ndarray], dict[str, Any]]:
@@ -48,13 +50,7 @@ def read_track(path: Path) -> tuple[list[np.ndarray], dict[str, Any]]:
 
 def _lines(path: Path) -> tuple[list[str], list[str]]:
     """Remarks and other lines of a file."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: not a text file in UTF-8") from None
-    lines = [line for line in text.splitlines() if line.strip()]
+    lines = [line for line in reading.text(path, _MOST_BYTES).splitlines() if line.strip()]
     remarks = [line for line in lines if line.startswith(("#", '"#'))]  # quoted by a spreadsheet
     return remarks, [line for line in lines if line not in remarks]
 
@@ -103,6 +99,6 @@ def _check_instants(path: Path, time_s: np.ndarray) -> None:
 def _settings(remarks: list[str]) -> dict[str, Any]:
     try:
         settings = json.loads(remarks[0].lstrip("#"))
-    except (IndexError, ValueError):
+    except (IndexError, ValueError, RecursionError):
         return {}
     return settings if isinstance(settings, dict) else {}

@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +26,8 @@ _SURVEY, _EVERY = 240, 10
 SPRING = 0.3  # share of the block: what is narrower across the belt is wiped off
 _FASTEST = 3.0  # m/s that the block never reaches
 _SCALES = (1e-6, 0.1)  # metres per pixel that a camera above a treadmill can have
+# Fields of a track that its file has in the first line.
+_NUMBERS = ("metres_per_pixel", "angle", "scale_error", "zero_error_m")
 _FIRST_MARK = 5.0  # metres: no tape beside a chain reads more where the picture begins
 
 
@@ -36,19 +39,21 @@ class Track:
     time_s: np.ndarray
     # its middle along the belt, metres from the first mark of the tape (plus what it reads)
     x_m: np.ndarray
-    # one standard error within the picture. That of the scale comes on top, for all alike
-    error_m: np.ndarray
+    error_m: np.ndarray  # one standard error of x_m, of which some is common to all frames
     metres_per_pixel: float  # scale of the picture
     angle: float  # by which the belt is turned in the picture, degrees, clockwise
     lost_s: np.ndarray  # begin and end of each stretch of frames in which the block was not found
+    # What all frames have in common: x is wrong by zero_error_m + scale_error x, one standard error
+    # of each. Both are part of error_m; nan where they are not known.
+    scale_error: float = math.nan
+    zero_error_m: float = math.nan
 
     def save(self, path: str | Path) -> None:
         """Write the track as CSV: a line of settings, which begins with #, and three columns."""
-        settings = {
-            "metres_per_pixel": self.metres_per_pixel,
-            "angle": self.angle,
-            "lost_s": self.lost_s.tolist(),
-        }
+        settings: dict[str, Any] = {"lost_s": self.lost_s.tolist()}
+        for name in _NUMBERS:
+            number = getattr(self, name)
+            settings[name] = number if math.isfinite(number) else None
         rows = np.column_stack([self.time_s, self.x_m, self.error_m])
         with Path(path).open("w", encoding="utf-8") as file:
             file.write(f"# {json.dumps(settings)}\ntime_s,x_m,error_m\n")
@@ -60,9 +65,10 @@ class Track:
         from beltrepro.replication.camera.track_file import read_track
 
         (time_s, x_m, error_m), settings = read_track(Path(path))
-        scale, angle = (float(settings.get(k, np.nan)) for k in ("metres_per_pixel", "angle"))
+        values = ((name, settings.get(name)) for name in _NUMBERS)
+        numbers = {name: math.nan if value is None else float(value) for name, value in values}
         lost_s = np.array(settings.get("lost_s", []), dtype=float).reshape(-1, 2)
-        return cls(time_s, x_m, error_m, scale, angle, lost_s)
+        return cls(time_s, x_m, error_m, lost_s=lost_s, **numbers)
 
 
 def track(

@@ -11,6 +11,7 @@ import av
 import numpy as np
 from av.video.reformatter import ColorRange
 
+from beltrepro.base import reading
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 
@@ -63,10 +64,7 @@ def read_video(path: str | Path) -> Iterator[Frame]:
     turned. A video that breaks off ends there. Of frames of the same instant the first counts.
     """
     path = Path(path)
-    try:
-        path.open("rb").close()
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}") from None
+    reading.check(path)
     try:
         with av.open(str(path)) as container:
             yield from _decode(container, path)

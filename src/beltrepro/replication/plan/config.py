@@ -6,6 +6,7 @@ and `films`. `python -m beltrepro.replication.plan.config` prints the schema as 
 """
 
 import datetime
+import itertools
 import json
 import re
 import sys
@@ -26,6 +27,7 @@ from pydantic import (
 )
 from typing_extensions import TypeAliasType
 
+from beltrepro.base import reading
 from beltrepro.base.checks import LONGEST_GRID, shown
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint
@@ -36,33 +38,109 @@ from beltrepro.replication.plan.points import LAW, QUANTITIES, Described, Key, M
 
 SOURCE = "config.yaml"
 MOST_POINTS = 1_000_000  # of a dataset; each is a run
+MOST_BYTES = 1_000_000  # of a file of settings, and values in it, with all that repeats itself
+MOST_VALUES = 100_000
+DEEPEST = 50
 
 
-class _Loader(yaml.SafeLoader):
-    """Refuses a key that is given twice, of which YAML would take the last."""
+class _Bounded(yaml.composer.Composer):
+    """Refuses what is nested without end, or is short only because it repeats itself."""
+
+    _depth = 0
+
+    def compose_node(self, parent: Any, index: Any) -> yaml.Node | None:
+        self._depth += 1
+        if self._depth > DEEPEST:
+            raise InputError(f"nested more than {DEEPEST} deep")
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
+
+    def get_single_node(self) -> yaml.Node | None:
+        whole = super().get_single_node()
+        left, nodes = MOST_VALUES, [whole]
+        while nodes:
+            node, left = nodes.pop(), left - 1
+            if left < 0:
+                raise InputError(f"more than {MOST_VALUES} values, perhaps without end")
+            if isinstance(node, yaml.MappingNode):
+                nodes += itertools.chain(*node.value)
+            elif isinstance(node, yaml.SequenceNode):
+                nodes += node.value
+        return whole
+
+
+class _Words(_Bounded, yaml.BaseLoader):
+    """Takes every value as text, as Snakemake does on the command line."""
+
+
+class _Loader(_Bounded, yaml.SafeLoader):
+    """Refuses what Snakemake's loader takes for something else than it looks like.
+
+    That one reads YAML 1.1, in which 5:30 is 330, 010 is 8, and on is true; and of a key that is
+    given twice it takes the last value.
+    """
+
+    def compose_scalar_node(self, anchor: Any) -> yaml.ScalarNode:
+        node = super().compose_scalar_node(anchor)
+        form = _FORMS.get(node.tag.rpartition(":")[2]) if node.style is None else None
+        if form and not re.fullmatch(form, node.value):
+            right = "write numbers as 330 or 5.5, text in quotes, choices as true or false"
+            _stop(node, f"{shown(node.value)} can be read in two ways: {right}")
+        return node
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict:
-        keys = [key for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
-        for place, key in enumerate(keys):
-            if key.value in (earlier.value for earlier in keys[:place]):
-                problem = f"the key {key.value!r} is given twice"
-                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
+        earlier = set()
+        for key, value in node.value:
+            if not isinstance(key, yaml.ScalarNode):
+                continue
+            if key.value in earlier:
+                _stop(key, f"the key {shown(key.value)} is given twice")
+            earlier.add(key.value)
+            read = str(self.construct_object(value)) if value.tag.endswith(":float") else ""
+            if key.value == "run" and read not in ("", value.value):
+                _stop(value, f"run = {value.value}: is read as the number {read}; quote it")
         return super().construct_mapping(node, deep)
+
+    def construct_object(self, node: Any, deep: bool = False) -> Any:
+        try:
+            return super().construct_object(node, deep)
+        except ValueError as error:  # a number of thousands of digits, a 30th of February
+            _stop(node, f"{shown(node.value)}: {error}")
+
+
+# What YAML 1.1 takes for a number or a choice, and everybody reads as that.
+_NUMBER = r"(?i)[-+]?(0|[1-9]\d*|(\d+\.\d*|\.\d+)(e[-+]\d+)?|\.(inf|nan))"
+_FORMS = {"int": _NUMBER, "float": _NUMBER, "bool": "(?i)true|false"}
+
+
+def _stop(node: Any, problem: str) -> NoReturn:
+    raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
+
+
+def check_text(text: str, name: str) -> None:
+    """Refuse a value of the command line on which Snakemake would not end."""
+    try:
+        yaml.compose(text, _Words)
+    except yaml.YAMLError:
+        return  # it stays text
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
 
 
 def load_config(path: str | Path) -> dict:
     """Read a YAML file."""
+    text = reading.text(path, MOST_BYTES)
     try:
-        content = yaml.load(Path(path).read_text(encoding="utf-8"), _Loader)
-        json.dumps(content, default=str)
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: not a text file in UTF-8") from None
-    except yaml.YAMLError as error:
-        raise InputError(f"{path}: not YAML: {' '.join(str(error).split())}") from None
-    except (ValueError, RecursionError):  # of json: an anchor within what it stands for
-        raise InputError(f"{path}: nested without end, or too deeply") from None
+        content = yaml.load(text, _Loader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        place = f", line {mark.line + 1}" if mark else ""
+        raise InputError(f"{path}{place}: {error.context or ''} {error.problem}") from None
+    except yaml.YAMLError as error:  # a character that no YAML file may have
+        raise InputError(f"{path}: not YAML: {error}") from None
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
     if not isinstance(content, dict):
         raise InputError(f"{path}: must be a mapping of keys to values")
     return content
@@ -94,7 +172,7 @@ class _Keys(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
-NAME = Annotated[str, Field(pattern="^[a-z][a-z0-9_]*$")]
+NAME = Annotated[str, Field(pattern="^[a-z][a-z0-9_]{0,99}$")]  # also that of a file
 Text = Annotated[str, Strict()]
 _PREFIX = "#"  # of the tags of alternatives, which are no part of the path to a value
 
@@ -430,11 +508,10 @@ def _explain(problem: Any) -> NoReturn:
         place = f" in {_dotted(parents)}" if parents else ""
         allowed = _known(parents)
         if "pattern" in context and not allowed:
-            refuse(
-                f"unknown key {key!r}{place}: a name that matches {context['pattern']} is needed"
-            )
+            form = f"a name that matches {context['pattern']} is needed"
+            refuse(f"unknown key {shown(key)}{place}: {form}")
         listed = f": allowed are {', '.join(allowed)}" if 0 < len(allowed) < 20 else ""
-        refuse(f"unknown key {key!r}{place}{hint(str(key), allowed) or listed}")
+        refuse(f"unknown key {shown(key)}{place}{hint(str(key), allowed) or listed}")
     where = _dotted(path)
     if kind == "missing":
         refuse(f"{where} is missing")

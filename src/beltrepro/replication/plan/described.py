@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from beltrepro.base import provenance, seal
+from beltrepro.base import provenance, reading, seal
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan.files import repair
@@ -64,12 +64,12 @@ def _about(path: Path) -> tuple[dict[str, Any], str]:
     """What is said of a file, and what is wrong with the file."""
     try:
         seal.check(path)
-        about = json.loads(seal.metadata_path(path).read_text(encoding="utf-8"))
+        about = reading.json_object(seal.metadata_path(path))
         named = about["url"], about[seal.KEY], about["dc:source"]
     except InputError as error:
         return {}, str(error).removeprefix(f"{path}: ")
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        return {}, f"cannot be read with its metadata ({type(error).__name__})"
+    except KeyError as error:
+        return {}, f"its metadata lack {error}"
     if named[0] != path.name:
         return {}, f"is another file: its metadata are those of {named[0]}"
     if "beltrepro:lineage" not in about:

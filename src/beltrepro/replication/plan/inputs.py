@@ -5,12 +5,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from beltrepro.base import provenance, seal
 from beltrepro.base.errors import InputError
 from beltrepro.base.store import Dataset
-from beltrepro.replication.plan import described, files
+from beltrepro.replication.plan import described, files, tables
 from beltrepro.replication.plan.filming import FILM, TRACK
 
 
@@ -68,7 +66,7 @@ def _read(name: str, path: Path, expected: dict[str, dict]) -> Any:
         from beltrepro.replication.camera.tracking import Track
 
         return Track.load(path)
-    return pd.read_csv(path)
+    return tables.read(path)
 
 
 def _check_figure(path: Path, expected: dict) -> None:
@@ -82,7 +80,7 @@ def _check_figure(path: Path, expected: dict) -> None:
             reason = ""
     except InputError as error:
         raise InputError(f"{error}; {files.repair(path, expected)}") from None
-    except (OSError, SyntaxError, ValueError) as error:
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         reason = f"not a whole PNG ({error})"
     if not reason and said != (path.stem, source(expected)):
         reason = f"another figure, {said[0]} of {said[1]}"

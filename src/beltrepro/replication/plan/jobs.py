@@ -283,13 +283,11 @@ def main(words: Sequence[str] | None = None) -> int:
 
 
 def _answer(arguments: argparse.Namespace) -> str:
-    import pandas as pd
     from snakemake.utils import update_config
 
-    try:
-        timing = pd.read_csv(arguments.timing)
-    except OSError as error:
-        raise InputError(f"{arguments.timing}: {error.strerror}") from None
+    from beltrepro.replication.plan import tables
+
+    timing = tables.read(arguments.timing)
     if "seconds_per_work" not in timing:
         raise InputError(f"{arguments.timing}: not a table that `snakemake timing` wrote")
     config: dict = {}

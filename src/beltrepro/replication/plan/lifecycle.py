@@ -5,6 +5,7 @@ folder of its results ends with its process. So to stop means to end at once, an
 on means to run the same command again.
 """
 
+import atexit
 import errno
 import fcntl
 import logging
@@ -52,7 +53,7 @@ def is_locked(results: Path) -> bool:
 def begin(results: Path, was_locked: bool = False) -> None:
     """Take a folder of results for this process until it ends, and put it in order.
 
-    Unfinished files are removed, and no file stays from the future.
+    Unfinished files are removed, now and at the end, and no file stays from the future.
     """
     try:
         results.mkdir(parents=True, exist_ok=True)
@@ -72,6 +73,7 @@ def begin(results: Path, was_locked: bool = False) -> None:
         )
     _held[results] = descriptor  # open as long as the process lives
     atomic.clear(results)
+    atexit.register(atomic.clear, results)  # what killed jobs leave
     _bring_back(results)
 
 

@@ -23,6 +23,7 @@ from beltrepro.replication.plan.points import LAW, QUANTITIES, REQUIRED, Point, 
 TIME_STEP = 0.001  # of the paper; work counts its steps
 _FRAME_TOLERANCE = 1e-3  # of the time between frames, as in `camera.film`
 LEAST_RUNS = 4  # at a point that can get more: fewer tell nothing of their spread
+MOST_JOBS = 10_000  # of a dataset: files of batches have names of four digits
 MOST_ROUNDS = 20  # in which runs are added: each is a job for every few rows
 
 
@@ -200,7 +201,7 @@ class Plan:
 
 
 def make_plan(config: dict) -> Plan:
-    """The plan of the preset that `config` names; the others are checked, too."""
+    """The plan of the preset that `config` names; of the others only the form is checked."""
     config = checked(config)
     preset, presets = config["preset"], config["presets"]
     if preset not in presets:
@@ -208,7 +209,7 @@ def make_plan(config: dict) -> Plan:
     run = config.get("run", preset)
     if run != preset and run in presets:
         refuse(f"run = {run!r}: is the name of another preset, whose results it would overwrite")
-    return {name: _preset_plan(config, name, run) for name in presets}[preset]
+    return _preset_plan(config, preset, run)
 
 
 # --- layers of the configuration ------------------------------------------------------------------
@@ -298,10 +299,14 @@ def _dataset(
         key, text = complaint
         where = (defaults | keys).get(key, Entry(None, f"{place}: {key}")).where
         refuse(f"{where} {text}" if where.endswith(key) else f"{where}: {key} {text}")
-    per_job = entries.get("points_per_job", Entry(len(points), place)).value
+    per_job = entries.get("points_per_job", Entry(len(points), place))
     more_runs = keys.get("more_runs", Entry(None, place))
     rule = _more_runs(more_runs, kind, points) if more_runs.value else None
-    return PlannedDataset(name, kind, points, settings, per_job, rule)
+    dataset = PlannedDataset(name, kind, points, settings, per_job.value, rule)
+    if len(points) > MOST_JOBS and (count := len(dataset.batch_names)) > MOST_JOBS:
+        text = f"makes {count} jobs, at most {MOST_JOBS} allowed: raise points_per_job"
+        refuse(f"{per_job.where}: {text}")
+    return dataset
 
 
 def _more_runs(entry: Entry, kind: Kind, points: tuple[Point, ...]) -> MoreRuns:

@@ -130,10 +130,12 @@ def figures_with(claim: str, variant: str, estimate: str) -> list[str]:
 
 
 def check_names(datasets: Iterable[str]) -> None:
-    """Raise InputError for a dataset that has the name of a table."""
+    """Raise InputError for a dataset whose name stands for something else."""
     for name in datasets:
         if name in tables():
             raise InputError(f"datasets.{name} has the name of a table")
+        if name == "self" or hasattr(list, name) or hasattr(dict, name):
+            raise InputError(f"datasets.{name}: Snakemake keeps this name for itself")
 
 
 def check_uses(entries: dict, inputs: Iterable[str], where: str) -> None:

@@ -9,13 +9,13 @@ from typing import Any
 
 from beltrepro.base import progress
 from beltrepro.base.errors import InputError, ModelStateError
-from beltrepro.replication.plan import lifecycle
+from beltrepro.replication.plan import lifecycle, manifest
 
 logger = logging.getLogger("beltrepro")
 
 
 def run(main: Callable[[Any], None], snakemake: Any) -> None:
-    """Run one job: call `main(snakemake)` with logging to the rule's log file.
+    """Run one job: call `main(snakemake)` with logging to the rule's log file, and list its files.
 
     An error that a user can act on (InputError, ModelStateError) is one line in the log and on
     stderr. Any other leaves its traceback in the log and one line on stderr that points there.
@@ -36,12 +36,13 @@ def run(main: Callable[[Any], None], snakemake: Any) -> None:
     logging.captureWarnings(True)
     try:
         main(snakemake)
+        manifest.add(Path(*log.parts[:2]), map(Path, snakemake.output))
     except (InputError, ModelStateError) as error:
         logger.error("%s", error)
         sys.exit(f"error in rule {snakemake.rule}: {error}")
     except Exception as error:
-        logger.error("%s", traceback.format_exc())
         reason = f"{type(error).__name__}: {error}".splitlines()[0]
+        logger.error("%s\n%s", reason, traceback.format_exc())  # the first line is shown
         sys.exit(f"error in rule {snakemake.rule}: {reason} (traceback in {log})")
     logger.info("done")
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint
-from beltrepro.replication.plan.config import SOURCE, load_config
+from beltrepro.replication.plan.config import SOURCE, check_text, load_config
 
 _SETTING = r"[a-zA-Z_][\w-]*\w"  # names that Snakemake takes
 
@@ -30,7 +30,8 @@ def end_if_unreadable() -> None:
     options = _options()
     try:
         check_settings(options.config or ())
-        check_files([SOURCE, *(options.configfile or ())])
+        for path in [*filter(os.path.exists, [SOURCE]), *(options.configfile or ())]:
+            load_config(path)  # Snakemake would take some that hold no settings
     except InputError as error:
         sys.exit(f"error: {error}")
 
@@ -44,17 +45,12 @@ def end_quietly_when_interrupted() -> None:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def check_files(paths: Iterable[str | Path]) -> None:
-    """Refuse files that are there and hold no settings; some of these Snakemake would take."""
-    for path in paths:
-        if Path(path).exists():
-            load_config(path)
-
-
 def check_settings(entries: Iterable[str]) -> None:
     """Refuse what Snakemake cannot read as a setting."""
     for entry in entries:
+        entry = " ".join(entry.split())
         name, equals, value = entry.partition("=")
+        check_text(value, f"--config {name}")
         if not equals:
             raise InputError(
                 f"--config {entry}: NAME=VALUE is needed; targets stand before --config, as in "
@@ -74,6 +70,13 @@ def check_settings(entries: Iterable[str]) -> None:
             right = f"--config '{first}={json.dumps(meant)}'"
             raise InputError(f"--config {entry}: a key below another is given as {right}")
         raise InputError(f"--config {entry}: {name!r} is no name of a setting")
+
+
+def check_counts(resources: Any) -> None:
+    """Refuse a number of cores or jobs with which no job would ever begin."""
+    for name, count in (("cores", resources.cores), ("jobs", resources.nodes)):
+        if count is not None and count < 1:
+            raise InputError(f"--{name} {count}: must be at least 1")
 
 
 def end_if_unknown(rules: Iterable[Any], is_file: Callable[[str], bool]) -> None:
@@ -100,7 +103,7 @@ def check_targets(
     rules = [*targets, *chosen]
     asked += [(name, rules) for names in chosen_rules for name in sorted(names or ())]
     for name, allowed in asked:
-        if name not in allowed and not is_file(os.path.relpath(name)):
+        if name not in allowed and not is_file(os.path.relpath(name or os.curdir)):
             raise InputError(
                 f"target {name!r}: allowed are files of this run and {', '.join(allowed)}"
                 f"{hint(name, allowed)}"

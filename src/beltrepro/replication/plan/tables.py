@@ -1,10 +1,13 @@
 """CSV files, and beside each what made it, what its columns are, and its checksum."""
 
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
+from beltrepro.base import reading
 from beltrepro.base.atomic import replacing
+from beltrepro.base.errors import InputError
 from beltrepro.replication.plan.described import describe
 from beltrepro.replication.plan.points import QUANTITIES, UNITS
 
@@ -26,6 +29,20 @@ def write(
         table.to_csv(unfinished, index=False, float_format=DIGITS)
     described = {"columns": [_column(name, table[name], columns) for name in table]}
     describe(path, title=title, sources=sources, lineage=lineage, tableSchema=described)
+
+
+def read(path: str | Path, **how: Any) -> pd.DataFrame:
+    """Read a table as `pandas.read_csv`; how : more arguments of it."""
+    with reading.opened(path, reading.MOST_TEXT) as file:
+        try:
+            return pd.read_csv(file, **how)
+        except ValueError as error:  # what pandas raises is of it, too
+            raise InputError(f"{path}: not a table of comma-separated values ({error})") from None
+
+
+def read_as_text(path: str | Path) -> pd.DataFrame:
+    """Read a table with each value as it is written."""
+    return read(path, dtype=str, keep_default_na=False)
 
 
 def _column(name: str, values: pd.Series, columns: dict[str, str]) -> dict:

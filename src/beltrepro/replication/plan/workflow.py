@@ -95,9 +95,9 @@ class Workflow:
         names = self._added(wildcards).looks_at
         return [f"<results>/batches/{wildcards.dataset}/{name}.h5" for name in names]
 
-    def with_metadata(self, table: str) -> list[str]:
-        """A table and the file that says what it is."""
-        return [self.file_of(table), f"{self.file_of(table)}-metadata.json"]
+    def with_metadata(self, name: str) -> list[str]:
+        """A table, film or track, and the file that says what it is."""
+        return [self.file_of(name), f"{self.file_of(name)}-metadata.json"]
 
     def claims(self) -> list[str]:
         """The tables of claims and estimates, and what they are."""
@@ -118,7 +118,7 @@ class Workflow:
         return [
             *self.datasets(),
             *self.drawn("png", "pdf"),
-            *(path for name in self.tables for path in self.with_metadata(name)),
+            *(path for name in (*self.filmed, *self.tables) for path in self.with_metadata(name)),
             *self.claims(),
             "<results>/report.html",
             "<results>/article.pdf",
@@ -218,6 +218,10 @@ class Workflow:
     def made_from(self, *names: str) -> dict:
         """What a table, figure or list of claims must say that is made from these."""
         return self._of(self.expected(*names))
+
+    def expected_of_film(self, wildcards: Any) -> dict:
+        """Of a film."""
+        return self._expected(f"{wildcards.film}{FILM}")
 
     def expected_batches(self, wildcards: Any) -> list[dict]:
         """Of the batches of a dataset."""
@@ -322,6 +326,10 @@ class Workflow:
                     rule, sources = "add_runs", [made[source] for source in looked_at[part]]
                 yield rule, f"batches/{name}/{part}", sources, [path]
             yield "join", f"datasets/{name}", list(made.values()), [self.file_of(name)]
+        for name, planned in self.plan.films.items():
+            film, track = self.with_metadata(f"{name}{FILM}"), self.with_metadata(f"{name}{TRACK}")
+            yield "film", f"experiment/{name}.film", [self.file_of(planned.dataset)], film
+            yield "track", f"experiment/{name}.track", film[:1], track
         for name, table in self.tables.items():
             sources = list(self.files_of(*table.uses).values())
             yield "derive", table.file(name), sources, self.with_metadata(name)
@@ -329,7 +337,7 @@ class Workflow:
             outputs = [f"<results>/figures/{name}.{ending}" for ending in ("png", "pdf")]
             yield "draw", f"figures/{name}", list(self.files_of(*figure.uses).values()), outputs
         claims, datasets = self.claims()[:2], self.datasets()
-        yield "claims", "claims", datasets, self.claims()
+        yield "claims", "claims", list(self.files_of(*self.judged).values()), self.claims()
         tables = list(self.files_of(*self.tables).values())
         shown = [*datasets, *tables, *claims, *self.drawn("png")]
         yield "report", "report", shown, ["<results>/report.html"]

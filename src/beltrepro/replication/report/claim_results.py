@@ -6,14 +6,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import pandas as pd
-
 from beltrepro.base.errors import InputError
+from beltrepro.replication.plan import manifest, tables
 from beltrepro.replication.verdicts import criteria
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, QUESTIONS, YES
 from beltrepro.replication.verdicts.ledger import FINDINGS, KINDS, Claim, load_ledger
 from beltrepro.stats.estimates import Estimate
 
+TABLES = ("claims.csv", "estimates.csv")
 DECIDED = (YES, IN_PART, NO)
 APART = tuple(kind for kind in KINDS if kind not in FINDINGS)
 
@@ -138,8 +138,9 @@ def count(results: Results) -> Counts:
 
 
 def read(folder: Path) -> Results:
-    """The claims of a run by id, in the order of the ledger; InputError for one that it lacks."""
-    return read_tables(folder / "claims.csv", folder / "estimates.csv")
+    """The claims of a run by id, in the order of the ledger; both tables as the run wrote them."""
+    manifest.check(folder, TABLES)
+    return read_tables(*(folder / name for name in TABLES))
 
 
 def read_tables(claims_csv: Path, estimates_csv: Path) -> Results:
@@ -168,13 +169,13 @@ def is_current(row: dict[str, str]) -> bool:
 
 def compared(results: Results, tables: Iterable[Path]) -> list[OtherRun]:
     """Other runs, by their tables of claims; those of earlier versions are left out."""
-    return [
-        OtherRun(
-            path.parent.name, {question: _same(results, rows, question) for question in QUESTIONS}
-        )
-        for path in tables
-        if (rows := _read_csv(path)) and is_current(rows[0])
-    ]
+    runs = []
+    for path in tables:
+        manifest.check(path.parent, [path.name])
+        if (rows := _read_csv(path)) and is_current(rows[0]):
+            verdicts = {question: _same(results, rows, question) for question in QUESTIONS}
+            runs.append(OtherRun(path.parent.name, verdicts))
+    return runs
 
 
 def _same(results: Results, rows: list[dict[str, str]], question: str) -> dict[str, str]:
@@ -191,9 +192,7 @@ def _same(results: Results, rows: list[dict[str, str]], question: str) -> dict[s
 
 def _read_csv(path: Path) -> list[dict[str, str]]:
     """Rows of a table, all of it text."""
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
-    return pd.read_csv(path, dtype=str, keep_default_na=False).to_dict("records")
+    return tables.read_as_text(path).to_dict("records")
 
 
 def _answer(row: dict[str, str], question: str, rows: list[tuple[str, Number]]) -> Answer:

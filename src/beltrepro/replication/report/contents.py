@@ -22,6 +22,7 @@ class PageSection:
 
     needs : names of the files without which it is left out, as in `Material.files`.
     pictures : names of figures that it shows in place of the section on figures.
+    folded : whether the reader has to open it.
     """
 
     template: str
@@ -30,6 +31,7 @@ class PageSection:
     needs: tuple[str, ...] = ()
     pictures: tuple[str, ...] = ()
     styles: tuple[str, ...] = ()
+    folded: bool = False
 
 
 def _study(template, title, describe, tables, pictures=()) -> PageSection:
@@ -56,6 +58,11 @@ def _figures(material: Material) -> dict[str, Any]:
     }
 
 
+def _folded(template, title, gather, needs=()) -> PageSection:
+    """A section for those who check."""
+    return PageSection(template, title, gather, needs, folded=True)
+
+
 SUMMARY = PageSection("summary", "", judged.summary)
 RECORDINGS = _study(
     "experiment", "The virtual experiment", experiment.of_recordings, ("recordings",)
@@ -63,11 +70,8 @@ RECORDINGS = _study(
 MOTION = PageSection("motion", "The chain, live", live_chain.gather, styles=live_chain.STYLES)
 SECTIONS: tuple[PageSection, ...] = (
     MOTION,
-    PageSection("claims", "Claims", judged.cards, judged.TABLES),
     PageSection("figures", "Figures", _figures, ("figures",)),
-    PageSection("dates", "When it was judged", judged.dates, judged.TABLES),
-    PageSection("open_points", "What the paper leaves open", judged.open_points, judged.TABLES),
-    PageSection("presets", "Other presets", judged.presets, (*judged.TABLES, "compared")),
+    PageSection("claims", "Claims", judged.cards, judged.TABLES),
     _study(
         "chaos",
         "Is the motion chaotic?",
@@ -90,8 +94,11 @@ SECTIONS: tuple[PageSection, ...] = (
         integrators.TOLD_BY,
         tuple(name for name, entry in registry.figures().items() if entry.category == COMPARED),
     ),
-    PageSection("deviations", "Deviations from the paper", conduct.deviations),
-    PageSection("runs", "What was run", conduct.runs),
-    PageSection("times", "Time per rule", conduct.times),
-    PageSection("environment", "Environment", conduct.environment),
+    _folded("dates", "When it was judged", judged.dates, judged.TABLES),
+    _folded("open_points", "What the paper leaves open", judged.open_points, judged.TABLES),
+    _folded("presets", "Other presets", judged.presets, (*judged.TABLES, "compared")),
+    _folded("deviations", "Deviations from the paper", conduct.deviations),
+    _folded("runs", "What was run", conduct.runs),
+    _folded("times", "Time per rule", conduct.times),
+    _folded("environment", "Environment", conduct.environment),
 )

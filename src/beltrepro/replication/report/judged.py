@@ -20,6 +20,7 @@ def summary(material: Material) -> dict:
         "pictures": sum(bool(picture["number"]) for picture in material.pictures),
         "findings": findings_of(results),
         "drawn": set(material.images),
+        "first": [one for one in material.pictures if one["name"] in WORDS["first"]],
         "questions": QUESTIONS,
         "verdicts": VERDICTS,
         "counts": count(results),

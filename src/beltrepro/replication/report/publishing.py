@@ -14,7 +14,7 @@ from pathlib import Path
 from PIL import Image
 
 from beltrepro.base import seal
-from beltrepro.base.atomic import replacing
+from beltrepro.base.atomic import UNFINISHED, replacing
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import manifest
 from beltrepro.replication.report import findings
@@ -39,13 +39,15 @@ def publish(results: Path, place: Path = PLACE) -> Path:
     """
     target, wanted = place / results.name, _wanted(results)
     place.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=place) as name:
+    for left in place.glob(f"{UNFINISHED}*"):  # by a kill
+        shutil.rmtree(left)
+    with tempfile.TemporaryDirectory(dir=place, prefix=UNFINISHED) as name:
         folder = Path(name) / target.name
         for path in wanted:
             (folder / path.parent).mkdir(parents=True, exist_ok=True)
             shutil.copyfile(results / path, folder / path)
         if results.name == FIRST[0]:
-            findings.check(read(folder))
+            findings.check(read(results))
         _link_pictures(folder)
         if size(folder) > LIMIT:
             _take_colours(folder)
@@ -126,9 +128,9 @@ def _wanted(results: Path) -> list[Path]:
             f"`snakemake --cores 2 --config preset={results.name}` makes it"
         )
     paths = [*(results / name for name in FILES), *figures]
-    for path in paths:
-        seal.check(path)
-    return [path.relative_to(results) for path in paths]
+    wanted = [path.relative_to(results) for path in paths]
+    manifest.check(results, [path.as_posix() for path in wanted])
+    return wanted
 
 
 def _link_pictures(folder: Path) -> None:
@@ -152,11 +154,8 @@ def _take_colours(folder: Path) -> None:
 
 
 def _list(folder: Path) -> None:
-    lines = [
-        manifest.line(seal.digest_of(path), path.relative_to(folder).as_posix())
-        for path in _files(folder)
-    ]
-    (folder / manifest.NAME).write_text("".join(lines), encoding="utf-8")
+    listed = {path.relative_to(folder).as_posix(): seal.digest_of(path) for path in _files(folder)}
+    manifest.write(folder, listed)
 
 
 def _files(folder: Path) -> list[Path]:

@@ -89,6 +89,8 @@ function choose(name) {
   view.preset = name;
   show(preset.settings);
   begin();
+  for (const record of view.records) record.advance(Math.round((preset.ahead || 0) / DT));
+  draw(true);
   remember();
 }
 

@@ -9,6 +9,7 @@ from beltrepro.replication.studies.experiment import measure, observations
 from beltrepro.replication.studies.noise.claims import N_BLOCKS, RUNS
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
+from beltrepro.stats import sections
 from beltrepro.stats.estimates import mean, share_of, sure
 
 NEAR = 0.5  # of u; runs this close to a speed of the experiment stand for it
@@ -34,14 +35,13 @@ def r_experiment(evidence):
 
 def _r_at_speeds(evidence, noise, scan):
     row = evidence.replicates(N_BLOCKS, noise, scan=scan)
-    by_speed = {name: mean(row.disorder[_near(row, speed)]) for name, speed in SPEEDS.items()}
-    return Measurement(
-        {f"r_{name}": estimate for name, estimate in by_speed.items()}
-        | {
-            f"r_{name} over the experiment's": estimate.scaled(1 / SPEEDS[name].disorder_parameter)
-            for name, estimate in by_speed.items()
-        }
-    )
+    of_model, ratios = {}, {}
+    for name, observation in SPEEDS.items():
+        points = sections.select(row.points, _near(row, observation))
+        of_model[f"r_{name}"] = mean(points["disorder_parameter"])
+        ratio = mean(observations.disorder_along_tape(points))
+        ratios[f"r_{name} over the experiment's"] = ratio.scaled(1 / observation.disorder_parameter)
+    return Measurement(of_model | ratios)
 
 
 def _near(row, observation):

@@ -13,8 +13,9 @@ FIGURE = Figure(
     uses=("experiment_odds", "alternation", "trials_free"),
     words=(
         "Not in the paper. a: r of trials with the printed constants, at the two belt speeds of "
-        "the experiment. Dots are medians, bars hold 95 % of the trials, and triangles are the "
-        "smallest r of any trial. Lines are the values of the experiment. b: share of the trials "
+        "the experiment; x_5 holds the lengths of the blocks, as in a recording. Dots are medians, "
+        "bars hold 95 % of the trials, and triangles are the smallest r of any trial. Lines are "
+        "the values of the experiment. b: share of the trials "
         "that show both regimes, each for 15 s or more, with f_s = 0.45, and 95 % intervals. Lines "
         "are the belt speeds of the experiment. c: which friction ratio and which factor on the "
         "belt speed agree with both recordings, whatever the noise. The darker, the more probable. "

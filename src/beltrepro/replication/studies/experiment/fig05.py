@@ -10,7 +10,7 @@ FIGURE = Figure(
     words=(
         "Tracked in a film of the virtual experiment, at the noise that the paper assigns to the "
         "experiment. There, avalanches were broken by more than a minute in which all blocks "
-        "slip. Shaded: small amplitude, as in Fig. 4. The spectrum is that of the whole."
+        "slip. Shaded: small amplitude; x_5 and r as in Fig. 4. The spectrum is that of the whole."
     ),
     alt="Position of the last block against time, a sawtooth without rest, above its spectrum.",
     number="5",

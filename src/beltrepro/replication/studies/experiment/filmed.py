@@ -93,7 +93,8 @@ def draw_recording(trace, spectra, data, film):
     """x_5(t) of a film, and spectra of its longest small and large amplitude, or of the whole."""
     track = data[f"{film}_track"]
     try:
-        recording = analyse(track.time_s, track.x_m)
+        errors = {"scale_error": track.scale_error, "zero_error_m": track.zero_error_m}
+        recording = analyse(track.time_s, track.x_m, **errors)
     except NotEnoughDataError as reason:
         for axes in (trace, *spectra):
             panels.note(axes, str(reason))

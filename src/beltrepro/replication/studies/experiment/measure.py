@@ -26,7 +26,7 @@ TABLES = {
             "lasting_share": "mean share of the time in small amplitudes that last",
             "all_slip_longest_s": "longest time in any trial in which no block sticks (s)",
             "all_slip": "trials in which no block sticks for a minute",
-            "r": "disorder parameter, median over the trials",
+            "r": "disorder parameter of the model, median over the trials",
         },
     ),
     "experiment_odds": Table(
@@ -39,7 +39,7 @@ TABLES = {
             "noise": "of the trials; empty for those at all noises",
             "runs": "trials",
             "r_recorded": "r that the paper prints of the recording",
-            "r": "median r of the trials",
+            "r": "median r of the trials, with the lengths of the blocks in x_5 as in a recording",
             "r_lower": "r of the trials, 2.5 %",
             "r_upper": "r of the trials, 97.5 %",
             "r_least": "smallest r of a trial",
@@ -91,10 +91,10 @@ TABLES = {
             "speed_factor_uniform_p": "as of the noise",
             "made_up": "made-up experiments",
             "unanswered": "further ones with which no trial agreed",
-            "r_022": "r at 0.22 m/s under the posterior, median",
+            "r_022": "r at 0.22 m/s, as of a recording, under the posterior, median",
             "r_022_lower": "5 %",
             "r_022_upper": "95 %",
-            "r_028": "r at 0.28 m/s under the posterior, median",
+            "r_028": "r at 0.28 m/s, as of a recording, under the posterior, median",
             "r_028_lower": "5 %",
             "r_028_upper": "95 %",
         },
@@ -149,7 +149,7 @@ def experiment_odds(data) -> pd.DataFrame:
 
 def _odds(observation, trials) -> dict:
     """What the trials of one recording at one noise say together."""
-    disorder = trials["disorder_parameter"]
+    disorder = observations.disorder_along_tape(trials)
     below = disorder <= observation.disorder_parameter
     shown = observations.shows(observation, trials)
     lower, median, upper = np.quantile(disorder, [0.025, 0.5, 0.975])

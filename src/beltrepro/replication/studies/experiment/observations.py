@@ -9,6 +9,7 @@ import numpy as np
 from beltrepro.base.errors import require
 from beltrepro.model import units
 from beltrepro.replication.camera.recording import LASTING_S
+from beltrepro.replication.camera.scene import Scene, lengths_of_blocks
 from beltrepro.replication.studies.experiment.inference import Posterior, Recorded, Simulated
 
 _ALIKE = 1e-3  # share by which two belt velocities of a grid count as one
@@ -22,7 +23,7 @@ class Observation:
     """What is printed of one recording."""
 
     speed_m_s: float  # speed of the belt
-    disorder_parameter: float  # r of the recording
+    disorder_parameter: float  # r of the recording, in which x_5 holds lengths of blocks
     # it has a small amplitude, and a time without one that lasts, of this length or longer
     lasting_s: float
     lively_s: float
@@ -46,6 +47,20 @@ ASSIGNED = (1.0, 2.0)
 """Noise that the paper assigns to the experiment."""
 
 
+BLOCKS_M = lengths_of_blocks(5, Scene().block_length)
+"""Lengths of blocks that x_5 of the experiment holds, in metres, and that of the model does not.
+
+The paper calls x_5 the centre of mass of the last block and the length of the chain, reads it from
+a tape measure, and says nothing of the blocks in between (Sec. II).
+"""
+
+
+def disorder_along_tape(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
+    """r of runs as a tape tells it: x_5 scatters as much, and its mean holds lengths of blocks."""
+    mean = arrays["mean_length"]
+    return arrays["disorder_parameter"] * mean / (mean + units.from_si(BLOCKS_M, "length"))
+
+
 def shows(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
     """Which trials show the two regimes as long as the recording does."""
     lasting, lively = (
@@ -56,7 +71,7 @@ def shows(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.ndar
 
 def agrees(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
     """Which trials agree with a recording: in r, and in showing its regimes."""
-    distance = np.abs(np.log(arrays["disorder_parameter"] / observation.disorder_parameter))
+    distance = np.abs(np.log(disorder_along_tape(arrays) / observation.disorder_parameter))
     return (distance <= TOLERANCE) & shows(observation, arrays)
 
 
@@ -113,7 +128,7 @@ def on_grid(arrays: Mapping[str, np.ndarray]) -> Simulated:
     first, second = _pairs(levels[2])
     disorder, shown = [], []
     for observation, place in zip(EXPERIMENT, (first, second), strict=True):
-        disorder.append(arrays["disorder_parameter"][order].reshape(*shape, -1)[:, :, place])
+        disorder.append(disorder_along_tape(arrays)[order].reshape(*shape, -1)[:, :, place])
         shown.append(shows(observation, arrays)[order].reshape(*shape, -1)[:, :, place])
     factor = levels[2][first] / EXPERIMENT[0].belt_velocity
     axes = {"noise": levels[0], "friction_ratio": levels[1], "speed_factor": factor}

@@ -47,7 +47,7 @@ def draw_trace(axes, recording):
         axes.axvspan(begin, end, color=style.GREEN, alpha=0.15, linewidth=0)
     axes.axhline(100 * recording.mean_length, color=style.GREY, linewidth=0.8, linestyle="--")
     axes.set_title(
-        rf"$r$ = {recording.disorder_parameter:.4f},  "
+        rf"$r$ = {recording.disorder.words},  "
         rf"$\langle x_N \rangle$ = {100 * recording.mean_length:.2f} cm,  "
         f"small amplitude {100 * recording.small_share:.0f} % of the time, "
         f"for {np.diff(recording.small_s, axis=1).max(initial=0.0):.0f} s at most",
@@ -68,7 +68,7 @@ def draw_spectrum(axes, spectrum, name):
     if spectrum.law:
         band = np.array([spectrum.law.low, spectrum.law.high])
         axes.plot(band, spectrum.law(band), color=style.VERMILION, linewidth=1.4)
-        title += rf", $S \propto \nu^{{{spectrum.law.exponent:.2f}}}$"
+        title += rf", $S \propto \nu^p$, $p$ = {spectrum.exponent.words}"
     axes.set_title(title, size=8)
 
 

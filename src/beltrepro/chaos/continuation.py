@@ -1,0 +1,434 @@
+"""Periodic orbits followed along a constant of the chain: where they end, and how."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from beltrepro.base import checks, names
+from beltrepro.base.errors import InputError, ModelStateError, needing
+from beltrepro.chaos import words
+from beltrepro.chaos.periodic_orbits import (
+    PeriodicOrbit,
+    close_orbit,
+    closing,
+    coordinates,
+    flow,
+    follow,
+    shifted,
+)
+from beltrepro.engine.state import ChainState
+from beltrepro.model import ChainParameters
+from beltrepro.model.parameters import LIMITS
+from beltrepro.simulation.groups import Report, check_progress
+from beltrepro.simulation.setup import check_tolerance
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+QUANTITIES = tuple(
+    field.name for field in fields(ChainParameters) if field.name not in ("n_blocks", "noise")
+)
+_LOCATED = 1e-8  # share of its value to which a quantity is known where something happens
+_STEPS = 50  # at least, across the range
+_GROWTH = 1.5  # of the step where two orbits in turn have closed
+_PREDICTED = 0.1  # share of a step over which the change of the orbit is looked at
+_CLOSED = 1e-10  # residual; a fold seems to lie further on by about that
+# by which a period may differ from its prediction: shares of its change, and of itself
+_NEAR = 0.2, 1e-3
+_MULTIPLE = 1e-6  # share of the period to which its parts agree if it is several periods
+_BEYOND = 8  # times the last step: where a motion beyond an end shows what has changed
+_FOLD = 0.2  # a multiplier so near to 1 becomes 1 at the end; it does as a square root
+
+EDGE, FOLD, DOUBLING, TORUS = "edge", "fold", "period doubling", "torus"
+GRAZING, NO_STICK, CONTACT = "grazing", "stick of no length", "contact"
+LOST = "lost"
+
+
+class SpecialPoint(NamedTuple):
+    """Where something happens to an orbit."""
+
+    parameter: float
+    kind: str
+    block: int  # that it happens to, from 1; 0: no single one
+    text: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OrbitBranch:
+    """A periodic orbit along a constant of the chain: a branch of P orbits.
+
+    An end is a `SpecialPoint`, with `parameter`, `kind`, `block` (from 1; 0 if it is no single one)
+    and a sentence, `text`. Its kind is one of these:
+
+    - "edge": of the range that was asked for;
+    - "grazing": a slipping block comes to touch the velocity of the belt, or no longer reaches it;
+      or the pull on a stuck block does so with the static friction. Beyond, there is no such orbit,
+      and multipliers say nothing of it before;
+    - "stick of no length": a stick shrinks to nothing between two slips, and the orbit does not
+      go on, or does not attract beyond;
+    - "fold": a multiplier becomes 1. The orbit meets another one, and both end;
+    - "period doubling": a multiplier becomes -1; or the orbit becomes twice one of half the period;
+    - "torus": a pair of complex multipliers leaves the unit circle;
+    - "contact": blocks meet, or a block and the wall;
+    - "lost": Newton's method fails for another reason.
+
+    Attributes
+    ----------
+    quantity : str
+        The constant of the chain that changes.
+    orbits : tuple of PeriodicOrbit
+        P of them, in order of the quantity.
+    word : str
+        Events of the orbit that the branch was followed from: the block, and "-" if it starts to
+        slip backwards over the belt, "+" forwards, "|" if it sticks.
+    lower_end, upper_end : SpecialPoint
+        The ends, at one of the orbits. What happens lies beyond it by less than 1e-8 of the value.
+    passed : tuple of SpecialPoint
+        What happens on the way, in order of the quantity.
+    """
+
+    quantity: str
+    orbits: tuple[PeriodicOrbit, ...]
+    word: str
+    lower_end: SpecialPoint
+    upper_end: SpecialPoint
+    passed: tuple[SpecialPoint, ...]
+
+    @property
+    def parameter(self) -> np.ndarray:
+        """Values (P,) of the quantity."""
+        return np.array([getattr(orbit.parameters, self.quantity) for orbit in self.orbits])
+
+    @property
+    def lower(self) -> float:
+        """Value of the quantity at which the branch begins."""
+        return self.lower_end.parameter
+
+    @property
+    def upper(self) -> float:
+        """Value of the quantity at which it ends."""
+        return self.upper_end.parameter
+
+    @property
+    def period_time(self) -> np.ndarray:
+        """Periods (P,), model time."""
+        return np.array([orbit.period_time for orbit in self.orbits])
+
+    @property
+    def multipliers(self) -> np.ndarray:
+        """Multipliers (P, 2N), largest modulus first."""
+        return np.array([orbit.multipliers for orbit in self.orbits])
+
+    @property
+    def largest_multiplier(self) -> np.ndarray:
+        """The largest (P,) besides the trivial one."""
+        return np.array([orbit.largest_multiplier for orbit in self.orbits])
+
+    @property
+    def stable(self) -> np.ndarray:
+        """Whether each orbit (P,) attracts."""
+        return np.abs(self.largest_multiplier) < 1
+
+    @property
+    def disorder_parameter(self) -> np.ndarray:
+        """r (Eq. 4) of each orbit (P,)."""
+        return np.array([orbit.disorder_parameter for orbit in self.orbits])
+
+    @property
+    def mean_length(self) -> np.ndarray:
+        """<x_N> (P,) of each orbit."""
+        return np.array([orbit.mean_length for orbit in self.orbits])
+
+    def table(self) -> pd.DataFrame:
+        """The branch as a table of pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each orbit: the quantity, period, slips, modulus of the largest multiplier,
+            whether it attracts, r and <x_N>.
+
+        Raises
+        ------
+        InputError
+            pandas is not installed.
+        """
+        with needing("the table of a branch"):
+            import pandas as pd
+
+        columns = {
+            self.quantity: self.parameter,
+            "period_time": self.period_time,
+            "period_events": [orbit.period_events for orbit in self.orbits],
+            "largest_multiplier": np.abs(self.largest_multiplier),
+            "stable": self.stable,
+            "disorder_parameter": self.disorder_parameter,
+            "mean_length": self.mean_length,
+        }
+        return pd.DataFrame(columns)
+
+    def __repr__(self) -> str:
+        ends = f"{self.lower:.9g} ({self.lower_end.kind}) to "
+        ends += f"{self.upper:.9g} ({self.upper_end.kind})"
+        slips = self.orbits[0].period_events
+        return f"OrbitBranch({slips} slips, {self.quantity} {ends}, {len(self.orbits)} orbits)"
+
+
+@names.checked
+def orbit_branch(
+    orbit: PeriodicOrbit,
+    quantity: str = "belt_velocity",
+    *,
+    lower: float,
+    upper: float,
+    step: float | None = None,
+    unstable: bool = False,
+    tolerance: float | None = None,
+    progress: Report | None = None,
+) -> OrbitBranch:
+    """Follow a periodic orbit along a constant of the chain, down and up, to its ends.
+
+    Each step predicts the next orbit from the way in which this one changes, and closes it by
+    Newton's method (`close_orbit`). The step shrinks where that fails. So the ends are found by
+    halving, to 1e-8 of the value. An orbit is one with the last if each block slips as often, in
+    the same directions and order. Which of two blocks is first may change; that is smooth.
+
+    Parameters
+    ----------
+    orbit : PeriodicOrbit
+        Where to begin.
+    quantity : str
+        "belt_velocity" or another constant of `ChainParameters`, except n_blocks and noise.
+    lower, upper : float
+        The range to look at; the value of the orbit lies in it.
+    step : float or None
+        Largest step; a fiftieth of the range if not given.
+    unstable : bool
+        Whether to go on where the orbit gains or loses stability: such points are in `passed` then.
+        A fold is always an end.
+    tolerance : float or None
+        Truncation of the series, as in `simulate`.
+    progress : callable, optional
+        Called with the fraction done.
+
+    Returns
+    -------
+    OrbitBranch
+        The orbits, their ends, and what happens on the way.
+
+    Raises
+    ------
+    InputError
+        A value is not allowed, or the orbit is several periods of another one.
+    """
+    if not isinstance(orbit, PeriodicOrbit):
+        raise InputError(f"orbit = {checks.shown(orbit)}: a PeriodicOrbit is needed")
+    quantity = names.one_of("quantity", quantity, QUANTITIES)
+    limits = LIMITS[quantity]
+    lower, upper = checks.within("lower", lower, **limits), checks.within("upper", upper, **limits)
+    value = getattr(orbit.parameters, quantity)
+    if not lower <= value <= upper or lower == upper:
+        raise InputError(
+            f"lower = {lower:g}, upper = {upper:g}: must have the {quantity} of the orbit, "
+            f"{value:g}, between them"
+        )
+    largest = (upper - lower) / _STEPS if step is None else checks.positive("step", step)
+    if not isinstance(unstable, bool | np.bool_):
+        raise InputError(f"unstable = {checks.shown(unstable)}: must be True or False")
+    tolerance = check_tolerance("tolerance", tolerance)
+    check_progress(progress)
+    course = _Course(quantity, largest, bool(unstable), tolerance)
+    begin = _Point.of(orbit, tolerance)
+    if words.repeats(begin.word, orbit.period_time, _MULTIPLE) > 1:
+        raise InputError(f"orbit = {orbit!r}: is several periods of a shorter one")
+    report = progress or (lambda done: None)
+    below = _walk(begin, lower, course)
+    report((value - lower) / (upper - lower))
+    above = _walk(begin, upper, course)
+    report(1.0)
+    return OrbitBranch(
+        quantity,
+        tuple(point.orbit for point in [*below.points[:0:-1], *above.points]),
+        " ".join(map(str, begin.word)),
+        below.end,
+        above.end,
+        (*below.passed[::-1], *above.passed),
+    )
+
+
+class _Course(NamedTuple):
+    """How an orbit is followed."""
+
+    quantity: str
+    step: float  # the largest
+    unstable: bool
+    tolerance: float | None
+
+    def chain(self, orbit: PeriodicOrbit, value: float) -> ChainParameters:
+        """The chain of the orbit with another value of the quantity."""
+        changes: dict[str, Any] = {self.quantity: value}
+        return replace(orbit.parameters, **changes)
+
+    def value(self, point: _Point) -> float:
+        """The quantity of an orbit."""
+        value: float = getattr(point.orbit.parameters, self.quantity)
+        return value
+
+
+class _Point(NamedTuple):
+    """An orbit of a branch, with its word."""
+
+    orbit: PeriodicOrbit
+    word: list[words.Symbol]
+
+    @classmethod
+    def of(cls, orbit: PeriodicOrbit, tolerance: float | None) -> _Point:
+        run = follow(orbit.state, orbit.period_time, tolerance=tolerance)
+        return cls(orbit, words.symbols(run.events))
+
+    @property
+    def outside(self) -> int:
+        """How many multipliers lie outside the unit circle."""
+        return int(np.sum(np.abs(self.orbit.multipliers) > 1))
+
+    def changed(self, other: _Point) -> bool:
+        """Whether something happens between this orbit and another one of its branch."""
+        return self.outside != other.outside or words.sticks(self.word) != words.sticks(other.word)
+
+
+class _Walk(NamedTuple):
+    """A branch from its first orbit to one end."""
+
+    points: list[_Point]
+    passed: list[SpecialPoint]
+    end: SpecialPoint
+
+
+def _walk(begin: _Point, edge: float, course: _Course) -> _Walk:
+    """Follow an orbit until it ends, or to the edge of the range."""
+    points, step, failed = [begin], course.step, False
+    passed: list[SpecialPoint] = []
+    while (value := course.value(here := points[-1])) != edge:
+        finest = _LOCATED * max(abs(value), abs(edge))
+        left = edge - value
+        ahead = edge if abs(left) <= step + finest else value + np.sign(left) * step
+        new = _next(here, ahead, course)
+        if new is None:
+            if step <= finest:
+                return _Walk(points, passed, _end(here, ahead, course))
+            step, failed = max(abs(ahead - value) / 2, finest), True
+            continue
+        step, failed = step if failed else min(_GROWTH * step, course.step), False
+        if here.changed(new):
+            before, new = _located(here, new, finest, course)
+            special = _happens(before, new, course)
+            points += [before] if before is not here else []
+            if before.outside != new.outside and not course.unstable:
+                return _Walk(points, passed, special)
+            passed.append(special)
+        points.append(new)
+    return _Walk(points, passed, SpecialPoint(edge, EDGE, 0, "the edge of the range"))
+
+
+def _next(here: _Point, value: float, course: _Course) -> _Point | None:
+    """The orbit of a branch at another value of the quantity, if it is there."""
+    try:
+        start, period_time = _predicted(here, value, course)
+        orbit = close_orbit(start, period_time, tolerance=course.tolerance)
+        point = _Point.of(orbit, course.tolerance)
+    except (InputError, ModelStateError):  # it does not close, or blocks would meet
+        return None
+    before = here.orbit.period_time
+    allowed = max(_NEAR[0] * abs(period_time - before), _NEAR[1] * before)
+    belongs = (
+        orbit.residual < _CLOSED
+        and abs(orbit.period_time - period_time) < allowed
+        and words.slips_alike(here.word, point.word)
+        and words.repeats(point.word, orbit.period_time, _MULTIPLE) == 1
+    )
+    return point if belongs else None
+
+
+def _predicted(here: _Point, value: float, course: _Course) -> tuple[ChainState, float]:
+    """A state and the period of the orbit at another value, to first order."""
+    orbit, now = here.orbit, course.value(here)
+    begin = orbit.state.under(course.chain(orbit, value))
+    # what is apart after a period, a small part of the way back or ahead, says how the orbit must
+    # change; near an end its word may be another there
+    for share in (-_PREDICTED, _PREDICTED):
+        nearby = orbit.state.under(course.chain(orbit, now + share * (value - now)))
+        run = follow(nearby, orbit.period_time, tolerance=course.tolerance)
+        if words.kinds(words.symbols(run.events)) == words.kinds(here.word):
+            apart = (coordinates(run.final_state) - coordinates(nearby)) / share
+            change, longer = closing(orbit.monodromy, flow(orbit.state), apart)
+            return shifted(begin, change), orbit.period_time + longer
+    return begin, orbit.period_time
+
+
+def _located(here: _Point, there: _Point, finest: float, course: _Course) -> tuple[_Point, _Point]:
+    """Two orbits of a branch at most `finest` apart, between which something first happens."""
+    while abs(course.value(there) - course.value(here)) > finest:
+        middle = _next(here, (course.value(here) + course.value(there)) / 2, course)
+        if middle is None:
+            break
+        here, there = (here, middle) if here.changed(middle) else (middle, there)
+    return here, there
+
+
+def _happens(here: _Point, there: _Point, course: _Course) -> SpecialPoint:
+    """What happens between two orbits side by side on a branch."""
+    value = course.value(here)
+    before, after = words.sticks(here.word), words.sticks(there.word)
+    block = next((block for block in before if before[block] != after[block]), 0)
+    if block:
+        goes = "shrinks to nothing" if after[block] < before[block] else "appears"
+        sizes = [abs(point.orbit.largest_multiplier) for point in (here, there)]
+        text = f"a stick of block {block} between two slips {goes}; the largest multiplier goes "
+        return SpecialPoint(value, NO_STICK, block, text + "from {:.3g} to {:.3g}".format(*sizes))
+    others = np.delete(there.orbit.multipliers, there.orbit.trivial)
+    crossing = others[np.argmin(np.abs(np.abs(others) - 1))]
+    if abs(crossing.imag) > 1e-6:
+        return SpecialPoint(value, TORUS, 0, f"multipliers {_complex(crossing)} of modulus 1")
+    kind = FOLD if crossing.real > 0 else DOUBLING
+    return SpecialPoint(value, kind, 0, f"a multiplier is {np.sign(crossing.real):.0f}")
+
+
+def _complex(number: complex) -> str:
+    return f"{number.real:.3g} +- {abs(number.imag):.3g}i"
+
+
+def _end(here: _Point, ahead: float, course: _Course) -> SpecialPoint:
+    """Why an orbit does not go on a little ahead."""
+    value, orbit = course.value(here), here.orbit
+    try:
+        beyond = value + _BEYOND * (ahead - value)
+        start, period_time = _predicted(here, beyond, course)
+        events = follow(start, period_time, tolerance=course.tolerance).events
+    except ModelStateError:
+        return SpecialPoint(value, CONTACT, 0, "blocks meet, or a block and the wall")
+    if difference := words.first_difference(here.word, words.symbols(events)):
+        return _grazing(value, difference)
+    size = float(np.abs(np.delete(orbit.multipliers, orbit.trivial) - 1).min())
+    if size > _FOLD:
+        return SpecialPoint(value, LOST, 0, "Newton's method finds no orbit beyond")
+    if words.repeats(here.word, orbit.period_time, words.SAME) > 1:
+        return SpecialPoint(value, DOUBLING, 0, "the orbit becomes twice one of half the period")
+    return SpecialPoint(value, FOLD, 0, "a multiplier becomes 1: the orbit meets another one")
+
+
+def _grazing(value: float, difference: words.Difference) -> SpecialPoint:
+    """An end at which an event appears or disappears."""
+    block, kind = difference.symbol.block, difference.symbol.kind
+    if difference.at_once:
+        text = f"a stick of block {block} between two slips has no length"
+        return SpecialPoint(value, NO_STICK, block, text)
+    if kind == "|":
+        touches = f"block {block}, which slips, touches the velocity of the belt"
+        leaves = f"block {block} no longer reaches the velocity of the belt"
+    else:
+        touches = f"the pull on block {block}, which is stuck, touches the static friction"
+        leaves = f"the pull on block {block} no longer reaches the static friction"
+    return SpecialPoint(value, GRAZING, block, touches if difference.appears else leaves)

@@ -1,0 +1,293 @@
+"""Branches of periodic orbits: closed forms, and their ends beside direct simulation."""
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+
+from beltrepro import (
+    ChainParameters,
+    ChainState,
+    close_orbit,
+    orbit_branch,
+    periodic_orbit,
+    simulate,
+)
+from beltrepro.base.errors import InputError
+from beltrepro.chaos import words
+from beltrepro.chaos.words import Symbol
+
+ELSEWHERE = {"duration": 4000.0, "transient": 2000.0, "replicate": 1, "initial_spread": 1.0}
+RATES = ("compression_rate", "extension_rate")
+
+
+@pytest.fixture(scope="module")
+def two():
+    """Three slips at u = 5."""
+    return periodic_orbit(ChainParameters(2, 5.0), **ELSEWHERE)
+
+
+@pytest.fixture(scope="module")
+def branch(two):
+    """From a period doubling to a fold."""
+    return orbit_branch(two, lower=0.5, upper=30.0)
+
+
+@pytest.fixture(scope="module")
+def grazing():
+    """Six slips of two blocks; both ends are grazings."""
+    return orbit_branch(periodic_orbit(ChainParameters(2, 20.0), **ELSEWHERE), lower=15, upper=30)
+
+
+def periods_after(orbit, belt_velocity, count, beside=0.0):
+    """States after each of some periods near an orbit, at another belt velocity."""
+    chain = replace(orbit.parameters, belt_velocity=belt_velocity)
+    state = orbit.state.under(chain)
+    shift = beside * np.arange(chain.n_blocks)
+    state = state.moved(positions=state.positions + shift)
+    states = []
+    for _ in range(count):
+        run = simulate(chain, duration=orbit.period_time, initial_state=state, sample_interval=None)
+        state = run.final_state
+        states.append(state.displacements)
+    return np.array(states)
+
+
+# --- closed forms ---
+
+
+def closed_form(belt_velocity, static_friction=71.4, friction_ratio=0.45):
+    """Period of one block on a linear spring, which swings about k from F_st to 2 k - F_st."""
+    reach = static_friction * (1 - friction_ratio)
+    return 2 * (pi - np.arctan(reach / belt_velocity)) + 2 * reach / belt_velocity
+
+
+@pytest.mark.parametrize(
+    ("quantity", "lower", "upper"),
+    [("belt_velocity", 0.5, 20.0), ("friction_ratio", 0.2, 0.9), ("static_friction", 20.0, 100.0)],
+)
+def test_one_block_on_a_linear_spring_has_no_end(quantity, lower, upper):
+    chain = ChainParameters(1, 3.0, linear_limit=1000.0)
+    orbit = close_orbit(periodic_orbit(chain, **ELSEWHERE).state, closed_form(3.0))
+    one = orbit_branch(orbit, quantity, lower=lower, upper=upper, step=(upper - lower) / 7)
+    assert (one.lower, one.upper) == (lower, upper) == tuple(one.parameter[[0, -1]])
+    assert one.lower_end.kind == one.upper_end.kind == "edge"
+    period = closed_form(**{"belt_velocity": 3.0, quantity: one.parameter})
+    assert one.period_time == pytest.approx(period, rel=1e-11)
+    assert np.all(one.multipliers == [1, 0]) and np.all(one.stable)
+    assert one.word == "1- 1|" and one.passed == ()
+
+
+def test_one_block_ends_where_it_meets_the_wall():
+    """It swings about k, by the reach of its force and the velocity of the belt together."""
+    chain = ChainParameters(1, 3.0, linear_limit=1000.0)
+    orbit = close_orbit(periodic_orbit(chain, **ELSEWHERE).state, closed_form(3.0))
+    one = orbit_branch(orbit, "friction_ratio", lower=0.1, upper=0.5)
+    assert one.lower_end.kind == "contact" and one.upper == 0.5
+    swing = np.hypot(71.4 * (1 - one.lower), 3.0)
+    assert 71.4 * one.lower - swing == pytest.approx(-chain.rest_length, abs=1e-5)
+
+
+@pytest.mark.slow
+def test_a_branch_scales_with_all_lengths(grazing):
+    """Lengths, velocities and forces by one factor, and time stays."""
+    begin = grazing.orbits[len(grazing.orbits) // 2]
+    lengths = ("belt_velocity", "static_friction", "rest_length", "linear_limit")
+    sizes = {name: 2 * getattr(begin.parameters, name) for name in lengths}
+    rates = {name: getattr(begin.parameters, name) / 2 for name in RATES}
+    chain = replace(begin.parameters, **sizes, **rates)
+    state = ChainState.in_motion(chain, 2 * begin.state.positions, 2 * begin.state.velocities)
+    large = orbit_branch(close_orbit(state, begin.period_time), lower=30, upper=60)
+    assert large.lower / 2 == pytest.approx(grazing.lower, abs=1e-6)
+    assert large.upper / 2 == pytest.approx(grazing.upper, abs=1e-6)
+    assert large.lower_end[1:] == grazing.lower_end[1:]
+    middle = [np.interp(19.5 * size, one.parameter, one.period_time)
+              for size, one in ((1, grazing), (2, large))]  # fmt: skip
+    assert middle[0] == pytest.approx(middle[1], rel=1e-3)
+
+
+# --- ends, beside direct simulation ---
+
+
+def test_period_doubling_is_where_deviations_stop_to_shrink(branch):
+    assert branch.lower_end.kind == "period doubling"
+    assert branch.largest_multiplier[0] == pytest.approx(-1, abs=1e-6)
+    assert 1.22 < branch.lower < 1.24  # the orbits of docs/chaos.md
+    for offset, grows in ((0.02, False), (-0.02, True)):
+        value = branch.lower + offset
+        begin = branch.orbits[0].state.under(ChainParameters(2, value))
+        orbit = close_orbit(begin, branch.period_time[0])
+        apart = np.diff(periods_after(orbit, value, 40, 1e-4) - orbit.state.displacements)[:, 0]
+        assert np.all(apart[1:] * apart[:-1] < 0)
+        assert (abs(apart[-1]) > abs(apart[0])) == grows
+
+
+@pytest.mark.slow
+def test_unstable_pieces_are_followed_where_they_are_asked_for(two, branch):
+    further = orbit_branch(two, lower=1.0, upper=6.0, unstable=True)
+    assert (further.lower, further.lower_end.kind) == (1.0, "edge")
+    (point,) = further.passed
+    assert point.kind == "period doubling"
+    assert point.parameter == pytest.approx(branch.lower, abs=1e-7)
+    assert np.array_equal(further.stable, further.parameter >= point.parameter)
+
+
+def test_a_multiplier_becomes_1_as_a_square_root_at_a_fold(branch):
+    """By (1 - mu)^2 of orbits well before it the fold lies where the branch ends."""
+    assert branch.upper_end.kind == "fold"
+    nearby = (branch.upper - branch.parameter < 3e-3) & (branch.upper - branch.parameter > 1e-5)
+    square = (1 - branch.largest_multiplier[nearby].real) ** 2
+    slope, offset = np.polyfit(branch.parameter[nearby] - branch.upper, square, 1)
+    assert nearby.sum() >= 4
+    assert offset / -slope == pytest.approx(0, abs=1e-5)
+
+
+def test_no_orbit_is_left_beyond_a_fold(branch):
+    inside, outside = (
+        np.abs(np.diff(periods_after(branch.orbits[-1], branch.upper + offset, 60), axis=0)).max(1)
+        for offset in (0.0, 0.02)
+    )
+    assert inside[-1] < 1e-5  # it comes back
+    assert outside.max() > 1  # it passes the place of the fold and leaves
+
+
+@pytest.mark.parametrize("end", ["lower", "upper"])
+def test_a_motion_leaves_beyond_a_grazing(grazing, end):
+    """By ten times the accuracy of the end; the multiplier says nothing of it."""
+    value, special = getattr(grazing, end), getattr(grazing, f"{end}_end")
+    orbit = grazing.orbits[0 if end == "lower" else -1]
+    assert (special.kind, special.block) == ("grazing", 1)
+    assert abs(orbit.largest_multiplier) < 0.2
+    outward = {"lower": -1, "upper": 1}[end]
+    inside = periods_after(orbit, value - outward * 2e-6, 10) - orbit.state.displacements
+    outside = periods_after(orbit, value + outward * 2e-6, 10) - orbit.state.displacements
+    assert np.abs(inside).max() < 1e-3
+    assert np.abs(outside).max() > 1
+
+
+@pytest.mark.slow
+def test_an_end_does_not_depend_on_the_way_to_it(grazing):
+    begin = grazing.orbits[len(grazing.orbits) // 3]
+    again = orbit_branch(begin, lower=18.5, upper=20.5, step=0.37)
+    for one, other in ((again.lower_end, grazing.lower_end), (again.upper_end, grazing.upper_end)):
+        assert one.parameter == pytest.approx(other.parameter, abs=1e-6)
+        assert one[1:] == other[1:]
+    coarse = orbit_branch(begin, lower=18.5, upper=20.5, tolerance=1e-7)
+    assert coarse.lower == pytest.approx(grazing.lower, abs=1e-4)
+
+
+def touching(orbit, block):
+    """Largest velocity relative to the belt of a slip, away from its ends."""
+    relative = orbit.run(0.002).velocities[:, block - 1] - orbit.parameters.belt_velocity
+    inner = relative[1:-1]
+    top = (inner != 0) & (inner > relative[:-2]) & (inner >= relative[2:])
+    return inner[top].max()
+
+
+@pytest.mark.slow
+def test_the_orbit_of_23_slips_ends_where_a_block_touches_the_velocity_of_the_belt():
+    """Blocks 2 and 5 never stick on it; block 1 touches first."""
+    chain = ChainParameters(5, 15.0)
+    places, speeds = [156.6, 298.4, 426.1, 531.6, 611.1], [15, 4.3, -20.7, 15, -4.4]
+    start = ChainState.in_motion(chain, places, speeds)
+    settled = simulate(chain, duration=3000, initial_state=start, sample_interval=None).final_state
+    low = orbit_branch(close_orbit(settled, 29.23), lower=14.0, upper=15.5)
+    assert low.lower == pytest.approx(14.1625815, abs=5e-7)
+    assert low.lower_end[1:3] == ("grazing", 1) and low.upper_end.kind == "edge"
+    assert not {"2", "5"} & {symbol[0] for symbol in low.word.split()}
+    assert abs(low.largest_multiplier[0]) < 0.5 and low.disorder_parameter.max() < 0.013
+    speeds = np.array([touching(orbit, 1) for orbit in low.orbits])
+    assert -1e-5 < speeds[0] < 1e-5 and np.all(speeds[-5:] < -0.1)
+    # what is below ends elsewhere
+    state = low.orbits[0].state.under(replace(chain, belt_velocity=low.lower - 1e-5))
+    how = {"initial_state": state, "sample_interval": None}
+    assert simulate(state.parameters, duration=2e4, **how).disorder_parameter > 0.05
+
+
+# --- words ---
+
+
+def word(*names):
+    """Symbols at times 0, 1, ..."""
+    return [Symbol(float(time), int(name[0]), name[1]) for time, name in enumerate(names)]
+
+
+def test_a_reversal_is_no_stick():
+    events = np.zeros(4, [("time", "f8"), ("block", "i8"), ("kind", "U5"), ("force", "f8")])
+    events["block"], events["time"] = 1, [0, 2, 2, 3]
+    events["kind"], events["force"] = ["slip", "stick", "slip", "stick"], [-71.4, 75, 75, 20]
+    assert " ".join(map(str, words.symbols(events))) == "1- 1+ 1|"
+
+
+@pytest.mark.parametrize(
+    ("other", "alike"),
+    [
+        (("2-", "1-", "1|", "2|", "1+", "1|"), True),  # another order of the two blocks
+        (("1+", "1|", "1-", "2-", "1|", "2|"), True),  # from another instant on
+        (("1-", "2-", "1+", "1|", "2|"), True),  # a stick has shrunk to nothing
+        (("1-", "2-", "1|", "2|", "1-", "1|"), False),
+        (("1-", "2-", "1|", "2|"), False),
+        (("1-", "1|", "1+", "1|"), False),
+    ],
+)
+def test_words_of_one_branch(other, alike):
+    begin = word("1-", "2-", "1|", "2|", "1+", "1|")
+    assert words.slips_alike(begin, word(*other)) == alike
+
+
+def test_parts_of_a_word():
+    twice = word("1-", "1|", "2-", "2|") * 2
+    at = [symbol._replace(time=float(time)) for time, symbol in enumerate(twice)]
+    assert words.repeats(at, 8.0, 1e-6) == 2 and words.repeats(at[:4], 4.0, 1e-6) == 1
+    late = [*at[:-1], at[-1]._replace(time=7.01)]
+    assert (words.repeats(late, 8.0, 1e-6), words.repeats(late, 8.0, 0.01)) == (1, 2)
+
+
+@pytest.mark.parametrize(
+    ("outside", "symbol", "appears", "at_once"),
+    [
+        ({0: "1-", 2: "2-", 3.01: "2|", 4: "1|"}, None, None, None),
+        ({0: "1-", 1: "1|", 2: "2-", 2.5: "1-", 3: "2|", 4: "1|"}, "1|", True, False),
+        ({0: "1-", 2: "2-", 4: "1|"}, "2|", False, False),
+        ({0: "1-", 2: "2-", 3.01: "2+", 4: "1|"}, "2|", False, True),
+    ],
+)
+def test_the_first_difference_of_two_motions(outside, symbol, appears, at_once):
+    inside = {0: "1-", 2: "2-", 3: "2|", 4: "1|"}
+    one, other = (
+        [Symbol(time, int(name[0]), name[1]) for time, name in motion.items()]
+        for motion in (inside, outside)
+    )
+    difference = words.first_difference(one, other)
+    if symbol is None:
+        assert difference is None
+    else:
+        assert (str(difference.symbol), *difference[1:]) == (symbol, appears, at_once)
+
+
+# --- wrong input ---
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"orbit": 5}, "orbit = 5: a PeriodicOrbit is needed"),
+        ({"quantity": "u"}, "did you mean 'belt_velocity'"),
+        ({"quantity": "noise"}, "quantity = 'noise': allowed are belt_velocity"),
+        ({"lower": 6.0}, "lower = 6, upper = 7: must have the belt_velocity of the orbit, 5"),
+        ({"lower": 5.0, "upper": 5.0}, "lower = 5, upper = 5: must have the belt_velocity"),
+        ({"quantity": "friction_ratio", "lower": 0.2, "upper": 1.0}, "upper = 1"),
+        ({"step": 0.0}, "step = 0"),
+        ({"unstable": "yes"}, "unstable = 'yes': must be True or False"),
+    ],
+)
+def test_bad_input_is_one_line(two, changes, message):
+    with pytest.raises(InputError) as caught:
+        orbit_branch(**{"orbit": two, "lower": 4.0, "upper": 7.0} | changes)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_several_periods_are_refused(two):
+    with pytest.raises(InputError, match="is several periods of a shorter one"):
+        orbit_branch(close_orbit(two.state, 2 * two.period_time), lower=4.0, upper=7.0)
