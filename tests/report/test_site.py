@@ -17,9 +17,11 @@ import yaml
 
 import beltrepro
 import browser
+import figure_data
 from beltrepro.cli import app as cli
 from beltrepro.replication.plan import kinds, registry
 from beltrepro.replication.plan.config import schema
+from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.verdicts.ledger import load_ledger
 from extensions import api, claims_and_figures, configuration, markdown, rule_graph, tutorial
 from made_up import data
@@ -60,6 +62,27 @@ def test_the_figure_of_the_guide_registers_itself_and_is_drawn(tmp_path):
     assert "mean_length" in {array.name for array in kinds.KINDS["scan"].recorded}
     config = yaml.safe_load((DOCS.parent / "config.yaml").read_text())
     assert config["datasets"]["n5_rows"]["kind"] == "scan"
+
+
+def test_the_study_of_the_guide_is_planned_measured_and_drawn(tmp_path):
+    text = (DOCS / "how_to" / "study.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^ *```(?:yaml|python)\n(.*?)^ *```$", text, re.M | re.S)
+    entry, _, measure, figure, made_up, _ = (re.sub("^ {3}", "", one, flags=re.M) for one in blocks)
+    config = yaml.safe_load((DOCS.parent / "config.yaml").read_text()) | {"preset": "smoke"}
+    config["datasets"] |= yaml.safe_load(entry)
+    assert len(make_plan(config).datasets["linear_limits"].points) == 3 * 9 * 4
+    names = {"np": np, "Dataset": figure_data.Dataset, "HOW": figure_data.HOW}
+    for name, code in {"measure": measure, "linear_limits": figure, "made_up": made_up}.items():
+        (tmp_path / f"{name}.py").write_text(code, encoding="utf-8")
+        exec(compile(code, f"{name}.py", "exec"), names)
+    assert list(registry.tables(tmp_path)) == ["limit_falls"]
+    assert list(registry.figures(tmp_path)) == ["linear_limits"]
+    scan = names["linear_limits"]()
+    falls = names["limit_falls"]({"linear_limits": scan})
+    assert np.allclose(falls["critical"], [20, 25], atol=2)  # u < 15 + limit / 2, on the mean
+    drawn = names["draw"]({"linear_limits": scan, "limit_falls": falls}, "caption")
+    lines = [line.get_xdata()[0] for line in drawn.axes[0].lines[-2:]]
+    assert np.allclose(lines, falls["critical"])
 
 
 def test_configuration_has_every_key():
