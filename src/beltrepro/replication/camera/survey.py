@@ -10,6 +10,8 @@ import numpy as np
 
 from beltrepro.base.errors import InputError
 from beltrepro.replication.camera import tape, white_block
+from beltrepro.replication.camera.following import Follower
+from beltrepro.replication.camera.ruler import Ruler
 from beltrepro.replication.camera.scene import Scene
 from beltrepro.replication.camera.white_block import Place, Region
 
@@ -23,20 +25,23 @@ _SMALLER, _LARGER, _EDGES = 0.88, 1.15, 1.0
 # many levels of brightness more.
 _SPRING_FACTOR, _SPRING_LEVELS = 2.0, 0.5
 
+_AT_REST = 0.3  # pixels by which pictures may be shifted to be of a camera at rest
+_TRIED = 4  # pictures of a camera that moves in which the tape is looked for
+_MISFIT = 0.25  # of the distance of the marks: how far they may lie off a projective map
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Survey:
-    """Where things are in a video that was taken by a camera at rest."""
+    """Where things are in a picture of the beginning, and what is measured by it."""
 
-    metres_per_pixel: float  # scale
+    picture: np.ndarray  # (H, W) brightness, to which all other pictures are compared
+    measure: tape.Tape | None  # its tape; None where the scale was given and there is none
+    ruler: Ruler  # metres along the belt
     angle: float  # by which the belt is turned in the picture, degrees, clockwise
-    # place of the first mark or of the edge, pixels from the middle of the picture, along the
-    # belt, away from the support
-    zero: float
     towards: int  # 1 if the chain extends to the right, -1 if to the left
     along: float  # sides of the white block, pixels
     across: float
-    middle: tuple[float, float]  # of the picture, pixels
+    block: Region  # the white block in one of the pictures
 
     @classmethod
     def of(
@@ -49,11 +54,9 @@ class Survey:
         name: str,
     ) -> Survey:
         """The survey of some frames."""
-        mean = np.stack(pictures).mean(axis=0, dtype=np.float32)
-        angle = tape.direction(mean)
-        ratio = scene.block_length / scene.block_width
-        regions = [_candidates(picture, angle, ratio) for picture in pictures]
-        measure, scale = _scale(mean, angle, regions, scene, metres_per_pixel, name)
+        picture, angle, regions, measure, scale = _reference(
+            pictures, scene, metres_per_pixel, name
+        )
         blocks = _one_each(pictures, regions, angle, scale, scene, name)
         along, across = scene.block_length / scale, scene.block_width / scale
         _check_size(blocks, scale, scene, name)
@@ -61,31 +64,104 @@ class Survey:
             pictures, blocks, angle, (along, across), name
         )
         if measure and towards == -1:
-            measure = tape.find_tape(mean[::-1, ::-1], angle, measure.spacing)
-        if measure and not measure.begins and first_mark is None:
-            edge, other = ("left", "right")[::towards]
-            raise InputError(
-                f"{name}: the tape measure goes on beyond the {edge} edge of the "
-                f"picture, where the chain is held: give what it reads at the first mark there, "
-                f"--first-mark in metres; or --support {other}, if it is held there"
-            )
-        height, width = mean.shape
-        middle = ((width - 1) / 2, (height - 1) / 2)
-        zero = measure.first if measure else -middle[0]
-        return cls(scale, angle, zero, towards, along, across, middle)
+            measure = tape.find_tape(picture, angle + 180, measure.spacing, tape.BENDS)
+        given = metres_per_pixel, first_mark
+        ruler = _ruler(measure, scene, given, picture.shape[1], towards, name)
+        block = next(block for block in blocks if block)
+        return cls(picture, measure, ruler, angle, towards, along, across, block)
 
-    def along_belt(self, place: Place) -> float:
-        """Pixels from the first mark, along the belt, away from the support."""
-        return self.towards * self._projected(place, 0.0) - self.zero
+    @property
+    def turn(self) -> float:
+        """Degrees by which the picture is turned for the chain to extend to the right."""
+        return self.angle + (0.0 if self.towards == 1 else 180.0)
+
+    def along_belt(self, place: Place | Region) -> float:
+        """Pixels from the middle of the picture, along the belt, away from the support."""
+        return self._projected(place, self.turn)
 
     def across_belt(self, place: Place | Region) -> float:
         """Pixels from the middle of the picture, across the belt."""
-        return self._projected(place, 90.0)
+        return self._projected(place, self.turn + 90.0)
 
-    def _projected(self, place: Place | Region, turn: float) -> float:
-        direction = np.radians(self.angle + turn)
-        x, y = place.x - self.middle[0], place.y - self.middle[1]
+    def in_picture(self, along: float, across: float) -> tuple[float, float]:
+        """The pixel at such a place."""
+        height, width = self.picture.shape
+        cosine, sine = np.cos(np.radians(self.turn)), np.sin(np.radians(self.turn))
+        return (
+            float((width - 1) / 2 + cosine * along - sine * across),
+            float((height - 1) / 2 + sine * along + cosine * across),
+        )
+
+    def _projected(self, place: Place | Region, angle: float) -> float:
+        direction = np.radians(angle)
+        height, width = self.picture.shape
+        x, y = place.x - (width - 1) / 2, place.y - (height - 1) / 2
         return float(np.cos(direction) * x + np.sin(direction) * y)
+
+
+def _reference(
+    pictures: list[np.ndarray], scene: Scene, metres_per_pixel: float | None, name: str
+) -> tuple[np.ndarray, float, list[list[Region]], tape.Tape | None, float]:
+    """A picture that shows the tape, the direction of the belt in it, what may be the block in all
+    pictures, the tape, and metres per pixel.
+
+    It is the mean of all pictures where the camera is at rest; where it is not, one of them.
+    """
+    mean = np.mean(pictures, axis=0, dtype=np.float32)
+    angle = tape.direction(mean)
+    ratio, failure = scene.block_length / scene.block_width, None
+    regions = [_candidates(one, angle, ratio) for one in pictures]
+    for picture in (mean, *pictures[:: max(1, len(pictures) // _TRIED)]):
+        try:
+            measure, scale = _scale(picture, angle, regions, scene, metres_per_pixel, name)
+        except InputError as reason:
+            failure = failure or reason
+        else:
+            if picture is not mean or measure is None or _at_rest(pictures, mean, measure):
+                return picture.astype(np.float32), angle, regions, measure, scale
+    raise failure or InputError(f"{name}: the camera moves too much: no picture shows the tape")
+
+
+def _at_rest(pictures: list[np.ndarray], mean: np.ndarray, measure: tape.Tape) -> bool:
+    """Whether the tape is in all pictures where it is in their mean."""
+    follower = Follower(mean, measure)
+    moved = np.array([follower(picture).values for picture in pictures])
+    return bool(np.nanmax(np.abs(moved), initial=0.0) < _AT_REST)
+
+
+def _ruler(
+    measure: tape.Tape | None,
+    scene: Scene,
+    given: tuple[float | None, float | None],
+    width: int,
+    towards: int,
+    name: str,
+) -> Ruler:
+    """The ruler of a tape, or one of a scale that was given."""
+    metres_per_pixel, first_mark = given
+    edge, other = ("left", "right")[::towards]
+    if measure is None and metres_per_pixel is not None:
+        if first_mark is None:
+            raise InputError(
+                f"{name}: no tape measure found, so the zero is not known: give the distance of "
+                f"the {edge} edge of the picture from the support, --first-mark in metres"
+            )
+        return Ruler.even(metres_per_pixel, width, first_mark)
+    assert measure is not None
+    if not measure.begins and first_mark is None:
+        raise InputError(
+            f"{name}: the tape measure goes on beyond the {edge} edge of the "
+            f"picture, where the chain is held: give what it reads at the first mark there, "
+            f"--first-mark in metres; or --support {other}, if it is held there"
+        )
+    ruler = Ruler.of(measure, width, scene.mark_spacing, first_mark or 0.0)
+    if not ruler.misfit < _MISFIT:
+        raise InputError(
+            f"{name}: the marks of the tape lie {ruler.misfit:.2f} of their distance beside those "
+            f"of a straight tape, {_MISFIT:g} is allowed: film from straight above, and let "
+            f"nothing cover the tape"
+        )
+    return ruler if metres_per_pixel is None else ruler.with_scale(metres_per_pixel)
 
 
 def _check_size(blocks: list[Region | None], scale: float, scene: Scene, name: str) -> None:
@@ -164,30 +240,34 @@ def _scale(
 ) -> tuple[tape.Tape | None, float]:
     """The tape, if there is one, and metres per pixel."""
     if scale is not None:
-        return tape.find_tape(mean, angle, scene.mark_spacing / scale), scale
+        return tape.find_tape(mean, angle, scene.mark_spacing / scale, tape.BENDS), scale
     area = scene.block_length * scene.block_width
     sizes = [np.sqrt(region.along * region.across / area) for seen in regions for region in seen]
     if not sizes:
         raise InputError(
             f"{name}: no white block found: a bright rectangle across the belt, which must run "
-            f"from left to right"
+            f"from left to right{_advice(mean)}"
         )
     # Each size leads to expect a distance of the marks; that with the clearest marks counts. Sizes
     # within a tenth are one, and the rare ones are not tried.
     often = Counter(np.round(np.log(sizes) * 10).astype(int).tolist()).most_common(6)
     rounded = np.round(np.log(sizes) * 10)
     guesses = [float(np.median(np.array(sizes)[rounded == size])) for size, _ in often]
-    seen = [tape.find_tape(mean, angle, pixels * scene.mark_spacing) for pixels in guesses]
-    tapes = [measure for measure in seen if measure]
-    if not tapes:
-        size = guesses[0] * scene.block_length, guesses[0] * scene.block_width
-        raise InputError(
-            f"{name}: no tape measure with a mark every {100 * scene.mark_spacing:g} cm found: if "
-            f"the white block is a rectangle of {size[0]:.0f} x {size[1]:.0f} pixels, give the "
-            f"scale, about {1 / guesses[0]:.2g} m per pixel; if not, film a white block and a tape"
-        )
-    best = max(tapes, key=lambda measure: measure.clearness)
-    return best, scene.mark_spacing / best.spacing
+    for bends in (tape.BENDS[:1], tape.BENDS[1:]):
+        seen = [tape.find_tape(mean, angle, one * scene.mark_spacing, bends) for one in guesses]
+        if tapes := [measure for measure in seen if measure]:
+            best = max(tapes, key=lambda measure: measure.clearness)
+            return best, scene.mark_spacing / best.spacing
+    raise InputError(
+        f"{name}: no tape measure with a mark every {100 * scene.mark_spacing:g} cm found"
+        f"{_advice(mean)}: film a white block and a tape; or give both the scale and the zero, "
+        f"--scale in metres per pixel and --first-mark in metres"
+    )
+
+
+def _advice(picture: np.ndarray) -> str:
+    """What to do with a film in which the belt runs from top to bottom."""
+    return "; turn the film by a quarter" if tape.lies_on_its_side(picture) else ""
 
 
 def _one_each(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -13,6 +14,11 @@ STEEPEST = 20.0  # degrees by which the belt may be turned in the picture
 _WIDEST = 960  # pixels that are enough to see a direction
 # By how much the period of the marks may differ from the one that the white block leads to expect.
 _DOUBT = 0.25
+# Bends of a tape that are tried: neighbouring ones differ by a quarter of a mark's distance at the
+# ends of 80 marks. The largest is that of a camera tilted by some 7 degrees.
+# Bends beside one of them, on the way to the best.
+_FINE_BENDS, _FINEST_BEND = 12, 0.005
+BENDS = (0.0, 0.025, -0.025, 0.05, -0.05, 0.075, -0.075)
 # How far the marks must stand out of the other periods of a row for the row to be one of a tape.
 _CLEAR = 8.0
 _SHARE = 0.3  # of all that varies along the row; of equal marks on a plain tape it is 0.7
@@ -20,18 +26,24 @@ _SHARE = 0.3  # of all that varies along the row; of equal marks on a plain tape
 # on the pixels are as regular, but lower.
 _LEAST_ROWS, _HEIGHT = 2, 0.3
 _SEEN = 0.4  # contrast of a mark, as a share of that of most marks
+# Width of the window in which the place of a mark is taken, standard deviation, in their distances.
+_SHARPNESS = 0.8
 _DARKEST = 0.25  # share of the light of the tape below which nothing is seen
 _DARKER = 0.6  # share of the brightness of the tape that what lies beyond it does not reach
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Tape:
-    """The marks of a tape measure along the belt."""
+    """The marks of a tape measure along the belt, in a straightened picture."""
 
-    spacing: float  # distance of neighbouring marks, pixels
-    first: float  # place along the belt of the first mark in the picture, pixels from its middle
+    turn: float  # degrees by which the picture was turned to be straight
+    rows: slice  # of the straightened picture that show the marks
+    line: float  # place of these rows across the belt, pixels from the middle of the picture
+    places: np.ndarray  # (M,) of the marks that are seen, along the belt, pixels from the middle
+    numbers: np.ndarray  # (M,) of these marks, 0 for the first one in the picture
+    spacing: float  # mean distance of neighbouring marks, pixels
     clearness: float  # strength of the period of the marks, in units of the other periods near it
-    begins: bool  # whether the end of the tape before that mark is in the picture
+    begins: bool  # whether the end of the tape before the first mark is in the picture
 
 
 def direction(picture: np.ndarray) -> float:
@@ -40,14 +52,27 @@ def direction(picture: np.ndarray) -> float:
     Along the belt lie its own edges and those of the tape, the blocks and the treadmill. When the
     picture is turned so that they lie along its rows, its rows differ most from each other.
     """
-    shrink = min(1.0, _WIDEST / max(picture.shape))
-    small = cv2.resize(picture.astype(np.float32), None, fx=shrink, fy=shrink)
-    small = cv2.GaussianBlur(small, (0, 0), 1.0)
+    small = _small(picture)
     angles = np.arange(-STEEPEST, STEEPEST + 0.5)
     best = angles[np.argmax([_row_contrast(small, angle) for angle in angles])]
     angles = np.arange(best - 1, best + 1.05, 0.1)
     best = angles[np.argmax([_row_contrast(small, angle) for angle in angles])]
     return _largest(lambda angle: _row_contrast(small, angle), best, 0.1, 0.005)
+
+
+def lies_on_its_side(picture: np.ndarray) -> bool:
+    """Whether the belt runs from top to bottom."""
+    upright, turned = _small(picture), _small(picture.T)
+    angles = np.arange(-STEEPEST, STEEPEST + 0.5)
+    most = (max(_row_contrast(one, angle) for angle in angles) for one in (upright, turned))
+    return next(most) < next(most)
+
+
+def _small(picture: np.ndarray) -> np.ndarray:
+    """A picture of no more pixels than are needed to see a direction."""
+    shrink = min(1.0, _WIDEST / max(picture.shape))
+    small = cv2.resize(picture.astype(np.float32), None, fx=shrink, fy=shrink)
+    return cv2.GaussianBlur(small, (0, 0), 1.0)
 
 
 def straightened(picture: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
@@ -59,29 +84,72 @@ def straightened(picture: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndar
     return turned, (weight > 0.999).astype(np.float32)
 
 
-def find_tape(picture: np.ndarray, angle: float, spacing: float) -> Tape | None:
-    """Find the marks of a tape measure that lies along the belt."""
-    turned, weight = straightened(picture, angle)
+def find_tape(
+    picture: np.ndarray, turn: float, spacing: float, bends: Sequence[float] = (0.0,)
+) -> Tape | None:
+    """Find the marks of a tape measure that lies along the belt, and number them.
+
+    A camera that is tilted along the belt sees marks nearer to each other at one end. A bend is the
+    share by which they are denser at the right edge of the picture than in its middle.
+    """
+    turned, weight = straightened(picture, turn)
     ripple = _ripple(turned, weight, spacing)
     width = ripple.shape[1]
     frequencies = np.arange((1 - _DOUBT) / spacing, (1 + _DOUBT) / spacing, 0.25 / width)
     if width < 8 * spacing or spacing < 2.2 or frequencies.size < 8:
         return None
-    strength = np.abs(_transform(ripple, frequencies))
+    for bend in bends:
+        band = _band(ripple, frequencies, bend)
+        if band is None:
+            continue
+        profile = ripple[band.rows].mean(axis=0).astype(float)
+        shown = weight[band.rows]
+        light = (turned[band.rows] * shown).sum(axis=0) / np.maximum(shown.sum(axis=0), 1)
+        comb = _fitted(profile, Comb(band.frequency, bend))
+        places, numbers, begins = _marks(profile, light, shown.min(axis=0) > 0, comb)
+        line = (band.rows.start + band.rows.stop - turned.shape[0]) / 2
+        middle = (width - 1) / 2
+        return Tape(
+            turn, band.rows, line, places - middle, numbers, 1 / comb.frequency, band.clearness,
+            begins,
+        )  # fmt: skip
+    return None
+
+
+class Comb(NamedTuple):
+    """Marks at distances that change slowly along a row."""
+
+    frequency: float  # marks per pixel in the middle of the row
+    bend: float = 0.0  # share by which they are denser at its right end, because of a tilt
+    bulge: float = 0.0  # share by which they are denser at both ends, because of the lens
+
+    def count(self, width: int) -> np.ndarray:
+        """Number of marks (W,) from the middle of a row to each of its pixels."""
+        u = (np.arange(width) - (width - 1) / 2) / (width / 2)
+        return self.frequency * width / 2 * (u + self.bend * u**2 / 2 + self.bulge * u**3 / 3)
+
+
+class _Band(NamedTuple):
+    """Rows of a picture that show the marks of a tape."""
+
+    rows: slice
+    frequency: float  # marks per pixel in the middle
+    clearness: float
+
+
+def _band(ripple: np.ndarray, frequencies: np.ndarray, bend: float) -> _Band | None:
+    """The rows in which marks stand out, if there are any."""
+    waves = _waves(Comb(1.0, bend).count(ripple.shape[1])[:, np.newaxis] * frequencies)
+    strength = np.abs(ripple @ waves.astype(np.complex64))
     clearness = strength.max(axis=1) / (np.median(strength, axis=1) + 1e-3 * strength.max() + 1e-9)
     row = int(np.argmax(clearness * strength.max(axis=1)))
     if clearness[row] < _CLEAR or strength[row].max() < _SHARE * np.abs(ripple[row]).sum():
         return None
     rows = _rows_alike(strength, clearness, row)
-    if rows.stop - rows.start < max(_LEAST_ROWS, _HEIGHT * spacing):
+    frequency = float(frequencies[np.argmax(strength[row])])
+    if rows.stop - rows.start < max(_LEAST_ROWS, _HEIGHT / frequency):
         return None
-    profile = ripple[rows].mean(axis=0)
-    rough = frequencies[np.argmax(strength[row])]
-    frequency = _refined(profile, rough)
-    shown = weight[rows]
-    shape = (turned[rows] * shown).sum(axis=0) / np.maximum(shown.sum(axis=0), 1)
-    first, begins = _first_mark(profile, shape, shown.min(axis=0) > 0, frequency)
-    return Tape(1 / frequency, first - (width - 1) / 2, float(clearness[row]), begins)
+    return _Band(rows, frequency, float(clearness[row]))
 
 
 def _row_contrast(picture: np.ndarray, angle: float) -> float:
@@ -102,12 +170,6 @@ def _ripple(turned: np.ndarray, weight: np.ndarray, spacing: float) -> np.ndarra
     return weight * (shown - level / np.maximum(share, 1e-3))
 
 
-def _transform(rows: np.ndarray, frequencies: np.ndarray) -> np.ndarray:
-    """Fourier transform (..., F) of rows (..., W) at frequencies in cycles per pixel."""
-    waves = np.exp(-2j * np.pi * np.outer(np.arange(rows.shape[-1]), frequencies))
-    return rows @ waves.astype(np.complex64 if rows.dtype == np.float32 else complex)
-
-
 def _rows_alike(strength: np.ndarray, clearness: np.ndarray, row: int) -> slice:
     """Rows around the clearest one with as clear a period of the same length."""
     peak = strength.argmax(axis=1)
@@ -119,15 +181,30 @@ def _rows_alike(strength: np.ndarray, clearness: np.ndarray, row: int) -> slice:
     return slice(int(low), int(high))
 
 
-def _refined(profile: np.ndarray, frequency: float) -> float:
-    """The frequency near a given one at which the transform is greatest."""
-    profile = profile.astype(float)
-    step = 0.5 / profile.size
+def _fitted(profile: np.ndarray, comb: Comb) -> Comb:
+    """The comb near a given one that the marks follow best."""
+    width = profile.size
+    # The strength has other maxima beside the greatest one: first all combs, coarsely.
+    frequencies = comb.frequency + np.arange(-6, 6.1, 0.25) / width
+    bends = comb.bend + np.arange(-_FINE_BENDS, _FINE_BENDS + 1) * _FINEST_BEND
+    counts = (Comb(1.0, bend).count(width)[:, np.newaxis] * frequencies for bend in bends)
+    table = np.abs([profile @ _waves(count) for count in counts])
+    row, column = np.unravel_index(np.argmax(table), table.shape)
+    start = np.array([frequencies[column], bends[row], 0.0])
+    best = scipy.optimize.minimize(
+        lambda values: -float(np.abs(profile @ _waves(Comb(*values).count(width)))),
+        start, method="Nelder-Mead",
+        options={
+            "initial_simplex": start + np.vstack([np.zeros(3), np.diag([0.1 / width, 3e-3, 0.01])]),
+            "xatol": 1e-6, "fatol": 1e-6 * np.abs(profile).sum(),
+        },
+    ).x  # fmt: skip
+    return Comb(*best)
 
-    def strength(cycles: float) -> float:
-        return abs(_transform(profile, np.array([cycles]))[0])
 
-    return _largest(strength, frequency, step, 1e-4 * step)
+def _waves(count: np.ndarray) -> np.ndarray:
+    """One turn for each mark."""
+    return np.exp(-2j * np.pi * count)
 
 
 def _largest(function: Callable[[float], float], near: float, reach: float, error: float) -> float:
@@ -138,28 +215,44 @@ def _largest(function: Callable[[float], float], near: float, reach: float, erro
     return float(best.x)
 
 
-def _first_mark(
-    profile: np.ndarray, shape: np.ndarray, shown: np.ndarray, frequency: float
-) -> tuple[float, bool]:
-    """Place of the first mark, pixels, and whether the end of the tape before it is seen."""
-    spacing = 1 / frequency
-    once, twice = _transform(profile.astype(float), np.array([frequency, 2 * frequency]))
+def _marks(
+    profile: np.ndarray, light: np.ndarray, shown: np.ndarray, comb: Comb
+) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Places of the marks in a row, their numbers, and whether the tape's beginning is seen."""
+    spacing, count = 1 / comb.frequency, comb.count(profile.size)
+    once, twice = (profile @ _waves(times * count) for times in (1, 2))
     # Marks are narrower than what lies between them. So the second harmonic tells dark marks from
     # bright ones; where it cannot be seen, marks are dark.
     bright = (twice * np.conj(once) ** 2).real > 0.05 * abs(once) ** 3
     sign = 1 if bright else -1
-    phase = -np.angle(sign * once) / (2 * np.pi) * spacing
-    marks = np.arange(phase % spacing, shape.size - spacing, spacing)
-    seen = _seen(marks, shape, spacing, sign, middle=_centre(profile))
+    count += np.angle(sign * once) / (2 * np.pi)
+    pixels = np.arange(profile.size, dtype=float)
+    last = np.interp(profile.size - 1 - spacing, pixels, count)
+    numbers = np.arange(np.ceil(count[0]), np.floor(last) + 1)
+    even = np.interp(numbers, count, pixels)  # where the comb has them
+    seen = _seen(even, light, spacing, sign, middle=_centre(profile))
     # Three marks in a row are a tape; what lies dark between two such parts of it, covers it.
-    rows = np.flatnonzero(seen[:-2] & seen[1:-1] & seen[2:])
-    inside = marks[rows[0] + 1] if rows.size else _centre(profile)
-    end, end_seen = _beginning(shape, shown, spacing, inside)
+    three = np.flatnonzero(seen[:-2] & seen[1:-1] & seen[2:])
+    inside = even[three[0] + 1] if three.size else _centre(profile)
+    end, end_seen = _beginning(light, shown, spacing, inside)
     # The end of a tape can be its zero: a mark there may lie a little before it.
-    possible = seen & (marks >= end - spacing / 4)
-    first = float(marks[np.argmax(possible)] if possible.any() else end)
+    possible = seen & (even >= end - spacing / 4)
+    first = int(np.argmax(possible)) if possible.any() else int(np.argmin(np.abs(even - end)))
     # A tape hardly brighter than what lies beyond it ends where there is room for marks, but none.
-    return first, bool(end_seen or first > np.argmax(shown) + 1.5 * spacing)
+    begins = bool(end_seen or even[first] > np.argmax(shown) + 1.5 * spacing)
+    late, clear = _lateness(sign * profile, count, even, spacing)
+    kept = possible & (clear > _SEEN * np.median(clear[possible])) if possible.any() else possible
+    return even[kept] + spacing * late[kept], numbers[kept] - numbers[first], begins
+
+
+def _lateness(
+    profile: np.ndarray, count: np.ndarray, even: np.ndarray, spacing: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """By what share of a mark's distance each one lies to the right of its comb, and how clear."""
+    distance = (np.arange(profile.size) - even[:, np.newaxis]) / (_SHARPNESS * spacing)
+    near = np.exp(-(distance**2) / 2) * _waves(count)
+    period = near @ profile
+    return -np.angle(period) / (2 * np.pi), np.abs(period)
 
 
 def _seen(
@@ -185,7 +278,8 @@ def _beginning(
     half = _DARKER * ahead
     before = np.flatnonzero(shown & (body < half) & (np.arange(body.size) < middle))
     if not before.size:
-        return float(np.argmax(shown)) + 0.25 * spacing, False
+        # A mark on the first pixel may have its middle beside it.
+        return float(np.argmax(shown)) + 0.25 * spacing - 1, False
     last = before[-1]
     rise = body[last + 1] - body[last]
     part = np.clip((half[last] - body[last]) / max(rise, 1e-9), 0, 1)

@@ -8,13 +8,15 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
-from beltrepro.replication.camera import white_block
+from beltrepro.replication.camera import tape, white_block
+from beltrepro.replication.camera.following import ACROSS, SHIFT, Follower, Motion, settled
+from beltrepro.replication.camera.reading import read
 from beltrepro.replication.camera.scene import Scene
 from beltrepro.replication.camera.survey import SUPPORTS, Survey
 from beltrepro.replication.camera.video import Frame, read_video
@@ -47,6 +49,7 @@ class Track:
     # of each. Both are part of error_m; nan where they are not known.
     scale_error: float = math.nan
     zero_error_m: float = math.nan
+    survey: Survey | None = None  # by which it was measured; files do not keep it
 
     def save(self, path: str | Path) -> None:
         """Write the track as CSV: a line of settings, which begins with #, and three columns."""
@@ -95,40 +98,77 @@ def track(
     beginning = itertools.islice(read_video(video), 0, _SURVEY, _EVERY)
     pictures = [frame.picture for frame in beginning]
     survey = Survey.of(pictures, scene, metres_per_pixel, first_mark, support, str(video))
-    places, lost, across = [], [], []
-    for frame, place in _follow(read_video(video), survey):
-        if place is None:
-            lost.append(frame.time_s)
-        else:
-            places.append((frame.time_s, survey.along_belt(place), place.error))
-            across.append(survey.across_belt(place))
+    frames = []
+    for frame, place, motion in _follow(read_video(video), survey):
+        frames.append(_Frame(frame.time_s, place, motion))
         if progress:
             progress(frame.time_s)
-    if len(places) < 2:
-        raise InputError(f"{video}: no white block found in more than {len(places)} of the frames")
-    time, along, error = np.array(places).T
+    seen = np.array([frame.place is not None for frame in frames])
+    if seen.sum() < max(2, len(seen) / 2):
+        side = tape.lies_on_its_side(survey.picture)
+        advice = ": turn the film by a quarter, so that the belt runs from left to right"
+        raise InputError(
+            f"{video}: the white block is found in {seen.sum()} of the frames, of which there are "
+            f"{len(seen)}: half of them are needed, and two at least{advice if side else ''}"
+        )
+    return _measured(frames, seen, survey)
+
+
+class _Frame(NamedTuple):
+    """What is seen in a frame."""
+
+    time_s: float
+    place: Place | None  # of the block
+    motion: Motion  # of the picture since the survey
+
+
+def _measured(frames: list[_Frame], seen: np.ndarray, survey: Survey) -> Track:
+    """The track that the frames show."""
+    time = np.array([frame.time_s for frame in frames])
+    motions = np.array([frame.motion.values for frame in frames])
+    moved, moved_error = settled(motions, np.array([frame.motion.errors for frame in frames]))
+    blocks = [frame.place for frame in frames if frame.place]
+    reading = read(survey, blocks, moved[seen], moved_error[seen])
     return Track(
-        time_s=time,
-        x_m=(first_mark or 0.0) + along * survey.metres_per_pixel,
-        error_m=error * survey.metres_per_pixel,
-        metres_per_pixel=survey.metres_per_pixel,
-        angle=survey.angle + survey.towards * _slope(along, np.array(across), survey.along),
-        lost_s=_stretches(np.array(lost), time),
+        time_s=time[seen],
+        x_m=reading.x_m,
+        error_m=reading.error_m,
+        metres_per_pixel=survey.ruler.metres_per_pixel,
+        angle=survey.angle + reading.slope,
+        lost_s=_stretches(time[~seen], time[seen]),
+        scale_error=reading.scale_error,
+        zero_error_m=reading.zero_error_m,
+        survey=survey,
     )
 
 
-def _follow(frames: Iterator[Frame], survey: Survey) -> Iterator[tuple[Frame, Place | None]]:
-    """Each frame with the place of the block, None where it is not found."""
-    last, last_time = None, 0.0
+def _follow(
+    frames: Iterator[Frame], survey: Survey
+) -> Iterator[tuple[Frame, Place | None, Motion]]:
+    """Each frame with the place of the block, None where it is not found, and its motion."""
+    follower = Follower(survey.picture, survey.measure) if survey.measure else None
+    last, last_time, last_moved = None, 0.0, np.zeros(5)
     for frame in frames:
-        farthest = _FASTEST * (frame.time_s - last_time) / survey.metres_per_pixel
+        motion = follower(frame.picture) if follower else Motion(np.zeros(5), np.zeros(5))
+        if np.isfinite(motion.values[0]):
+            if last is not None:
+                last = _carried(last, motion.values - last_moved, survey)
+            last_moved = motion.values
+        farthest = _FASTEST * (frame.time_s - last_time) / survey.ruler.metres_per_pixel
         place = None
         for reach in (min(survey.along, farthest), farthest, None):
             if place is None and (last is not None or reach is None):
                 place = _look(frame.picture, survey, last, reach)
         if place is not None:
             last, last_time = place, frame.time_s
-        yield frame, place
+        yield frame, place, motion
+
+
+def _carried(place: Place, moved: np.ndarray, survey: Survey) -> Place:
+    """A place that has moved with the picture."""
+    x, y = survey.in_picture(moved[SHIFT], moved[ACROSS])
+    x0, y0 = survey.in_picture(0.0, 0.0)
+    return place._replace(x=place.x + x - x0, y=place.y + y - y0)
 
 
 def _look(
@@ -172,13 +212,6 @@ def _blocks(
 
 def _distance(one: Region, other: Place) -> float:
     return math.hypot(one.x - other.x, one.y - other.y)
-
-
-def _slope(along: np.ndarray, across: np.ndarray, length: float) -> float:
-    """Degrees between the way of the block and the lines that the survey saw; 0 for a short way."""
-    if along.std() < length / 2:
-        return 0.0
-    return float(np.degrees(np.arctan(np.polyfit(along, across, 1)[0])))
 
 
 def _stretches(lost: np.ndarray, seen: np.ndarray) -> np.ndarray:

@@ -36,6 +36,8 @@ class Place(NamedTuple):
     x: float  # its middle, pixels
     y: float
     error: float  # one standard error of the place along the belt, pixels
+    length: float  # along the belt, pixels
+    lean: float  # how its edges lean: pixels along the belt for each one across it
 
 
 def bright_rectangles(
@@ -100,7 +102,7 @@ def place_block(
         patch = _patch(picture, region, angle, half, max(2, int(0.35 * across)))
         if patch is None:
             return None
-        offset, length, error = _edges(patch, half, int(np.ceil(margin / 2)))
+        offset, length, error, lean = _edges(patch, half, int(np.ceil(margin / 2)))
         region = region._replace(
             x=region.x + offset * np.cos(np.radians(angle)),
             y=region.y + offset * np.sin(np.radians(angle)),
@@ -109,7 +111,7 @@ def place_block(
             break
     if not abs(length - along) < _SIDES * along + 1 or not error < 0.1 * along + 0.5:
         return None
-    return Place(region.x, region.y, error)
+    return Place(region.x, region.y, error, length, lean)
 
 
 def _as_rectangle(part: np.ndarray, area: int, angle: float) -> Region | None:
@@ -154,14 +156,14 @@ def _patch(
     )
 
 
-def _edges(patch: np.ndarray, half: int, border: int) -> tuple[float, float, float]:
-    """Offset of the block's middle, its length, and the error of the offset, pixels."""
+def _edges(patch: np.ndarray, half: int, border: int) -> tuple[float, float, float, float]:
+    """Offset of the block's middle, its length, the error of the offset, pixels, and the lean."""
     quarter = max(1, half // 3)
     dark_left, dark_right = _median(patch[:, :border]), _median(patch[:, -border:])
     white_left = _median(patch[:, half - quarter : half])
     white_right = _median(patch[:, half + 1 : half + 1 + quarter])
     if min(white_left - dark_left, white_right - dark_right) < 5:
-        return 0.0, 0.0, np.inf
+        return 0.0, 0.0, np.inf, 0.0
     # Half of the column in the middle counts for either side.
     middle = patch[:, half] / 2
     left = patch[:, :half].sum(axis=1) + middle - (half + 0.5) * dark_left
@@ -172,7 +174,10 @@ def _edges(patch: np.ndarray, half: int, border: int) -> tuple[float, float, flo
     offset, length = _median(offsets), _median(left + right)
     spread = _NORMAL * _median(np.abs(offsets - offset))
     error = np.hypot(_FLOOR, spread * np.sqrt(np.pi / 2 / (len(offsets) / _ALIKE)))
-    return offset, length, float(error)
+    # The upper and the lower third: a spring touches the one between them.
+    third = len(offsets) // 3
+    lean = (_median(offsets[-third:]) - _median(offsets[:third])) / (len(offsets) - third)
+    return offset, length, float(error), lean
 
 
 def _median(values: np.ndarray) -> float:

@@ -1,0 +1,130 @@
+"""What the tape reads beside the block: the line of the block's edges is followed to the tape."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from beltrepro.replication.camera import following
+from beltrepro.replication.camera.survey import Survey
+from beltrepro.replication.camera.white_block import Place
+
+# Lines across the belt lean by hundredths where the camera is tilted, at either end of the picture
+# another way: one standard deviation in the middle, and of the change to the end.
+_LEAN, _FAN = 0.2, 0.1
+_LEAN_ERROR = 0.001  # what remains: pixels are squares, and light comes from one side
+_ALIKE = 8  # neighbouring frames that share their error
+_OUTLIER = 4.0  # standard deviations
+_NEAR = 1e-9  # metres: a block that stays there has no slope
+
+
+class Reading(NamedTuple):
+    """Places of the block in metres, and how sure they are."""
+
+    x_m: np.ndarray  # (T,)
+    error_m: np.ndarray  # (T,) one standard error
+    scale_error: float  # errors that all frames have in common: zero_error_m + scale_error x
+    zero_error_m: float
+    slope: float  # degrees between the way of the block and the lines that the survey saw
+
+
+def read(
+    survey: Survey, blocks: list[Place], moved: np.ndarray, moved_error: np.ndarray
+) -> Reading:
+    """Read the tape beside blocks in pictures that have moved by (T, 5), with errors (T, 5)."""
+    ruler, half = survey.ruler, survey.ruler.half_width
+    along = np.array([survey.along_belt(block) for block in blocks])
+    across = np.array([survey.across_belt(block) for block in blocks])
+    error = _edge_error(blocks, along / half)
+    to_tape, lean, lean_covariance = np.zeros_like(along), np.zeros_like(along), np.zeros((2, 2))
+    if survey.measure:
+        to_tape = survey.measure.line + following.across(moved, along, half) - across
+        # A picture that is turned turns the lines, too.
+        turned = moved[:, following.TURN] / half
+        seen = np.array([block.lean for block in blocks]) + turned
+        lean, lean_covariance = _lean(seen, along / half)
+        lean = lean - turned
+    foot = along + lean * to_tape
+    place = foot - following.along(moved, foot, half)
+    place = foot - following.along(moved, place, half)
+    x, scale = ruler.metres(place), np.abs(ruler.scale(place))
+    shaken = np.sqrt(following.along(moved_error**2, np.abs(place), half))
+    common = _common(ruler, survey, place, to_tape * scale, lean_covariance)
+    level = across - following.across(moved, along, half)
+    return Reading(
+        x_m=x,
+        error_m=np.sqrt(scale**2 * (error**2 + shaken**2) + common.variance),
+        scale_error=common.scale,
+        zero_error_m=common.zero,
+        slope=_slope(place, level, survey.along),
+    )
+
+
+def _edge_error(blocks: list[Place], place: np.ndarray) -> np.ndarray:
+    """One standard error of the places along the belt, pixels.
+
+    Where something hides an edge of the block, its length changes by twice the error of its middle.
+    """
+    error = np.array([block.error for block in blocks])
+    length = np.array([block.length for block in blocks])
+    terms = np.column_stack([np.ones_like(place), place])
+    _, off, spread = _fitted_line(terms, length, np.zeros((2, 2)))
+    return np.hypot(error, np.where(off > _OUTLIER * spread, off / 2, 0.0))
+
+
+def _lean(lean: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A straight line (T,) through the leans of the block at places, and the covariance (2, 2)."""
+    terms = np.column_stack([np.ones_like(place), place])
+    prior = np.diag([_LEAN**-2, _FAN**-2])
+    line, _, spread = _fitted_line(terms, lean, prior)
+    information = terms.T @ terms / spread**2
+    covariance = np.linalg.inv(information / _ALIKE + prior)
+    return terms @ line, covariance + np.diag([_LEAN_ERROR**2, 0.0])
+
+
+def _fitted_line(
+    terms: np.ndarray, values: np.ndarray, prior: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Coefficients (2,) of a line without outliers, distances (T,) from it, and their spread."""
+    off, spread = np.zeros(len(values)), 1.0
+    for _ in range(4):  # a glare, a shadow or a hand changes the edges in some frames
+        kept = off <= _OUTLIER * spread
+        information = terms[kept].T @ terms[kept] / spread**2 + prior + 1e-9 * np.eye(2)
+        line = np.linalg.solve(information, terms[kept].T @ values[kept] / spread**2)
+        off = np.abs(values - terms @ line)
+        spread = max(1.4826 * float(np.median(off)), 1e-4)
+    return line, off, spread
+
+
+class _Common(NamedTuple):
+    variance: np.ndarray  # (T,) of x, metres squared
+    scale: float
+    zero: float
+
+
+def _common(
+    ruler, survey: Survey, place: np.ndarray, to_tape_m: np.ndarray, lean_covariance: np.ndarray
+) -> _Common:
+    """The errors that all frames have in common: those of the map and of the lean."""
+    if survey.measure is None:
+        return _Common(np.zeros_like(place), np.nan, np.nan)
+    changes = np.column_stack(
+        [ruler.slopes(place), to_tape_m, to_tape_m * place / ruler.half_width]
+    )
+    covariance = np.zeros((6, 6))
+    covariance[:4, :4], covariance[4:, 4:] = ruler.covariance, lean_covariance
+    variance = np.einsum("ti,ij,tj->t", changes, covariance, changes)
+    x = ruler.metres(place)
+    centred = x - x.mean()
+    by_scale = centred @ changes / max(float(centred @ centred), _NEAR**2)
+    by_zero = changes.mean(axis=0) - by_scale * x.mean()
+    scale, zero = (float(np.sqrt(one @ covariance @ one)) for one in (by_scale, by_zero))
+    return _Common(variance, scale, zero)
+
+
+def _slope(along: np.ndarray, across: np.ndarray, length: float) -> float:
+    """Degrees of the way of the block; 0 for a short way."""
+    if along.std() < length / 2:
+        return 0.0
+    return float(np.degrees(np.arctan(np.polyfit(along, across, 1)[0])))
