@@ -582,7 +582,7 @@ def test_fig04_is_two_recordings_with_spectra_of_small_and_large_amplitudes():
         track = data[f"{name}_track"]
         analysis = recording.analyse(track.time_s, track.x_m)
         np.testing.assert_allclose(trace.curves[0].points.T, [analysis.time_s, 100 * analysis.x_m])
-        assert f"$r$ = {analysis.disorder_parameter:.4f}" in trace.title
+        assert f"$r$ = {analysis.disorder_parameter:.3g} (" in trace.title
         for panel, part in ((small, "small"), (large, "large")):
             is_part(panel, analysis.spectra[part])
         steps = [place for axis, place in small.guides if axis == "x"]

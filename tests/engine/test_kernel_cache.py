@@ -80,7 +80,7 @@ def test_a_job_says_it_in_its_log(tmp_path):
         "import sys, types\n"
         "from beltrepro.replication.plan import scripting\n"
         "from beltrepro.engine.kernel_cache import KernelCacheFile\n"
-        "job = types.SimpleNamespace(log=[sys.argv[1] + '/job.log'], rule='simulate')\n"
+        "job = types.SimpleNamespace(log=[sys.argv[1] + '/job.log'], output=[], rule='simulate')\n"
         "cache = KernelCacheFile(sys.argv[1], 'kernel', ('source', 1))\n"
         "scripting.run(lambda job: cache.load(eval(sys.argv[2])), job)\n"
     )

@@ -41,8 +41,8 @@ import signal, time
 from beltrepro.replication.plan import lifecycle
 signal.signal(signal.SIGTERM, lambda *_: None)
 lifecycle.cancel_at_stop()
-print("begun", flush=True)
 try:
+    print("begun", flush=True)
     time.sleep(60)
 except KeyboardInterrupt:
     raise SystemExit(7)

@@ -528,7 +528,8 @@ def test_figure_of_an_unknown_dataset_is_one_line(tree):
 
 @pytest.fixture
 def job(tmp_path):
-    yield SimpleNamespace(log=[str(tmp_path / "logs" / "job.log")], rule="simulate", threads=1)
+    log = [str(tmp_path / "logs" / "job.log")]
+    yield SimpleNamespace(log=log, output=[], rule="simulate", threads=1)
     progress._lines_only = False
     logging.captureWarnings(False)
     logging.basicConfig(force=True)

@@ -150,8 +150,7 @@ class Follower:
     def _step(
         self, strip: np.ndarray, seen: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, float, bool]:
-        """By how much (5,) the strip is off, the errors, how alike it is, if by a mark it is more.
-        """
+        """How far off (5,) the strip is, the errors, how alike it is, if by a mark it is more."""
         parts = self._parts(strip)
         shown = self._parts(seen[np.newaxis]).all(axis=1)
         centred = parts - parts.mean(axis=1, keepdims=True)

@@ -173,7 +173,7 @@ def analyse(
     blocks_m = checks.not_negative("blocks_m", blocks_m)
     common = {"scale_error": scale_error, "zero_error_m": zero_error_m}
     scale, zero = (
-        0.0 if math.isnan(error) else checks.not_negative(name, error)
+        0.0 if isinstance(error, float) and math.isnan(error) else checks.not_negative(name, error)
         for name, error in common.items()
     )
     require(

@@ -81,7 +81,7 @@ def _draw_strips(axes, pictures, middle_m):
         top, bottom = (round(picture.place(middle_m, side)[1]) for side in (-half, half))
         strips.append(picture.white[max(0, top) : bottom])
     width = pictures[0].brightness.shape[1]
-    scale = 100 * pictures[0].survey.metres_per_pixel
+    scale = 100 * pictures[0].survey.ruler.metres_per_pixel
     zero = pictures[0].place(0.0)[0]
     edges = (np.array([-0.5, width - 0.5]) - zero) * scale
     look = {"cmap": "gray", "aspect": "auto", "interpolation": "nearest"}

@@ -51,14 +51,10 @@ class Picture:
 
     def place(self, x_m, y_m=0.0):
         """Pixel of a point, metres along the belt from the support and across it from the chain."""
-        survey = self.survey
-        turn = np.radians(survey.angle)
-        along = survey.towards * (survey.zero + x_m / survey.metres_per_pixel)
-        across = self.lane + y_m / survey.metres_per_pixel
-        return (
-            survey.middle[0] + np.cos(turn) * along - np.sin(turn) * across,
-            survey.middle[1] + np.sin(turn) * along + np.cos(turn) * across,
-        )
+        survey, ruler = self.survey, self.survey.ruler
+        along = ruler.places(np.array([(x_m - ruler.first_m) / ruler.spacing_m]))
+        across = self.lane + survey.towards * y_m / ruler.metres_per_pixel
+        return survey.in_picture(float(along[0]), across)
 
     @property
     def white(self):
