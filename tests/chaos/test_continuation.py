@@ -17,6 +17,7 @@ from beltrepro import (
 from beltrepro.base.errors import InputError
 from beltrepro.chaos import words
 from beltrepro.chaos.words import Symbol
+from exact_orbits import ExactOrbit
 
 ELSEWHERE = {"duration": 4000.0, "transient": 2000.0, "replicate": 1, "initial_spread": 1.0}
 RATES = ("compression_rate", "extension_rate")
@@ -203,6 +204,22 @@ def test_the_orbit_of_23_slips_ends_where_a_block_touches_the_velocity_of_the_be
     state = low.orbits[0].state.under(replace(chain, belt_velocity=low.lower - 1e-5))
     how = {"initial_state": state, "sample_interval": None}
     assert simulate(state.parameters, duration=2e4, **how).disorder_parameter > 0.05
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("end", ["lower", "upper"])
+def test_a_grazing_is_where_it_is_with_forty_digits(grazing, end):
+    """A block sticks with an acceleration whose square goes to zero, in proportion to what is left.
+
+    Orbits 1e-6 and 3e-6 inside of the end say where.
+    """
+    special = getattr(grazing, f"{end}_end")
+    orbit = grazing.orbits[0 if end == "lower" else -1]
+    inward = {"lower": 1, "upper": -1}[end]
+    values = [special.parameter + inward * offset for offset in (1e-6, 3e-6)]
+    soft = [ExactOrbit(orbit, value).softest_stick(special.block) for value in values]
+    exact = values[0] - float(soft[0] / (soft[1] - soft[0])) * (values[1] - values[0])
+    assert 0 < (special.parameter - exact) * inward < 2e-8 * exact
 
 
 # --- words ---

@@ -79,6 +79,21 @@ def test_classify_prints_the_motion():
     assert "largest_exponent" in command(**chaotic).stdout
 
 
+def test_branch_prints_its_ends():
+    settings = {"action": "branch", "n_blocks": 2, "belt_velocity": 5, "noise": 0}
+    settings |= {"duration": 2000, "transient": 1000, "lower": 4.9, "upper": 5.2, "step": 0.1}
+    result = json.loads(command("--json", **settings).stdout)
+    assert (result["lower"], result["upper"], result["passed"]) == (4.9, 5.2, [])
+    assert result["lower_end"] == result["upper_end"] == "the edge of the range"
+    assert result["word"] == "1- 1| 1- 2- 1| 2|"
+    assert result["orbits"]["belt_velocity"] == pytest.approx([4.9, 5.0, 5.1, 5.2])
+    other = {"quantity": "friction_ratio", "lower": 0.44, "upper": 0.46}
+    shown = command(**settings | other).stdout
+    assert "friction_ratio  period_time  period_events" in shown
+    done = command(**settings, quantity="noise")
+    assert (done.returncode, done.stdout) == (2, "") and "quantity = 'noise'" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
