@@ -200,10 +200,10 @@ def test_the_orbit_of_23_slips_ends_where_a_block_touches_the_velocity_of_the_be
     assert abs(low.largest_multiplier[0]) < 0.5 and low.disorder_parameter.max() < 0.013
     speeds = np.array([touching(orbit, 1) for orbit in low.orbits])
     assert -1e-5 < speeds[0] < 1e-5 and np.all(speeds[-5:] < -0.1)
-    # what is below ends elsewhere
+    # what is below moves in another way
     state = low.orbits[0].state.under(replace(chain, belt_velocity=low.lower - 1e-5))
     how = {"initial_state": state, "sample_interval": None}
-    assert simulate(state.parameters, duration=2e4, **how).disorder_parameter > 0.05
+    assert simulate(state.parameters, duration=2e4, **how).disorder_parameter > 0.015
 
 
 @pytest.mark.slow
