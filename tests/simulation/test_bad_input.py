@@ -99,6 +99,8 @@ KINDS = {
 }
 # By the kind, which of the values that are wrong anywhere are right.
 ALLOWED = {"Path": ("word", "number as text", "bytes"), "Report": ("class",)}
+# An error that is not known.
+MEANINGFUL = dict.fromkeys(("scale_error", "zero_error_m"), ("nan",))
 
 
 def wrong_values(parameter):
@@ -117,7 +119,8 @@ def wrong_values(parameter):
         values |= ARRAY
     if "None" not in words:
         values |= {"none": None}
-    return {name: value for name, value in values.items() if name not in ALLOWED.get(kind, ())}
+    allowed = ALLOWED.get(kind, ()) + MEANINGFUL.get(parameter.name, ())
+    return {name: value for name, value in values.items() if name not in allowed}
 
 
 # --- public functions -----------------------------------------------------------------------------
