@@ -493,20 +493,23 @@ def heeds_ctrl_c():
 @pytest.mark.thorough
 def test_ctrl_c_before_the_workflow_is_read_leaves_no_traceback(tree, tmp_path):
     """Snakemake waits for a configuration: it has read nothing but the profile."""
-    os.mkfifo(tmp_path / "late.yaml")
-    command = [sys.executable, "-m", "snakemake", "--dry-run", "--configfile"]
-    environment = os.environ | {"PYTHONPATH": str(tree / "src")}
+    (tmp_path / "sitecustomize.py").write_text(
+        "import time\n"
+        "from beltrepro.replication.plan import snakemake_call\n"
+        "snakemake_call.load_config = lambda path: (print('waits', flush=True), time.sleep(60))\n"
+    )
     process = subprocess.Popen(
-        [*command, tmp_path / "late.yaml"],
+        [sys.executable, "-m", "snakemake", "--dry-run"],
         cwd=tree,
-        env=environment,
+        env=os.environ | {"PYTHONPATH": f"{tmp_path}:{tree / 'src'}"},
+        stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         preexec_fn=heeds_ctrl_c,
     )
-    with (tmp_path / "late.yaml").open("w"):  # when Snakemake opens it
-        process.send_signal(signal.SIGINT)
-        said = process.communicate(timeout=60)[1]
+    assert process.stdout.readline() == "waits\n"
+    process.send_signal(signal.SIGINT)
+    said = process.communicate(timeout=60)[1]
     assert process.returncode == -signal.SIGINT
     assert [line for line in said.splitlines() if "profile" not in line] == []
 
