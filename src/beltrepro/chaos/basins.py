@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple, Unpack
 
 import numpy as np
 
-from beltrepro.base import names
+from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError, needing
 from beltrepro.chaos.continuation import QUANTITIES, OrbitBranch, orbit_branch
 from beltrepro.chaos.irregular import IRREGULAR, time_to_orbit
@@ -128,8 +128,9 @@ class Basins:
         Raises
         ------
         InputError
-            The file has another ending, there is no display, or matplotlib is not installed.
+            It is no path, or has another ending; or there is no display, or no matplotlib.
         """
+        path = None if path is None else checks.path("path", path)
         with needing("the picture of basins"):
             from beltrepro.chaos.basins_picture import plot
         return plot(self, path)
