@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, Unpack
 import numpy as np
 
 from beltrepro.base import checks, names
-from beltrepro.base.errors import InputError, needing
+from beltrepro.base.errors import InputError, ModelStateError, needing
 from beltrepro.chaos.continuation import QUANTITIES, OrbitBranch, orbit_branch
 from beltrepro.chaos.irregular import IRREGULAR, time_to_orbit
 from beltrepro.chaos.periodic_orbits import PeriodicOrbit, check_noise, close_orbit, states_at
@@ -259,7 +259,10 @@ class _Motion:
             return
         try:
             self.orbit = close_orbit(state, self.period_time)
-        except InputError:  # two events at one instant, say: the motion is periodic all the same
+        except (
+            InputError,
+            ModelStateError,
+        ):  # two events at one instant, say: the motion is periodic all the same
             return
         self.disorder_parameter = self.orbit.disorder_parameter
         self.mean_length = self.orbit.mean_length
@@ -374,7 +377,7 @@ def _branch(orbit: PeriodicOrbit, quantity: str, values: np.ndarray) -> OrbitBra
     """The branch of an orbit over all values."""
     try:
         return orbit_branch(orbit, quantity, lower=float(values[0]), upper=float(values[-1]))
-    except InputError:  # the run went several times around
+    except (InputError, ModelStateError):  # the run went several times around
         return None
 
 
