@@ -72,6 +72,7 @@ def save(figure, png, pdf, source="", lineage=None) -> None:
     write(figure, pdf, Path(png).stem, source, lineage)
 
 
+@styled
 def write(figure, path, title, source="", lineage=None) -> None:
     """Write a figure as PNG, PDF or SVG, by the ending, with its title, source and origin.
 

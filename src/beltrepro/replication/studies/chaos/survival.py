@@ -34,7 +34,7 @@ _POINT = ("n_blocks", "belt_velocity", "initial_spread")
 def draw(data):
     """Top: survival of each N at one u, and of many runs; bottom: mean lifetimes."""
     panels.require(data, FIGURE)
-    figure = style.page(6.9)
+    figure = style.page(5.6)
     (single, many), (by_velocity, by_size) = figure.subplots(2, 2, width_ratios=(1.35, 1))
     table, sizes = data["mean_lifetimes"], panels.levels(data["survival"], "n_blocks")
     colours = dict(zip(sizes, style.shades(sizes.size), strict=True))

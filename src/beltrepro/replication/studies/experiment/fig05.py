@@ -27,6 +27,6 @@ def draw(data):
     panels.letter(above, "a")
     panels.letter(below, "b")
     filmed.draw_recording(above, (below,), data, "belt_022")
-    panels.make_room(above, above=0.15)
+    panels.make_room(above, above=0.25)
     filmed.say_longest_slip(above, data["belt_022"])
     return figure

@@ -99,7 +99,7 @@ def draw_recording(trace, spectra, data, film):
     trace.set(xlabel=SECONDS, ylabel=LENGTH)
     words = trace.get_title()
     trace.set_title("")
-    panels.remark(trace, f"{speed(data[film])}\n{words}")
+    panels.remark(trace, f"{words}\n{speed(data[film])}")
     names = (SMALL, LARGE) if len(spectra) == 2 else (WHOLE,)
     for axes, name in zip(spectra, names, strict=True):
         spectrum = recording.spectra.get(name)
@@ -124,7 +124,7 @@ def say_longest_slip(axes, run):
     """How long all blocks of a run slip at once, at most."""
     longest = films.longest_slip_of_all_s(run)
     words = f"all blocks slip at once for {longest:.2g} s at most; in the paper for over 60 s"
-    panels.note(axes, words, place=(0.5, 0.93), width=90)
+    panels.note(axes, words, place=(0.5, 0.9), width=46)
 
 
 def _draw_multiples(axes, recording, spectrum):

@@ -41,7 +41,7 @@ def draw(data):
         _curve(left, middle, curve, index, rf"$\sigma = {noise:g}$")
     left.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.DISORDER)
     left.set_ylim(bottom=0)
-    middle.set(xlabel=panels.BELT_VELOCITY, ylabel="difference / error")
+    middle.set(xlabel=panels.BELT_VELOCITY, ylabel="difference / standard error")
     _limits(middle, len(rows))
     _p_values(right, rows)
     if len(rows):

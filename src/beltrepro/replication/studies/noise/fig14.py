@@ -54,7 +54,7 @@ def _column(axes, scan):
     noise, disorder = column["noise"], column["disorder_parameter"]
     replicate_panels.draw_runs(axes, noise, disorder, 0)
     panels.finish_curves(axes, xlabel=panels.NOISE)
-    words = f"$u = {BELT_VELOCITY:g}$"
+    words, critical = f"$u = {BELT_VELOCITY:g}$", np.nan
     with panels.shortage_on(axes, place=(0.5, 0.25)):
         critical = measure.rise(noise, disorder)["critical"].value
         if np.isfinite(critical):
