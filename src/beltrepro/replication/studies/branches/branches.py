@@ -80,7 +80,7 @@ def _draw_branches(axes, arrays):
     values = arrays["disorder_parameter"][irregular]
     look = {"markersize": 2.4, "markeredgewidth": 0.4, "color": "0.55", "zorder": 0}
     axes.plot(place, values, "x", label="irregular", **look)
-    axes.set(ylabel="$r$", yscale="log", ylim=(0.005, 0.4))
+    axes.set(ylabel="$r$", yscale="log", ylim=(0.0025, 0.4))
     panels.plain_log(axes.yaxis)
     _legend_above(axes, 4)
 
@@ -110,7 +110,8 @@ def _draw_sweeps(axes, falls):
 
 def _draw_shares(axes, rows, number, label, shift, face=None):
     ends = rows["share"] - rows["low"], rows["high"] - rows["share"]
-    look = {"color": style.COLOURS[number], "markersize": 2.2, "elinewidth": 0.4}
+    colour = style.COLOURS[number]
+    look = {"color": colour, "ecolor": (colour, 0.5), "markersize": 2.2, "elinewidth": 0.4}
     look |= {"markeredgewidth": 0.6} | ({"markerfacecolor": face} if face else {})
     marker = style.MARKERS[number]
     axes.errorbar(
