@@ -87,13 +87,10 @@ def _draw_branches(axes, arrays):
 
 def _draw_starts(axes, shares):
     """Shares of the starts at rest, and of slipping ones of each energy."""
-    energies = sorted(
-        shares["start_energy"].unique(), key=lambda energy: (energy == energy, energy)
-    )
+    energies = sorted(shares["start_energy"].unique())
     for number, energy in enumerate(energies):
-        rest = np.isnan(energy)
-        chosen = shares["start_energy"].isna() if rest else shares["start_energy"] == energy
-        label = "rest" if rest else f"$H/N = {energy:g}$"
+        chosen = shares["start_energy"] == energy
+        label = f"$H/N = {energy:g}$" if energy else "rest"
         shift = _SHIFT * (number - (len(energies) - 1) / 2)
         _draw_shares(axes, shares[chosen], number, label, shift)
     _finish_shares(axes, 4)
