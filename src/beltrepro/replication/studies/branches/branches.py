@@ -58,7 +58,7 @@ def _draw_branches(axes, arrays):
     orbits = arrays["branches"]
     if not orbits.size:
         panels.note(axes, "no orbit was followed")
-    look = {"markersize": 1.0, "color": style.BLUE, "markeredgewidth": 0}
+    look = {"markersize": 1.9, "color": style.BLUE, "markeredgewidth": 0}
     axes.plot(orbits["belt_velocity"], orbits["disorder_parameter"], ".", **look)
     kinds = {
         "grazing": (orbits["end"] == "grazing", "o", style.VERMILION),
