@@ -369,7 +369,7 @@ def paths():
 def basins(sizes=(5,)):
     """Two branches for each N; slipping starts reach that of small r from a lower u on."""
     n, u, run = map(np.ravel, np.meshgrid(sizes, np.arange(10.0, 40.0, 5), range(4), indexing="ij"))
-    energies = np.array([np.nan, 60.0, 600.0])
+    energies = np.array([0.0, 60.0, 600.0])
     small = (u + 2 * run)[:, np.newaxis] > 15 + n[:, np.newaxis] + np.arange(3) * 3
     first = np.flatnonzero(run == 0)
     attractors = np.zeros(2 * first.size, attracted.ATTRACTOR)

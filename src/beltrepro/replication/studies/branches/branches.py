@@ -54,7 +54,7 @@ def _draw_branches(axes, arrays):
     orbits = arrays["branches"]
     if not orbits.size:
         panels.note(axes, "no orbit was followed")
-    look = {"markersize": 1.0, "color": style.BLUE, "markeredgewidth": 0}
+    look = {"markersize": 1.9, "color": style.BLUE, "markeredgewidth": 0}
     axes.plot(orbits["belt_velocity"], orbits["disorder_parameter"], ".", **look)
     kinds = {
         "grazing": (orbits["end"] == "grazing", "o", style.VERMILION),
@@ -76,20 +76,17 @@ def _draw_branches(axes, arrays):
     values = arrays["disorder_parameter"][irregular]
     look = {"markersize": 2.4, "markeredgewidth": 0.4, "color": "0.55", "zorder": 0}
     axes.plot(place, values, "x", label="irregular", **look)
-    axes.set(ylabel="$r$", yscale="log", ylim=(0.005, 0.4))
+    axes.set(ylabel="$r$", yscale="log", ylim=(0.0025, 0.4))
     panels.plain_log(axes.yaxis)
     _legend_above(axes, 4)
 
 
 def _draw_starts(axes, shares):
     """Shares of the starts at rest, and of slipping ones of each energy."""
-    energies = sorted(
-        shares["start_energy"].unique(), key=lambda energy: (energy == energy, energy)
-    )
+    energies = sorted(shares["start_energy"].unique())
     for number, energy in enumerate(energies):
-        rest = np.isnan(energy)
-        chosen = shares["start_energy"].isna() if rest else shares["start_energy"] == energy
-        label = "rest" if rest else f"$H/N = {energy:g}$"
+        chosen = shares["start_energy"] == energy
+        label = f"$H/N = {energy:g}$" if energy else "rest"
         shift = _SHIFT * (number - (len(energies) - 1) / 2)
         _draw_shares(axes, shares[chosen], number, label, shift)
     _finish_shares(axes, 4)
@@ -106,7 +103,8 @@ def _draw_sweeps(axes, falls):
 
 def _draw_shares(axes, rows, number, label, shift, face=None):
     ends = rows["share"] - rows["low"], rows["high"] - rows["share"]
-    look = {"color": style.COLOURS[number], "markersize": 2.2, "elinewidth": 0.4}
+    colour = style.COLOURS[number]
+    look = {"color": colour, "ecolor": (colour, 0.5), "markersize": 2.2, "elinewidth": 0.4}
     look |= {"markeredgewidth": 0.6} | ({"markerfacecolor": face} if face else {})
     marker = style.MARKERS[number]
     axes.errorbar(
