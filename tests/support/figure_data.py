@@ -10,6 +10,8 @@ import itertools
 
 import numpy as np
 import pandas as pd
+import pytest
+from matplotlib.text import Text
 from numpy.lib.recfunctions import append_fields
 
 import alternating
@@ -367,7 +369,7 @@ def paths():
 def basins(sizes=(5,)):
     """Two branches for each N; slipping starts reach that of small r from a lower u on."""
     n, u, run = map(np.ravel, np.meshgrid(sizes, np.arange(10.0, 40.0, 5), range(4), indexing="ij"))
-    energies = np.array([np.nan, 60.0, 600.0])
+    energies = np.array([0.0, 60.0, 600.0])
     small = (u + 2 * run)[:, np.newaxis] > 15 + n[:, np.newaxis] + np.arange(3) * 3
     first = np.flatnonzero(run == 0)
     attractors = np.zeros(2 * first.size, attracted.ATTRACTOR)
@@ -483,4 +485,9 @@ def data_of(figure, *, also=(), **changed):
 
 
 def draw(figure, data):
-    return importlib.import_module(registry.figures()[figure].module).draw(data)
+    """A figure, as wide as a column of the paper and legible there."""
+    made = importlib.import_module(registry.figures()[figure].module).draw(data)
+    sizes = {text.get_text(): text.get_size() for text in made.findobj(Text) if text.get_text()}
+    assert made.get_figwidth() * 2.54 == pytest.approx(8.6)
+    assert min(sizes.values(), default=6) >= 6, sizes
+    return made

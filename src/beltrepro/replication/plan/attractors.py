@@ -47,7 +47,7 @@ def basin_starts(
     joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     order = np.argsort(joined.pop("points"))
     of_points = {name: joined[name][order] for name in _OF_STARTS}
-    return joined | of_points | {"start_energy": np.array([np.nan, *energies])}
+    return joined | of_points | {"start_energy": np.array([0.0, *energies])}
 
 
 def _of_one_size(

@@ -534,7 +534,7 @@ BASINS = Kind(
     "beltrepro.replication.plan.attractors:basin_starts",
     _arrays(
         "start_energy |  | energy | start | Energy H for each block of the slipping state in which "
-        "runs begin; NaN for starts at rest.",
+        "runs begin; 0 for starts at rest.",
         "attractor |  | 1 | point, start | Label of the attractor reached; holds for one N.",
         "state |  | 1 | point, start | Name of the motion reached.",
         "lifetime | tau | time | point, start | How long the motion was irregular; the duration if "

@@ -1,7 +1,6 @@
 """Not in the paper: the orbits behind the fall of r, and which starts and sweeps reach them."""
 
 import numpy as np
-from matplotlib.figure import Figure as Page
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
@@ -25,9 +24,7 @@ FIGURE = Figure(
     category="Further studies",
 )
 
-_COLUMN = 3.39  # inches: 8.6 cm
 _PAPER = 15.0, 18.0  # where the paper sees r fall
-_FONT = 7.0  # points
 _BIFURCATIONS = ("fold", "period doubling", "torus", "stick of no length")
 _SHIFT = 0.16  # of u between the marks of kinds of starts
 
@@ -36,20 +33,19 @@ _SHIFT = 0.16  # of u between the marks of kinds of starts
 def draw(data):
     """Above branches and their ends; then shares of starts, and of sweeps."""
     panels.require(data, FIGURE)
-    with style.font(_FONT):
-        figure = Page(figsize=(_COLUMN, 5.0), dpi=300, layout="constrained")
-        orbits, starts, sweeps = figure.subplots(3, 1, sharex=True, height_ratios=(1.5, 1, 1))
-        _draw_branches(orbits, data["basins"].arrays)
-        shares = data["basin_shares"]
-        _draw_starts(starts, shares[shares["n_blocks"] == 5])
-        falls = data["sweep_falls"]
-        _draw_sweeps(sweeps, falls[falls["noise"] == 0])
-        for axes, name in zip((orbits, starts, sweeps), "abc", strict=True):
-            axes.axvspan(*_PAPER, color="0.9", linewidth=0, zorder=0)
-            panels.letter(axes, name)
-        for axes in (starts, sweeps):
-            axes.set(ylabel="share at small $r$", ylim=(-0.05, 1.05))
-        sweeps.set_xlabel(panels.BELT_VELOCITY)
+    figure = style.page(5.0)
+    orbits, starts, sweeps = figure.subplots(3, 1, sharex=True, height_ratios=(1.5, 1, 1))
+    _draw_branches(orbits, data["basins"].arrays)
+    shares = data["basin_shares"]
+    _draw_starts(starts, shares[shares["n_blocks"] == 5])
+    falls = data["sweep_falls"]
+    _draw_sweeps(sweeps, falls[falls["noise"] == 0])
+    for axes, name in zip((orbits, starts, sweeps), "abc", strict=True):
+        axes.axvspan(*_PAPER, color="0.9", linewidth=0, zorder=0)
+        panels.letter(axes, name)
+    for axes in (starts, sweeps):
+        axes.set(ylabel="share at small $r$", ylim=(-0.05, 1.05))
+    sweeps.set_xlabel(panels.BELT_VELOCITY)
     return figure
 
 
@@ -58,7 +54,7 @@ def _draw_branches(axes, arrays):
     orbits = arrays["branches"]
     if not orbits.size:
         panels.note(axes, "no orbit was followed")
-    look = {"markersize": 1.0, "color": style.BLUE, "markeredgewidth": 0}
+    look = {"markersize": 1.9, "color": style.BLUE, "markeredgewidth": 0}
     axes.plot(orbits["belt_velocity"], orbits["disorder_parameter"], ".", **look)
     kinds = {
         "grazing": (orbits["end"] == "grazing", "o", style.VERMILION),
@@ -80,20 +76,17 @@ def _draw_branches(axes, arrays):
     values = arrays["disorder_parameter"][irregular]
     look = {"markersize": 2.4, "markeredgewidth": 0.4, "color": "0.55", "zorder": 0}
     axes.plot(place, values, "x", label="irregular", **look)
-    axes.set(ylabel="$r$", yscale="log", ylim=(0.005, 0.4))
+    axes.set(ylabel="$r$", yscale="log", ylim=(0.0025, 0.4))
     panels.plain_log(axes.yaxis)
     _legend_above(axes, 4)
 
 
 def _draw_starts(axes, shares):
     """Shares of the starts at rest, and of slipping ones of each energy."""
-    energies = sorted(
-        shares["start_energy"].unique(), key=lambda energy: (energy == energy, energy)
-    )
+    energies = sorted(shares["start_energy"].unique())
     for number, energy in enumerate(energies):
-        rest = np.isnan(energy)
-        chosen = shares["start_energy"].isna() if rest else shares["start_energy"] == energy
-        label = "rest" if rest else f"$H/N = {energy:g}$"
+        chosen = shares["start_energy"] == energy
+        label = f"$H/N = {energy:g}$" if energy else "rest"
         shift = _SHIFT * (number - (len(energies) - 1) / 2)
         _draw_shares(axes, shares[chosen], number, label, shift)
     _finish_shares(axes, 4)
@@ -110,7 +103,8 @@ def _draw_sweeps(axes, falls):
 
 def _draw_shares(axes, rows, number, label, shift, face=None):
     ends = rows["share"] - rows["low"], rows["high"] - rows["share"]
-    look = {"color": style.COLOURS[number], "markersize": 2.2, "elinewidth": 0.4}
+    colour = style.COLOURS[number]
+    look = {"color": colour, "ecolor": (colour, 0.5), "markersize": 2.2, "elinewidth": 0.4}
     look |= {"markeredgewidth": 0.6} | ({"markerfacecolor": face} if face else {})
     marker = style.MARKERS[number]
     axes.errorbar(

@@ -11,7 +11,7 @@ TABLES = {
         title="Share of the starts that end at small r, from rest and from slipping states.",
         uses=("basins", "basins_sizes"),
         columns={
-            "start_energy": "H for each block of slipping starts (model energy); empty: at rest",
+            "start_energy": "H for each block of slipping starts (model energy); 0: at rest",
             "runs": "runs from different starts",
             "share": "share of them that end at r below 0.05",
             "low": "lower end of its interval (Clopper and Pearson, 95 %)",
