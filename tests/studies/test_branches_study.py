@@ -8,7 +8,7 @@ from beltrepro import ChainParameters, Setup, orbit_branch, periodic_orbit
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.plan.attractors import basin_starts, sweeps
 from beltrepro.replication.studies.branches import measure
-from beltrepro.replication.verdicts.criteria import IN_PART, NO, YES
+from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from made_up import data, few_resamples, grades, measured  # noqa: F401
 
 ELSEWHERE = {"duration": 4000.0, "transient": 2000.0}
