@@ -426,5 +426,5 @@ def data_of(figure, *, also=(), **changed):
     return {name: changed[name] if name in changed else dataset(name) for name in names} | changed
 
 
-def draw(figure, data, caption="small print"):
-    return importlib.import_module(registry.figures()[figure].module).draw(data, caption)
+def draw(figure, data):
+    return importlib.import_module(registry.figures()[figure].module).draw(data)

@@ -40,7 +40,7 @@ def layers(data, name):
     if name + CHECK in data:
         over = data[name + CHECK]
         method = over.attributes["method"]
-        # one that differs with the noise is in the small print
+        # one that differs with the noise has several names
         scans.append((over, "other integrator" if "," in method else f"method {method}"))
     return scans
 

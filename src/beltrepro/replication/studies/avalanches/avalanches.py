@@ -30,13 +30,13 @@ BINS_PER_DECADE = 8
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a: density of the dissipated energy for each N; b: its cutoff against N."""
     panels.require(data, FIGURE)
     catalogues = sorted(
         (data[name] for name in FIGURE.uses), key=lambda catalogue: catalogue.attributes["n_blocks"]
     )
-    figure = style.page(caption, 3.7)
+    figure = style.page(3.7)
     left, right = figure.subplots(1, 2, width_ratios=(1.3, 1))
     panels.letter(left, "a")
     panels.letter(right, "b")

@@ -32,7 +32,7 @@ ZOOM = 30.0  # length of the enlarged part, around the fastest slip
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a: x_N(t) and the spectrum of the whole series; b: v_rN(t), enlarged at its fastest slip."""
     panels.require(data, FIGURE)
     series = data["u1"]
@@ -40,7 +40,7 @@ def draw(data, caption):
     shown = time >= (time[-1] - SHOWN if time.size else 0.0)
     time, position, relative = time[shown], position[shown], relative[shown]
 
-    figure = style.page(caption, 4.6)
+    figure = style.page(4.6)
     (upper, spectrum), (lower, enlarged) = figure.subplots(2, 2, width_ratios=(1.7, 1))
     panels.letter(upper, "a")
     panels.trace(upper, time, position, ylabel=panels.POSITION)

@@ -26,13 +26,13 @@ FIGURE = Figure(
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a: density of the slip sizes of the last block; b: of the energy dissipated in avalanches."""
     panels.require(data, FIGURE)
     catalogue = data["slips_u1"]
     n_slips = measure.last_block_energies(catalogue).values.size
     energies = measure.avalanche_energies(catalogue)
-    figure = style.page(caption, 3.7)
+    figure = style.page(3.7)
     left, right = figure.subplots(1, 2)
     panels.letter(left, "a")
     panels.letter(right, "b")

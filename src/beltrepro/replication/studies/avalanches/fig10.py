@@ -31,10 +31,10 @@ BINS = (240, 240)
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """Section points with v_rN < 0 in the plane (x_N, v_rN): a density where there are many."""
     panels.require(data, FIGURE)
-    figure = style.page(caption, 4.6)
+    figure = style.page(4.6)
     grid = figure.subplots(1, 2, sharex=True, sharey=True)
     for axes, mark, name in zip(grid, "ab", FIGURE.uses, strict=True):
         panels.letter(axes, mark)

@@ -48,12 +48,12 @@ _OUTLINED = 40  # more cells in a row have no outline
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """Top: shares over (u, N), exponents; bottom: shares over (u, kick) and (u, time step)."""
     if "motion_map" not in data:
         panels.require(data, FIGURE)
     with style.font(_FONT):
-        figure = style.page(caption, 7.1)
+        figure = style.page(7.1)
         (sizes, exponents), (kicks, steps) = figure.subplots(2, 2, width_ratios=(1.25, 1))
         points = data["motion_map"].arrays
         _draw_cells(sizes, points, "n_blocks", "$N$")

@@ -34,15 +34,15 @@ _POINT = ("n_blocks", "belt_velocity", "initial_spread")
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """Top: survival of each N at one u, and of many runs; bottom: mean lifetimes."""
     panels.require(data, FIGURE)
     with style.font(_FONT):
-        return _draw(data, caption)
+        return _draw(data)
 
 
-def _draw(data, caption):
-    figure = style.page(caption, 6.9)
+def _draw(data):
+    figure = style.page(6.9)
     (single, many), (by_velocity, by_size) = figure.subplots(2, 2, width_ratios=(1.35, 1))
     table, sizes = data["mean_lifetimes"], panels.levels(data["survival"], "n_blocks")
     colours = dict(zip(sizes, style.shades(sizes.size), strict=True))

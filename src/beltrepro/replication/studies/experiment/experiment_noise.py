@@ -42,11 +42,11 @@ _FREE = {
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """Top: r against noise, alternation against u; bottom: posteriors."""
     panels.require(data, FIGURE)
     with style.font(_FONT):
-        figure = style.page(caption, 7.0)
+        figure = style.page(7.0)
         (disorder, share), (plane, noise) = figure.subplots(2, 2)
         _draw_disorder(disorder, data["experiment_odds"])
         _draw_alternation(share, data["alternation"])

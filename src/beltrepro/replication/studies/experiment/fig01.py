@@ -26,9 +26,9 @@ _ROLLER = 0.22
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """Drawing of the model of Sec. III; shows no data."""
-    figure = style.page(caption, 2.35)
+    figure = style.page(2.35)
     axes = figure.subplots()
     _wall(axes)
     _belt(axes)

@@ -24,12 +24,12 @@ FIGURE = Figure(
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """The first frame of the film, with the names of its parts."""
     panels.require(data, FIGURE)
     run = data["belt_028"]
     (picture,) = filmed.first_pictures(data["belt_028_film"], 1)
-    figure = style.page(caption, 2.5)
+    figure = style.page(2.5)
     filmed.mark(figure)
     axes = figure.subplots()
     height, width = picture.brightness.shape

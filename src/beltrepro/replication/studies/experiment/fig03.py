@@ -28,11 +28,11 @@ SHOWN_S = 10.0
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """Left: frames about the fastest slip of the first seconds; right: x_5(t)."""
     panels.require(data, FIGURE)
     track = data["belt_028_track"]
-    figure = style.page(caption, 4.6)
+    figure = style.page(4.6)
     filmed.mark(figure)
     left, right = figure.subplots(1, 2, width_ratios=(2, 1))
     if track.time_s.size < STRIPS:

@@ -18,10 +18,10 @@ FIGURE = Figure(
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a: x_5(t); b: the spectrum of all of it."""
     panels.require(data, FIGURE)
-    figure = style.page(caption, 4.4)
+    figure = style.page(4.4)
     filmed.mark(figure)
     above, below = figure.subplots(2, 1)
     panels.letter(above, "a")

@@ -25,7 +25,7 @@ def save(recording, path):
 @style.styled
 def draw_recording(recording):
     """x_N(t), stretches of small amplitude shaded; below, spectra of the parts of Figs. 4 and 5."""
-    figure = style.page(_small_print(recording), 5.2)
+    figure = style.page(5.2)
     names = [name for name in (SMALL, LARGE, WHOLE) if name in recording.spectra]
     if len(names) == 2:  # one part is the whole
         names = [name for name in names if name != WHOLE]
@@ -70,10 +70,3 @@ def draw_spectrum(axes, spectrum, name):
         axes.plot(band, spectrum.law(band), color=style.VERMILION, linewidth=1.4)
         title += rf", $S \propto \nu^p$, $p$ = {spectrum.exponent.words}"
     axes.set_title(title, size=8)
-
-
-def _small_print(recording):
-    return (
-        f"{recording.time_s.size} samples, {recording.observed_s:.1f} s without gaps. Shaded: "
-        f"small amplitude. Line: power law above the peak, fitted to averages in bins of log ν."
-    )

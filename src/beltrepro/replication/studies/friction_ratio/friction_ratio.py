@@ -22,11 +22,11 @@ FIGURE = Figure(
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """Left: r(u), a curve for each f_s; right: u_c against f_s."""
     panels.require(data, FIGURE)
     scan, falls = data["friction_ratio"].arrays, data["friction_falls"]
-    figure = style.page(caption, 3.4)
+    figure = style.page(3.4)
     left, right = figure.subplots(1, 2, width_ratios=(1.3, 1))
     for index, ratio in enumerate(np.unique(scan["friction_ratio"])):
         chosen = scan["friction_ratio"] == ratio

@@ -26,7 +26,7 @@ _WIDTH = 0.8  # of the group of bars at one u
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """One row for each initial spread. Left: share that still sticks; right: r at the end."""
     panels.require(data, FIGURE)
     tested, reference, table = (data[name] for name in FIGURE.uses)
@@ -34,7 +34,7 @@ def draw(data, caption):
     shares = table[table["quantity"] == measure.STILL_STICKING]
     spreads = np.unique(tested.arrays["initial_spread"])
     velocities = np.unique(tested.arrays["belt_velocity"])
-    figure = style.page(caption, 1.2 + 2.0 * max(spreads.size, 1))
+    figure = style.page(1.2 + 2.0 * max(spreads.size, 1))
     rows = figure.subplots(max(spreads.size, 1), 2, sharex=True, squeeze=False)
     for (left, right), spread in zip(rows, spreads, strict=False):
         at_spread = shares[np.isclose(shares["initial_spread"], spread)]

@@ -26,12 +26,12 @@ FIGURE = Figure(
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a: mean r of both against u; b: difference in standard errors; c: p-values in order."""
     panels.require(data, FIGURE)
     table = data["agreement"]
     rows = table[table["quantity"] == measure.DISORDER]
-    figure = style.page(caption, 3.6)
+    figure = style.page(3.6)
     left, middle, right = figure.subplots(1, 3)
     for panel, name in zip((left, middle, right), "abc", strict=True):
         panels.letter(panel, name)

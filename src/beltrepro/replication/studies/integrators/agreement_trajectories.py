@@ -34,11 +34,11 @@ _ROUNDING = 1e-5  # below, before the first event, there is only rounding
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a: separation against time; b: shift of shared events; c and d: error against the step."""
     panels.require(data, FIGURE)
     tested, reference = (data[name] for name in FIGURE.uses[:2])
-    figure = style.page(caption, 5.4)
+    figure = style.page(5.4)
     axes = figure.subplots(2, 2).ravel()
     for panel, name in zip(axes, "abcd", strict=True):
         panels.letter(panel, name)

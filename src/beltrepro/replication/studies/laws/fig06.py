@@ -25,12 +25,12 @@ RANGE = (-36.0, 100.0)
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """Spring force of Eq. 2 with the paper's constants, beside Hooke's law; shows no data."""
     constants = ChainParameters(n_blocks=1, belt_velocity=1.0)
     limit = constants.linear_limit
     deformation = np.linspace(*RANGE, 1361)
-    figure = style.page(caption, 3.7)
+    figure = style.page(3.7)
     axes = figure.subplots()
     axes.axhline(0, color="0.8", linewidth=0.7)
     axes.axvline(0, color="0.8", linewidth=0.7)

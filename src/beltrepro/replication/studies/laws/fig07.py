@@ -37,11 +37,11 @@ class Event:
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """Friction force of one block against the resultant spring force on it."""
     panels.require(data, FIGURE)
     series = data["friction_event"]
-    figure = style.page(caption, 3.9)
+    figure = style.page(3.9)
     axes, enlarged = figure.subplots(1, 2, width_ratios=(1.7, 1))
     for panel, mark in ((axes, "a"), (enlarged, "b")):
         panels.letter(panel, mark)

@@ -26,10 +26,10 @@ LEFT_OUT = (0.25, 0.5)  # levels at which nothing differs from those beside them
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a: r(u) of five blocks over replicates, for each noise; b: r of single runs."""
     panels.require(data, FIGURE)
-    figure = style.page(caption, 5.6)
+    figure = style.page(5.6)
     axes = figure.subplots(2, 1, sharey=True)
     noises = sorted({s for name in ("n5_replicates", "n5_rows") for s in _levels(data[name])})
     for panel, mark, name in zip(axes, "ab", ("n5_replicates", "n5_rows"), strict=True):

@@ -29,7 +29,7 @@ ROWS, MOST_COLUMNS = 2, 4
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """v_N at the section against u, a panel for each noise level; last panel: r(sigma) at u = 7.
 
     That panel is the paper's inset: beside the diagrams it covers no points.
@@ -37,7 +37,7 @@ def draw(data, caption):
     panels.require(data, FIGURE)
     levels = panels.levels(data["n5_rows"], "noise")[: ROWS * MOST_COLUMNS - 1]
     columns = max(2, math.ceil((len(levels) + 1) / ROWS))
-    figure = style.page(caption, 5.0)
+    figure = style.page(5.0)
     grid = [figure.add_subplot(ROWS, columns, 1)]
     for place in range(2, ROWS * columns):
         grid.append(figure.add_subplot(ROWS, columns, place, sharex=grid[0], sharey=grid[0]))

@@ -22,11 +22,11 @@ GUIDE = 5.0  # a line at this sigma, only to guide the eye
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """r(sigma) of five blocks, a panel for each belt velocity."""
     panels.require(data, FIGURE)
     velocities = panels.levels(data["n5_columns"], "belt_velocity")
-    figure = style.page(caption, 4.6)
+    figure = style.page(4.6)
     places = {(5, u): f"$u = {u:g}$" for u in velocities}
     for axes in replicate_panels.against_noise(figure, data, "n5_columns", places, across=3):
         axes.axvline(GUIDE, color="0.6", linewidth=0.8, linestyle="--", zorder=0)

@@ -26,12 +26,12 @@ VELOCITIES = (14.0, 24.0)  # shown in c
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a, b: x_N(t) and the spectrum after the transient; c: share of laminar phases against u."""
     panels.require(data, FIGURE)
     scan = data["n5_replicates"]
     laminar_time = scan.attributes["laminar_time"]
-    figure = style.page(caption, 6.2)
+    figure = style.page(6.2)
     mosaic = [["a", "A"], ["b", "B"], ["c", "c"]]
     places = figure.subplot_mosaic(mosaic, width_ratios=(2.2, 1), height_ratios=(1, 1, 0.9))
     below = places["c"]

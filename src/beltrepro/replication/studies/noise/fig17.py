@@ -36,12 +36,12 @@ DECADES = 3  # range of the colours below the largest density, at most
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """Density of v_N at the section for each u, on the plane (u, v_N), a panel per noise level."""
     panels.require(data, FIGURE)
     rows = {noise: _joined(data, noise) for noise in NOISES}
     span = _span(rows.values())
-    figure = style.page(caption, 5.6)
+    figure = style.page(5.6)
     grid = figure.subplots(2, 2, sharex=True, sharey=True)
     maps = {
         noise: measure.velocity_density(row, bins=BINS, range=span)

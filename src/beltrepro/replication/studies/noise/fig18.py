@@ -31,12 +31,12 @@ LEFT_OUT = (0.5,)  # noise at which b shows what it shows at 0 and 1
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a: r over the plane (u, sigma), a dot where `intermittent_mask` holds; b: laminar shares."""
     panels.require(data, FIGURE)
     points = data["n5_map"].arrays
     points = sections.select(points, points["n_blocks"] == 5)
-    figure = style.page(caption, 6.4)
+    figure = style.page(6.4)
     above, below = figure.subplots(2, 1, height_ratios=(1.5, 1))
     panels.letter(above, "a")
     above.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.NOISE)

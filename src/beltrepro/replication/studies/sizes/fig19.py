@@ -34,10 +34,10 @@ ORDER = (5, 7, 10, 2, 3, 4, 6)  # numbers of blocks in the order of the styles
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a: r(u) at sigma = 1 over replicates for N = 5, 7, 10; b: single runs for every N."""
     panels.require(data, FIGURE)
-    figure = style.page(caption, 5.6)
+    figure = style.page(5.6)
     above, below = figure.subplots(2, 1, sharex=True)
     panels.letter(above, "a")
     panels.letter(below, "b")

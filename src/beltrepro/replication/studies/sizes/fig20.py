@@ -29,14 +29,14 @@ N_BLOCKS = 10
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a to d: x_N(t) after the transient; e: last stick of each run against belt velocity."""
     panels.require(data, FIGURE)
     scan = data["size_replicates"]
     laminar_time = float(scan.attributes["laminar_time"])
     series = (data[name] for name in FIGURE.uses if name != "size_replicates")
     every = sorted(series, key=lambda one: one.attributes["belt_velocity"])
-    figure = style.page(caption, 7.0)
+    figure = style.page(7.0)
     *stack, below = figure.subplots(len(every) + 1, 1, height_ratios=[1] * len(every) + [1.5])
     for axes, mark, series in zip(stack, "abcd", every, strict=True):
         axes.sharex(stack[0])

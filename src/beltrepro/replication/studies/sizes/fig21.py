@@ -20,12 +20,12 @@ FIGURE = Figure(
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """r(sigma), a panel for each number of blocks (and belt velocity, if there are several)."""
     panels.require(data, FIGURE)
     arrays = data["size_columns"].arrays
     points = sorted(set(zip(arrays["n_blocks"], arrays["belt_velocity"], strict=True)))
-    figure = style.page(caption, 4.6)
+    figure = style.page(4.6)
     places = {(n, u): f"$N = {n}$, $u = {u:g}$" for n, u in points}
     replicate_panels.against_noise(figure, data, "size_columns", places, across=2)
     return figure

@@ -27,12 +27,12 @@ COLOURS = (style.BLACK, style.VERMILION, style.BLUE)  # of the noises, rising
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """v_N at the section, a column for each N and a row for each noise; below, the exponents."""
     panels.require(data, FIGURE)
     scan = data["size_rows"]
     noises = panels.levels(scan, "noise")[: len(COLOURS)]
-    figure = style.page(caption, 7.0)
+    figure = style.page(7.0)
     heights = [1] * len(noises) + [0.8]
     grid = figure.subplots(
         len(heights), len(SIZES), sharex=True, sharey="row", height_ratios=heights

@@ -51,11 +51,11 @@ CLAIMS = {
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a: u_c against sigma for five blocks; b: u_c and the region against N for each noise."""
     panels.require(data, FIGURE)
     table = data["critical_velocities"]
-    figure = style.page(caption, 3.8)
+    figure = style.page(3.8)
     left, right = figure.subplots(1, 2)
     panels.letter(left, "a")
     panels.letter(right, "b")

@@ -29,7 +29,7 @@ AFTER = 0.6  # share of the transient's length that is drawn after it
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a: x_N(t) from the start; b: v_rN(t); right: the end of what is drawn, enlarged."""
     panels.require(data, FIGURE)
     series = data["u20"]
@@ -41,7 +41,7 @@ def draw(data, caption):
     shown = time <= (1 + AFTER) * end + length
     time, position, relative = time[shown], position[shown], relative[shown]
 
-    figure = style.page(caption, 4.4)
+    figure = style.page(4.4)
     grid = figure.subplots(2, 2, sharex="col", width_ratios=(2, 1))
     for row, mark, values, label in (
         (grid[0], "a", position, panels.POSITION),

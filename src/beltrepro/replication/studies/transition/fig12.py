@@ -42,10 +42,10 @@ PLAIN = 50  # a shorter range of lifetimes has plain numbers
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """v_N at the section; largest exponent; r; mean lifetimes. All against u, without noise."""
     panels.require(data, FIGURE)
-    figure = style.page(caption, 6.9)
+    figure = style.page(6.9)
     heights = (1.3, 0.6, 1, 0.7)
     top, middle, lower, bottom = figure.subplots(4, 1, sharex=True, height_ratios=heights)
     row = sections.rows(data["n5_rows"], n_blocks=5, noise=0.0)
