@@ -1,4 +1,4 @@
-"""How large a disturbance a periodic orbit bears: kicks, the steps of a scheme, noise.
+"""How large a disturbance loses a periodic orbit: kicks, the steps of a scheme, noise.
 
 A disturbed run is compared with its orbit return by return. It has left the orbit at the first
 return at which some coordinate is further away than `irregular.WIDEST` of F_st.
@@ -129,7 +129,7 @@ def _fastest_crossed(lengths: np.ndarray) -> float:
 
 
 @dataclass(frozen=True)
-class Borne:
+class Loss:
     """The size of a disturbance beyond which an orbit is lost within a time."""
 
     size: float  # at which half of the runs leave
@@ -138,7 +138,7 @@ class Borne:
     runs: int  # that the finer sizes were tried with, in all
 
 
-def borne(track: Track, disturbance: str, *, duration: float, replicates: int) -> Borne:
+def loss(track: Track, disturbance: str, *, duration: float, replicates: int) -> Loss:
     """By coarse sizes first, and then finer ones where some of the runs leave."""
     left = partial(_shares, track, disturbance, duration=duration, replicates=replicates)
     share: dict[float, float] = {}
@@ -149,9 +149,9 @@ def borne(track: Track, disturbance: str, *, duration: float, replicates: int) -
             break
     some = [tried for tried in share if share[tried] > 0]
     if not some:
-        return Borne(np.inf, size, np.inf, replicates)
+        return Loss(np.inf, size, np.inf, replicates)
     if share[size] > 0:
-        return Borne(0.0, 0.0, size, replicates)
+        return Loss(0.0, 0.0, size, replicates)
     above = min([tried for tried in share if share[tried] == 1], default=LARGEST[disturbance])
     fine = left([tried for tried in _sizes(above, size, _FINE) if tried not in share])
     return _threshold(fine | {size: share[size], above: share[above]}, replicates * len(fine))
@@ -162,7 +162,7 @@ def _sizes(largest: float, smallest: float, decades: float) -> list[float]:
     return list(np.geomspace(largest, smallest, max(1, count) + 1))
 
 
-def _threshold(share: dict[float, float], runs: int) -> Borne:
+def _threshold(share: dict[float, float], runs: int) -> Loss:
     """Where half leave, by the mean of the logarithm over the runs (Spearman and Karber)."""
     sizes = np.array(sorted(share))
     shares = np.maximum.accumulate([share[size] for size in sizes])
@@ -172,8 +172,8 @@ def _threshold(share: dict[float, float], runs: int) -> Borne:
     exact = np.array([share[size] for size in sizes])
     low = sizes[np.flatnonzero(shares == 0)[-1]]
     short = np.flatnonzero(exact < 1)
-    high = sizes[short[-1] + 1] if whole and short.size else np.inf
-    return Borne(float(mean), float(low), float(high), runs)
+    high = np.append(sizes, np.inf)[short[-1] + 1]
+    return Loss(float(mean), float(low), float(high), runs)
 
 
 def _shares(
