@@ -88,7 +88,6 @@ class Track:
         state = follow(self.orbit.state, time).final_state if time > 0 else self.orbit.state
         return replace(state, time=0.0, scheme=None)
 
-
     def scatter(self, *, duration: float) -> float:
         """Distance from the orbit, root mean square over returns, for kicks of the size 1."""
         cases = [_disturbed(self, KICK, _TINY, number, duration) for number in range(_SCATTERING)]
@@ -186,9 +185,11 @@ def _shares(
         for size in sizes
         for number in range(replicates)
     ]
-    together = [made] if disturbance != STEP else [
-        made[first : first + replicates] for first in range(0, len(made), replicates)
-    ]
+    together = (
+        [made]
+        if disturbance != STEP
+        else [made[first : first + replicates] for first in range(0, len(made), replicates)]
+    )
     begun = [share * track.orbit.period_time for share in track.phases]
     left = [
         track.left([case for case, _ in part], [begun[k % len(begun)] for _, k in part], duration)
@@ -198,9 +199,7 @@ def _shares(
     return dict(zip(sizes, gone.mean(axis=1).tolist(), strict=True))
 
 
-def _disturbed(
-    track: Track, disturbance: str, size: float, number: int, duration: float
-) -> Case:
+def _disturbed(track: Track, disturbance: str, size: float, number: int, duration: float) -> Case:
     """A run from the orbit; each has another phase and other random numbers."""
     state = track.starts[number % len(track.starts)]
     how: dict = {"replicate": number + 1}
@@ -269,4 +268,3 @@ def _lost(track: Track, kicked: Sequence, size: float, periods: int) -> bool:
             begun.append(time)
     left = track.left(cases, begun, periods * track.orbit.period_time)
     return bool(np.isfinite(left).any())
-

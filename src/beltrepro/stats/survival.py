@@ -241,7 +241,9 @@ def compare_laws(lifetime: npt.ArrayLike, ended: npt.ArrayLike) -> dict[str, flo
     for law, family in zip(LAWS, families, strict=True):
         distribution = getattr(scipy.stats, family)
         fitted = distribution(*distribution.fit(data, floc=0))
-        likelihood = fitted.logpdf(time[ended] / unit).sum() + fitted.logsf(time[~ended] / unit).sum()
+        likelihood = (
+            fitted.logpdf(time[ended] / unit).sum() + fitted.logsf(time[~ended] / unit).sum()
+        )
         criterion[law] = 2 * (distribution.numargs + 1 - float(likelihood))
     least = min(criterion.values())
     return {law: value - least for law, value in criterion.items()}

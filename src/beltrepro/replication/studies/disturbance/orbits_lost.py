@@ -46,7 +46,8 @@ def draw(data):
         for axes, name in ((by_margin, "margin"), (by_slips, "slips")):
             for kind in _LOOKS:
                 _draw_sizes(axes, orbits, name, kind)
-        ends = np.array([orbits["margin"].min() / 2, orbits["margin"].max() * 2])
+        margins = orbits["margin"][np.isfinite(orbits["margin"])]
+        ends = np.array([margins.min() / 2, margins.max() * 2])
         by_margin.plot(ends, lines["share"]["kick"] * ends, color="0.5", linewidth=1, zorder=0)
         by_margin.set(xlabel="margin", ylabel="disturbance")
         by_slips.set(xlabel="slips in a period")

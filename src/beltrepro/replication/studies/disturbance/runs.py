@@ -27,7 +27,7 @@ LOST = {  # N: u
     6: (32, 38, 42),
 }
 STARTS = {4: 4, 5: 8, 6: 4}
-LIFETIMES = {n_blocks: (10, 20, 30, 40) for n_blocks in range(4, 13)}
+LIFETIMES = dict.fromkeys(range(4, 13), (10, 20, 30, 40))
 LIFETIMES[5] = (7, 10, 15, 16, 20, 25, 30, 40)
 RUNS = {(5, u): (128, 80_000.0) for u in (7, 15, 16, 20, 25, 30)}  # to tell the law of lifetimes
 RUNS |= {(6, u): (32, 100_000.0) for u in (30, 40)} | {(7, u): (16, 300_000.0) for u in (30, 40)}
