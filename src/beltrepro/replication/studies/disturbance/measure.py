@@ -69,7 +69,6 @@ TABLES = {
             "aic_lognormal": "likewise",
             "aic_inverse_gaussian": "likewise",
         },
-        },
     ),
     "lifetime_growth": Table(
         title="Mean lifetime and exponent of irregular motion for each N and u.",
