@@ -100,8 +100,9 @@ KINDS = {
 }
 # By the kind, which of the values that are wrong anywhere are right.
 ALLOWED = {"Path": ("word", "number as text", "bytes"), "Report": ("class",)}
-# An error that is not known.
+# An error that is not known; linear springs.
 MEANINGFUL = dict.fromkeys(("scale_error", "zero_error_m"), ("nan",))
+MEANINGFUL["linear_limit"] = ("infinite",)
 
 
 def wrong_values(parameter):

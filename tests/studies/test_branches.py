@@ -78,3 +78,18 @@ def test_falls_of_made_up_sweeps():
     table = measure.sweep_falls(figure_data.branching())
     at = table[(table["noise"] == 0) & (table["belt_velocity"] == 20)].set_index(["way", "hold"])
     assert np.all(at.loc["up", "share"] == 0.0) and np.all(at.loc["down", "share"] == 1.0)
+
+
+def test_figure_marks_ends_and_shares():
+    data = figure_data.data_of("branches")
+    orbits, starts, _ = figure_data.draw("branches", data).axes
+    lines = {line.get_label(): line.get_xydata() for line in orbits.lines}
+    assert lines["grazing"].tolist() == [[17.0, 0.014], [35.5, 0.012]]
+    assert lines["bifurcation"].tolist() == [[21.0, 0.13]]
+    rest = starts.containers[0].lines[0].get_ydata()
+    shares = data["basin_shares"]
+    rows = shares[(shares["n_blocks"] == 5) & (shares["start_energy"] == 0)]
+    assert rest.tolist() == rows["share"].tolist()
+    assert all(line.get_linestyle() == "None" for line in orbits.lines)  # branches are never joined
+    sizes = [word.get_size() for word in [*starts.get_legend().get_texts(), starts.xaxis.label]]
+    assert min(sizes) >= 6

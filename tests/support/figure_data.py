@@ -10,6 +10,8 @@ import itertools
 
 import numpy as np
 import pandas as pd
+import pytest
+from matplotlib.text import Text
 from numpy.lib.recfunctions import append_fields
 
 import alternating
@@ -486,4 +488,9 @@ def data_of(figure, *, also=(), **changed):
 
 
 def draw(figure, data):
-    return importlib.import_module(registry.figures()[figure].module).draw(data)
+    """A figure, as wide as a column of the paper and legible there."""
+    made = importlib.import_module(registry.figures()[figure].module).draw(data)
+    sizes = {text.get_text(): text.get_size() for text in made.findobj(Text) if text.get_text()}
+    assert made.get_figwidth() * 2.54 == pytest.approx(8.6)
+    assert min(sizes.values(), default=6) >= 6, sizes
+    return made

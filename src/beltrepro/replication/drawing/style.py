@@ -23,7 +23,7 @@ COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 MARKERS = "osD^vXP"
 DASHES = ("-", "--", "-.", ":")
 
-WIDTH = 7.2  # inches
+WIDTH = 8.6 / 2.54  # inches: a column of the paper, in which letters of 6 points are legible
 _CANVASES = {"png": FigureCanvasAgg, "pdf": FigureCanvasPdf, "svg": FigureCanvasSVG}
 _SHEET = ["default", str(Path(__file__).with_name("beltrepro.mplstyle"))]
 
@@ -41,17 +41,11 @@ def styled(draw):
 
 @styled
 def page(height) -> Figure:
-    """Empty figure of full width and the given height in inches."""
+    """Empty figure of one column and the given height in inches."""
     dpi = matplotlib.rcParams["savefig.dpi"]
     figure = Figure(figsize=(WIDTH, height), dpi=dpi, layout="constrained")
-    figure.get_layout_engine().set(w_pad=0.06, h_pad=0.05)
+    figure.get_layout_engine().set(w_pad=0.03, h_pad=0.03)
     return figure
-
-
-def font(size):
-    """Context in which all words of a figure have one size, in points."""
-    names = ("font.size", "axes.titlesize", "axes.labelsize", "xtick.labelsize", "ytick.labelsize")
-    return matplotlib.rc_context(dict.fromkeys((*names, "legend.fontsize"), size))
 
 
 def shades(count) -> list[str]:
@@ -78,6 +72,7 @@ def save(figure, png, pdf, source="", lineage=None) -> None:
     write(figure, pdf, Path(png).stem, source, lineage)
 
 
+@styled
 def write(figure, path, title, source="", lineage=None) -> None:
     """Write a figure as PNG, PDF or SVG, by the ending, with its title, source and origin.
 

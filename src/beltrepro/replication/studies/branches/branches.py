@@ -1,7 +1,6 @@
 """Not in the paper: the orbits behind the fall of r, and which starts and sweeps reach them."""
 
 import numpy as np
-from matplotlib.figure import Figure as Page
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
@@ -25,9 +24,7 @@ FIGURE = Figure(
     category="Further studies",
 )
 
-_COLUMN = 3.39  # inches: 8.6 cm
 _PAPER = 15.0, 18.0  # where the paper sees r fall
-_FONT = 7.0  # points
 _BIFURCATIONS = ("fold", "period doubling", "torus", "stick of no length")
 _SHIFT = 0.16  # of u between the marks of kinds of starts
 
@@ -36,20 +33,19 @@ _SHIFT = 0.16  # of u between the marks of kinds of starts
 def draw(data):
     """Above branches and their ends; then shares of starts, and of sweeps."""
     panels.require(data, FIGURE)
-    with style.font(_FONT):
-        figure = Page(figsize=(_COLUMN, 5.0), dpi=300, layout="constrained")
-        orbits, starts, sweeps = figure.subplots(3, 1, sharex=True, height_ratios=(1.5, 1, 1))
-        _draw_branches(orbits, data["basins"].arrays)
-        shares = data["basin_shares"]
-        _draw_starts(starts, shares[shares["n_blocks"] == 5])
-        falls = data["sweep_falls"]
-        _draw_sweeps(sweeps, falls[falls["noise"] == 0])
-        for axes, name in zip((orbits, starts, sweeps), "abc", strict=True):
-            axes.axvspan(*_PAPER, color="0.9", linewidth=0, zorder=0)
-            panels.letter(axes, name)
-        for axes in (starts, sweeps):
-            axes.set(ylabel="share at small $r$", ylim=(-0.05, 1.05))
-        sweeps.set_xlabel(panels.BELT_VELOCITY)
+    figure = style.page(5.0)
+    orbits, starts, sweeps = figure.subplots(3, 1, sharex=True, height_ratios=(1.5, 1, 1))
+    _draw_branches(orbits, data["basins"].arrays)
+    shares = data["basin_shares"]
+    _draw_starts(starts, shares[shares["n_blocks"] == 5])
+    falls = data["sweep_falls"]
+    _draw_sweeps(sweeps, falls[falls["noise"] == 0])
+    for axes, name in zip((orbits, starts, sweeps), "abc", strict=True):
+        axes.axvspan(*_PAPER, color="0.9", linewidth=0, zorder=0)
+        panels.letter(axes, name)
+    for axes in (starts, sweeps):
+        axes.set(ylabel="share at small $r$", ylim=(-0.05, 1.05))
+    sweeps.set_xlabel(panels.BELT_VELOCITY)
     return figure
 
 

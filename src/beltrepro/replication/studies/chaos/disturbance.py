@@ -37,7 +37,7 @@ _DISTURBANCE = "disturbance of a slip"
 def draw(data):
     """Growth by size; irregular runs and r against the disturbance; r against weak noise."""
     panels.require(data, FIGURE)
-    figure = style.page(5.6)
+    figure = style.page(5.2)
     growth, share, disorder, noise = figure.subplots(2, 2).flat
     steps, kicked, noisy = (data[name].arrays for name in ("steps", "kicked", "weak_noise"))
     _draw_growth(growth, data["growth"])
