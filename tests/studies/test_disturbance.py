@@ -1,12 +1,15 @@
 """Orbits and what loses them; laws of lifetimes; the published tables and the command for them."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from beltrepro import ChainParameters, periodic_orbit
 from beltrepro.chaos import orbit_loss
 from beltrepro.replication.studies.disturbance import measure, runs
+from beltrepro.replication.verdicts.criteria import IN_PART, NO, YES
 from beltrepro.stats import survival
+from made_up import few_resamples, grades, measured  # noqa: F401
 
 
 @pytest.fixture(scope="module")
@@ -52,3 +55,40 @@ def test_the_command_makes_rows_once(tmp_path, monkeypatch):
     made = [runs.make("irregular_lifetimes", tmp_path, {4: (20,)}) for _ in range(2)]
     assert len(made[0]) == len(made[1]) == 2
     assert set(made[0]) == set(measure._published("irregular_lifetimes"))
+
+
+# --- what is judged -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("powers", "verdict"),
+    [((1, 1, 1), YES), ((1, 0.5, 1), IN_PART), ((0.6, 0.5, 1.5), NO), ((1.15, 0.9, 1), YES)],
+)
+def test_sizes_that_go_as_powers_of_the_margin(monkeypatch, powers, verdict):
+    orbits = measure.orbits_lost({}).head(30).copy()
+    orbits["margin"] = np.geomspace(1e-4, 1, 30)
+    scatter = 1.1 ** np.resize([-1.0, 1.0, 0.0], 30)
+    for name, power in zip(("kick", "step", "noise"), powers, strict=True):
+        orbits[name] = 0.3 * orbits["margin"] ** power * scatter
+    orbits["noise_as_kick"] = 0.5
+    monkeypatch.setattr(measure, "orbits_lost", lambda data: orbits)
+    assert grades("orbit-loss")[""] == verdict
+    numbers = measured("orbit-loss").numbers
+    assert [numbers[f"power, {name}"].value for name in ("kicks", "steps", "noise")] == (
+        pytest.approx(powers, abs=0.05)
+    )
+    if powers == (1, 1, 1):
+        shares = [numbers[f"share, {name}"].value for name in ("kicks", "steps", "noise")]
+        assert shares == pytest.approx([0.3, 0.3, 0.15], rel=0.01)
+
+
+@pytest.mark.parametrize(("rates", "verdict"), [((1, 2), YES), ((1, -2), IN_PART), ((-1, -1), NO)])
+def test_lifetimes_that_grow_or_not(monkeypatch, rates, verdict):
+    points = [(n, u, 100 * np.exp(c * n)) for u, c in zip((30.0, 40.0), rates, strict=True)
+              for n in (4, 5, 6, 7)]  # fmt: skip
+    n_blocks, velocity, lifetime = np.array(points).T
+    table = {"n_blocks": n_blocks, "belt_velocity": velocity, "ended": 9, "lifetime": lifetime}
+    table |= {"lifetime_low": lifetime / 1.2, "lifetime_high": lifetime * 1.2}
+    monkeypatch.setattr(measure, "lifetime_growth", lambda data: pd.DataFrame(table))
+    assert grades("lifetime-growth")[""] == verdict
+    assert measured("lifetime-growth").numbers["rate, u = 40"].value == pytest.approx(rates[1])
