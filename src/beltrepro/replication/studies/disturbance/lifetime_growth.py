@@ -22,7 +22,6 @@ FIGURE = Figure(
     category="Further studies",
 )
 
-_FONT = 15.0  # points: more than 6 where the page is as wide as a column of a journal
 _VELOCITIES = (10, 20, 30, 40)
 _ASIDE = 0.12  # by which the marks of one velocity lie beside those of the next
 
@@ -31,26 +30,25 @@ _ASIDE = 0.12  # by which the marks of one velocity lie beside those of the next
 def draw(data):
     """Left: mean lifetimes; right: exponents."""
     panels.require(data, FIGURE)
-    with style.font(_FONT):
-        figure = style.page(4.3)
-        lifetimes, exponents = figure.subplots(1, 2)
-        table = data["lifetime_growth"]
-        for index, velocity in enumerate(_VELOCITIES):
-            points = table[table["belt_velocity"] == velocity]
-            place = points["n_blocks"] + (index - 1.5) * _ASIDE
-            look = style.line_style(index) | {"linestyle": "none", "markersize": 5}
-            look |= {"elinewidth": 0.8, "label": f"$u = {velocity}$"}
-            _draw_lifetimes(lifetimes, place, points, look)
-            _draw_exponents(exponents, place, points, look)
-        lifetimes.set(xlabel="$N$", ylabel="mean lifetime", yscale="log")
-        lifetimes.minorticks_off()
-        lifetimes.set_yticks([100, 1e4, 1e6], ["100", "10,000", "1,000,000"])
-        exponents.set(xlabel="$N$", ylabel="largest exponent")
-        exponents.axhline(0, color="0.6", linewidth=0.8, zorder=0)
-        exponents.legend(loc="upper left", handletextpad=0.1, borderaxespad=0.1)
-        for axes, name in ((lifetimes, "a"), (exponents, "b")):
-            axes.set_xticks([4, 6, 8, 10, 12])
-            panels.letter(axes, name)
+    figure = style.page(1.95)
+    lifetimes, exponents = figure.subplots(1, 2)
+    table = data["lifetime_growth"]
+    for index, velocity in enumerate(_VELOCITIES):
+        points = table[table["belt_velocity"] == velocity]
+        place = points["n_blocks"] + (index - 1.5) * _ASIDE
+        look = style.line_style(index) | {"linestyle": "none", "markersize": 2.4}
+        look |= {"elinewidth": 0.5, "label": f"$u = {velocity}$"}
+        _draw_lifetimes(lifetimes, place, points, look)
+        _draw_exponents(exponents, place, points, look)
+    lifetimes.set(xlabel="$N$", ylabel="mean lifetime", yscale="log")
+    lifetimes.minorticks_off()
+    lifetimes.set_yticks([100, 1e4, 1e6], ["100", "10,000", "1,000,000"])
+    exponents.set(xlabel="$N$", ylabel="largest exponent")
+    exponents.axhline(0, color="0.6", linewidth=0.8, zorder=0)
+    exponents.legend(loc="upper left", handletextpad=0.1, borderaxespad=0.1)
+    for axes, name in ((lifetimes, "a"), (exponents, "b")):
+        axes.set_xticks([4, 6, 8, 10, 12])
+        panels.letter(axes, name)
     return figure
 
 
@@ -59,7 +57,7 @@ def _draw_lifetimes(axes, place, points, look):
     mean, low, high = (
         points[name].to_numpy() for name in ("lifetime", "lifetime_low", "lifetime_high")
     )
-    bars = [(mean - low)[ended], (high - mean)[ended]]
+    bars = [mean[ended] - low[ended], high[ended] - mean[ended]]
     axes.errorbar(place[ended], mean[ended], bars, **look)
     look = look | {"marker": "_", "label": None, "lolims": True}
     axes.errorbar(place[~ended], low[~ended], 2 * low[~ended], **look)

@@ -27,7 +27,6 @@ FIGURE = Figure(
     category="Further studies",
 )
 
-_FONT = 15.0  # points: more than 6 where the page is as wide as a column of a journal
 _LOOKS = {  # marker, colour, and words of each disturbance
     "kick": ("o", style.BLUE, "kicks"),
     "step": ("s", style.VERMILION, "time step"),
@@ -39,23 +38,22 @@ _LOOKS = {  # marker, colour, and words of each disturbance
 def draw(data):
     """Sizes against the margin and against the slips of each orbit."""
     panels.require(data, FIGURE)
-    with style.font(_FONT):
-        figure = style.page(4.3)
-        by_margin, by_slips = figure.subplots(1, 2, sharey=True)
-        orbits, lines = data["orbits_lost"], data["loss_lines"].set_index("disturbance")
-        for axes, name in ((by_margin, "margin"), (by_slips, "slips")):
-            for kind in _LOOKS:
-                _draw_sizes(axes, orbits, name, kind)
-        margins = orbits["margin"][np.isfinite(orbits["margin"])]
-        ends = np.array([margins.min() / 2, margins.max() * 2])
-        by_margin.plot(ends, lines["share"]["kick"] * ends, color="0.5", linewidth=1, zorder=0)
-        by_margin.set(xlabel="margin", ylabel="disturbance")
-        by_slips.set(xlabel="slips in a period")
-        by_margin.legend(loc="lower right", handletextpad=0.1, borderaxespad=0.1)
-        for axes, name in ((by_margin, "a"), (by_slips, "b")):
-            axes.set(xscale="log", yscale="log")
-            panels.letter(axes, name)
-        _finish(by_margin, by_slips)
+    figure = style.page(1.95)
+    by_margin, by_slips = figure.subplots(1, 2, sharey=True)
+    orbits, lines = data["orbits_lost"], data["loss_lines"].set_index("disturbance")
+    for axes, name in ((by_margin, "margin"), (by_slips, "slips")):
+        for kind in _LOOKS:
+            _draw_sizes(axes, orbits, name, kind)
+    margins = orbits["margin"][np.isfinite(orbits["margin"])]
+    ends = np.array([margins.min() / 2, margins.max() * 2])
+    by_margin.plot(ends, lines["share"]["kick"] * ends, color="0.5", linewidth=1, zorder=0)
+    by_margin.set(xlabel="margin", ylabel="disturbance")
+    by_slips.set(xlabel="slips in a period")
+    by_margin.legend(loc="lower right", handletextpad=0.1, borderaxespad=0.1)
+    for axes, name in ((by_margin, "a"), (by_slips, "b")):
+        axes.set(xscale="log", yscale="log")
+        panels.letter(axes, name)
+    _finish(by_margin, by_slips)
     return figure
 
 
@@ -65,7 +63,13 @@ def _draw_sizes(axes, orbits, name, kind):
     size, low, high = (worth * orbits[f"{kind}{end}"] for end in ("", "_low", "_high"))
     shown = np.isfinite(size) & (size > 0)
     bars = [(size - low)[shown], (high.where(np.isfinite(high), size) - size)[shown]]
-    look = {"color": colour, "markerfacecolor": "none", "elinewidth": 0.6, "markersize": 5}
+    look = {
+        "color": colour,
+        "markerfacecolor": "none",
+        "elinewidth": 0.4,
+        "markersize": 2.4,
+        "markeredgewidth": 0.6,
+    }
     axes.errorbar(orbits[name][shown], size[shown], bars, fmt=marker, label=words, **look)
 
 
