@@ -72,6 +72,11 @@ def test_nothing_is_left_to_fill_in(words):
     assert not re.search(r"\bnan\b|NaN|None|=\w+\"|#number|restson\(", words)
 
 
+def test_no_sign_is_swallowed():
+    """A semicolon after `#m(...)` or `#number(...)` would end the call, and not be printed."""
+    assert not re.search(r'(\$|")\);', article.text())
+
+
 LINES = [line for line in article.text().splitlines() if "#rests-on" in line or "#lies" in line]
 
 

@@ -19,7 +19,7 @@ from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import registry
 from beltrepro.replication.report.claim_results import Answer, Result, Results, count
-from beltrepro.replication.report.findings import missed_range, missed_verdict
+from beltrepro.replication.report.findings import missed_range, missed_verdict, printed_and_measured
 from beltrepro.replication.report.sentences import filled, typeset
 from beltrepro.replication.report.trust import DECIDING, dated, dates
 from beltrepro.replication.verdicts import ledger
@@ -53,6 +53,7 @@ def write(
         "keywords": list(KEYWORDS),
         "numbers": numbers_in(prose, results, about),
         "figures": {name: _about(name, figures) for name in _FIGURE.findall(prose)},
+        "measured": list(printed_and_measured(results)),
         **supplement(results),
     }
     with tempfile.TemporaryDirectory() as name:

@@ -1,14 +1,15 @@
 """What was found, in a few sentences that people wrote, each watched by its conditions."""
 
 import functools
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 from beltrepro.base.errors import InputError
 from beltrepro.replication.report.claim_results import Result, Results
-from beltrepro.replication.report.sentences import filled, number_at, place_of
+from beltrepro.replication.report.sentences import filled, number_at, place_of, typeset
 from beltrepro.replication.verdicts.criteria import NO, YES, bounds, range_in_words
-from beltrepro.replication.verdicts.ledger import read_yaml
+from beltrepro.replication.verdicts.ledger import printed, read_yaml
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,20 @@ def check(results: Results) -> None:
                 f"{finding.text!r} is not what this run found: {'; '.join(finding.unmet)}; "
                 "change findings.yaml in beltrepro/replication/report"
             )
+
+
+def printed_and_measured(results: Results) -> Iterator[tuple[str, str, str, str]]:
+    """What a number is, what the paper prints, and what each question gives where they differ."""
+    for entry in words()["numbers"]:
+        _, claim, name = place_of(entry["place"])
+        replicated = number_at(entry["place"], results)
+        robust = number_at(f"robust {entry['place']}", results)
+        if len({answer.reading for answer in results[claim].answers.values()}) == 1:
+            robust = None  # the same number
+        paper = printed(claim)
+        paper = entry.get("printed") or f"{paper[name] if isinstance(paper, dict) else paper:g}"
+        measured = (number.words if number else "" for number in (replicated, robust))
+        yield tuple(map(typeset, (entry["what"], paper, *measured)))
 
 
 def _finding(

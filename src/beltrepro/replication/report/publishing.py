@@ -23,9 +23,7 @@ from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.report import article, findings
 from beltrepro.replication.report.claim_results import count, read
-from beltrepro.replication.report.sentences import number_at, place_of, typeset
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, QUESTIONS, YES
-from beltrepro.replication.verdicts.ledger import load_ledger
 
 PLACE = Path("docs/results")
 LIMIT = 20_000_000  # bytes of a published run, as repositories and their readers bear them
@@ -102,17 +100,8 @@ def _block(folder: Path) -> Iterator[str]:
     yield ""
     yield "| | printed | replicated (95 %) | robust (95 %) |"
     yield "| --- | --- | --- | --- |"
-    for entry in findings.words()["numbers"]:
-        _, claim, name = place_of(entry["place"])
-        answers = results[claim].answers.values()
-        replicated = number_at(entry["place"], results)
-        robust = number_at(f"robust {entry['place']}", results)
-        if len({answer.reading for answer in answers}) == 1:
-            robust = None  # the same number
-        paper = load_ledger()[claim].paper
-        printed = entry.get("printed") or f"{paper[name] if isinstance(paper, dict) else paper:g}"
-        cells = (printed, *(number.words if number else "" for number in (replicated, robust)))
-        yield typeset(f"| {entry['what']} | {' | '.join(cells)} |")
+    for cells in findings.printed_and_measured(results):
+        yield f"| {' | '.join(cells)} |"
     counts = count(results)
     yield ""
     yield f"Of {counts.testable} statements that can be tested:"
