@@ -23,7 +23,7 @@ SPRINGS = {
     "linear": {"linear_limit": math.inf, "rest_length": 1000.0},
 }
 REPLICATES = 4
-SPREAD = 18.0  # of the starts, times 1 - f_s
+SPREAD = 9.0  # of the starts, times 1 - f_s
 DURATION, TRANSIENT = 6000.0, 3000.0
 
 
