@@ -610,4 +610,4 @@ def test_fig05_is_the_recording_with_the_spectrum_of_all_of_it():
     np.testing.assert_allclose(enlarged.curves[0].points.T, [time[minute], x[minute]])
     np.testing.assert_allclose(trace.curves[0].points.T, [analysis.time_s, 100 * analysis.x_m])
     is_part(below, analysis.spectra["whole"])
-    assert "slip at once for 1.2e+02 s at most" in " ".join(trace.texts)
+    assert "slip at once for 1.2e+02 s at most" in trace.title
