@@ -8,6 +8,7 @@ from importlib import import_module as _import_module
 
 _HOMES = {
     "Audit": "simulation.audit",
+    "Basins": "chaos.basins",
     "ChainParameters": "model.parameters",
     "ChainState": "engine.state",
     "Grid": "simulation.grid",
@@ -20,6 +21,7 @@ _HOMES = {
     "Run": "simulation.run",
     "Setup": "simulation.setup",
     "audit": "simulation.audit",
+    "basins": "chaos.basins",
     "catalogue": "simulation.catalogues",
     "classify": "chaos.naming",
     "close_orbit": "chaos.periodic_orbits",

@@ -1,6 +1,8 @@
 """What `beltrepro` gives, for editors and mypy."""
 
 from beltrepro.base.progress import Progress as Progress
+from beltrepro.chaos.basins import Basins as Basins
+from beltrepro.chaos.basins import basins as basins
 from beltrepro.chaos.continuation import OrbitBranch as OrbitBranch
 from beltrepro.chaos.continuation import orbit_branch as orbit_branch
 from beltrepro.chaos.irregular import time_to_orbit as time_to_orbit

@@ -29,7 +29,7 @@ try:
         table = pd.DataFrame({"values": values})
         tables.write(sys.argv[1], table, title="Numbers.", columns={}, sources={})
     else:
-        figure = style.page("", 3)
+        figure = style.page(3)
         figure.add_subplot().imshow(values[:10000].reshape(100, 100))
         style.save(figure, sys.argv[1], sys.argv[1] + ".pdf")
 except InputError as error:

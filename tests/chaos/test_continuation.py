@@ -308,3 +308,8 @@ def test_bad_input_is_one_line(two, changes, message):
 def test_several_periods_are_refused(two):
     with pytest.raises(InputError, match="is several periods of a shorter one"):
         orbit_branch(close_orbit(two.state, 2 * two.period_time), lower=4.0, upper=7.0)
+
+
+def test_a_run_without_events_has_no_word(two):
+    events = two.run().events
+    assert words.symbols(events[:0]) == [] and len(words.symbols(events)) > 3

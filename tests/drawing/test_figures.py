@@ -32,12 +32,6 @@ def some(every):
     ]
 
 
-def drawn_with_small_print(name):
-    data = made.data_of(name)
-    datasets = [source for source in data.values() if isinstance(source, Dataset)]
-    return made.draw(name, data, style.small_print(datasets, "smoke"))
-
-
 def written(figure, folder):
     paths = folder / "figure.png", folder / "figure.pdf"
     style.save(figure, *paths)
@@ -49,13 +43,11 @@ def written(figure, folder):
 
 @pytest.mark.parametrize("name", some(6))
 def test_draws(name, tmp_path):
-    figure = drawn_with_small_print(name)
+    figure = made.draw(name, made.data_of(name))
     png, pdf = written(figure, tmp_path)
     assert pdf.read_bytes().startswith(b"%PDF")
     assert imread(png)[..., :3].std() > 0.04
-    assert figure.get_figwidth() > figure.get_figheight()
-    small_print = [words for words in drawn.plain(figure.texts) if "preset smoke" in words]
-    assert len(small_print) == 1
+    assert figure.get_figheight() < 2 * figure.get_figwidth()  # with its caption it fits a page
     # the insets of the paper are panels here, so that they cover no data
     assert not any(axes.child_axes for axes in figure.axes)
     panels = drawn.panels_of(figure)
@@ -178,27 +170,3 @@ def test_a_bad_entry_is_one_line(tmp_path, change, complaint):
         registry.figures(tmp_path)
     message = str(caught.value)
     assert "/fig03.py: FIGURE: " in message and complaint in message and "\n" not in message
-
-
-# --- small print ----------------------------------------------------------------------------------
-
-
-def test_small_print_tells_parameters_and_origin():
-    row = made.scan("n5_replicates_wide")
-    first, second = style.small_print([row], "smoke").splitlines()
-    for part in ("0.0+gabc", "preset smoke", "seed 1"):
-        assert part in first
-    for part in ("N = 5", "u = 8 to 32 (9 values)", "σ = 0", "method verlet", "dt = 0.001"):
-        assert part in second
-    assert "t = 2000, t_trans = 500" in second
-    assert "no simulation" in style.small_print([], "smoke")
-    alike = [made.series(10, u, 0.0) for u in (28.0, 31.0)]
-    words = style.small_print(alike, "smoke")
-    assert "N = 10, u = 28, 31, σ = 0" in words and words.count("\n") == 1  # made alike: one line
-    # constants of the law are named where they differ from the paper's
-    ratio, length = np.full((2, row.arrays["noise"].size), [[0.45], [50]])
-    row.arrays.update(friction_ratio=ratio, rest_length=length)
-    words = style.small_print([row], "smoke")
-    assert "f_s" not in words and "l = " not in words
-    ratio[:2], length[:] = [0.1, 0.6], 40
-    assert "f_s = 0.1, 0.45, 0.6, l = 40, method" in style.small_print([row], "smoke")

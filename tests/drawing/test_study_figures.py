@@ -41,12 +41,12 @@ def test_critical_velocity_is_the_middles_of_the_falls_with_their_regions():
     assert (paper.x.tolist(), paper.y.tolist()) == ([0, 2.2], [16.5, 19])  # Sec. IV.A and IV.B
     regions = {(low, high) for _, low, high in left.bars}
     assert regions >= {(17, 19), (18, 19.2), (17.5, 21.5), (16.5, 18.5)}
-    assert r"no fall by half at $\sigma$ = 2.2" in left.title
+    assert r"no fall by half at $\sigma$ = 2.2" in left.texts
     near(right, r"$\sigma = 0$", [5, 7], [18, 28], [[17.5, 27], [18.6, 29]])
     near(right, r"$\sigma = 1$", [5], [18.5], [[18.2], [18.8]])
     strips = [tuple(curve.y) for curve in right.curves if curve.line]
     assert strips == [(15, 18), (23, 32), (27, 40)]  # caption of Fig. 19
-    assert "no fall by half at $N$ = 10" in right.title
+    assert "no fall by half at $N$ = 10" in right.texts
 
 
 def test_friction_ratio_is_a_curve_for_each_ratio_and_the_falls():

@@ -357,6 +357,33 @@ def test_two_blocks_that_slip_at_one_time():
     np.testing.assert_allclose(run.positions[-1] - chain.rest_positions, motion, rtol=0, atol=1e-10)
 
 
+@pytest.mark.parametrize("method", ["event", "verlet"])
+@pytest.mark.parametrize("positions", [[50, 120], [50, 80], [70, 140], [30, 50], [30, 100]])
+def test_a_stuck_spring_may_stand_at_the_end_of_its_branch(positions, method):
+    """Deformed by exactly 20, a run goes on as from a start 1e-9 beside it on both sides."""
+    setting = {"duration": 30.0, "method": method}
+    chain = ChainParameters(2, 5.0)
+    exact = simulate(chain, initial_positions=positions, **setting)
+    for side in (-1e-9, 1e-9):
+        beside = simulate(chain, initial_positions=np.add(positions, [0, side]), **setting)
+        assert exact.events["block"].tolist() == beside.events["block"].tolist()
+        assert np.abs(exact.events["time"] - beside.events["time"]).max() < 1e-6 + 1e-3 * (
+            method == "verlet"
+        )
+        assert np.abs(exact.final_state.positions - beside.final_state.positions).max() < 1e-2
+
+
+@pytest.mark.parametrize("method", ["event", "verlet"])
+def test_springs_without_a_limit_are_linear(method):
+    """A limit that no spring reaches is the same as none, bit by bit."""
+    linear, far = (
+        simulate(ChainParameters(5, 12.0, linear_limit=limit), duration=30.0, method=method)
+        for limit in (np.inf, 1e8)
+    )
+    assert len(linear.events) > 5
+    assert np.array_equal(linear.positions, far.positions)
+
+
 def test_a_block_beyond_its_threshold_slips_at_once():
     for start in ([0.0, 100.0], [0.0, -45.0], [-45.0, 0.0]):
         events = run_from(2, 1.0, [np.array(start)], 20.0)[0]

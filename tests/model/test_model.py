@@ -69,10 +69,11 @@ def test_a_negative_threshold_holds_nothing():
 USUAL = ChainParameters(1, 1.0)
 LAW = {"linear_limit": 7.0, "compression_rate": 0.5, "extension_rate": 0.04}
 OTHER = ChainParameters(3, 2.0, rest_length=30.0, **LAW)
+LINEAR = ChainParameters(3, 2.0, linear_limit=np.inf)
 
 
 @pytest.mark.parametrize("deformation", [-35, -20.0, -7.5, -7.0, -1.0, 0.0, 7.0, 7.5, 20, 40, 150])
-@pytest.mark.parametrize("chain", [USUAL, OTHER])
+@pytest.mark.parametrize("chain", [USUAL, OTHER, LINEAR])
 def test_the_spring_law_follows_its_constants(deformation, chain):
     limit = chain.linear_limit
     force = naive.spring_force(deformation, limit, chain.compression_rate, chain.extension_rate)
@@ -141,7 +142,8 @@ def test_limits_are_those_of_the_documents(name):
     for value in allowed:
         number = made(value)
         assert number == value and type(number) is (int if name in ("n_blocks", "seed") else float)
-    for value in (*refused, np.nan, np.inf):
+    infinite = -np.inf if name == "linear_limit" else np.inf  # linear springs have no limit
+    for value in (*refused, np.nan, infinite):
         with pytest.raises(InputError, match=f"^{name} = ") as caught:
             made(value)
         both_ends = "greater than 0 and at most 1e+09"

@@ -58,7 +58,7 @@ def folder(tmp_path_factory):
         frame = pd.DataFrame({"n": [1, 2, number]})
         tables.write(made / f"{name}.csv", frame, title="T.", columns={}, sources=about["sources"])
     for number, name in enumerate(("fig12", "zz")):
-        figure = style.page("", 3)
+        figure = style.page(3)
         figure.add_subplot().plot([0, number + 1])
         source = inputs.source(about)
         style.save(figure, made / f"{name}.png", made / f"{name}.pdf", source)

@@ -57,19 +57,23 @@ def test_report_article_figures_and_tables_are_published(finished, tmp_path):
     for line in (folder / "manifest-sha256.txt").read_text().splitlines():
         checksum, name = line.split("  ")
         assert checksum == hashlib.sha256((folder / name).read_bytes()).hexdigest()
-        if name != "report.html":
+        if name in ("article.pdf", "claims.csv", "estimates.csv"):
             assert (folder / name).read_bytes() == (finished / name).read_bytes()
         names.remove(name)
     assert names == {"manifest-sha256.txt"}
 
 
-def test_the_report_shows_the_files_and_does_not_hold_them(finished, tmp_path):
+def test_the_report_is_one_file_that_holds_the_published_pictures(finished, tmp_path, monkeypatch):
     other = '<img src="data:image/png;base64,AAAA">'
     (finished / "report.html").write_text((finished / "report.html").read_text() + other)
     manifest.add(finished, [finished / "report.html"])
     folder = publishing.publish(finished, tmp_path / "docs")
-    pictures = '<img src="figures/fig00.png"><img src="figures/fig01.png">'
-    assert (folder / "report.html").read_text() == pictures + other
+    images = [base64.b64encode(path.read_bytes()).decode() for path in pictures_of(folder)]
+    shown = "".join(f'<img src="data:image/png;base64,{image}">' for image in images)
+    assert (folder / "report.html").read_text() == shown + other
+    monkeypatch.setattr(publishing, "REPORT_LIMIT", len(shown))
+    with pytest.raises(InputError, match=r"report\.html: larger than"):
+        publishing.publish(finished, tmp_path / "docs")
 
 
 def test_it_is_replaced_as_a_whole(finished, tmp_path):
@@ -107,9 +111,7 @@ def test_a_published_table_is_compared_when_it_is_read(finished, tmp_path):
         read(folder)
 
 
-def test_a_large_run_loses_colours(finished, tmp_path, monkeypatch):
-    before = publishing.size(publishing.publish(finished, tmp_path / "docs"))
-    monkeypatch.setattr(publishing, "LIMIT", before - 2000)
+def test_pictures_lose_colours_that_nobody_sees(finished, tmp_path):
     folder = publishing.publish(finished, tmp_path / "docs")
     pictures = (publishing.size(run / "figures") for run in (folder, finished))
     assert next(pictures) < 0.6 * next(pictures)

@@ -57,7 +57,7 @@ def test_the_figure_of_the_guide_registers_itself_and_is_drawn(tmp_path):
     names: dict = {}
     exec(compile(code, "example.py", "exec"), names)
     scan = data({"belt_velocity": [1.0, 2.0], "mean_length": [5.0, 4.0]})
-    drawn = names["draw"](dict.fromkeys(entry.uses, scan), "caption")
+    drawn = names["draw"](dict.fromkeys(entry.uses, scan))
     assert np.allclose(drawn.axes[0].lines[0].get_ydata(), [5.0, 4.0])
     assert "mean_length" in {array.name for array in kinds.KINDS["scan"].recorded}
     config = yaml.safe_load((DOCS.parent / "config.yaml").read_text())
@@ -80,7 +80,7 @@ def test_the_study_of_the_guide_is_planned_measured_and_drawn(tmp_path):
     scan = names["linear_limits"]()
     falls = names["limit_falls"]({"linear_limits": scan})
     assert np.allclose(falls["critical"], [20, 25], atol=2)  # u < 15 + limit / 2, on the mean
-    drawn = names["draw"]({"linear_limits": scan, "limit_falls": falls}, "caption")
+    drawn = names["draw"]({"linear_limits": scan, "limit_falls": falls})
     lines = [line.get_xdata()[0] for line in drawn.axes[0].lines[-2:]]
     assert np.allclose(lines, falls["critical"])
 

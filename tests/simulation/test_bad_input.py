@@ -14,6 +14,7 @@ import pytest
 
 import beltrepro
 from beltrepro import (
+    Basins,
     ChainParameters,
     ChainState,
     Grid,
@@ -99,8 +100,9 @@ KINDS = {
 }
 # By the kind, which of the values that are wrong anywhere are right.
 ALLOWED = {"Path": ("word", "number as text", "bytes"), "Report": ("class",)}
-# An error that is not known.
+# An error that is not known; linear springs.
 MEANINGFUL = dict.fromkeys(("scale_error", "zero_error_m"), ("nan",))
+MEANINGFUL["linear_limit"] = ("infinite",)
 
 
 def wrong_values(parameter):
@@ -131,6 +133,8 @@ GROWTH = np.zeros((2, 3, 4))
 SPECTRUM = LyapunovSpectrum(CHAIN, *[np.zeros(4)] * 2, GROWTH[:, 0], GROWTH, 20.0, np.zeros(2))
 RESULTS = Results({}, {})
 ORBIT = PeriodicOrbit(CHAIN, STATE, 20.0, *[None] * 7)
+REACHED = Results({"belt_velocity": np.array([5.0]), "attractor": np.array([1])}, {})
+BASINS = Basins("belt_velocity", (), {}, REACHED)
 RUN = Run(CHAIN, *[None] * 20)
 SHORT = {"chains": CHAIN, "duration": 20.0}
 LONG = SHORT | {"transient": 10.0}
@@ -139,6 +143,7 @@ TIME = np.arange(100.0)
 
 # Public name: what is called, and arguments that it takes.
 CALLS = {
+    "Basins.plot": (BASINS.plot, {"path": "basins.png"}),
     "ChainParameters": (ChainParameters, {"n_blocks": 2, "belt_velocity": 5.0}),
     "ChainState.at_rest": (ChainState.at_rest, {"parameters": CHAIN}),
     "ChainState.in_motion": (ChainState.in_motion, {"parameters": CHAIN}),
@@ -154,6 +159,7 @@ CALLS = {
     "Run.save": (RUN.save, {"path": "run.h5"}),
     "analyse": (recording.analyse, {"time_s": TIME, "x_m": 1 + 0.1 * np.sin(TIME)}),
     "audit": (beltrepro.audit, {"run": RUN}),
+    "basins": (beltrepro.basins, SHORT),
     "catalogue": (beltrepro.catalogue, SHORT),
     "classify": (beltrepro.classify, LONG),
     "close_orbit": (beltrepro.close_orbit, {"state": STATE, "period_time": 20.0}),

@@ -10,12 +10,15 @@ import itertools
 
 import numpy as np
 import pandas as pd
+import pytest
+from matplotlib.text import Text
 from numpy.lib.recfunctions import append_fields
 
 import alternating
 import irregular
 import recorded
 from beltrepro.base.store import Dataset
+from beltrepro.replication.plan import attractors as attracted
 from beltrepro.replication.plan import registry
 from beltrepro.replication.studies.integrators import measure as integrators
 from made_up import LAW
@@ -360,6 +363,60 @@ def paths():
     return made | {"convergence": table("convergence", made)}
 
 
+# --- branches and basins ---
+
+
+def basins(sizes=(5,)):
+    """Two branches for each N; slipping starts reach that of small r from a lower u on."""
+    n, u, run = map(np.ravel, np.meshgrid(sizes, np.arange(10.0, 40.0, 5), range(4), indexing="ij"))
+    energies = np.array([0.0, 60.0, 600.0])
+    small = (u + 2 * run)[:, np.newaxis] > 15 + n[:, np.newaxis] + np.arange(3) * 3
+    first = np.flatnonzero(run == 0)
+    attractors = np.zeros(2 * first.size, attracted.ATTRACTOR)
+    attractors["point"], attractors["attractor"] = np.repeat(first, 2), np.tile([1, 2], first.size)
+    attractors["state"], attractors["period_events"] = "periodic", 9
+    attractors["disorder_parameter"] = np.tile([0.12, 0.012], first.size)
+    begin = first[:: first.size // len(sizes)]
+    branches = np.zeros(6 * len(sizes), attracted.BRANCH)
+    branches["point"] = np.repeat(begin, 6)
+    branches["attractor"] = np.tile([1, 1, 1, 2, 2, 2], len(sizes))
+    branches["belt_velocity"] = np.tile([10, 15, 21, 17, 25, 35.5], len(sizes))
+    branches["disorder_parameter"] = np.tile([0.12, 0.12, 0.13, 0.014, 0.013, 0.012], len(sizes))
+    branches["end"] = np.tile(["edge", "", "fold", "grazing", "", "grazing"], len(sizes))
+    branches["period_events"] = 9
+    arrays = {"n_blocks": n, "belt_velocity": u, "replicate": run, "start_energy": energies}
+    arrays |= {
+        "attractor": np.where(small, 2, 1),
+        "state": np.where(small, "periodic", "irregular"),
+        "lifetime": np.where(small, 500.0, 3000.0),
+        "period_events": np.where(small, 9, 0),
+        "disorder_parameter": np.where(small, 0.012, 0.13),
+        "attractors": attractors,
+        "branches": branches,
+    }
+    return Dataset(arrays, HOW | {"kind": "basins"})
+
+
+def sweeps(hold):
+    """r falls later on the way up than it rises on the way down, the less the slower."""
+    noise, u, run = map(np.ravel, np.meshgrid([0.0, 1.0], np.arange(10.0, 40, 5), range(3)))
+    late = np.array([1, -1]) * (6 - np.log10(hold))
+    small = (u + run)[:, np.newaxis] > 20 + late
+    arrays = {"n_blocks": np.full(u.size, 5), "noise": noise, "belt_velocity": u, "replicate": run}
+    arrays |= {"disorder_parameter": np.where(small, 0.02, 0.13)}
+    return Dataset(arrays, HOW | {"kind": "sweep", "duration": hold})
+
+
+def branching():
+    """The datasets and tables of the study of branches."""
+    made = {"basins": basins(), "basins_sizes": basins((6, 7))}
+    holds = {"sweeps": 1000.0, "sweeps_fast": 200.0, "sweeps_slow": 5000.0}
+    made |= {name: sweeps(hold) for name, hold in holds.items()}
+    return made | {
+        name: table(name, made) for name in ("basin_shares", "branch_ends", "sweep_falls")
+    }
+
+
 # --- all of them ----------------------------------------------------------------------------------
 
 
@@ -411,6 +468,7 @@ def dataset(name):
     }
     groups = {
         "belt_": recordings, "pairs_paths": paths, "convergence": paths, "trials": trials,
+        "basin": branching, "branch": branching, "sweep": branching,
         "experiment_odds": trials, "alternation": trials,
         "pairs_r": lambda: paired("r"), "pairs_states": lambda: paired("end"),
     }  # fmt: skip
@@ -426,5 +484,10 @@ def data_of(figure, *, also=(), **changed):
     return {name: changed[name] if name in changed else dataset(name) for name in names} | changed
 
 
-def draw(figure, data, caption="small print"):
-    return importlib.import_module(registry.figures()[figure].module).draw(data, caption)
+def draw(figure, data):
+    """A figure, as wide as a column of the paper and legible there."""
+    made = importlib.import_module(registry.figures()[figure].module).draw(data)
+    sizes = {text.get_text(): text.get_size() for text in made.findobj(Text) if text.get_text()}
+    assert made.get_figwidth() * 2.54 == pytest.approx(8.6)
+    assert min(sizes.values(), default=6) >= 6, sizes
+    return made

@@ -4,7 +4,6 @@ import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from beltrepro.base.store import Dataset
 from beltrepro.replication.drawing import style
 from beltrepro.replication.plan import inputs, registry, scripting
 
@@ -19,9 +18,7 @@ def draw(name: str, files: dict, expected: dict, png, pdf) -> None:
     """
     data = inputs.load(files, expected["sources"])
     module = importlib.import_module(registry.figures()[name].module)
-    datasets = [each for each in data.values() if isinstance(each, Dataset)]
-    figure = module.draw(data, style.small_print(datasets, expected["preset"]))
-    style.save(figure, png, pdf, inputs.source(expected), inputs.lineage(files, data))
+    style.save(module.draw(data), png, pdf, inputs.source(expected), inputs.lineage(files, data))
 
 
 def main(job):

@@ -52,6 +52,11 @@ def finite_number(name: str, value: Any) -> float:
     return number
 
 
+def is_infinite(value: Any) -> bool:
+    """Whether a value is the number +infinity, for the few quantities that may be infinite."""
+    return isinstance(value, float | np.floating) and value == math.inf
+
+
 def within(
     name: str, value: Any, *, gt: float = -math.inf, ge: float = -math.inf,
     lt: float = math.inf, le: float = math.inf,

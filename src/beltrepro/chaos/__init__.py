@@ -4,6 +4,7 @@ What is here uses the functions of `beltrepro.simulation` and judges what comes 
 `beltrepro.stats`. Simulations do not depend on it, so that a criterion can change without them.
 """
 
+from beltrepro.chaos.basins import Basins, basins
 from beltrepro.chaos.continuation import OrbitBranch, orbit_branch
 from beltrepro.chaos.irregular import time_to_orbit
 from beltrepro.chaos.lyapunov import LyapunovSpectrum, lyapunov_spectrum
@@ -12,10 +13,12 @@ from beltrepro.chaos.parting import separation
 from beltrepro.chaos.periodic_orbits import PeriodicOrbit, close_orbit, periodic_orbit
 
 __all__ = [
+    "Basins",
     "LyapunovSpectrum",
     "Motion",
     "OrbitBranch",
     "PeriodicOrbit",
+    "basins",
     "classify",
     "close_orbit",
     "lyapunov_spectrum",

@@ -176,7 +176,7 @@ def periodic_orbit(
         raise InputError(f"chains = {checks.shown(chains)}: one run of one chain is needed")
     (case,) = made.cases
     check_method(made.cases)
-    _check_noise(case.parameters)
+    check_noise(case.parameters)
     duration, transient = check_lengths(duration, transient)
     if transient == 0:
         raise InputError("transient = 0: must be greater than 0, a chain needs time to settle")
@@ -228,20 +228,21 @@ def close_orbit(
     ModelStateError
         A state left the range of the model.
     """
-    _check_noise(check_state("state", state).parameters)
+    check_noise(check_state("state", state).parameters)
     period_time = checks.positive("period_time", period_time)
     tolerance = check_tolerance("tolerance", tolerance)
     start = most_stuck(state, period_time, tolerance)
     orbit = closed(start, period_time, tolerance)
     start, period_time = orbit.state, orbit.period_time
-    lengths, returns = _measured(start, period_time, tolerance)
+    lengths = _measured(start, period_time, tolerance)
+    returns = states_at(start, period_time, float(lengths["mean_length"][0]), tolerance)
     slips = follow(start, period_time, tolerance=tolerance).events["kind"] == "slip"
     return PeriodicOrbit(
         parameters=state.parameters,
         state=start,
         period_time=period_time,
         period_events=int(slips.sum()),
-        period_returns=returns,
+        period_returns=len(returns),
         monodromy=orbit.monodromy,
         multipliers=multipliers(start, orbit.monodromy),
         residual=orbit.residual,
@@ -250,7 +251,8 @@ def close_orbit(
     )
 
 
-def _check_noise(parameters: ChainParameters) -> None:
+def check_noise(parameters: ChainParameters) -> None:
+    """That a chain has no noise, so that its states can come back."""
     if parameters.noise > 0:
         raise InputError(f"noise = {parameters.noise:g}: must be 0, with noise no state comes back")
 
@@ -285,18 +287,23 @@ def _integrator(
 
 def _measured(
     start: ChainState, period_time: float, tolerance: float | None
-) -> tuple[dict[str, np.ndarray], int]:
-    """Moments of x_N over the period, and the returns to its mean."""
+) -> dict[str, np.ndarray]:
+    """Moments of x_N over the period."""
     count = int(np.ceil(period_time / _SAMPLE_INTERVAL))
-    moments, log = LengthMoments(1), ReturnLog(1)
+    moments = LengthMoments(1)
     sampled = _integrator(start, tolerance, Sampling(1, period_time / count))
     observe(sampled, period_time, [moments], lambda done: None)
-    chain = start.parameters
-    lengths = moments.result(chain.rest_positions[-1])
-    section = Section(chain.n_blocks, lengths["mean_length"])
+    return moments.result(start.parameters.rest_positions[-1])
+
+
+def states_at(
+    start: ChainState, period_time: float, length: float, tolerance: float | None = None
+) -> np.ndarray:
+    """States (K, 2N) in which an orbit comes down through a length of the chain in a period."""
+    section, log = Section(start.parameters.n_blocks, np.array([length])), ReturnLog(1)
     crossing = _integrator(start, tolerance, NO_SAMPLES, section)
     observe(crossing, period_time, [log], lambda done: None)
-    return lengths, len(log.returns(0)[0])
+    return log.returns(0)[1]
 
 
 # A state with given blocks stuck has D coordinates: the displacements of all blocks, and the
@@ -355,7 +362,7 @@ def closed(start: ChainState, period_time: float, tolerance: float | None) -> Cl
     best, size, about = None, float(np.abs(coordinates(start)).max()), period_time
     for _ in range(_STEPS):
         end, matrix = _once_around(start, period_time, tolerance)
-        if not np.array_equal(end.directions, start.directions):
+        if not (np.array_equal(end.directions, start.directions) and np.isfinite(matrix).all()):
             break
         apart, rates = coordinates(end) - coordinates(start), flow(start)
         residual = float(np.abs(apart).max()) / size

@@ -26,6 +26,8 @@ class Symbol(NamedTuple):
 
 def symbols(events: np.ndarray) -> list[Symbol]:
     """Those of the events of a run, as `Run.events` has them."""
+    if not len(events):
+        return []
     slips = events["kind"] == "slip"
     instants = events[["time", "block"]]
     reverses = np.append(~slips[:-1] & slips[1:] & (instants[:-1] == instants[1:]), False)

@@ -197,17 +197,22 @@ def _put_slip_start(order, column, lanes, block, way, threshold, series, candida
 
 @inlined
 def _put_branch_end(order, column, lanes, spring, sign, offset, divided, series, candidates):
-    """Candidates: the first root of offset + sign D; divided by t where it is zero at the start."""
+    """Candidates: the first root of offset + sign D; divided by t where it is zero at the start.
+
+    By t^2 where its rate is zero too: a slip begins beside a spring at the end of its branch.
+    """
     change = deformation(0, spring, series)
+    following = deformation(1, spring, series)
+    twice = divided & (following == 0.0)
     for k in range(order + 1):
-        following = spread(0.0)
-        if k < order:
-            following = deformation(k + 1, spring, series)
-        coefficient = sign * select(divided, following, change)
+        later = spread(0.0)
+        if k + 2 <= order:
+            later = deformation(k + 2, spring, series)
+        coefficient = sign * select(divided, select(twice, later, following), change)
         if k == 0:
             coefficient = coefficient + select(divided, 0.0, offset)
         _put(k, column, lanes, coefficient, candidates)
-        change = following
+        change, following = following, later
 
 
 @inlined
@@ -328,8 +333,10 @@ def _spring_candidates(
     above = moving & linear & ~clear_above
     below = moving & linear & ~clear_below
     beyond = moving & ~linear & ~clear_beyond
-    lanes = above | below | beyond
+    # between two stuck blocks a spring may stand at the end of its branch, and stays there
+    lanes = (above | below | beyond) & (least != greatest)
     if mask_bits(lanes) != 0:
+        above, below = above & lanes, below & lanes
         source = chains.direction.shape[0] + spring
         used, column = _reserve(lanes, source, used, column, candidates)
         sign = select(linear, select(above, -1.0, spread(1.0)), copysign(spread(1.0), rate))

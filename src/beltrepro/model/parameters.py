@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from beltrepro.base import names
-from beltrepro.base.checks import whole_number, within
+from beltrepro.base.checks import is_infinite, whole_number, within
 
 MAXIMUM_BLOCKS = 64
 LARGEST = 1e9  # of every number: beyond it forces and positions have no digits left for the motion
@@ -39,7 +39,7 @@ LIMITS: dict[str, dict[str, Any]] = {
 class ChainParameters:
     """One chain on the belt, in model units (mass = spring constant = 1, length 1.4 mm).
 
-    No number may be greater than 1e9.
+    No number may be greater than 1e9, but for the limit of linear springs.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class ChainParameters:
     rest_length : float
         Undeformed spring length l, > 0 (Sec. III: 50).
     linear_limit : float
-        Deformation up to which a spring is linear, > 0 (Sec. III: 20).
+        Deformation up to which a spring is linear, > 0; `math.inf`: linear springs (Sec. III: 20).
     compression_rate : float
         Exponent b_1 of the compressed branch, > 0 (Sec. III: 0.2).
     extension_rate : float
@@ -82,8 +82,10 @@ class ChainParameters:
         object.__setattr__(self, "n_blocks", whole_number("n_blocks", self.n_blocks))
         within("n_blocks", self.n_blocks, **LIMITS["n_blocks"])
         for field in fields(self)[1:]:
-            number = within(field.name, getattr(self, field.name), **LIMITS[field.name])
-            object.__setattr__(self, field.name, number)
+            value = getattr(self, field.name)
+            if field.name != "linear_limit" or not is_infinite(value):
+                value = within(field.name, value, **LIMITS[field.name])
+            object.__setattr__(self, field.name, float(value))
 
     @property
     def law(self) -> tuple[float, ...]:

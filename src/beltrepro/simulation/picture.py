@@ -1,5 +1,6 @@
 """One run at a glance: x_N(t), r and slips; `Run.plot` and `beltrepro plot` draw it."""
 
+from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from beltrepro.base.names import SYMBOLS
 
 SUFFIXES = (".png", ".pdf", ".svg")
 NO_DISPLAY = f"no display to show the figure on: name a file that ends in {', '.join(SUFFIXES)}"
-_LOOK: dict[str, Any] = {
+LOOK: dict[str, Any] = {
     "font.size": 8.5,
     "axes.titlesize": 8.5,
     "axes.linewidth": 0.7,
@@ -37,17 +38,22 @@ _ROW = 0.12  # inches for each block beyond
 
 def plot(run: Any, path: str | Path | None = None) -> Figure:
     """Draw a run; write the figure to a file, or show it."""
+    return put(lambda: draw(run), path, f"{run!r}, beltrepro {run.version}")
+
+
+def put(draw: Callable[[], Figure], path: str | Path | None, title: str) -> Figure:
+    """Write the figure that a function draws to a file, or show it."""
     if path is None:
         has_windows = find_display()
-        figure = draw(run)
+        figure = draw()
         if has_windows:
             _open_window(figure)
         return figure
     if Path(path).suffix.lower() not in SUFFIXES:
         raise InputError(f"path = {path}: must end in {', '.join(SUFFIXES)}")
-    figure = draw(run)
-    with matplotlib.style.context(_LOOK), replacing(path) as unfinished:
-        figure.savefig(unfinished, metadata={"Title": f"{run!r}, beltrepro {run.version}"})
+    figure = draw()
+    with matplotlib.style.context(LOOK), replacing(path) as unfinished:
+        figure.savefig(unfinished, metadata={"Title": title})
     return figure
 
 
@@ -86,7 +92,7 @@ def _open_window(figure):
 def draw(run: Any) -> Figure:
     """x_N(t) and r up to t over the whole run; below, who slips when at its end."""
     rows_beyond = max(0, run.parameters.n_blocks - _MOST_ROWS)
-    with matplotlib.style.context(["default", _LOOK]):
+    with matplotlib.style.context(["default", LOOK]):
         figure = Figure(figsize=(7.2, 5.2 + _ROW * rows_beyond), layout="constrained")
         ratios = [2, 1, 1.6 + 0.04 * rows_beyond]
         length, disorder, slips = figure.subplots(3, 1, height_ratios=ratios)

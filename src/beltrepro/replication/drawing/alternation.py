@@ -18,6 +18,22 @@ def phases(series, laminar_time):
     return intermittency.last_block_phases(events, n_blocks, laminar_time, **span)
 
 
+def half_laminar(series, laminar_time, length):
+    """(begin, end) of the part of this length, after the transient, nearest to half laminar.
+
+    The earliest of several: of a run that has one motion only, the begin.
+    """
+    start, stop = (float(series.attributes[name]) for name in ("transient", "duration"))
+    begins = np.arange(start, max(stop - length, start) + 1e-6, length / 10)
+    laminar = phases(series, laminar_time)
+    ends = np.clip(
+        laminar, begins[:, np.newaxis, np.newaxis], begins[:, np.newaxis, np.newaxis] + length
+    )
+    share = np.diff(ends, axis=2).sum(axis=(1, 2)) / length
+    begin = float(begins[np.argmin(np.abs(share - 0.5).round(9))])
+    return begin, begin + length
+
+
 def trace(axes, series, laminar_time, window, *, zero=0.0):
     """x_N(t) within `window` = (begin, end), laminar phases shaded and counted in the title.
 

@@ -42,26 +42,3 @@ def exponents(axes, scan, n_blocks, *, size=2.4):
         panels.note(axes, f"no run with N = {n_blocks}")
     low, high = axes.get_ylim()
     axes.set_ylim(min(low, LEAST_RANGE[0]), max(high, LEAST_RANGE[1]))
-
-
-def limits(scan, sizes):
-    """Range of the largest exponents, with their errors, of these numbers of blocks."""
-    arrays = scan.arrays
-    measured = np.isin(arrays["n_blocks"], sizes) & np.isfinite(arrays["largest_exponent"])
-    value, error = (
-        np.nan_to_num(arrays[name][measured]) for name in ("largest_exponent", "standard_error")
-    )
-    low = min((value - error).min(initial=0), LEAST_RANGE[0])
-    high = max((value + error).max(initial=0), LEAST_RANGE[1])
-    return low - 0.05 * (high - low), high + 0.05 * (high - low)
-
-
-def legend(figure, panels_with_motions, **place):
-    """The names of the motions that the panels show, once for the figure."""
-    entries = {}
-    for axes in panels_with_motions:
-        handles, labels = axes.get_legend_handles_labels()
-        entries |= dict(zip(labels, handles, strict=True))
-    names = [name for name in COLOURS if name in entries]
-    if names:
-        figure.legend([entries[name] for name in names], names, ncols=len(names), **place)

@@ -4,7 +4,6 @@ import textwrap
 from contextlib import contextmanager
 
 import numpy as np
-from matplotlib.colors import to_rgba
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from beltrepro.base.errors import InputError, NotEnoughDataError
@@ -40,7 +39,7 @@ def layers(data, name):
     if name + CHECK in data:
         over = data[name + CHECK]
         method = over.attributes["method"]
-        # one that differs with the noise is in the small print
+        # one that differs with the noise has several names
         scans.append((over, "other integrator" if "," in method else f"method {method}"))
     return scans
 
@@ -76,10 +75,10 @@ def letter(axes, text):
 
 def remark(axes, text):
     """What is to be known of a panel, small, above its upper right corner."""
-    return axes.set_title(text, loc="right", size=8, color="0.35")
+    return axes.set_title(text, loc="right", size=6.2, color="0.35")
 
 
-def note(axes, text, *, place=(0.5, 0.5), size=8, width=24):
+def note(axes, text, *, place=(0.5, 0.5), size=6.2, width=24):
     """A remark in the middle of a panel, or at `place` in its coordinates; `width` in letters."""
     axes.text(
         *place,
@@ -102,6 +101,15 @@ def shortage_on(axes, **where):
         yield
     except NotEnoughDataError as reason:
         note(axes, str(reason), **where)
+
+
+def legend_above(axes, **changes):
+    """Legend over a panel, beside its letter, if anything in the panel has words."""
+    if axes.get_legend_handles_labels()[1]:
+        place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": 4}
+        axes.legend(
+            **(place | {"frameon": False, "borderaxespad": 0.1, "borderpad": 0.1} | changes)
+        )
 
 
 # --- ranges, enlarged parts, spectra --------------------------------------------------------------
@@ -133,7 +141,7 @@ def zoom(axes, inner, time, values, window):
     inner.locator_params(axis="x", nbins=4)
     for spine in inner.spines.values():
         spine.set_color(style.ORANGE)
-    inner.set_title("enlarged", size=8, color="0.35")
+    inner.set_title("enlarged", size=6.2, color="0.35")
 
 
 def spectrum(axes, series, shown=np.asarray):
@@ -164,6 +172,13 @@ def printed_slope(axes, law, exponent):
     axes.loglog(ends, line, "--", color=style.BLACK, linewidth=1.0, label=f"paper: {exponent:g}")
 
 
+def printed_range(axes, low, high, words, *, top=0.96):
+    """A black strip over what the paper prints as a range of u, with words beside it."""
+    axes.axvspan(low, high, top - 0.03, top, color=style.BLACK, linewidth=0)
+    place = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
+    axes.annotate(words, (high, top - 0.015), xytext=(3, 0), va="center", **place)
+
+
 # --- curves and diagrams --------------------------------------------------------------------------
 
 
@@ -177,44 +192,35 @@ def trace(axes, time, values, *, ylabel):
     axes.set_ylabel(ylabel)
 
 
-def curve(axes, abscissa, disorder, index, *, label="", overlay="", **changes):
-    """r along u or sigma, median over replicates, in the style of this index.
+def single_runs(axes, abscissa, disorder, index, *, label="", overlay="", **changes):
+    """r along u or sigma, median over replicates, a mark each: branches that coexist have no line.
 
-    overlay : words for a scan drawn over another one: crosses of the same colour, without a line.
+    overlay : words for a scan drawn over another one: crosses of the same colour.
     """
     finite = np.isfinite(disorder)
     if not finite.any():
         return
-    look = style.line_style(index) | {"markersize": 2.6, "label": label} | changes
-    # Pale lines: where runs end on different attractors, the points tell more than what joins them.
-    look |= {"markerfacecolor": look["color"], "markeredgecolor": look["color"]}
-    look["color"] = to_rgba(look["color"], 0.5)
+    look = style.line_style(index) | {"markersize": 2.2, "label": label, "markeredgewidth": 0.3}
+    look |= {"linestyle": "none"} | changes
     if overlay:
-        look |= {"linestyle": "none", "marker": "x", "markersize": 4, "label": None}
+        look |= {"marker": "x", "markersize": 3.5, "label": None, "markeredgewidth": 0.8}
         if overlay not in axes.get_legend_handles_labels()[1]:
             axes.plot([], [], "x", color=changes.get("color", style.GREY), label=overlay)
     axes.plot(*running_median(abscissa[finite], disorder[finite], 0.0), **look)
 
 
-def finish_curves(axes, *, xlabel, **words):
-    """Axes and legend, beside the panel, of curves of r; says so when there is none."""
+def finish_curves(axes, *, xlabel, ncols=4):
+    """Axes and legend, above the panel, of r against something; says so when there is none."""
     axes.set_xlabel(xlabel)
     axes.set_ylabel(DISORDER)
     if not axes.lines:
-        note(axes, "no points in this scan", **words)
+        note(axes, "no points in this scan")
         return
     axes.set_ylim(bottom=0)
-    if axes.get_legend_handles_labels()[1]:
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    legend_above(axes, ncols=ncols)
 
 
-def legend_within(axes, **words):
-    """Legend inside a panel, if anything in it has words."""
-    if axes.get_legend_handles_labels()[1]:
-        axes.legend(**({"loc": "best"} | words))
-
-
-def band_diagram(axes, row, *, colour=style.BLUE, size):
+def band_diagram(axes, row, *, colour=style.BLUE, size, label=""):
     """v_N at the section against u, a dot for each crossing."""
     velocities = np.asarray(row["section_velocity"], dtype=float)
     crossed = np.isfinite(velocities)
@@ -232,6 +238,7 @@ def band_diagram(axes, row, *, colour=style.BLUE, size):
         markeredgewidth=0,
         color=colour,
         alpha=np.clip(0.7 / crowd, 0.4, 0.9),
+        label=label,
         rasterized=abscissa.size > _RASTER_FROM,
     )
 

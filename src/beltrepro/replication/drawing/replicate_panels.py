@@ -1,65 +1,83 @@
-"""Replicates, as several figures show them: the mean as a line, most runs as a band, or all."""
+"""Independent runs, as several figures show them: a dot each, means where there is one branch."""
 
 import numpy as np
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.stats import replicates, sections
 
-WORDS = f"lines: means over runs; bands: {replicates.SHARE:.0%} of the runs"
+# Runs at a point lie on one branch if the largest value is at most this multiple of the least: the
+# branches of r differ by factors of three and more.
+ONE_BRANCH = 1.5
 
 
-def band(axes, abscissa, values, index, *, label=None, runs="", band=True, **changes):
-    """What was measured of runs: their mean, with a band; in the colour `runs` a dot for each."""
-    spread = replicates.spread(abscissa, values)
+def draw_runs(axes, abscissa, values, index, *, label=None, apart=ONE_BRANCH, **changes):
+    """A dot for each run; a line of their means where they lie on one branch.
+
+    apart : largest ratio of the values of one branch; infinite for what always has a mean, 0 for
+    what never has.
+    """
+    spread = replicates.spread(abscissa, values, share=1.0)
     if not spread.place.size:
         return
-    look = style.line_style(index) | {"markersize": 2.6, "label": label} | changes
-    if runs:
-        measured = np.isfinite(values)
-        place, value = np.asarray(abscissa)[measured], np.asarray(values)[measured]
-        dots = {"marker": ".", "markersize": 3.5, "markeredgewidth": 0, "zorder": 1.5}
-        axes.plot(place, value, linestyle="none", color=runs, **dots)
-    if band:
-        axes.fill_between(
-            spread.place, spread.low, spread.high, color=look["color"], alpha=0.2, linewidth=0
-        )
-    axes.plot(spread.place, spread.mean, **look)
+    look = style.line_style(index) | {"markersize": 2.6, "markeredgewidth": 0.3} | changes
+    measured = np.isfinite(values)
+    dots = {"marker": ".", "markersize": 2.2, "markeredgewidth": 0, "zorder": 1.5, "alpha": 0.7}
+    place, value = np.asarray(abscissa)[measured], np.asarray(values)[measured]
+    axes.plot(place, value, linestyle="none", color=look["color"], **dots)
+    joined = spread.mean
+    if np.isfinite(apart):
+        joined = np.where(spread.high <= apart * spread.low, joined, np.nan)
+    axes.plot(spread.place, joined, label=label, **look)
 
 
 def crosses(axes, abscissa, values, colour, overlay):
-    """Means of runs by the other integrator, over those of `band`, with its name in the legend."""
+    """Means of runs by the other integrator, over those of `draw_runs`, named in the legend."""
     spread = replicates.spread(abscissa, values)
     label = overlay if overlay not in axes.get_legend_handles_labels()[1] else None
-    axes.plot(spread.place, spread.mean, "x", color=colour, markersize=4, label=label)
+    axes.plot(spread.place, spread.mean, "x", color=colour, markersize=3.5, label=label)
 
 
 def against_noise(figure, data, name, places, *, across):
-    """r against noise from columns of the scan `name`, a panel for each (N, u) and its title.
+    """r against noise from columns of the scan `name`: above as in the paper, below all runs.
 
-    places : dict, title by (n_blocks, belt_velocity).  across : panels in a row.
-    Points of the other integrator, if given, lie over it as crosses.
+    Above there is one run at each point, all columns in one panel; below a panel for each column,
+    with points of the other integrator, if given, as crosses over it.
+    places : dict, words by (n_blocks, belt_velocity).  across : panels in a row.
     """
     if not places:
         panels.note(figure.subplots(), "no points in this scan")
         return []
     down = -(-len(places) // across)
-    grid = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False)
-    for axes, ((n_blocks, velocity), title) in zip(grid.flat, places.items(), strict=False):
-        axes.set_title(title)
-        for scan, overlay in panels.layers(data, name):
-            column = sections.columns(scan, n_blocks=n_blocks, belt_velocity=velocity)
-            points = column["noise"], column["disorder_parameter"]
-            if not overlay:
-                band(axes, *points, 0, runs=style.BLACK, linestyle="-")
-            elif points[0].size:
-                crosses(axes, *points, style.VERMILION, overlay)
-        if not axes.lines:
-            panels.note(axes, "no r in this column")
-        panels.legend_within(axes)
-    for axes in grid.flat[len(places) :]:
-        axes.remove()
-    grid.flat[0].set_ylim(bottom=0)
-    for axes in grid.flat[: len(places)]:
+    grid = figure.add_gridspec(down + 1, across, height_ratios=[1.7] + [1] * down)
+    above = figure.add_subplot(grid[0, :])
+    below = []
+    for number, (place, words) in enumerate(places.items()):
+        shared = {"sharex": below[0], "sharey": below[0]} if below else {}
+        axes = figure.add_subplot(grid[1 + number // across, number % across], **shared)
+        below.append(axes)
+        panels.letter(axes, "bcdefghij"[number])
+        axes.set_title(words)
+        _column(above, axes, data, name, place, number, words)
+    panels.letter(above, "a")
+    panels.finish_curves(above, xlabel=panels.NOISE, ncols=across)
+    below[0].set_ylim(bottom=0)
+    for axes in below:
         axes.set(xlabel=panels.NOISE, ylabel=panels.DISORDER)
         axes.label_outer()
-    return list(grid.flat[: len(places)])
+    return [above, *below]
+
+
+def _column(above, axes, data, name, place, number, words):
+    """The first run of a column in the panel of all, and all its runs in its own."""
+    for scan, overlay in panels.layers(data, name):
+        column = sections.columns(scan, n_blocks=place[0], belt_velocity=place[1])
+        points = column["noise"], column["disorder_parameter"]
+        if overlay:
+            if points[0].size:
+                crosses(axes, *points, style.VERMILION, overlay)
+            continue
+        first = column["replicate"] == column["replicate"].min(initial=0)
+        panels.single_runs(above, points[0][first], points[1][first], number, label=words)
+        draw_runs(axes, *points, number)
+    if not axes.lines:
+        panels.note(axes, "no r in this column", width=12)

@@ -1,8 +1,7 @@
-"""Look of the figures: colours, page with small print, files that are the same bytes every time."""
+"""Look of the figures: colours, page, files that are the same bytes every time."""
 
 import functools
 import json
-import textwrap
 from pathlib import Path
 
 import matplotlib.style
@@ -15,7 +14,6 @@ from matplotlib.figure import Figure
 
 from beltrepro.base import provenance, seal
 from beltrepro.base.atomic import replacing
-from beltrepro.replication.plan.points import LAW
 
 # Okabe and Ito's palette: distinct for colour-blind readers. Its yellow is too pale for lines.
 BLACK, GREY = "#000000", "#7f7f7f"
@@ -25,10 +23,7 @@ COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 MARKERS = "osD^vXP"
 DASHES = ("-", "--", "-.", ":")
 
-WIDTH = 7.2  # inches
-_PRINT_SIZE = 6.0  # points
-_LINE_HEIGHT = 1.35 * _PRINT_SIZE / 72  # inches
-_LETTERS_PER_INCH = 20  # at the print size
+WIDTH = 8.6 / 2.54  # inches: a column of the paper, in which letters of 6 points are legible
 _CANVASES = {"png": FigureCanvasAgg, "pdf": FigureCanvasPdf, "svg": FigureCanvasSVG}
 _SHEET = ["default", str(Path(__file__).with_name("beltrepro.mplstyle"))]
 
@@ -45,23 +40,12 @@ def styled(draw):
 
 
 @styled
-def page(caption, height) -> Figure:
-    """Empty figure of full width and the given height in inches, with the caption at the foot."""
+def page(height) -> Figure:
+    """Empty figure of one column and the given height in inches."""
     dpi = matplotlib.rcParams["savefig.dpi"]
     figure = Figure(figsize=(WIDTH, height), dpi=dpi, layout="constrained")
-    width = int(WIDTH * _LETTERS_PER_INCH)
-    lines = [part for line in caption.splitlines() for part in textwrap.wrap(line, width)]
-    foot = (len(lines) + 0.5) * _LINE_HEIGHT / height if lines else 0.0
-    figure.get_layout_engine().set(rect=(0, foot, 1, 1 - foot), w_pad=0.06, h_pad=0.05)
-    look = {"size": _PRINT_SIZE, "color": "0.35", "va": "bottom", "linespacing": 1.2}
-    figure.text(0.008, 0.3 * _LINE_HEIGHT / height, "\n".join(lines), **look)
+    figure.get_layout_engine().set(w_pad=0.03, h_pad=0.03)
     return figure
-
-
-def font(size):
-    """Context in which all words of a figure have one size, in points."""
-    names = ("font.size", "axes.titlesize", "axes.labelsize", "xtick.labelsize", "ytick.labelsize")
-    return matplotlib.rc_context(dict.fromkeys((*names, "legend.fontsize"), size))
 
 
 def shades(count) -> list[str]:
@@ -78,27 +62,6 @@ def line_style(index) -> dict:
     }
 
 
-def small_print(datasets, preset) -> str:
-    """What a figure rests on, in a few lines: preset, code version, seed; parameters and method.
-
-    datasets : list of `store.Dataset`, may be empty.  preset : name of the preset.
-    """
-    # A dataset that was made in parts by several versions lists them all.
-    listed = [data.attributes.get("code_version") for data in datasets]
-    versions = {version for text in listed if text for version in text.split(", ")}
-    versions = versions or {provenance.code_version()}
-    first = [f"beltrepro {', '.join(sorted(versions))}", f"preset {preset}"]
-    seeds = _parameter(datasets, "seed")
-    if seeds.size:
-        first.append(f"seed {_span(seeds)}")
-    groups: dict[tuple, list] = {}
-    for dataset in datasets:
-        how = map(dataset.attributes.get, ("kind", "method", "duration", "transient"))
-        groups.setdefault(tuple(how), []).append(dataset)
-    lines = [_describe(group, *how) for how, group in groups.items()]
-    return "\n".join([", ".join(first), *(lines or ["no simulation: drawn from the model itself"])])
-
-
 @styled
 def save(figure, png, pdf, source="", lineage=None) -> None:
     """Write the figure as PNG and PDF, with `source` and `lineage` from `plan.inputs`."""
@@ -109,6 +72,7 @@ def save(figure, png, pdf, source="", lineage=None) -> None:
     write(figure, pdf, Path(png).stem, source, lineage)
 
 
+@styled
 def write(figure, path, title, source="", lineage=None) -> None:
     """Write a figure as PNG, PDF or SVG, by the ending, with its title, source and origin.
 
@@ -133,42 +97,3 @@ def write(figure, path, title, source="", lineage=None) -> None:
         if kind != "svg":  # nothing may follow the end of XML
             seal.put(unfinished)
     figure.set_dpi(dpi)  # that of a PDF is 72
-
-
-def _describe(datasets, kind, method, duration, transient):
-    """One line on datasets made the same way; with constants that differ from the paper's."""
-    spans = {
-        symbol: _span(values)
-        for symbol, name in (("N", "n_blocks"), ("u", "belt_velocity"), ("σ", "noise"))
-        if (values := _parameter(datasets, name)).size
-    }
-    for quantity in LAW:
-        values = _parameter(datasets, quantity.name)
-        if np.any(values != quantity.default):
-            spans[quantity.symbol] = _span(values)
-    parts = [f"{symbol} = {span}" for symbol, span in spans.items()]
-    parts += [f"method {method}", f"dt = {_span(_parameter(datasets, 'time_step'))}"]
-    parts.append(f"t = {_number(duration)}")
-    if transient is not None:
-        parts.append(f"t_trans = {_number(transient)}")
-    return f"{kind}: {', '.join(parts)}"
-
-
-def _parameter(datasets, name):
-    """Values of a quantity in all points of all datasets."""
-    values = [
-        np.atleast_1d(dataset.arrays[name] if name in dataset.arrays else dataset.attributes[name])
-        for dataset in datasets
-        if name in dataset.arrays or name in dataset.attributes
-    ]
-    return np.unique(np.concatenate(values)) if values else np.array([])
-
-
-def _span(values):
-    if values.size <= 7:
-        return ", ".join(f"{value:g}" for value in values)
-    return f"{values[0]:g} to {values[-1]:g} ({values.size} values)"
-
-
-def _number(value):
-    return f"{value:.10g}" if isinstance(value, int | float) else str(value)

@@ -196,6 +196,15 @@ class Settings:
         ),
         Field(gt=0, lt=1),
     ]
+    energies: Annotated[
+        list[Annotated[Number, Field(ge=1e-3, le=1e4)]],
+        About(
+            " | energy | Energies H for each block of slipping states from which runs begin too "
+            "(docs/physics.md).",
+            [60.0, 200.0, 600.0],
+        ),
+        *LIST,
+    ]
     distances: Annotated[
         list[Annotated[Number, Field(gt=0, le=10)]],
         About(
@@ -517,6 +526,45 @@ SEPARATION = Kind(
     kicks=True,
 )
 
+BASINS = Kind(
+    "basins",
+    "Which attractor each start reaches, from rest and from slipping states, and the branches of "
+    "orbits along u (docs/chaos.md).",
+    ("duration", "energies"),
+    "beltrepro.replication.plan.attractors:basin_starts",
+    _arrays(
+        "start_energy |  | energy | start | Energy H for each block of the slipping state in which "
+        "runs begin; 0 for starts at rest.",
+        "attractor |  | 1 | point, start | Label of the attractor reached; holds for one N.",
+        "state |  | 1 | point, start | Name of the motion reached.",
+        "lifetime | tau | time | point, start | How long the motion was irregular; the duration if "
+        "it did not settle.",
+        "period_events |  | 1 | point, start | Slips of all blocks in a period; 0 without.",
+        "disorder_parameter | r | 1 | point, start | r of the settled motion, or of the end.",
+        "attractors | point 1, attractor 1, state 1, period_time time, period_events 1, "
+        "largest_multiplier 1, disorder_parameter 1 | attractor | Attractors at each belt velocity,"
+        " by its first point; also those that no start reached.",
+        "branches | point 1, attractor 1, belt_velocity velocity, disorder_parameter 1, "
+        "period_time time, period_events 1, end 1, end_block 1 | orbit | Orbits of each branch, "
+        "followed along u, and how it ends at its first and last; by the first point of the lowest "
+        "belt velocity of its attractor.",
+    ),
+    (_tangent,),
+)
+
+SWEEP = Kind(
+    "sweep",
+    "r on the way up in u and down again, each point from the end of the one before.",
+    ("duration", "transient"),
+    "beltrepro.replication.plan.attractors:sweeps",
+    _arrays(
+        "mean_length | <x_N> | length | point, way | Mean position of the last block after the "
+        "transient; up, then down.",
+        "disorder_parameter | r | 1 | point, way | r of the same.",
+    ),
+    (_transient,),
+)
+
 TRIAL = Kind(
     "trial",
     "What a recording of the experiment's kind would tell of each run: r, stretches of small "
@@ -540,5 +588,8 @@ TRIAL = Kind(
 
 KINDS = {
     kind.name: kind
-    for kind in (SCAN, SERIES, CATALOGUE, ESCAPES, MOTION, SETTLING, SEPARATION, TRIAL)
+    for kind in (
+        *(SCAN, SERIES, CATALOGUE, ESCAPES, MOTION, SETTLING, SEPARATION, TRIAL),
+        *(BASINS, SWEEP),
+    )
 }

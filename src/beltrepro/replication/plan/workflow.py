@@ -310,8 +310,8 @@ class Workflow:
 
     def code_of_figure(self, wildcards: Any) -> str:
         """Code behind a figure: what draws and what saves it."""
-        style = [f"beltrepro.replication.drawing.style:{name}" for name in ("save", "small_print")]
-        return self.code("figure.py", f"{self.figures[wildcards.figure].module}:draw", *style)
+        draw = f"{self.figures[wildcards.figure].module}:draw"
+        return self.code("figure.py", draw, "beltrepro.replication.drawing.style:save")
 
     # --- what each job reads and writes, for the crate ---
 

@@ -25,6 +25,7 @@ from beltrepro.replication.verdicts.ledger import load_ledger
 
 PLACE = Path("docs/results")
 LIMIT = 20_000_000  # bytes of a published run, as repositories and their readers bear them
+REPORT_LIMIT = 12_000_000  # bytes of a page that is sent or downloaded alone
 FILES = ("report.html", "article.pdf", "claims.csv", "estimates.csv")
 FIRST = ("paper", "standard", "smoke")  # the run that README.md shows: the first that is published
 BEGIN, END = "<!-- results: written by `make publish` -->", "<!-- end of results -->"
@@ -33,9 +34,8 @@ BEGIN, END = "<!-- results: written by `make publish` -->", "<!-- end of results
 def publish(results: Path, place: Path = PLACE) -> Path:
     """Copy what a finished run shows, with a list of checksums.
 
-    The report shows the pictures in the folder `figures` instead of holding them a second time. PNG
-    files lose colours if all is larger than `LIMIT` otherwise. The run `paper` is refused where a
-    sentence of the findings does not hold in it.
+    The report is one file that holds its pictures, with a palette of colours where that makes them
+    smaller. The run `paper` is refused where a sentence of the findings does not hold in it.
     """
     target, wanted = place / results.name, _wanted(results)
     place.mkdir(parents=True, exist_ok=True)
@@ -48,9 +48,9 @@ def publish(results: Path, place: Path = PLACE) -> Path:
             shutil.copyfile(results / path, folder / path)
         if results.name == FIRST[0]:
             findings.check(read(results))
-        _link_pictures(folder)
-        if size(folder) > LIMIT:
-            _take_colours(folder)
+        _take_colours(folder)
+        if (folder / FILES[0]).stat().st_size > REPORT_LIMIT:
+            raise InputError(f"{results / FILES[0]}: larger than {REPORT_LIMIT / 1e6:.0f} MB")
         if size(folder) > LIMIT:
             raise InputError(
                 f"{results}: {size(folder) / 1e6:.1f} MB, at most {LIMIT / 1e6:.0f} are published"
@@ -133,24 +133,22 @@ def _wanted(results: Path) -> list[Path]:
     return wanted
 
 
-def _link_pictures(folder: Path) -> None:
-    """The report with links to the files of its pictures in place of their bytes."""
-    page = folder / "report.html"
+def _take_colours(folder: Path) -> None:
+    """Give each picture a palette, where that makes it smaller, in its file and in the report."""
+    page = folder / FILES[0]
     text = page.read_text(encoding="utf-8")
     for path in (folder / "figures").glob("*.png"):
-        embedded = base64.b64encode(path.read_bytes()).decode()
-        text = text.replace(f"data:image/png;base64,{embedded}", f"figures/{path.name}")
-    page.write_text(text, encoding="utf-8")
-
-
-def _take_colours(folder: Path) -> None:
-    """Give each picture a palette, where that makes it smaller."""
-    for path in (folder / "figures").glob("*.png"):
-        smaller = io.BytesIO()
+        smaller, before = io.BytesIO(), path.read_bytes()
         with Image.open(path) as image:
             palette = image.convert("RGB").quantize(256, dither=Image.Dither.NONE)
             palette.save(smaller, format="PNG", optimize=True)
-        path.write_bytes(min(path.read_bytes(), smaller.getvalue(), key=len))
+        path.write_bytes(min(before, smaller.getvalue(), key=len))
+        text = text.replace(_embedded(before), _embedded(path.read_bytes()))
+    page.write_text(text, encoding="utf-8")
+
+
+def _embedded(picture: bytes) -> str:
+    return f"data:image/png;base64,{base64.b64encode(picture).decode()}"
 
 
 def _list(folder: Path) -> None:

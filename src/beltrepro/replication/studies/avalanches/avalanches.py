@@ -30,14 +30,14 @@ BINS_PER_DECADE = 8
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a: density of the dissipated energy for each N; b: its cutoff against N."""
     panels.require(data, FIGURE)
     catalogues = sorted(
         (data[name] for name in FIGURE.uses), key=lambda catalogue: catalogue.attributes["n_blocks"]
     )
-    figure = style.page(caption, 3.7)
-    left, right = figure.subplots(1, 2, width_ratios=(1.3, 1))
+    figure = style.page(4.2)
+    left, right = figure.subplots(2, 1, height_ratios=(1.3, 1))
     panels.letter(left, "a")
     panels.letter(right, "b")
     left.set(xlabel=r"$\Delta E$", ylabel=r"$P(\Delta E)$", xscale="log", yscale="log")
@@ -52,7 +52,7 @@ def draw(data, caption):
             look = style.line_style(index) | {"linewidth": 0.9, "markersize": 3, "elinewidth": 0.8}
             density_with_errors(left, sample, BINS_PER_DECADE, label=label, **look)
     if left.lines:
-        left.legend(loc="lower left", fontsize=7)
+        left.legend(loc="lower left")
     else:
         panels.note(left, "no avalanche in these catalogues")
     with panels.shortage_on(right):

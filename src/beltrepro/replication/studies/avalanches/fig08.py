@@ -14,14 +14,14 @@ FIGURE = Figure(
     uses=("u1",),
     words=(
         "At low belt speed and without noise the last block moves in a sawtooth of unequal teeth."
-        " Its velocity relative to the belt is zero between bursts. Beside them the spectrum of "
-        "the whole series and the fastest slip: in the paper, insets. The spectrum is that of the "
+        " Its velocity relative to the belt is zero between bursts. Below are the insets of the "
+        "paper: the spectrum of the whole series and the fastest slip. The spectrum is that of the "
         "amplitude, 2|X|/n of n samples over a time of 1e6, which gives the printed line (dashed)."
         " It is flat below 0.003 and bends downwards above it, so that no straight line fits it."
     ),
     alt=(
-        "Four panels: an irregular sawtooth of the position against time and its spectrum with a "
-        "fitted line and a dashed one; bursts of relative velocity, and one of them enlarged."
+        "Four panels: an irregular sawtooth of the position against time, bursts of relative "
+        "velocity, a spectrum with a fitted line and a dashed one, and a burst enlarged."
     ),
     number="8",
     shows={"spectrum-exponent": ("exponent",)},
@@ -32,22 +32,23 @@ ZOOM = 30.0  # length of the enlarged part, around the fastest slip
 
 
 @style.styled
-def draw(data, caption):
-    """a: x_N(t) and the spectrum of the whole series; b: v_rN(t), enlarged at its fastest slip."""
+def draw(data):
+    """a: x_N(t); b: v_rN(t); c: the spectrum of the whole series; d: the fastest slip of b."""
     panels.require(data, FIGURE)
     series = data["u1"]
     time, position, relative = panels.last_block(series)
     shown = time >= (time[-1] - SHOWN if time.size else 0.0)
     time, position, relative = time[shown], position[shown], relative[shown]
 
-    figure = style.page(caption, 4.6)
-    (upper, spectrum), (lower, enlarged) = figure.subplots(2, 2, width_ratios=(1.7, 1))
-    panels.letter(upper, "a")
+    figure = style.page(4.2)
+    places = figure.subplot_mosaic([["a", "a"], ["b", "b"], ["c", "d"]], height_ratios=(1, 1, 1.4))
+    upper, lower, spectrum, enlarged = places.values()
+    for mark, axes in places.items():
+        panels.letter(axes, mark)
     panels.trace(upper, time, position, ylabel=panels.POSITION)
     panels.spectrum(spectrum, series, measure.as_amplitude)
     with panels.shortage_on(spectrum):
         _law(spectrum, series)
-    panels.letter(lower, "b")
     panels.trace(lower, time, relative, ylabel=panels.RELATIVE_VELOCITY)
     lower.set_xlabel(panels.TIME)
     enlarged.set(xlabel=panels.TIME, ylabel=panels.RELATIVE_VELOCITY)
@@ -70,5 +71,6 @@ def _law(axes, series):
         law = PowerLawFit(exponent, np.nan, prefactor, *FIT_BAND)
         label = rf"{words}$S = {prefactor:.2g}\,\nu^{{{exponent:.2f}}}$"
         panels.power_law(axes, law, label=label, **look)
-    first, *_ = axes.legend(loc="lower left", fontsize=7).get_texts()
+    panels.legend_above(axes, ncols=1)
+    first, *_ = axes.get_legend().get_texts()
     marks.shown(first, "spectrum-exponent", "exponent")

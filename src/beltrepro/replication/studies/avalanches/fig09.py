@@ -26,14 +26,14 @@ FIGURE = Figure(
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a: density of the slip sizes of the last block; b: of the energy dissipated in avalanches."""
     panels.require(data, FIGURE)
     catalogue = data["slips_u1"]
     n_slips = measure.last_block_energies(catalogue).values.size
     energies = measure.avalanche_energies(catalogue)
-    figure = style.page(caption, 3.7)
-    left, right = figure.subplots(1, 2)
+    figure = style.page(4.4)
+    left, right = figure.subplots(2, 1)
     panels.letter(left, "a")
     panels.letter(right, "b")
     sizes = measure.slip_sizes(catalogue, "laboratory")
@@ -81,7 +81,7 @@ def _finish(axes, xlabel, ylabel, claim):
     if axes.lines:
         panels.plain_log(axes.xaxis)
         low, high = axes.get_ylim()
-        axes.set_ylim(low, high * (high / low) ** 0.35)
+        axes.set_ylim(low, high * (high / low) ** 0.25)
         for text in axes.legend(loc="upper right").get_texts():
             if "alpha" in text.get_text():
                 marks.shown(text, claim, "exponent")

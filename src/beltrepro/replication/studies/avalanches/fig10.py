@@ -31,14 +31,13 @@ BINS = (240, 240)
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """Section points with v_rN < 0 in the plane (x_N, v_rN): a density where there are many."""
     panels.require(data, FIGURE)
-    figure = style.page(caption, 4.6)
+    figure = style.page(2.6)
     grid = figure.subplots(1, 2, sharex=True, sharey=True)
     for axes, mark, name in zip(grid, "ab", FIGURE.uses, strict=True):
         panels.letter(axes, mark)
-        axes.set_xlabel(panels.POSITION)
         _section(figure, axes, data[name])
     grid[0].set_ylabel(panels.RELATIVE_VELOCITY)
     return figure
@@ -58,13 +57,9 @@ def _section(figure, axes, catalogue):
     _draw_points(figure, axes, position[new], relative[new], look)
     runs = np.unique(points["point"]).size
     place = f"$x_{{{about['section_block']}}} = {about['section_position']:g}$"
-    axes.set_title(
-        f"{about['method']}: {place}, {runs} runs,\n{slipping.sum()} points with "
-        f"$v_{{rN}} < 0$, {new.sum()} of them new",
-        loc="right",
-        size=8,
-        color="0.35",
-    )
+    axes.set_xlabel(f"{panels.POSITION} at {place}")
+    words = f"{about['method']}, {runs} runs:\n{new.sum()} of {slipping.sum()} points new"
+    panels.remark(axes, words)
 
 
 def _draw_points(figure, axes, position, relative, look):

@@ -34,10 +34,10 @@ _DISTURBANCE = "disturbance of a slip"
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """Growth by size; irregular runs and r against the disturbance; r against weak noise."""
     panels.require(data, FIGURE)
-    figure = style.page(caption, 5.6)
+    figure = style.page(5.2)
     growth, share, disorder, noise = figure.subplots(2, 2).flat
     steps, kicked, noisy = (data[name].arrays for name in ("steps", "kicked", "weak_noise"))
     _draw_growth(growth, data["growth"])

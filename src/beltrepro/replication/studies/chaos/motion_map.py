@@ -41,30 +41,29 @@ _MARKS = {
     survival.LASTING: ("o", "irregular motion lasts in longer runs"),
     survival.TRANSIENT: ("X", "irregular motion ends in longer runs"),
 }
-_FONT = 10.5  # points: legible where the page is as narrow as a phone
 _TICKS = 8  # most words at an axis of belt velocities
 _FILL = 0.9  # of a cell
 _OUTLINED = 40  # more cells in a row have no outline
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """Top: shares over (u, N), exponents; bottom: shares over (u, kick) and (u, time step)."""
     if "motion_map" not in data:
         panels.require(data, FIGURE)
-    with style.font(_FONT):
-        figure = style.page(caption, 7.1)
-        (sizes, exponents), (kicks, steps) = figure.subplots(2, 2, width_ratios=(1.25, 1))
-        points = data["motion_map"].arrays
-        _draw_cells(sizes, points, "n_blocks", "$N$")
-        _draw_verdicts(sizes, points, data.get("mean_lifetimes"))
-        _draw_exponents(exponents, points)
-        _draw_dataset(kicks, data, "kicked", "kick", "size of kicks")
-        _draw_dataset(steps, data, "steps", "time_step", "time step $dt$")
-        for axes, name in zip((sizes, exponents, kicks, steps), "abcd", strict=True):
-            panels.letter(axes, name)
-            axes.set_xlabel(panels.BELT_VELOCITY)
-        _draw_legend(figure, sizes)
+    figure = style.page(6.4)
+    places = figure.subplot_mosaic([["a", "a"], ["b", "b"], ["c", "d"]])
+    sizes, exponents, kicks, steps = places.values()
+    points = data["motion_map"].arrays
+    _draw_cells(sizes, points, "n_blocks", "$N$")
+    _draw_verdicts(sizes, points, data.get("mean_lifetimes"))
+    _draw_exponents(exponents, points)
+    _draw_dataset(kicks, data, "kicked", "kick", "size of kicks")
+    _draw_dataset(steps, data, "steps", "time_step", "time step $dt$")
+    for axes, name in zip((sizes, exponents, kicks, steps), "abcd", strict=True):
+        panels.letter(axes, name)
+        axes.set_xlabel(panels.BELT_VELOCITY)
+    _draw_legend(figure, sizes)
     return figure
 
 
@@ -80,8 +79,8 @@ def _draw_dataset(axes, data, name, row, label):
     arrays = data[name].arrays
     _draw_cells(axes, arrays, row, label)
     blocks, methods = np.unique(arrays["n_blocks"]), np.unique(arrays["method"])
-    words = f"$N = {', '.join(map(str, blocks))}$, method {', '.join(methods)}"
-    axes.set_title(words, loc="right", size=_FONT - 1.5, color="0.35")
+    words = f"$N = {', '.join(map(str, blocks))}$, {', '.join(methods)}"
+    axes.set_title(words, loc="right", color="0.35")
 
 
 def _draw_cells(axes, arrays, row, label):
@@ -150,7 +149,7 @@ def _draw_legend(figure, axes):
     handles = [patch for patch in handles if patch.get_facecolor() in used]
     handles += [line for line in axes.lines if len(line.get_xdata())]
     if handles:
-        figure.legend(handles=handles, loc="outside upper left", ncols=2, fontsize=_FONT - 1.5)
+        figure.legend(handles=handles, loc="outside upper left", ncols=1)
 
 
 # --- exponents ------------------------------------------------------------------------------------

@@ -27,22 +27,14 @@ FIGURE = Figure(
     category="Further studies",
 )
 
-_FONT = 9.5  # points: legible where the page is as narrow as a phone
-_SMALL = _FONT - 1.5
-_CLOSE = {"fontsize": _SMALL, "handletextpad": 0.2, "columnspacing": 1.0}
 _POINT = ("n_blocks", "belt_velocity", "initial_spread")
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """Top: survival of each N at one u, and of many runs; bottom: mean lifetimes."""
     panels.require(data, FIGURE)
-    with style.font(_FONT):
-        return _draw(data, caption)
-
-
-def _draw(data, caption):
-    figure = style.page(caption, 6.9)
+    figure = style.page(5.6)
     (single, many), (by_velocity, by_size) = figure.subplots(2, 2, width_ratios=(1.35, 1))
     table, sizes = data["mean_lifetimes"], panels.levels(data["survival"], "n_blocks")
     colours = dict(zip(sizes, style.shades(sizes.size), strict=True))
@@ -61,7 +53,7 @@ def _draw(data, caption):
         panels.letter(axes, name)
     handles, labels = by_velocity.get_legend_handles_labels()
     if handles:
-        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), **_CLOSE)
+        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
     return figure
 
 
@@ -99,7 +91,7 @@ def _draw_each(axes, runs, table, colours):
     axes.set_xscale("log")
     ends = np.concatenate([line.get_xdata() for line in axes.lines])
     axes.set_xlim(ends[ends > 0].min() / 3, _horizon(runs))
-    axes.legend(loc="lower left", fontsize=_SMALL)
+    axes.legend(loc="lower left")
 
 
 def _draw_many(axes, runs, table):
@@ -115,7 +107,7 @@ def _draw_many(axes, runs, table):
     axes.set_xlim(0, counted.max())
     axes.set_ylim(0.5 / max(_at(runs.arrays, *point).sum() for point in points), 1.2)
     axes.locator_params(axis="x", nbins=4)
-    axes.legend(loc="upper right", fontsize=_SMALL)
+    axes.legend(loc="upper right")
 
 
 def _draw_curve(axes, runs, table, point, colour, label):
@@ -209,7 +201,7 @@ def _draw_by_size(axes, table):
         _draw_limits(axes, place[~ended], rows["lifetime_lower"][~ended], style.BLUE)
     axes.set_xticks(sizes)
     axes.set_xlim(sizes[0] - 0.6, sizes[-1] + 0.6)
-    axes.legend(loc="lower right", fontsize=_SMALL)
+    axes.legend(loc="lower right")
 
 
 def _draw_limits(axes, place, lower, colour):

@@ -30,7 +30,6 @@ FIGURE = Figure(
     category="Further studies",
 )
 
-_FONT = 10.5  # points: legible where the page is as narrow as a phone
 _LINES = 4  # most noises shown as lines
 _SHADE = LinearSegmentedColormap.from_list("posterior", ["#ffffff", style.SKY, style.BLUE])
 _COLOURS = (style.BLUE, style.VERMILION)
@@ -42,20 +41,19 @@ _FREE = {
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """Top: r against noise, alternation against u; bottom: posteriors."""
     panels.require(data, FIGURE)
-    with style.font(_FONT):
-        figure = style.page(caption, 7.0)
-        (disorder, share), (plane, noise) = figure.subplots(2, 2)
-        _draw_disorder(disorder, data["experiment_odds"])
-        _draw_alternation(share, data["alternation"])
-        with panels.shortage_on(plane):
-            _draw_plane(plane, observations.on_grid(data["trials_free"].arrays))
-        with panels.shortage_on(noise):
-            _draw_noise(noise, observations.on_grid(data["trials_free"].arrays))
-        for axes, name in zip((disorder, share, plane, noise), "abcd", strict=True):
-            panels.letter(axes, name)
+    figure = style.page(7.0)
+    (disorder, share), (plane, noise) = figure.subplots(2, 2)
+    _draw_disorder(disorder, data["experiment_odds"])
+    _draw_alternation(share, data["alternation"])
+    with panels.shortage_on(plane):
+        _draw_plane(plane, observations.on_grid(data["trials_free"].arrays))
+    with panels.shortage_on(noise):
+        _draw_noise(noise, observations.on_grid(data["trials_free"].arrays))
+    for axes, name in zip((disorder, share, plane, noise), "abcd", strict=True):
+        panels.letter(axes, name)
     return figure
 
 
@@ -99,7 +97,7 @@ def _draw_alternation(axes, table):
         axes.errorbar(*columns, **look)
     for observation, colour in zip(observations.EXPERIMENT, _COLOURS, strict=True):
         axes.axvline(observation.belt_velocity, color=colour, linestyle="--", linewidth=1.2)
-    axes.legend(loc="upper left", fontsize=_FONT - 2, handlelength=1.2)
+    axes.legend(loc="upper left", handlelength=1.2)
 
 
 def _reaches(rows, name):
@@ -141,7 +139,7 @@ def _draw_noise(axes, simulated):
     axes.set_ylim(0, 1.3 * axes.dataLim.y1)  # room for the legend
     panels.plain_log(axes.xaxis)
     if axes.get_legend_handles_labels()[1]:
-        axes.legend(loc="upper right", fontsize=_FONT - 2)
+        axes.legend(loc="upper right")
     if missing:
         panels.note(axes, f"too few trials agree: {', '.join(missing)}", place=(0.5, 0.12))
 

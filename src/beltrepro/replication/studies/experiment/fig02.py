@@ -24,12 +24,12 @@ FIGURE = Figure(
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """The first frame of the film, with the names of its parts."""
     panels.require(data, FIGURE)
     run = data["belt_028"]
     (picture,) = filmed.first_pictures(data["belt_028_film"], 1)
-    figure = style.page(caption, 2.5)
+    figure = style.page(1.25)
     filmed.mark(figure)
     axes = figure.subplots()
     height, width = picture.brightness.shape
@@ -39,8 +39,7 @@ def draw(data, caption):
         _name_parts(axes, picture, places[0])
     else:
         panels.note(axes, "no samples")
-    axes.set(xlim=(-0.5, width - 0.5), ylim=(height + 32, -34), xticks=[], yticks=[])
-    axes.set_title(f"{filmed.speed(run)},  {width} x {height} pixels", size=8)
+    axes.set(xlim=(-0.5, width - 0.5), ylim=(height + 55, -60), xticks=[], yticks=[])
     axes.spines[:].set_visible(False)
     return figure
 
@@ -51,17 +50,17 @@ def _name_parts(axes, picture, blocks_m):
     half = scene.block_width / 2
     for number, place in enumerate(blocks_m, 1):
         last = number == len(blocks_m)
-        words = f"block {number}, white top" if last else f"{number}"
-        _point(axes, words, picture.place(place, -half), -22)
+        words = f"block {number}, white" if last else f"{number}"
+        _point(axes, words, picture.place(place, -half), -35)
     tape = half + scene.tape_gap + scene.tape_width / 2
-    _point(axes, "fixed point, zero of the tape", picture.place(0.0, tape), 26, align="left")
-    _point(axes, "tape measure", picture.place(0.45, tape), 26)
+    _point(axes, "fixed point", picture.place(0.0, tape), 35, align="left")
+    _point(axes, "tape measure", picture.place(0.45, tape), 35)
     middle = (blocks_m[-2] + blocks_m[-1]) / 2
-    _point(axes, "spring", picture.place(middle, scene.spring_width / 2), 26)
+    _point(axes, "spring", picture.place(middle, scene.spring_width / 2), 35)
     begin, end = picture.place(blocks_m[-1] + 0.06), picture.place(blocks_m[-1] + 0.16)
     arrow = {"arrowstyle": "-|>", "color": style.ORANGE, "linewidth": 1.6}
     axes.annotate("", end, begin, arrowprops=arrow)
-    axes.annotate("belt, $u$", begin, (0, 6), textcoords="offset points", color=style.ORANGE)
+    axes.annotate("belt, $u$", begin, (0, 4), textcoords="offset points", color=style.ORANGE)
 
 
 def _point(axes, words, place, beyond, *, align="center"):
@@ -69,5 +68,5 @@ def _point(axes, words, place, beyond, *, align="center"):
     height = axes.images[0].get_array().shape[0]
     outside = beyond if beyond < 0 else height + beyond
     line = {"arrowstyle": "-", "color": style.SKY, "linewidth": 0.8}
-    look = {"ha": align, "va": "center", "size": 8}
+    look = {"ha": align, "va": "center"}
     axes.annotate(words, place, (place[0], outside), arrowprops=line, **look)

@@ -28,13 +28,13 @@ SHOWN_S = 10.0
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """Left: frames about the fastest slip of the first seconds; right: x_5(t)."""
     panels.require(data, FIGURE)
     track = data["belt_028_track"]
-    figure = style.page(caption, 4.6)
+    figure = style.page(3.4)
     filmed.mark(figure)
-    left, right = figure.subplots(1, 2, width_ratios=(2, 1))
+    left, right = figure.subplots(1, 2, width_ratios=(1.7, 1))
     if track.time_s.size < STRIPS:
         for axes in (left, right):
             panels.note(axes, f"the block is found in {track.time_s.size} frames only")
@@ -49,10 +49,10 @@ def draw(data, caption):
     panels.letter(right, "b")
     time, position = track.time_s[chosen], 100 * track.x_m[chosen]
     _draw_strips(left, pictures, position.mean() / 100)
-    left.plot(position, np.arange(len(time)) + 0.5, ".", color=style.VERMILION, markersize=5)
+    left.plot(position, np.arange(len(time)) + 0.5, ".", color=style.VERMILION, markersize=3.5)
     left.set_yticks(np.arange(0, len(time), 4) + 0.5, [f"{instant:.2f}" for instant in time[::4]])
     left.set(xlabel=filmed.LENGTH, ylabel=filmed.SECONDS)
-    left.set_title(filmed.speed(data["belt_028"]), size=8)
+    panels.remark(left, filmed.speed(data["belt_028"]))
 
     shown = track.time_s <= SHOWN_S
     panels.trace(right, track.time_s[shown], 100 * track.x_m[shown], ylabel=filmed.LENGTH)

@@ -26,10 +26,10 @@ FIGURE = Figure(
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a to c: x_5(t) at 0.28 m/s and its spectra; d to f: the same at 0.35 m/s."""
     panels.require(data, FIGURE)
-    figure = style.page(caption, 7.1)
+    figure = style.page(5.8)
     filmed.mark(figure)
     places = figure.subplot_mosaic([["a", "a"], ["b", "c"], ["d", "d"], ["e", "f"]])
     for name, axes in places.items():

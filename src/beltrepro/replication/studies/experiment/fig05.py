@@ -18,15 +18,15 @@ FIGURE = Figure(
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a: x_5(t); b: the spectrum of all of it."""
     panels.require(data, FIGURE)
-    figure = style.page(caption, 4.4)
+    figure = style.page(3.4)
     filmed.mark(figure)
     above, below = figure.subplots(2, 1)
     panels.letter(above, "a")
     panels.letter(below, "b")
     filmed.draw_recording(above, (below,), data, "belt_022")
-    panels.make_room(above, above=0.15)
+    panels.make_room(above, above=0.25)
     filmed.say_longest_slip(above, data["belt_022"])
     return figure

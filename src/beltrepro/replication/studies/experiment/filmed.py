@@ -23,19 +23,19 @@ SECONDS = r"$t$ (s)"
 LENGTH = "$x_5$ (cm)"
 
 _SURVEYED = 24  # frames from which it is told where things are
-_WORDS = "virtual experiment: a simulated chain, filmed by a simulated camera"
+_WORDS = "virtual experiment: simulated chain, simulated camera"
 
 
 def mark(figure):
     """Say at the top of a page that the experiment is not a real one."""
-    figure.suptitle(_WORDS, size=8, style="italic", color=style.VERMILION)
+    figure.suptitle(_WORDS, size=6.5, style="italic", color=style.VERMILION)
 
 
 def speed(run):
     """Belt speed and noise of a run in words."""
     velocity = run.attributes["belt_velocity"]
     return (
-        rf"$u$ = {to_si(velocity, 'velocity'):.2f} m/s = {velocity:.2f},  "
+        rf"$u$ = {to_si(velocity, 'velocity'):.2f} m/s = {velocity:.2f}, "
         rf"$\sigma$ = {run.attributes['noise']:g}"
     )
 
@@ -97,9 +97,9 @@ def draw_recording(trace, spectra, data, film):
         return
     drawing.draw_trace(trace, recording)
     trace.set(xlabel=SECONDS, ylabel=LENGTH)
-    words = f"{speed(data[film])};  {trace.get_title()}"
+    words = trace.get_title()
     trace.set_title("")
-    trace.set_title(words, loc="right", size=7.5)
+    panels.remark(trace, f"{words}\n{speed(data[film])}")
     names = (SMALL, LARGE) if len(spectra) == 2 else (WHOLE,)
     for axes, name in zip(spectra, names, strict=True):
         spectrum = recording.spectra.get(name)
@@ -110,7 +110,7 @@ def draw_recording(trace, spectra, data, film):
                 f"{LASTING_S:.0f} s or more in {recording.observed_s:.0f} s. The longest has "
                 f"{length:.0f} s."
             )
-            panels.note(axes, words, width=34)
+            panels.note(axes, words, width=28)
             axes.set(xticks=[], yticks=[])
         elif spectrum is None:
             panels.note(axes, f"no stretch of {name} amplitude")
@@ -123,14 +123,14 @@ def draw_recording(trace, spectra, data, film):
 def say_longest_slip(axes, run):
     """How long all blocks of a run slip at once, at most."""
     longest = films.longest_slip_of_all_s(run)
-    words = f"all blocks slip at once for {longest:.2g} s at most; in the experiment for over 60 s"
-    panels.note(axes, words, place=(0.5, 0.93), size=7, width=90)
+    words = f"all blocks slip at once for {longest:.2g} s at most; in the paper for over 60 s"
+    panels.note(axes, words, place=(0.5, 0.9), width=46)
 
 
 def _draw_multiples(axes, recording, spectrum):
     """The frequency whose multiples lie nearest to the peaks of a spectrum, if it has peaks."""
     values = recording.evenly(spectrum.begin_s, spectrum.end_s)
-    with panels.shortage_on(axes, place=(0.3, 0.85), size=6.5):
+    with panels.shortage_on(axes, place=(0.3, 0.85)):
         peaks = lines(values, recording.interval_s).peaks_hz
         words = "peaks (Hz): " + (", ".join(f"{peak:.2f}" for peak in peaks) or "none")
         if peaks.size >= LEAST_PEAKS:
@@ -138,4 +138,4 @@ def _draw_multiples(axes, recording, spectrum):
             for number in range(1, int(BAND_HZ[1] / best.step_hz) + 1):
                 axes.axvline(number * best.step_hz, color=style.GREY, linewidth=0.7, linestyle=":")
             words += f"\nmultiples of {best.step_hz:.3g} Hz: p = {best.p:.2g}"
-        axes.text(0.03, 0.92, words, transform=axes.transAxes, size=6.5, va="top")
+        axes.text(0.03, 0.92, words, transform=axes.transAxes, va="top")

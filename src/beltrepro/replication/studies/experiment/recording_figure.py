@@ -25,7 +25,7 @@ def save(recording, path):
 @style.styled
 def draw_recording(recording):
     """x_N(t), stretches of small amplitude shaded; below, spectra of the parts of Figs. 4 and 5."""
-    figure = style.page(_small_print(recording), 5.2)
+    figure = style.page(3.4)
     names = [name for name in (SMALL, LARGE, WHOLE) if name in recording.spectra]
     if len(names) == 2:  # one part is the whole
         names = [name for name in names if name != WHOLE]
@@ -47,11 +47,9 @@ def draw_trace(axes, recording):
         axes.axvspan(begin, end, color=style.GREEN, alpha=0.15, linewidth=0)
     axes.axhline(100 * recording.mean_length, color=style.GREY, linewidth=0.8, linestyle="--")
     axes.set_title(
-        rf"$r$ = {recording.disorder.words},  "
-        rf"$\langle x_N \rangle$ = {100 * recording.mean_length:.2f} cm,  "
+        rf"$r$ = {recording.disorder.words}; "
         f"small amplitude {100 * recording.small_share:.0f} % of the time, "
-        f"for {np.diff(recording.small_s, axis=1).max(initial=0.0):.0f} s at most",
-        size=8,
+        f"{np.diff(recording.small_s, axis=1).max(initial=0.0):.0f} s at most",
     )
 
 
@@ -64,16 +62,9 @@ def draw_spectrum(axes, spectrum, name):
     axes.set_ylim(np.quantile(power, 0.02), 5 * power.max())
     if 100 * frequency[0] > _HIGHEST_HZ:
         panels.plain_log(axes.xaxis)
-    title = f"{_WORDS[name]}, {spectrum.begin_s:.0f} s to {spectrum.end_s:.0f} s"
+    title = f"{_WORDS[name]}, {spectrum.begin_s:.0f} to {spectrum.end_s:.0f} s"
     if spectrum.law:
         band = np.array([spectrum.law.low, spectrum.law.high])
         axes.plot(band, spectrum.law(band), color=style.VERMILION, linewidth=1.4)
-        title += rf", $S \propto \nu^p$, $p$ = {spectrum.exponent.words}"
-    axes.set_title(title, size=8)
-
-
-def _small_print(recording):
-    return (
-        f"{recording.time_s.size} samples, {recording.observed_s:.1f} s without gaps. Shaded: "
-        f"small amplitude. Line: power law above the peak, fitted to averages in bins of log ν."
-    )
+        title += f"\n$p$ = {spectrum.exponent.words}"
+    panels.remark(axes, title)

@@ -9,12 +9,12 @@ FIGURE = Figure(
     title="Disorder parameter r(u) for several friction ratios, and where it falls.",
     uses=("friction_ratio", "friction_falls"),
     words=(
-        "Not in the paper. Left: r against belt velocity, medians over the replicates, for several "
-        "ratios f_s of kinetic to static friction; the paper has 0.45. Right: the belt velocity at "
+        "Not in the paper. a: r against belt velocity, medians over the replicates, for several "
+        "ratios f_s of kinetic to static friction; the paper has 0.45. b: the belt velocity at "
         "which r falls, with its 95 % interval, against f_s; bars span the transition region."
     ),
     alt=(
-        "Two panels: curves of r against belt velocity, one for each friction ratio, and the belt "
+        "Two panels: marks of r against belt velocity, one for each friction ratio, and the belt "
         "velocity of the fall against the friction ratio."
     ),
     category="Further studies",
@@ -22,19 +22,21 @@ FIGURE = Figure(
 
 
 @style.styled
-def draw(data, caption):
-    """Left: r(u), a curve for each f_s; right: u_c against f_s."""
+def draw(data):
+    """a: r(u), marks for each f_s; b: u_c against f_s."""
     panels.require(data, FIGURE)
     scan, falls = data["friction_ratio"].arrays, data["friction_falls"]
-    figure = style.page(caption, 3.4)
-    left, right = figure.subplots(1, 2, width_ratios=(1.3, 1))
+    figure = style.page(4.0)
+    left, right = figure.subplots(2, 1, height_ratios=(1.4, 1))
+    panels.letter(left, "a")
+    panels.letter(right, "b")
     for index, ratio in enumerate(np.unique(scan["friction_ratio"])):
         chosen = scan["friction_ratio"] == ratio
         label = f"$f_s = {ratio:g}$"
         velocity, disorder = (
             scan[name][chosen] for name in ("belt_velocity", "disorder_parameter")
         )
-        panels.curve(left, velocity, disorder, index, label=label, linewidth=0.9)
+        panels.single_runs(left, velocity, disorder, index, label=label)
     panels.finish_curves(left, xlabel=panels.BELT_VELOCITY)
     _draw_falls(right, falls[falls["critical"].notna()])
     right.set(xlabel="$f_s$", ylabel="$u_c$")
@@ -49,5 +51,5 @@ def _draw_falls(axes, falls):
     axes.vlines(ratio, falls["lower"], falls["upper"], color="0.85", linewidth=4)
     look = {"color": style.BLUE, "markersize": 3, "elinewidth": 0.8}
     ends = falls["critical"] - falls["low"], falls["high"] - falls["critical"]
-    axes.errorbar(ratio, falls["critical"], ends, fmt="o-", **look)
+    axes.errorbar(ratio, falls["critical"], ends, fmt="o", **look)
     axes.set_xlim(0, 1)

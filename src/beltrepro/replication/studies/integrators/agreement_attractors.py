@@ -22,11 +22,12 @@ FIGURE = Figure(
     category="Integrators compared",
 )
 
+TICKS = 5  # most words at an axis of belt velocities
 _WIDTH = 0.8  # of the group of bars at one u
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """One row for each initial spread. Left: share that still sticks; right: r at the end."""
     panels.require(data, FIGURE)
     tested, reference, table = (data[name] for name in FIGURE.uses)
@@ -34,7 +35,7 @@ def draw(data, caption):
     shares = table[table["quantity"] == measure.STILL_STICKING]
     spreads = np.unique(tested.arrays["initial_spread"])
     velocities = np.unique(tested.arrays["belt_velocity"])
-    figure = style.page(caption, 1.2 + 2.0 * max(spreads.size, 1))
+    figure = style.page(0.8 + 1.9 * max(spreads.size, 1))
     rows = figure.subplots(max(spreads.size, 1), 2, sharex=True, squeeze=False)
     for (left, right), spread in zip(rows, spreads, strict=False):
         at_spread = shares[np.isclose(shares["initial_spread"], spread)]
@@ -53,14 +54,16 @@ def draw(data, caption):
         right.set_ylim(bottom=0)
         left.set_title(f"initial spread {spread:g}", loc="left")
     for panel in rows[-1]:
-        panel.set_xticks(range(velocities.size), [f"{velocity:g}" for velocity in velocities])
+        every = max(1, -(-velocities.size // TICKS))
+        words = [f"{velocity:g}" for velocity in velocities[::every]]
+        panel.set_xticks(range(0, velocities.size, every), words)
         panel.set_xlabel(panels.BELT_VELOCITY)
     for panel in rows.flat:
         if not panel.has_data():
             panels.note(panel, "no runs")
     handles, labels = rows[0][0].get_legend_handles_labels()
     if labels:
-        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+        figure.legend(handles, labels, loc="outside upper center", ncols=2)
     return figure
 
 

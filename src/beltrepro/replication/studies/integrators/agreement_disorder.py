@@ -26,15 +26,16 @@ FIGURE = Figure(
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a: mean r of both against u; b: difference in standard errors; c: p-values in order."""
     panels.require(data, FIGURE)
     table = data["agreement"]
     rows = table[table["quantity"] == measure.DISORDER]
-    figure = style.page(caption, 3.6)
-    left, middle, right = figure.subplots(1, 3)
-    for panel, name in zip((left, middle, right), "abc", strict=True):
+    figure = style.page(3.8)
+    places = figure.subplot_mosaic([["a", "a"], ["b", "c"]])
+    for name, panel in places.items():
         panels.letter(panel, name)
+    left, middle, right = places.values()
     curves = rows.groupby(["n_blocks", "noise"])
     for index, ((_, noise), curve) in enumerate(curves):
         _curve(left, middle, curve, index, rf"$\sigma = {noise:g}$")
@@ -44,9 +45,7 @@ def draw(data, caption):
     _limits(middle, len(rows))
     _p_values(right, rows)
     if len(rows):
-        figure.legend(
-            *left.get_legend_handles_labels(), loc="outside upper center", ncols=len(curves)
-        )
+        panels.legend_above(left, ncols=len(curves))
     return figure
 
 
@@ -79,4 +78,4 @@ def _p_values(axes, rows):
             axes.plot(share, values, marker, markersize=3.5, label=label)
     axes.set(xlabel="expected in order", ylabel="p-value")
     if axes.get_legend_handles_labels()[1]:
-        axes.legend()
+        axes.legend(loc="upper left")

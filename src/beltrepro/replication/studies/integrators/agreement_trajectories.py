@@ -34,12 +34,12 @@ _ROUNDING = 1e-5  # below, before the first event, there is only rounding
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a: separation against time; b: shift of shared events; c and d: error against the step."""
     panels.require(data, FIGURE)
     tested, reference = (data[name] for name in FIGURE.uses[:2])
-    figure = style.page(caption, 5.4)
-    axes = figure.subplots(2, 2).ravel()
+    figure = style.page(6.4)
+    axes = figure.subplots(4, 1)
     for panel, name in zip(axes, "abcd", strict=True):
         panels.letter(panel, name)
     _paths(axes[0], axes[1], tested.arrays, reference.arrays)
@@ -55,7 +55,7 @@ def draw(data, caption):
             panels.note(panel, words)
     handles, labels = axes[1].get_legend_handles_labels()
     if labels:
-        figure.legend(handles, labels, loc="outside upper center", ncols=6)
+        figure.legend(handles, labels, loc="outside upper center", ncols=3)
     return figure
 
 

@@ -20,7 +20,7 @@ FIGURE = Figure(
     ),
     alt=(
         "Two panels of friction force against external force during one event: a straight line "
-        "while stuck, a jump, and a noisy band while slipping, which is enlarged beside it."
+        "while stuck, a jump, and a noisy band while slipping, which is enlarged below it."
     ),
     number="7",
 )
@@ -37,12 +37,12 @@ class Event:
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """Friction force of one block against the resultant spring force on it."""
     panels.require(data, FIGURE)
     series = data["friction_event"]
-    figure = style.page(caption, 3.9)
-    axes, enlarged = figure.subplots(1, 2, width_ratios=(1.7, 1))
+    figure = style.page(3.8)
+    axes, enlarged = figure.subplots(2, 1, height_ratios=(1.9, 1))
     for panel, mark in ((axes, "a"), (enlarged, "b")):
         panels.letter(panel, mark)
         panel.set(xlabel="$F_{ex}$", ylabel="$F_f$")

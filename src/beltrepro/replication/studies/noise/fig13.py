@@ -2,6 +2,7 @@
 
 from beltrepro.replication.drawing import panels, replicate_panels, style
 from beltrepro.replication.plan.registry import Figure
+from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.stats import sections
 
 FIGURE = Figure(
@@ -9,15 +10,15 @@ FIGURE = Figure(
     uses=("n5_replicates", "n5_replicates_check", "n5_rows", "n5_rows_check"),
     words=(
         "The fall of r with belt velocity for several noise levels: little changes at weak noise;"
-        " stronger noise moves the fall to higher velocities and makes it gradual. a: independent "
-        "runs from starts of their own, means and the middle 80 % of them; without noise a dot for "
-        "each, and crosses for the means by the scheme of the paper. b: single runs over "
-        "the whole range, as the paper shows them: without noise a run ends on one of several "
-        "attractors, and beyond u = 37 on those of large amplitude again."
+        " stronger noise moves the fall to higher velocities and makes it gradual. a: single runs, "
+        "as in the paper, and black the critical velocities that it prints for the noises 0 and "
+        "2.2. Without noise a run ends on one of several attractors, and beyond u = 37 on those of "
+        "large amplitude again. b: independent runs from starts of their own, a dot each, and "
+        "lines for their means where all lie on one branch; crosses: means by the paper's scheme."
     ),
     alt=(
-        "Two panels of r against belt velocity, a colour for each noise level: above, lines with "
-        "bands about the fall; below, dots of single runs over all velocities."
+        "Two panels of r against belt velocity, a colour for each noise level: above, marks of "
+        "single runs over all velocities; below, dots of many runs with lines about the fall."
     ),
     number="13",
 )
@@ -26,41 +27,52 @@ LEFT_OUT = (0.25, 0.5)  # levels at which nothing differs from those beside them
 
 
 @style.styled
-def draw(data, caption):
-    """a: r(u) of five blocks over replicates, for each noise; b: r of single runs."""
+def draw(data):
+    """a: r(u) of single runs of five blocks, for each noise; b: r of independent runs."""
     panels.require(data, FIGURE)
-    figure = style.page(caption, 5.6)
+    figure = style.page(4.2)
     axes = figure.subplots(2, 1, sharey=True)
     noises = sorted({s for name in ("n5_replicates", "n5_rows") for s in _levels(data[name])})
-    for panel, mark, name in zip(axes, "ab", ("n5_replicates", "n5_rows"), strict=True):
+    for panel, mark, name in zip(axes, "ab", ("n5_rows", "n5_replicates"), strict=True):
         panels.letter(panel, mark)
         for scan, overlay in panels.layers(data, name):
             for noise in _levels(scan):
                 row = sections.rows(scan, n_blocks=5, noise=noise)
                 points = row["belt_velocity"], row["disorder_parameter"]
-                draw_row = _replicates if mark == "a" else _single_runs
+                draw_row = _single_runs if mark == "a" else _replicates
                 draw_row(panel, points, noise, noises.index(noise), overlay)
         panels.finish_curves(panel, xlabel=panels.BELT_VELOCITY)
-    panels.remark(axes[0], rf"{replicate_panels.WORDS}; dots: runs at $\sigma = 0$")
-    panels.remark(axes[1], "single runs")
-    axes[1].set_xlim(left=0)
+    _printed(axes[0])
+    axes[0].set_xlim(left=0)
     return figure
 
 
 def _replicates(axes, points, noise, index, overlay):
-    """Without noise runs end on attractors that are far apart: each is drawn, and no band."""
+    """Dots and their means; crosses for the other integrator."""
     colour = style.line_style(index)["color"]
     if overlay:
         replicate_panels.crosses(axes, *points, colour, overlay)
     else:
-        apart = {"runs": colour, "band": False} if noise == 0 else {}
         label = rf"$\sigma = {noise:g}$"
-        replicate_panels.band(axes, *points, index, label=label, **apart)
+        replicate_panels.draw_runs(axes, *points, index, label=label)
 
 
 def _single_runs(axes, points, noise, index, overlay):
     label = rf"$\sigma = {noise:g}$"
-    panels.curve(axes, *points, index, label=label, overlay=overlay, linestyle="none")
+    panels.single_runs(axes, *points, index, label=label, overlay=overlay)
+
+
+def _printed(axes):
+    """Critical velocities of the paper."""
+    axes.set_ylim(top=1.15 * axes.get_ylim()[1])
+    place = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points", "va": "center"}
+    for velocity, words, side in (
+        (printed("u-critical"), r"paper: $u_c$ at $\sigma = 0$", "right"),
+        (printed("uc-sigma22")["u_c"], r"at $\sigma = 2.2$", "left"),
+    ):
+        axes.plot(velocity, 0.94, "x", color=style.BLACK, transform=axes.get_xaxis_transform())
+        shift = (-4 if side == "right" else 4), 0
+        axes.annotate(words, (velocity, 0.94), xytext=shift, ha=side, **place)
 
 
 def _levels(scan):

@@ -8,12 +8,13 @@ FIGURE = Figure(
     uses=("n5_columns",),
     words=(
         "At belt velocities of 20 and more, r rises with noise: steeply at 20, later and more "
-        "gradually at higher velocities. Dots are runs with random numbers of their own, with "
-        "their mean and the middle 80 % of them: where runs are short they lie on two branches."
+        "gradually at higher velocities. a: one run at each point, as in the paper; the dashed "
+        "line guides the eye there too. Below: all runs with random numbers of their own, a dot "
+        "each, and their mean where they lie on one branch. At weak noise they end on several."
     ),
     alt=(
-        "Panels of r against noise, one for each belt velocity: dots of single runs, their mean "
-        "and a band."
+        "A panel of r against noise with marks for each belt velocity, and below it a panel for "
+        "each belt velocity: dots of single runs and a line where they agree."
     ),
     number="15",
 )
@@ -22,12 +23,12 @@ GUIDE = 5.0  # a line at this sigma, only to guide the eye
 
 
 @style.styled
-def draw(data, caption):
-    """r(sigma) of five blocks, a panel for each belt velocity."""
+def draw(data):
+    """r(sigma) of five blocks: a run at each point, and all runs, a panel for each u."""
     panels.require(data, FIGURE)
     velocities = panels.levels(data["n5_columns"], "belt_velocity")
-    figure = style.page(caption, 4.6)
+    figure = style.page(4.6)
     places = {(5, u): f"$u = {u:g}$" for u in velocities}
     for axes in replicate_panels.against_noise(figure, data, "n5_columns", places, across=3):
-        axes.axvline(GUIDE, color="0.6", linewidth=0.8, linestyle="--", zorder=0)
+        axes.axvline(GUIDE, color=style.BLACK, linewidth=0.6, linestyle="--", zorder=0)
     return figure

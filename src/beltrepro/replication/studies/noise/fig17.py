@@ -2,7 +2,6 @@
 
 import numpy as np
 from matplotlib.colors import LogNorm
-from matplotlib.ticker import LogLocator
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
@@ -13,14 +12,13 @@ FIGURE = Figure(
     title=(
         "Natural distribution over belt velocity and velocity of the last block, for four noises."
     ),
-    uses=("n5_rows", "n5_replicates"),
+    uses=("n5_rows",),
     words=(
         "The density of section velocities over belt velocity at four noise levels: windows "
-        "vanish, the edge of chaos softens, and at last noise fills the plane. Of each run the "
-        "first crossings after the transient are kept; where independent runs were made at the "
-        "same point, theirs are joined to them. Marks at the foot explain columns that are blank "
-        "but for a narrow band: blue, the last block does not stick any more; orange, both motions "
-        "take turns, and the crossings kept may be of one of them."
+        "vanish, the edge of chaos softens, and at last noise fills the plane. Each column is one "
+        "run, of which the first crossings after the transient are kept. Marks at the foot explain "
+        "columns that are blank but for a narrow band: blue, the last block does not stick any "
+        "more; orange, both motions take turns, and the crossings kept may be of one of them."
     ),
     alt=(
         "Four density maps over belt velocity and velocity of the last block, for rising noise, "
@@ -36,12 +34,12 @@ DECADES = 3  # range of the colours below the largest density, at most
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """Density of v_N at the section for each u, on the plane (u, v_N), a panel per noise level."""
     panels.require(data, FIGURE)
-    rows = {noise: _joined(data, noise) for noise in NOISES}
+    rows = {s: sections.rows(data["n5_rows"], n_blocks=5, noise=s) for s in NOISES}
     span = _span(rows.values())
-    figure = style.page(caption, 5.6)
+    figure = style.page(4.0)
     grid = figure.subplots(2, 2, sharex=True, sharey=True)
     maps = {
         noise: measure.velocity_density(row, bins=BINS, range=span)
@@ -68,23 +66,11 @@ def draw(data, caption):
         axes.set_ylabel(panels.VELOCITY)
     if image is not None:
         bar = figure.colorbar(
-            image, ax=grid, pad=0.01, extend=extend, ticks=LogLocator(subs=(1, 2, 5)), format="%g"
+            image, ax=grid, pad=0.02, aspect=40, extend=extend, location="bottom", format="%g"
         )
         bar.minorticks_off()
         bar.set_label("density of $v_N$ at given $u$")
     return figure
-
-
-def _joined(data, noise):
-    """The row at a noise, with independent runs at its points; their crossings, joined by u."""
-    row, others = (sections.rows(data[name], n_blocks=5, noise=noise) for name in FIGURE.uses)
-    others = sections.select(others, np.isin(others["belt_velocity"], row["belt_velocity"]))
-    kept = ("belt_velocity", "laminar_fraction", "laminar_count")
-    joined = {name: np.concatenate([row[name], others[name]]) for name in kept}
-    values = [np.asarray(part["section_velocity"], dtype=float) for part in (row, others)]
-    width = max(velocities.shape[1] for velocities in values)
-    padded = [np.pad(v, ((0, 0), (0, width - v.shape[1])), constant_values=np.nan) for v in values]
-    return joined | {"section_velocity": np.concatenate(padded)}
 
 
 def _marks(axes, row, span):

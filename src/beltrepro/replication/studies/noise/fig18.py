@@ -13,15 +13,17 @@ FIGURE = Figure(
     uses=("n5_map", "n5_replicates"),
     words=(
         "The disorder parameter over belt velocity and noise. In the paper white dots enclose the "
-        "range of intermittency, which ends above zero noise and widens at strong noise. Here each "
-        "point has one that is intermittent by the rule above the map, in one run of limited "
-        "length. b: the share of time in laminar phases, that is, slips of the last block longer "
-        "than 200, in runs from starts of their own; the dotted lines are the limits of the rule."
+        "range of intermittency, which ends above zero noise and widens at strong noise. Here they "
+        "are the first and the last intermittent point at each noise, in one run of limited length "
+        "each; small dots are those between them. A point is intermittent if its run takes turns "
+        "for a share of the time within the dotted lines of b. b: the share of time in laminar "
+        "phases, that is, slips of the last block longer than 200, in runs from starts of their "
+        "own, with its mean; without noise a run has one of both motions for good."
     ),
     alt=(
-        "Two panels: a colour map of r over belt velocity and noise, with a white dot at each "
-        "intermittent point; below, the share of laminar phases against belt velocity, a line "
-        "with a band for each noise."
+        "Two panels: a colour map of r over belt velocity and noise, with white dots about the "
+        "intermittent range; below, the share of laminar phases against belt velocity, dots of "
+        "runs and a line for each noise."
     ),
     number="18",
 )
@@ -31,13 +33,13 @@ LEFT_OUT = (0.5,)  # noise at which b shows what it shows at 0 and 1
 
 
 @style.styled
-def draw(data, caption):
-    """a: r over the plane (u, sigma), a dot where `intermittent_mask` holds; b: laminar shares."""
+def draw(data):
+    """a: r over the plane (u, sigma), dots where `intermittent_mask` holds; b: laminar shares."""
     panels.require(data, FIGURE)
     points = data["n5_map"].arrays
     points = sections.select(points, points["n_blocks"] == 5)
-    figure = style.page(caption, 6.4)
-    above, below = figure.subplots(2, 1, height_ratios=(1.5, 1))
+    figure = style.page(4.6)
+    above, below = figure.subplots(2, 1, height_ratios=(1.7, 1))
     panels.letter(above, "a")
     above.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.NOISE)
     if points["noise"].size:
@@ -66,32 +68,36 @@ def _map(figure, axes, points):
 
 
 def _dots(axes, points):
+    """White dots at the ends of the intermittent range at each noise, small ones between them."""
     mask = intermittency.intermittent_mask(points)
-    low, high = intermittency.LAMINAR_SHARE
-    rule = f"laminar phases, at least {intermittency.MINIMUM_PHASES}, take {low:.0%} to {high:.0%}"
-    words = "dots: intermittent" if mask.any() else "no point is intermittent"
-    panels.remark(axes, f"{words} ({rule} of the time)")
-    places = points["belt_velocity"][mask], points["noise"][mask]
-    look = {"color": "white", "markeredgecolor": "black", "markeredgewidth": 0.4}
-    if mask.any():  # dots that may leave the panel count in the layout, none of them too
-        axes.plot(*places, "o", markersize=3.2, clip_on=False, **look)
+    if not mask.any():
+        panels.remark(axes, "no point is intermittent")
+        return
+    panels.remark(axes, "white: ends of the intermittent range")
+    velocity, noise = points["belt_velocity"][mask], points["noise"][mask]
+    ends = np.zeros(velocity.size, dtype=bool)
+    for level in np.unique(noise):
+        here = velocity[noise == level]
+        ends |= (noise == level) & ((velocity == here.min()) | (velocity == here.max()))
+    look = {"color": "white", "markeredgecolor": "black", "clip_on": False}
+    axes.plot(velocity[~ends], noise[~ends], ".", markersize=1.2, color="white")
+    axes.plot(velocity[ends], noise[ends], "o", markersize=3.2, markeredgewidth=0.5, **look)
 
 
 def _shares(axes, scan):
     noises = [noise for noise in panels.levels(scan, "noise") if noise not in LEFT_OUT]
     for index, noise in enumerate(noises):
         row = sections.rows(scan, n_blocks=5, noise=noise)
-        label = rf"$\sigma = {noise:g}$"
         share = row["belt_velocity"], row["laminar_fraction"]
+        label = rf"$\sigma = {noise:g}$"
         # without noise a run has one of both motions for good
-        replicate_panels.band(axes, *share, index, label=label, band=noise > 0)
+        apart = np.inf if noise > 0 else 0.0
+        replicate_panels.draw_runs(axes, *share, index, label=label, apart=apart)
     for limit in intermittency.LAMINAR_SHARE:
         axes.axhline(limit, color="0.5", linewidth=0.8, linestyle=":")
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.04, 1.04))
-    panels.remark(axes, replicate_panels.WORDS)
-    if axes.get_legend_handles_labels()[1]:
-        axes.legend(loc="center left")
-    else:
+    panels.legend_above(axes)
+    if not noises:
         panels.note(axes, "no run with five blocks")
 
 

@@ -17,13 +17,14 @@ FIGURE = Figure(
     ),
     words=(
         "The fall of r with belt velocity for several numbers of blocks: it moves up and becomes "
-        "more gradual as blocks are added. a: independent runs from starts of their own, mean "
-        "and the middle 80 % of them; the strips at the top are the transition regions that the "
-        "paper prints. b: single runs of all numbers of blocks."
+        "more gradual as blocks are added, here at the noise 1. a: the numbers of blocks whose "
+        "transition regions the paper prints (black). Dots are independent runs from starts of "
+        "their own, and lines their means where all lie on one branch. b: single runs of all "
+        "numbers of blocks."
     ),
     alt=(
-        "Two panels of r against belt velocity, a colour for each number of blocks: above, lines "
-        "with bands for 5, 7 and 10 blocks under three coloured strips; below, dots for all."
+        "Two panels of r against belt velocity, a colour for each number of blocks: above, dots "
+        "and lines for 5, 7 and 10 blocks under three black strips; below, marks for all."
     ),
     number="19",
 )
@@ -34,29 +35,26 @@ ORDER = (5, 7, 10, 2, 3, 4, 6)  # numbers of blocks in the order of the styles
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a: r(u) at sigma = 1 over replicates for N = 5, 7, 10; b: single runs for every N."""
     panels.require(data, FIGURE)
-    figure = style.page(caption, 5.6)
+    figure = style.page(4.4)
     above, below = figure.subplots(2, 1, sharex=True)
     panels.letter(above, "a")
     panels.letter(below, "b")
     for n_blocks in SHOWN:
-        _band(above, data, n_blocks)
+        _runs(above, data, n_blocks)
     for name in ("n5_rows", "size_rows"):
         for scan, overlay in panels.layers(data, name):
             for n_blocks in panels.levels(scan, "n_blocks"):
                 row = sections.rows(scan, n_blocks=n_blocks, noise=NOISE)
                 points = row["belt_velocity"], row["disorder_parameter"], _index(n_blocks)
                 label = f"$N = {n_blocks}$"
-                panels.curve(below, *points, label=label, overlay=overlay, linestyle="none")
+                panels.single_runs(below, *points, label=label, overlay=overlay)
     for axes in (above, below):
         panels.finish_curves(axes, xlabel=panels.BELT_VELOCITY)
         axes.label_outer()
     _strips(above)
-    words = rf"$\sigma = {NOISE:g}$"
-    panels.remark(above, f"{words}; {replicate_panels.WORDS}; strips: regions in the paper")
-    panels.remark(below, f"{words}; single runs")
     above.set_xlim(left=0)
     return figure
 
@@ -66,18 +64,17 @@ def _index(n_blocks):
     return ORDER.index(n_blocks) if n_blocks in ORDER else int(n_blocks)
 
 
-def _band(axes, data, n_blocks):
+def _runs(axes, data, n_blocks):
     for name in ("n5_replicates", "size_replicates"):
         row = sections.rows(data[name], n_blocks=n_blocks, noise=NOISE)
         points = row["belt_velocity"], row["disorder_parameter"], _index(n_blocks)
-        replicate_panels.band(axes, *points, label=f"$N = {n_blocks}$", linestyle="-")
+        replicate_panels.draw_runs(axes, *points, label=f"$N = {n_blocks}$")
 
 
 def _strips(axes):
-    """The printed regions as strips at the top, in the colours of the curves."""
-    axes.set_ylim(top=axes.get_ylim()[1] * 1.2)
+    """The printed regions as strips at the top."""
+    axes.set_ylim(top=axes.get_ylim()[1] * 1.35)
     for place, n_blocks in enumerate(SHOWN):
         low, high = printed("transition-width")[str(n_blocks)]
-        top = 0.97 - 0.045 * place
-        colour = style.line_style(_index(n_blocks))["color"]
-        axes.axvspan(low, high, top - 0.03, top, color=colour, linewidth=0)
+        words = f"{'' if place else 'paper: '}$N = {n_blocks}$"
+        panels.printed_range(axes, low, high, words, top=0.98 - 0.09 * place)

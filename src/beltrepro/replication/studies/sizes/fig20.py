@@ -11,10 +11,12 @@ FIGURE = Figure(
     uses=("n10_u28", "n10_u31", "n10_u34", "n10_u38", "size_replicates"),
     words=(
         "Ten blocks without noise at four belt velocities in their transition region: quiet "
-        "stretches, longer and longer as the belt runs faster. Shaded: laminar phases, that is, "
-        "slips of the last block longer than 200. e: whether the alternation lasts, in runs from "
-        "starts of their own. A run whose last stick comes before its end slips for good: its "
-        "alternation was a transient, which ends at once in some runs and late in others."
+        "stretches, longer and longer as the belt runs faster. Of each series the part is shown in "
+        "which both motions are seen best; where all of it is shaded, the block had begun to slip "
+        "for good before. Shaded: laminar phases, that is, slips of the last block longer than "
+        "200. e: whether the alternation lasts, in runs from starts of their own. A run whose last "
+        "stick comes before its end slips for good: its alternation was a transient, which ends at "
+        "once in some runs and late in others. What lies below the dotted line is left out."
     ),
     alt=(
         "Five panels: in four of them the position of the last of ten blocks against time, with "
@@ -24,28 +26,28 @@ FIGURE = Figure(
     number="20",
 )
 
-SHOWN = 10000.0  # first part after the transient that is drawn
+SHOWN = 10000.0  # length of the part of a series that is drawn
 N_BLOCKS = 10
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a to d: x_N(t) after the transient; e: last stick of each run against belt velocity."""
     panels.require(data, FIGURE)
     scan = data["size_replicates"]
     laminar_time = float(scan.attributes["laminar_time"])
     series = (data[name] for name in FIGURE.uses if name != "size_replicates")
     every = sorted(series, key=lambda one: one.attributes["belt_velocity"])
-    figure = style.page(caption, 7.0)
+    figure = style.page(5.6)
     *stack, below = figure.subplots(len(every) + 1, 1, height_ratios=[1] * len(every) + [1.5])
     for axes, mark, series in zip(stack, "abcd", every, strict=True):
         axes.sharex(stack[0])
         axes.sharey(stack[0])
         axes.tick_params(labelbottom=axes is stack[-1])
-        start = float(series.attributes["transient"])
         panels.letter(axes, mark)
-        alternation.trace(axes, series, laminar_time, (start, start + SHOWN), zero=start)
-    stack[-1].set_xlabel(r"$t - t_{\rm trans}$")
+        begin, _ = alternation.half_laminar(series, laminar_time, SHOWN)
+        alternation.trace(axes, series, laminar_time, (begin, begin + SHOWN), zero=begin)
+    stack[-1].set_xlabel("$t$ from the begin of each panel")
     panels.letter(below, "e")
     _last_sticks(below, scan, laminar_time)
     return figure
@@ -63,10 +65,11 @@ def _last_sticks(axes, scan, laminar_time):
     # a run that never sticks after the transient has none
     last = np.where(np.isfinite(row["last_stick_time"]), row["last_stick_time"], transient)
     lasting = last > duration - laminar_time
-    axes.plot(velocity, last / duration, "o", color=style.BLUE, alpha=0.5, label="a run")
+    axes.plot(
+        velocity, last / duration, ".", color=style.BLUE, markersize=3, alpha=0.5, label="a run"
+    )
     places = np.unique(velocity)
     share = [lasting[velocity == place].mean() for place in places]
-    axes.plot(places, share, color=style.VERMILION, label="share of runs that stick to the end")
+    axes.plot(places, share, color=style.VERMILION, label="share that sticks to the end")
     axes.axhline(transient / duration, color="0.5", linewidth=0.8, linestyle=":")
-    axes.legend(loc="lower left")
-    panels.remark(axes, rf"$\sigma = 0$, duration {duration:g}; dotted: what is left out before")
+    panels.legend_above(axes)

@@ -8,24 +8,25 @@ FIGURE = Figure(
     uses=("size_columns",),
     words=(
         "The rise of r with noise for several numbers of blocks, each at the upper edge of its "
-        "transition: it is less marked for longer chains. Dots are runs with random numbers of "
-        "their own, with their mean and the middle 80 % of them."
+        "transition: it is less marked for longer chains. a: one run at each point, as in the "
+        "paper. Below: all runs with random numbers of their own, a dot each, and their mean where "
+        "they lie on one branch."
     ),
     alt=(
-        "Panels of r against noise, one for each number of blocks: dots of single runs, their "
-        "mean and a band."
+        "A panel of r against noise with marks for each number of blocks, and below it a panel for "
+        "each: dots of single runs and a line where they agree."
     ),
     number="21",
 )
 
 
 @style.styled
-def draw(data, caption):
-    """r(sigma), a panel for each number of blocks (and belt velocity, if there are several)."""
+def draw(data):
+    """r(sigma): a run at each point, and all runs, a panel for each number of blocks and u."""
     panels.require(data, FIGURE)
     arrays = data["size_columns"].arrays
     points = sorted(set(zip(arrays["n_blocks"], arrays["belt_velocity"], strict=True)))
-    figure = style.page(caption, 4.6)
+    figure = style.page(4.6)
     places = {(n, u): f"$N = {n}$, $u = {u:g}$" for n, u in points}
     replicate_panels.against_noise(figure, data, "size_columns", places, across=2)
     return figure

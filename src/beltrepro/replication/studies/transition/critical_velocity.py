@@ -51,12 +51,12 @@ CLAIMS = {
 
 
 @style.styled
-def draw(data, caption):
+def draw(data):
     """a: u_c against sigma for five blocks; b: u_c and the region against N for each noise."""
     panels.require(data, FIGURE)
     table = data["critical_velocities"]
-    figure = style.page(caption, 3.8)
-    left, right = figure.subplots(1, 2)
+    figure = style.page(4.4)
+    left, right = figure.subplots(2, 1)
     panels.letter(left, "a")
     panels.letter(right, "b")
     left.set(xlabel=panels.NOISE, ylabel="$u_c$")
@@ -64,7 +64,7 @@ def draw(data, caption):
     _against_noise(left, table[table["n_blocks"] == N_BLOCKS])
     _against_size(right, table[table["dataset"].isin(["n5_replicates", "size_replicates"])])
     for axes in (left, right):
-        panels.legend_within(axes, fontsize=7)
+        panels.legend_above(axes, ncols=2)
         if table["critical"].isna().all():
             panels.note(axes, "r(u) falls nowhere, or has too few points")
     return figure
@@ -113,4 +113,5 @@ def _say_none(axes, rows, quantity, symbol):
     values = [value for value, same in rows.groupby(quantity) if same["critical"].isna().all()]
     if values:
         words = ", ".join(f"{value:g}" for value in values)
-        panels.remark(axes, f"no fall by half at {symbol} = {words}")
+        place = {"transform": axes.transAxes, "ha": "left", "va": "top"}
+        axes.text(0.02, 0.97, f"no fall by half at {symbol} = {words}", **place)

@@ -5,6 +5,7 @@ import numpy as np
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.transition.transients import settled_orbit
+from beltrepro.replication.verdicts.ledger import printed
 
 FIGURE = Figure(
     title="Chaotic transient and the motion that follows it at u = 20.",
@@ -13,12 +14,13 @@ FIGURE = Figure(
         "At u = 20 without noise, irregular stick-slip motion ends abruptly. In the paper the last "
         "block never sticks again, in a small periodic oscillation. On which orbit a run ends "
         "depends on its start and on rounding: the words above the panels say what this one does. "
-        "Dashed: end of the transient, that is, the first state to which the motion comes back "
-        "after each period; or, if it does not repeat itself, the last stick."
+        "Dashed, red: end of the transient, that is, the first state to which the motion comes "
+        "back after each period; or, if it does not repeat itself, the last stick. Dotted, black: "
+        "the end that the paper prints. c and d, in the paper insets: the ends of a and of b."
     ),
     alt=(
         "Position and relative velocity of the last block against time: irregular swings up to a "
-        "dashed line and regular ones after it, and beside each an enlarged stretch of these."
+        "dashed line and regular ones after it, and below them enlarged stretches of these."
     ),
     number="11",
 )
@@ -29,8 +31,8 @@ AFTER = 0.6  # share of the transient's length that is drawn after it
 
 
 @style.styled
-def draw(data, caption):
-    """a: x_N(t) from the start; b: v_rN(t); right: the end of what is drawn, enlarged."""
+def draw(data):
+    """a: x_N(t) from the start; b: v_rN(t); c and d: the end of what is drawn, enlarged."""
     panels.require(data, FIGURE)
     series = data["u20"]
     time, position, relative = panels.last_block(series)
@@ -41,41 +43,44 @@ def draw(data, caption):
     shown = time <= (1 + AFTER) * end + length
     time, position, relative = time[shown], position[shown], relative[shown]
 
-    figure = style.page(caption, 4.4)
-    grid = figure.subplots(2, 2, sharex="col", width_ratios=(2, 1))
-    for row, mark, values, label in (
-        (grid[0], "a", position, panels.POSITION),
-        (grid[1], "b", relative, panels.RELATIVE_VELOCITY),
+    figure = style.page(4.2)
+    places = figure.subplot_mosaic([["a", "a"], ["b", "b"], ["c", "d"]], height_ratios=(1, 1, 1.2))
+    for mark, axes in places.items():
+        panels.letter(axes, mark)
+        axes.set_xlabel("" if mark == "a" else panels.TIME)
+    for mark, inset, values, label in (
+        ("a", "c", position, panels.POSITION),
+        ("b", "d", relative, panels.RELATIVE_VELOCITY),
     ):
-        panels.letter(row[0], mark)
-        panels.trace(row[0], time, values, ylabel=label)
+        axes, enlarged = places[mark], places[inset]
+        panels.trace(axes, time, values, ylabel=label)
+        enlarged.set_ylabel(label)
         if time.size:
-            panels.zoom(*row, time, values, (time[-1] - length, time[-1]))
+            panels.zoom(axes, enlarged, time, values, (time[-1] - length, time[-1]))
+            axes.axvline(printed("u20-transient"), color=style.BLACK, linestyle=":")
             if end < time[-1] - length:
-                row[0].axvline(end, color=style.BLACK, linewidth=1.0, linestyle="--")
+                axes.axvline(end, color=style.VERMILION, linestyle="--")
         else:
-            panels.note(row[1], "no samples")
-    for axes in grid[1]:
-        axes.set_xlabel(panels.TIME)
+            panels.note(enlarged, "no samples")
     if time.size:
-        _say(grid, orbit, last_stick, sticks=last_stick > time[-1] - length)
+        _say(places, orbit, last_stick, sticks=last_stick > time[-1] - length)
     return figure
 
 
-def _say(grid, orbit, last_stick, *, sticks):
+def _say(places, orbit, last_stick, *, sticks):
     """What the motion does after its transient, and whether the paper's does the same."""
     if orbit:
         panels.remark(
-            grid[0, 0], f"periodic from $t$ = {orbit.since:.0f} on, period {orbit.period:.1f}"
+            places["a"], f"periodic from $t$ = {orbit.since:.0f} on, period {orbit.period:.1f}"
         )
     elif sticks:
-        panels.remark(grid[0, 0], "no end of the transient in this series")
+        panels.remark(places["a"], "no end of the transient in this series")
     else:
-        panels.remark(grid[0, 0], f"last stick at $t$ = {last_stick:.0f}, no period found")
+        panels.remark(places["a"], f"last stick at $t$ = {last_stick:.0f}, no period found")
     if sticks:
-        panels.remark(grid[1, 0], "the last block goes on sticking; in the paper it only slips")
+        panels.remark(places["b"], "the last block goes on sticking; in the paper it only slips")
     else:
-        panels.remark(grid[1, 0], "the last block only slips, as in the paper")
+        panels.remark(places["b"], "the last block only slips, as in the paper")
 
 
 def _last_stick(time, relative):

@@ -7,10 +7,11 @@ from beltrepro.replication.drawing import marks, panels, style
 from beltrepro.replication.drawing import motion_panels as motions
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.transition import measure, transients
+from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.stats import sections
 
 FIGURE = Figure(
-    title="Bifurcation diagram, largest exponent and r(u) without noise, with lifetimes.",
+    title="Bifurcation diagram and r(u) without noise, with lifetimes and largest exponents.",
     uses=(
         "n5_rows",
         "n5_rows_check",
@@ -21,46 +22,50 @@ FIGURE = Figure(
     ),
     words=(
         "The bifurcation diagram of section velocities and the disorder parameter r against belt "
-        "velocity without noise: bands with windows, then a sharp fall of r. Between them, not in "
-        "the paper: the largest Lyapunov exponent of the exact motion, coloured by the motion in "
-        "which a run ends. Grey dots at r are runs from other starts, which end on several "
-        "attractors; where they fall lies the critical velocity. Below, the mean time for which "
+        "velocity without noise: bands with windows, then a sharp fall of r. Grey dots in b are "
+        "runs from other starts, which end on several attractors; where they fall lies the "
+        "critical velocity. Black: the region that the paper prints. c: the mean time for which "
         "exact motion is irregular, and, as in the inset of the paper, the mean time until the "
         "last block slips for good, of the runs in which it does by the paper's scheme. An arrow "
-        "stands where a lifetime has no upper limit."
+        "stands where a lifetime has no upper limit. d, not in the paper: the largest Lyapunov "
+        "exponent of the exact motion, coloured by the motion in which a run ends."
     ),
     alt=(
-        "Four panels against belt velocity: section velocities as points, largest Lyapunov "
-        "exponents, r as points with a line, and mean lifetimes of transients with error bars."
+        "Four panels against belt velocity: section velocities and r as points, mean lifetimes of "
+        "transients with error bars, and largest Lyapunov exponents."
     ),
     number="12",
     shows={"u-critical": ("critical", "lower", "upper")},
 )
 
 SPREAD = 10.0  # of the starts whose irregular motion is timed, as in the claim on lifetimes
+PRINTED = printed("transition-width")["5"]
 PLAIN = 50  # a shorter range of lifetimes has plain numbers
 
 
 @style.styled
-def draw(data, caption):
-    """v_N at the section; largest exponent; r; mean lifetimes. All against u, without noise."""
+def draw(data):
+    """a: v_N at the section; b: r; c: mean lifetimes; d: largest exponent. Against u, no noise."""
     panels.require(data, FIGURE)
-    figure = style.page(caption, 6.9)
-    heights = (1.3, 0.6, 1, 0.7)
-    top, middle, lower, bottom = figure.subplots(4, 1, sharex=True, height_ratios=heights)
+    figure = style.page(5.4)
+    heights = (1.5, 1.3, 0.9, 0.8)
+    top, disorder, lifetimes, bottom = figure.subplots(4, 1, sharex=True, height_ratios=heights)
+    for axes, mark in zip((top, disorder, lifetimes, bottom), "abcd", strict=True):
+        panels.letter(axes, mark)
     row = sections.rows(data["n5_rows"], n_blocks=5, noise=0.0)
-    panels.band_diagram(top, row, size=3.2)
+    panels.band_diagram(top, row, size=2.0)
     panels.finish_diagram(top)
     top.set_ylabel(panels.VELOCITY)
     panels.remark(top, panels.section_name(row))
-    motions.exponents(middle, data["motion_map"], 5, size=3)
-    middle.set_ylabel(motions.EXPONENT)
-    motions.legend(figure, [middle], loc="outside upper left")
-    _disorder(lower, data)
+    _disorder(disorder, data)
     if "n5_replicates_check" in data:
-        _mark_transition(lower, measure.fall(data["n5_replicates_check"], 5, 0.0))
-    _lifetimes(bottom, data)
-    bottom.set(xlabel=panels.BELT_VELOCITY, ylabel=r"$\tau$", xlim=(0, None))
+        _mark_transition(disorder, measure.fall(data["n5_replicates_check"], 5, 0.0))
+    panels.printed_range(disorder, *PRINTED, f"paper: {PRINTED[0]} to {PRINTED[1]}")
+    _lifetimes(lifetimes, data)
+    lifetimes.set_ylabel(r"$\tau$")
+    motions.exponents(bottom, data["motion_map"], 5)
+    panels.legend_above(bottom)
+    bottom.set(xlabel=panels.BELT_VELOCITY, ylabel=motions.EXPONENT, xlim=(0, None))
     figure.align_ylabels()
     return figure
 
@@ -74,18 +79,18 @@ def _disorder(axes, data):
             starts.arrays["disorder_parameter"],
             ".",
             color=style.GREY,
-            markersize=3,
+            markersize=2.2,
+            markeredgewidth=0,
             label="other starts",
         )
     for scan, overlay in panels.layers(data, "n5_rows"):
         row = sections.rows(scan, n_blocks=5, noise=0.0)
         points = row["belt_velocity"], row["disorder_parameter"]
         colour = style.ORANGE if overlay else style.BLUE
-        panels.curve(axes, *points, 0, overlay=overlay, color=colour, linewidth=0.8)
+        label = "" if overlay else "as in the paper"
+        panels.single_runs(axes, *points, 0, label=label, overlay=overlay, color=colour)
     panels.finish_curves(axes, xlabel="")
-    if axes.get_legend():
-        panels.make_room(axes, above=0.22)
-        axes.legend(loc="upper right", ncols=2)
+    panels.make_room(axes, above=0.22)
 
 
 def _mark_transition(axes, fall):
@@ -94,16 +99,18 @@ def _mark_transition(axes, fall):
         return
     region = axes.axvspan(lower, upper, color="0.9", linewidth=0, zorder=0)
     line = axes.axvline(critical, color="0.4", linewidth=0.8, linestyle="--", zorder=0)
-    words = f"grey: transition region {lower:.1f} to {upper:.1f}, dashed: $u_c$ = {critical:.1f}"
+    words = f"here: {lower:.1f} to {upper:.1f}, $u_c$ = {critical:.1f} (dashed)"
     marks.shown(region, "u-critical", "lower", "upper")
     marks.shown(line, "u-critical", "critical")
-    marks.shown(panels.remark(axes, words), "u-critical", "lower", "upper", "critical")
+    place = {"transform": axes.transAxes, "ha": "right", "va": "top"}
+    text = axes.text(0.98, 0.9, words, **place)
+    marks.shown(text, "u-critical", "lower", "upper", "critical")
 
 
 def _lifetimes(axes, data):
     looks = {
-        "irregular, exact motion": (style.BLUE, "o"),
-        "to the last stick, scheme of the paper": (style.VERMILION, "s"),
+        "irregular, exact": (style.BLUE, "o"),
+        "to the last stick, paper's scheme": (style.VERMILION, "s"),
     }
     makers = (
         lambda: transients.until_settled(data["survival"], SPREAD),
@@ -116,7 +123,7 @@ def _lifetimes(axes, data):
         if ended.any():
             middle = mean[ended]
             bars = middle - low[ended], high[ended] - middle
-            look_of_means = look | {"marker": marker, "markersize": 3.5, "label": label}
+            look_of_means = look | {"marker": marker, "markersize": 2.2, "label": label}
             axes.errorbar(place[ended], middle, bars, **look_of_means)
         if (~ended).any():
             axes.errorbar(place[~ended], low[~ended], low[~ended], lolims=True, **look)
@@ -127,7 +134,7 @@ def _lifetimes(axes, data):
     low, high = axes.get_ylim()
     if high < PLAIN * low:
         panels.plain_log(axes.yaxis)
-    panels.legend_within(axes, fontsize=7)
+    panels.legend_above(axes)
 
 
 def _means(maker):

@@ -1,0 +1,126 @@
+"""Not in the paper: the orbits behind the fall of r, and which starts and sweeps reach them."""
+
+import numpy as np
+
+from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.plan.registry import Figure
+
+FIGURE = Figure(
+    title="Branches of periodic orbits without noise, and the share of starts that end at small r.",
+    uses=("basins", "basin_shares", "sweep_falls"),
+    words=(
+        "Not in the paper. a: r of each periodic orbit of five blocks that was followed along u, "
+        "as points. Marks show how it ends: by grazing, or by a bifurcation. Crosses are runs that "
+        "are irregular at the end, plus signs orbits of more than 200 slips. b: share of the "
+        "starts that end at r below 0.05, with 95 % intervals, from rest and from slipping states "
+        "with the energy H for each block. c: the same share of sweeps without noise, in which u "
+        "goes up and then down in steps, for three times for which each u is held. The grey band "
+        "is where the paper sees r fall."
+    ),
+    alt=(
+        "Three panels against belt velocity: r of branches of periodic orbits with their ends, "
+        "shares of starts that end at small r, and shares of sweeps at small r."
+    ),
+    category="Further studies",
+)
+
+_PAPER = 15.0, 18.0  # where the paper sees r fall
+_BIFURCATIONS = ("fold", "period doubling", "torus", "stick of no length")
+_SHIFT = 0.16  # of u between the marks of kinds of starts
+
+
+@style.styled
+def draw(data):
+    """Above branches and their ends; then shares of starts, and of sweeps."""
+    panels.require(data, FIGURE)
+    figure = style.page(5.0)
+    orbits, starts, sweeps = figure.subplots(3, 1, sharex=True, height_ratios=(1.5, 1, 1))
+    _draw_branches(orbits, data["basins"].arrays)
+    shares = data["basin_shares"]
+    _draw_starts(starts, shares[shares["n_blocks"] == 5])
+    falls = data["sweep_falls"]
+    _draw_sweeps(sweeps, falls[falls["noise"] == 0])
+    for axes, name in zip((orbits, starts, sweeps), "abc", strict=True):
+        axes.axvspan(*_PAPER, color="0.9", linewidth=0, zorder=0)
+        panels.letter(axes, name)
+    for axes in (starts, sweeps):
+        axes.set(ylabel="share at small $r$", ylim=(-0.05, 1.05))
+    sweeps.set_xlabel(panels.BELT_VELOCITY)
+    return figure
+
+
+def _draw_branches(axes, arrays):
+    """r of each orbit, its ends, and irregular runs."""
+    orbits = arrays["branches"]
+    if not orbits.size:
+        panels.note(axes, "no orbit was followed")
+    look = {"markersize": 1.9, "color": style.BLUE, "markeredgewidth": 0}
+    axes.plot(orbits["belt_velocity"], orbits["disorder_parameter"], ".", **look)
+    kinds = {
+        "grazing": (orbits["end"] == "grazing", "o", style.VERMILION),
+        "bifurcation": (np.isin(orbits["end"], _BIFURCATIONS), "D", style.GREEN),
+    }
+    for label, (chosen, marker, colour) in kinds.items():
+        ends = orbits[chosen]
+        look = {"markersize": 2.6, "markerfacecolor": "none", "markeredgewidth": 0.6}
+        places = ends["belt_velocity"], ends["disorder_parameter"]
+        axes.plot(*places, marker, color=colour, label=label, **look)
+    attractors = arrays["attractors"]
+    followed = np.isin(attractors["attractor"], orbits["attractor"])
+    long = attractors[~followed & (attractors["state"] == "periodic")]
+    place = arrays["belt_velocity"][long["point"]]
+    look = {"markersize": 2.2, "markeredgewidth": 0.4, "color": style.SKY, "zorder": 0.5}
+    axes.plot(place, long["disorder_parameter"], "+", label="long orbit", **look)
+    irregular = arrays["state"] == "irregular"
+    place = np.broadcast_to(arrays["belt_velocity"][:, np.newaxis], irregular.shape)[irregular]
+    values = arrays["disorder_parameter"][irregular]
+    look = {"markersize": 2.4, "markeredgewidth": 0.4, "color": "0.55", "zorder": 0}
+    axes.plot(place, values, "x", label="irregular", **look)
+    axes.set(ylabel="$r$", yscale="log", ylim=(0.0025, 0.4))
+    panels.plain_log(axes.yaxis)
+    _legend_above(axes, 4)
+
+
+def _draw_starts(axes, shares):
+    """Shares of the starts at rest, and of slipping ones of each energy."""
+    energies = sorted(shares["start_energy"].unique())
+    for number, energy in enumerate(energies):
+        chosen = shares["start_energy"] == energy
+        label = f"$H/N = {energy:g}$" if energy else "rest"
+        shift = _SHIFT * (number - (len(energies) - 1) / 2)
+        _draw_shares(axes, shares[chosen], number, label, shift)
+    _finish_shares(axes, 4)
+
+
+def _draw_sweeps(axes, falls):
+    """Shares of the sweeps, up and down, for each hold."""
+    for number, hold in enumerate(sorted(falls["hold"].unique())):
+        for way, face in (("up", None), ("down", "white")):
+            rows = falls[(falls["hold"] == hold) & (falls["way"] == way)]
+            _draw_shares(axes, rows, number, f"{way}, {hold:g}", 0.0, face)
+    _finish_shares(axes, 3)
+
+
+def _draw_shares(axes, rows, number, label, shift, face=None):
+    ends = rows["share"] - rows["low"], rows["high"] - rows["share"]
+    colour = style.COLOURS[number]
+    look = {"color": colour, "ecolor": (colour, 0.5), "markersize": 2.2, "elinewidth": 0.4}
+    look |= {"markeredgewidth": 0.6} | ({"markerfacecolor": face} if face else {})
+    marker = style.MARKERS[number]
+    axes.errorbar(
+        rows["belt_velocity"] + shift, rows["share"], ends, fmt=marker, label=label, **look
+    )
+
+
+def _finish_shares(axes, columns):
+    if not axes.containers:
+        panels.note(axes, "no runs")
+        return
+    _legend_above(axes, columns)
+
+
+def _legend_above(axes, columns):
+    """Legend above a panel, beside its letter."""
+    place = {"loc": "lower left", "bbox_to_anchor": (0.06, 1.0), "ncols": columns}
+    space = {"columnspacing": 0.7, "handletextpad": 0.1, "borderpad": 0.1, "frameon": False}
+    axes.legend(fontsize=6.2, **place, **space)

@@ -1,0 +1,119 @@
+"""Basins: closed answers, the two motions at u = 15, labels along the belt velocity."""
+
+import numpy as np
+import pytest
+
+from beltrepro import (
+    ChainParameters,
+    ChainState,
+    Grid,
+    Setup,
+    basins,
+    close_orbit,
+    orbit_branch,
+    slipping_state,
+)
+from beltrepro.base.errors import InputError
+from beltrepro.stats import estimates
+
+# All blocks slip or move with the belt; on a cycle of 23 slips from there.
+LOW = [156.6, 298.4, 426.1, 531.6, 611.1], [15.0, 4.3, -20.7, 15.0, -4.4]
+
+
+def test_one_block_ends_on_its_one_orbit_or_never_sticks():
+    # k swings with any energy; H < u^2 / 2 never reaches the belt, all others stick once
+    chain = ChainParameters(1, 10.0, linear_limit=1000.0)
+    starts = [slipping_state(chain, energy) for energy in (9.0, 30.0, 49.0, 51.0, 90.0)]
+    one = basins(chain, duration=4000.0, initial_state=starts)
+    sliding, cycle = sorted(one.attractors, key=lambda attractor: attractor.state)
+    assert (sliding.state, sliding.reached_by, sliding.starts) == ("equilibrium slip", 3, 5)
+    assert (cycle.state, cycle.reached_by, cycle.period_events) == ("periodic", 2, 1)
+    reach = 71.4 * 0.55  # it slips from F_st to 2 k - F_st about k
+    period = 2 * (np.pi - np.arctan(reach / 10.0)) + 2 * reach / 10.0
+    assert cycle.period_time == pytest.approx(period, rel=1e-9)
+    assert one.runs["attractor"].tolist() == 3 * [sliding.label] + 2 * [cycle.label]
+    assert one.values.tolist() == [10.0] and one.quantity == "belt_velocity"
+
+
+def test_two_motions_at_one_belt_velocity():
+    chain = ChainParameters(5, 15.0)
+    low = ChainState.in_motion(chain, *LOW)
+    other = low.moved(low.positions + 0.1)
+    both = basins(chain, duration=20000.0, initial_state=[low, None, other])
+    few, many = sorted(both.attractors, key=lambda attractor: attractor.disorder_parameter)
+    assert (few.reached_by, few.period_events, many.reached_by) == (2, 23, 1)
+    assert few.disorder_parameter == pytest.approx(0.0118, abs=5e-5)
+    assert many.disorder_parameter == pytest.approx(0.137, abs=5e-3)
+    assert few.orbit.period_time == pytest.approx(29.23, abs=5e-3)
+    table = both.table().set_index("label")
+    share = estimates.share(2, 3)
+    assert table.loc[few.label, ["share", "share_low", "share_high"]].tolist() == list(
+        share.numbers
+    )
+
+
+@pytest.fixture(scope="module")
+def two():
+    """Two blocks from one start at each of four belt velocities; two orbits coexist at u = 20."""
+    return basins(Grid(2, [18.0, 19.0, 20.0, 23.0]), duration=6000.0)
+
+
+def test_an_orbit_keeps_its_label_and_is_there_where_no_start_reaches_it(two):
+    assert two.branches
+    for label, branch in two.branches.items():
+        inside = [value for value in two.values if branch.lower <= value <= branch.upper]
+        ones = [attractor for attractor in two.attractors if attractor.label == label]
+        assert [one.value for one in ones] == inside
+        slips = {one.period_events for one in ones}
+        assert slips == {branch.orbits[0].period_events}
+    for value in two.values:
+        here = [one for one in two.attractors if one.value == value]
+        assert sum(one.reached_by for one in here) == 1 == here[0].starts
+        assert len({one.label for one in here}) == len(here)
+
+
+def test_the_orbit_that_no_start_reached_is_there(two):
+    unseen = next(one for one in two.attractors if one.reached_by == 0)
+    again = close_orbit(unseen.orbit.state, unseen.period_time)
+    assert again.period_time == pytest.approx(unseen.period_time, rel=1e-12)
+    assert abs(again.largest_multiplier) < 1
+    branch = two.branches[unseen.label]
+    whole = orbit_branch(again, lower=18.0, upper=23.0)
+    ends = branch.lower, branch.upper
+    assert (whole.lower, whole.upper) == pytest.approx(ends, rel=1e-7)
+
+
+def test_shares_do_not_depend_on_the_order_of_the_starts():
+    grid = Grid(2, [19.0, 20.0], replicates=6)
+    order = np.random.default_rng(3).permutation(12)
+    shuffled = [np.array(values)[order].tolist() for values in (grid.chains, grid.replicate)]
+    told = {"duration": 6000.0, "initial_spread": 10.0}
+    sorted_out, mixed = basins(grid, **told), basins(shuffled[0], replicate=shuffled[1], **told)
+    assert [one.reached_by for one in mixed.attractors] == [6, 3, 3]
+    for one, other in zip(sorted_out.attractors, mixed.attractors, strict=True):
+        pairs = ((both.value, both.reached_by, both.period_events) for both in (one, other))
+        assert len(set(pairs)) == 1
+        assert one.period_time == pytest.approx(other.period_time, rel=1e-12)
+
+
+def test_picture_of_one_value_and_of_several(two, tmp_path):
+    for number, one in enumerate((two, basins(ChainParameters(1, 5.0), duration=3000.0))):
+        figure = one.plot(tmp_path / f"{number}.png")
+        assert (tmp_path / f"{number}.png").stat().st_size > 5000
+        bars = sum(bar.get_height() for bar in figure.axes[1].patches)
+        assert bars == pytest.approx(one.values.size)
+    assert repr(two) == "Basins(3 attractors of 4 starts, belt_velocity 18 to 23)"
+
+
+@pytest.mark.parametrize(
+    ("chains", "words"),
+    [
+        (Grid([1, 2], 5.0), "of 2 numbers of blocks"),
+        (Grid(2, [5.0, 6.0], friction_ratio=[0.4, 0.5]), "belt_velocity, friction_ratio"),
+        (ChainParameters(2, 5.0, noise=1.0), "noise = 1"),
+        (Setup(ChainParameters(2, 5.0), method="verlet"), "verlet"),
+    ],
+)
+def test_what_has_no_basins_is_refused(chains, words):
+    with pytest.raises(InputError, match=words):
+        basins(chains, duration=100.0)

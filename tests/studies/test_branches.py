@@ -1,0 +1,95 @@
+"""Branches and basins: what is recorded of small chains, and tables of made-up data."""
+
+import numpy as np
+import pytest
+
+import figure_data
+from beltrepro import ChainParameters, Setup, orbit_branch, periodic_orbit
+from beltrepro.replication.plan.attractors import basin_starts, sweeps
+from beltrepro.replication.studies.branches import measure
+
+ELSEWHERE = {"duration": 4000.0, "transient": 2000.0}
+
+
+@pytest.fixture(scope="module")
+def recorded():
+    """One and two blocks at two belt velocities, three starts each."""
+    chains = [ChainParameters(n, u) for n in (1, 2) for u in (19.0, 20.0) for _ in range(3)]
+    setup = Setup(chains, replicate=4 * [1, 2, 3], initial_spread=5.0)
+    return basin_starts(setup, duration=4000.0, energies=[1.0, 600.0])
+
+
+def test_starts_of_each_kind_are_recorded(recorded):
+    assert recorded["attractor"].shape == recorded["disorder_parameter"].shape == (12, 3)
+    assert recorded["start_energy"].tolist() == [0.0, 1.0, 600.0]
+    # H below u^2 / 2: no block reaches the belt
+    assert np.all(recorded["state"][:, 1] == "equilibrium slip")
+    assert np.all(recorded["state"][:, 0] == "periodic")
+    assert np.all(recorded["period_events"][:6, 0] == 1)  # of one block
+    # by the first point of each N and u; each label that a start reaches is there
+    assert set(recorded["attractors"]["point"]) == {0, 3, 6, 9}
+    for point in (0, 3, 6, 9):
+        there = recorded["attractors"]["attractor"][recorded["attractors"]["point"] == point]
+        assert set(recorded["attractor"][point : point + 3].ravel()) <= set(there)
+
+
+def test_branches_are_recorded_with_their_ends(recorded):
+    orbits = recorded["branches"]
+    one = orbits[orbits["point"] == 0]
+    assert np.all(one["end"][[0, -1]] == "edge") and not np.any(one["end"][1:-1] != "")
+    orbit = periodic_orbit(ChainParameters(2, 19.0), **ELSEWHERE)
+    branch = orbit_branch(orbit, lower=19.0, upper=20.0)
+    alike = orbits[(orbits["point"] == 6) & (orbits["period_events"] == orbit.period_events)]
+    first = alike[alike["attractor"] == alike["attractor"][0]]
+    assert first["belt_velocity"][-1] == branch.upper
+    r = branch.disorder_parameter[[0, -1]]
+    assert first["disorder_parameter"][[0, -1]] == pytest.approx(r, rel=1e-6)
+
+
+def test_a_sweep_goes_on_from_the_point_before():
+    # of two blocks one orbit is left at the ends; between them the way decides
+    chains = [ChainParameters(2, u) for u in (23.0, 19.75, 18.8, 20.0, 19.0, 20.5, 19.5)]
+    swept = sweeps(Setup(chains), duration=400.0, transient=200.0)["disorder_parameter"]
+    assert swept.shape == (7, 2)
+    order = np.argsort([chain.belt_velocity for chain in chains])
+    up, down = swept[order].T
+    assert up[[0, -1]] == pytest.approx(down[[0, -1]], rel=0.03)
+    assert np.all(np.abs(up[3:5] / down[3:5] - 1) > 0.05)  # hysteresis, of two orbits
+
+
+def test_shares_of_made_up_starts():
+    data = figure_data.branching()
+    table = measure.basin_shares(data)
+    assert len(table) == 3 * 6 * 3 and np.all(table["runs"] == 4)
+    # at u = 20 of five blocks starts at rest end at small r from run 1 on, those of H = 600 never
+    at = table[(table["n_blocks"] == 5) & (table["belt_velocity"] == 20)]
+    assert at[at["start_energy"] == 0]["share"].item() == 0.75
+    assert at[at["start_energy"] == 600]["share"].item() == 0.0
+    assert np.all(at["low"] <= at["share"]) and np.all(at["share"] <= at["high"])
+    ends = measure.branch_ends(data)
+    five = ends[ends["n_blocks"] == 5].set_index("attractor")
+    assert five.loc[2, ["lower_end", "upper_end"]].tolist() == ["grazing", "grazing"]
+    assert five.loc[1, "upper_end"] == "fold" and five.loc[2, "upper"] == 35.5
+    reached = data["basins"].arrays["attractor"]
+    assert five["starts"].tolist() == [np.sum(reached == 1), np.sum(reached == 2)]
+
+
+def test_falls_of_made_up_sweeps():
+    table = measure.sweep_falls(figure_data.branching())
+    at = table[(table["noise"] == 0) & (table["belt_velocity"] == 20)].set_index(["way", "hold"])
+    assert np.all(at.loc["up", "share"] == 0.0) and np.all(at.loc["down", "share"] == 1.0)
+
+
+def test_figure_marks_ends_and_shares():
+    data = figure_data.data_of("branches")
+    orbits, starts, _ = figure_data.draw("branches", data).axes
+    lines = {line.get_label(): line.get_xydata() for line in orbits.lines}
+    assert lines["grazing"].tolist() == [[17.0, 0.014], [35.5, 0.012]]
+    assert lines["bifurcation"].tolist() == [[21.0, 0.13]]
+    rest = starts.containers[0].lines[0].get_ydata()
+    shares = data["basin_shares"]
+    rows = shares[(shares["n_blocks"] == 5) & (shares["start_energy"] == 0)]
+    assert rest.tolist() == rows["share"].tolist()
+    assert all(line.get_linestyle() == "None" for line in orbits.lines)  # branches are never joined
+    sizes = [word.get_size() for word in [*starts.get_legend().get_texts(), starts.xaxis.label]]
+    assert min(sizes) >= 6
