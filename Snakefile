@@ -21,7 +21,7 @@ localrules:
 
 
 rule all:
-    "Everything: figures, claims, the comparison of integrators, report and article; the default."
+    "Everything: figures, claims, the comparison of integrators, and the report; the default."
     default_target: True
     input:
         FLOW.everything(),

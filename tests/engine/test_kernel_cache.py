@@ -1,5 +1,6 @@
 """The cache of kernels: what one process saves, others load; one compiles while the others wait."""
 
+import errno
 import itertools
 import os
 import subprocess
@@ -73,6 +74,43 @@ def test_without_a_folder_or_locks_each_compiles_for_itself(tmp_path, monkeypatc
     assert cache(tmp_path / "file" / "folder").load(KEY) is None
     monkeypatch.setattr(kernel_cache, "fcntl", None)
     assert all(cache(tmp_path).load(KEY) is None for _ in range(2))
+
+
+@pytest.mark.parametrize("kind", ["pipe", "folder", "of somebody else", "on a full disk"])
+def test_what_cannot_be_kept_or_trusted_is_compiled_anew(tmp_path, monkeypatch, caplog, kind):
+    one = cache(tmp_path)
+    assert one.load(KEY) is None
+    one.save(KEY, "code")
+    (path,) = tmp_path.glob("*.nbc")
+    if kind == "of somebody else":
+        status = path.stat()
+        assert kernel_cache._is_trusted(status)
+        of_another = os.stat_result([*status[:4], status.st_uid + 1, *status[5:]])
+        assert not kernel_cache._is_trusted(of_another)  # what it holds would run
+        monkeypatch.setattr(kernel_cache, "_is_trusted", lambda status: False)
+        assert cache(tmp_path).load(KEY) is None
+        return
+    path.unlink()
+    path.with_suffix(".lock").unlink()
+    if kind == "pipe":
+        os.mkfifo(path)
+        os.mkfifo(path.with_suffix(".lock"))
+    elif kind == "folder":
+        (path / "within").mkdir(parents=True)
+    else:
+        monkeypatch.setattr(Path, "write_bytes", full_disk)
+    again = cache(tmp_path)
+    kernel_cache._announce_loss.cache_clear()
+    assert again.load(KEY) is None
+    again.save(KEY, "code")
+    lost = kind != "pipe"  # whose place the file takes
+    assert cache(tmp_path).load(KEY) == (None if lost else "code")
+    assert ("every process compiles anew" in caplog.text) == lost
+    assert not list(tmp_path.glob("*.tmp.*"))
+
+
+def full_disk(path, content):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 def test_a_job_says_it_in_its_log(tmp_path):

@@ -282,7 +282,7 @@ def test_misspelt_key_is_refused_at_every_level(path, where):
         (f"{DATASET}.noise.step", 1e-9, "at most 100000"),
         (f"{DATASET}.noise.start", 11, "must not be less than start = 11"),
         (f"{DATASET}.noise.stop", REMOVED, "noise.stop is missing"),
-        (f"{DATASET}.transient", 16000, "n5_map.transient = 16000: must be less"),
+        (f"{DATASET}.transient", 60000, "n5_map.transient = 60000: must be less"),
         ("camera.width", 641, "camera.width = 641: must be a multiple of 2"),
         ("camera.compression", 52, "camera.compression = 52: must be at most 51"),
         ("camera.exposure", 0.05, "films.belt_022: exposure = 0.05: must be at most 0.04167"),

@@ -1,178 +1,151 @@
-"""The article takes its numbers from the tables, and is set the same way each time."""
+"""The article has the numbers of its run, and no sentence that its run does not bear out."""
 
-import dataclasses
-import json
 import re
+import shutil
+import unicodedata
 from pathlib import Path
 
 import pypdf
 import pytest
 
-import pages
-from beltrepro.replication.report import article, findings, sentences, trust
-from beltrepro.replication.report.claim_results import count
+import made_up_results
+from beltrepro.base.errors import InputError
+from beltrepro.replication.report import article
+from beltrepro.replication.report.claim_results import count, read
+from beltrepro.replication.report.sentences import number_at, typeset
 from beltrepro.replication.verdicts.ledger import load_ledger
 
 ROOT = Path(__file__).parents[2]
-SETTINGS = {
-    "preset": "standard",
-    "model": {"static_friction": 71.4, "friction_ratio": 0.45, "rest_length": 50.0,
-              "linear_limit": 20.0},
-    "defaults": {"time_step": 0.001, "seed": 17},
-    "datasets": {
-        "n5_replicates": {"duration": 123000.0, "transient": 45000.0, "replicate": [*range(1, 12)]}
-    },
-}  # fmt: skip
-ORIGIN = {"code_version": "0.1.0+gabc", "library_versions": json.dumps({"numpy": "2.4.6"})}
-LIGATURES = str.maketrans({"ﬁ": "fi", "ﬂ": "fl", "ﬀ": "ff", "ﬃ": "ffi", "ﬄ": "ffl"})
+PUBLISHED = ROOT / "docs" / "results" / "paper"
+SETTINGS = {"datasets": {"n5_replicates": {"duration": 123000.0, "replicate": [*range(1, 12)]}}}
+ORIGIN = {"code_version": "0.1.0+gabc"}
 
 
-def material(folder, verdicts=None):
-    figures = ["fig12", "fig13", "fig19", "motion_map"]
-    run = pages.material(folder, verdicts=verdicts, figures=figures, settings=SETTINGS)
-    about = {"beltrepro:origin": ORIGIN}
-    (folder / "claims.csv-metadata.json").write_text(json.dumps(about))
-    return run
-
-
-def pdf_of(folder, run):
-    article.write(folder / "article.pdf", run, ["A. Author"])
-    return folder / "article.pdf"
+def written(path):
+    results = read(PUBLISHED)
+    figures = {picture.stem: picture for picture in (PUBLISHED / "figures").glob("*.png")}
+    about = article.facts(results, SETTINGS, ORIGIN)
+    article.write(path, results, about, figures, ["A. Author"])
+    return path
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    """An article: its material, its PDF, and its words."""
-    folder = tmp_path_factory.mktemp("article")
-    run = material(folder)
-    path = pdf_of(folder, run)
-    words = (page.extract_text().rstrip() for page in pypdf.PdfReader(path).pages)
-    text = " ".join(re.sub(r"\n\d+$", "", page) for page in words)  # without page numbers
-    return run, path, plain(text.translate(LIGATURES))
+def path(tmp_path_factory):
+    return written(tmp_path_factory.mktemp("article") / "article.pdf")
+
+
+@pytest.fixture(scope="module")
+def words(path):
+    """All words without spaces and hyphens, which lines break at, and without page numbers."""
+    pages = (page.extract_text().rstrip() for page in pypdf.PdfReader(path).pages)
+    return plain(" ".join(re.sub(r"\n\d+$", "", page) for page in pages))
 
 
 def plain(text):
-    """Without spaces and hyphens, which lines break at."""
-    return re.sub(r"[\s\-\u00ad\u200b]", "", text)
+    return re.sub(r"[\s\-\u00ad\u200b\u2011]", "", unicodedata.normalize("NFKC", text))
 
 
-def test_every_verdict_and_number_that_decides_stands_in_the_article(made):
-    run, _, text = made
-    for result in run.claims.values():
-        assert plain(result.id) in text
-        if not result.claim.finding:
-            heading = f"{result.id} ({result.claim.kind}: {result.verdicts['replicated']})"
-            assert plain(heading) in text
-            continue
-        for number in (number for answer in result.answers.values() for number in answer.judged):
-            words = f"{number.name} {number.words} [{number.allowed_words}]"
-            assert plain(sentences.typeset(words)) in text
-        row = next(row for row in article.content(run, [])["claims"] if row["id"] == result.id)
-        assert {question: row[question] for question in result.verdicts} == result.verdicts
+def test_every_statement_stands_in_it_with_its_numbers(words):
+    for result in read(PUBLISHED).values():
+        assert plain(result.id) in words
+        for number in (n for answer in result.answers.values() for n in answer.judged):
+            if result.claim.finding:
+                entry = f"{number.name} {number.words} [{number.allowed_words}]"
+                assert plain(typeset(entry)) in words
 
 
-def test_what_is_against_the_paper_or_open_is_listed_once_with_what_was_found(made):
-    run, _, text = made
-    content = article.content(run, [])
-    for name, verdicts in (("against", {"no", "in part"}), ("open", {"open"})):
-        listed = {one["id"]: one for one in content[name]}
-        findings = [result for result in run.claims.values() if result.claim.finding]
-        assert list(listed) == [r.id for r in findings if verdicts & {*r.verdicts.values()}]
-        for one in listed.values():
-            answers = run.claims[one["id"]].answers
-            findings = {a.found for a in answers.values() if a.verdict in verdicts}
-            expected = {sentences.typeset(sentences.as_sentence(item)) for item in findings}
-            assert {*one["found"].values()} == expected
-            assert all(plain(words) in text for words in one["found"].values())
+def test_numbers_and_facts_in_the_prose_are_those_of_the_run(words):
+    results = read(PUBLISHED)
+    verdicts = count(results).verdicts
+    for text in (
+        f"Of {count(results).testable} statements that a simulation can test, "
+        f"{verdicts['replicated']['yes']} are replicated and "
+        f"{verdicts['robust']['yes']} are robust",
+        f"falls at u = {number_at('u-critical: critical', results).words}",
+        "rest on 11 runs at each point, of length 123,000",
+        "beltrepro 0.1.0+gabc",
+    ):
+        assert plain(text) in words
 
 
-def test_counts_and_facts_are_those_of_the_run(made):
-    run, _, text = made
-    number = count(run.claims).verdicts
-    for said in (
-        f"Of {count(run.claims).testable} statements that a simulation can test (preset standard), "
-        f"{number['replicated']['yes']} are replicated, {number['replicated']['in part']} in part "
-        f"and {number['replicated']['no']} not; {number['robust']['yes']} are robust, "
-        f"{number['robust']['in part']} in part and {number['robust']['no']} not.",
-        trust.dates(run.claims),
-        "rest on 11 independent runs at each point, of length t = 123000, of which 45000",
-        "static friction 71.4", "a time step of 0.001", "seed (17)", "preset=standard",
-        "beltrepro 0.1.0+gabc with numpy 2.4.6",
-    ):  # fmt: skip
-        assert plain(said) in text
+def test_nothing_is_left_to_fill_in(words):
+    assert not re.search(r"\bnan\b|NaN|None|=\w+\"|#number|restson\(", words)
 
 
-def test_nothing_is_missing_or_left_to_fill(made):
-    run, _, text = made
-    words = json.dumps(article.content(run, []), ensure_ascii=False)
-    for said in (words, text):
-        assert not re.search(r"\bnan\b|NaN|None|\{=|\{[a-z]+-[a-z]+", said)
+LINES = [line for line in article.text().splitlines() if "#rests-on" in line or "#lies" in line]
 
 
-def test_a_sentence_without_its_number_is_not_there(tmp_path):
-    run = material(tmp_path, dict.fromkeys(load_ledger(), "yes"))
-    assert article.content(run, [])["against"] == []
-    (tmp_path / "claims.csv-metadata.json").unlink()
-    less = dataclasses.replace(run, settings={"preset": "own", "defaults": {}})
-    methods = article.content(less, [])["methods"]
-    assert methods and not re.search("independent runs at each point|constants", str(methods))
+def test_many_sentences_are_watched():
+    assert len(LINES) >= 25
+    results = read(PUBLISHED)
+    for line in LINES:
+        article.refuse_what_does_not_hold(line, results)
 
 
-def test_findings_are_those_that_hold_and_the_abstract_has_them(made, monkeypatch):
-    run, *_ = made
-    entries = findings.findings_of(run.claims)
-    held = [dataclasses.replace(one, unmet=("x",) * (k % 2)) for k, one in enumerate(entries)]
-    monkeypatch.setattr(article, "findings_of", lambda results: held)
-    content = article.content(run, [])
-    assert [one["text"] for one in content["findings"]] == [one.text for one in held[::2]]
-    assert content["abstract"][-1] == " ".join(one.text for one in held[::2])
-    figures = [one["figure"]["name"] for one in content["findings"] if one["figure"]]
-    assert figures and set(figures) <= set(run.images)
-    assert len(figures) == len(set(figures)) <= article.MOST_FIGURES
+@pytest.mark.parametrize("verdict", ["yes", "in part", "no", "open"])
+def test_a_sentence_that_does_not_hold_is_named(tmp_path, verdict):
+    """Where all claims have one verdict, every sentence that rests on another one is refused."""
+    made_up_results.write(tmp_path, dict.fromkeys(load_ledger(), verdict))
+    results = read(tmp_path)
+    refused = 0
+    for line in LINES:
+        wanted = re.findall(r'#rests-on\("(.+?)", "(.+?)", "(.+?)"\)', line)
+        wrong = [claim for claim, question, word in wanted
+                 if results[claim].verdicts[question] != word]  # fmt: skip
+        if wrong:
+            with pytest.raises(InputError) as caught:
+                article.refuse_what_does_not_hold(line, results)
+            sentence, _, reasons = str(caught.value).partition(" is not what this run found: ")
+            first_words = re.sub(r"#m\(\$(.*?)\$\)", r"\1", line).split()[:2]
+            assert "#" not in sentence and sentence.strip("\"'").split()[:2] == first_words
+            assert wrong[0] in reasons
+            refused += 1
+    assert refused >= (3 if verdict == "yes" else 15)
 
 
-def test_a_fact_is_never_invented(made):
-    run, *_ = made
-    facts = article.facts(run.claims, SETTINGS, ORIGIN)
-    asked = {
-        place[1:]
-        for paragraphs in article.texts().values()
-        for paragraph in paragraphs
-        for sentence in paragraph
-        for place in re.findall(r"{(=.*?)}", sentence)
-    }
-    assert asked <= set(facts)
-    assert facts["shorter"] == "123000"
-    deciding = SETTINGS["datasets"]["n5_replicates"] | {"duration": 2e6}
-    long = SETTINGS | {"datasets": {"n5_replicates": deciding}}
-    assert "shorter" not in article.facts(run.claims, long, ORIGIN)
-    more = SETTINGS | {"datasets": {"n5_replicates": deciding | {"more_runs": {"up_to": 24}}}}
-    assert article.facts(run.claims, more, ORIGIN)["replicates"] == "11 to 24"
-    none = article.facts(run.claims, {"preset": "own", "defaults": {}}, {})
-    assert not {"duration", "replicates", "seed", "code_version"} & set(none)
+def test_a_number_that_leaves_its_range_is_named(tmp_path):
+    shutil.copytree(PUBLISHED, tmp_path / "run")
+    results = read(tmp_path / "run")
+    low = number_at("u-critical: critical", results).estimate.low
+    for limit, refused in ((0.8 * low, False), (1.2 * low, True)):
+        line = f'It falls. #lies("u-critical: critical", {limit}, 30)'
+        if refused:
+            with pytest.raises(InputError, match=r"'It falls.' is not what .* u-critical"):
+                article.refuse_what_does_not_hold(line, results)
+        else:
+            article.refuse_what_does_not_hold(line, results)
 
 
-@pytest.mark.parametrize("verdict", [None, "yes", "no"])
-def test_it_has_four_to_eight_pages_whatever_comes_out(made, tmp_path, verdict):
-    path = made[1]
-    if verdict:
-        path = pdf_of(tmp_path, material(tmp_path, dict.fromkeys(load_ledger(), verdict)))
-    assert 4 <= len(pypdf.PdfReader(path).pages) <= 8
+def test_what_the_run_does_not_have_is_refused():
+    results = read(PUBLISHED)
+    prose = '#number("u-critical: critical") #number("no-claim: x") #number("=absent")'
+    with pytest.raises(InputError, match="no-claim: x; =absent"):
+        article.numbers_in(prose, results, {})
+    with pytest.raises(InputError, match="shows fig01, of which this run has no picture"):
+        article.write(Path("a.pdf"), results, article.facts(results, SETTINGS, ORIGIN), {}, [])
 
 
-def test_it_has_title_authors_and_no_date(made):
-    metadata = pypdf.PdfReader(made[1]).metadata
-    assert metadata["/Title"] == "[Re] Chaos on the conveyor belt"
-    assert metadata["/Author"] == "A. Author" and "replication" in metadata["/Keywords"]
-    assert "/CreationDate" not in metadata
+def test_runs_that_were_added_are_counted():
+    deciding = SETTINGS["datasets"]["n5_replicates"] | {"more_runs": {"up_to": 24}}
+    about = article.facts(read(PUBLISHED), {"datasets": {"n5_replicates": deciding}}, ORIGIN)
+    assert about["replicates"] == "11 to 24"
+
+
+def test_title_authors_no_date_and_tags_for_screen_readers(path):
+    reader = pypdf.PdfReader(path)
+    assert reader.metadata["/Title"] == "[Re] Chaos on the conveyor belt"
+    assert reader.metadata["/Author"] == "A. Author" and "chaos" in reader.metadata["/Keywords"]
+    assert "/CreationDate" not in reader.metadata
+    root = reader.trailer["/Root"]
+    assert root["/MarkInfo"]["/Marked"] and "/StructTreeRoot" in root
     assert article.name_of({"given-names": "Ann", "family-names": "Bee"}) == "Ann Bee"
     assert article.name_of({"name": "The Group"}) == "The Group"
 
 
-def test_all_fonts_are_in_the_file(made):
+def test_all_fonts_are_in_the_file(path):
     fonts = {
         str(font.get_object()["/BaseFont"]): font.get_object()
-        for page in pypdf.PdfReader(made[1]).pages
+        for page in pypdf.PdfReader(path).pages
         for font in page["/Resources"]["/Font"].values()
     }
     assert fonts
@@ -182,11 +155,13 @@ def test_all_fonts_are_in_the_file(made):
         assert {"/FontFile", "/FontFile2", "/FontFile3"} & set(described), name
 
 
-def test_the_same_content_gives_the_same_bits(made, tmp_path):
-    run, path, _ = made
-    assert pdf_of(tmp_path, run).read_bytes() == path.read_bytes()
+def test_the_same_content_gives_the_same_bits(path, tmp_path):
+    assert written(tmp_path / "again.pdf").read_bytes() == path.read_bytes()
 
 
-def test_a_screen_reader_can_read_it(made):
-    root = pypdf.PdfReader(made[1]).trailer["/Root"]
-    assert root["/MarkInfo"]["/Marked"] and "/StructTreeRoot" in root
+def test_every_source_is_cited_and_every_citation_has_a_source():
+    sources = re.findall(r"^@\w+\{(\w+),", (Path(article.__file__).parent / article.SOURCES)
+                         .read_text(encoding="utf-8"), re.M)  # fmt: skip
+    assert len(set(sources)) == len(sources) >= 25
+    prose = article.text()
+    assert [name for name in sources if f"@{name}" not in prose] == []

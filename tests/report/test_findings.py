@@ -120,7 +120,8 @@ def test_claims_are_counted_by_question_and_what_could_not_come_out_otherwise_ap
         numbers = Counter(findings_only[question])
         assert counts.verdicts[question] == {verdict: numbers[verdict] for verdict in VERDICTS}
     kinds = Counter(claim.kind for claim in LEDGER.values())
-    assert counts.apart == {kind: kinds[kind] for kind in ("validation", "construction")}
+    apart = ("validation", "construction", "explanation")
+    assert counts.apart == {kind: kinds[kind] for kind in apart}
     assert counts.total == len(findings_only) == len(LEDGER) - sum(counts.apart.values())
     untestable = claims[[*QUESTIONS]].eq("not testable").all(axis=1).sum()
     assert counts.testable == counts.total - untestable < counts.total

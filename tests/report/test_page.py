@@ -204,8 +204,9 @@ def test_the_first_screen_counts_the_claims_by_question(text, results):
     assert (
         f"Of {counts.total} statements that could come out otherwise, {counts.testable} can be "
         "tested by simulation; the others are about recordings that are not published. Counted "
-        f"apart: {counts.apart['validation']} tests of our own camera, and "
-        f"{counts.apart['construction']} statements that are true because the model is built so."
+        f"apart: {counts.apart['validation']} tests of our own camera, "
+        f"{counts.apart['construction']} statements that are true because the model is built so, "
+        f"and {counts.apart['explanation']} of ours on why r falls."
     ) in words(first)
     tallies = re.findall(r'<div class="tally"><strong>(\w+)</strong>(.*?)</div>', first, re.S)
     bars = re.findall(r'<div class="bar" aria-hidden="true">(.*?)</div>', first, re.S)
@@ -320,8 +321,9 @@ def test_claims_that_are_counted_apart_stand_apart(text, results):
     places = [r.claim.section if r.claim.finding else r.claim.kind for r in results.values()]
     expected = [title for place, title in judged.WORDS["groups"].items() if place in places]
     assert titles == expected
-    built = set(re.findall(r'class="claim [a-z-]+" id="(.*?)"', groups[-1]))
-    assert built == {name for name, r in results.items() if r.claim.kind == "construction"}
+    for group, kind in zip(groups[-2:], ("construction", "explanation"), strict=True):
+        built = set(re.findall(r'class="claim [a-z-]+" id="(.*?)"', group))
+        assert built == {name for name, r in results.items() if r.claim.kind == kind}
 
 
 def test_figures_have_their_own_picture_and_words_in_the_order_of_the_paper(text):

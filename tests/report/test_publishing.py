@@ -2,6 +2,7 @@
 
 import base64
 import hashlib
+import json
 from pathlib import Path
 
 import numpy as np
@@ -41,13 +42,12 @@ def finished(tmp_path):
     (folder / "report.html").write_text(
         "".join(f'<img src="data:image/png;base64,{image}">' for image in images)
     )
-    (folder / "article.pdf").write_bytes(b"%PDF")
     (folder / "figures" / "fig00.pdf").write_bytes(b"%PDF")
     manifest.add(folder, folder.rglob("*"))
     return folder
 
 
-def test_report_article_figures_and_tables_are_published(finished, tmp_path):
+def test_report_figures_and_tables_are_published(finished, tmp_path):
     folder = publishing.publish(finished, tmp_path / "docs")
     names = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
     assert folder == tmp_path / "docs" / "standard"
@@ -169,6 +169,7 @@ def block(tmp_path, monkeypatch):
     def block(name="paper", **verdicts):
         folder = Path("docs") / "results" / name
         made_up_results.write(folder, dict.fromkeys(load_ledger(), "yes") | verdicts)
+        (folder / "report.html").touch()
         return publishing.block(), read(folder)
 
     return block
@@ -192,15 +193,21 @@ def test_the_block_takes_its_numbers_from_the_tables(block, said):
 
 
 def test_a_sentence_that_does_not_hold_stops_the_paper_and_no_other_run(
-    finished, tmp_path, said, block
+    finished, tmp_path, said, block, monkeypatch
 ):
     paper = finished.rename(finished.parent / "paper")
+    monkeypatch.setattr(publishing.article, "write", lambda output, *_: output.write_bytes(b"%PDF"))
+    monkeypatch.chdir(ROOT)
     made_up_results.write(paper, dict.fromkeys(load_ledger(), "yes"))
     with pytest.raises(InputError, match=r"'One: .*u-critical is yes as robust, not no; change"):
         publishing.publish(paper, tmp_path / "docs")
     assert list((tmp_path / "docs").iterdir()) == []
     made_up_results.write(paper, dict.fromkeys(load_ledger(), "yes") | said)
-    publishing.publish(paper, tmp_path / "docs")
+    origin = {"beltrepro:origin": {"code_version": "1"}}
+    (paper / "claims.csv-metadata.json").write_text(json.dumps(origin))
+    folder = publishing.publish(paper, tmp_path / "docs")
+    assert (folder / "article.pdf").read_bytes() == b"%PDF"
+    monkeypatch.chdir(tmp_path)
     text, _ = block("standard")
     assert "- Two: " in text and "One" not in text
 

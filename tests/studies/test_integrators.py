@@ -666,7 +666,7 @@ def test_few_tolerances_are_drawn_or_missed(monkeypatch, made_up, tolerances, dr
     monkeypatch.setattr(divergence, "with_steps", lambda runs: runs)
     about = made_up["pairs_paths_tolerances"].attributes
     data = made_up | {"pairs_paths_tolerances": Dataset(by_tolerance(tolerances), about)}
-    figure = agreement_trajectories.draw(data | {"convergence": integrators.convergence(data)}, "")
+    figure = agreement_trajectories.draw(data | {"convergence": integrators.convergence(data)})
     assert bool(figure.axes[3].lines) == drawn and bool(figure.axes[3].texts) != drawn
 
 

@@ -32,7 +32,9 @@ def test_every_table_is_a_module_with_a_function():
     of_chaos = {"motions", "noisy_motions", "mean_lifetimes", "attractors"}
     of_experiment = {"experiment_odds", "experiment_posterior", "alternation", "recordings"}
     of_branches = {"basin_shares", "branch_ends", "sweep_falls"}
-    others = {"friction_falls", "critical_velocities", "audit"}
+    of_disturbance = {"orbits_lost", "loss_lines"}
+    of_disturbance |= {"lifetime_laws", "lifetime_growth", "lifetime_rates"}
+    others = of_disturbance | {"friction_falls", "critical_velocities", "audit"}
     assert of_integrators | of_chaos | of_experiment | of_branches | others == set(TABLES)
     for name, entry in TABLES.items():
         module = importlib.import_module(registry.tables()[name].module)

@@ -455,6 +455,9 @@ def dataset(name):
         "friction_ratio": friction_ratio,
         "friction_falls": friction_falls,
         "agreement": agreement,
+        "orbits_lost": lambda: table("orbits_lost", {}),
+        "loss_lines": lambda: table("loss_lines", {"orbits_lost": dataset("orbits_lost")}),
+        "lifetime_growth": lambda: table("lifetime_growth", {}),
     }
     made |= {name: functools.partial(scan, name) for name in SCANS}
     made |= {

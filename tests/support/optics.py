@@ -12,7 +12,7 @@ light, and becomes what a screen is told (`gamma`) at the end.
 """
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -27,6 +27,7 @@ FRAMES_PER_SECOND = 24.0
 _TEXEL = 0.0005  # metres, of the picture of belt and tape
 _FROM, _TO = (-0.4, -0.25), (1.8, 0.25)  # its corners, x and y
 _NUMBER_EVERY = 10  # marks
+_PLAIN = Scene()
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,7 @@ class Shot:
     bump: float = 0.0  # in mid-film, for good
     zoom: float = 0.0  # share, from the first frame to the last
     hands: bool = False
+    scene: Scene = _PLAIN
     things: tuple = ()  # what else lies there, from (x, y) to (x, y), with its level of 255
     jpeg: int | None = None  # quality
     mirrored: bool = False
@@ -82,6 +84,36 @@ DISTURBANCES = {
     "dropped": Shot(dropped=0.1),
 }
 
+# What lies over the middle of the tape, over its beginning, and a white block that nobody moves.
+_CLOTH = ((0.3, 0.05), (0.8, 0.1), 60.0)
+_LEAF = ((-0.1, 0.05), (0.14, 0.1), 28.0)
+_SPARE = ((0.1, -0.04), (0.14, 0.04), 235.0)
+_PALE = Scene(white_block=190)  # as bright as the tape
+_DIM = Scene(white_block=150, tape=120)
+_SMALL = Shot(width=320, height=60, metres_per_pixel=0.0039)
+COMBINED = {
+    "along 4": Shot(along=4.0),
+    "along -4": Shot(along=-4.0),
+    "along 2 across 3 roll 2": Shot(along=2.0, across=3.0, roll=2.0),
+    "along 1 shaken": Shot(along=1.0, shake=1.0),
+    "along 1 hands": Shot(along=1.0, hands=True),
+    "along 1 mirrored jpeg": Shot(along=1.0, mirrored=True, jpeg=15),
+    "along 1 dim": Shot(along=1.0, noise=8.0, unevenness=0.4, scene=_DIM),
+    "along 1 near": Shot(along=1.0, focal=0.55),
+    "barrel along -1 vignetted": Shot(barrel=0.01, along=-1.0, vignetting=0.5),
+    "bumped hands": Shot(bump=15.0, hands=True),
+    "cloth": Shot(things=(_CLOTH,)),
+    "cloth along 1": Shot(things=(_CLOTH,), along=1.0),
+    "zero hidden": Shot(things=(_LEAF,)),
+    "pale block": Shot(scene=_PALE),
+    "pale block along 1": Shot(scene=_PALE, along=1.0),
+    "two white blocks": Shot(things=(_SPARE,)),
+    "cut": Shot(aim=(0.69, 0.015)),
+    "small": _SMALL,
+    "small along 1": replace(_SMALL, along=1.0),
+    "tall pixels": Shot(aspect=1.1),
+}
+
 
 @functools.cache
 def chain_motion(frames=240, belt_velocity=15.3):
@@ -94,10 +126,9 @@ def chain_motion(frames=240, belt_velocity=15.3):
     return Movement.of(run)
 
 
-def film(movement, path, shot=None, scene=None):
+def film(movement, path, shot):
     """Write the film and return the instants of its frames and where the last block was, (T,)."""
-    shot = shot or Shot()
-    frames = list(pictures(movement, shot, scene or Scene()))
+    frames = list(pictures(movement, shot))
     kept = [index for index, _ in frames]
     time = movement.time_s[kept] - movement.time_s[0]
     film = [Frame(t, picture) for t, (_, picture) in zip(time, frames, strict=True)]
@@ -105,17 +136,17 @@ def film(movement, path, shot=None, scene=None):
     return time, movement.x_m[kept, -1]
 
 
-def pictures(movement, shot, scene):
+def pictures(movement, shot):
     """Numbers of the samples that become frames, and their pictures (H, W), 8 bit."""
     random = np.random.default_rng(shot.seed)
-    ground, light = _ground(scene, shot), _light(shot)
+    ground, light = _ground(shot), _light(shot)
     noise = random.normal(0, shot.noise, (8, shot.height, shot.width)).astype(np.float32)
     way = movement.v_m_s * shot.exposure
     count, pose, view = len(movement.time_s), None, None
     for index in range(count):
         held = Pose.of(shot, index / max(count - 1, 1), random)
         if held != pose:
-            pose, view = held, View(held, shot, scene, ground)
+            pose, view = held, View(held, shot, ground)
         if index and random.random() < shot.dropped:
             continue
         picture = view.light_from(movement.x_m[index], way[index]) * light
@@ -177,8 +208,8 @@ def _turned(along, across, roll):
 class View:
     """What a camera at one pose sees."""
 
-    def __init__(self, pose, shot, scene, ground):
-        self._pose, self._shot, self._scene = pose, shot, scene
+    def __init__(self, pose, shot, ground):
+        self._pose, self._shot, self._scene = pose, shot, shot.scene
         self._slopes = pose.slopes(shot)
         # ways of a pixel's longer and shorter side along and across the belt, for each metre down
         sides = [[np.abs(side) for side in np.gradient(slope)] for slope in self._slopes]
@@ -188,8 +219,8 @@ class View:
             ground, (x - _FROM[0]) / _TEXEL - 0.5, (y - _FROM[1]) / _TEXEL - 0.5, cv2.INTER_LINEAR
         )
         self._floors = np.linspace(0, shot.block_height, 5 if shot.block_height else 1)
-        self._lanes = {z: self._band(1, z, scene.block_width / 2) for z in self._floors}
-        self._thread = self._band(1, shot.block_height / 2, scene.spring_width / 2)
+        self._lanes = {z: self._band(1, z, shot.scene.block_width / 2) for z in self._floors}
+        self._thread = self._band(1, shot.block_height / 2, shot.scene.spring_width / 2)
         rows = np.flatnonzero(np.max([*self._lanes.values()], axis=(0, 2)))
         self._rows = slice(rows[0], rows[-1] + 1)  # of the picture, which show the chain
         # what the columns see there, at the most: along the belt, for each metre down
@@ -271,8 +302,9 @@ def _linear(level, shot):
     return (np.asarray(level, np.float32) / 255) ** shot.gamma
 
 
-def _ground(scene, shot):
+def _ground(shot):
     """Light of belt, support and tape from straight above, blurred by the size of a pixel."""
+    scene = shot.scene
     shape = [round((end - begin) / _TEXEL) for begin, end in zip(_FROM, _TO, strict=True)]
     level, ink = np.full(shape[::-1], scene.belt, np.float32), np.zeros(shape[::-1], np.uint8)
     edge = scene.block_width / 2 + scene.tape_gap

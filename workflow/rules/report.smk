@@ -1,4 +1,4 @@
-# Claims, measured from the datasets; the report that shows everything, and the article.
+# Claims, measured from the datasets; and the report that shows everything.
 
 
 rule claims:
@@ -61,33 +61,3 @@ rule report:
         "Writing the report"
     script:
         "../scripts/report.py"
-
-
-rule article:
-    "A short replication article, from the claims and figures: article.pdf."
-    input:
-        claims="<results>/claims.csv",
-        estimates="<results>/estimates.csv",
-        about="<results>/claims.csv-metadata.json",
-        citation="CITATION.cff",
-        figures=FLOW.drawn("png"),
-    output:
-        report("<results>/article.pdf", caption="../report/article.rst", category="Article"),
-    log:
-        "<logs>/article.log",
-    benchmark:
-        "<benchmarks>/article.tsv"
-    conda:
-        "../envs/beltrepro.yaml"
-    threads: 1
-    resources:
-        mem_mb=at_attempt(1000),
-        runtime=at_attempt(10),
-    params:
-        settings=FLOW.plan.settings(),
-        expected=FLOW.expected_of_article(),
-        code=FLOW.code("article.py", "beltrepro.replication.report.article:write"),
-    message:
-        "Setting the article"
-    script:
-        "../scripts/article.py"

@@ -19,7 +19,8 @@ def add(commands: Any) -> None:
         run,
         "track the white block in a video",
         "Find the white block in each frame of a video from above the belt. Belt and scale are "
-        "found by a tape measure beside the chain (docs/experiment.md).",
+        "found by a tape measure beside the chain (docs/experiment.md). A picture beside the table "
+        "(.check.png) shows the marks that were read, the zero and the block: look at it.",
     )
     option = parser.add_argument
     option("video", type=Path, help="the video, in any format that FFmpeg reads")
@@ -35,9 +36,13 @@ def add(commands: Any) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Track, and write the table."""
+    """Track, and write the table and the picture beside it."""
     shared.check_output(options, ".csv")
+    from beltrepro.replication.camera import check_picture
     from beltrepro.replication.camera.tracking import track
+
+    picture = options.output.with_suffix(check_picture.SUFFIX)
+    shared.check_output(argparse.Namespace(output=picture, force=options.force))
 
     tracked = track(
         options.video,
@@ -47,16 +52,25 @@ def run(options: argparse.Namespace) -> None:
         scene=Scene(**{name: getattr(options, name) for name in _SIZES}),
     )
     tracked.save(options.output)
+    survey = tracked.survey
+    assert survey is not None  # as it was tracked
+    check_picture.write(survey, picture)
+    zero = survey.in_picture(survey.zero, survey.measure.line if survey.measure else 0.0)
     result = {
         "output": str(options.output),
+        "check_picture": str(picture),
         "frames": len(tracked.time_s),
         "seconds": float(tracked.time_s[-1] - tracked.time_s[0]),
         "metres_per_pixel": tracked.metres_per_pixel,
         "angle": tracked.angle,
+        "tilt": survey.ruler.tilt,
+        "misfit_of_marks_m": survey.ruler.misfit * survey.ruler.spacing_m,
+        "zero_at_pixel": [round(place, 1) for place in zero],
         "error_m": float((tracked.error_m**2).mean() ** 0.5),
         "lost_s": tracked.lost_s.tolist(),
     }
     if not options.json:
         stretches = ", ".join(f"{begin:.2f} to {end:.2f}" for begin, end in result["lost_s"])
         result["lost_s"] = stretches or "none"
+        result["zero_at_pixel"] = "({}, {}); x counts from there".format(*result["zero_at_pixel"])
     shared.print_result(result, options.json)

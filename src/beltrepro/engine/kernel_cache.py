@@ -7,12 +7,18 @@ arguments, processor. So a folder that all nodes of a cluster share is safe.
 
 The first process that misses a kernel locks it and compiles. Others wait for its file, and do not
 compile the same a hundred times.
+
+A file is code that runs when it is loaded, so one that somebody else owns is not looked at. Where
+nothing can be kept, on a full disk for instance, each process compiles for itself.
 """
 
+import contextlib
 import functools
 import hashlib
 import logging
+import os
 import pickle
+import stat
 import time
 import uuid
 from pathlib import Path
@@ -32,6 +38,8 @@ COMPILING = (
     "compiling for this processor, once: up to 20 s for each kind of run "
     "(`beltrepro cache` compiles all kinds beforehand)"
 )
+
+NOT_KEPT = "machine code of kernels cannot be kept in {}: {}; every process compiles anew"
 
 logger = logging.getLogger("beltrepro")
 
@@ -64,14 +72,18 @@ class KernelCacheFile:
         try:
             draft.write_bytes(self._seal(key, content) + content)
             draft.replace(path)
+        except OSError as error:
+            _announce_loss(self._folder, error.strerror)
         finally:
-            draft.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                draft.unlink(missing_ok=True)
             self._unlock(key)
 
     def flush(self):
         """Forget all that was saved of this kernel."""
         for path in self._folder.glob(f"{self._name}.*.nbc"):
-            path.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                path.unlink(missing_ok=True)
 
     def _path(self, key):
         return self._folder / f"{self._name}.{_digest(repr(key)).hex()[:16]}.nbc"
@@ -82,7 +94,8 @@ class KernelCacheFile:
 
     def _read(self, key):
         try:
-            saved = self._path(key).read_bytes()
+            with open(self._path(key), "rb", opener=_without_waiting) as file:
+                saved = file.read() if _is_trusted(os.fstat(file.fileno())) else b""
         except OSError:
             return None
         seal, content = saved[:SEAL], saved[SEAL:]
@@ -94,7 +107,8 @@ class KernelCacheFile:
             return True
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
-            handle = self._path(key).with_suffix(".lock").open("ab")
+            lock = self._path(key).with_suffix(".lock")
+            handle = open(lock, "ab", opener=_without_waiting)  # noqa: SIM115 (kept open)
         except OSError:
             return False
         if not _locked(handle):
@@ -115,6 +129,23 @@ def _announce():
     A warning without a handler goes to stderr, and what is less than a warning goes nowhere.
     """
     logger.warning(COMPILING)
+
+
+@functools.cache
+def _announce_loss(folder, reason):
+    """Say once in a process that it compiles in vain."""
+    logger.warning(NOT_KEPT.format(folder, reason))
+
+
+def _is_trusted(status):
+    """Whether a file is one of our own, or of whoever owns this module, which runs anyway."""
+    trusted = Path(__file__).stat().st_uid, getattr(os, "geteuid", int)()  # no users on Windows
+    return stat.S_ISREG(status.st_mode) and status.st_uid in trusted
+
+
+def _without_waiting(path, flags):
+    """Open a pipe at once or not at all: the plain way waits for who opens its other end."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0), 0o666)
 
 
 def _locked(handle):

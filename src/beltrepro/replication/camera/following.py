@@ -15,7 +15,7 @@ from beltrepro.replication.camera import tape
 SHIFT, STRETCH, BEND, ACROSS, TURN = range(5)
 _PARTS = 24  # of the tape, at most, each of which tells where it is
 _MARKS = 6  # in a part, at least
-_MARGIN = 0.75  # rows beside those of the marks, as a share of them: they show the tape's edges
+_MARGIN = 1.25  # rows beside those of the marks, as a share of them: edges and numbers of the tape
 _LIGHT = 4.0  # squared levels of brightness: what noise and codec change anyway
 _DARKEST = 0.2  # share of its light that a part has left unless something covers it
 _ALIKE = 0.5  # correlation of a part with itself in another frame, at least
@@ -93,6 +93,11 @@ class Follower:
         cut = strip[:, self._columns].reshape(rows, self._count, -1)
         return cut.transpose(1, 0, 2).reshape(self._count, -1)
 
+    def _along(self, parts: np.ndarray) -> np.ndarray:
+        """What varies along the rows of parts (K, R w): the edges of the tape do not tell marks."""
+        rows = parts.reshape(self._count, len(self._row), -1)
+        return (rows - rows.mean(axis=2, keepdims=True)).reshape(self._count, -1)
+
     def _learn(self) -> None:
         """What a small shift of each part would change."""
         strip = self._strip
@@ -112,8 +117,7 @@ class Follower:
             np.array([np.interp(pixels + marks * self._spacing, pixels, row) for row in strip])
             for marks in (0, 1, -1)
         ]
-        shapes = np.stack([self._parts(one) for one in moved])
-        shapes -= shapes.mean(axis=2, keepdims=True)
+        shapes = np.stack([self._along(self._parts(one)) for one in moved])
         self._shapes = shapes / (np.linalg.norm(shapes, axis=2, keepdims=True) + 1e-6)
 
     def _seen(self, picture: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -153,16 +157,17 @@ class Follower:
         """How far off (5,) the strip is, the errors, how alike it is, if by a mark it is more."""
         parts = self._parts(strip)
         shown = self._parts(seen[np.newaxis]).all(axis=1)
-        centred = parts - parts.mean(axis=1, keepdims=True)
-        norm = np.sqrt((centred**2).sum(axis=1)) + 1e-6
-        alike = np.einsum("skn,kn->sk", self._shapes, centred) / norm  # (3, K)
+        varying = self._along(parts)
+        alike = np.einsum("skn,kn->sk", self._shapes, varying)  # (3, K)
+        alike /= np.linalg.norm(varying, axis=1) + 1e-6
         likeness = alike[:, shown].mean(axis=1) if shown.any() else np.zeros(3)
         fit = np.einsum("kan,kn->ka", self._solver, parts)
         left = parts - np.einsum("kna,ka->kn", self._changes, fit)
         noise = np.sqrt((left**2).mean(axis=1) * _FRAMES_ALIKE) + 0.1
         light = np.maximum(fit[:, 2], _DARKEST)
         shift, error = fit[:, :2] / light[:, np.newaxis], self._unit * (noise / light)[:, None]
-        explained = 1 - (left**2).sum(axis=1) / norm**2
+        whole = ((parts - parts.mean(axis=1, keepdims=True)) ** 2).sum(axis=1) + 1e-6
+        explained = 1 - (left**2).sum(axis=1) / whole
         good = shown & (fit[:, 2] > _DARKEST) & (explained > _ALIKE**2)
         good &= np.abs(shift[:, 0]) < self._spacing / 2
         step, errors = np.zeros(5), np.full(5, np.nan)

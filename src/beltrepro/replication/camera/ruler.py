@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy
 
-from beltrepro.replication.camera.tape import Tape
+from beltrepro.base.errors import NotEnoughDataError
+from beltrepro.replication.camera.tape import WIDE_GAP, Tape
 
 # What cameras are like, where few marks tell little: tilts of some degrees, lenses that move the
 # end of the picture by some hundredths. One standard deviation of c and k.
 _TILT, _LENS = 0.05, 0.02
 _ALIKE = 4  # neighbouring marks that share their error
 _LEAST = 0.005  # error of a mark's place, in their distances
+# Other numbers that are tried beyond a wide gap; the best must fit so many times better than the
+# next one.
+_SHIFTS, _CLEAR = range(-5, 6), 2.0
 _FOCAL = 1.6  # focal length of a phone's camera in half widths of the picture
 
 
@@ -34,22 +39,24 @@ class Ruler:
 
     @classmethod
     def of(cls, tape: Tape, width: int, spacing_m: float, first_m: float) -> Ruler:
-        """The ruler that follows the marks of a tape."""
+        """The ruler that follows the marks of a tape; NotEnoughDataError if none fits best."""
         half = width / 2
-        places = tape.places / half
-        start = np.array([half / tape.spacing, 0.0, 0.0, 0.0])
-        start[1] = np.median(tape.numbers - start[0] * places)
-        error = 0.05
-        for _ in range(2):  # the scatter of the marks is their error
-            fit = scipy.optimize.least_squares(
-                _misfits, start, args=(places, tape.numbers, error), loss="soft_l1"
+        places, gap = tape.places / half, np.diff(tape.numbers)
+        beyond = np.arange(len(places)) > int(np.argmax(gap))
+        shifts = _SHIFTS if gap.max() > WIDE_GAP else (0,)
+        fits = [
+            _Fit.of(places, tape.numbers + shift * beyond, half / tape.spacing) for shift in shifts
+        ]
+        fits.sort(key=lambda fit: fit.error)
+        fit = fits[0]
+        if len(fits) > 1 and fits[1].error < _CLEAR * fit.error:
+            raise NotEnoughDataError(
+                f"{gap.max() - 1:.0f} marks of the tape are hidden side by side, too many to count"
             )
-            residuals = tape.numbers - _numbers(fit.x, places)
-            error = max(_LEAST, 1.4826 * float(np.median(np.abs(residuals))))
-        information = _slopes(fit.x, places) / (error * np.sqrt(_ALIKE))
+        information = _slopes(fit.values, places) / (fit.error * np.sqrt(_ALIKE))
         prior = np.diag([0.0, 0.0, _TILT**-2, _LENS**-2])
         covariance = np.linalg.inv(information.T @ information + prior)
-        return cls(half, fit.x, covariance, spacing_m, first_m, residuals)
+        return cls(half, fit.values, covariance, spacing_m, first_m, fit.residuals)
 
     @classmethod
     def even(cls, metres_per_pixel: float, width: int, edge_m: float) -> Ruler:
@@ -95,6 +102,27 @@ class Ruler:
         """Where the map has marks of these numbers, pixels from the middle."""
         pixels = np.linspace(-1.2, 1.2, 2401)
         return self.half_width * np.interp(numbers, _numbers(self.values, pixels), pixels)
+
+
+class _Fit(NamedTuple):
+    """A map through marks of given numbers."""
+
+    values: np.ndarray  # (4,)
+    residuals: np.ndarray  # (M,)
+    error: float  # of a mark: their scatter
+
+    @classmethod
+    def of(cls, places: np.ndarray, numbers: np.ndarray, density: float) -> _Fit:
+        start = np.array([density, 0.0, 0.0, 0.0])
+        start[1] = np.median(numbers - density * places)
+        error = 0.05
+        for _ in range(2):  # the scatter of the marks is their error
+            fit = scipy.optimize.least_squares(
+                _misfits, start, args=(places, numbers, error), loss="soft_l1"
+            )
+            residuals = numbers - _numbers(fit.x, places)
+            error = max(_LEAST, 1.4826 * float(np.median(np.abs(residuals))))
+        return cls(fit.x, residuals, error)
 
 
 def _numbers(values: np.ndarray, places: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from beltrepro.base.errors import InputError
+from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.replication.camera import tape, white_block
 from beltrepro.replication.camera.following import Follower
 from beltrepro.replication.camera.ruler import Ruler
@@ -41,7 +41,8 @@ class Survey:
     towards: int  # 1 if the chain extends to the right, -1 if to the left
     along: float  # sides of the white block, pixels
     across: float
-    block: Region  # the white block in one of the pictures
+    frame: np.ndarray  # (H, W) one of the pictures, in which the tape is where it is in `picture`
+    block: Region  # the white block in it
 
     @classmethod
     def of(
@@ -67,13 +68,21 @@ class Survey:
             measure = tape.find_tape(picture, angle + 180, measure.spacing, tape.BENDS)
         given = metres_per_pixel, first_mark
         ruler = _ruler(measure, scene, given, picture.shape[1], towards, name)
-        block = next(block for block in blocks if block)
-        return cls(picture, measure, ruler, angle, towards, along, across, block)
+        frame, block = min(
+            ((one, block) for one, block in zip(pictures, blocks, strict=True) if block),
+            key=lambda pair: float(np.abs(pair[0] - picture).mean()),
+        )
+        return cls(picture, measure, ruler, angle, towards, along, across, frame, block)
 
     @property
     def turn(self) -> float:
         """Degrees by which the picture is turned for the chain to extend to the right."""
         return self.angle + (0.0 if self.towards == 1 else 180.0)
+
+    @property
+    def zero(self) -> float:
+        """Where x = 0 is, pixels from the middle of the picture along the belt."""
+        return float(self.ruler.places(np.array([-self.ruler.first_m / self.ruler.spacing_m]))[0])
 
     def along_belt(self, place: Place | Region) -> float:
         """Pixels from the middle of the picture, along the belt, away from the support."""
@@ -154,7 +163,17 @@ def _ruler(
             f"picture, where the chain is held: give what it reads at the first mark there, "
             f"--first-mark in metres; or --support {other}, if it is held there"
         )
-    ruler = Ruler.of(measure, width, scene.mark_spacing, first_mark or 0.0)
+    if measure.tens and first_mark is None:
+        reads = (-measure.tens % 10) * scene.mark_spacing
+        raise InputError(
+            f"{name}: the first mark seen is not the zero of the tape: by the long marks it reads "
+            f"{reads:g} m or {reads + 10 * scene.mark_spacing:g} m and so on: give what it reads, "
+            f"--first-mark in metres"
+        )
+    try:
+        ruler = Ruler.of(measure, width, scene.mark_spacing, first_mark or 0.0)
+    except NotEnoughDataError as reason:
+        raise InputError(f"{name}: {reason}: uncover the tape") from None
     if not ruler.misfit < _MISFIT:
         raise InputError(
             f"{name}: the marks of the tape lie {ruler.misfit:.2f} of their distance beside those "

@@ -28,6 +28,9 @@ _LEAST_ROWS, _HEIGHT = 2, 0.3
 _SEEN = 0.4  # contrast of a mark, as a share of that of most marks
 # Width of the window in which the place of a mark is taken, standard deviation, in their distances.
 _SHARPNESS = 0.8
+WIDE_GAP = 8  # marks in a row that may be hidden and are still counted by their distances
+# Long marks stand for tens. By how much more they differ there from what is beside them.
+_LONG_EVERY, _LONGER = 10, 2.0
 _DARKEST = 0.25  # share of the light of the tape below which nothing is seen
 _DARKER = 0.6  # share of the brightness of the tape that what lies beyond it does not reach
 
@@ -44,6 +47,7 @@ class Tape:
     spacing: float  # mean distance of neighbouring marks, pixels
     clearness: float  # strength of the period of the marks, in units of the other periods near it
     begins: bool  # whether the end of the tape before the first mark is in the picture
+    tens: int | None  # number of the first of the longer marks, every tenth; None if not seen
 
 
 def direction(picture: np.ndarray) -> float:
@@ -108,11 +112,11 @@ def find_tape(
         comb = _fitted(profile, Comb(band.frequency, bend))
         places, numbers, begins = _marks(profile, light, shown.min(axis=0) > 0, comb)
         line = (band.rows.start + band.rows.stop - turned.shape[0]) / 2
-        middle = (width - 1) / 2
+        middle, spacing = (width - 1) / 2, 1 / comb.frequency
+        tens = _tens(turned, band.rows, places, numbers, spacing)
         return Tape(
-            turn, band.rows, line, places - middle, numbers, 1 / comb.frequency, band.clearness,
-            begins,
-        )  # fmt: skip
+            turn, band.rows, line, places - middle, numbers, spacing, band.clearness, begins, tens
+        )
     return None
 
 
@@ -243,6 +247,32 @@ def _marks(
     late, clear = _lateness(sign * profile, count, even, spacing)
     kept = possible & (clear > _SEEN * np.median(clear[possible])) if possible.any() else possible
     return even[kept] + spacing * late[kept], numbers[kept] - numbers[first], begins
+
+
+def _tens(
+    turned: np.ndarray, rows: slice, places: np.ndarray, numbers: np.ndarray, spacing: float
+) -> int | None:
+    """Number of the first of the longer marks, if just every tenth mark is longer.
+
+    Only marks before a wide gap tell: beyond it the count may be wrong.
+    """
+    part = slice(1 + int(np.argmax(np.append(np.diff(numbers), np.inf) > WIDE_GAP)))
+    pixels, places, residue = np.arange(turned.shape[1]), places[part], numbers[part] % _LONG_EVERY
+    if residue.size < 2 * _LONG_EVERY or np.unique(residue).size < _LONG_EVERY:
+        return None
+    reach = max(2, (rows.stop - rows.start) // 2)  # rows beside those of the other marks
+    for beside in (slice(rows.stop, rows.stop + reach), slice(rows.start - reach, rows.start)):
+        if beside.start < 0 or beside.stop > turned.shape[0]:
+            continue
+        light = turned[beside].mean(axis=0)
+        on = np.interp(places, pixels, light)
+        between = (np.interp(places + side * spacing / 2, pixels, light) for side in (-1, 1))
+        contrast = np.abs(on - sum(between) / 2)
+        mean = np.array([np.median(contrast[residue == digit]) for digit in range(_LONG_EVERY)])
+        longest = int(np.argmax(mean))
+        if mean[longest] > _LONGER * np.delete(mean, longest).max():
+            return longest
+    return None
 
 
 def _lateness(

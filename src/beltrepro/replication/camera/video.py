@@ -115,15 +115,12 @@ def _decode(container: Any, path: Path) -> Iterator[Frame]:
     if container.format.name in _PICTURES:
         raise InputError(f"{path}: a single picture, not a video")
     stream = container.streams.video[0]
+    _check_size(path, stream)  # before a picture is decoded
     stream.thread_type = "AUTO"
     rate = float(stream.average_rate or stream.guessed_rate or 0)
     first = last = shape = None
     for index, frame in enumerate(_whole_frames(container, stream)):
-        if frame.width * frame.height > LARGEST:
-            raise InputError(
-                f"{path}: frames of {frame.width} x {frame.height} pixels; allowed are "
-                f"{LARGEST / 1e6:.0f} million pixels"
-            )
+        _check_size(path, frame)
         time_s = frame.time if frame.time is not None else index / rate if rate else float(index)
         picture = np.rot90(_brightness(frame), round(frame.rotation / 90))
         if last is not None and time_s < last:
@@ -140,6 +137,15 @@ def _decode(container: Any, path: Path) -> Iterator[Frame]:
         yield Frame(time_s - first, np.ascontiguousarray(picture))
     if first is None:
         raise InputError(f"{path}: holds no frame that can be read")
+
+
+def _check_size(path: Path, seen: Any) -> None:
+    """Refuse pictures too large for the memory: of a frame, or as the file announces them."""
+    if seen.width * seen.height > LARGEST:
+        raise InputError(
+            f"{path}: frames of {seen.width} x {seen.height} pixels; allowed are "
+            f"{LARGEST / 1e6:.0f} million pixels"
+        )
 
 
 def _brightness(frame: av.VideoFrame) -> np.ndarray:

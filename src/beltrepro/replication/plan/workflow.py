@@ -121,7 +121,6 @@ class Workflow:
             *(path for name in (*self.filmed, *self.tables) for path in self.with_metadata(name)),
             *self.claims(),
             "<results>/report.html",
-            "<results>/article.pdf",
         ]
 
     def compared(self) -> list[str]:
@@ -252,11 +251,6 @@ class Workflow:
             **{name: {name: identity} for name, identity in self.expected(*self.tables).items()},
         }
 
-    def expected_of_article(self) -> dict[str, dict]:
-        """By name of the input of the article."""
-        expected = self.expected_of_report()
-        return {name: expected[name] for name in ("claims", "estimates", "figures")}
-
     def _expected(self, name: str) -> dict:
         if name not in self._known:
             self._known[name] = self._made(name)
@@ -341,8 +335,6 @@ class Workflow:
         tables = list(self.files_of(*self.tables).values())
         shown = [*datasets, *tables, *claims, *self.drawn("png")]
         yield "report", "report", shown, ["<results>/report.html"]
-        about = [*claims, f"{claims[0]}-metadata.json", "CITATION.cff", *self.drawn("png")]
-        yield "article", "article", about, ["<results>/article.pdf"]
 
     def crate_spec(self, rule_of: Callable[[str], Any]) -> dict:
         """What `deposit.crate.Run` is made of, as plain values; rule_of : a rule by its name."""

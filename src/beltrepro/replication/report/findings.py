@@ -48,19 +48,31 @@ def _finding(
 ) -> Finding:
     sentence = filled(text, results)
     unmet = [] if sentence else ["a number in it was not found"]
-    for claim, wanted in verdicts.items():
-        for question, word in wanted.items():
-            verdict = results[claim].verdicts[question] if claim in results else "missing"
-            if verdict != word_of(word):
-                unmet.append(f"{claim} is {verdict} as {question}, not {word_of(word)}")
-    for place, allowed in numbers.items():
-        number, (low, high) = number_at(place, results), bounds(allowed)
-        if number is None or not low <= number.estimate.low <= number.estimate.high <= high:
-            words_of_number = number.words if number else "not found"
-            unmet.append(f"{place} is {words_of_number}, not {range_in_words(allowed)}")
+    missed = [
+        missed_verdict(results, claim, question, word_of(word))
+        for claim, wanted in verdicts.items()
+        for question, word in wanted.items()
+    ]
+    missed += [missed_range(results, place, allowed) for place, allowed in numbers.items()]
+    unmet += [reason for reason in missed if reason]
     claims = dict.fromkeys([*verdicts, *(place_of(place)[1] for place in numbers)])
     rests_on = tuple(results[name] for name in claims if name in results)
     return Finding(topic, sentence or text, figure, tuple(unmet), rests_on)
+
+
+def missed_verdict(results: Results, claim: str, question: str, wanted: str) -> str | None:
+    """In words, that a claim has another verdict; None if it has this one."""
+    verdict = results[claim].verdicts[question] if claim in results else "missing"
+    return None if verdict == wanted else f"{claim} is {verdict} as {question}, not {wanted}"
+
+
+def missed_range(results: Results, place: str, allowed: Any) -> str | None:
+    """In words, that the interval of a number leaves a range; None if it lies in it."""
+    number, (low, high) = number_at(place, results), bounds(allowed)
+    if number and low <= number.estimate.low <= number.estimate.high <= high:
+        return None
+    words_of_number = number.words if number else "not found"
+    return f"{place} is {words_of_number}, not {range_in_words(allowed)}"
 
 
 def word_of(verdict: str | bool) -> str:

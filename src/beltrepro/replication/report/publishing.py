@@ -6,18 +6,22 @@ tables.
 
 import base64
 import io
+import json
 import shutil
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
+import yaml
 from PIL import Image
 
 from beltrepro.base import seal
 from beltrepro.base.atomic import UNFINISHED, replacing
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import manifest
-from beltrepro.replication.report import findings
+from beltrepro.replication.plan.config import load_config
+from beltrepro.replication.plan.plan import make_plan
+from beltrepro.replication.report import article, findings
 from beltrepro.replication.report.claim_results import count, read
 from beltrepro.replication.report.sentences import number_at, place_of, typeset
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, QUESTIONS, YES
@@ -26,8 +30,10 @@ from beltrepro.replication.verdicts.ledger import load_ledger
 PLACE = Path("docs/results")
 LIMIT = 20_000_000  # bytes of a published run, as repositories and their readers bear them
 REPORT_LIMIT = 12_000_000  # bytes of a page that is sent or downloaded alone
-FILES = ("report.html", "article.pdf", "claims.csv", "estimates.csv")
+FILES = ("report.html", "claims.csv", "estimates.csv")
+ARTICLE = "article.pdf"
 FIRST = ("paper", "standard", "smoke")  # the run that README.md shows: the first that is published
+_CONFIG, _CITATION = Path("config.yaml"), Path("CITATION.cff")
 BEGIN, END = "<!-- results: written by `make publish` -->", "<!-- end of results -->"
 
 
@@ -35,7 +41,8 @@ def publish(results: Path, place: Path = PLACE) -> Path:
     """Copy what a finished run shows, with a list of checksums.
 
     The report is one file that holds its pictures, with a palette of colours where that makes them
-    smaller. The run `paper` is refused where a sentence of the findings does not hold in it.
+    smaller. The article is about the run `paper` and set here; that run is refused where a sentence
+    of the findings or of the article does not hold in it.
     """
     target, wanted = place / results.name, _wanted(results)
     place.mkdir(parents=True, exist_ok=True)
@@ -48,6 +55,7 @@ def publish(results: Path, place: Path = PLACE) -> Path:
             shutil.copyfile(results / path, folder / path)
         if results.name == FIRST[0]:
             findings.check(read(results))
+            _set_article(results, folder / ARTICLE)
         _take_colours(folder)
         if (folder / FILES[0]).stat().st_size > REPORT_LIMIT:
             raise InputError(f"{results / FILES[0]}: larger than {REPORT_LIMIT / 1e6:.0f} MB")
@@ -115,7 +123,10 @@ def _block(folder: Path) -> Iterator[str]:
         numbers = (str(counts.verdicts[question][word]) for word in (YES, IN_PART, NO, OPEN))
         yield f"| {question} | {' | '.join(numbers)} |"
     yield ""
-    yield f"[Report]({folder}/report.html), [article]({folder}/article.pdf)."
+    pages = {"Report": "report.html", "article": ARTICLE}
+    there = {name: path for name, path in pages.items() if (folder / path).is_file()}
+    if there:
+        yield f"{', '.join(f'[{name}]({folder}/{path})' for name, path in there.items())}."
 
 
 def _wanted(results: Path) -> list[Path]:
@@ -131,6 +142,21 @@ def _wanted(results: Path) -> list[Path]:
     wanted = [path.relative_to(results) for path in paths]
     manifest.check(results, [path.as_posix() for path in wanted])
     return wanted
+
+
+def _set_article(results: Path, output: Path) -> None:
+    """Of a run of this clone, with the authors that CITATION.cff names."""
+    about = json.loads((results / "claims.csv-metadata.json").read_text(encoding="utf-8"))
+    settings = make_plan(load_config(_CONFIG) | {"preset": results.name}).settings()
+    citation = yaml.safe_load(_CITATION.read_text(encoding="utf-8"))
+    claims = read(results)
+    article.write(
+        output,
+        claims,
+        article.facts(claims, settings, about["beltrepro:origin"]),
+        {path.stem: path for path in (results / "figures").glob("*.png")},
+        [article.name_of(author) for author in citation["authors"]],
+    )
 
 
 def _take_colours(folder: Path) -> None:

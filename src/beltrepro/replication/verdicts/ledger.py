@@ -29,13 +29,16 @@ SECTIONS = {
     "system_size": "sizes/claims",
     "noise_and_size": "sizes/claims_noise",
     "integrators": "integrators/claims",
+    "branches": "branches/claims",
+    "disturbance": "disturbance/claims",
 }
 REGISTRY: dict[str, Callable] = {}
 # PyYAML's own reader takes ten times as long; it is the one where libyaml is not to be had.
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 # What a statement is about. A `construction` is true because the model is built so, `validation`
-# tests our own camera, a `recording` is not to be compared: the recordings are not published.
-KINDS = ("number", "shape", "recording", "validation", "construction")
+# tests our own camera, a `recording` is not to be compared: the recordings are not published. An
+# `explanation` is not in the paper: it is ours, and has one criterion.
+KINDS = ("number", "shape", "recording", "validation", "construction", "explanation")
 FINDINGS = ("number", "shape", "recording")
 # What of the results had been seen when a criterion was written, the most last.
 SEEN = ("nothing", "short runs", "long runs", "the published run")

@@ -5,8 +5,11 @@ import pytest
 
 import figure_data
 from beltrepro import ChainParameters, Setup, orbit_branch, periodic_orbit
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.plan.attractors import basin_starts, sweeps
 from beltrepro.replication.studies.branches import measure
+from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
+from made_up import data, few_resamples, grades, measured  # noqa: F401
 
 ELSEWHERE = {"duration": 4000.0, "transient": 2000.0}
 
@@ -93,3 +96,75 @@ def test_figure_marks_ends_and_shares():
     assert all(line.get_linestyle() == "None" for line in orbits.lines)  # branches are never joined
     sizes = [word.get_size() for word in [*starts.get_legend().get_texts(), starts.xaxis.label]]
     assert min(sizes) >= 6
+
+
+# --- what explains the fall of r ------------------------------------------------------------------
+
+VELOCITIES = np.arange(14.0, 22)
+
+
+def starts(begin=17.1, first=18.0, below=0.0, runs=20):
+    """Most runs from a velocity on are on an orbit that begins somewhere, and some are below."""
+    u = np.repeat(VELOCITIES, runs)
+    run = np.tile(np.arange(runs), VELOCITIES.size)
+    small = (np.where(u >= first, 0.9, below) * runs > run)[:, np.newaxis]
+    orbits = np.zeros(4, [("attractor", int), ("belt_velocity", float)])
+    orbits["attractor"], orbits["belt_velocity"] = (3, 3, 4, 4), (30, begin, 15, 30)
+    arrays = {
+        "belt_velocity": u,
+        "attractor": np.where(small, np.where(run == 0, 4, 3)[:, np.newaxis], 1),
+        "disorder_parameter": np.where(small, 0.02, 0.12),
+        "state": np.full(small.shape, "periodic"),
+        "branches": orbits,
+    }
+    return data(arrays)
+
+
+def upwards(fall, runs=8):
+    """Sweeps with two noises, without which they fall at u, some of them one later."""
+    u, noise, run = map(np.ravel, np.meshgrid(VELOCITIES, [0.0, 1.0], np.arange(runs)))
+    small = np.where(noise == 0, u >= fall + (run % 3 == 0), u >= 15)
+    r = np.where(small, 0.02, 0.12)[:, np.newaxis].repeat(2, axis=1)
+    arrays = {"belt_velocity": u, "noise": noise, "replicate": run, "disorder_parameter": r}
+    return data(arrays)
+
+
+@pytest.mark.parametrize(
+    ("changes", "verdict"),
+    [
+        ({}, YES),  # the orbit of a single run begins at 15: irregular motion does not find it
+        ({"first": 20.0, "begin": 19.2}, IN_PART),
+        ({"first": 20.0, "begin": 18.1, "below": 0.3}, NO),
+        ({"first": 20.0}, IN_PART),  # from 18 to 19 nobody falls
+        ({"below": 0.05}, YES),  # one of sixty
+        ({"below": 0.4}, IN_PART),
+    ],
+)
+def test_the_begin_of_the_orbits_that_are_found(changes, verdict):
+    assert grades("orbits-of-small-r", basins=starts(**changes))[""] == verdict
+    numbers = measured("orbits-of-small-r", basins=starts(**changes)).numbers
+    assert numbers["first begin"].value == changes.get("begin", 17.1)
+
+
+@pytest.mark.parametrize("place", [{"first": 30.0}, {"begin": 14.0}])
+def test_where_no_start_falls_or_none_lies_below_nothing_is_judged(place):
+    with pytest.raises(NotEnoughDataError, match=r"half of the starts|no start at"):
+        measured("orbits-of-small-r", basins=starts(**place))
+
+
+@pytest.mark.parametrize(
+    ("falls", "verdict"),
+    [
+        ((20, 19, 18), YES),
+        ((18, 18, 18), OPEN),
+        ((18, 19, 20), IN_PART),  # the wrong way
+        ((20, 15, 15), IN_PART),
+        ((15, 15, 16), NO),
+    ],
+)
+def test_when_sweeps_fall(falls, verdict):
+    names = ("sweeps_fast", "sweeps", "sweeps_slow")
+    swept = {name: upwards(fall) for name, fall in zip(names, falls, strict=True)}
+    assert grades("fall-by-hold", basins=starts(), **swept)[""] == verdict
+    numbers = measured("fall-by-hold", basins=starts(), **swept).numbers
+    assert [numbers[name].value for name in ("shortest", "longest")] == [falls[0], falls[-1]]

@@ -1,0 +1,77 @@
+"""What explains the fall of r: where orbits of small r begin, and when sweeps find them."""
+
+import numpy as np
+
+from beltrepro.base.errors import require
+from beltrepro.replication.studies.branches.measure import SMALL, is_small
+from beltrepro.replication.verdicts.criteria import Measurement
+from beltrepro.replication.verdicts.ledger import claim
+from beltrepro.stats.estimates import Estimate, bootstrap, difference, share_of
+
+FIRST = 15.0  # u from which on runs below the begin count: there the paper sees r begin to fall
+ACCURACY = 1e-3  # of u at the end of a branch (orbit_branch)
+SWEEPS = ("sweeps_fast", "sweeps", "sweeps_slow")  # the longer, the longer each u is held
+_FEW = 0.1  # share of runs that an orbit must take to be one that irregular motion finds
+
+
+@claim("orbits-of-small-r")
+def orbits_of_small_r(evidence):
+    """Begin of the first orbits of small r that starts reach, and what starts do around it."""
+    arrays = evidence.dataset("basins").arrays
+    velocity, small = arrays["belt_velocity"], _small(arrays)
+    begin = _first_begin(arrays)
+    above = velocity[velocity > begin].min()
+    below = small[(velocity >= FIRST) & (velocity < begin)]
+    require(below.size, f"no start at u = {FIRST:g} or more and below {begin:.4g}")
+    return Measurement(
+        {
+            "first begin": Estimate(begin, begin - ACCURACY, begin + ACCURACY),
+            "small r, below it": share_of(below.ravel()),
+            "small r, above it": share_of(small[velocity == above].ravel()),
+        }
+    )
+
+
+@claim("fall-by-hold")
+def fall_by_hold(evidence):
+    """First u at small r of upward sweeps, by the time for which each u is held."""
+    begin = _first_begin(evidence.dataset("basins").arrays)
+    falls = [_falls(evidence.dataset(name).arrays) for name in SWEEPS]
+    half = [bootstrap(np.median, [fall]) for fall in falls]
+    return Measurement(
+        {
+            "shortest": half[0],
+            "longest": half[-1],
+            "shorter less longer": difference(half[0], half[-1]),
+            "below the first begin": share_of(np.concatenate(falls) < begin),
+        }
+    )
+
+
+def _small(arrays) -> np.ndarray:
+    """Which runs (P, E) end at small r."""
+    return is_small(arrays["disorder_parameter"], arrays["state"].astype(str))
+
+
+def _first_begin(arrays) -> float:
+    """u at which the first of the branches begins that take the runs where half of them fall."""
+    velocity, small = arrays["belt_velocity"], _small(arrays)
+    most = [u for u in np.unique(velocity) if small[velocity == u].mean() >= 1 / 2]
+    require(most, "at no u do half of the starts end at small r")
+    there = velocity == most[0]
+    reached, counts = np.unique(arrays["attractor"][there][small[there]], return_counts=True)
+    taking = reached[counts >= _FEW * small[there].size]
+    orbits = arrays["branches"]
+    begins = orbits["belt_velocity"][np.isin(orbits["attractor"], taking)]
+    require(begins.size, f"no orbit of small r was followed from u = {most[0]:g}")
+    return float(begins.min())
+
+
+def _falls(arrays) -> np.ndarray:
+    """First u at small r of each upward sweep without noise; the last u if it never is."""
+    quiet = arrays["noise"] == 0
+    velocity, run = arrays["belt_velocity"][quiet], arrays["replicate"][quiet]
+    small = arrays["disorder_parameter"][quiet, 0] < SMALL
+    require(velocity.size, "no sweep without noise")
+    last = velocity.max()
+    return np.array([velocity[small & (run == one)].min(initial=last) for one in np.unique(run)])

@@ -1,0 +1,82 @@
+"""Not in the paper: kicks, the steps of the scheme and noise that lose periodic orbits."""
+
+import numpy as np
+from matplotlib.ticker import NullFormatter
+
+from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.plan.registry import Figure
+
+FIGURE = Figure(
+    title="Disturbance of each slip beyond which a periodic orbit is lost.",
+    uses=("orbits_lost", "loss_lines"),
+    words=(
+        "Not in the paper. Each mark is a periodic orbit of 4 to 6 blocks. a: against its margin, "
+        "the smallest displacement of one block at one start of a slip that loses it. b: against "
+        "the number of slips in its period. The size is that at which half of the runs leave the "
+        "orbit within 10000 time units: for kicks, dots; for the time step of the scheme, as the "
+        "kicks that it is worth, squares; for noise, as the kicks that move slips as much, "
+        "triangles. Bars go from the largest size that no run leaves at to the smallest that all "
+        "leave at. The line in a is a fixed share of the margin, the geometric mean for kicks. "
+        "What to see: one line holds all three over five decades, and the length of the orbit "
+        "does not give it."
+    ),
+    alt=(
+        "Two panels: the size of a disturbance that loses an orbit, against the margin of the "
+        "orbit, where all lie along one line, and against its number of slips, where they scatter."
+    ),
+    category="Further studies",
+)
+
+_LOOKS = {  # marker, colour, and words of each disturbance
+    "kick": ("o", style.BLUE, "kicks"),
+    "step": ("s", style.VERMILION, "time step"),
+    "noise": ("^", style.GREEN, "noise"),
+}
+
+
+@style.styled
+def draw(data):
+    """Sizes against the margin and against the slips of each orbit."""
+    panels.require(data, FIGURE)
+    figure = style.page(1.95)
+    by_margin, by_slips = figure.subplots(1, 2, sharey=True)
+    orbits, lines = data["orbits_lost"], data["loss_lines"].set_index("disturbance")
+    for axes, name in ((by_margin, "margin"), (by_slips, "slips")):
+        for kind in _LOOKS:
+            _draw_sizes(axes, orbits, name, kind)
+    margins = orbits["margin"][np.isfinite(orbits["margin"])]
+    ends = np.array([margins.min() / 2, margins.max() * 2])
+    by_margin.plot(ends, lines["share"]["kick"] * ends, color="0.5", linewidth=1, zorder=0)
+    by_margin.set(xlabel="margin", ylabel="disturbance")
+    by_slips.set(xlabel="slips in a period")
+    by_margin.legend(loc="lower right", handletextpad=0.1, borderaxespad=0.1)
+    for axes, name in ((by_margin, "a"), (by_slips, "b")):
+        axes.set(xscale="log", yscale="log")
+        panels.letter(axes, name)
+    _finish(by_margin, by_slips)
+    return figure
+
+
+def _draw_sizes(axes, orbits, name, kind):
+    marker, colour, words = _LOOKS[kind]
+    worth = orbits["noise_as_kick"] if kind == "noise" else 1.0
+    size, low, high = (worth * orbits[f"{kind}{end}"] for end in ("", "_low", "_high"))
+    shown = np.isfinite(size) & (size > 0)
+    bars = [(size - low)[shown], (high.where(np.isfinite(high), size) - size)[shown]]
+    look = {
+        "color": colour,
+        "markerfacecolor": "none",
+        "elinewidth": 0.4,
+        "markersize": 2.4,
+        "markeredgewidth": 0.6,
+    }
+    axes.errorbar(orbits[name][shown], size[shown], bars, fmt=marker, label=words, **look)
+
+
+def _finish(by_margin, by_slips):
+    """Plain numbers, since powers are written smaller than the rest."""
+    for axis in (by_margin.xaxis, by_margin.yaxis, by_slips.xaxis):
+        axis.set_minor_formatter(NullFormatter())
+    by_margin.set_xticks([1e-4, 1e-2, 1], ["0.0001", "0.01", "1"])
+    by_margin.set_yticks([1e-5, 1e-3, 0.1], ["0.00001", "0.001", "0.1"])
+    by_slips.set_xticks([10, 100, 1000], ["10", "100", "1000"])
