@@ -129,9 +129,9 @@ def _record(
     events = EventLog(len(members), chain.rest_positions)
     crossings = CrossingLog(start)
     watch = EventWatch(members, events)
-    history = loading.history(members, **lengths)
-    observe(integrator, lengths["duration"], [events, crossings, watch, history], report)
-    loading.judge(group, history)
+    histories = loading.history(members, **lengths)
+    observe(integrator, lengths["duration"], [events, crossings, watch, *histories], report)
+    loading.judge(group, histories)
     rows = crossings.rows(chain.n_blocks)
     law = law_constants(chain)
     tables = []

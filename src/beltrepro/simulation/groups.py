@@ -66,7 +66,9 @@ def in_groups(
             told()
 
         group = batches[number]
-        return work(group, [cases[index] for index in group], report)
+        outcome = work(group, [cases[index] for index in group], report)
+        done[number] = 1.0  # a group that was kept reports nothing
+        return outcome
 
     if workers == 1 or len(batches) == 1:
         outcomes = [made(number, show) for number in range(len(batches))]

@@ -12,6 +12,7 @@ from beltrepro.simulation.setup import Case, caller
 from beltrepro.stats.stationarity import Moments, beginning
 
 _PERIODS = 10  # of the slowest mode; in fewer a slow motion looks like loading
+_SURELY = 5  # loading times after which nobody looks any more
 _AMPLE = 1.25  # what should be left out, over what is seen to be loading
 
 
@@ -25,15 +26,20 @@ class LoadingWatch:
         self._loads = np.zeros(count, dtype=bool)  # whether it matters
         self._disorder, self._later_disorder = np.zeros(count), np.zeros(count)
 
-    def history(self, members: Sequence[Case], duration: float, transient: float) -> LengthHistory:
-        """An observer of a group of runs, for `judge`."""
+    def history(
+        self, members: Sequence[Case], duration: float, transient: float
+    ) -> list[LengthHistory]:
+        """An observer of a group of runs, for `judge`; none if the transient is surely enough."""
+        if transient >= _SURELY * max(map(_loading_time, members)):
+            return []
         start = members[0].state.time
-        return LengthHistory(len(members), start + transient, start + duration)
+        return [LengthHistory(len(members), start + transient, start + duration)]
 
-    def judge(self, group: np.ndarray, history: LengthHistory) -> None:
+    def judge(self, group: np.ndarray, histories: list[LengthHistory]) -> None:
         """Note how the runs of a group begin."""
-        if not history.count.any():
+        if not any(history.count.any() for history in histories):
             return
+        (history,) = histories
 
         def disorder(moments: Moments) -> np.ndarray:
             return moments.deviation / (moments.mean + rest)

@@ -129,9 +129,9 @@ def _scanned(
     section = SectionValues(belt_velocities, section_values, start)
     slips = SlipActivity(width, chain.n_blocks, start, laminar_time, slipping_since(members))
     forward = ForwardSlip(begin)
-    history = loading.history(members, duration, transient)
-    observe(integrator, duration, [moments, section, slips, forward, history], report)
-    loading.judge(group, history)
+    histories = loading.history(members, duration, transient)
+    observe(integrator, duration, [moments, section, slips, forward, *histories], report)
+    loading.judge(group, histories)
     end = integrator.state()
     counts = np.zeros((width, MAXIMUM_BLOCKS), dtype=np.int64)
     counts[:, : chain.n_blocks] = slips.slip_count

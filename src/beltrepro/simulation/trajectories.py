@@ -130,15 +130,15 @@ def _follow(
     integrator = integrator_of(members, sampling=sampling, sampled_blocks=sampled_blocks)
     moments = LengthMoments(len(members), start + lengths["transient"])
     events = EventLog(len(members), rest)
-    history = loading.history(members, **lengths)
-    observers = [moments, events, EventWatch(members, events), history]
+    histories = loading.history(members, **lengths)
+    observers = [moments, events, EventWatch(members, events), *histories]
     if keeps_samples:
         begin, end = start + samples["sample_start"], start + lengths["duration"]
         log = SampleLog(members, sampling, every, begin, end)
         observers.append(log)
     # samples and events would fill a checkpoint
     observe(integrator, lengths["duration"], observers, report, kept=False)
-    loading.judge(group, history)
+    loading.judge(group, histories)
     measured = sampling, start + lengths["transient"], integrator.time
     length, residual = moments_of(moments, members, *measured), integrator.energy_residual()
     runs, counts = [], events.counts
