@@ -34,9 +34,11 @@ def claim_list() -> str:
     """Every claim: what the paper says, and the criteria that decide."""
     parts = []
     for claim in load_ledger().values():
-        where = f" Figure {claim.figure}." if claim.figure else ""
+        where = f" Figure {claim.figure} of the paper." if claim.figure else ""
         quoted = [f"> {markdown.plain(claim.says)}"] if claim.says else []
         parts += [f"### {claim.id}", *quoted, markdown.plain(claim.statement) + where]
+        shown = [name for name in registry.figures() if claim.id in _claims(name)]
+        parts += [f"Shown in {_links(shown)}."] if shown else []
         for question, criterion in claim.criteria.items():
             allowed = criterion.untestable or f"allowed is {criterion.ranges}"
             words = "; ".join(filter(None, (criterion.how, allowed)))
@@ -49,7 +51,24 @@ def claim_list() -> str:
 def _figure(name: str, entry: registry.Figure) -> str:
     number = f"Fig. {entry.number}: " if entry.number else ""
     words = f"**{number}{markdown.plain(entry.title)}** {markdown.plain(entry.words)}"
-    return "\n\n".join([f"#### {name}", words, _made_from(entry.uses)])
+    claims = _claims(name)
+    about = [f"Judged with it: {_links(claims)}."] if claims else []
+    return "\n\n".join([f"#### {name}", words, *about, _made_from(entry.uses)])
+
+
+def _claims(figure: str) -> list[str]:
+    """Names of the claims of a figure of the paper, or of which a figure shows a number."""
+    entry = registry.figures()[figure]
+    shown = {key.partition(":")[0] for key in entry.shows}
+    return [
+        name
+        for name, claim in load_ledger().items()
+        if name in shown or str(claim.figure or "") == entry.number != ""
+    ]
+
+
+def _links(names: list[str]) -> str:
+    return ", ".join(f"[{name}](#{name})" for name in names)
 
 
 def _made_from(names, word: str = "Made from") -> str:

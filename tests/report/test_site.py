@@ -115,6 +115,16 @@ def test_results_have_every_figure_table_and_claim():
     assert all(f"### {name}\n" in claims_and_figures.claim_list() for name in load_ledger())
 
 
+def test_figures_and_claims_have_links_both_ways():
+    figures, claims = claims_and_figures.figure_list(), claims_and_figures.claim_list()
+    parts = {text.split("\n")[0]: text for text in figures.split("#### ")[1:]}
+    judged = {text.split("\n")[0]: text for text in claims.split("### ")[1:]}
+    for name, text in parts.items():
+        for claim in judged:
+            assert (f"](#{claim})" in text) == (f"](#{name})" in judged[claim]), (name, claim)
+    assert "](#u-critical)" in parts["fig12"] and "](#fig12)" in judged["u-critical"]
+
+
 def test_words_are_no_marks():
     assert markdown.plain("x_N(t) < *u*, `a_b` [m]") == r"x\_N(t) \< \*u\*, `a_b` \[m\]"
     assert markdown.table(["a"], [["x | y\nz"]]) == "| a |\n| --- |\n| x \\| y z |"

@@ -17,6 +17,7 @@ from beltrepro import ChainParameters, ChainState, Results, close_orbit, time_to
 from beltrepro.base.errors import InputError
 from beltrepro.chaos import orbit_loss
 from beltrepro.chaos.periodic_orbits import PeriodicOrbit
+from beltrepro.replication.studies import published
 from beltrepro.stats.motion import PERIODIC
 
 SPREAD = 10.0  # of the starts, model length
@@ -48,8 +49,6 @@ def orbits_lost(chain: ChainParameters) -> Iterator[dict]:
     for orbit, starts in _orbits(chain):
         track = orbit_loss.Track.of(orbit)
         row = {
-            "n_blocks": chain.n_blocks,
-            "belt_velocity": chain.belt_velocity,
             "starts": STARTS[chain.n_blocks],
             "ended": starts,
             "slips": orbit.period_events,
@@ -107,8 +106,6 @@ def irregular_lifetimes(chain: ChainParameters) -> Iterator[dict]:
     )
     for run in range(number):
         yield {
-            "n_blocks": chain.n_blocks,
-            "belt_velocity": chain.belt_velocity,
             "initial_spread": spread,
             "replicate": run + 1,
             "duration": duration,
@@ -124,20 +121,17 @@ TABLES: dict[str, tuple[Callable, dict]] = {
 
 def make(name: str, folder: Path, points: dict | None = None) -> pd.DataFrame:
     """Make a table point by point; points : u of each N, those of the published table if None."""
-    rows_of, published = TABLES[name]
-    path = folder / f"{name}.csv"
-    table = pd.read_csv(path) if path.exists() else pd.DataFrame()
-    for n_blocks, velocities in (points or published).items():
-        for velocity in velocities:
-            if len(table) and np.any(
-                (table["n_blocks"] == n_blocks) & (table["belt_velocity"] == velocity)
-            ):
-                continue
-            rows = pd.DataFrame(list(rows_of(ChainParameters(n_blocks, float(velocity)))))
-            table = pd.concat([table, rows], ignore_index=True)
-            table.to_csv(path, index=False, float_format="%.6g")
-            print(rows.to_string(), flush=True)
-    return table
+    rows_of, all_points = TABLES[name]
+    grid = [
+        {"n_blocks": n_blocks, "belt_velocity": velocity}
+        for n_blocks, velocities in (points or all_points).items()
+        for velocity in velocities
+    ]
+
+    def rows_at(n_blocks: int, belt_velocity: float) -> Iterator[dict]:
+        return rows_of(ChainParameters(n_blocks, float(belt_velocity)))
+
+    return published.extend(folder / f"{name}.csv", grid, rows_at)
 
 
 if __name__ == "__main__":
