@@ -1,7 +1,11 @@
 """Basins: closed answers, the two motions at u = 15, labels along the belt velocity."""
 
+import sys
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgba
 
 from beltrepro import (
     ChainParameters,
@@ -14,7 +18,11 @@ from beltrepro import (
     slipping_state,
 )
 from beltrepro.base.errors import InputError
+from beltrepro.chaos import basins_picture
+from beltrepro.chaos.basins import Attractor, Basins
 from beltrepro.stats import estimates
+
+attraction = sys.modules[Basins.__module__]  # `basins` is a function, too
 
 # All blocks slip or move with the belt; on a cycle of 23 slips from there.
 LOW = [156.6, 298.4, 426.1, 531.6, 611.1], [15.0, 4.3, -20.7, 15.0, -4.4]
@@ -117,3 +125,151 @@ def test_picture_of_one_value_and_of_several(two, tmp_path):
 def test_what_has_no_basins_is_refused(chains, words):
     with pytest.raises(InputError, match=words):
         basins(chains, duration=100.0)
+
+
+# --- made-up motions ------------------------------------------------------------------------------
+
+SEVEN = {18.0: {1: 4, 2: 3}, 19.0: {1: 2, 2: 0, 8: 5}, 21.0: {2: 6, 3: 1}}  # starts by label
+STATES = {1: "periodic", 2: "periodic", 3: "equilibrium slip", 8: "irregular"}
+
+
+def made_up(shares):
+    """Basins of seven starts at each value, with two branches."""
+    attractors = [
+        Attractor(value, label, STATES[label], reached, 7, 10.0 * label + value, 3 * label,
+                  label / value, 60.0 + label, SimpleNamespace(largest_multiplier=-label / 9)
+                  if STATES[label] == "periodic" else None)
+        for value, labels in shares.items() for label, reached in labels.items()
+    ]  # fmt: skip
+    runs = {name: np.repeat(list(shares), 7) for name in ("belt_velocity", "attractor")}
+    places = {1: [18.0, 18.7, 19.5], 2: [18.0, 20.0, 20.5, 21.0]}
+    branches = {
+        label: SimpleNamespace(parameter=np.array(u), disorder_parameter=label / np.array(u))
+        for label, u in places.items()
+    }
+    return Basins("belt_velocity", tuple(attractors), branches, runs)
+
+
+def test_the_table_has_every_number_of_each_attractor():
+    basins = made_up(SEVEN)
+    table = basins.table()
+    assert len(table) == 7
+    for attractor, (_, row) in zip(basins.attractors, table.iterrows(), strict=True):
+        assert row["belt_velocity"] == attractor.value
+        assert all(row[name] == getattr(attractor, name) for name in Attractor._fields[1:-1])
+        share = estimates.share(attractor.reached_by, 7)
+        assert tuple(row[["share", "share_low", "share_high"]]) == tuple(share.numbers)
+        size = attractor.label / 9 if attractor.orbit else np.nan
+        assert row["largest_multiplier"] == pytest.approx(size, nan_ok=True)
+
+
+def test_the_picture_draws_the_numbers_of_the_attractors():
+    basins = made_up(SEVEN)
+    disorder, shares = basins_picture.draw(basins).axes
+    colours = {}
+    for (label, branch), line in zip(basins.branches.items(), disorder.lines, strict=True):
+        assert line.get_xydata().tolist() == np.transpose(
+            [branch.parameter, branch.disorder_parameter]).tolist()  # fmt: skip
+        colours[label] = to_rgba(line.get_color())
+    dots = {marks.get_label(): marks for marks in disorder.collections}
+    assert set(dots) == set(STATES.values())
+    for state, marks in dots.items():
+        those = [one for one in basins.attractors if one.state == state]
+        points = [[one.value, one.disorder_parameter] for one in those]
+        assert marks.get_offsets().tolist() == points
+        for one, colour in zip(those, marks.get_facecolor(), strict=True):
+            assert colours.setdefault(one.label, tuple(colour)) == tuple(colour)
+    assert colours[1] == colours[8] and len(set(colours.values())) == 3  # told again after seven
+    assert (disorder.get_xlabel(), disorder.get_ylabel(), disorder.get_yscale()) == (
+        "$u$", "$r$", "log")  # fmt: skip
+    bars = iter(shares.patches)
+    for value, labels in SEVEN.items():
+        below = 0.0
+        for label, reached in labels.items():
+            bar = next(bars)
+            place = bar.get_x() + bar.get_width() / 2, bar.get_y(), bar.get_height()
+            assert place == pytest.approx((value, below, reached / 7))
+            assert bar.get_width() == pytest.approx(0.8)  # of the least distance
+            assert bar.get_facecolor() == colours[label]
+            below += reached / 7
+    assert shares.get_ylim() == (0, 1)
+
+
+def test_bars_of_one_value_have_the_intervals_of_their_shares():
+    _, shares = basins_picture.draw(made_up({18.0: {1: 4, 2: 2, 8: 1}})).axes
+    ends = [bar.lines[2][0].get_segments()[0][:, 1].tolist() for bar in shares.containers[::2]]
+    heights = [bar.get_height() for bar in shares.patches]
+    expected = [estimates.share(count, 7) for count in (4, 2, 1)]
+    assert heights == pytest.approx([share.value for share in expected])
+    assert np.array(ends) == pytest.approx(np.array([share.numbers[1:] for share in expected]))
+    assert shares.get_xticks().tolist() == [1, 2, 8] and shares.get_xlabel() == "attractor"
+
+
+@pytest.mark.parametrize(("gap", "groups"), [(0.8, [[1, 2, 4, 6]]), (1.2, [[4], [1, 6], [2]])])
+def test_irregular_motions_with_a_gap_between_their_r_are_several(gap, groups):
+    steps = np.array([9, 1, 2, 9, 0, 9, 1])  # rows 0, 3 and 5 are of another value
+    r = 0.05 * np.exp(gap * 0.5 * steps)
+    runs = {"disorder_parameter": r, "mean_length": 60.0 + steps, "state": ["irregular"] * 7}
+    runs |= {"period_time": [np.nan] * 7, "period_events": [0] * 7}
+    motions = attraction._irregular(runs, np.array([1, 2, 4, 6]))
+    assert [sorted(motion.starts) for motion in motions] == groups
+    for motion, rows in zip(motions, groups, strict=True):
+        assert motion.disorder_parameter == pytest.approx(np.mean(r[rows]))
+        assert motion.mean_length == pytest.approx(60 + np.mean(steps[rows]))
+
+
+def motion(state="irregular", r=0.1, length=60.0, **more):
+    return attraction._Motion(state, np.nan, 0, r, length, **more)
+
+
+@pytest.mark.parametrize(("share", "same"), [(0.8, True), (1.2, False)])
+def test_motions_without_orbit_go_on_at_the_next_value_where_alike(share, same):
+    def labels(*by_value):
+        attraction._spread(by_value[0][0], 7, 0, list(by_value))
+        return [[one.label for one in motions] for motions in by_value]
+
+    r = [0.1 * np.exp(share * 0.5 * step) for step in (0, 1, 2)]
+    further = [7, 7] if same else [0, 0]
+    others = motion(r=0.5), motion("equilibrium slip"), motion("periodic"), motion(label=2)
+    assert labels([motion()], [*others, motion(r=r[1])], [motion(r=r[2])]) == [
+        [7], [0, 0, 0, 2, further[0]], further[1:]]  # fmt: skip
+    # <x_N> in its deviations, r <x_N> of the smaller
+    long = motion(length=60.0 * (1 + share * 0.5 * 0.1))
+    assert labels([motion()], [long]) == [[7], further[:1]]
+    # the nearest of two; a value without any is passed over; slip without stick is one family
+    near, nearer = motion(r=0.08), motion(r=0.11)
+    assert labels([motion()], [], [near, nearer]) == [[7], [], [0, 7]]
+    assert labels([motion("equilibrium slip", r=0.01)], [motion("equilibrium slip", r=0.4)]) == [
+        [7], [7]]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("share", "same"), [(0.8, True), (-0.8, True), (1.2, False), (-1.2, False)]
+)
+def test_two_runs_reach_one_orbit_by_its_period_and_its_states(monkeypatch, share, same):
+    chain, crossing = ChainParameters(2, 5.0), np.array([3.0, -40.0, 5.0, 10.0])
+    orbit = SimpleNamespace(state=SimpleNamespace(parameters=chain))
+    one = attraction._Motion("periodic", 20.0, 5, 0.1, 60.0, orbit)
+    place = crossing.copy()
+
+    def states(state, period, length):
+        assert (period, length) == (20.0, chain.rest_positions[-1] - 40.0)
+        return np.array([crossing + 1.0, place, crossing - 2.0])
+
+    monkeypatch.setattr(attraction, "states_at", states)
+    assert one.is_of(20.0 * (1 + share * 1e-5), 5, crossing) is same
+    assert not one.is_of(20.0, 6, crossing)
+    place[2] += share * 1e-5 * 40.0
+    assert one.is_of(20.0, 5, crossing) is same
+    one.orbit = None
+    assert one.is_of(20.0, 5, crossing + 9.0)
+
+
+@pytest.mark.parametrize(("slips", "followed"), [(160, True), (200, True), (240, False)])
+def test_long_orbits_are_not_followed(monkeypatch, slips, followed):
+    made = SimpleNamespace(disorder_parameter=0.3, mean_length=61.0, period_time=9.5)
+    monkeypatch.setattr(attraction, "close_orbit", lambda state, period: made)
+    one = attraction._Motion("periodic", 9.0, slips, 0.1, 60.0)
+    one.close(None)
+    numbers = one.orbit, one.disorder_parameter, one.mean_length, one.period_time
+    assert numbers == ((made, 0.3, 61.0, 9.5) if followed else (None, 0.1, 60.0, 9.0))

@@ -1,6 +1,7 @@
 """The command `beltrepro`: results as JSON or file, and errors in one line."""
 
 import json
+import re
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from types import SimpleNamespace
@@ -186,3 +187,17 @@ def test_the_command_refuses_endings_and_files_that_are_there(capsys, tmp_path):
     assert (tmp_path / "scan.h5").read_text() == "mine"
     assert cli.main(["scan", *WORDS, f"--output={tmp_path / 'scan.h5'}", "--force"]) == 0
     assert len(store.read(tmp_path / "scan.h5").arrays["noise"]) == 4
+
+
+def test_every_option_has_words_and_the_default_that_they_end_with():
+    (commands,) = (action for action in cli.parser()._actions if action.dest == "command")
+    compared = 0
+    for name, parser in commands.choices.items():
+        for option in parser._actions:
+            assert option.help, (name, option.dest)
+            words = re.search(r"\(([^\s()]+)\)(;|$)", option.help)
+            if words and option.default is not None:
+                kind = option.type or str
+                assert kind(words[1]) == kind(str(option.default)), (name, option.dest)
+                compared += 1
+    assert compared > 20

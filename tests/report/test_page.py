@@ -24,6 +24,7 @@ from beltrepro.replication.report import conduct, judged, trust
 from beltrepro.replication.report.claim_results import count, read_tables
 from beltrepro.replication.report.contents import SECTIONS, SUMMARY
 from beltrepro.replication.report.findings import findings_of
+from beltrepro.replication.report.material import captions
 from beltrepro.replication.verdicts.criteria import QUESTIONS, range_in_words
 from beltrepro.replication.verdicts.ledger import load_ledger
 from pages import PIXEL, badge, badges, cards, cells, part, plain, typeset, words
@@ -335,6 +336,8 @@ def test_figures_have_their_own_picture_and_words_in_the_order_of_the_paper(text
         said = words(markup)
         heading = f"Figure {entry.number}. {entry.title}" if entry.number else entry.title
         assert f"{heading} {entry.words}" in said
+        assert ("The paper's caption , in our words:" in said) == bool(entry.number)
+        assert plain(captions().get(entry.number, "")) in said
         assert (f"Drawn from {', '.join(entry.uses)}." in said) == bool(entry.uses)
 
 

@@ -15,6 +15,7 @@ from beltrepro.replication.plan.more_runs import runs_at_places
 from beltrepro.replication.plan.points import points_in
 from beltrepro.replication.report.claim_results import OtherRun, Results, compared, read_tables
 from beltrepro.replication.report.trust import length
+from beltrepro.replication.verdicts.ledger import read_yaml
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,12 @@ class Material:
         ]
 
 
+@functools.cache
+def captions() -> dict[str, str]:
+    """What the captions of the paper say, in our words, by number of the figure."""
+    return read_yaml("beltrepro.replication.report", "captions.yaml")
+
+
 def distinct(values: Iterable[object]) -> list[str]:
     """The different values as text, in order, without empty ones."""
     return list(dict.fromkeys(str(value) for value in values if value not in ("", None)))
@@ -87,6 +94,7 @@ def _picture(name: str, entry: registry.Figure, path: Path, claims: Results) -> 
         "category": entry.category,
         "heading": f"Figure {entry.number}. {entry.title}" if entry.number else entry.title,
         "words": entry.words,
+        "printed": captions().get(entry.number, ""),
         "alt": entry.alt,
         "image": base64.b64encode(path.read_bytes()).decode(),
         "claims": shown,

@@ -10,23 +10,31 @@ FIGURE = Figure(
     words=(
         "Tracked in a film of the virtual experiment, at the noise that the paper assigns to the "
         "experiment. There, avalanches were broken by more than a minute in which all blocks "
-        "slip. Shaded: small amplitude; x_5 and r as in Fig. 4. The spectrum is that of the whole."
+        "slip. Shaded: small amplitude; x_5 and r as in Fig. 4. The middle panel is a minute "
+        "of a, in which single slips are seen. The spectrum is that of the whole."
     ),
     alt="Position of the last block against time, a sawtooth without rest, above its spectrum.",
     number="5",
 )
 
 
+_ENLARGED_S = 60.0  # in which single slips are seen
+
+
 @style.styled
 def draw(data):
-    """a: x_5(t); b: the spectrum of all of it."""
+    """a: x_5(t), and a minute of it; b: the spectrum of all of it."""
     panels.require(data, FIGURE)
-    figure = style.page(3.4)
+    figure = style.page(4.4)
     filmed.mark(figure)
-    above, below = figure.subplots(2, 1)
+    above, enlarged, below = figure.subplots(3, 1)
     panels.letter(above, "a")
     panels.letter(below, "b")
     filmed.draw_recording(above, (below,), data, "belt_022")
-    panels.make_room(above, above=0.25)
     filmed.say_longest_slip(above, data["belt_022"])
+    track = data["belt_022_track"]
+    middle = (track.time_s[0] + track.time_s[-1]) / 2
+    window = middle - _ENLARGED_S / 2, middle + _ENLARGED_S / 2
+    panels.zoom(above, enlarged, track.time_s, 100 * track.x_m, window)
+    enlarged.set(xlabel=filmed.SECONDS, ylabel=filmed.LENGTH)
     return figure

@@ -99,7 +99,7 @@ def draw_recording(trace, spectra, data, film):
     trace.set(xlabel=SECONDS, ylabel=LENGTH)
     words = trace.get_title()
     trace.set_title("")
-    panels.remark(trace, f"{words}\n{speed(data[film])}")
+    panels.remark(trace, f"{speed(data[film])}; {words}")
     names = (SMALL, LARGE) if len(spectra) == 2 else (WHOLE,)
     for axes, name in zip(spectra, names, strict=True):
         spectrum = recording.spectra.get(name)
@@ -110,7 +110,7 @@ def draw_recording(trace, spectra, data, film):
                 f"{LASTING_S:.0f} s or more in {recording.observed_s:.0f} s. The longest has "
                 f"{length:.0f} s."
             )
-            panels.note(axes, words, width=28)
+            panels.note(axes, words, width=22)
             axes.set(xticks=[], yticks=[])
         elif spectrum is None:
             panels.note(axes, f"no stretch of {name} amplitude")
@@ -123,8 +123,8 @@ def draw_recording(trace, spectra, data, film):
 def say_longest_slip(axes, run):
     """How long all blocks of a run slip at once, at most."""
     longest = films.longest_slip_of_all_s(run)
-    words = f"all blocks slip at once for {longest:.2g} s at most; in the paper for over 60 s"
-    panels.note(axes, words, place=(0.5, 0.9), width=46)
+    words = f"all blocks slip at once for {longest:.2g} s at most (paper: over 60 s)"
+    panels.remark(axes, f"{axes.get_title(loc='right')}\n{words}")
 
 
 def _draw_multiples(axes, recording, spectrum):

@@ -47,7 +47,7 @@ def draw_trace(axes, recording):
         axes.axvspan(begin, end, color=style.GREEN, alpha=0.15, linewidth=0)
     axes.axhline(100 * recording.mean_length, color=style.GREY, linewidth=0.8, linestyle="--")
     axes.set_title(
-        rf"$r$ = {recording.disorder.words}; "
+        f"$r$ = {recording.disorder.words}\n"
         f"small amplitude {100 * recording.small_share:.0f} % of the time, "
         f"{np.diff(recording.small_s, axis=1).max(initial=0.0):.0f} s at most",
     )
@@ -62,9 +62,9 @@ def draw_spectrum(axes, spectrum, name):
     axes.set_ylim(np.quantile(power, 0.02), 5 * power.max())
     if 100 * frequency[0] > _HIGHEST_HZ:
         panels.plain_log(axes.xaxis)
-    title = f"{_WORDS[name]}, {spectrum.begin_s:.0f} to {spectrum.end_s:.0f} s"
+    title = [_WORDS[name], f"{spectrum.begin_s:.0f} to {spectrum.end_s:.0f} s"]
     if spectrum.law:
         band = np.array([spectrum.law.low, spectrum.law.high])
         axes.plot(band, spectrum.law(band), color=style.VERMILION, linewidth=1.4)
-        title += f"\n$p$ = {spectrum.exponent.words}"
-    panels.remark(axes, title)
+        title.insert(1, f"$p$ = {spectrum.exponent.words}")
+    panels.remark(axes, "\n".join(title))  # the letter is beside the last line

@@ -15,7 +15,7 @@ import numpy as np
 from beltrepro import ChainParameters, scan
 from beltrepro.replication.studies import published
 
-FRICTION_RATIOS = np.round(np.arange(0.2, 0.91, 0.05), 2).tolist()
+FRICTION_RATIOS = {"exponential": (0.45, 0.7), "linear": (0.3, 0.45, 0.7)}
 VELOCITIES = np.arange(9.0, 100.0, 3.0)  # u / (1 - f_s): the same for linear springs
 SPRINGS = {
     "exponential": {},
@@ -53,6 +53,10 @@ def fluctuations(springs: str, friction_ratio: float) -> Iterator[dict]:
 if __name__ == "__main__":
     published.extend(
         Path(__file__).with_name("fluctuations.csv"),
-        ({"springs": name, "friction_ratio": f} for f in FRICTION_RATIOS for name in SPRINGS),
+        (
+            {"springs": name, "friction_ratio": ratio}
+            for name, ratios in FRICTION_RATIOS.items()
+            for ratio in ratios
+        ),
         fluctuations,
     )
