@@ -77,9 +77,12 @@ def test_ctrl_c_ends_all_soon():
 
 
 def test_the_first_error_ends_all():
-    good, bad = ChainParameters(5, 10.0, 1.0), ChainParameters(5, 200.0)
-    with pytest.raises(ModelStateError, match="N=5, u=200"):
-        scan([good] * 40 + [bad], replicate=range(41), duration=1e7, workers=2)
+    good, bad = (
+        ChainParameters(5, 10.0, 1.0),
+        ChainParameters(10, 200.0),
+    )  # larger groups begin first
+    with pytest.raises(ModelStateError, match="N=10, u=200"):
+        scan([good] * 40 + [bad] * 40, replicate=range(80), duration=1e7, workers=2)
     assert threads() == 0
 
 
