@@ -7,7 +7,7 @@ import pytest
 
 from beltrepro import ChainParameters, ChainState, Setup, catalogue, simulate
 from beltrepro import time_to_continuous_slip as escapes
-from beltrepro.simulation.groups import groups
+from beltrepro.simulation.groups import in_groups
 
 MORE_THAN_A_GROUP = 35
 SPREAD = 0.5
@@ -78,7 +78,7 @@ def test_chains_advance_together_that_share_all_an_integrator_takes_from_the_fir
     changes, together
 ):
     made_points = points_of(changes)
-    parts = [group.tolist() for group, _ in groups(made_points, None)]
+    parts = [group.tolist() for group, _ in in_groups(made_points, lambda *_: None, None)]
     assert parts == ([[0, 1]] if together else [[0], [1]])
     # and each of these makes another run of it
     assert made_points[0].identity != made_points[1].identity

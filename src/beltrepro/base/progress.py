@@ -18,8 +18,8 @@ def quiet_terminal() -> None:
 class Progress:
     """Shows how far a simulation is; call it with the fraction done, 0 to 1.
 
-    On a terminal a bar; in a job of the workflow, or without a terminal, a line in the log at the
-    start and then every few percent, with the time left.
+    On a terminal a bar; in a job of the workflow, or without a terminal, a line at the start and
+    then every few percent, with the time left: in the log, or on stderr if there is none.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Progress:
 
             self._bar = tqdm(total=100, desc=label, unit="%", bar_format=_BAR)
         else:
-            logger.info("%s: started", label)
+            self._line("started")
 
     def __call__(self, fraction: float) -> None:
         if self._bar is not None:
@@ -59,8 +59,15 @@ class Progress:
         due = far_enough and now >= self._last + self._pause
         if due or fraction >= 1 > self._shown:
             left = (now - self._start) * (1 - fraction) / fraction
-            logger.info("%s: %.0f%% done, %s left", self._label, 100 * fraction, _duration(left))
+            self._line(f"{100 * fraction:.0f}% done, {_duration(left)} left")
             self._shown, self._last = fraction, now
+
+    def _line(self, text: str) -> None:
+        """A line in the log, or on stderr where nobody keeps one."""
+        if logger.isEnabledFor(logging.INFO) and logger.hasHandlers():
+            logger.info("%s: %s", self._label, text)
+        else:
+            print(f"{self._label}: {text}", file=sys.stderr, flush=True)
 
 
 _BAR = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}, {remaining} left"

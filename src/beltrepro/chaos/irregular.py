@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Unpack
 
 import numpy as np
@@ -19,7 +20,7 @@ from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipOrder
 from beltrepro.simulation import checkpoints
-from beltrepro.simulation.groups import Report, check_progress, groups, integrator_of, observe
+from beltrepro.simulation.groups import Report, check_progress, in_groups, integrator_of, observe
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.sampling import for_moments
 from beltrepro.simulation.setup import (
@@ -109,7 +110,7 @@ def time_to_orbit(
     check_progress(progress)
     made = setup_of(chains, setup, kicks=True)
     runs = [_Run(case, case.state.time) for case in made.cases]
-    _place_sections(runs)
+    in_groups(made.cases, partial(_place_sections, runs), None, workers=made.workers)
     with checkpoints.step() as step:
         passed, runs = step.kept or (0.0, runs)
         for begin, end in _windows(duration):
@@ -117,10 +118,13 @@ def time_to_orbit(
                 continue
             left = [run for run in runs if not run.settled]
             share = _part(progress, begin / duration, end / duration)
-            for group, report in groups([run.case for run in left], share) if left else ():
-                _pass_window([left[index] for index in group], end - begin, closed, report)
+            if left:
+                work = partial(_pass_window, left, end - begin, closed)
+                in_groups([run.case for run in left], work, share, workers=made.workers)
             if step.due:
                 step.keep((end, runs))
+    if progress is not None:
+        progress(1.0)
     width = 2 * max(case.parameters.n_blocks for case in made.cases)
     rows = [run.row(duration, width) for run in runs]
     table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
@@ -247,21 +251,26 @@ def _part(progress: Report | None, low: float, high: float) -> Report | None:
     return progress and (lambda fraction: progress(low + (high - low) * fraction))
 
 
-def _place_sections(runs: list[_Run]) -> None:
-    """Sections at the mean lengths of the chains after their start."""
+def _place_sections(runs: list[_Run], group: np.ndarray, cases: list[Case], report: Report) -> None:
+    """Sections at the mean lengths of the chains of a group after their start."""
     # every motion comes down through its mean length again and again
-    for group, report in groups([run.case for run in runs], None):
-        members = [runs[index] for index in group]
-        moments = LengthMoments(len(group), members[0].start + 0.5 * _FIRST_WINDOW)
-        chains = integrator_of([run.case for run in members])
-        observe(chains, _FIRST_WINDOW, [moments], report)
-        lengths = moments.result(members[0].case.parameters.rest_positions[-1])
-        for run, length in zip(members, lengths["mean_length"], strict=True):
-            run.move_section(length)
+    moments = LengthMoments(len(group), cases[0].state.time + 0.5 * _FIRST_WINDOW)
+    observe(integrator_of(cases), _FIRST_WINDOW, [moments], report)
+    lengths = moments.result(cases[0].parameters.rest_positions[-1])
+    for index, length in zip(group, lengths["mean_length"], strict=True):
+        runs[index].move_section(length)
 
 
-def _pass_window(members: list[_Run], length: float, closed: float, report: Report) -> None:
+def _pass_window(
+    runs: list[_Run],
+    length: float,
+    closed: float,
+    group: np.ndarray,
+    cases: list[Case],
+    report: Report,
+) -> None:
     """Advance a group by a window, and judge its motion there."""
+    members = [runs[index] for index in group]
     chain, middle = members[0].case.parameters, members[0].case.state.time + 0.5 * length
     width = len(members)
     observers = moments, log, order = (

@@ -4,7 +4,7 @@ import numpy as np
 
 from beltrepro.engine.integrator import Chunk
 from beltrepro.engine.simd import select
-from beltrepro.engine.vector import allocating_kernel, separate_arrays
+from beltrepro.engine.vector import allocating_kernel, kernel, separate_arrays
 
 
 class LengthMoments:
@@ -63,3 +63,46 @@ def _add_moments(values, count, mean, squares, low, high):
             squares[lane] += (values[row, lane] - centre[lane]) ** 2
     squares += shift**2 * (count - rows) * rows / count
     mean += shift * rows / count
+
+
+FIRST, GROWTH = 1.0, 1.15  # length of the first bin, model time, and of each over that before it
+
+
+class LengthHistory:
+    """How x_N moves in bins of time from `start` to `end`, each longer than the one before it.
+
+    For K bins and W chains: edges (K+1,); count (K,) of samples; mean, squares (about 0), low and
+    high (K, W) of the displacement of the last block.
+    """
+
+    def __init__(self, width: int, start: float, end: float) -> None:
+        number = int(np.log1p((end - start) / FIRST * (GROWTH - 1)) / np.log(GROWTH)) + 1
+        powers = GROWTH ** np.arange(number)
+        self.edges = np.append(start + FIRST * (powers - 1) / (GROWTH - 1), end)
+        self.count = np.zeros(number, dtype=np.int64)
+        self.mean, self.squares = np.zeros((number, width)), np.zeros((number, width))
+        self.low, self.high = np.full((number, width), np.inf), np.full((number, width), -np.inf)
+
+    def observe(self, chunk: Chunk) -> None:
+        """Add the samples of a chunk."""
+        first = np.searchsorted(chunk.time, self.edges[0])
+        values = np.ascontiguousarray(chunk.displacement[first:, -1])
+        bins = np.searchsorted(self.edges[1:-1], chunk.time[first:], side="right")
+        _add_to_bins(values, bins, self.count, self.mean, self.squares, self.low, self.high)
+
+
+@kernel
+def _add_to_bins(values, bins, count, mean, squares, low, high):
+    """Add samples (S, W), each of which is in one of K bins, to what is known of these (K, W)."""
+    separate_arrays()
+    rows, width = values.shape
+    for row in range(rows):
+        place = bins[row]
+        count[place] += 1
+        share = 1.0 / count[place]
+        for lane in range(width):
+            value = values[row, lane]
+            mean[place, lane] += (value - mean[place, lane]) * share
+            squares[place, lane] += (value * value - squares[place, lane]) * share
+            low[place, lane] = select(value < low[place, lane], value, low[place, lane])
+            high[place, lane] = select(value > high[place, lane], value, high[place, lane])

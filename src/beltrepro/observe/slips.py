@@ -130,7 +130,7 @@ class SlipOrder:
             events = chunk.events[lane, : chunk.event_count[lane]]
             slips = events[events[:, EVENT_SLIP] > 0]
             self._times[lane].append(slips[:, EVENT_TIME].copy())
-            self._blocks[lane].append(slips[:, EVENT_BLOCK].astype(np.uint8))
+            self._blocks[lane].append(slips[:, EVENT_BLOCK].astype(np.uint16))
 
     def slips(self, lane: int) -> tuple[np.ndarray, np.ndarray]:
         """All slips of one chain, in the order of time."""

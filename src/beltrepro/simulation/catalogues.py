@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, Unpack
 
 import numpy as np
@@ -15,7 +16,8 @@ from beltrepro.model import section_position as section_rule
 from beltrepro.observe.crossings import CrossingLog
 from beltrepro.observe.slips import AVALANCHE, SLIP, EventLog, slips_and_avalanches
 from beltrepro.simulation.checkpoints import once
-from beltrepro.simulation.groups import Report, groups, integrator_of, observe
+from beltrepro.simulation.groups import Report, in_groups, integrator_of, observe
+from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.sampling import EventWatch
 from beltrepro.simulation.setup import (
     Case,
@@ -71,16 +73,18 @@ def catalogue(
         A value is not allowed, or a state left the range of the model.
     """
     duration, transient = check_lengths(duration, transient)
-    cases = setup_of(chains, setup).cases
+    made = setup_of(chains, setup)
+    cases = made.cases
     block = None if section_block is None else _section_block(section_block, cases)
     sections = _section_positions(section_position, block, cases)
     tables: dict[str, list[np.ndarray]] = {"slips": [], "avalanches": [], "section": []}
-    for group, report in groups(cases, progress):
-        members = [cases[index] for index in group]
-        place = sections[group], block
-        recorded = once(_record, group, members, *place, duration, transient, report)
+    loading = LoadingWatch(cases)
+    lengths = {"duration": duration, "transient": transient}
+    record = partial(_record, sections, block, lengths, loading)
+    for _, recorded in in_groups(cases, partial(once, record), progress, workers=made.workers):
         for name, parts in tables.items():
             parts += recorded[name]
+    loading.warn(**lengths)
     width = max(case.parameters.n_blocks for case in cases)
     dtypes = {"slips": SLIP, "avalanches": AVALANCHE, "section": _section_dtype(width)}
     return {name: _joined(tables[name], dtype) for name, dtype in dtypes.items()}
@@ -110,22 +114,24 @@ def _section_positions(positions: Any, block: int | None, cases: Sequence[Case])
 
 
 def _record(
-    group: np.ndarray,
-    members: list[Case],
     sections: np.ndarray,
     block: int | None,
-    duration: float,
-    transient: float,
+    lengths: dict[str, float],
+    loading: LoadingWatch,
+    group: np.ndarray,
+    members: list[Case],
     report: Report,
 ) -> dict[str, tuple[np.ndarray, ...]]:
     """Slips, avalanches and section points of a group with these numbers: tables of each chain."""
     chain = members[0].parameters
-    integrator = integrator_of(members, section=Section(block or chain.n_blocks, sections))
-    start = members[0].state.time + transient
+    integrator = integrator_of(members, section=Section(block or chain.n_blocks, sections[group]))
+    start = members[0].state.time + lengths["transient"]
     events = EventLog(len(members), chain.rest_positions)
     crossings = CrossingLog(start)
     watch = EventWatch(members, events)
-    observe(integrator, duration, [events, crossings, watch], report)
+    histories = loading.history(members, **lengths)
+    observe(integrator, lengths["duration"], [events, crossings, watch, *histories], report)
+    loading.judge(group, histories)
     rows = crossings.rows(chain.n_blocks)
     law = law_constants(chain)
     tables = []

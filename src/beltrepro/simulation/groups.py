@@ -1,12 +1,13 @@
 """Cases that advance together, and what is measured of each group put into one table."""
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any, TypeAlias
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
 from beltrepro.base.checks import shown
 from beltrepro.base.errors import InputError
+from beltrepro.base.threads import in_threads
 from beltrepro.engine.integrator import CUT_TIME, GROUP_SIZE, Integrator, Sampling, Section
 from beltrepro.engine.kicks import KickedIntegrator
 from beltrepro.simulation import checkpoints
@@ -23,6 +24,10 @@ INTEGRATORS: dict[str, Any] = {
 
 Report: TypeAlias = Callable[[float], None]
 """Called with the fraction done."""
+T = TypeVar("T")
+
+_GROUPS_EACH = 2  # groups for each core, at least: they take different times
+_VECTOR = 8  # chains that an integrator advances in about the time of one
 
 
 def check_progress(progress: Any) -> None:
@@ -31,26 +36,65 @@ def check_progress(progress: Any) -> None:
         raise InputError(f"progress = {shown(progress)}: a function of the fraction done is needed")
 
 
-def groups(cases: Sequence[Case], progress: Report | None) -> Iterator[tuple[np.ndarray, Report]]:
-    """Indices of the cases that advance together, at most GROUP_SIZE, and how to report."""
+def in_groups(
+    cases: Sequence[Case],
+    work: Callable[[np.ndarray, list[Case], Report], T],
+    progress: Report | None,
+    *,
+    workers: int = 1,
+) -> list[tuple[np.ndarray, T]]:
+    """What is made of each group of cases that advance together, with the indices of these.
+
+    work : takes these indices, the cases, and how to report.
+    """
     check_progress(progress)
+    batches = _batches(cases, workers)
+    sizes = np.array([cases[group[0]].parameters.n_blocks * len(group) for group in batches])
+    done = np.zeros(len(batches))
+    shown = 0.0
+
+    def show(least: float = 0.0) -> None:
+        nonlocal shown
+        fraction = max(least, float(np.dot(sizes, done)) / float(sizes.sum()))
+        if progress is not None and fraction > shown:
+            shown = min(fraction, 1.0)
+            progress(shown)
+
+    def made(number: int, told: Callable[[], None]) -> T:
+        def report(fraction: float) -> None:
+            done[number] = fraction
+            told()
+
+        group = batches[number]
+        outcome = work(group, [cases[index] for index in group], report)
+        done[number] = 1.0  # a group that was kept reports nothing
+        return outcome
+
+    if workers == 1 or len(batches) == 1:
+        outcomes = [made(number, show) for number in range(len(batches))]
+    else:
+        outcomes = in_threads(made, np.argsort(-sizes, kind="stable"), show, workers)
+    show(1.0)
+    return list(zip(batches, outcomes, strict=True))
+
+
+def _batches(cases: Sequence[Case], workers: int) -> list[np.ndarray]:
+    """Indices of the cases of each group: at most GROUP_SIZE, fewer where cores would idle."""
     alike: dict = {}
     for index, case in enumerate(cases):
         alike.setdefault(case.kind, []).append(index)
-    batches = [
-        np.array(members[first : first + GROUP_SIZE])
+    size = GROUP_SIZE
+    while workers > 1 and size > _VECTOR and _count(alike, size) < _GROUPS_EACH * workers:
+        size //= 2
+    return [
+        np.array(members[first : first + size])
         for members in alike.values()
-        for first in range(0, len(members), GROUP_SIZE)
+        for first in range(0, len(members), size)
     ]
-    sizes = [cases[group[0]].parameters.n_blocks * len(group) for group in batches]
-    before = np.concatenate([[0.0], np.cumsum(sizes)]) / sum(sizes)
-    for number, group in enumerate(batches):
 
-        def report(fraction, low=before[number], high=before[number + 1]):
-            if progress is not None:
-                progress(low + (high - low) * fraction)
 
-        yield group, report
+def _count(alike: dict, size: int) -> int:
+    return sum(-(-len(members) // size) for members in alike.values())
 
 
 def integrator_of(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ from beltrepro.base import atomic, checks, names, provenance, store
 from beltrepro.base.errors import InputError, needing
 from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.grid import QUANTITIES
-from beltrepro.simulation.groups import Report, groups
+from beltrepro.simulation.groups import Report, in_groups
 from beltrepro.simulation.setup import Case, Setup, columns
 
 if TYPE_CHECKING:
@@ -94,10 +95,9 @@ def gathered(
     kind: str, setup: Setup, measure: Measure, progress: Report | None, **settings: Any
 ) -> Results:
     """A row for each chain, of the arrays (W, ...) that are measured of each group."""
-    batches, parts = [], []
-    for group, report in groups(setup.cases, progress):
-        batches.append(group)
-        parts.append(once(measure, group, [setup.cases[index] for index in group], report))
+    work = partial(once, measure)
+    measured = in_groups(setup.cases, work, progress, workers=setup.workers)
+    batches, parts = [group for group, _ in measured], [part for _, part in measured]
     table = columns(setup)
     for name in list(parts[0]):
         arrays = [part.pop(name) for part in parts]  # a scan of many chains is held but once

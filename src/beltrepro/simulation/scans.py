@@ -16,6 +16,7 @@ from beltrepro.observe.forward_slip import ForwardSlip
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity
 from beltrepro.simulation.groups import Report, integrator_of, observe, slipping_since
+from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.sampling import for_moments, moments_of
 from beltrepro.simulation.setup import (
@@ -89,8 +90,11 @@ def scan(
     laminar_time = checks.not_negative("laminar_time", laminar_time)
     settings: dict[str, Any] = {"duration": duration, "transient": transient}
     settings |= {"section_values": section_values, "laminar_time": laminar_time}
-    measure = partial(_scanned, _section_positions(section_position, made.cases), **settings)
-    return gathered("scan", made, measure, progress, **settings)
+    sections, loading = _section_positions(section_position, made.cases), LoadingWatch(made.cases)
+    measure = partial(_scanned, sections, loading, **settings)
+    results = gathered("scan", made, measure, progress, **settings)
+    loading.warn(duration, transient)
+    return results
 
 
 def _section_positions(positions: Any, cases: tuple[Case, ...]) -> np.ndarray:
@@ -105,6 +109,7 @@ def _section_positions(positions: Any, cases: tuple[Case, ...]) -> np.ndarray:
 
 def _scanned(
     sections: np.ndarray,
+    loading: LoadingWatch,
     group: np.ndarray,
     members: list[Case],
     report: Report,
@@ -124,7 +129,9 @@ def _scanned(
     section = SectionValues(belt_velocities, section_values, start)
     slips = SlipActivity(width, chain.n_blocks, start, laminar_time, slipping_since(members))
     forward = ForwardSlip(begin)
-    observe(integrator, duration, [moments, section, slips, forward], report)
+    histories = loading.history(members, duration, transient)
+    observe(integrator, duration, [moments, section, slips, forward, *histories], report)
+    loading.judge(group, histories)
     end = integrator.state()
     counts = np.zeros((width, MAXIMUM_BLOCKS), dtype=np.int64)
     counts[:, : chain.n_blocks] = slips.slip_count

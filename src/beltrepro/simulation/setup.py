@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -126,6 +127,9 @@ class Setup:
     kick : float
         Standard deviation of the displacement that each block gets when it starts to slip, model
         length; for "event" only, and for `separation` and `time_to_orbit`.
+    workers : int or None
+        Cores on which several chains are advanced at once; None for all that there are. No number
+        depends on it.
     cases : tuple
         What follows from these: the state of each chain, and how it is advanced.
 
@@ -146,12 +150,14 @@ class Setup:
     initial_spread: PerChain[float] = 0.0
     initial_state: PerChain[ChainState] | None = None
     kick: PerChain[float] = 0.0
+    workers: int | None = 1
     cases: tuple[Case, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         for name, value in vars(self).copy().items():
             if is_sequence(value) and not isinstance(value, np.ndarray | Grid):
                 object.__setattr__(self, name, list(value))  # it may be an iterator
+        object.__setattr__(self, "workers", _workers(self.workers))
         cases = _cases(*_rows(self))
         object.__setattr__(self, "cases", cases)
         _warn_of_repeats(cases)
@@ -180,6 +186,7 @@ class Keywords(TypedDict, total=False):
     initial_spread: PerChain[float]
     initial_state: PerChain[ChainState] | None
     kick: PerChain[float]
+    workers: int | None
 
 
 Chains: TypeAlias = ChainParameters | Sequence[ChainParameters] | Grid | Setup
@@ -205,6 +212,15 @@ def setup_of(chains: Chains, keywords: Mapping[str, Any], *, kicks: bool = False
     if not kicks and (kick := max(case.kick for case in setup.cases)) > 0:
         raise InputError(f"kick = {kick:g}: only for separation and time_to_orbit")
     return setup
+
+
+def _workers(value: Any) -> int:
+    """Cores to use: so many, or all that this process may."""
+    if value is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    if checks.key("workers", value) < 1:
+        raise InputError("workers = 0: at least 1 is needed, or None for all cores")
+    return int(value)
 
 
 def part_of(setup: Setup, place: slice) -> Setup:

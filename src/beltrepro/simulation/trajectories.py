@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import version
 from typing import Any, Unpack
 
@@ -18,7 +18,8 @@ from beltrepro.engine.records import (
 )
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import EventLog
-from beltrepro.simulation.groups import Report, groups, integrator_of, observe
+from beltrepro.simulation.groups import Report, in_groups, integrator_of, observe
+from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.run import EVENT, Run
 from beltrepro.simulation.sampling import (
     EventWatch,
@@ -99,14 +100,24 @@ def simulate(
     samples = checked(sample_interval, sample_start, duration, made.cases)
     if samples["sample_interval"] is not None:
         check_memory(made.cases, duration, **samples)
-    runs: dict[int, Run] = {}
-    for group, report in groups(made.cases, progress):
-        members = [made.cases[index] for index in group]
-        runs |= zip(group, _follow(members, lengths, samples, report), strict=True)
+    loading = LoadingWatch(made.cases)
+    work = partial(_follow, lengths, samples, loading)
+    followed = in_groups(made.cases, work, progress, workers=made.workers)
+    loading.warn(**lengths)
+    runs = {
+        index: run for group, several in followed for index, run in zip(group, several, strict=True)
+    }
     return runs[0] if made.alone else [runs[index] for index in range(len(made.cases))]
 
 
-def _follow(members: list[Case], lengths: dict, samples: dict, report: Report) -> list[Run]:
+def _follow(
+    lengths: dict,
+    samples: dict,
+    loading: LoadingWatch,
+    group: np.ndarray,
+    members: list[Case],
+    report: Report,
+) -> list[Run]:
     """The runs of a group of cases."""
     first = members[0]
     rest, start = first.parameters.rest_positions, first.state.time
@@ -119,13 +130,15 @@ def _follow(members: list[Case], lengths: dict, samples: dict, report: Report) -
     integrator = integrator_of(members, sampling=sampling, sampled_blocks=sampled_blocks)
     moments = LengthMoments(len(members), start + lengths["transient"])
     events = EventLog(len(members), rest)
-    observers = [moments, events, EventWatch(members, events)]
+    histories = loading.history(members, **lengths)
+    observers = [moments, events, EventWatch(members, events), *histories]
     if keeps_samples:
         begin, end = start + samples["sample_start"], start + lengths["duration"]
         log = SampleLog(members, sampling, every, begin, end)
         observers.append(log)
     # samples and events would fill a checkpoint
     observe(integrator, lengths["duration"], observers, report, kept=False)
+    loading.judge(group, histories)
     measured = sampling, start + lengths["transient"], integrator.time
     length, residual = moments_of(moments, members, *measured), integrator.energy_residual()
     runs, counts = [], events.counts

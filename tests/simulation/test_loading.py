@@ -1,0 +1,83 @@
+"""Runs that are measured while the chain still loads say so, and others do not."""
+
+import re
+import warnings
+
+import numpy as np
+import pytest
+
+from beltrepro import ChainParameters, Grid, catalogue, scan, simulate
+from beltrepro.stats.stationarity import beginning
+
+SLOW = ChainParameters(10, 1.0)
+NO_SAMPLES = {"sample_interval": None}
+
+
+def lines(called, *chains, **settings) -> list[str]:
+    """The warnings of a call, one line each."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        called(*chains, **settings)
+    assert all("\n" not in str(warning.message) for warning in caught)
+    assert all(warning.filename == __file__ for warning in caught)
+    return [str(warning.message) for warning in caught]
+
+
+@pytest.mark.parametrize(
+    ("called", "settings"), [(simulate, NO_SAMPLES), (scan, {}), (catalogue, {})]
+)
+def test_a_run_over_the_loading_names_a_transient_that_would_do(called, settings):
+    """Ten blocks at u = 1 take 1069 to their length at balance; r is 0.232 with them."""
+    (line,) = lines(called, SLOW, duration=5000.0, **settings)
+    assert "N=10, u=1, sigma=0: r = 0.1" in line or "r = 0.2" in line
+    transient = float(re.search(r"transient=(\S+)", line)[1])
+    assert 1000 <= transient <= 1500
+    assert not lines(called, SLOW, duration=5000.0, transient=transient, **settings)
+
+
+def test_a_run_that_ends_while_it_loads_is_told_how_long_that_takes():
+    """Fifty blocks at u = 1 take 11,000."""
+    line = lines(catalogue, ChainParameters(50, 1.0), duration=4000.0)[0]
+    assert "a duration well beyond it" in line
+    assert 11_000 <= float(re.search(r"transient=(\S+)", line)[1]) <= 15_000
+
+
+def test_several_chains_get_one_line_with_the_one_that_takes_longest():
+    (line,) = lines(scan, Grid([2, 5, 10], [1.0, 30.0]), duration=3000.0)
+    assert re.match(r"\d of 6 chains: loading is measured too \(N=10, u=1", line)
+
+
+def test_going_on_from_a_loaded_state_needs_no_transient():
+    loaded = simulate(SLOW, duration=1400.0, transient=1300.0, **NO_SAMPLES).final_state
+    assert not lines(simulate, SLOW, duration=2000.0, initial_state=loaded, **NO_SAMPLES)
+
+
+def test_hardly_a_run_of_stationary_motion_is_taken_for_loading():
+    """Regular, chaotic, laminar and noisy ones; of 12,000 others of 200 and longer 0.3 % were."""
+    grid = Grid([2, 3, 5], np.linspace(2.0, 60.0, 15), [0.0, 1.0], replicates=3)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        scan(grid, duration=1300.0, transient=1000.0, initial_spread=1.0)
+    alarms = [int(re.match(r"(\d+) of", str(one.message))[1]) for one in caught]
+    assert sum(alarms) <= 3  # of 270
+
+
+def bins_of(values: np.ndarray) -> dict[str, np.ndarray]:
+    """Bins of ten samples each of one run."""
+    parts = values.reshape(-1, 10, 1)
+    ends = {"low": parts.min(axis=1), "high": parts.max(axis=1)}
+    edges, count = np.arange(len(parts) + 1.0), np.full(len(parts), 10)
+    means = {"mean": parts.mean(axis=1), "squares": (parts**2).mean(axis=1)}
+    return {"edges": edges, "count": count} | means | ends
+
+
+def test_only_what_does_not_come_back_is_a_beginning():
+    time = np.arange(0, 100, 0.1)
+    wave = np.sin(time)
+    ramp = np.minimum(time - 20.0, 0.0)
+    for values, length in ((wave, 0), (wave + ramp, 19), (wave - ramp, 19), (wave + time, np.inf)):
+        first = beginning(**bins_of(values))
+        assert first.length == pytest.approx(length, abs=1) and first.matters == (length > 0)
+    first = beginning(**bins_of(wave + ramp))
+    assert first.rest.deviation < 0.8 < 1.5 < first.whole.deviation
+    assert not beginning(**bins_of(np.repeat(wave[::200], 200))).matters  # laminar: one value long
