@@ -236,13 +236,25 @@ def part_of(setup: Setup, place: slice) -> Setup:
 
 def columns(setup: Setup) -> dict[str, np.ndarray]:
     """What each chain is, how it is advanced and where it begins: arrays (P,) by name."""
-    table = {name: [getattr(case.parameters, name) for case in setup.cases] for name in QUANTITIES}
+    table = {name: _column(name, setup.cases) for name in QUANTITIES}
     for name in _MEANS:
         table[name] = [getattr(case, name) for case in setup.cases]
     for name in ("seed", "replicate"):
         table[name] = [getattr(case.state, name) for case in setup.cases]
     numbers = table | {"tolerance": np.array(table["tolerance"], float)}  # NaN for None
     return {name: np.array(values) for name, values in numbers.items()}
+
+
+def _column(name: str, cases: Sequence[Case]) -> Any:
+    """A quantity of P chains; where blocks differ in it (P, N), padded with NaN."""
+    values = [getattr(case.parameters, name) for case in cases]
+    if not any(isinstance(value, tuple) for value in values):
+        return values
+    most = max(case.parameters.n_blocks for case in cases)
+    rows = np.full((len(cases), most), np.nan)
+    for row, case in zip(rows, cases, strict=True):
+        row[: case.parameters.n_blocks] = case.parameters.by_block(name)
+    return rows
 
 
 def check_lengths(duration: Any, transient: Any) -> tuple[float, float]:
