@@ -25,6 +25,7 @@ def sliding_energy(
 
     Kinetic friction k is then a constant force on each block, and H = sum v_i^2 / 2 + sum V(dl_i) -
     k sum x_i, less its minimum, is conserved. Where H < u^2 / 2, no block ever reaches the belt.
+    (Where blocks differ: sum m_i v_i^2 / 2, sum k_i x_i, and m u^2 / 2 of the lightest.)
 
     Parameters
     ----------

@@ -10,6 +10,7 @@ import numpy as np
 from beltrepro.base import names
 from beltrepro.base.checks import is_infinite, is_sequence, shown, whole_number, within
 from beltrepro.base.errors import InputError
+from beltrepro.base.names import one_of
 
 MAXIMUM_BLOCKS = 64
 LARGEST = 1e9  # of every number: beyond it forces and positions have no digits left for the motion
@@ -46,7 +47,7 @@ PerBlock = Any  # float, or a tuple of N of them
 
 
 @names.checked
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ChainParameters:
     """One chain on the belt, in model units (mass = spring constant = 1, length 1.4 mm).
 
@@ -115,6 +116,14 @@ class ChainParameters:
                 value = within(field.name, value, **LIMITS[field.name])
             object.__setattr__(self, field.name, value)
 
+    def __repr__(self) -> str:
+        given = [
+            f"{field.name}={value!r}"
+            for field in fields(self)
+            if (value := getattr(self, field.name)) != field.default
+        ]
+        return f"ChainParameters({', '.join(given)})"
+
     @property
     def law(self) -> tuple:
         """Everything but n_blocks, belt_velocity and noise: chains advanced together share it."""
@@ -138,20 +147,27 @@ class ChainParameters:
             return np.cumsum(self.rest_length)
         return self.rest_length * np.arange(1, self.n_blocks + 1, dtype=float)
 
-    def by_block(self, name: str) -> np.ndarray:
-        """A constant of each block, or of the spring before it.
+    @names.checked
+    def by_block(self, quantity: str) -> np.ndarray:
+        """A constant of each block, or of the spring before it, as numbers.
 
         Parameters
         ----------
-        name : str
+        quantity : str
             As `static_friction` or `stiffness`.
 
         Returns
         -------
         array (N,)
             In model units.
+
+        Raises
+        ------
+        InputError
+            There is no such constant.
         """
-        return np.full(self.n_blocks, getattr(self, name))
+        one_of("quantity", quantity, [field.name for field in fields(self)[1:]])
+        return np.full(self.n_blocks, getattr(self, quantity))
 
     def describe(self) -> str:
         """Short text that names the chain, for messages.

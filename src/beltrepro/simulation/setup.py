@@ -217,7 +217,11 @@ def setup_of(chains: Chains, keywords: Mapping[str, Any], *, kicks: bool = False
 def _workers(value: Any) -> int:
     """Cores to use: so many, or all that this process may."""
     if value is None:
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+        return (
+            len(os.sched_getaffinity(0))
+            if hasattr(os, "sched_getaffinity")
+            else os.cpu_count() or 1
+        )
     if checks.key("workers", value) < 1:
         raise InputError("workers = 0: at least 1 is needed, or None for all cores")
     return int(value)

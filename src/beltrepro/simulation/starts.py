@@ -36,7 +36,8 @@ def slipping_state(
     parameters : ChainParameters
         The chain.
     energy : float
-        H as `sliding_energy` has it, model energy, 1e-3 to 1e6. Below u^2 / 2 no block ever sticks.
+        H as `sliding_energy` has it, model energy, 1e-3 to 1e6. Below m u^2 / 2 of the lightest
+        block none ever sticks.
     seed, replicate : int
         Key of the state, with the parameters, and of the random numbers of a run from it.
 
@@ -58,7 +59,9 @@ def slipping_state(
     return state.moved(np.cumsum(deformations + np.asarray(parameters.rest_length)), velocities)
 
 
-def _mixed(parameters, energy, random) -> tuple[np.ndarray, np.ndarray]:
+def _mixed(
+    parameters: ChainParameters, energy: float, random: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
     """Velocities and deformations (N,) after so many sweeps of a Markov chain.
 
     H = sum (m_i v_i^2 + s_i^2) / 2, where s_i^2 / 2 is the energy of spring i above the balance
@@ -85,7 +88,7 @@ def _mixed(parameters, energy, random) -> tuple[np.ndarray, np.ndarray]:
     return coordinates[:n_blocks] / np.sqrt(parameters.by_block("mass")), deformations
 
 
-def _weighed(coordinates, parameters) -> tuple[np.ndarray, np.ndarray]:
+def _weighed(coordinates: np.ndarray, parameters: ChainParameters) -> tuple[np.ndarray, np.ndarray]:
     """Deformations (N,), and the density (2N,) of each coordinate, 0 where it is not allowed."""
     velocities, signed = np.split(coordinates, 2)
     tension = balance_tension(parameters)
