@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, fields
+from functools import cached_property
 from operator import attrgetter
 from typing import Any
 
@@ -129,7 +130,7 @@ class ChainParameters:
         """Everything but n_blocks, belt_velocity and noise: chains advanced together share it."""
         return _law(self)
 
-    @property
+    @cached_property
     def varied(self) -> bool:
         """Whether the law is another than the paper's: blocks that differ, or friction with v."""
         further = self.mass, self.stiffness, self.weakening_velocity, self.viscosity
