@@ -65,9 +65,11 @@ def start_noise(parameters: ChainParameters) -> float:
     resultant has the mean (1 - f_s) F_st0 and the standard deviation sigma sqrt(1 + f_s^2). Of
     blocks that differ the greatest counts.
     """
-    ratio = parameters.by_block("friction_ratio")
-    mean = (1 - ratio) * parameters.by_block("static_friction")
-    return float((parameters.noise * np.hypot(1.0, ratio) / mean).max())
+    if not parameters.varied:
+        ratio, static = parameters.friction_ratio, parameters.static_friction
+        return parameters.noise * math.hypot(1.0, ratio) / ((1 - ratio) * static)
+    ratios, means = parameters.by_block("friction_ratio"), parameters.by_block("static_friction")
+    return float((parameters.noise * np.hypot(1.0, ratios) / ((1 - ratios) * means)).max())
 
 
 def noise_beyond_event(parameters: ChainParameters) -> str:
