@@ -43,6 +43,8 @@ def claim_list() -> str:
             allowed = criterion.untestable or f"allowed is {criterion.ranges}"
             words = "; ".join(filter(None, (criterion.how, allowed)))
             parts.append(f"*{question.capitalize()}:* {markdown.plain(words)}.")
+        if claim.starts:
+            parts.append(f"*On starts at rest:* {markdown.plain(claim.starts)}.")
         if claim.needs:
             parts.append(_made_from(claim.needs, "Needs"))
     return "\n\n".join(parts)

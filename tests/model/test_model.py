@@ -1,5 +1,6 @@
 """Units, spring law, friction rule and parameters against the paper (Sec. III)."""
 
+import math
 from dataclasses import fields, replace
 
 import numpy as np
@@ -104,7 +105,9 @@ def test_constants_of_the_paper_are_the_defaults():
     assert (chain.noise, chain.static_friction, chain.friction_ratio) == (0, 71.4, 0.45)
     assert (chain.rest_length, chain.linear_limit) == (50, 20)
     assert (chain.compression_rate, chain.extension_rate) == (0.2, 0.01)
-    assert chain.law == (71.4, 0.45, 50, 20, 0.2, 0.01)
+    assert (chain.mass, chain.stiffness) == (1, 1)
+    assert (chain.weakening_velocity, chain.viscosity) == (math.inf, 0)
+    assert chain.law == (71.4, 0.45, 50, 20, 0.2, 0.01, 1, 1, math.inf, 0) and not chain.varied
     assert chain.rest_positions.tolist() == [50, 100, 150, 200, 250]
     assert ChainParameters(5, 7.5, 2.2).describe() == "N=5, u=7.5, sigma=2.2"
 
@@ -168,6 +171,8 @@ def test_ranges_of_numbers_have_both_ends_and_no_rounding():
 def balance_by_search(chain):
     """Length at which the springs hold the blocks against kinetic friction, spring by spring."""
     kinetic = chain.friction_ratio * chain.static_friction
+    kinetic /= 1 + chain.belt_velocity / chain.weakening_velocity
+    kinetic += chain.viscosity * chain.belt_velocity
     lengths = [
         brentq(lambda stretch, pull=kinetic * carried: spring_force(stretch, chain) + pull, 0, 1e4)
         for carried in range(1, chain.n_blocks + 1)
@@ -192,7 +197,8 @@ def test_the_section_of_each_size(n_blocks, position):
 def test_the_section_follows_every_constant_of_the_law(field):
     usual = ChainParameters(5, 20.0)
     # the springs of a chain in balance are stretched, so the compressed branch does not matter
-    other = replace(usual, **{field: 0.9 * getattr(usual, field)})
+    changed = {"weakening_velocity": 50.0, "viscosity": 0.1}
+    other = replace(usual, **{field: changed.get(field, 0.9 * getattr(usual, field))})
     share = 615 / balance_by_search(usual)
     assert abs(section_position(other) - share * balance_by_search(other)) <= 0.05 + 1e-9
-    assert (section_position(other) != 615.0) == (field != "compression_rate")
+    assert (section_position(other) != 615.0) == (field not in ("compression_rate", "mass"))

@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -134,7 +135,7 @@ def test_each_chain_has_its_own_settings_whatever_its_company(function):
 def test_columns_say_all_of_each_chain():
     columns = setups.columns(Setup(CHAINS, **MIXED))
     for index, chain in enumerate(CHAINS):
-        for name, value in vars(chain).items():
+        for name, value in asdict(chain).items():
             assert columns[name][index] == value
         for name in MIXED:
             value = MIXED[name][index]

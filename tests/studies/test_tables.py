@@ -10,7 +10,8 @@ from beltrepro.base.errors import InputError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.plan import registry
 from beltrepro.replication.plan.registry import check_uses
-from beltrepro.replication.studies.friction_ratio.measure import friction_falls
+from beltrepro.replication.studies.friction_ratio import runs
+from beltrepro.replication.studies.friction_ratio.measure import friction_falls, scaled_falls
 from beltrepro.replication.studies.transition import measure
 from beltrepro.stats import branches
 
@@ -34,7 +35,8 @@ def test_every_table_is_a_module_with_a_function():
     of_branches = {"basin_shares", "branch_ends", "sweep_falls"}
     of_disturbance = {"orbits_lost", "loss_lines"}
     of_disturbance |= {"lifetime_laws", "lifetime_growth", "lifetime_rates"}
-    others = of_disturbance | {"friction_falls", "critical_velocities", "audit"}
+    of_friction = {"friction_falls", "scaled_falls"}
+    others = of_disturbance | of_friction | {"critical_velocities", "audit"}
     assert of_integrators | of_chaos | of_experiment | of_branches | others == set(TABLES)
     for name, entry in TABLES.items():
         module = importlib.import_module(registry.tables()[name].module)
@@ -50,6 +52,27 @@ def test_falls_are_found_for_each_friction_ratio():
     assert (table["lower"] <= table["critical"]).all() and (table["low"] < table["high"]).all()
     assert table["r_high"].tolist() == [0.3, 0.3] and table["r_low"].tolist() == [0.05, 0.05]
     assert set(TABLES["friction_falls"].columns) <= set(table)
+
+
+def test_linear_springs_have_one_scaled_fall_from_where_blocks_rarely_slip_forward():
+    table = scaled_falls({})
+    assert len(table) == 38 and (table["runs"] == 492).all()
+    linear = table[(table["springs"] == "linear") & (table["friction_ratio"] >= 0.4)]
+    assert np.ptp(linear["begin"]) < 0.01
+    others = table[(table["springs"] == "exponential") & table["critical"].notna()]
+    assert others["critical_low"].max() > others["critical_high"].min()
+
+
+@pytest.mark.parametrize("place", [0.3, 0.7])
+def test_a_scaled_fall_is_found_where_it_was_made(place, monkeypatch):
+    velocity = runs.VELOCITIES[:, np.newaxis] / 71.4
+    fallen = np.where(velocity < place, 100.0, 10.0) + np.linspace(0, 1, runs.REPLICATES)
+    fallen[3] = 10.0  # a periodic window
+    monkeypatch.setattr(runs, "_deviations", lambda *point: fallen)
+    (row,) = runs.falls("linear", 0.5)
+    for name in ("begin", "critical"):
+        low, value, high = (row[f"{name}{end}"] / 35.7 for end in ("_low", "", "_high"))
+        assert low <= value <= high and low - 0.03 <= place <= high + 0.03
 
 
 def test_too_few_points_leave_the_row_empty():

@@ -458,6 +458,7 @@ def dataset(name):
         "orbits_lost": lambda: table("orbits_lost", {}),
         "loss_lines": lambda: table("loss_lines", {"orbits_lost": dataset("orbits_lost")}),
         "lifetime_growth": lambda: table("lifetime_growth", {}),
+        "scaled_falls": lambda: table("scaled_falls", {}),
     }
     made |= {name: functools.partial(scan, name) for name in SCANS}
     made |= {

@@ -107,6 +107,13 @@ def test_every_change_is_dated_and_says_what_had_been_seen():
         assert all(change.seen in SEEN and change.what for change in claim.history), claim.id
 
 
+def test_what_rests_on_starts_at_rest_says_so():
+    at_rest = {"n5_replicates", "size_replicates", "n5_replicates_beyond"}
+    for name in ("u-critical", "r-jump", "outliers", "continuous-slip", "sharpest-at-n5"):
+        assert at_rest & set(LEDGER[name].needs)
+        assert "begin near rest" in LEDGER[name].starts
+
+
 def test_the_datasets_that_claims_need_are_in_the_configuration():
     config = yaml.safe_load(CONFIG.read_text())
     expected = set(config["datasets"]) | {f"{film}_track" for film in config["films"]}

@@ -230,6 +230,8 @@ def orbit_branch(
     limits = LIMITS[quantity]
     lower, upper = checks.within("lower", lower, **limits), checks.within("upper", upper, **limits)
     value = getattr(orbit.parameters, quantity)
+    if isinstance(value, tuple):
+        raise InputError(f"quantity = {quantity!r}: differs among the blocks, one number is needed")
     if not lower <= value <= upper or lower == upper:
         raise InputError(
             f"lower = {lower:g}, upper = {upper:g}: must have the {quantity} of the orbit, "

@@ -325,5 +325,5 @@ def disturbance(case: Case) -> float:
 def scatters(case: Case) -> tuple[float, ...]:
     """Distances at which two states of a disturbed motion may count as one."""
     size = disturbance(case)
-    widest = WIDEST * case.parameters.static_friction
+    widest = WIDEST * case.parameters.by_block("static_friction").max()
     return tuple(sorted({min(scatter * size, widest) for scatter in SCATTERS})) if size else ()

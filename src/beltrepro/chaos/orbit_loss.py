@@ -69,7 +69,7 @@ class Track:
     def _first_away(self, returns: tuple, begin: float, duration: float) -> float:
         times, states, _ = returns
         away = self._apart(times, states, begin)
-        limit = WIDEST * self.orbit.parameters.static_friction
+        limit = WIDEST * self.orbit.parameters.by_block("static_friction").max()
         far = np.append(times[away > limit], np.inf)[0]
         gaps = np.diff(np.concatenate([[0.0], times, [duration]]))
         late = gaps > _LATE * self.orbit.period_time

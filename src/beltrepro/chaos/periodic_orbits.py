@@ -18,6 +18,7 @@ from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
+from beltrepro.model.friction import kinetic_friction
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.simulation import Run, Setup, simulate
@@ -427,9 +428,10 @@ def coordinates(state: ChainState) -> np.ndarray:
 
 def flow(state: ChainState) -> np.ndarray:
     """Rates at which the coordinates change: velocities, and accelerations of slipping blocks."""
-    law = state.parameters
-    kinetic = law.friction_ratio * law.static_friction * state.directions
-    return np.concatenate([state.velocities, state.forces - kinetic])[_free(state)]
+    chain = state.parameters
+    braked = kinetic_friction(chain, state.relative_velocities) * state.directions
+    acceleration = (state.forces - braked) / np.asarray(chain.mass)
+    return np.concatenate([state.velocities, acceleration])[_free(state)]
 
 
 def shifted(state: ChainState, change: np.ndarray) -> ChainState:

@@ -100,7 +100,8 @@ def _part(text: str, part: str) -> tuple[float, ...]:
         numbers = tuple(float(word) for word in part.split(":"))
     except ValueError:
         numbers = ()
-    if len(numbers) not in (1, 3) or not all(map(math.isfinite, numbers)):
+    ranged = len(numbers) == 3 and all(map(math.isfinite, numbers))
+    if not (len(numbers) == 1 or ranged):
         raise argparse.ArgumentTypeError(
             f"{shown(text)}: a number, a list 1,2,5 or a range START:STOP:STEP is needed"
         )

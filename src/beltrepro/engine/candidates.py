@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from beltrepro.engine.law import rest_length
 from beltrepro.engine.simd import (
     LANES,
     as_bits,
@@ -25,7 +26,7 @@ from beltrepro.engine.simd import (
     store,
     to_float,
 )
-from beltrepro.engine.taylor import LEVELS, at, bounds, deformation, force_order, polynomial
+from beltrepro.engine.taylor import LEVELS, at, bounds, deformation, drive, force_order, polynomial
 from beltrepro.engine.vector import exp2, inlined, zeros
 
 _CANDIDATES_PER_BLOCK = 5
@@ -59,7 +60,7 @@ def _binary_logarithm(x):
 
 
 @inlined
-def taylor_step(order, log_tolerance, series):
+def taylor_step(order, log_tolerance, varied, series):
     """Step at which the last two terms of the series of all forces are within the tolerance."""
     highest = force_order(order)
     last = spread(1e-200)
@@ -67,6 +68,14 @@ def taylor_step(order, log_tolerance, series):
     for block in range(series.rate.shape[0] // LANES):
         last = maximum(last, abs(load(series.force, (at(highest, block),))))
         before = maximum(before, abs(load(series.force, (at(highest - 1, block),))))
+        if varied is not None:
+            # friction has a series of its own, which may converge later
+            pushed = (highest + 1.0) * (highest + 2.0) / varied.inverse_mass[block]
+            last = maximum(last, pushed * abs(load(series.position, (at(order, block + 1),))))
+            pushed = highest * (highest + 1.0) / varied.inverse_mass[block]
+            before = maximum(
+                before, pushed * abs(load(series.position, (at(order - 1, block + 1),)))
+            )
     exponent = minimum(
         (log_tolerance - _binary_logarithm(last)) * (1.0 / highest),
         (log_tolerance - _binary_logarithm(before)) * (1.0 / (highest - 1)),
@@ -75,21 +84,21 @@ def taylor_step(order, log_tolerance, series):
 
 
 @inlined
-def _force_tail(order, block, step, series):
-    """Bound on the step of the terms of F_ex from the third order on."""
+def _force_tail(order, block, slipping, step, varied, series):
+    """Bound on the step of the terms of F_ex from the third order on, as `drive` has them."""
     highest = force_order(order)
     square = step * step
-    odd = abs(load(series.force, (at(highest, block),)))
-    even = abs(load(series.force, (at(highest - 1, block),)))
+    odd = abs(drive(highest, block, slipping, varied, series))
+    even = abs(drive(highest - 1, block, slipping, varied, series))
     for k in range(highest - 2, 3, -2):
-        odd = fma(odd, square, abs(load(series.force, (at(k, block),))))
-        even = fma(even, square, abs(load(series.force, (at(k - 1, block),))))
-    odd = fma(odd, square, abs(load(series.force, (at(3, block),))))
+        odd = fma(odd, square, abs(drive(k, block, slipping, varied, series)))
+        even = fma(even, square, abs(drive(k - 1, block, slipping, varied, series)))
+    odd = fma(odd, square, abs(drive(3, block, slipping, varied, series)))
     return fma(even, step, odd) * (step * square)
 
 
 @inlined
-def _block_bounds(block, heading, tail, step, series):
+def _block_bounds(block, heading, tail, step, varied, series):
     """Bounds on the step of d v_r of slipping and F_ex of stuck blocks.
 
     tail : from `_force_tail`; v_r has the terms F_{k-1} t^k / k, so a quarter of it bounds them
@@ -97,7 +106,7 @@ def _block_bounds(block, heading, tail, step, series):
     """
     column = block + 1
     slipping = heading != 0.0
-    bend = load(series.force, (at(2, block),))
+    bend = drive(2, block, slipping, varied, series)
     c0 = select(
         slipping,
         heading * load(series.position, (at(1, column),)),
@@ -216,7 +225,7 @@ def _put_branch_end(order, column, lanes, spring, sign, offset, divided, series,
 
 
 @inlined
-def find_candidates(order, passed, lane, step, moving, law, chains, series, candidates):
+def find_candidates(order, passed, lane, step, moving, law, varied, chains, series, candidates):
     """Collect the event functions that bounds do not clear; returns how many columns of them.
 
     passed : whether a series may begin up to a step after an event instead of at it, a constant; a
@@ -229,15 +238,27 @@ def find_candidates(order, passed, lane, step, moving, law, chains, series, cand
     column, used = -1, 0
     for block in range(n_blocks):
         used, column = _block_candidates(
-            order, passed, lane, block, step, moving, used, column, chains, series, candidates
+            order,
+            passed,
+            lane,
+            block,
+            step,
+            moving,
+            used,
+            column,
+            varied,
+            chains,
+            series,
+            candidates,
         )
     tail_before = spread(0.0)
-    lowest = spread(0.0)
+    lowest = spread(0.0 if varied is None else 1e300)
     for spring in range(n_blocks):
         tail = load(candidates.tails, (spring * LANES,))
         limits = _spring_bounds(spring, tail + tail_before, step, series)
         tail_before = tail
-        lowest = minimum(lowest, limits[0])
+        room = limits[0] if varied is None else limits[0] + varied.rest_length[spring]
+        lowest = minimum(lowest, room)
         used, column = _spring_candidates(
             order,
             passed,
@@ -252,20 +273,20 @@ def find_candidates(order, passed, lane, step, moving, law, chains, series, cand
             series,
             candidates,
         )
-    near = moving & ~(lowest > -law.rest_length)
+    near = moving & ~(lowest > (-law.rest_length if varied is None else 0.0))
     if mask_bits(near) != 0:
-        column = _add_contacts(order, near, used, column, law, series, candidates)
+        column = _add_contacts(order, near, used, column, law, varied, series, candidates)
     return column + 1
 
 
 @inlined
-def _add_contacts(order, near, used, column, law, series, candidates):
+def _add_contacts(order, near, used, column, law, varied, series, candidates):
     """Candidates for the lengths of all springs of some lanes; returns the last column."""
     n_blocks = series.rate.shape[0] // LANES
     for spring in range(n_blocks):
         source = 2 * n_blocks + spring
         used, column = _reserve(near, source, used, column, candidates)
-        length = law.rest_length
+        length = rest_length(law, varied, spring)
         none = near & ~near
         _put_branch_end(order, column, near, spring, 1.0, length, none, series, candidates)
     return column
@@ -273,16 +294,16 @@ def _add_contacts(order, near, used, column, law, series, candidates):
 
 @inlined
 def _block_candidates(
-    order, passed, lane, block, step, moving, used, column, chains, series, candidates
+    order, passed, lane, block, step, moving, used, column, varied, chains, series, candidates
 ):
     """Candidates for the end or the start of a slip; returns used and column as `_reserve`."""
     heading = load(chains.direction, (block, lane))
-    tail = _force_tail(order, block, step, series)
+    slipping = heading != 0.0
+    tail = _force_tail(order, block, slipping, step, varied, series)
     position_tail = _position_tail(block, heading, tail, step, series)
     store(candidates.tails, (block * LANES,), position_tail)
-    least, greatest, least_rate = _block_bounds(block, heading, tail, step, series)
+    least, greatest, least_rate = _block_bounds(block, heading, tail, step, varied, series)
     threshold = load(chains.threshold, (block, lane))
-    slipping = heading != 0.0
     speed = heading * load(series.position, (at(1, block + 1),))
     # exactly zero only where the slip has just begun
     begins = slipping & (speed == 0.0)

@@ -52,11 +52,17 @@ from beltrepro.engine.candidates import (
 )
 from beltrepro.engine.law import (
     Law,
+    Varied,
+    braking,
     branch_at,
     extension,
+    inverse_mass,
     kinetic_friction,
+    mean_threshold,
+    noise_share,
     slip_direction,
-    stored_energy,
+    spring_energy,
+    stiffness,
 )
 from beltrepro.engine.noise import normal_pair, normal_pairs_where
 from beltrepro.engine.records import CONTACT, DONE, STORM, full_buffer, record_event
@@ -84,6 +90,7 @@ from beltrepro.engine.taylor import (
     evaluate_one,
     extend_series,
     force_order,
+    friction_term,
     integral,
     mean_change,
     new_series,
@@ -100,6 +107,10 @@ from beltrepro.model.accuracy import NOISE_CELL, NOISY_ORDER, ORDER
 # Cells of the noise are shorter where v_r is nearer to zero than so many standard deviations.
 _GRAZING = 2.0
 
+# of a step, on which friction that depends on the velocity is integrated
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
+_NODES, _WEIGHTS = tuple((_NODES + 1) / 2), tuple(_WEIGHTS / 2)
+
 _EVENTS_AT_ONCE = 2  # of a chain at one instant: the end of a slip and the start of the next
 SLIP, STICK, REVERSAL, BRANCH, NOTHING = range(5)  # kinds of events, as the hooks are told
 
@@ -109,7 +120,7 @@ class Conditions(NamedTuple):
 
     belt_velocity: np.ndarray
     noise: np.ndarray  # sigma
-    noise_power: np.ndarray  # q = f_s^2 sigma^2 dt
+    noise_power: np.ndarray  # q = f_s^2 sigma^2 dt, of the block with the greatest f_s
     log_tolerance: np.ndarray  # log2 of the force that the last terms may reach in a step
 
 
@@ -135,6 +146,7 @@ class Group(NamedTuple):
     """Chains of one law with all that moves them."""
 
     law: Law
+    varied: Varied | None
     conditions: Conditions
     chains: Chains
 
@@ -154,10 +166,10 @@ class Scratch(NamedTuple):
     end: StepEnd
 
 
-def new_scratch(n_blocks: int) -> Scratch:
+def new_scratch(n_blocks: int, varied: bool = False) -> Scratch:
     """Room for eight chains of N blocks."""
     end = StepEnd(zeros(LANES), zeros(LANES, dtype=np.int64))
-    return Scratch(new_series(n_blocks), new_candidates(n_blocks), end)
+    return Scratch(new_series(n_blocks, varied), new_candidates(n_blocks), end)
 
 
 class Span(NamedTuple):
@@ -179,15 +191,15 @@ def make_series(order, noisy, lane, active, group, series):
 
     Returns the chains of which a block slips.
     """
-    law, chains = group.law, group.chains
+    chains = group.chains
     sliding = _start_positions(lane, chains, series)
-    start_springs(law, chains.branch, lane, series)
+    start_springs(group.law, group.varied, chains.branch, lane, series)
     if noisy:
         drawing = active & sliding & (load(chains.cell, (lane,)) <= 0.0)
         if mask_bits(drawing) != 0:
             _draw_cells(lane, drawing, group, series)
-    _start_accelerations(lane, kinetic_friction(law), chains, series)
-    extend_series(order, chains.direction, lane, series)
+    _start_accelerations(lane, group.law, group.varied, chains, series)
+    extend_series(order, group.varied, chains.direction, lane, series)
     return sliding
 
 
@@ -204,15 +216,22 @@ def _start_positions(lane, chains, series):
 
 
 @inlined
-def _start_accelerations(lane, kinetic, chains, series):
+def _start_accelerations(lane, law, varied, chains, series):
     """X_2 and X_3 from the forces, the friction and the noise."""
     for block in range(chains.direction.shape[0]):
         heading = load(chains.direction, (block, lane))
         slipping = heading != 0.0
-        push = load(chains.noise_force, (0, block, lane)) - heading * kinetic
+        speed = abs(load(chains.velocity, (block, lane)))
+        push = load(chains.noise_force, (0, block, lane))
+        push = push - heading * braking(law, varied, block, speed)
         acceleration = load(series.force, (at(0, block),)) + push
-        jerk = load(series.force, (at(1, block),)) + load(chains.noise_force, (1, block, lane))
+        acceleration = acceleration * inverse_mass(varied, block)
         store(series.position, (at(2, block + 1),), select(slipping, 0.5 * acceleration, 0.0))
+        jerk = load(series.force, (at(1, block),)) + load(chains.noise_force, (1, block, lane))
+        if varied is not None:
+            store(series.weakening, (at(0, block),), 1.0 / (1.0 + varied.weakening * speed))
+            jerk = jerk - heading * friction_term(1, block, heading, varied, series)
+        jerk = jerk * inverse_mass(varied, block)
         store(series.position, (at(3, block + 1),), select(slipping, jerk * (1.0 / 6.0), 0.0))
 
 
@@ -221,13 +240,15 @@ def _draw_cells(lane, drawing, group, series):
     """New noise cells for the chains of a mask: force a + b t until `cell` runs out."""
     chains = group.chains
     power = load(group.conditions.noise_power, (lane,))
-    length = _cell_length(lane, drawing, power, kinetic_friction(group.law), chains, series)
+    length = _cell_length(lane, drawing, power, group, series)
     rate = 1.0 / length
     strength = square_root(power * rate)
     for block in range(chains.noise_force.shape[1]):
         first, second = normal_pairs_where(chains.streams, lane, drawing)
         tilt = strength * (math.sqrt(3.0) * second)
         level = strength * first - tilt
+        share = noise_share(group.varied, block)
+        level, tilt = level * share, tilt * share
         start = load(chains.noise_force, (0, block, lane))
         slope = load(chains.noise_force, (1, block, lane))
         store(chains.noise_force, (0, block, lane), select(drawing, level, start))
@@ -236,21 +257,26 @@ def _draw_cells(lane, drawing, group, series):
 
 
 @inlined
-def _cell_length(lane, drawing, power, kinetic, chains, series):
+def _cell_length(lane, drawing, power, group, series):
     """Length of the next noise cell: short where the noise could decide whether v_r reaches zero.
 
     Where the parabola of v_r has its vertex in the cell, less than `_GRAZING` standard deviations
     of the noise in the cell away from zero, a cell of a quarter is tried, and so on down to about
     the step of the paper. It looks at the state only, not at the noise to come.
     """
+    chains = group.chains
     length = spread(NOISE_CELL)
     for _ in range(4):
         grazing = power < 0.0
         margin = square_root(power * length) * _GRAZING
         for block in range(chains.direction.shape[0]):
             heading = load(chains.direction, (block, lane))
+            speed = abs(load(chains.velocity, (block, lane)))
+            kinetic = braking(group.law, group.varied, block, speed)
             slope = load(series.force, (at(0, block),)) - heading * kinetic
             bend = load(series.force, (at(1, block),))
+            inverse = inverse_mass(group.varied, block)
+            slope, bend = slope * inverse, bend * inverse
             # the vertex is at -slope / bend
             ahead = (slope * bend < 0.0) & (abs(slope) < 1.5 * length * abs(bend))
             twice = 2.0 * bend
@@ -270,7 +296,7 @@ def _cell_length(lane, drawing, power, kinetic, chains, series):
 def choose_step(order, noisy, lane, moving, remaining, group, series):
     """How far the series of moving chains may serve: within the tolerance, the cell, the span."""
     accuracy = load(group.conditions.log_tolerance, (lane,))
-    step = minimum(taylor_step(order, accuracy, series), remaining)
+    step = minimum(taylor_step(order, accuracy, group.varied, series), remaining)
     if noisy:
         step = minimum(step, load(group.chains.cell, (lane,)))
     return select(moving, step, 0.0)
@@ -286,6 +312,7 @@ def find_first_event(order, resolution, lane, moving, step, group, scratch):
         step,
         moving,
         group.law,
+        group.varied,
         group.chains,
         scratch.series,
         scratch.candidates,
@@ -309,6 +336,7 @@ def _wait_on_belt(lane, i, end, group, scratch):
     law, chains, series = group.law, group.chains, scratch.series
     chain = lane + i
     pull = series.force[at(0, 0) + i] + series.wall_pull[i] + chains.threshold[0, chain]
+    pull = pull / stiffness(group.varied, 0)
     here = chains.displacement[0, chain]
     wait = max((extension(pull, law) - here) / group.conditions.belt_velocity[chain], 0.0)
     first = 0
@@ -453,7 +481,6 @@ def _record_samples(order, noisy, lane, i, until, end, group, series, samples):
     chains = group.chains
     chain = lane + i
     belt_velocity = group.conditions.belt_velocity[chain]
-    kinetic = kinetic_friction(group.law)
     row = samples.following[chain]
     count = LANES
     while count == LANES:
@@ -465,7 +492,8 @@ def _record_samples(order, noisy, lane, i, until, end, group, series, samples):
             position, relative = evaluate_one(order, series, block, i, since)
             shown = block - samples.first_block
             heading = chains.direction[block, chain]
-            friction = spread(heading * -kinetic)
+            kinetic = braking(group.law, group.varied, block, abs(relative))
+            friction = spread(-heading) * kinetic
             # nobody looks at the friction where not all blocks are sampled, and it takes time
             if noisy and samples.first_block == 0:
                 slips = heading * heading
@@ -488,7 +516,6 @@ def _record_samples(order, noisy, lane, i, until, end, group, series, samples):
 def move(order, noisy, lane, moving, step, group, series):
     """Advance the blocks by the steps; those of chains at rest move with the belt."""
     chains = group.chains
-    kinetic = kinetic_friction(group.law)
     belt = load(group.conditions.belt_velocity, (lane,))
     impulse = select(moving, integral(force_order(order), series.wall_pull, 0, step), 0.0)
     store(chains.wall_impulse, (lane,), load(chains.wall_impulse, (lane,)) + impulse)
@@ -496,9 +523,10 @@ def move(order, noisy, lane, moving, step, group, series):
         place = (block, lane)
         position, relative = evaluate(order, series, block, step)
         shift = position - load(series.position, (at(0, block + 1),))
-        loss = load(chains.direction, place) * kinetic * shift
+        heading = load(chains.direction, place)
+        loss = _friction_loss(order, block, heading, shift, step, group.law, group.varied, series)
         if noisy:
-            slipping = load(chains.direction, place) != 0.0
+            slipping = heading != 0.0
             work = _move_noise(order, lane, block, step, shift, chains, series)
             loss = loss - select(slipping, work, 0.0)
         store(chains.dissipated, place, load(chains.dissipated, place) + loss)
@@ -506,6 +534,23 @@ def move(order, noisy, lane, moving, step, group, series):
         store(chains.velocity, place, relative)
         flag = load(chains.branch_changed, place)
         store(chains.branch_changed, place, select(step > 0.0, 0.0, flag))
+
+
+@inlined
+def _friction_loss(order, block, heading, shift, step, law, varied, series):
+    """Energy that friction takes from a block in the step: the integral of force times speed.
+
+    Where friction may vary by the rule of Gauss and Legendre, from the law and not its series.
+    """
+    if varied is None:
+        return heading * kinetic_friction(law) * shift
+    total = spread(0.0)
+    for node in range(len(_NODES)):
+        _, relative = evaluate(order, series, block, _NODES[node] * step)
+        speed = heading * relative
+        power = braking(law, varied, block, abs(speed)) * speed
+        total = fma(_WEIGHTS[node], power, total)
+    return total * step
 
 
 @inlined
@@ -559,8 +604,8 @@ def _end_rest(lane, i, group, scratch):
     belt_velocity = group.conditions.belt_velocity[chain]
     here = chains.displacement[0, chain]
     before = here - belt_velocity * scratch.end.step[i]
-    gained = stored_energy(here, law)
-    gained -= stored_energy(before, law)
+    gained = spring_energy(0, here, law, group.varied)
+    gained -= spring_energy(0, before, law, group.varied)
     chains.wall_impulse[chain] += gained / belt_velocity
     chains.branch[0, chain] = branch_at(here, law)
 
@@ -609,7 +654,8 @@ def _turn(order, noisy, lane, i, block, start, group, scratch, events):
         if noisy:
             first, _ = normal_pair(chains.streams, chain)
             noise = group.conditions.noise[chain]
-            chains.threshold[block, chain] = law.static_friction + noise * first
+            mean = mean_threshold(law, group.varied, block)
+            chains.threshold[block, chain] = mean + noise * first
         way = slip_direction(external, chains.threshold[block, chain])
         kind = STICK if way == 0.0 else REVERSAL
         chains.velocity[block, chain] = 0.0

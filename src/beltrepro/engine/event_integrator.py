@@ -41,12 +41,14 @@ class EventIntegrator(SeriesIntegrator):
         **settings,
     ):
         super().__init__(states, **settings)
-        law = self.parameters[0]
-        power = aligned((law.friction_ratio * self._noise) ** 2 * self.time_step)
+        chain = self.parameters[0]
+        ratio = chain.by_block("friction_ratio").max()
+        power = aligned((ratio * self._noise) ** 2 * self.time_step)
         tolerances = np.maximum(tolerance, noise_share * np.sqrt(power))
         self._chains = self._empty_chains()
         self._group = event.Group(
             self._law,
+            self._varied,
             event.Conditions(
                 belt_velocity=self._belt_velocity,
                 noise=self._noise,
@@ -55,7 +57,7 @@ class EventIntegrator(SeriesIntegrator):
             ),
             self._chains,
         )
-        self._scratch = event.new_scratch(self.n_blocks)
+        self._scratch = event.new_scratch(self.n_blocks, chain.varied)
         # chains with noise and without have kernels of their own, which leave the others alone
         quiet, noisy = event.advance_kernels(self._hooks)
         kernels = ((quiet, self._noise == 0), (noisy, self._noise > 0))

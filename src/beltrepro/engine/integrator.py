@@ -14,7 +14,7 @@ import numpy as np
 
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.engine import simd
-from beltrepro.engine.law import law_constants
+from beltrepro.engine.law import law_constants, varied_constants
 from beltrepro.engine.noise import STATE_WORDS
 from beltrepro.engine.records import (
     CONTACT,
@@ -28,6 +28,7 @@ from beltrepro.engine.records import (
 )
 from beltrepro.engine.state import ChainState, Scheme, scheme_variables, settled
 from beltrepro.engine.vector import aligned, zeros
+from beltrepro.model.energy import kinetic_energy
 from beltrepro.model.spring import external_force, potential_energy
 
 GROUP_SIZE = 32  # chains advanced together, at most
@@ -129,7 +130,7 @@ class Integrator:
         chains = [self.parameters[lane] for lane in self._source]
         self._belt_velocity = aligned([chain.belt_velocity for chain in chains])
         self._noise = aligned([chain.noise for chain in chains])
-        self._law = law_constants(first)
+        self._law, self._varied = law_constants(first), varied_constants(first)
         self._streams = zeros((STATE_WORDS, lanes), dtype=np.uint64)
         parts = math.ceil(CUT_TIME / (_CHUNK_SAMPLES * sampling.interval))
         self._chunk_time = CUT_TIME / parts
@@ -260,12 +261,13 @@ class Integrator:
         """
         initial_momentum = np.array([state.initial_momentum for state in self._begun])
         initial_energy = np.array([state.initial_energy for state in self._begun])
-        momentum = self.velocities().sum(axis=1) - initial_momentum
+        mass = np.asarray(self.parameters[0].mass)
+        momentum = (mass * self.velocities()).sum(axis=1) - initial_momentum
         impulse = momentum + self._lanes().wall_impulse[: self._width]
         belt = self._belt_velocity[: self._width] * impulse
         loss = self._of_chains(self._lanes().friction_losses).sum(axis=1)
         energy = potential_energy(self.positions(), self.parameters[0])
-        energy += (self.velocities() ** 2).sum(axis=1) / 2
+        energy += kinetic_energy(self.parameters[0], self.velocities())
         missing = belt - loss - (energy - initial_energy)
         return missing / np.maximum(np.abs(belt), np.finfo(float).tiny)
 

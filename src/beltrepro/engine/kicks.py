@@ -13,7 +13,7 @@ import numpy as np
 
 from beltrepro.engine.event import SLIP, Hooks
 from beltrepro.engine.event_integrator import EventIntegrator
-from beltrepro.engine.law import branch_at, stored_energy
+from beltrepro.engine.law import branch_at, spring_energy
 from beltrepro.engine.noise import normal_pair
 from beltrepro.engine.vector import aligned, inlined
 
@@ -48,9 +48,10 @@ def _displace(block, chain, change, group):
 @inlined
 def _stored_beside(block, chain, group):
     """Energy of the springs on both sides of a block of one chain."""
-    energy = stored_energy(_stretch(block, chain, group.chains), group.law)
+    energy = spring_energy(block, _stretch(block, chain, group.chains), group.law, group.varied)
     if block < group.chains.direction.shape[0] - 1:
-        energy += stored_energy(_stretch(block + 1, chain, group.chains), group.law)
+        stretch = _stretch(block + 1, chain, group.chains)
+        energy += spring_energy(block + 1, stretch, group.law, group.varied)
     return energy
 
 

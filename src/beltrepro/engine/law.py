@@ -1,7 +1,16 @@
-"""The spring law as kernels need it (Sec. III, Fig. 6)."""
+"""The laws of friction and springs as kernels need them (Sec. III, Fig. 6).
+
+`Law` holds what all blocks have in common. `Varied` holds the rest where blocks differ or friction
+depends on the velocity; for the law of the paper kernels get None in its place and are compiled
+without a trace of it.
+"""
 
 import math
 from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numba.extending import overload
 
 from beltrepro.engine.simd import fma, select
 from beltrepro.engine.vector import LOG2_E, exp2, inlined
@@ -12,8 +21,8 @@ from beltrepro.model.friction import next_direction_rule, slip_direction_rule
 class Law(NamedTuple):
     """The constants of the friction and spring law as the kernels read them.
 
-    Beside the parameters: the rates for base-2 exponentials, and 1/b. Computed in a kernel, 1/b
-    would become a vector division at every step.
+    Those of a block are NaN where blocks differ. Beside the parameters: the rates for base-2
+    exponentials, and 1/b. Computed in a kernel, 1/b would become a vector division at every step.
     """
 
     static_friction: float  # mean F_st
@@ -28,11 +37,45 @@ class Law(NamedTuple):
     rest_length: float  # a spring of this compression has no length: blocks meet
 
 
+class Varied(NamedTuple):
+    """Constants of the blocks and of the springs before them, and how friction varies."""
+
+    static_friction: np.ndarray  # (N,) mean F_st
+    kinetic_friction: np.ndarray  # (N,) mean f_s F_st
+    noise_share: np.ndarray  # (N,) f_s over the greatest of them
+    inverse_mass: np.ndarray  # (N,)
+    stiffness: np.ndarray  # (N,) of the springs
+    rest_length: np.ndarray  # (N,)
+    weakening: float  # 1 / v_w
+    viscosity: float  # eta
+
+
+def varied_constants(parameters: ChainParameters) -> Varied | None:
+    """What is special about a chain; None for the law of the paper."""
+    return of_blocks(parameters) if parameters.varied else None
+
+
+def of_blocks(parameters: ChainParameters) -> Varied:
+    """The constants block by block, of any chain."""
+    ratio = parameters.by_block("friction_ratio")
+    static = parameters.by_block("static_friction")
+    return Varied(
+        static_friction=static,
+        kinetic_friction=ratio * static,
+        noise_share=ratio / max(ratio.max(), np.finfo(float).tiny),
+        inverse_mass=1.0 / parameters.by_block("mass"),
+        stiffness=parameters.by_block("stiffness"),
+        rest_length=parameters.by_block("rest_length"),
+        weakening=1.0 / parameters.weakening_velocity,
+        viscosity=parameters.viscosity,
+    )
+
+
 def law_constants(parameters: ChainParameters) -> Law:
     """The constants of the law of a chain."""
     return Law(
-        static_friction=parameters.static_friction,
-        friction_ratio=parameters.friction_ratio,
+        static_friction=_common(parameters.static_friction),
+        friction_ratio=_common(parameters.friction_ratio),
         linear_limit=parameters.linear_limit,
         compression_rate=parameters.compression_rate,
         extension_rate=parameters.extension_rate,
@@ -40,8 +83,12 @@ def law_constants(parameters: ChainParameters) -> Law:
         extension_rate_2=parameters.extension_rate * LOG2_E,
         compression_softness=1.0 / parameters.compression_rate,
         extension_softness=1.0 / parameters.extension_rate,
-        rest_length=parameters.rest_length,
+        rest_length=_common(parameters.rest_length),
     )
+
+
+def _common(value: float | tuple) -> float:
+    return math.nan if isinstance(value, tuple) else value
 
 
 @inlined
@@ -113,5 +160,67 @@ next_direction = inlined(next_direction_rule(select, slip_direction))
 
 @inlined
 def kinetic_friction(law):
-    """Mean kinetic friction force."""
+    """Mean kinetic friction force of blocks that are alike."""
     return law.static_friction * law.friction_ratio
+
+
+def braking(law, varied, block, speed):
+    """Mean force that brakes a block which slips at |v_r| = speed (float64 or a vector)."""
+
+
+# chosen by the type of `varied`: the one gives a number, the other a vector where speed is one
+@overload(braking, jit_options={"forceinline": True, "error_model": "numpy"})
+def _overload_braking(law, varied, block, speed):
+    def _alike(law, varied, block, speed):
+        return kinetic_friction(law)
+
+    def _varied(law, varied, block, speed):
+        dry = varied.kinetic_friction[block] / (1.0 + varied.weakening * speed)
+        return dry + varied.viscosity * speed
+
+    return _alike if isinstance(varied, types.NoneType) else _varied
+
+
+@inlined
+def mean_threshold(law, varied, block):
+    """Mean static friction of a block."""
+    if varied is None:
+        return law.static_friction
+    return varied.static_friction[block]
+
+
+@inlined
+def inverse_mass(varied, block):
+    """1 / m of a block."""
+    return 1.0 if varied is None else varied.inverse_mass[block]
+
+
+@inlined
+def stiffness(varied, spring):
+    """Factor of the tension of a spring."""
+    return 1.0 if varied is None else varied.stiffness[spring]
+
+
+@inlined
+def rest_length(law, varied, spring):
+    """Undeformed length of a spring."""
+    return law.rest_length if varied is None else varied.rest_length[spring]
+
+
+@inlined
+def noise_share(varied, block):
+    """Strength of the noise of a block, over that of the noisiest."""
+    return 1.0 if varied is None else varied.noise_share[block]
+
+
+@inlined
+def pull_and_slope(spring, deformation, law, varied):
+    """Tension of a spring and its derivative."""
+    pull, slope, _, _ = expand_spring(deformation, law)
+    return pull * stiffness(varied, spring), slope * stiffness(varied, spring)
+
+
+@inlined
+def spring_energy(spring, deformation, law, varied):
+    """Potential energy of a spring of a chain (float64)."""
+    return stored_energy(deformation, law) * stiffness(varied, spring)

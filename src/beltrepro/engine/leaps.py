@@ -7,8 +7,9 @@ like those of the equation of motion: y = x + dt^2/12 a(x) obeys y'' = a(x) up t
 pass of the loop makes the series, finds for how many whole steps no turn can happen and no spring
 changes its branch, and goes there at once. Where a turn may be due the next step is taken
 literally, with the stick and slip rules (`beltrepro.model.friction.next_direction`) applied at its
-start. So is every step while a spring is too stiff. What is exact and what is approximate, see
-docs/verlet.md.
+start. So is every step while a spring is too stiff; and, by a kernel of its own, every step of a
+chain whose blocks differ or whose friction depends on the velocity. What is exact and what is
+approximate, see docs/verlet.md.
 """
 
 import math
@@ -26,11 +27,18 @@ from beltrepro.engine.candidates import (
 )
 from beltrepro.engine.law import (
     Law,
+    Varied,
+    braking,
     expand_spring,
+    inverse_mass,
     kinetic_friction,
+    mean_threshold,
     next_direction,
+    rest_length,
+    stiffness,
     tension,
 )
+from beltrepro.engine.noise import normal_pairs_where
 from beltrepro.engine.records import CONTACT, DONE, full_buffer, record_event
 from beltrepro.engine.simd import (
     LANES,
@@ -92,14 +100,24 @@ class Chains(NamedTuple):
     wall_impulse: np.ndarray  # (W,) sum over steps of the first spring's pull, times dt
 
 
+class Noise(NamedTuple):
+    """What makes the friction of W chains random."""
+
+    sigma: np.ndarray  # (W,)
+    streams: np.ndarray  # (4, W)
+    deviates: np.ndarray  # (8 (N + N % 2),) of eight chains in the step
+
+
 class Group(NamedTuple):
-    """Chains of one law with all that moves them."""
+    """Chains of one law with all that moves them; leaps are for those with None of two."""
 
     law: Law
+    varied: Varied | None
     belt_velocity: np.ndarray  # (W,)
     time_step: float  # dt
     stiffest: float  # slope of a tension from which on no leaps are taken
     chains: Chains
+    noise: Noise | None
 
 
 class Scratch(NamedTuple):
@@ -234,19 +252,19 @@ def _start_rates(lane, chains, scratch):
 def _extend_series(share, lane, direction, scratch):
     """All levels from 2 on of the forces and of the positions."""
     series = scratch.series
-    extend_pair(2, direction, lane, series)
+    extend_pair(2, None, direction, lane, series)
     _correct(2, share, lane, direction, scratch)
-    extend_pair(4, direction, lane, series)
+    extend_pair(4, None, direction, lane, series)
     _correct(4, share, lane, direction, scratch)
-    extend_pair(6, direction, lane, series)
+    extend_pair(6, None, direction, lane, series)
     _correct(6, share, lane, direction, scratch)
-    extend_pair(8, direction, lane, series)
+    extend_pair(8, None, direction, lane, series)
     _correct(8, share, lane, direction, scratch)
     # terms from here on are 1e-5 of the first at the end of a leap, corrections 1e-7 of them
-    extend_pair(10, direction, lane, series)
-    extend_pair(12, direction, lane, series)
-    extend_pair(14, direction, lane, series)
-    extend_pair(16, direction, lane, series)
+    extend_pair(10, None, direction, lane, series)
+    extend_pair(12, None, direction, lane, series)
+    extend_pair(14, None, direction, lane, series)
+    extend_pair(16, None, direction, lane, series)
 
 
 @inlined
@@ -340,13 +358,22 @@ def _choose_leap(lane, leaping, remaining, group, scratch):
     """
     inverse_step = 1.0 / group.time_step
     n_blocks = group.chains.direction.shape[0]
-    reach = taylor_step(ORDER, math.log2(_TOLERANCE), scratch.series) * inverse_step
+    reach = taylor_step(ORDER, math.log2(_TOLERANCE), None, scratch.series) * inverse_step
     reach = maximum(_round_down(minimum(reach, remaining)), 1.0)
     reach = select(leaping, reach, 0.0)
     longest = reach * group.time_step
     candidates = scratch.candidates
     n_columns = find_candidates(
-        ORDER, True, lane, longest, leaping, group.law, group.chains, scratch.series, candidates
+        ORDER,
+        True,
+        lane,
+        longest,
+        leaping,
+        group.law,
+        None,
+        group.chains,
+        scratch.series,
+        candidates,
     )
     instant, source = first_events(ORDER, _RESOLUTION, n_columns, longest, candidates)
     turning = leaping & (source >= 0) & (source < n_blocks)
@@ -449,18 +476,20 @@ def _literal_step(lane, taken, first_step, group, scratch, events):
         _step_block(lane, block, taken, first_step, group, scratch, events)
     done = load(chains.steps_done, (lane,))
     store(chains.steps_done, (lane,), select(taken, done + 1.0, done))
-    return taken & ~(lowest > -group.law.rest_length)
+    return taken & ~(lowest > 0.0)
 
 
 @inlined
 def _find_pulls(lane, group, scratch):
-    """Tensions of all springs, from the law; returns the least deformation."""
+    """Tensions of all springs, from the law; returns the least length of one."""
+    law, varied = group.law, group.varied
     left = spread(0.0)
-    lowest = spread(0.0)
+    lowest = spread(1e300)
     for spring in range(group.chains.direction.shape[0]):
         place = load(group.chains.displacement, (spring, lane))
-        store(scratch.pulls, (spring * LANES,), tension(place - left, group.law))
-        lowest = minimum(lowest, place - left)
+        stretch = place - left
+        store(scratch.pulls, (spring * LANES,), tension(stretch, law) * stiffness(varied, spring))
+        lowest = minimum(lowest, stretch + rest_length(law, varied, spring))
         left = place
     return lowest
 
@@ -468,15 +497,15 @@ def _find_pulls(lane, group, scratch):
 @inlined
 def _step_block(lane, block, taken, first_step, group, scratch, events):
     """The rules and the scheme for one block of some of the chains."""
-    law, chains, dt = group.law, group.chains, group.time_step
-    kinetic = kinetic_friction(law)
+    chains, dt = group.chains, group.time_step
     place = (block, lane)
     external = -load(scratch.pulls, (block * LANES,))
     if block < chains.direction.shape[0] - 1:
         external = external + load(scratch.pulls, ((block + 1) * LANES,))
     old = load(chains.direction, place)
     velocity = load(chains.velocity, place)
-    new = select(taken, next_direction(old, velocity, external, law.static_friction), old)
+    threshold = _threshold(lane, block, old, group.law, group.varied, group.noise, chains)
+    new = select(taken, next_direction(old, velocity, external, threshold), old)
     changed = new != old
     before = load(chains.acceleration, place)
     w = load(chains.slip_step, place)
@@ -487,7 +516,11 @@ def _step_block(lane, block, taken, first_step, group, scratch, events):
         keeps = ~changed | (old * new != 0.0)
         before = select(keeps, before, 0.0)
         w = select(keeps, w, 0.0)
-    a = select(new != 0.0, dt * dt * (external - new * kinetic), 0.0)
+        store(chains.threshold, place, select(changed, threshold, load(chains.threshold, place)))
+    speed = maximum(new * velocity, 0.0) / dt
+    kinetic = _braking(lane, block, speed, group.law, group.varied, group.noise)
+    a = dt * dt * (external - new * kinetic) * inverse_mass(group.varied, block)
+    a = select(new != 0.0, a, 0.0)
     w = w + a
     v = scheme_velocity(w, a, before)
     store(chains.direction, place, new)
@@ -497,6 +530,45 @@ def _step_block(lane, block, taken, first_step, group, scratch, events):
     store(chains.dissipated, place, select(taken, fma(new * kinetic, w, loss), loss))
     moved = here + fma(load(group.belt_velocity, (lane,)), dt, w)
     store(chains.displacement, place, select(taken, moved, here))
+
+
+@inlined
+def _threshold(lane, block, direction, law, varied, noise, chains):
+    """F_st of a block in this step: what holds it, or would hold it if it came to rest."""
+    mean = spread(mean_threshold(law, varied, block))
+    if varied is None:
+        return mean
+    drawn = mean + _deviation(lane, block, noise)
+    return select(direction != 0.0, drawn, load(chains.threshold, (block, lane)))
+
+
+@inlined
+def _braking(lane, block, speed, law, varied, noise):
+    """Kinetic friction in this step at |v_r| = speed."""
+    kinetic = braking(law, varied, block, speed)
+    if noise is None:
+        return kinetic
+    ratio = varied.kinetic_friction[block] / varied.static_friction[block]
+    return kinetic + ratio * _deviation(lane, block, noise) / (1.0 + varied.weakening * speed)
+
+
+@inlined
+def _deviation(lane, block, noise):
+    """What noise adds to F_st of a block in this step."""
+    if noise is None:
+        return spread(0.0)
+    return load(noise.sigma, (lane,)) * load(noise.deviates, (block * LANES,))
+
+
+@inlined
+def _draw(lane, taken, n_blocks, noise):
+    """New deviates for some of eight chains."""
+    if noise is None:
+        return
+    for block in range(0, n_blocks, 2):
+        first, second = normal_pairs_where(noise.streams, lane, taken)
+        store(noise.deviates, (block * LANES,), first)
+        store(noise.deviates, ((block + 1) * LANES,), second)
 
 
 @inlined
@@ -723,13 +795,14 @@ def _record_literal_samples(lane, taken, group, samples):
 @inlined
 def _sample_state(chain, group, samples):
     chains = group.chains
-    kinetic = kinetic_friction(group.law)
     inverse_step = 1.0 / group.time_step
     row = samples.following[chain]
     for block in range(samples.first_block, chains.direction.shape[0]):
         shown = block - samples.first_block
         samples.values[0, shown, chain, row] = chains.displacement[block, chain]
-        samples.values[1, shown, chain, row] = chains.velocity[block, chain] * inverse_step
+        relative = chains.velocity[block, chain] * inverse_step
+        samples.values[1, shown, chain, row] = relative
+        kinetic = braking(group.law, group.varied, block, abs(relative))
         samples.values[2, shown, chain, row] = chains.direction[block, chain] * -kinetic
     samples.following[chain] = row + 1
 
@@ -782,5 +855,28 @@ def leap_steps(span, group, scratch, records):
                     _record_literal_crossings(lane, taken, first_step, group, records.crossings)
                 _record_literal_samples(lane, taken, group, records.samples)
             if mask_bits(meeting) != 0:
+                return CONTACT
+    return DONE
+
+
+@kernel
+def literal_steps(span, group, scratch, records):
+    """As `leap_steps`, for chains of any law, with noise or without: every step taken literally."""
+    separate_arrays()
+    chains = group.chains
+    for lane in range(0, chains.steps_done.size, LANES):
+        while True:
+            taken = load(chains.steps_done, (lane,)) < float(span.n_steps)
+            if mask_bits(taken) == 0:
+                break
+            status = full_buffer(lane, 2 * chains.direction.shape[0], records)
+            if status != DONE:
+                return status
+            _draw(lane, taken, chains.direction.shape[0], group.noise)
+            met = _literal_step(lane, taken, span.first_step, group, scratch, records.events)
+            if records.crossings.block >= 0:
+                _record_literal_crossings(lane, taken, span.first_step, group, records.crossings)
+            _record_literal_samples(lane, taken, group, records.samples)
+            if mask_bits(met) != 0:
                 return CONTACT
     return DONE

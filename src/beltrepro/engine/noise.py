@@ -7,6 +7,7 @@ from the Box-Muller transform with polynomial logarithm, sine and cosine (absolu
 1e-8). The functions take one lane or a vector of them.
 """
 
+import hashlib
 from collections.abc import Sequence
 
 import numpy as np
@@ -49,9 +50,17 @@ def _keys(chains, seeds, replicates, purpose) -> np.ndarray:
     keys = np.empty((len(chains), 12), dtype=np.uint64)
     keys[:, 0], keys[:, 2], keys[:, 3] = seeds, np.fromiter(replicates, np.uint64), purpose
     keys[:, 1] = [chain.n_blocks for chain in chains]
-    reals = np.array([(chain.belt_velocity, chain.noise, *chain.law) for chain in chains])
+    reals = np.array([(chain.belt_velocity, chain.noise, *_law_key(chain)) for chain in chains])
     keys[:, 4:] = (reals + 0.0).view(np.uint64)
     return keys
+
+
+def _law_key(chain: ChainParameters) -> tuple[float, ...]:
+    """Six numbers that stand for a law: those of the paper's, or a digest of any other."""
+    if not chain.varied:
+        return chain.law[:6]
+    digest = hashlib.sha256(repr(chain.law).encode()).digest()
+    return tuple(np.frombuffer(digest[:24], dtype="<u4").astype(float))
 
 
 # NumPy's SeedSequence for many keys at once. A number is one word, or two from 2^32 on; the words

@@ -261,9 +261,10 @@ class ChainState:
             )
         slips = self.directions != 0
         relative = np.where(slips, self.velocities - parameters.belt_velocity, 0.0)
-        deviates = (self.thresholds - old.static_friction) / old.noise if old.noise > 0 else 0.0
-        thresholds = np.zeros(old.n_blocks) + parameters.static_friction
-        thresholds += parameters.noise * deviates
+        deviates = 0.0
+        if old.noise > 0:
+            deviates = (self.thresholds - np.asarray(old.static_friction)) / old.noise
+        thresholds = parameters.by_block("static_friction") + parameters.noise * deviates
         if (old.static_friction, old.noise) == (parameters.static_friction, parameters.noise):
             thresholds = self.thresholds
         state = dataclasses.replace(
@@ -305,16 +306,17 @@ class ChainState:
     def _audited_anew(self) -> ChainState:
         # in the frame of the belt first: for blocks at rest there the sums round like a product
         speed, relative = self.parameters.belt_velocity, self.relative_velocities
-        n_blocks, slip = len(relative), relative.sum()
+        mass = self.parameters.by_block("mass")
+        total, slip = float(mass.sum()), (mass * relative).sum()
         with np.errstate(over="ignore"):
-            kinetic = n_blocks * speed**2 / 2 + (speed * slip + (relative**2).sum() / 2)
+            kinetic = total * speed**2 / 2 + (speed * slip + (mass * relative**2).sum() / 2)
             energy = float(potential_energy(self.positions, self.parameters) + kinetic)
         state = dataclasses.replace(
             self,
-            friction_losses=np.zeros(n_blocks),
+            friction_losses=np.zeros(len(relative)),
             wall_impulse=0.0,
             initial_energy=energy,
-            initial_momentum=float(n_blocks * speed + slip),
+            initial_momentum=float(total * speed + slip),
         )
         return state._checked()
 
@@ -364,6 +366,7 @@ def states_at_rest(
         keys = [seeds[number] for number in numbers], [replicates[number] for number in numbers]
         streams, thresholds = _drawn(members, *keys)
         n_blocks, rest = members[0].n_blocks, members[0].rest_positions
+        mass = float(members[0].by_block("mass").sum())
         begin = np.array([rest if positions[i] is None else positions[i] for i in numbers]) - rest
         with np.errstate(over="ignore"):
             potential = potential_energy(begin + rest, members[0]).tolist()
@@ -377,8 +380,8 @@ def states_at_rest(
                 thresholds[row],
                 np.zeros(n_blocks),
                 0.0,
-                potential[row] + n_blocks * speed**2 / 2,
-                float(n_blocks * speed),
+                potential[row] + mass * speed**2 / 2,
+                float(mass * speed),
                 seeds[number],
                 replicates[number],
                 streams[row],
@@ -431,5 +434,5 @@ def _drawn(chains: Sequence[ChainParameters], seeds, replicates) -> tuple[np.nda
     streams[:, :width] = stream_states(chains, seeds, replicates)
     normal_deviates(streams, normals)
     noise = np.array([[chain.noise] for chain in chains])
-    thresholds = chains[0].static_friction + noise * normals[:n_blocks, :width].T
+    thresholds = np.asarray(chains[0].static_friction) + noise * normals[:n_blocks, :width].T
     return np.ascontiguousarray(streams[:, :width].T), np.ascontiguousarray(thresholds)

@@ -14,6 +14,9 @@ docs/chaos.md derives the formulas):
 - reversal: dv is multiplied by the ratio of the accelerations after and before;
 - change of branch: nothing, since force and slope are continuous.
 
+Friction that depends on the velocity brakes the deviation by R'(v_r) dv as well
+(`beltrepro.engine.law.Varied`); R' has the series of eta - (K / v_w) w^2.
+
 With noise, all random numbers are given: the threshold of each stick, and the force on each block
 as a function of the time since the last rest of the whole chain, at whose end it begins. If the
 chain beside the one followed ends its rest later by s, the same noise acts on it later by s: its
@@ -26,7 +29,7 @@ import numpy as np
 
 from beltrepro.engine.event import REVERSAL, SLIP, STICK, Hooks
 from beltrepro.engine.event_integrator import EventIntegrator
-from beltrepro.engine.law import expand_spring, kinetic_friction
+from beltrepro.engine.law import braking, inverse_mass, pull_and_slope, stiffness
 from beltrepro.engine.simd import LANES, fma, load, mask_bits, select, spread, store
 from beltrepro.engine.taylor import LEVELS, at, force_order, polynomial
 from beltrepro.engine.vector import inlined, zeros
@@ -42,6 +45,7 @@ class Deviations(NamedTuple):
     noise_force: np.ndarray  # (N, W) at the end of the last step, 0 while the chain rests
     position: np.ndarray  # N+1 columns of series, see `beltrepro.engine.taylor.at`: dX_k
     slope: np.ndarray  # N columns of series: T'(D)
+    damping: np.ndarray  # the same: R'(v_r); none where blocks are alike
 
 
 @inlined
@@ -50,10 +54,11 @@ def carry(order, lane, active, sliding, step, group, scratch, deviations):
     n_blocks = group.chains.direction.shape[0]
     noisy = mask_bits(load(group.conditions.noise_power, (lane,)) > 0.0) != 0
     if noisy:
-        _delay_noise(lane, sliding, step, group.chains, deviations)
-    _find_slopes(order, n_blocks, scratch.series, deviations)
+        _delay_noise(lane, sliding, step, group, deviations)
+    _find_slopes(order, n_blocks, group.varied, scratch.series, deviations)
+    _find_damping(order, n_blocks, group.varied, scratch.series, deviations)
     for vector in range(deviations.displacement.shape[0]):
-        _make_series(order, noisy, vector, lane, group.chains, scratch.series, deviations)
+        _make_series(order, noisy, vector, lane, group, scratch.series, deviations)
         for block in range(n_blocks):
             place = (vector, block, lane)
             position, velocity = polynomial(order, deviations.position, block + 1, step)
@@ -62,14 +67,16 @@ def carry(order, lane, active, sliding, step, group, scratch, deviations):
 
 
 @inlined
-def _delay_noise(lane, sliding, step, chains, deviations):
+def _delay_noise(lane, sliding, step, group, deviations):
     """What the change of the force of the noise since the last step does to the velocities."""
+    chains = group.chains
     for block in range(chains.direction.shape[0]):
         place = (block, lane)
         level = load(chains.noise_force, (0, block, lane))
         start = level - load(chains.noise_force, (1, block, lane)) * step
         change = load(deviations.noise_force, place) - start
         change = select(load(chains.direction, place) != 0.0, change, 0.0)
+        change = change * inverse_mass(group.varied, block)
         store(deviations.noise_force, place, select(sliding, level, 0.0))
         for vector in range(deviations.delay.shape[0]):
             velocity = load(deviations.velocity, (vector, block, lane))
@@ -78,13 +85,14 @@ def _delay_noise(lane, sliding, step, chains, deviations):
 
 
 @inlined
-def _find_slopes(order, n_blocks, series, deviations):
+def _find_slopes(order, n_blocks, varied, series, deviations):
     """Series of T'(D) of all springs: 1 on the linear branch, c G on a curved one."""
     for spring in range(n_blocks):
+        linear = stiffness(varied, spring)
         rate = load(series.rate, (spring * LANES,))
         curved = rate != 0.0
         first = rate * load(series.growth, (at(0, spring),))
-        store(deviations.slope, (at(0, spring),), select(curved, first, 1.0))
+        store(deviations.slope, (at(0, spring),), select(curved, first, linear))
         if mask_bits(curved) != 0:
             for k in range(1, force_order(order) + 1):
                 grown = rate * load(series.growth, (at(k, spring),))
@@ -92,8 +100,38 @@ def _find_slopes(order, n_blocks, series, deviations):
 
 
 @inlined
-def _make_series(order, noisy, vector, lane, chains, series, deviations):
+def _find_damping(order, n_blocks, varied, series, deviations):
+    """Series of R'(v_r) of all blocks."""
+    if varied is None:
+        return
+    for block in range(n_blocks):
+        falling = varied.kinetic_friction[block] * varied.weakening
+        for k in range(force_order(order) + 1):
+            square = spread(0.0)
+            for j in range(k + 1):
+                one = load(series.weakening, (at(j, block),))
+                square = fma(one, load(series.weakening, (at(k - j, block),)), square)
+            damping = -falling * square
+            if k == 0:
+                damping = damping + varied.viscosity
+            store(deviations.damping, (at(k, block),), damping)
+
+
+@inlined
+def _damped(k, block, pull, varied, deviations):
+    """Coefficient k of the acceleration of a deviation that springs pull."""
+    if varied is None:
+        return pull
+    for j in range(k + 1):
+        speed = (j + 1.0) * load(deviations.position, (at(j + 1, block + 1),))
+        pull = fma(-load(deviations.damping, (at(k - j, block),)), speed, pull)
+    return pull * varied.inverse_mass[block]
+
+
+@inlined
+def _make_series(order, noisy, vector, lane, group, series, deviations):
     """Series of one deviation of eight chains about now."""
+    chains = group.chains
     n_blocks = chains.direction.shape[0]
     position = deviations.position
     for block in range(n_blocks):
@@ -109,20 +147,24 @@ def _make_series(order, noisy, vector, lane, chains, series, deviations):
                 tension = _tension(k, spring, series, deviations)
             if spring > 0:
                 slipping = load(chains.direction, (spring - 1, lane)) != 0.0
-                pull = (tension - tension_before) * weight
+                pull = tension - tension_before
+                pull = _damped(k, spring - 1, pull, group.varied, deviations)
+                pull = pull * weight
                 store(position, (at(k + 2, spring),), select(slipping, pull, 0.0))
             tension_before = tension
         if noisy and k == 0:
-            _add_noise(vector, lane, chains, deviations)
+            _add_noise(vector, lane, group, deviations)
 
 
 @inlined
-def _add_noise(vector, lane, chains, deviations):
+def _add_noise(vector, lane, group, deviations):
     """The part of the noise in the coefficients of order 2, on which the others depend."""
+    chains = group.chains
     delay = load(deviations.delay, (vector, lane))
     for block in range(chains.direction.shape[0]):
         slope = load(chains.noise_force, (1, block, lane))
         slope = select(load(chains.direction, (block, lane)) != 0.0, slope, 0.0)
+        slope = slope * inverse_mass(group.varied, block)
         column = (at(2, block + 1),)
         store(deviations.position, column, load(deviations.position, column) - 0.5 * slope * delay)
 
@@ -155,14 +197,15 @@ def apply_jumps(kind, block, lane, i, group, scratch, deviations):
         begins = group.chains.cell[chain] <= 0.0  # the noise, with the slip that ends a rest
         if not begins:
             push += group.chains.noise_force[0, block, chain]
-        kinetic = way * kinetic_friction(group.law)
+        kinetic = way * braking(group.law, group.varied, block, 0.0)
         after = push - kinetic
+        starts = after * inverse_mass(group.varied, block)
         for vector in range(velocity.shape[0]):
             if kind == REVERSAL:
                 velocity[vector, block, chain] *= after / (push + kinetic)
             else:
                 change = _pull_change(vector, block, chain, slope_before, following, deviations)
-                velocity[vector, block, chain] = after * change / rate
+                velocity[vector, block, chain] = starts * change / rate
                 if begins and group.conditions.noise_power[chain] > 0.0:
                     deviations.delay[vector, chain] = -change / rate
 
@@ -177,11 +220,11 @@ def _pull(block, chain, group):
     if block > 0:
         before = chains.displacement[block - 1, chain]
         speed_before = chains.velocity[block - 1, chain]
-    pull, slope_before, _, _ = expand_spring(here - before, group.law)
+    pull, slope_before = pull_and_slope(block, here - before, group.law, group.varied)
     external, rate, following = -pull, -slope_before * (speed - speed_before), 0.0
     if block < last:
         stretch = chains.displacement[block + 1, chain] - here
-        pull, following, _, _ = expand_spring(stretch, group.law)
+        pull, following = pull_and_slope(block + 1, stretch, group.law, group.varied)
         external += pull
         rate += following * (chains.velocity[block + 1, chain] - speed)
     return external, rate, slope_before, following
@@ -222,6 +265,7 @@ class TangentIntegrator(EventIntegrator):
             noise_force=zeros((n_blocks, lanes)),
             position=zeros((n_blocks + 1) * LEVELS * LANES),
             slope=zeros(n_blocks * LEVELS * LANES),
+            damping=zeros(n_blocks * LEVELS * LANES * (self._varied is not None)),
         )
 
     def deviations(self) -> np.ndarray:

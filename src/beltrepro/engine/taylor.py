@@ -7,6 +7,11 @@ coefficients follow from each other: k G_k = sum_{j=1..k} (c j D_j) G_{k-j}, and
 (k+1)(k+2) X_{k+2} = F_k + friction_k for a slipping block (Griewank and Walther, Evaluating
 Derivatives, SIAM 2008, ch. 13).
 
+Where blocks differ or friction depends on the velocity (`beltrepro.engine.law.Varied`) tensions get
+the factor of their spring and accelerations are forces over masses. Friction R = K w + eta s at the
+speed s over the belt, with w = 1 / (1 + s / v_w), follows from q w = 1, q = 1 + s / v_w:
+w_k = -w_0 sum_{j=1..k} q_j w_{k-j}.
+
 Positions are those in the frame of the belt, from the rest positions at the start of the step; the
 wall is column 0 of the series, block i (from 0) is column i+1. So X_1 is the relative velocity of a
 block, zero if it is stuck, and minus the belt velocity for the wall.
@@ -16,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltrepro.engine.law import curved_branch
+from beltrepro.engine.law import curved_branch, stiffness
 from beltrepro.engine.simd import LANES, fma, load, maximum, minimum, select, spread, store
 from beltrepro.engine.vector import inlined, zeros
 from beltrepro.model.accuracy import ORDER
@@ -38,12 +43,13 @@ class Series(NamedTuple):
     growth: np.ndarray  # N columns, G_k
     force: np.ndarray  # N columns, F_k: external forces
     wall_pull: np.ndarray  # one column: tension of the first spring
+    weakening: np.ndarray  # N columns, w_k, or none: by how much friction has weakened
     rate: np.ndarray  # (8 N,) signed rates c of the branches, 0 on the linear one
 
 
-def new_series(n_blocks: int) -> Series:
+def new_series(n_blocks: int, varied: bool = False) -> Series:
     """Room for the series of eight chains of N blocks."""
-    columns = (n_blocks + 1, n_blocks, n_blocks, n_blocks, 1)
+    columns = (n_blocks + 1, n_blocks, n_blocks, n_blocks, 1, n_blocks * varied)
     # in one piece, so that no two of them compete for places in the fastest memory
     ends = np.cumsum([count * LEVELS * LANES for count in columns])
     *flat, rate = np.split(zeros(int(ends[-1]) + n_blocks * LANES), ends)
@@ -66,7 +72,44 @@ def force_order(order):
 
 
 @inlined
-def start_springs(law, regime, lane, series):
+def drive(k, block, slipping, varied, series):
+    """Coefficient k of F_ex; where blocks differ, of the acceleration of those that slip."""
+    force = load(series.force, (at(k, block),))
+    if varied is None:
+        return force
+    weight = (k + 1.0) * (k + 2.0)
+    return select(slipping, weight * load(series.position, (at(k + 2, block + 1),)), force)
+
+
+@inlined
+def friction_term(k, block, heading, varied, series):
+    """Coefficient k >= 1 of the force that brakes a block, along its slip; writes w_k."""
+    total = spread(0.0)
+    for j in range(1, k + 1):
+        speed = heading * (j + 1.0) * load(series.position, (at(j + 1, block + 1),))
+        total = fma(speed, load(series.weakening, (at(k - j, block),)), total)
+    first = load(series.weakening, (at(0, block),))
+    weakened = -first * total * varied.weakening
+    store(series.weakening, (at(k, block),), weakened)
+    speed = heading * (k + 1.0) * load(series.position, (at(k + 1, block + 1),))
+    return varied.kinetic_friction[block] * weakened + varied.viscosity * speed
+
+
+@inlined
+def _extend_varied(k, block, pull, pull_rise, heading, varied, series):
+    """X_{k+2} and X_{k+3} of a block that has a mass, braked by friction that depends on v_r."""
+    slipping, column = heading != 0.0, block + 1
+    inverse = varied.inverse_mass[block]
+    net = pull - heading * friction_term(k, block, heading, varied, series)
+    weight = inverse / ((k + 1.0) * (k + 2.0))
+    store(series.position, (at(k + 2, column),), select(slipping, net * weight, 0.0))
+    net = pull_rise - heading * friction_term(k + 1, block, heading, varied, series)
+    weight = inverse / ((k + 2.0) * (k + 3.0))
+    store(series.position, (at(k + 3, column),), select(slipping, net * weight, 0.0))
+
+
+@inlined
+def start_springs(law, varied, regime, lane, series):
     """Levels 0 and 1: tensions and external forces from X_0 and X_1; rates c of the branches.
 
     regime : (N, W) -1, 0, 1 compressed, linear, stretched; lane : first of the eight chains.
@@ -92,7 +135,10 @@ def start_springs(law, regime, lane, series):
         tension = select(linear, deformation, fma(branch, limit, (slope - 1.0) * softness))
         rate = select(linear, 0.0, rate)
         start = select(linear, 0.0, slope * softness)
+        tension = tension * stiffness(varied, spring)
+        start = start * stiffness(varied, spring)
         newest = rate * change
+        change = change * stiffness(varied, spring)
         tension_growth = select(linear, change, newest * start)
         store(series.rate, (spring * LANES,), rate)
         store(series.stretching, (at(1, spring),), newest)
@@ -111,7 +157,7 @@ def start_springs(law, regime, lane, series):
 
 
 @inlined
-def extend_pair(k, direction, lane, series):
+def extend_pair(k, varied, direction, lane, series):
     """Levels k and k+1 of the forces, so k+2 and k+3 of the positions; k is even.
 
     Two levels at once, since the positions of both are known: each G_m that is read serves both
@@ -148,6 +194,7 @@ def extend_pair(k, direction, lane, series):
             grown = (even + odd) * (1.0 / k)
             grown_next = fma(load(series.stretching, (at(1, spring),)), grown, even_next + odd_next)
             grown_next = grown_next * (1.0 / (k + 1.0))
+            tension, rise = tension * stiffness(varied, spring), rise * stiffness(varied, spring)
             store(series.growth, (at(k, spring),), grown)
             store(series.growth, (at(k + 1, spring),), grown_next)
             tension = select(curved, grown, tension)
@@ -157,38 +204,42 @@ def extend_pair(k, direction, lane, series):
             store(series.wall_pull, (at(k + 1, 0),), rise)
         else:
             block = spring - 1
-            slipping = load(direction, (block, lane)) != 0.0
+            heading = load(direction, (block, lane))
+            slipping = heading != 0.0
             pull, pull_rise = tension - tension_before, rise - rise_before
             store(series.force, (at(k, block),), pull)
             store(series.force, (at(k + 1, block),), pull_rise)
-            weight, weight_next = 1.0 / ((k + 1.0) * (k + 2.0)), 1.0 / ((k + 2.0) * (k + 3.0))
-            store(series.position, (at(k + 2, spring),), select(slipping, pull * weight, 0.0))
-            store(
-                series.position,
-                (at(k + 3, spring),),
-                select(slipping, pull_rise * weight_next, 0.0),
-            )
+            if varied is not None:
+                _extend_varied(k, block, pull, pull_rise, heading, varied, series)
+            else:
+                weight, weight_next = 1.0 / ((k + 1.0) * (k + 2.0)), 1.0 / ((k + 2.0) * (k + 3.0))
+                store(series.position, (at(k + 2, spring),), select(slipping, pull * weight, 0.0))
+                store(
+                    series.position,
+                    (at(k + 3, spring),),
+                    select(slipping, pull_rise * weight_next, 0.0),
+                )
         tension_before, rise_before = tension, rise
 
 
 @inlined
-def extend_series(order, direction, lane, series):
+def extend_series(order, varied, direction, lane, series):
     """All levels from 2 on of the forces, from 4 to `order` of the positions.
 
     order : 13 to 19; direction : (N, W), zero for stuck blocks; the rest as in `start_springs`.
     """
     # one call for each pair of levels: a constant level lets the compiler lay out all its terms
-    extend_pair(2, direction, lane, series)
-    extend_pair(4, direction, lane, series)
-    extend_pair(6, direction, lane, series)
-    extend_pair(8, direction, lane, series)
-    extend_pair(10, direction, lane, series)
+    extend_pair(2, varied, direction, lane, series)
+    extend_pair(4, varied, direction, lane, series)
+    extend_pair(6, varied, direction, lane, series)
+    extend_pair(8, varied, direction, lane, series)
+    extend_pair(10, varied, direction, lane, series)
     if order >= 15:
-        extend_pair(12, direction, lane, series)
+        extend_pair(12, varied, direction, lane, series)
     if order >= 17:
-        extend_pair(14, direction, lane, series)
+        extend_pair(14, varied, direction, lane, series)
     if order >= 19:
-        extend_pair(16, direction, lane, series)
+        extend_pair(16, varied, direction, lane, series)
 
 
 @inlined

@@ -6,8 +6,10 @@ import numpy as np
 
 from beltrepro.engine import leaps, verlet
 from beltrepro.engine.integrator import Chunk, Integrator, Lanes, SeriesIntegrator
+from beltrepro.engine.law import of_blocks
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.vector import aligned, zeros
+from beltrepro.model.friction import kinetic_friction
 
 # Largest (dt omega)^2 at which leaps reproduce the steps to below the rounding of a plain loop; and
 # that up to which leaps are taken in a run, where impacts compress springs further for a short
@@ -21,8 +23,10 @@ def verlet_integrator(states: Sequence[ChainState], *, time_step: float, **setti
     """Chains integrated by the scheme of the Appendix; parameters as for `Integrator`.
 
     In leaps if none of them has noise and the time step is as short as the paper's, else step by
-    step.
+    step; so are, by a plainer kernel, chains with another law than the paper's.
     """
+    if states[0].parameters.varied:
+        return LiteralVerlet(states, time_step=time_step, **settings)
     # the stiffest spring that friction can hold: on the compressed branch, or the stretched one
     first = states[0].parameters
     rate = max(first.compression_rate, first.extension_rate)
@@ -41,6 +45,7 @@ class LeapingVerlet(SeriesIntegrator):
 
     name = "leaping verlet"
     _scheme_fields = ("slip_step", "acceleration")
+    _kernel = staticmethod(leaps.leap_steps)
 
     def __init__(self, states, **settings):
         super().__init__(states, **settings)
@@ -60,10 +65,19 @@ class LeapingVerlet(SeriesIntegrator):
         )
         stiffest = _IMPACT_LIMIT / (_FREQUENCY * self.time_step**2)
         self._group = leaps.Group(
-            self._law, self._belt_velocity, self.time_step, stiffest, self._chains
+            self._law,
+            self._varied,
+            self._belt_velocity,
+            self.time_step,
+            stiffest,
+            self._chains,
+            self._noise_source(),
         )
         self._scratch = leaps.new_scratch(self.n_blocks)
         self.reinit(states)
+
+    def _noise_source(self):
+        return None
 
     def _set_time(self, time):
         self.time = round(time / self.time_step) * self.time_step
@@ -99,7 +113,7 @@ class LeapingVerlet(SeriesIntegrator):
         stride = self._sampling.steps
         first_sample = (first_step // stride + 1) * stride - first_step
         self._advance(
-            lambda records: leaps.leap_steps(span, self._group, self._scratch, records),
+            lambda records: self._kernel(span, self._group, self._scratch, records),
             float(first_sample),
             float(stride),
             (n_steps - first_sample) // stride + 1,
@@ -111,6 +125,24 @@ class LeapingVerlet(SeriesIntegrator):
     def _lanes(self):
         # the kernel keeps velocities times the step
         return super()._lanes()._replace(relative_velocities=self._chains.velocity / self.time_step)
+
+
+class LiteralVerlet(LeapingVerlet):
+    """Chains of any law integrated by the scheme of the Appendix, every step taken literally."""
+
+    name = "literal verlet"
+    _kernel = staticmethod(leaps.literal_steps)
+
+    def __init__(self, states, **settings):
+        super().__init__(states, **settings)
+        if self._varied is None:
+            self._group = self._group._replace(varied=of_blocks(self.parameters[0]))
+
+    def _noise_source(self):
+        if not np.any(self._noise > 0):
+            return None
+        deviates = zeros((self.n_blocks + self.n_blocks % 2) * leaps.LANES)
+        return leaps.Noise(self._noise, self._streams, deviates)
 
 
 class SteppingVerlet(Integrator):
@@ -222,11 +254,12 @@ def _smooth_variables(lanes: Lanes, chains: Integrator) -> dict[str, np.ndarray]
     """
     chain, time_step = chains.parameters[0], chains.time_step
     slips = lanes.directions != 0
-    kinetic = chain.friction_ratio * chain.static_friction
-    acceleration = chains.forces_on(lanes) - lanes.directions * kinetic
+    mass = chain.by_block("mass")[:, None]
+    kinetic = kinetic_friction(chain, lanes.relative_velocities.T).T
+    acceleration = (chains.forces_on(lanes) - lanes.directions * kinetic) / mass
     belt_velocity = np.array([member.belt_velocity for member in chains.parameters])
     travel = (lanes.relative_velocities + belt_velocity) * time_step
-    rise = (chains.forces_on(lanes, travel) - chains.forces_on(lanes, -travel)) / 2
+    rise = (chains.forces_on(lanes, travel) - chains.forces_on(lanes, -travel)) / (2 * mass)
     bend = (rise / 6 - acceleration / 2) * time_step**2
     before = (acceleration - rise) * time_step**2
     return {

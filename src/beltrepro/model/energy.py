@@ -25,6 +25,7 @@ def sliding_energy(
 
     Kinetic friction k is then a constant force on each block, and H = sum v_i^2 / 2 + sum V(dl_i) -
     k sum x_i, less its minimum, is conserved. Where H < u^2 / 2, no block ever reaches the belt.
+    (Where blocks differ: sum m_i v_i^2 / 2, sum k_i x_i, and m u^2 / 2 of the lightest.)
 
     Parameters
     ----------
@@ -46,7 +47,12 @@ def sliding_energy(
     positions, velocities = _checked(parameters, positions, velocities)
     deformations = chain_deformations(positions, parameters)
     energy = excess_energy(deformations, parameters).sum(axis=-1)
-    return energy + (velocities**2).sum(axis=-1) / 2
+    return energy + kinetic_energy(parameters, velocities)
+
+
+def kinetic_energy(parameters: ChainParameters, velocities: np.ndarray) -> np.ndarray:
+    """Energy of motion of rows (..., N) of velocities."""
+    return (np.asarray(parameters.mass) * velocities**2).sum(axis=-1) / 2
 
 
 @names.checked
@@ -77,18 +83,33 @@ def mode_energies(
     """
     positions, velocities = _checked(parameters, positions, velocities)
     frequencies, shapes = normal_modes(parameters)
-    lengths = parameters.rest_length + spring_extension(balance_tension(parameters), parameters)
-    swing = (positions - np.cumsum(lengths)) @ shapes * frequencies
-    return ((velocities @ shapes) ** 2 + swing**2) / 2
+    weights = np.sqrt(parameters.by_block("mass"))
+    extension = spring_extension(balance_tension(parameters), parameters)
+    lengths = np.asarray(parameters.rest_length) + extension
+    swing = (positions - np.cumsum(lengths)) * weights @ shapes * frequencies
+    return ((velocities * weights @ shapes) ** 2 + swing**2) / 2
 
 
 def normal_modes(parameters: ChainParameters) -> tuple[np.ndarray, np.ndarray]:
-    """Angular frequencies (N,) of small oscillations about the balance, and shapes in columns."""
+    """Angular frequencies (N,) of small oscillations about the balance, and shapes in columns.
+
+    A shape has the displacements times the roots of the masses.
+    """
     balance = spring_extension(balance_tension(parameters), parameters)
     stiffness = spring_stiffness(balance, parameters)
     springs = np.eye(parameters.n_blocks) - np.eye(parameters.n_blocks, k=-1)  # dl_i of the x_j
+    springs = springs / np.sqrt(parameters.by_block("mass"))
     squares, shapes = np.linalg.eigh(springs.T @ (stiffness[:, None] * springs))
     return np.sqrt(squares), shapes
+
+
+def check_conserved(parameters: ChainParameters) -> None:
+    """InputError for a chain that does not keep the energy H while it slides."""
+    if parameters.friction_varies:
+        given = f"weakening_velocity = {parameters.weakening_velocity:g} and "
+        given += f"viscosity = {parameters.viscosity:g}"
+        needed = "energy is kept only where kinetic friction does not depend on velocity"
+        raise InputError(f"{given}: {needed}")
 
 
 def excess_energy(deformations: np.ndarray, parameters: ChainParameters) -> np.ndarray:
@@ -104,6 +125,7 @@ def _checked(
 ) -> tuple[np.ndarray, np.ndarray]:
     if not isinstance(parameters, ChainParameters):
         raise InputError(f"parameters = {checks.shown(parameters)}: a ChainParameters is needed")
+    check_conserved(parameters)
     n_blocks = parameters.n_blocks
     places = checks.positions("positions", positions, n_blocks, rows=True)
     speeds = checks.numbers("velocities", velocities, n_blocks, rows=True)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from beltrepro.base.checks import shown
 from beltrepro.model.accuracy import START_NOISE
 from beltrepro.model.parameters import ChainParameters
 
@@ -61,23 +62,49 @@ def start_noise(parameters: ChainParameters) -> float:
     """Noise of the force with which a slip begins, as a share of its mean.
 
     A slip begins where |F_ex| = F_st, and friction falls to f_s F_st with another F_st. The
-    resultant has the mean (1 - f_s) F_st0 and the standard deviation sigma sqrt(1 + f_s^2).
+    resultant has the mean (1 - f_s) F_st0 and the standard deviation sigma sqrt(1 + f_s^2). Of
+    blocks that differ the greatest counts.
     """
-    ratio = parameters.friction_ratio
-    mean = (1 - ratio) * parameters.static_friction
-    return parameters.noise * math.hypot(1.0, ratio) / mean
+    if not parameters.varied:
+        ratio, static = parameters.friction_ratio, parameters.static_friction
+        return parameters.noise * math.hypot(1.0, ratio) / ((1 - ratio) * static)
+    ratios, means = parameters.by_block("friction_ratio"), parameters.by_block("static_friction")
+    return float((parameters.noise * np.hypot(1.0, ratios) / ((1 - ratios) * means)).max())
 
 
 def noise_beyond_event(parameters: ChainParameters) -> str:
     """What is wrong with the noise of a chain that "event" is to integrate (docs/validity.md)."""
+    if parameters.noise > 0 and math.isfinite(parameters.weakening_velocity):
+        return (
+            f"= {parameters.noise:g}: with weakening_velocity = {parameters.weakening_velocity:g} "
+            "its strength depends on the velocity, which 'event' does not have; take 'verlet'"
+        )
     share = start_noise(parameters)
     if share <= START_NOISE:
         return ""
     return (
-        f"= {parameters.noise:g}: with friction_ratio = {parameters.friction_ratio:g} and "
-        f"static_friction = {parameters.static_friction:g}, method 'event' is checked up to "
+        f"= {parameters.noise:g}: with friction_ratio = {shown(parameters.friction_ratio)} and "
+        f"static_friction = {shown(parameters.static_friction)}, method 'event' is checked up to "
         f"{parameters.noise * START_NOISE / share:.3g}; beyond that take 'verlet'"
     )
+
+
+def kinetic_friction(parameters: ChainParameters, speed: npt.ArrayLike = 0.0) -> np.ndarray:
+    """Mean force (..., N) that brakes blocks which slip at |v_r| = speed over the belt."""
+    speed = np.abs(speed)
+    falling = np.asarray(parameters.friction_ratio) * np.asarray(parameters.static_friction)
+    dry = falling / (1 + speed / parameters.weakening_velocity)
+    return np.broadcast_to(
+        dry + parameters.viscosity * speed,
+        np.broadcast_shapes(speed.shape, (parameters.n_blocks,)),
+    )
+
+
+def mean_kinetic_friction(parameters: ChainParameters) -> float:
+    """Mean kinetic friction of a block that hardly slips, over all blocks of a chain."""
+    if parameters.varied:
+        return float(kinetic_friction(parameters).mean())
+    return parameters.friction_ratio * parameters.static_friction
 
 
 def friction_force(

@@ -16,16 +16,18 @@ def section_position(parameters: ChainParameters) -> float:
     The paper gives 615 for five blocks, 0.998 of the length at which the springs balance the
     kinetic friction of all blocks. For other chains the same share of that length is taken.
     """
-    return _position(parameters.n_blocks, parameters.law)
+    # only friction that depends on the velocity lets the balance depend on the belt
+    speed = parameters.belt_velocity if parameters.friction_varies else 1.0
+    return _position(parameters.n_blocks, speed, parameters.law)
 
 
 @cache  # a scan asks for that of each of its chains
-def _position(n_blocks: int, law: tuple[float, ...]) -> float:
+def _position(n_blocks: int, speed: float, law: tuple) -> float:
     share = PAPER_POSITION / balance_length(ChainParameters(n_blocks=5, belt_velocity=1.0))
-    return round(share * balance_length(ChainParameters(n_blocks, 1.0, 0.0, *law)), 1)
+    return round(share * balance_length(ChainParameters(n_blocks, speed, 0.0, *law)), 1)
 
 
 def balance_length(parameters: ChainParameters) -> float:
     """Length of the chain at which its springs balance the kinetic friction of all blocks."""
     extension = spring_extension(balance_tension(parameters), parameters)
-    return float(np.sum(parameters.rest_length + extension))
+    return float(np.sum(np.asarray(parameters.rest_length) + extension))

@@ -1,8 +1,13 @@
-"""Spring law of Sec. III (Fig. 6): linear up to a limit, exponential beyond it."""
+"""Spring law of Sec. III (Fig. 6): linear up to a limit, exponential beyond it.
+
+Springs may differ by a factor, their stiffness: then the last axis of an array is that of the N
+springs.
+"""
 
 import numpy as np
 import numpy.typing as npt
 
+from beltrepro.model.friction import kinetic_friction
 from beltrepro.model.parameters import ChainParameters
 
 _PAPER = ChainParameters(n_blocks=1, belt_velocity=1.0)
@@ -12,7 +17,8 @@ def spring_force(deformation: npt.ArrayLike, parameters: ChainParameters = _PAPE
     """Elastic force F_e(dl) of one spring on the block at its far end (Sec. III, Fig. 6)."""
     deformation = np.asarray(deformation, dtype=float)
     rate, linear, excess = _branches(deformation, parameters)
-    return -np.copysign(linear + np.expm1(rate * excess) / rate, deformation)
+    pull = np.copysign(linear + np.expm1(rate * excess) / rate, deformation)
+    return -pull * np.asarray(parameters.stiffness)
 
 
 def spring_energy(deformation: npt.ArrayLike, parameters: ChainParameters = _PAPER) -> np.ndarray:
@@ -20,12 +26,13 @@ def spring_energy(deformation: npt.ArrayLike, parameters: ChainParameters = _PAP
     deformation = np.asarray(deformation, dtype=float)
     rate, linear, excess = _branches(deformation, parameters)
     beyond = np.expm1(rate * excess) / rate
-    return linear**2 / 2 + excess * linear + (beyond - excess) / rate
+    energy = linear**2 / 2 + excess * linear + (beyond - excess) / rate
+    return energy * np.asarray(parameters.stiffness)
 
 
 def spring_extension(force: npt.ArrayLike, parameters: ChainParameters = _PAPER) -> np.ndarray:
     """Deformation dl at which the spring pulls with the given tension -F_e (inverse of the law)."""
-    force = np.asarray(force, dtype=float)
+    force = np.asarray(force, dtype=float) / np.asarray(parameters.stiffness)
     rate = np.where(force < 0, parameters.compression_rate, parameters.extension_rate)
     excess = np.maximum(np.abs(force) - parameters.linear_limit, 0.0)
     linear = np.minimum(np.abs(force), parameters.linear_limit)
@@ -35,17 +42,19 @@ def spring_extension(force: npt.ArrayLike, parameters: ChainParameters = _PAPER)
 def spring_stiffness(
     deformation: npt.ArrayLike, parameters: ChainParameters = _PAPER
 ) -> np.ndarray:
-    """Slope of the tension -F_e(dl): 1 on the linear branch, more beyond it."""
+    """Slope of the tension -F_e(dl): the stiffness on the linear branch, more beyond it."""
     rate, _, excess = _branches(np.asarray(deformation, dtype=float), parameters)
-    return np.exp(rate * excess)
+    return np.exp(rate * excess) * np.asarray(parameters.stiffness)
 
 
 def balance_tension(parameters: ChainParameters) -> np.ndarray:
     """Tension (N,) of each spring where the springs balance the mean kinetic friction.
 
-    Spring i pulls blocks i to N, so it carries N - i + 1 times the kinetic friction of a block.
+    Spring i pulls blocks i to N, which stand still while the belt slides under them.
     """
-    kinetic = parameters.static_friction * parameters.friction_ratio
+    kinetic = kinetic_friction(parameters, parameters.belt_velocity)
+    if parameters.varied:
+        return np.cumsum(kinetic[::-1])[::-1]
     return kinetic * np.arange(parameters.n_blocks, 0, -1)
 
 

@@ -14,16 +14,21 @@ from beltrepro.engine.records import (
 )
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.vector import kernel
+from beltrepro.model.friction import kinetic_friction, mean_kinetic_friction
 
 
 class ForwardSlip:
-    """Way of all blocks in their forward slips, for each of W chains: integral of (v - u)^+."""
+    """Way of all blocks in their forward slips, for each of W chains: integral of (v - u)^+.
+
+    Where blocks differ each counts in proportion to its kinetic friction.
+    """
 
     def __init__(self, states: Sequence[ChainState]) -> None:
         self._belt_velocity = np.array([state.parameters.belt_velocity for state in states])
         # place on the belt where the forward slip going on began; NaN for the other blocks
         self._begun = np.array([np.where(s.directions > 0, _places(s), np.nan) for s in states])
         self._way = np.zeros(len(states))
+        self._weights = np.array([_weights(state) for state in states])
 
     def observe(self, chunk: Chunk) -> None:
         """Follow the events of a chunk."""
@@ -33,12 +38,13 @@ class ForwardSlip:
     def add(self, lane: int, events: np.ndarray) -> None:
         """Follow events (E, 6) of one chain."""
         way = self._way[lane : lane + 1]
-        _follow_forward(events, self._belt_velocity[lane], self._begun[lane], way)
+        begun, weights = self._begun[lane], self._weights[lane]
+        _follow_forward(events, self._belt_velocity[lane], begun, weights, way)
 
     def way(self, states: Sequence[ChainState]) -> np.ndarray:
         """The way (W,) until these states, the slips going on included."""
         going_on = np.array([_places(state) for state in states]) - self._begun
-        return self._way + np.nansum(going_on, axis=1)
+        return self._way + np.nansum(self._weights * going_on, axis=1)
 
 
 def _places(state: ChainState) -> np.ndarray:
@@ -46,8 +52,17 @@ def _places(state: ChainState) -> np.ndarray:
     return state.displacements - state.parameters.belt_velocity * state.time
 
 
+def _weights(state: ChainState) -> np.ndarray:
+    """Kinetic friction of each block over that of all on average."""
+    chain = state.parameters
+    if not chain.varied:
+        return np.ones(chain.n_blocks)
+    mean = max(mean_kinetic_friction(chain), np.finfo(float).tiny)
+    return kinetic_friction(chain) / mean
+
+
 @kernel
-def _follow_forward(events, belt_velocity, begun, way):
+def _follow_forward(events, belt_velocity, begun, weights, way):
     for index in range(len(events)):
         block = int(events[index, EVENT_BLOCK])
         place = events[index, EVENT_POSITION] - belt_velocity * events[index, EVENT_TIME]
@@ -55,5 +70,5 @@ def _follow_forward(events, belt_velocity, begun, way):
             # towards F_ex, see `model.friction`
             begun[block] = np.nan if events[index, EVENT_FORCE] < 0.0 else place
         elif not np.isnan(begun[block]):
-            way[0] += place - begun[block]
+            way[0] += weights[block] * (place - begun[block])
             begun[block] = np.nan

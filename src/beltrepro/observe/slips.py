@@ -236,7 +236,12 @@ def slips_and_avalanches(
         slip_loss=np.zeros(len(state.positions)),
         slipped=np.zeros(len(state.positions)),
     )
-    chain = _Chain(law_constants, state.parameters.rest_length, state.parameters.belt_velocity)
+    chain = _Chain(
+        law_constants,
+        state.parameters.by_block("rest_length"),
+        state.parameters.by_block("stiffness"),
+        state.parameters.belt_velocity,
+    )
     n_slips, n_avalanches = _collect(
         events, start, int(np.count_nonzero(state.directions)), chain, blocks, slips, avalanches
     )
@@ -248,7 +253,8 @@ class _Chain(NamedTuple):
     """Constants of the chain whose events are read."""
 
     law: Law
-    rest_length: float
+    rest_length: np.ndarray  # (N,) of the springs
+    stiffness: np.ndarray  # (N,)
     belt_velocity: float
 
 
@@ -377,11 +383,12 @@ def _energy_at_rest(time, chain, blocks):
     previous = 0.0
     for block in range(len(blocks.stuck_at)):
         position = _position_at_rest(time, block, chain, blocks)
-        deformation = position - previous - chain.rest_length
+        deformation = position - previous - chain.rest_length[block]
         previous = position
         rate = law.compression_rate if deformation < 0.0 else law.extension_rate
         linear = min(abs(deformation), law.linear_limit)
         excess = abs(deformation) - linear
         beyond = abs(tension(deformation, law)) - linear
-        energy += 0.5 * linear * linear + excess * linear + (beyond - excess) / rate
+        stored = 0.5 * linear * linear + excess * linear + (beyond - excess) / rate
+        energy += stored * chain.stiffness[block]
     return energy

@@ -19,7 +19,7 @@ from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.accuracy import NOISE_CELL
-from beltrepro.model.friction import next_direction
+from beltrepro.model.friction import kinetic_friction, next_direction
 from beltrepro.model.spring import external_force
 
 if TYPE_CHECKING:
@@ -99,11 +99,12 @@ def audit(run: Run, windows: int = 20, length: float = 2.0) -> Audit:
     ratio, error = noise_ratio(*sampled, chain, run.method, run.time_step)
     relative = run.velocities[first] - chain.belt_velocity
     pushed = np.abs(relative[run.friction[first] * relative > 0])
-    forces = np.abs(external_force(run.positions[first], chain))[relative == 0]
+    forces = np.abs(external_force(run.positions[first], chain)) / np.asarray(chain.static_friction)
+    forces = forces[relative == 0]
     return Audit(
         energy_residual=run.energy_residual,
         wrong_way=float(pushed.max(initial=0.0)) if relative.size else np.nan,
-        overload=float(forces.max() / chain.static_friction) if forces.size else np.nan,
+        overload=float(forces.max()) if forces.size else np.nan,
         windows=len(pieces),
         deviation=float(pieces.max()) if len(pieces) else np.nan,
         noise_ratio=ratio,
@@ -169,8 +170,10 @@ def noise_ratio(
     """Variance of what noise does to the momentum of slipping blocks, over what it should be.
 
     It is summed over windows in which a block slips one way. Its variance should be f_s^2 sigma^2
-    dt for a unit of time; "event" lacks some at the ends of a window.
+    dt for a unit of time; "event" lacks some at the ends of a window. NaN for another law.
     """
+    if parameters.varied:
+        return np.nan, np.nan
     power = (parameters.friction_ratio * parameters.noise) ** 2 * time_step
     if power == 0 or len(time) < 2 or time[1] - time[0] > _LONGEST_INTERVAL:
         return np.nan, np.nan
@@ -178,8 +181,8 @@ def noise_ratio(
     count = round(_WINDOW / interval)
     direction = np.sign(velocities - parameters.belt_velocity)
     gained = np.diff(velocities, axis=0) - _impulses(positions, velocities, interval, parameters)
-    kinetic = parameters.friction_ratio * parameters.static_friction
-    gained += direction[:-1] * (kinetic * interval)
+    kinetic = kinetic_friction(parameters, velocities[:-1] - parameters.belt_velocity)
+    gained += direction[:-1] * kinetic * interval
     sums = [
         gained[first : first + count, block].sum()
         for block in range(parameters.n_blocks)
@@ -209,23 +212,26 @@ def _impulses(positions, velocities, interval, parameters):
 def _moved(positions, velocities, direction, step, parameters):
     """Positions and velocities after one step of the Runge-Kutta method; stuck blocks stay so."""
     slips = direction != 0
-    friction = direction * (parameters.friction_ratio * parameters.static_friction)
 
-    def acceleration(place):
-        return np.where(slips, external_force(place, parameters) - friction, 0.0)
+    def acceleration(place, velocity):
+        braked = direction * kinetic_friction(parameters, velocity - parameters.belt_velocity)
+        driven = (external_force(place, parameters) - braked) / np.asarray(parameters.mass)
+        return np.where(slips, driven, 0.0)
 
-    first = acceleration(positions)
+    first = acceleration(positions, velocities)
     middle = positions + velocities * (step / 2)
-    second = acceleration(middle)
-    third = acceleration(middle + first * (step**2 / 4))
-    fourth = acceleration(positions + velocities * step + second * (step**2 / 2))
+    second = acceleration(middle, velocities + first * (step / 2))
+    third = acceleration(middle + first * (step**2 / 4), velocities + second * (step / 2))
+    fourth = acceleration(
+        positions + velocities * step + second * (step**2 / 2), velocities + third * step
+    )
     place = positions + velocities * step + (first + second + third) * (step**2 / 6)
     return place, velocities + (first + 2 * (second + third) + fourth) * (step / 6)
 
 
 def _margins(positions, velocities, direction, parameters):
     """How far each block (N,) is from its next event; negative: it is overdue."""
-    held = parameters.static_friction - np.abs(external_force(positions, parameters))
+    held = np.asarray(parameters.static_friction) - np.abs(external_force(positions, parameters))
     return np.where(direction == 0, held, direction * (velocities - parameters.belt_velocity))
 
 
@@ -245,7 +251,8 @@ def _turned(block, positions, velocities, direction, parameters):
     """Directions after the event of a block, whose velocity becomes that of the belt."""
     force = external_force(positions, parameters)[block]
     # a stuck block stands at its threshold, up to rounding
-    threshold = parameters.static_friction if direction[block] != 0 else -1.0
+    static = parameters.by_block("static_friction")[block]
+    threshold = static if direction[block] != 0 else -1.0
     velocities[block] = parameters.belt_velocity
     turned = direction.copy()
     turned[block] = next_direction(direction[block], 0.0, force, threshold)

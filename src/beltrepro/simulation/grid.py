@@ -26,7 +26,7 @@ _PAPER = ChainParameters(n_blocks=1, belt_velocity=1.0)
 class Grid:
     """Chains at every combination of some values, for the functions that take several chains.
 
-    They are in the order of the fields: the replicate varies fastest, then `extension_rate`.
+    They are in the order of the fields: the replicate varies fastest, then `viscosity`.
 
     Attributes
     ----------
@@ -42,6 +42,10 @@ class Grid:
         l and Delta l_max of the springs.
     compression_rate, extension_rate : float or sequence of float
         b_1 and b_2 of the springs.
+    mass, stiffness : float or sequence of float
+        m of all blocks and k of all springs.
+    weakening_velocity, viscosity : float or sequence of float
+        v_w and eta of kinetic friction.
     replicates : int
         Runs at each combination, with other random numbers: replicates 0, 1, ...
     chains : tuple of ChainParameters
@@ -64,6 +68,10 @@ class Grid:
     linear_limit: Axis[float] = _PAPER.linear_limit
     compression_rate: Axis[float] = _PAPER.compression_rate
     extension_rate: Axis[float] = _PAPER.extension_rate
+    mass: Axis[float] = _PAPER.mass
+    stiffness: Axis[float] = _PAPER.stiffness
+    weakening_velocity: Axis[float] = _PAPER.weakening_velocity
+    viscosity: Axis[float] = _PAPER.viscosity
     replicates: int = 1
     chains: tuple[ChainParameters, ...] = field(init=False)
     replicate: tuple[int, ...] = field(init=False)

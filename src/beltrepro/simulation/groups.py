@@ -41,13 +41,14 @@ def in_groups(
     work: Callable[[np.ndarray, list[Case], Report], T],
     progress: Report | None,
     *,
-    workers: int = 1,
+    workers: int | None = 1,
 ) -> list[tuple[np.ndarray, T]]:
     """What is made of each group of cases that advance together, with the indices of these.
 
     work : takes these indices, the cases, and how to report.
     """
     check_progress(progress)
+    workers = workers or 1
     batches = _batches(cases, workers)
     sizes = np.array([cases[group[0]].parameters.n_blocks * len(group) for group in batches])
     done = np.zeros(len(batches))

@@ -54,7 +54,7 @@ class LoadingWatch:
         """Warn if runs are measured while their chains load, and say how long that takes."""
         needed = {
             number: self._needed(number, transient)
-            for number in np.flatnonzero(self._loads)
+            for number in np.flatnonzero(self._loads).tolist()
             if self._may_load(number, duration, transient)
         }
         if not needed:

@@ -46,7 +46,8 @@ class Results(dict[str, np.ndarray]):
     @property
     def axes(self) -> list[str]:
         """Names of the quantities of a chain that have more than one value, with the replicate."""
-        return [name for name in (*QUANTITIES, "replicate") if len(np.unique(self[name])) > 1]
+        columns = {name: self[name] for name in (*QUANTITIES, "replicate")}
+        return [name for name, column in columns.items() if (column != column[0]).any()]
 
     def table(self) -> pd.DataFrame:
         """The results as a table of pandas.

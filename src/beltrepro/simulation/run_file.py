@@ -5,6 +5,7 @@ initial_state and final_state with the arrays of `ChainState`, and in them a gro
 variables of the integrator. All other values are attributes of the file.
 """
 
+import json
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any, TypeVar
@@ -19,6 +20,7 @@ from beltrepro.model import ChainParameters
 
 R = TypeVar("R", bound=Any)
 KIND = "run"
+_OF_OTHER_LAWS = ("mass", "stiffness", "weakening_velocity", "viscosity")
 _STATES = ("initial_state", "final_state")
 # Unit and dimensions of each array, of the samples and of a state.
 _ARRAYS = {
@@ -47,7 +49,11 @@ _STATE_ARRAYS = {
 def save_run(path: str | Path, run: Any) -> None:
     """Write a run; the file appears under its name when it is complete."""
     parts = {name: (getattr(run, name), *words) for name, words in _ARRAYS.items()}
-    attributes = asdict(run.parameters) | {"kind": KIND, "units": "model units"}
+    attributes = {
+        name: json.dumps(value) if isinstance(value, tuple) else value
+        for name, value in asdict(run.parameters).items()
+    }
+    attributes |= {"kind": KIND, "units": "model units"}
     attributes |= {name: getattr(run, name) for name in _attributes(run)}
     for name in _STATES:
         state = getattr(run, name)
@@ -73,9 +79,7 @@ def load_run(path: str | Path, kind: type[R]) -> R:
     if data.attributes.get("kind") != KIND:
         raise InputError(f"{path}: not a run, but of kind {data.attributes.get('kind')!r}")
     try:
-        chain = ChainParameters(
-            **{field.name: data.attributes[field.name] for field in fields(ChainParameters)}
-        )
+        chain = _chain(data.attributes)
         values: dict[str, Any] = {name: data.attributes.get(name) for name in _attributes(kind)}
         values |= {name: data.arrays[name] for name in _ARRAYS}
         _check_arrays(data, chain.n_blocks)
@@ -85,6 +89,26 @@ def load_run(path: str | Path, kind: type[R]) -> R:
     except KeyError as error:
         raise InputError(f"{path}: a run without {error.args[0]!r}") from None
     return kind(parameters=chain, **values)
+
+
+def _chain(attributes: dict[str, Any]) -> ChainParameters:
+    """The chain of a run; files of the law of the paper need not have what other laws have."""
+    values = {
+        field.name: attributes[field.name]
+        for field in fields(ChainParameters)
+        if field.name not in _OF_OTHER_LAWS or field.name in attributes
+    }
+    return ChainParameters(**{name: _numbers(name, value) for name, value in values.items()})
+
+
+def _numbers(name: str, value: Any) -> Any:
+    """A number, or the numbers of the blocks that a text holds."""
+    if not isinstance(value, str):
+        return value
+    try:
+        return json.loads(value)
+    except ValueError:
+        raise InputError(f"{name} = {shown(value)}: a number or a list is needed") from None
 
 
 def _check_arrays(data: store.Dataset, n_blocks: int) -> None:

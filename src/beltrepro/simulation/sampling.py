@@ -12,6 +12,7 @@ import numpy as np
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.engine.integrator import Chunk, Sampling
+from beltrepro.model.friction import kinetic_friction
 from beltrepro.model.parameters import LONGEST
 from beltrepro.model.spring import external_force
 from beltrepro.observe.length import LengthMoments
@@ -113,7 +114,7 @@ class SampleLog:
             places, relative, directions = (
                 np.array([getattr(case.state, name) for case in members]).T[None] for name in names
             )
-            kinetic = chain.static_friction * chain.friction_ratio
+            kinetic = kinetic_friction(chain, relative[0].T).T
             self._add(np.zeros(1), places, relative, -directions * kinetic)
 
     def observe(self, chunk: Chunk) -> None:

@@ -217,7 +217,11 @@ def setup_of(chains: Chains, keywords: Mapping[str, Any], *, kicks: bool = False
 def _workers(value: Any) -> int:
     """Cores to use: so many, or all that this process may."""
     if value is None:
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+        return (
+            len(os.sched_getaffinity(0))
+            if hasattr(os, "sched_getaffinity")
+            else os.cpu_count() or 1
+        )
     if checks.key("workers", value) < 1:
         raise InputError("workers = 0: at least 1 is needed, or None for all cores")
     return int(value)
@@ -236,13 +240,25 @@ def part_of(setup: Setup, place: slice) -> Setup:
 
 def columns(setup: Setup) -> dict[str, np.ndarray]:
     """What each chain is, how it is advanced and where it begins: arrays (P,) by name."""
-    table = {name: [getattr(case.parameters, name) for case in setup.cases] for name in QUANTITIES}
+    table = {name: _column(name, setup.cases) for name in QUANTITIES}
     for name in _MEANS:
         table[name] = [getattr(case, name) for case in setup.cases]
     for name in ("seed", "replicate"):
         table[name] = [getattr(case.state, name) for case in setup.cases]
     numbers = table | {"tolerance": np.array(table["tolerance"], float)}  # NaN for None
     return {name: np.array(values) for name, values in numbers.items()}
+
+
+def _column(name: str, cases: Sequence[Case]) -> Any:
+    """A quantity of P chains; where blocks differ in it (P, N), padded with NaN."""
+    values = [getattr(case.parameters, name) for case in cases]
+    if not any(isinstance(value, tuple) for value in values):
+        return values
+    most = max(case.parameters.n_blocks for case in cases)
+    rows = np.full((len(cases), most), np.nan)
+    for row, case in zip(rows, cases, strict=True):
+        row[: case.parameters.n_blocks] = case.parameters.by_block(name)
+    return rows
 
 
 def check_lengths(duration: Any, transient: Any) -> tuple[float, float]:

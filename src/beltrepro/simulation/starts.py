@@ -6,7 +6,7 @@ from beltrepro.base import checks, names
 from beltrepro.engine.noise import stream_states
 from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
-from beltrepro.model.energy import excess_energy
+from beltrepro.model.energy import check_conserved, excess_energy
 from beltrepro.model.spring import (
     balance_tension,
     spring_extension,
@@ -36,7 +36,8 @@ def slipping_state(
     parameters : ChainParameters
         The chain.
     energy : float
-        H as `sliding_energy` has it, model energy, 1e-3 to 1e6. Below u^2 / 2 no block ever sticks.
+        H as `sliding_energy` has it, model energy, 1e-3 to 1e6. Below m u^2 / 2 of the lightest
+        block none ever sticks.
     seed, replicate : int
         Key of the state, with the parameters, and of the random numbers of a run from it.
 
@@ -51,18 +52,22 @@ def slipping_state(
         A value is not allowed.
     """
     state = ChainState.at_rest(parameters, seed=seed, replicate=replicate)
+    check_conserved(parameters)
     energy = checks.within("energy", energy, **_ENERGIES)
     words = stream_states([parameters], [state.seed], [state.replicate], _SLIPPING)
     velocities, deformations = _mixed(parameters, energy, np.random.default_rng(words[:, 0]))
-    return state.moved(np.cumsum(deformations + parameters.rest_length), velocities)
+    return state.moved(np.cumsum(deformations + np.asarray(parameters.rest_length)), velocities)
 
 
-def _mixed(parameters, energy, random) -> tuple[np.ndarray, np.ndarray]:
+def _mixed(
+    parameters: ChainParameters, energy: float, random: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
     """Velocities and deformations (N,) after so many sweeps of a Markov chain.
 
-    H = sum (v_i^2 + s_i^2) / 2, where s_i^2 / 2 is the energy of spring i above the balance and s_i
-    has the sign of dl_i - dl_i*. A move turns two of the 2 N coordinates by a random angle, so that
-    H stays. By Metropolis' rule states become as likely as prod d(dl_i)/d(s_i), their volume.
+    H = sum (m_i v_i^2 + s_i^2) / 2, where s_i^2 / 2 is the energy of spring i above the balance
+    and s_i has the sign of dl_i - dl_i*. A move turns two of the 2 N coordinates by a random angle,
+    so that H stays. By Metropolis' rule states become as likely as prod d(dl_i)/d(s_i), their
+    volume.
     """
     n_blocks = parameters.n_blocks
     start = np.sqrt(2 * energy / n_blocks * np.array([[1 - _STRETCHED], [_STRETCHED]]))
@@ -80,26 +85,28 @@ def _mixed(parameters, energy, random) -> tuple[np.ndarray, np.ndarray]:
         moves[one] = moves[other] = random.random(n_blocks) < gain
         coordinates, weight = np.where(moves, turned, coordinates), np.where(moves, new, weight)
         deformations = np.where(moves[n_blocks:], stretched, deformations)
-    return coordinates[:n_blocks], deformations
+    return coordinates[:n_blocks] / np.sqrt(parameters.by_block("mass")), deformations
 
 
-def _weighed(coordinates, parameters) -> tuple[np.ndarray, np.ndarray]:
+def _weighed(coordinates: np.ndarray, parameters: ChainParameters) -> tuple[np.ndarray, np.ndarray]:
     """Deformations (N,), and the density (2N,) of each coordinate, 0 where it is not allowed."""
     velocities, signed = np.split(coordinates, 2)
     tension = balance_tension(parameters)
     balance = spring_extension(tension, parameters)
-    touching = excess_energy(np.full_like(balance, -parameters.rest_length), parameters)
+    touching = excess_energy(-parameters.by_block("rest_length"), parameters)
     apart = signed > -np.sqrt(2 * touching)
     signed = np.where(apart, signed, 1.0)
-    # |dl - dl*| <= |s|, since springs are at least as stiff as 1, and at least as stiff as at the
-    # balance where they are stretched; from there Newton's method never passes the root
-    stiffest = np.where(signed > 0, spring_stiffness(balance, parameters), 1.0)
+    # |dl - dl*| <= |s| / sqrt(k), since springs are at least as stiff as k, and as at the balance
+    # where they are stretched; from there Newton's method never passes the root
+    stiffest = np.where(
+        signed > 0, spring_stiffness(balance, parameters), parameters.by_block("stiffness")
+    )
     beyond = signed / np.sqrt(stiffest)
     for _ in range(_NEWTON_STEPS):
         slope = -spring_force(balance + beyond, parameters) - tension
         step = (excess_energy(balance + beyond, parameters) - signed**2 / 2) / slope
         beyond = beyond - step
-        if np.abs(step).max() < _CLOSE * parameters.rest_length:
+        if np.abs(step).max() < _CLOSE * np.min(parameters.rest_length):
             break
-    slower = velocities < parameters.belt_velocity
+    slower = velocities < parameters.belt_velocity * np.sqrt(parameters.by_block("mass"))
     return balance + beyond, np.concatenate([slower, np.where(apart, signed / slope, 0.0)])

@@ -36,8 +36,8 @@ _NUMBERED = (10, 20, 50, 100, 200, 500)  # marks from one number to the next
 
 def visible_length(chain: ChainParameters) -> float:
     """Length of belt that a chain needs, in metres."""
-    pulls = chain.static_friction * np.arange(chain.n_blocks, 0, -1)
-    stretched = (chain.rest_length + spring_extension(pulls, chain)).sum()
+    pulls = np.cumsum(chain.by_block("static_friction"))[::-1]
+    stretched = (chain.by_block("rest_length") + spring_extension(pulls, chain)).sum()
     return float(LENGTH_M * stretched * _ROOM_BEYOND)
 
 
@@ -115,7 +115,7 @@ class ChainPicture:
             BLOCK_ACROSS / 2 + (0.5 * sign + 1.5 * edge) / points / self.room.pixels_across
         )
         # force in newton at which a spring has its full colour: kinetic friction of all blocks
-        friction = chain.n_blocks * chain.static_friction * max(chain.friction_ratio, 0.1)
+        friction = (chain.by_block("static_friction") * np.maximum(chain.friction_ratio, 0.1)).sum()
         self.strong = FORCE_N * friction
         scale = Normalize(-self.strong, self.strong)
         self.colours = ScalarMappable(scale, look.SPRINGS)

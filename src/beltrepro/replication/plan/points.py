@@ -207,7 +207,7 @@ class Point(NamedTuple):
 
 
 QUANTITIES = described(Point)
-CHAIN = tuple(field.name for field in fields(ChainParameters))
+CHAIN = tuple(field.name for field in fields(ChainParameters) if field.name in QUANTITIES)
 """The quantities that are parameters of the chain; the others say how it is computed."""
 LAW = tuple(
     quantity

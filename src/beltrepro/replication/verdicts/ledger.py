@@ -70,6 +70,7 @@ class Claim:
     paper: Any = field(default=None, hash=False)
     parameters: dict[str, Any] = field(default_factory=dict, hash=False)
     open: str = ""
+    starts: str = ""
 
     @property
     def criteria(self) -> dict[str, Criterion]:

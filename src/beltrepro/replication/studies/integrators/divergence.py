@@ -8,7 +8,7 @@ structured array with point (the row), time, block and kind, in order of row and
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,7 @@ import pandas as pd
 import scipy
 
 from beltrepro.model import ChainParameters
+from beltrepro.replication.plan.points import CHAIN
 from beltrepro.replication.studies.integrators.steps import mean_step
 
 PLACE = ("n_blocks", "belt_velocity")
@@ -61,8 +62,7 @@ def with_steps(runs: Runs) -> Runs:
     """Add the mean length of the steps: dt, or what the allowed error permits."""
     steps = runs["time_step"].copy()
     for row in np.flatnonzero(np.isfinite(runs["allowed_error"])):
-        names = [parameter.name for parameter in fields(ChainParameters)]
-        chain = ChainParameters(**{name: runs[name][row].item() for name in names})
+        chain = ChainParameters(**{name: runs[name][row].item() for name in CHAIN})
         positions, velocities = (
             runs[name][row][:, : chain.n_blocks] for name in ("positions", "velocities")
         )

@@ -1,0 +1,62 @@
+"""Not in the paper: where r falls without noise, for linear springs and the paper's."""
+
+import numpy as np
+
+from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.plan.registry import Figure
+
+FIGURE = Figure(
+    title="Where r falls without noise, for two kinds of springs and all friction ratios.",
+    uses=("scaled_falls",),
+    words=(
+        "Not in the paper. Belt velocities of the fall in units of the force (1 - f_s) F_st that "
+        "drives a chain of linear springs, with 95 % intervals. Filled: half of the runs from rest "
+        "first have less than half the fluctuation of slow belts. Open: the middle of the fall, "
+        "where there is one. Arrows: neither up to there. The line is the paper's friction ratio. "
+        "What to see: linear springs have one value from f_s = 0.4 on, the paper's springs none."
+    ),
+    alt=(
+        "Marks of scaled belt velocity against the friction ratio: those of linear springs lie on "
+        "a level line from 0.4 on, those of the paper's springs rise; below 0.2 there are arrows."
+    ),
+    category="Further studies",
+)
+
+_ASIDE = 0.008  # by which marks of one friction ratio lie beside each other
+_TOP = 0.92  # the largest velocity that was run
+
+
+@style.styled
+def draw(data):
+    """Scaled velocities of the fall against f_s."""
+    panels.require(data, FIGURE)
+    figure = style.page(2.2)
+    axes = figure.subplots()
+    table = data["scaled_falls"]
+    for index, (springs, words) in enumerate((("linear", "linear"), ("exponential", "paper's"))):
+        rows = table[table["springs"] == springs]
+        look = style.line_style(index) | {"linestyle": "none", "elinewidth": 0.6}
+        look |= {"markersize": 3, "label": words}
+        aside = (2 * index - 1) * _ASIDE
+        _draw_marks(axes, rows, "begin", aside, look)
+        if rows["critical"].notna().any():
+            look = look | {"markerfacecolor": "white", "label": f"{words}, middle"}
+            _draw_marks(axes, rows, "critical", aside + _ASIDE, look)
+        _draw_arrows(axes, rows[rows[["begin", "critical"]].isna().all(axis=1)], aside, look)
+    axes.axvline(0.45, color="0.7", linewidth=0.8, zorder=0)
+    axes.set(xlim=(0, 1), ylim=(0, 1.05), xlabel="$f_s$")
+    axes.set_ylabel(r"$u\,/\,[(1 - f_s)\,F_{\mathrm{st}}]$")
+    panels.legend_above(axes, ncols=3)
+    return figure
+
+
+def _draw_marks(axes, rows, name, aside, look):
+    rows = rows[rows[name].notna()]
+    value, low, high = (rows[f"{name}{end}"] for end in ("", "_low", "_high"))
+    bars = [value - low, np.minimum(high, _TOP) - value]
+    axes.errorbar(rows["friction_ratio"] + aside, value, bars, **look)
+
+
+def _draw_arrows(axes, rows, aside, look):
+    look = look | {"marker": "_", "label": None, "lolims": True}
+    axes.errorbar(rows["friction_ratio"] + aside, np.full(len(rows), _TOP), 0.05, **look)

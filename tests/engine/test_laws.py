@@ -1,0 +1,368 @@
+"""Other laws than the paper's: blocks that differ, friction that depends on the velocity.
+
+Each is held against a loop written from the equations of docs/laws.md, against closed forms, and
+against what must not change when units do.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+import naive
+from beltrepro import (
+    ChainParameters,
+    ChainState,
+    Run,
+    audit,
+    catalogue,
+    lyapunov_spectrum,
+    mode_energies,
+    orbit_branch,
+    periodic_orbit,
+    scan,
+    simulate,
+    sliding_energy,
+    slipping_state,
+)
+from beltrepro.base.errors import InputError
+from beltrepro.chaos.periodic_orbits import coordinates, flow, shifted
+from beltrepro.engine.verlet_integrators import LiteralVerlet
+from beltrepro.simulation.groups import integrator_of
+from beltrepro.simulation.setup import Setup
+
+DISORDER = {
+    "static_friction": (60.0, 71.4, 80.0),
+    "friction_ratio": (0.3, 0.45, 0.6),
+    "rest_length": (40.0, 50.0, 60.0),
+    "mass": (0.5, 1.0, 2.0),
+    "stiffness": (1.0, 2.0, 0.5),
+}
+LAWS = {
+    "blocks differ": DISORDER,
+    "weakening": {"weakening_velocity": 20.0},
+    "viscous": {"viscosity": 0.3},
+    "all": {**DISORDER, "weakening_velocity": 20.0, "viscosity": 0.1, "linear_limit": 10.0},
+}
+
+
+@pytest.fixture(params=LAWS)
+def chain(request):
+    return ChainParameters(3, 10.0, **LAWS[request.param])
+
+
+def literal(chain, duration, time_step):
+    """Positions (N,) at the end: velocity Verlet from the equations, a block at a time."""
+    n_blocks, u = chain.n_blocks, chain.belt_velocity
+    names = ("static_friction", "friction_ratio", "rest_length", "mass", "stiffness")
+    static, ratio, rest, mass, stiffness = (chain.by_block(name).tolist() for name in names)
+
+    def external(x):
+        pulls = [
+            stiffness[i]
+            * naive.spring_force(x[i] - (x[i - 1] if i else 0.0) - rest[i], chain.linear_limit)
+            for i in range(n_blocks)
+        ]
+        return [pulls[i] - (pulls[i + 1] if i + 1 < n_blocks else 0.0) for i in range(n_blocks)]
+
+    def braked(i, slip):
+        dry = ratio[i] * static[i] / (1 + abs(slip) / chain.weakening_velocity)
+        return math.copysign(dry + chain.viscosity * abs(slip), slip)
+
+    x, v, way = chain.rest_positions.tolist(), [u] * n_blocks, [0] * n_blocks
+    for _ in range(round(duration / time_step)):
+        forces = external(x)
+        for i in range(n_blocks):
+            if way[i] == 0 and abs(forces[i]) > static[i]:
+                way[i] = 1 if forces[i] > 0 else -1
+            slip = v[i] - u
+            if way[i]:
+                slip = slip or way[i] * 1e-300
+                middle = slip + (forces[i] - braked(i, slip)) / mass[i] * time_step / 2
+                middle = middle if middle * way[i] > 0 else way[i] * 1e-300
+                slip += (forces[i] - braked(i, middle)) / mass[i] * time_step
+                if slip * way[i] <= 0:
+                    way[i] = int(math.copysign(1, forces[i])) if abs(forces[i]) > static[i] else 0
+                    slip = 0.0
+            v[i] = u + slip
+        x = [x[i] + v[i] * time_step for i in range(n_blocks)]
+    return np.array(x)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LAWS)
+def test_a_literal_loop_with_a_tiny_step_finds_the_same_motion(name):
+    chain = ChainParameters(3, 10.0, **LAWS[name])
+    there = literal(chain, 30.0, 1e-5)
+    exact = simulate(chain, duration=30.0, method="event").final_state.positions
+    assert np.abs(exact - there).max() < 0.01
+
+
+def test_a_literal_loop_finds_the_same_motion_before_errors_grow(chain):
+    there = literal(chain, 14.0, 2e-4)
+    exact = simulate(chain, duration=14.0, method="event")
+    assert len(exact.events) >= 4
+    assert np.abs(exact.final_state.positions - there).max() < 0.02
+
+
+def test_the_scheme_comes_to_the_exact_motion_at_first_order(chain):
+    exact = simulate(chain, duration=14.0, method="event").final_state.positions
+    errors = [
+        np.abs(
+            simulate(chain, duration=14.0, method="verlet", time_step=step).final_state.positions
+            - exact
+        ).max()
+        for step in (8e-4, 1e-4)
+    ]
+    assert errors[1] < 0.3 * errors[0] and errors[1] < 0.01
+
+
+def test_energy_is_balanced_and_audits_agree(chain):
+    run = simulate(chain, duration=200.0, transient=50.0, sample_interval=0.1)
+    found = audit(run)
+    assert abs(run.energy_residual) < 1e-13
+    assert found.deviation < 1e-4 and found.windows > 10
+    assert found.wrong_way == 0 and found.overload < 1 + 1e-12
+    scheme = simulate(chain, duration=200.0, transient=50.0, method="verlet")
+    assert abs(scheme.energy_residual) < 1e-4
+    if chain.friction_varies:
+        assert np.isnan(run.sum_rule_residual)
+    else:
+        assert abs(run.sum_rule_residual) < 1e-12
+
+
+def test_the_literal_kernel_has_the_paper_s_motion():
+    chain = ChainParameters(5, 10.0)
+    settings = {"duration": 60.0, "transient": 20.0, "method": "verlet"}
+    usual = simulate(chain, **settings)
+    (case,) = Setup(chain, method="verlet").cases
+    literal = LiteralVerlet(
+        [case.state],
+        time_step=0.001,
+        sampling=integrator_of([case])._sampling,
+        sampled_blocks=5,
+    )
+    for _ in literal.advance(60.0):
+        pass
+    np.testing.assert_allclose(literal.positions()[0], usual.final_state.positions, atol=1e-8)
+
+
+@pytest.mark.parametrize("method", ["event", "verlet"])
+def test_units_do_not_matter(method):
+    """Masses m, springs k and lengths a: time goes as sqrt(m/k), forces as k a."""
+    m, k, a = 4.0, 9.0, 1.0
+    time = math.sqrt(m / k)
+    usual = ChainParameters(4, 10.0)
+    other = ChainParameters(4, 10.0 * a / time, static_friction=71.4 * k * a, mass=m, stiffness=k)
+    one = simulate(usual, duration=40.0, method=method, transient=30.0)
+    two = simulate(
+        other, duration=40.0 * time, method=method, time_step=0.001 * time, transient=30.0 * time
+    )
+    atol = 1e-9 if method == "event" else 1e-7
+    np.testing.assert_allclose(
+        two.final_state.positions, one.final_state.positions, rtol=0, atol=atol
+    )
+    assert len(two.events) == len(one.events)
+
+
+def test_a_block_that_slides_oscillates_as_its_mass_and_spring_say():
+    chain = ChainParameters(1, 50.0, mass=4.0, stiffness=9.0, linear_limit=math.inf)
+    balance = 50 + 0.45 * 71.4 / 9.0
+    start = ChainState.in_motion(chain, [balance + 2.0], [0.0])
+    quarter = math.pi / 2 / 1.5
+    end = simulate(chain, duration=quarter, initial_state=start).final_state
+    assert end.positions[0] == pytest.approx(balance, abs=1e-12)
+    assert end.velocities[0] == pytest.approx(-2.0 * 1.5, abs=1e-12)
+    assert sliding_energy(chain, [balance + 2.0], [0.0]) == pytest.approx(9.0 * 4.0 / 2)
+    assert mode_energies(chain, [balance], [-3.0])[0] == pytest.approx(18.0)
+
+
+def test_a_viscous_block_comes_to_rest_exponentially():
+    chain = ChainParameters(
+        1, 50.0, mass=2.0, stiffness=1e-9, viscosity=0.5, friction_ratio=0.0, linear_limit=math.inf
+    )
+    start = ChainState.in_motion(chain, [1e3], [20.0])
+    end = simulate(chain, duration=3.0, initial_state=start).final_state
+    # it comes to the velocity of the belt, with the rate eta / m
+    assert 50.0 - end.velocities[0] == pytest.approx(30.0 * math.exp(-3.0 * 0.25), rel=1e-6)
+
+
+def test_many_slipping_states_of_one_energy_have_it(chain):
+    if chain.friction_varies:
+        with pytest.raises(InputError, match="energy is kept only where kinetic friction"):
+            slipping_state(chain, 40.0)
+        return
+    for replicate in range(5):
+        state = slipping_state(chain, 20.0, replicate=replicate)
+        energy = sliding_energy(chain, state.positions, state.velocities)
+        assert energy == pytest.approx(20.0) and np.all(state.directions == -1)
+        run = simulate(chain, duration=20.0, initial_state=state)
+        later = sliding_energy(chain, run.final_state.positions, run.final_state.velocities)
+        assert later == pytest.approx(20.0) and len(run.events) == 0
+    modes = mode_energies(chain, state.positions, state.velocities)
+    assert modes.shape == (3,) and np.all(modes > 0)
+
+
+def test_the_flow_is_the_rate_at_which_a_run_goes_on(chain):
+    state = simulate(chain, duration=80.0).final_state
+    while not state.directions.any():
+        state = simulate(chain, duration=0.5, initial_state=state).final_state
+    later = simulate(chain, duration=1e-5, initial_state=state).final_state
+    assert np.array_equal(later.directions, state.directions)
+    rates = (coordinates(later) - coordinates(state)) / 1e-5
+    assert rates == pytest.approx(flow(state), abs=2e-2)
+
+
+def growth_of_twins(chain, duration):
+    """Rate at which two runs 1e-8 apart part, brought back to that distance again and again."""
+    first = simulate(chain, duration=500.0).final_state
+    second = shifted(first, 1e-8 * np.ones(len(coordinates(first))))
+    logs = []
+    for _ in range(round(duration / 5.0)):
+        first, second = (
+            simulate(chain, duration=5.0, initial_state=one).final_state for one in (first, second)
+        )
+        if not np.array_equal(first.directions, second.directions):
+            continue  # one of them has had an event that the other has yet to have
+        gap = coordinates(second) - coordinates(first)
+        size = np.linalg.norm(gap)
+        logs.append(math.log(size / 1e-8))
+        second = shifted(first, gap * (1e-8 / size))
+    return np.sum(logs) / duration
+
+
+@pytest.mark.slow
+def test_twins_part_as_fast_as_the_exponents_say():
+    for law in LAWS.values():
+        chain = ChainParameters(3, 10.0, **law)
+        spectrum = lyapunov_spectrum(chain, duration=8000.0, transient=500.0, n_exponents=2)
+        error = spectrum.standard_error[0] + 2e-3
+        assert growth_of_twins(chain, 4000.0) == pytest.approx(spectrum.exponents[0], abs=4 * error)
+
+
+def test_orbits_are_found_and_followed_in_a_constant_of_another_law():
+    chain = ChainParameters(2, 10.0, weakening_velocity=200.0, viscosity=0.05, mass=(1.0, 1.1))
+    orbit = periodic_orbit(chain, duration=3000.0, transient=2000.0)
+    again = simulate(chain, duration=orbit.period_time, initial_state=orbit.state)
+    np.testing.assert_allclose(
+        again.final_state.positions, orbit.state.positions, rtol=0, atol=1e-8
+    )
+    branch = orbit_branch(orbit, quantity="viscosity", lower=0.04, upper=0.06)
+    values = [one.parameters.viscosity for one in branch.orbits]
+    assert min(values) < 0.05 < max(values) and len(values) > 5
+    with pytest.raises(InputError, match="differs among the blocks"):
+        orbit_branch(orbit, quantity="mass", lower=0.9, upper=1.1)
+
+
+@pytest.mark.parametrize("method", ["event", "verlet"])
+def test_noise_moves_each_block_by_its_own_friction_and_mass(method):
+    """Free blocks that slip: their velocity diffuses with the power (f sigma / m)^2 dt."""
+    chain = ChainParameters(
+        2,
+        1000.0,
+        0.5,
+        friction_ratio=(0.2, 0.4),
+        mass=(0.5, 2.0),
+        stiffness=1e-6,
+        rest_length=1e4,
+    )
+    start = ChainState.in_motion(chain, [1e4, 2e4], [0.0, 0.0])
+    runs = simulate(chain, replicate=range(400), duration=2.0, method=method, initial_state=start)
+    ends = np.array([run.final_state.velocities for run in runs])
+    power = (np.array([0.2, 0.4]) * 0.5 / np.array([0.5, 2.0])) ** 2 * 0.001
+    measured = ends.var(axis=0) / (2.0 * power)
+    assert measured == pytest.approx(1.0, abs=4 * math.sqrt(2 / 400))
+    steady = 0.001 / 0.001 * np.array([0.2, 0.4]) * 71.4 / np.array([0.5, 2.0]) * 2.0
+    assert ends.mean(axis=0) == pytest.approx(steady, rel=1e-3)
+
+
+def test_weakening_noise_is_left_to_the_scheme():
+    chain = ChainParameters(3, 10.0, 1.0, weakening_velocity=5.0)
+    with pytest.raises(InputError, match=r"its strength depends on the velocity.*take 'verlet'"):
+        simulate(chain, duration=20.0, method="event")
+    run = simulate(chain, duration=60.0, transient=30.0, method="verlet")
+    assert abs(run.energy_residual) < 1e-3 and len(run.events) > 5
+
+
+def test_thresholds_are_drawn_about_the_mean_of_each_block():
+    chain = ChainParameters(3, 10.0, 2.0, **DISORDER)
+    states = [ChainState.at_rest(chain, replicate=number) for number in range(500)]
+    thresholds = np.array([state.thresholds for state in states])
+    assert thresholds.mean(axis=0) == pytest.approx(DISORDER["static_friction"], abs=0.4)
+    assert thresholds.std(axis=0) == pytest.approx(2.0, abs=0.25)
+    run = simulate(chain, duration=100.0, transient=20.0)
+    slips = run.events[run.events["kind"] == "slip"]
+    for block, mean in enumerate(DISORDER["static_friction"], start=1):
+        forces = np.abs(slips["force"][slips["block"] == block])
+        assert np.abs(forces - mean).max() < 6 * 2.0
+
+
+def test_equal_numbers_are_one_number_and_give_the_same_bits():
+    one = ChainParameters(3, 10.0, static_friction=[71.4] * 3, mass=np.ones(3))
+    assert one == ChainParameters(3, 10.0) and not one.varied
+    assert repr(one) == "ChainParameters(n_blocks=3, belt_velocity=10.0)"
+    assert ChainParameters(2, 10.0, mass=[1, 2]).mass == (1.0, 2.0)
+
+
+def test_each_constant_of_another_law_keys_the_noise():
+    values = {"mass": 2.0, "stiffness": 2.0, "viscosity": 0.1, "static_friction": (71.4, 71.5)}
+    chains = [ChainParameters(2, 10.0, 1.0, **{name: value}) for name, value in values.items()]
+    chains += [ChainParameters(2, 10.0, 1.0), ChainParameters(2, 10.0, 1.0, mass=(2.0, 1.0))]
+    streams = {ChainState.at_rest(chain).stream.tobytes() for chain in chains}
+    assert len(streams) == len(chains)
+
+
+def test_a_run_of_disorder_is_saved_and_read(tmp_path, chain):
+    run = simulate(chain, duration=30.0, sample_interval=1.0, transient=20.0)
+    run.save(tmp_path / "run.h5")
+    again = Run.load(tmp_path / "run.h5")
+    assert again == run and again.parameters == chain
+
+
+def test_tables_tell_the_blocks_apart():
+    chains = [ChainParameters(2, 10.0, mass=(1.0, 2.0)), ChainParameters(3, 10.0)]
+    results = scan(chains, duration=400.0, transient=100.0)
+    np.testing.assert_array_equal(results["mass"], [[1.0, 2.0, np.nan], [1.0, 1.0, 1.0]])
+    alone = scan(chains[0], duration=400.0, transient=100.0)
+    assert alone["disorder_parameter"][0] == results["disorder_parameter"][0]
+    slips = catalogue(chains, duration=400.0, transient=100.0)
+    assert len(slips["avalanches"]) > 5
+
+
+def test_the_energy_of_avalanches_is_that_of_the_springs_that_differ():
+    chain = ChainParameters(3, 1e-3, **DISORDER)
+    avalanches = catalogue(chain, duration=1e6, transient=2e5)["avalanches"]
+    # at u -> 0 the belt does no work in an avalanche
+    dropped, lost = avalanches["spring_energy_drop"], avalanches["dissipated"]
+    assert len(dropped) > 5 and dropped == pytest.approx(lost, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"mass": (1.0, 2.0)}, "mass = .* has 2 numbers: one number or 3 are needed"),
+        ({"mass": (1.0, -2.0, 1.0)}, r"mass\[1\] = -2: must be greater than 0"),
+        ({"mass": 0.0}, "mass = 0: must be greater than 0"),
+        ({"mass": "heavy"}, "mass = 'heavy': a number is needed"),
+        ({"mass": [[1.0, 2.0, 3.0]]}, "mass = .* has 1 numbers"),
+        ({"mass": {1.0, 2.0, 3.0}}, "mass = .*: a number is needed"),
+        ({"stiffness": (1.0, 1.0, math.nan)}, r"stiffness\[2\] = nan: a finite number"),
+        ({"stiffness": math.inf}, "stiffness = inf: a finite number"),
+        ({"rest_length": (50.0, 0.0, 50.0)}, r"rest_length\[1\] = 0"),
+        ({"friction_ratio": (0.4, 1.0, 0.4)}, r"friction_ratio\[1\] = 1: .* below 1"),
+        ({"static_friction": (1.0,) * 4}, "static_friction = .* has 4 numbers"),
+        ({"weakening_velocity": 0.0}, "weakening_velocity = 0: must be greater than 0"),
+        ({"weakening_velocity": -math.inf}, "weakening_velocity = -inf: a finite number"),
+        ({"weakening_velocity": (1.0, 2.0, 3.0)}, "weakening_velocity = .*: a number is needed"),
+        ({"viscosity": -1.0}, "viscosity = -1: must be at least 0"),
+        ({"viscosity": math.inf}, "viscosity = inf: a finite number"),
+        ({"viscosity": (0.1,) * 3}, "viscosity = .*: a number is needed"),
+        ({"linear_limit": (20.0,) * 3}, "linear_limit = .*: a number is needed"),
+        ({"noise": (1.0,) * 3}, "noise = .*: a number is needed"),
+        ({"weakening": 3.0}, "no argument 'weakening'; did you mean 'weakening_velocity'"),
+    ],
+)
+def test_laws_that_cannot_be_are_refused_in_a_line(values, words):
+    with pytest.raises(InputError, match=words) as caught:
+        ChainParameters(3, 10.0, **values)
+    assert "\n" not in str(caught.value)
