@@ -9,6 +9,7 @@ import pytest
 from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.model.units import TIME_S
+from beltrepro.replication.camera import tape
 from beltrepro.replication.camera.camera import Framing, film
 from beltrepro.replication.camera.scene import Camera, Scene
 from beltrepro.replication.camera.tracking import track
@@ -211,3 +212,19 @@ def test_a_track_is_kept_in_a_table(tmp_path):
     (tmp_path / "plain.csv").write_text("x_m, time_s\n0.5, 0\n0.6, 0.1\n")
     plain = type(tracked).load(tmp_path / "plain.csv")
     assert (plain.x_m.tolist(), plain.time_s.tolist()) == ([0.5, 0.6], [0, 0.1])
+
+
+@pytest.mark.parametrize(
+    ("long", "expected"), [((10, 10), (3, 10)), ((10, 8), (3, 5)), ((4, 4), None)]
+)
+def test_long_marks_tell_tens_or_fives(long, expected):
+    """Marks of 4 pixels, in which every tenth and every fifth have these lengths."""
+    numbers = np.arange(60)
+    picture = np.full((30, 600), 200.0)
+    for number in numbers:
+        length = long[0] if number % 10 == 3 else 4
+        if long[1] != long[0] and number % 10 == 8:
+            length = long[1]
+        picture[10 : 10 + length, 10 * number + 5] = 20.0
+    rows, places = slice(10, 14), 10.0 * numbers + 5
+    assert tape._long_marks(picture, rows, places, numbers, 10.0) == expected

@@ -190,7 +190,7 @@ def test_pairs_differ_in_method_and_random_numbers_and_in_nothing_else(plan):
 @pytest.mark.thorough
 def test_a_dataset_stands_over_defaults_and_a_preset_over_the_top_level():
     assert CONFIG["preset"] == "standard"
-    assert planned("n5_map").settings["duration"] == 16000
+    assert planned("n5_map").settings["duration"] == 60000
     assert planned("n5_rows").settings["duration"] == 20000
     assert planned("u20").settings["transient"] == 0
     changes = ("defaults.laminar_time", 150, "presets.standard.defaults.laminar_time", 170)

@@ -22,6 +22,7 @@ def line(error, *words):
         ("presets.own.run=x", """--config 'presets={"own": {"run": "x"}}'"""),
         ("model=&a [*a]", "--config model: more than 100000 values, perhaps without end"),
         ("model=" + "[" * 999, "--config model: nested more than 50 deep"),
+        ("preset=paper", "preset is given twice"),
         ("=3", "'' is no name of a setting"),
         ("1=2", "'1' is no name of a setting"),
         ("run=2026_11_22", "is read as the number 20261122; a name with a letter is needed"),
@@ -30,7 +31,8 @@ def line(error, *words):
     ],
 )
 def test_settings_that_snakemake_cannot_read(entry, words):
-    snakemake_call.check_settings(["preset=smoke", "run=", "run=f06", "run=6", "run=0.6"])
+    for run in ("run=", "run=f06", "run=6", "run=0.6"):
+        snakemake_call.check_settings(["preset=smoke", run])
     with pytest.raises(InputError) as caught:
         snakemake_call.check_settings(["preset=smoke", entry])
     line(caught.value, entry.partition("=")[0], words)

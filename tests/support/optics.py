@@ -84,9 +84,11 @@ DISTURBANCES = {
     "dropped": Shot(dropped=0.1),
 }
 
-# What lies over the middle of the tape, over its beginning, and a white block that nobody moves.
+# What lies over the middle of the tape, over its beginning, over that to a long mark, and a white
+# block that nobody moves.
 _CLOTH = ((0.3, 0.05), (0.8, 0.1), 60.0)
 _LEAF = ((-0.1, 0.05), (0.14, 0.1), 28.0)
+_TEN = ((-0.1, 0.05), (0.095, 0.1), 28.0)
 _SPARE = ((0.1, -0.04), (0.14, 0.04), 235.0)
 _PALE = Scene(white_block=190)  # as bright as the tape
 _DIM = Scene(white_block=150, tape=120)
@@ -105,6 +107,9 @@ COMBINED = {
     "cloth": Shot(things=(_CLOTH,)),
     "cloth along 1": Shot(things=(_CLOTH,), along=1.0),
     "zero hidden": Shot(things=(_LEAF,)),
+    "zero hidden to a ten": Shot(things=(_TEN,)),
+    "tape 1 cm deeper": Shot(block_height=0.01),
+    "tape 2 cm deeper": Shot(block_height=0.02),
     "pale block": Shot(scene=_PALE),
     "pale block along 1": Shot(scene=_PALE, along=1.0),
     "two white blocks": Shot(things=(_SPARE,)),

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from beltrepro.replication.camera import following
+from beltrepro.replication.camera.ruler import Ruler
 from beltrepro.replication.camera.survey import Survey
 from beltrepro.replication.camera.white_block import Place
 
@@ -17,6 +18,11 @@ _LEAN_ERROR = 0.001  # what remains: pixels are squares, and light comes from on
 _ALIKE = 8  # neighbouring frames that share their error
 _OUTLIER = 4.0  # standard deviations
 _NEAR = 1e-9  # metres: a block that stays there has no slope
+# The size of the block is measured where it moves less from frame to frame, pixels, in so many
+# frames at least, if it is so long.
+_STILL, _FEWEST, _SHORTEST = 1.0, 3, 15.0
+_FINEST = 0.005  # share of its size that sides and shadows of the block change
+_SQUARE = 0.2  # share by which its sides must differ: edges change both alike
 
 
 class Reading(NamedTuple):
@@ -27,6 +33,8 @@ class Reading(NamedTuple):
     scale_error: float  # errors that all frames have in common: zero_error_m + scale_error x
     zero_error_m: float
     slope: float  # degrees between the way of the block and the lines that the survey saw
+    size: float  # of the block by the tape, over the one that was told; nan if it is not known
+    size_error: float
 
 
 def read(
@@ -51,14 +59,45 @@ def read(
     x, scale = ruler.metres(place), np.abs(ruler.scale(place))
     shaken = np.sqrt(following.along(moved_error**2, np.abs(place), half))
     common = _common(ruler, survey, place, to_tape * scale, lean_covariance)
+    size, size_error = _size(survey, blocks, place, scale)
+    # A tape that lies deeper or higher than the top of the block gives another scale, about the
+    # point below the camera, which is taken to be in the middle of the picture.
+    off, middle = size - 1, ruler.metres(np.zeros(1))[0]
+    if not abs(off) > _FINEST + 2 * size_error:
+        off = 0.0
+    variance = common.variance + (off * (x - middle)) ** 2
     level = across - following.across(moved, along, half)
     return Reading(
         x_m=x,
-        error_m=np.sqrt(scale**2 * (error**2 + shaken**2) + common.variance),
-        scale_error=common.scale,
-        zero_error_m=common.zero,
+        error_m=np.sqrt(scale**2 * (error**2 + shaken**2) + variance),
+        scale_error=float(np.hypot(common.scale, off)),
+        zero_error_m=float(np.hypot(common.zero, off * middle)),
         slope=_slope(place, level, survey.along),
+        size=size,
+        size_error=size_error,
     )
+
+
+def _size(
+    survey: Survey, blocks: list[Place], place: np.ndarray, scale: np.ndarray
+) -> tuple[float, float]:
+    """Size of the block by the tape, over the one that was told, and its standard error.
+
+    Blur and the camera's idea of brightness make both sides longer by the same. So the difference
+    of width and length counts, in frames in which the block hardly moves.
+    """
+    length, width = survey.sides_m
+    if survey.along < _SHORTEST or abs(width - length) < _SQUARE * max(width, length):
+        return np.nan, np.nan
+    difference = survey.ruler.scale_across(place) * np.array([block.width for block in blocks])
+    difference = (difference - scale * [block.length for block in blocks]) / (width - length)
+    still = np.abs(np.gradient(place)) < _STILL
+    difference = difference[still & np.isfinite(difference)]
+    if difference.size < _FEWEST:
+        return np.nan, np.nan
+    size = float(np.median(difference))
+    spread = 1.4826 * float(np.median(np.abs(difference - size)))
+    return size, spread * float(np.sqrt(np.pi / 2 / difference.size))
 
 
 def _edge_error(blocks: list[Place], place: np.ndarray) -> np.ndarray:
@@ -104,7 +143,11 @@ class _Common(NamedTuple):
 
 
 def _common(
-    ruler, survey: Survey, place: np.ndarray, to_tape_m: np.ndarray, lean_covariance: np.ndarray
+    ruler: Ruler,
+    survey: Survey,
+    place: np.ndarray,
+    to_tape_m: np.ndarray,
+    lean_covariance: np.ndarray,
 ) -> _Common:
     """The errors that all frames have in common: those of the map and of the lean."""
     if survey.measure is None:

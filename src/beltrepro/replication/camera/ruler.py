@@ -83,6 +83,13 @@ class Ruler:
         """Metres per pixel at places."""
         return (self.metres(place + 0.5) - self.metres(place - 0.5)) / 1.0
 
+    def scale_across(self, place: np.ndarray) -> np.ndarray:
+        """Metres per pixel across the belt at places, where nothing is seen obliquely."""
+        a, b, c, k = self.values
+        u = place / self.half_width
+        scale = self.spacing_m * (a - b * c) / self.half_width
+        return scale * (1 + k * u**2) / (1 + c * (u + k * u**3))
+
     @property
     def metres_per_pixel(self) -> float:
         """Scale in the middle of the picture."""

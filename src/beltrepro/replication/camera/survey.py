@@ -28,6 +28,11 @@ _SPRING_FACTOR, _SPRING_LEVELS = 2.0, 0.5
 _AT_REST = 0.3  # pixels by which pictures may be shifted to be of a camera at rest
 _TRIED = 4  # pictures of a camera that moves in which the tape is looked for
 _MISFIT = 0.25  # of the distance of the marks: how far they may lie off a projective map
+# What moves in this share of the width of the block on either side of its middle, in so many marks
+# before the zero, at least by this share of what the chain does there beyond it.
+_LANE, _BEFORE, _MOVES, _COLUMNS = 0.3, (2, 10), 0.15, 6
+# The zero is known if so many of so many first marks are clear, and the second so near the map.
+_CLEAR, _FIRST, _BESIDE = 3, 5, 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +48,7 @@ class Survey:
     across: float
     frame: np.ndarray  # (H, W) one of the pictures, in which the tape is where it is in `picture`
     block: Region  # the white block in it
+    sides_m: tuple[float, float]  # of the white block, as they were told
 
     @classmethod
     def of(
@@ -72,7 +78,11 @@ class Survey:
             ((one, block) for one, block in zip(pictures, blocks, strict=True) if block),
             key=lambda pair: float(np.abs(pair[0] - picture).mean()),
         )
-        return cls(picture, measure, ruler, angle, towards, along, across, frame, block)
+        sides_m = scene.block_length, scene.block_width
+        survey = cls(picture, measure, ruler, angle, towards, along, across, frame, block, sides_m)
+        if measure and first_mark is None and _at_rest(pictures, picture, measure):
+            _check_zero(survey, pictures, [block for block in blocks if block], name)
+        return survey
 
     @property
     def turn(self) -> float:
@@ -116,7 +126,7 @@ def _reference(
 
     It is the mean of all pictures where the camera is at rest; where it is not, one of them.
     """
-    mean = np.mean(pictures, axis=0, dtype=np.float32)
+    mean: np.ndarray = np.asarray(np.mean(pictures, axis=0, dtype=np.float32))
     angle = tape.direction(mean)
     ratio, failure = scene.block_length / scene.block_width, None
     regions = [_candidates(one, angle, ratio) for one in pictures]
@@ -163,13 +173,6 @@ def _ruler(
             f"picture, where the chain is held: give what it reads at the first mark there, "
             f"--first-mark in metres; or --support {other}, if it is held there"
         )
-    if measure.tens and first_mark is None:
-        reads = (-measure.tens % 10) * scene.mark_spacing
-        raise InputError(
-            f"{name}: the first mark seen is not the zero of the tape: by the long marks it reads "
-            f"{reads:g} m or {reads + 10 * scene.mark_spacing:g} m and so on: give what it reads, "
-            f"--first-mark in metres"
-        )
     try:
         ruler = Ruler.of(measure, width, scene.mark_spacing, first_mark or 0.0)
     except NotEnoughDataError as reason:
@@ -180,7 +183,54 @@ def _ruler(
             f"of a straight tape, {_MISFIT:g} is allowed: film from straight above, and let "
             f"nothing cover the tape"
         )
+    if not _zero_is_clear(measure.numbers, ruler.residuals):
+        raise InputError(
+            f"{name}: the first marks of the tape are not clear, so its zero is not known: film it "
+            f"from its beginning, uncovered"
+        )
+    first, every = measure.long or (0, 10)
+    if first and first_mark is None:
+        reads = (every - first) * scene.mark_spacing
+        raise InputError(
+            f"{name}: the first mark seen is not the zero of the tape: by the long marks it reads "
+            f"{reads:g} m or {reads + every * scene.mark_spacing:g} m and so on: give what it "
+            f"reads, --first-mark in metres"
+        )
     return ruler if metres_per_pixel is None else ruler.with_scale(metres_per_pixel)
+
+
+def _zero_is_clear(numbers: np.ndarray, residuals: np.ndarray) -> bool:
+    """Whether the tape begins with marks, and not with what a codec or a cloth puts there.
+
+    The first one may lie beside the map: the end of the tape moves it.
+    """
+    second = np.abs(residuals[numbers == 1])
+    return bool(np.sum(numbers < _FIRST) >= _CLEAR and second.size and second[0] < _BESIDE)
+
+
+def _check_zero(
+    survey: Survey, pictures: list[np.ndarray], blocks: list[Region], name: str
+) -> None:
+    """Refuse a zero before which the chain moves: it is held there."""
+    height, width = survey.picture.shape
+    row, half = survey.across_belt(blocks[0]) + height / 2, _LANE * survey.across
+    lane = slice(max(0, int(row - half)), int(row + half) + 1)
+    turned = np.stack([tape.straightened(one, survey.turn)[0][lane] for one in pictures])
+    # a hand is there in fewer than half of the pictures, and what changes behind the block is noise
+    changes = np.median(np.abs(turned - np.median(turned, axis=0)), axis=0).mean(axis=0)
+    place = np.arange(width) - (width - 1) / 2
+    farthest = max(survey.along_belt(block) for block in blocks) + survey.along
+    marks = (survey.zero - place) / (survey.ruler.spacing_m / survey.ruler.metres_per_pixel)
+    before, behind = (marks > _BEFORE[0]) & (marks < _BEFORE[1]), place > farthest
+    chain = (marks < 0) & (place < farthest - 2 * survey.along)
+    if min(part.sum() for part in (before, behind, chain)) < _COLUMNS:
+        return
+    moves, noise, moving = (float(np.median(changes[part])) for part in (before, behind, chain))
+    if moving > 2 * noise and moves > noise + _MOVES * (moving - noise):
+        raise InputError(
+            f"{name}: the chain moves before the first mark that is seen of the tape, so that is "
+            f"not zero: give what it reads, --first-mark in metres"
+        )
 
 
 def _check_size(blocks: list[Region | None], scale: float, scene: Scene, name: str) -> None:

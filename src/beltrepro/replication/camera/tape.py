@@ -25,12 +25,14 @@ _SHARE = 0.3  # of all that varies along the row; of equal marks on a plain tape
 # Rows that marks must cover, and as a share of their distance: the steps of a line that lies askew
 # on the pixels are as regular, but lower.
 _LEAST_ROWS, _HEIGHT = 2, 0.3
+_NEAREST = 2.2  # pixels from mark to mark
 _SEEN = 0.4  # contrast of a mark, as a share of that of most marks
 # Width of the window in which the place of a mark is taken, standard deviation, in their distances.
 _SHARPNESS = 0.8
 WIDE_GAP = 8  # marks in a row that may be hidden and are still counted by their distances
-# Long marks stand for tens. By how much more they differ there from what is beside them.
-_LONG_EVERY, _LONGER = 10, 2.0
+# Every tenth mark is longer, or every fifth. By how much more they differ there from what is
+# beside them.
+_LONGER = 2.0
 _DARKEST = 0.25  # share of the light of the tape below which nothing is seen
 _DARKER = 0.6  # share of the brightness of the tape that what lies beyond it does not reach
 
@@ -47,7 +49,8 @@ class Tape:
     spacing: float  # mean distance of neighbouring marks, pixels
     clearness: float  # strength of the period of the marks, in units of the other periods near it
     begins: bool  # whether the end of the tape before the first mark is in the picture
-    tens: int | None  # number of the first of the longer marks, every tenth; None if not seen
+    # number of the first of the longer marks, and from one to the next; None if not seen
+    long: tuple[int, int] | None
 
 
 def direction(picture: np.ndarray) -> float:
@@ -96,12 +99,14 @@ def find_tape(
     A camera that is tilted along the belt sees marks nearer to each other at one end. A bend is the
     share by which they are denser at the right edge of the picture than in its middle.
     """
+    width = picture.shape[1]
+    if not _NEAREST < spacing < width / 8:
+        return None
+    frequencies = np.arange((1 - _DOUBT) / spacing, (1 + _DOUBT) / spacing, 0.25 / width)
+    if frequencies.size < 8:
+        return None
     turned, weight = straightened(picture, turn)
     ripple = _ripple(turned, weight, spacing)
-    width = ripple.shape[1]
-    frequencies = np.arange((1 - _DOUBT) / spacing, (1 + _DOUBT) / spacing, 0.25 / width)
-    if width < 8 * spacing or spacing < 2.2 or frequencies.size < 8:
-        return None
     for bend in bends:
         band = _band(ripple, frequencies, bend)
         if band is None:
@@ -113,9 +118,9 @@ def find_tape(
         places, numbers, begins = _marks(profile, light, shown.min(axis=0) > 0, comb)
         line = (band.rows.start + band.rows.stop - turned.shape[0]) / 2
         middle, spacing = (width - 1) / 2, 1 / comb.frequency
-        tens = _tens(turned, band.rows, places, numbers, spacing)
+        long = _long_marks(turned, band.rows, places, numbers, spacing)
         return Tape(
-            turn, band.rows, line, places - middle, numbers, spacing, band.clearness, begins, tens
+            turn, band.rows, line, places - middle, numbers, spacing, band.clearness, begins, long
         )
     return None
 
@@ -127,7 +132,7 @@ class Comb(NamedTuple):
     bend: float = 0.0  # share by which they are denser at its right end, because of a tilt
     bulge: float = 0.0  # share by which they are denser at both ends, because of the lens
 
-    def count(self, width: int) -> np.ndarray:
+    def marks(self, width: int) -> np.ndarray:
         """Number of marks (W,) from the middle of a row to each of its pixels."""
         u = (np.arange(width) - (width - 1) / 2) / (width / 2)
         return self.frequency * width / 2 * (u + self.bend * u**2 / 2 + self.bulge * u**3 / 3)
@@ -143,7 +148,7 @@ class _Band(NamedTuple):
 
 def _band(ripple: np.ndarray, frequencies: np.ndarray, bend: float) -> _Band | None:
     """The rows in which marks stand out, if there are any."""
-    waves = _waves(Comb(1.0, bend).count(ripple.shape[1])[:, np.newaxis] * frequencies)
+    waves = _waves(Comb(1.0, bend).marks(ripple.shape[1])[:, np.newaxis] * frequencies)
     strength = np.abs(ripple @ waves.astype(np.complex64))
     clearness = strength.max(axis=1) / (np.median(strength, axis=1) + 1e-3 * strength.max() + 1e-9)
     row = int(np.argmax(clearness * strength.max(axis=1)))
@@ -191,12 +196,12 @@ def _fitted(profile: np.ndarray, comb: Comb) -> Comb:
     # The strength has other maxima beside the greatest one: first all combs, coarsely.
     frequencies = comb.frequency + np.arange(-6, 6.1, 0.25) / width
     bends = comb.bend + np.arange(-_FINE_BENDS, _FINE_BENDS + 1) * _FINEST_BEND
-    counts = (Comb(1.0, bend).count(width)[:, np.newaxis] * frequencies for bend in bends)
+    counts = (Comb(1.0, bend).marks(width)[:, np.newaxis] * frequencies for bend in bends)
     table = np.abs([profile @ _waves(count) for count in counts])
     row, column = np.unravel_index(np.argmax(table), table.shape)
     start = np.array([frequencies[column], bends[row], 0.0])
     best = scipy.optimize.minimize(
-        lambda values: -float(np.abs(profile @ _waves(Comb(*values).count(width)))),
+        lambda values: -float(np.abs(profile @ _waves(Comb(*values).marks(width)))),
         start, method="Nelder-Mead",
         options={
             "initial_simplex": start + np.vstack([np.zeros(3), np.diag([0.1 / width, 3e-3, 0.01])]),
@@ -223,7 +228,7 @@ def _marks(
     profile: np.ndarray, light: np.ndarray, shown: np.ndarray, comb: Comb
 ) -> tuple[np.ndarray, np.ndarray, bool]:
     """Places of the marks in a row, their numbers, and whether the tape's beginning is seen."""
-    spacing, count = 1 / comb.frequency, comb.count(profile.size)
+    spacing, count = 1 / comb.frequency, comb.marks(profile.size)
     once, twice = (profile @ _waves(times * count) for times in (1, 2))
     # Marks are narrower than what lies between them. So the second harmonic tells dark marks from
     # bright ones; where it cannot be seen, marks are dark.
@@ -235,30 +240,33 @@ def _marks(
     numbers = np.arange(np.ceil(count[0]), np.floor(last) + 1)
     even = np.interp(numbers, count, pixels)  # where the comb has them
     seen = _seen(even, light, spacing, sign, middle=_centre(profile))
+    late, clear = _lateness(sign * profile, count, even, spacing)
+    clear /= np.median(clear[seen]) if seen.any() else 1.0
+    plain = seen & (clear > _SEEN)
     # Three marks in a row are a tape; what lies dark between two such parts of it, covers it.
-    three = np.flatnonzero(seen[:-2] & seen[1:-1] & seen[2:])
+    three = np.flatnonzero(plain[:-2] & plain[1:-1] & plain[2:])
     inside = even[three[0] + 1] if three.size else _centre(profile)
     end, end_seen = _beginning(light, shown, spacing, inside)
     # The end of a tape can be its zero: a mark there may lie a little before it.
-    possible = seen & (even >= end - spacing / 4)
+    on_tape = even >= end - spacing / 4
+    possible = seen & on_tape
     first = int(np.argmax(possible)) if possible.any() else int(np.argmin(np.abs(even - end)))
     # A tape hardly brighter than what lies beyond it ends where there is room for marks, but none.
     begins = bool(end_seen or even[first] > np.argmax(shown) + 1.5 * spacing)
-    late, clear = _lateness(sign * profile, count, even, spacing)
-    kept = possible & (clear > _SEEN * np.median(clear[possible])) if possible.any() else possible
+    kept = plain & on_tape
     return even[kept] + spacing * late[kept], numbers[kept] - numbers[first], begins
 
 
-def _tens(
+def _long_marks(
     turned: np.ndarray, rows: slice, places: np.ndarray, numbers: np.ndarray, spacing: float
-) -> int | None:
-    """Number of the first of the longer marks, if just every tenth mark is longer.
+) -> tuple[int, int] | None:
+    """Number of the first of the longer marks, and from one to the next: every tenth, or fifth.
 
     Only marks before a wide gap tell: beyond it the count may be wrong.
     """
     part = slice(1 + int(np.argmax(np.append(np.diff(numbers), np.inf) > WIDE_GAP)))
-    pixels, places, residue = np.arange(turned.shape[1]), places[part], numbers[part] % _LONG_EVERY
-    if residue.size < 2 * _LONG_EVERY or np.unique(residue).size < _LONG_EVERY:
+    pixels, places, residue = np.arange(turned.shape[1]), places[part], numbers[part] % 10
+    if residue.size < 20 or np.unique(residue).size < 10:
         return None
     reach = max(2, (rows.stop - rows.start) // 2)  # rows beside those of the other marks
     for beside in (slice(rows.stop, rows.stop + reach), slice(rows.start - reach, rows.start)):
@@ -268,10 +276,13 @@ def _tens(
         on = np.interp(places, pixels, light)
         between = (np.interp(places + side * spacing / 2, pixels, light) for side in (-1, 1))
         contrast = np.abs(on - sum(between) / 2)
-        mean = np.array([np.median(contrast[residue == digit]) for digit in range(_LONG_EVERY)])
-        longest = int(np.argmax(mean))
-        if mean[longest] > _LONGER * np.delete(mean, longest).max():
-            return longest
+        mean = np.array([np.median(contrast[residue == digit]) for digit in range(10)])
+        for every in (10, 5):
+            shortest = mean.reshape(-1, every).min(axis=0)  # of the marks that may be long
+            first = int(np.argmax(shortest))
+            others = np.delete(mean, np.arange(first, 10, every))
+            if shortest[first] > _LONGER * others.max():
+                return first, every
     return None
 
 

@@ -44,6 +44,9 @@ def read_track(path: Path) -> tuple[list[np.ndarray], dict[str, Any]]:
         if separator != ",":
             words = [word.replace(",", ".") for word in words]
         columns.append(_numbers(path, name, words))
+    if np.any(columns[2] < 0):
+        row = int(np.flatnonzero(columns[2] < 0)[0]) + 1
+        raise InputError(f"{path}: error_m in row {row} is less than 0")
     _check_instants(path, columns[0])
     return columns, _settings(remarks)
 

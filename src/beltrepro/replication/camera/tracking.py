@@ -27,6 +27,7 @@ from beltrepro.replication.camera.white_block import Place, Region
 _SURVEY, _EVERY = 240, 10
 SPRING = 0.3  # share of the block: what is narrower across the belt is wiped off
 _FASTEST = 3.0  # m/s that the block never reaches
+_SIZE = 0.01  # share by which the block may look larger or smaller than it is
 _SCALES = (1e-6, 0.1)  # metres per pixel that a camera above a treadmill can have
 # Fields of a track that its file has in the first line.
 _NUMBERS = ("metres_per_pixel", "angle", "scale_error", "zero_error_m")
@@ -68,9 +69,16 @@ class Track:
         from beltrepro.replication.camera.track_file import read_track
 
         (time_s, x_m, error_m), settings = read_track(Path(path))
-        values = ((name, settings.get(name)) for name in _NUMBERS)
-        numbers = {name: math.nan if value is None else float(value) for name, value in values}
-        lost_s = np.array(settings.get("lost_s", []), dtype=float).reshape(-1, 2)
+        numbers: dict[str, Any] = {}
+        lost_s = np.empty((0, 2))
+        try:
+            for name in _NUMBERS:
+                value = settings.get(name)
+                numbers[name] = math.nan if value is None else checks.finite_number(name, value)
+            if stretches := settings.get("lost_s"):
+                lost_s = checks.numbers("lost_s", stretches, 2, rows=True).reshape(-1, 2)
+        except InputError as error:
+            raise InputError(f"{path}: its first line has {error}") from None
         return cls(time_s, x_m, error_m, lost_s=lost_s, **numbers)
 
 
@@ -111,7 +119,7 @@ def track(
             f"{video}: the white block is found in {seen.sum()} of the frames, of which there are "
             f"{len(seen)}: half of them are needed, and two at least{advice if side else ''}"
         )
-    return _measured(frames, seen, survey)
+    return _measured(frames, seen, survey, str(video))
 
 
 class _Frame(NamedTuple):
@@ -122,13 +130,20 @@ class _Frame(NamedTuple):
     motion: Motion  # of the picture since the survey
 
 
-def _measured(frames: list[_Frame], seen: np.ndarray, survey: Survey) -> Track:
+def _measured(frames: list[_Frame], seen: np.ndarray, survey: Survey, name: str) -> Track:
     """The track that the frames show."""
     time = np.array([frame.time_s for frame in frames])
     motions = np.array([frame.motion.values for frame in frames])
     moved, moved_error = settled(motions, np.array([frame.motion.errors for frame in frames]))
     blocks = [frame.place for frame in frames if frame.place]
     reading = read(survey, blocks, moved[seen], moved_error[seen])
+    if abs(reading.size - 1) > _SIZE + 2 * reading.size_error:
+        sides = " x ".join(f"{100 * side * reading.size:.2f}" for side in survey.sides_m)
+        raise InputError(
+            f"{name}: by the tape the white block has {sides} cm, so the tape lies higher or "
+            f"deeper than its top: lay it as high; or the block has another size: give it to a "
+            f"tenth of a millimetre, --block-length and --block-width in metres"
+        )
     return Track(
         time_s=time[seen],
         x_m=reading.x_m,
@@ -160,6 +175,8 @@ def _follow(
             if place is None and (last is not None or reach is None):
                 place = _look(frame.picture, survey, last, reach)
         if place is not None:
+            sides = survey.along, survey.across
+            place = white_block.with_width(frame.picture, place, survey.angle, *sides)
             last, last_time = place, frame.time_s
         yield frame, place, motion
 

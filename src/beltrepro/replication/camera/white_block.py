@@ -18,6 +18,7 @@ _SMALLEST = 4.0  # pixels of the shorter side
 _FLOOR = 0.02
 # Neighbouring rows that share their error, because codecs describe 4 x 4 pixels or more together.
 _ALIKE = 4
+_PLAIN = 0.2  # share of the contrast of the block by which the dark beside it may vary
 _NORMAL = 1.4826  # standard deviation of normal deviates with a median of |deviation| of 1
 
 
@@ -38,6 +39,7 @@ class Place(NamedTuple):
     error: float  # one standard error of the place along the belt, pixels
     length: float  # along the belt, pixels
     lean: float  # how its edges lean: pixels along the belt for each one across it
+    width: float = np.nan  # across the belt, pixels; nan where it was not measured
 
 
 def bright_rectangles(
@@ -112,6 +114,25 @@ def place_block(
     if not abs(length - along) < _SIDES * along + 1 or not error < 0.1 * along + 0.5:
         return None
     return Place(region.x, region.y, error, length, lean)
+
+
+def with_width(
+    picture: np.ndarray, place: Place, angle: float, along: float, across: float
+) -> Place:
+    """A place with the width of the block, by the light in columns as its length is by rows.
+
+    If the tape or something else lies so near that no dark is seen between, it is not told.
+    """
+    margin = max(4.0, 0.25 * along)
+    half, border = int(np.ceil(across / 2 + margin)), int(np.ceil(margin / 2))
+    upright = Region(place.x, place.y, across, along)
+    patch = _patch(picture, upright, angle + 90, half, max(2, int(0.35 * along)))
+    if patch is None:
+        return place
+    beside = np.median(patch, axis=0)[np.r_[:border, -border:0]]
+    if np.ptp(beside) > _PLAIN * (_median(patch[:, half]) - beside.min()):
+        return place
+    return place._replace(width=_edges(patch, half, border)[1])
 
 
 def _as_rectangle(part: np.ndarray, area: int, angle: float) -> Region | None:

@@ -47,9 +47,13 @@ def end_quietly_when_interrupted() -> None:
 
 def check_settings(entries: Iterable[str]) -> None:
     """Refuse what Snakemake cannot read as a setting."""
+    names: set[str] = set()
     for entry in entries:
         entry = " ".join(entry.split())
         name, equals, value = entry.partition("=")
+        if name in names:
+            raise InputError(f"--config {entry}: {name} is given twice")
+        names.add(name)
         check_text(value, f"--config {name}")
         if not equals:
             raise InputError(
