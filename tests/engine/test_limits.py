@@ -51,6 +51,13 @@ def test_blocks_that_meet_stop_the_run_where_they_do(n_blocks, belt_velocity, no
         assert time_of(message) == pytest.approx(meeting, abs=0.005)
 
 
+def test_a_step_too_long_for_stiff_springs_is_told_as_such():
+    stiff = {"compression_rate": 50, "extension_rate": 2, "linear_limit": 1}
+    chain = ChainParameters(5, 40.0, **stiff)
+    message = failure(chain, duration=100, method="verlet")
+    assert "the time step is too long" in message and "time_step = 0.001" in message
+
+
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("noise", [0.0, 1.0])
 def test_a_contact_within_a_chunk_is_not_missed(noise, method):

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+import beltrepro
 from beltrepro import ChainParameters, ChainState, Grid, Setup, catalogue, scan, simulate
 from beltrepro.base.errors import InputError
 
@@ -78,3 +79,12 @@ def refused(words, called, *arguments, **settings):
     with pytest.raises(InputError) as caught:
         called(*arguments, **settings)
     assert words in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "name", ["simulate", "scan", "catalogue", "classify", "lyapunov_spectrum", "periodic_orbit"]
+)
+def test_numbers_without_a_name_are_told_how_to_write_them(name):
+    refused(
+        f"{name}: write duration=1000, transient=300", getattr(beltrepro, name), CHAIN, 1000, 300
+    )

@@ -74,5 +74,19 @@ def _wrong(
     try:
         signature.bind(*args, **kwargs)
     except TypeError as error:
+        if named := _to_be_named(signature, args, kwargs):
+            return InputError(f"{name}: write {named}")
         return InputError(f"{name}: {error}: its arguments are {', '.join(accepted)}")
     return None
+
+
+def _to_be_named(signature: inspect.Signature, args: tuple, kwargs: dict) -> str:
+    """Values without a name as they would be written; empty if there are not too many of them."""
+    items = [item for item in signature.parameters.values() if item.name not in kwargs]
+    in_order = sum(item.kind is inspect.Parameter.POSITIONAL_OR_KEYWORD for item in items)
+    named = [item.name for item in items if item.kind is inspect.Parameter.KEYWORD_ONLY]
+    values = args[in_order:]
+    if len(values) > len(named):
+        return ""
+    pairs = zip(named, values, strict=False)
+    return ", ".join(f"{name}={shown(value)}" for name, value in pairs)

@@ -29,13 +29,20 @@ from beltrepro.engine.records import (
 from beltrepro.engine.state import ChainState, Scheme, scheme_variables, settled
 from beltrepro.engine.vector import aligned, zeros
 from beltrepro.model.energy import kinetic_energy
-from beltrepro.model.spring import external_force, potential_energy
+from beltrepro.model.spring import (
+    external_force,
+    potential_energy,
+    spring_energy,
+    spring_extension,
+)
 
 GROUP_SIZE = 32  # chains advanced together, at most
 CUT_TIME = 250.0  # chunks end at its multiples: a run that is cut there has the bits of the uncut
 _CHUNK_SAMPLES = 4000  # about, at most
 _ROUNDING = 1e-9  # share of a chunk or an interval by which an instant may miss a multiple
 _CONTACT = "blocks pass through each other"
+_UNSTABLE = "the time step is too long for springs so stiff: a shorter one is needed"
+_PLENTY = 100  # times the energy that static friction of all blocks stores in a spring
 _LARGEST_BUFFER = 2**30  # bytes; chunks of the longest chains need a tenth of that
 _EVENTS = 4096
 _CROSSINGS = 1024
@@ -322,7 +329,15 @@ class Integrator:
         return np.diff(self.positions(), axis=1, prepend=0.0)
 
     def _stop_at_contact(self, lane: int, time: float):
-        self._stop(lane, _CONTACT, time)
+        chain = self.parameters[lane]
+        hold = float(chain.by_block("static_friction").sum())
+        with np.errstate(over="ignore"):  # springs may be as stiff as a wall
+            needed = spring_energy(-chain.by_block("rest_length"), chain).min()
+            stored = spring_energy(spring_extension(hold, chain), chain).sum()
+        moving = kinetic_energy(chain, np.full(chain.n_blocks, chain.belt_velocity))
+        # no motion brings so much energy together, so that only a scheme can have done it
+        unstable = needed > _PLENTY * (stored + moving)
+        self._stop(lane, _UNSTABLE if unstable else _CONTACT, time)
 
     def _stop(self, lane: int, reason: str, time: float):
         raise ModelStateError(

@@ -10,24 +10,26 @@ from beltrepro.model.spring import balance_tension, spring_extension
 PAPER_POSITION = 615.0  # of the last of five blocks (Sec. IV.A, Fig. 12)
 
 
-def section_position(parameters: ChainParameters) -> float:
-    """Position of x_N at which v_N is recorded when x_N falls through it.
+def section_position(parameters: ChainParameters, block: int | None = None) -> float:
+    """Position at which the velocity of a block, the last one unless told, is recorded (Fig. 12).
 
-    The paper gives 615 for five blocks, 0.998 of the length at which the springs balance the
-    kinetic friction of all blocks. For other chains the same share of that length is taken.
+    The paper gives 615 for the last of five blocks, 0.998 of the place at which the springs balance
+    the kinetic friction of all blocks. For other blocks and chains the same share of that place is
+    taken.
     """
     # only friction that depends on the velocity lets the balance depend on the belt
     speed = parameters.belt_velocity if parameters.friction_varies else 1.0
-    return _position(parameters.n_blocks, speed, parameters.law)
+    n_blocks = parameters.n_blocks
+    return _position(block or n_blocks, n_blocks, speed, parameters.law)
 
 
 @cache  # a scan asks for that of each of its chains
-def _position(n_blocks: int, speed: float, law: tuple) -> float:
+def _position(block: int, n_blocks: int, speed: float, law: tuple) -> float:
     share = PAPER_POSITION / balance_length(ChainParameters(n_blocks=5, belt_velocity=1.0))
-    return round(share * balance_length(ChainParameters(n_blocks, speed, 0.0, *law)), 1)
+    return round(share * balance_length(ChainParameters(n_blocks, speed, 0.0, *law), block), 1)
 
 
-def balance_length(parameters: ChainParameters) -> float:
-    """Length of the chain at which its springs balance the kinetic friction of all blocks."""
+def balance_length(parameters: ChainParameters, blocks: int | None = None) -> float:
+    """Length of the chain, or of its first blocks, at which springs balance kinetic friction."""
     extension = spring_extension(balance_tension(parameters), parameters)
-    return float(np.sum(np.asarray(parameters.rest_length) + extension))
+    return float(np.sum((np.asarray(parameters.rest_length) + extension)[:blocks]))

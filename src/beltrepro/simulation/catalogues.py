@@ -54,8 +54,8 @@ def catalogue(
         Block of the section x_block = position, dx_block/dt < 0 (Fig. 10: 2), from 1; the last one
         if not given.
     section_position : float, or a sequence of P
-        Position of the section, model length (Fig. 10: 304.3). If not given, for the last block, by
-        the rule `beltrepro.model.section_position`.
+        Position of the section, model length (Fig. 10: 304.3). If not given, by the rule
+        `beltrepro.model.section_position`.
     progress, **setup : callable, keywords of `Setup`
         As in `simulate`.
 
@@ -105,12 +105,7 @@ def _section_block(value: Any, cases: Sequence[Case]) -> int:
 def _section_positions(positions: Any, block: int | None, cases: Sequence[Case]) -> np.ndarray:
     if positions is not None:
         return np.array(for_each("section_position", positions, len(cases), checks.positive))
-    if any(block not in (None, case.parameters.n_blocks) for case in cases):
-        raise InputError(
-            f"section_position is needed with section_block = {block}: "
-            "only that of the last block has a rule"
-        )
-    return np.array([section_rule(case.parameters) for case in cases])
+    return np.array([section_rule(case.parameters, block) for case in cases])
 
 
 def _record(

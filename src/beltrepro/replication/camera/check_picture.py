@@ -54,8 +54,8 @@ class _Sheet:
         survey = self._survey
         middle = survey.measure.line if survey.measure else survey.across_belt(survey.block)
         half = blocks * survey.across / 2
-        ends = (self._pixel(along, middle + sign * half) for sign in (-1, 1))
-        cv2.line(self._page, *ends, colour, 1)
+        near, far = (self._pixel(along, middle + sign * half) for sign in (-1, 1))
+        cv2.line(self._page, near, far, colour, 1)
         if word:
             x, y = self._pixel(along, middle - half)
             _write(self._page, word, (x + 2, min(max(y, 12), self._page.shape[0] - 4)), colour)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from beltrepro.replication.camera import following
+from beltrepro.replication.camera.ruler import Ruler
 from beltrepro.replication.camera.survey import Survey
 from beltrepro.replication.camera.white_block import Place
 
@@ -143,7 +144,11 @@ class _Common(NamedTuple):
 
 
 def _common(
-    ruler, survey: Survey, place: np.ndarray, to_tape_m: np.ndarray, lean_covariance: np.ndarray
+    ruler: Ruler,
+    survey: Survey,
+    place: np.ndarray,
+    to_tape_m: np.ndarray,
+    lean_covariance: np.ndarray,
 ) -> _Common:
     """The errors that all frames have in common: those of the map and of the lean."""
     if survey.measure is None:

@@ -47,7 +47,7 @@ class Spectrum:
     @cached_property
     def exponent(self) -> Estimate | None:
         """Exponent of the law; errors of the scale and of the zero do not change it."""
-        return self.law and exponent_of(self.law, self.frequency_hz)
+        return None if self.law is None else exponent_of(self.law, self.frequency_hz)
 
 
 @dataclass(frozen=True, eq=False)

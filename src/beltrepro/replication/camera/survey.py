@@ -126,7 +126,7 @@ def _reference(
 
     It is the mean of all pictures where the camera is at rest; where it is not, one of them.
     """
-    mean = np.mean(pictures, axis=0, dtype=np.float32)
+    mean: np.ndarray = np.asarray(np.mean(pictures, axis=0, dtype=np.float32))
     angle = tape.direction(mean)
     ratio, failure = scene.block_length / scene.block_width, None
     regions = [_candidates(one, angle, ratio) for one in pictures]

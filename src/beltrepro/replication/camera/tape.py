@@ -132,7 +132,7 @@ class Comb(NamedTuple):
     bend: float = 0.0  # share by which they are denser at its right end, because of a tilt
     bulge: float = 0.0  # share by which they are denser at both ends, because of the lens
 
-    def count(self, width: int) -> np.ndarray:
+    def marks(self, width: int) -> np.ndarray:
         """Number of marks (W,) from the middle of a row to each of its pixels."""
         u = (np.arange(width) - (width - 1) / 2) / (width / 2)
         return self.frequency * width / 2 * (u + self.bend * u**2 / 2 + self.bulge * u**3 / 3)
@@ -148,7 +148,7 @@ class _Band(NamedTuple):
 
 def _band(ripple: np.ndarray, frequencies: np.ndarray, bend: float) -> _Band | None:
     """The rows in which marks stand out, if there are any."""
-    waves = _waves(Comb(1.0, bend).count(ripple.shape[1])[:, np.newaxis] * frequencies)
+    waves = _waves(Comb(1.0, bend).marks(ripple.shape[1])[:, np.newaxis] * frequencies)
     strength = np.abs(ripple @ waves.astype(np.complex64))
     clearness = strength.max(axis=1) / (np.median(strength, axis=1) + 1e-3 * strength.max() + 1e-9)
     row = int(np.argmax(clearness * strength.max(axis=1)))
@@ -196,12 +196,12 @@ def _fitted(profile: np.ndarray, comb: Comb) -> Comb:
     # The strength has other maxima beside the greatest one: first all combs, coarsely.
     frequencies = comb.frequency + np.arange(-6, 6.1, 0.25) / width
     bends = comb.bend + np.arange(-_FINE_BENDS, _FINE_BENDS + 1) * _FINEST_BEND
-    counts = (Comb(1.0, bend).count(width)[:, np.newaxis] * frequencies for bend in bends)
+    counts = (Comb(1.0, bend).marks(width)[:, np.newaxis] * frequencies for bend in bends)
     table = np.abs([profile @ _waves(count) for count in counts])
     row, column = np.unravel_index(np.argmax(table), table.shape)
     start = np.array([frequencies[column], bends[row], 0.0])
     best = scipy.optimize.minimize(
-        lambda values: -float(np.abs(profile @ _waves(Comb(*values).count(width)))),
+        lambda values: -float(np.abs(profile @ _waves(Comb(*values).marks(width)))),
         start, method="Nelder-Mead",
         options={
             "initial_simplex": start + np.vstack([np.zeros(3), np.diag([0.1 / width, 3e-3, 0.01])]),
@@ -228,7 +228,7 @@ def _marks(
     profile: np.ndarray, light: np.ndarray, shown: np.ndarray, comb: Comb
 ) -> tuple[np.ndarray, np.ndarray, bool]:
     """Places of the marks in a row, their numbers, and whether the tape's beginning is seen."""
-    spacing, count = 1 / comb.frequency, comb.count(profile.size)
+    spacing, count = 1 / comb.frequency, comb.marks(profile.size)
     once, twice = (profile @ _waves(times * count) for times in (1, 2))
     # Marks are narrower than what lies between them. So the second harmonic tells dark marks from
     # bright ones; where it cannot be seen, marks are dark.

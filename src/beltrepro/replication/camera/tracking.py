@@ -69,7 +69,8 @@ class Track:
         from beltrepro.replication.camera.track_file import read_track
 
         (time_s, x_m, error_m), settings = read_track(Path(path))
-        numbers, lost_s = {}, np.empty((0, 2))
+        numbers: dict[str, Any] = {}
+        lost_s = np.empty((0, 2))
         try:
             for name in _NUMBERS:
                 value = settings.get(name)
