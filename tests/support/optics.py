@@ -108,7 +108,6 @@ COMBINED = {
     "cloth along 1": Shot(things=(_CLOTH,), along=1.0),
     "zero hidden": Shot(things=(_LEAF,)),
     "zero hidden to a ten": Shot(things=(_TEN,)),
-    "tape 1 cm deeper": Shot(block_height=0.01),
     "tape 2 cm deeper": Shot(block_height=0.02),
     "pale block": Shot(scene=_PALE),
     "pale block along 1": Shot(scene=_PALE, along=1.0),

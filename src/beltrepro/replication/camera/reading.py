@@ -21,7 +21,7 @@ _NEAR = 1e-9  # metres: a block that stays there has no slope
 # The size of the block is measured where it moves less from frame to frame, pixels, in so many
 # frames at least, if it is so long.
 _STILL, _FEWEST, _SHORTEST = 1.0, 3, 15.0
-_FINEST = 0.005  # share of its size that sides and shadows of the block change
+_FINEST = 0.0075  # share of its size that uneven light, shadows and codecs change
 _SQUARE = 0.2  # share by which its sides must differ: edges change both alike
 
 
@@ -89,8 +89,9 @@ def _size(
     length, width = survey.sides_m
     if survey.along < _SHORTEST or abs(width - length) < _SQUARE * max(width, length):
         return np.nan, np.nan
-    difference = survey.ruler.scale_across(place) * np.array([block.width for block in blocks])
-    difference = (difference - scale * [block.length for block in blocks]) / (width - length)
+    along, across = np.transpose([block.sides for block in blocks])
+    difference = survey.ruler.scale_across(place) * across - scale * along
+    difference /= width - length
     still = np.abs(np.gradient(place)) < _STILL
     difference = difference[still & np.isfinite(difference)]
     if difference.size < _FEWEST:

@@ -27,7 +27,7 @@ from beltrepro.replication.camera.white_block import Place, Region
 _SURVEY, _EVERY = 240, 10
 SPRING = 0.3  # share of the block: what is narrower across the belt is wiped off
 _FASTEST = 3.0  # m/s that the block never reaches
-_SIZE = 0.01  # share by which the block may look larger or smaller than it is
+_SIZE = 0.0125  # share by which the block may look larger or smaller than it is
 _SCALES = (1e-6, 0.1)  # metres per pixel that a camera above a treadmill can have
 # Fields of a track that its file has in the first line.
 _NUMBERS = ("metres_per_pixel", "angle", "scale_error", "zero_error_m")
@@ -137,7 +137,7 @@ def _measured(frames: list[_Frame], seen: np.ndarray, survey: Survey, name: str)
     moved, moved_error = settled(motions, np.array([frame.motion.errors for frame in frames]))
     blocks = [frame.place for frame in frames if frame.place]
     reading = read(survey, blocks, moved[seen], moved_error[seen])
-    if abs(reading.size - 1) > _SIZE + 2 * reading.size_error:
+    if abs(reading.size - 1) > _SIZE + reading.size_error:
         sides = " x ".join(f"{100 * side * reading.size:.2f}" for side in survey.sides_m)
         raise InputError(
             f"{name}: by the tape the white block has {sides} cm, so the tape lies higher or "
@@ -176,7 +176,7 @@ def _follow(
                 place = _look(frame.picture, survey, last, reach)
         if place is not None:
             sides = survey.along, survey.across
-            place = white_block.with_width(frame.picture, place, survey.angle, *sides)
+            place = white_block.with_sides(frame.picture, place, survey.angle, *sides)
             last, last_time = place, frame.time_s
         yield frame, place, motion
 

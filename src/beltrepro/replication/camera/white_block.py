@@ -18,6 +18,8 @@ _SMALLEST = 4.0  # pixels of the shorter side
 _FLOOR = 0.02
 # Neighbouring rows that share their error, because codecs describe 4 x 4 pixels or more together.
 _ALIKE = 4
+_BESIDE = 4  # pixels beside a block that show its edge and the dark
+_BRIGHTEST = 250.0  # of 255 levels: beyond it brightness is cut off
 _PLAIN = 0.2  # share of the contrast of the block by which the dark beside it may vary
 _NORMAL = 1.4826  # standard deviation of normal deviates with a median of |deviation| of 1
 
@@ -39,7 +41,7 @@ class Place(NamedTuple):
     error: float  # one standard error of the place along the belt, pixels
     length: float  # along the belt, pixels
     lean: float  # how its edges lean: pixels along the belt for each one across it
-    width: float = np.nan  # across the belt, pixels; nan where it was not measured
+    sides: tuple[float, ...] = (np.nan, np.nan)  # along the belt and across, for its size; pixels
 
 
 def bright_rectangles(
@@ -116,23 +118,34 @@ def place_block(
     return Place(region.x, region.y, error, length, lean)
 
 
-def with_width(
+def with_sides(
     picture: np.ndarray, place: Place, angle: float, along: float, across: float
 ) -> Place:
-    """A place with the width of the block, by the light in columns as its length is by rows.
+    """A place with the sides of the block, each measured in the same way."""
+    sides = (
+        _extent(picture, Region(place.x, place.y, size, other), angle + turn)
+        for size, other, turn in ((along, across, 0.0), (across, along, 90.0))
+    )
+    return place._replace(sides=tuple(sides))
 
-    If the tape or something else lies so near that no dark is seen between, it is not told.
+
+def _extent(picture: np.ndarray, region: Region, angle: float) -> float:
+    """Length of a side, pixels: in each row the light over that in the middle of the row.
+
+    It is nan if something lies so near that no dark is seen between, or if the white is as bright
+    as a picture can be: then the edges are, too.
     """
-    margin = max(4.0, 0.25 * along)
-    half, border = int(np.ceil(across / 2 + margin)), int(np.ceil(margin / 2))
-    upright = Region(place.x, place.y, across, along)
-    patch = _patch(picture, upright, angle + 90, half, max(2, int(0.35 * along)))
+    half = round(region.along / 2) + _BESIDE
+    patch = _patch(picture, region, angle, half, max(2, int(0.35 * region.across)))
     if patch is None:
-        return place
-    beside = np.median(patch, axis=0)[np.r_[:border, -border:0]]
-    if np.ptp(beside) > _PLAIN * (_median(patch[:, half]) - beside.min()):
-        return place
-    return place._replace(width=_edges(patch, half, border)[1])
+        return np.nan
+    third = half // 3
+    white = np.median(patch[:, half - third : half + third + 1], axis=1)
+    first, last = (_median(patch[:, part]) for part in (slice(0, 2), slice(-2, None)))
+    if white.max() > _BRIGHTEST or abs(first - last) > _PLAIN * (_median(white) - min(first, last)):
+        return np.nan
+    dark = (first + last) / 2
+    return _median((patch - dark).sum(axis=1) / (white - dark))
 
 
 def _as_rectangle(part: np.ndarray, area: int, angle: float) -> Region | None:
