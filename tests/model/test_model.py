@@ -115,7 +115,7 @@ def test_constants_of_the_paper_are_the_defaults():
 # As documented, written here once more: numbers that are allowed, and numbers that are not.
 POSITIVE = (1e-300, 0.8e9, 1e9), (0.0, -1e-300, 1.001e9, 1.2e9)
 LIMITS = {
-    "n_blocks": ((1, 2, 51, 64, 5.0, np.int64(5)), (0, 65, 77, 2.5, -3, True, "five", None)),
+    "n_blocks": ((1, 2, 51, 1000, 5.0, np.int64(5)), (0, 1_000_001, 2.5, -3, True, "five", None)),
     "belt_velocity": POSITIVE,
     "noise": ((0, 0.8e9, 1e9), (-1e-300, 1.001e9, 1.2e9)),
     "static_friction": POSITIVE,

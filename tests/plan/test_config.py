@@ -341,7 +341,7 @@ def test_what_yaml_1_1_reads_in_its_own_way_is_refused(tmp_path, word):
 # --- the same facts elsewhere ---------------------------------------------------------------------
 
 
-def test_scans_take_as_many_blocks_as_the_simulation():
+def test_datasets_of_scans_have_the_columns_of_the_simulation():
     from beltrepro.simulation import scans
 
-    assert MAXIMUM_SCAN_BLOCKS == scans.MAXIMUM_BLOCKS
+    assert MAXIMUM_SCAN_BLOCKS == scans.SLIP_COLUMNS

@@ -201,6 +201,13 @@ def _put(chains, block, field, value):
 
 
 @inlined
+def _bit(block):
+    """The bit of a block, or of the spring before it, which it shares with those 64 further on."""
+    # what is watched or evaluated without need changes no number
+    return 1 << ((block - 1) & 63)
+
+
+@inlined
 def _expand(chains, spring, deformation, law):
     """Write the power series of a tension; returns the tension."""
     pull, slope, rate, _ = expand_spring(deformation, law)
@@ -247,10 +254,10 @@ def _prepare(chains, strongest, square, law):
         reach, holds, serves = _bound_spring(chains, block, span, change, law)
         hold = hold & holds
         if mask_bits(serves) != _ALL:
-            bent |= 1 << (block - 1)
+            bent |= _bit(block)
             _bend(chains, block, serves)
         if mask_bits(_goes_on(chains, block, w, reach + beyond, braking) > 0.0) != _ALL:
-            watched |= 1 << (block - 1)
+            watched |= _bit(block)
         beyond = reach
         w = left
     loose = mask_bits(hold) != _ALL
@@ -340,7 +347,7 @@ def _resume(chains):
     for spring in range(1, chains.n_blocks + 1):
         # a spring has a slope
         if mask_bits(_get(chains, spring, _SERIES + LANES) == 0.0):
-            bent |= 1 << (spring - 1)
+            bent |= _bit(spring)
     return bent
 
 
@@ -394,7 +401,7 @@ def _apply_law(chains, bent, law):
     """
     meeting = 0
     for spring in range(1, chains.n_blocks + 1):
-        if (bent >> (spring - 1)) & 1:
+        if bent & _bit(spring):
             deformation = _get(chains, spring, _DEFORMATION) + (
                 _get(chains, spring, _SLIP) - _get(chains, spring - 1, _SLIP)
             )
@@ -467,7 +474,7 @@ def _move(chains, noisy):
 def _check_turns(chains, watched, belt_travel, time, noise, group, events):
     """Apply the stick and slip rules to the watched blocks."""
     for block in range(1, chains.n_blocks + 1):
-        if (watched >> (block - 1)) & 1:
+        if watched & _bit(block):
             force = _force(chains, block)
             if mask_bits(_margin(chains, block, force) <= 0.0):
                 _turn(chains, block, force, belt_travel, time, noise, group, events)
@@ -552,7 +559,7 @@ def _redirect(chains, block, old, new, threshold, noise, group):
 def _keep_accelerations(chains, blocks):
     """Before a step, keep a(t-dt) of some blocks in place of the velocity."""
     for block in range(1, chains.n_blocks + 1):
-        if (blocks >> (block - 1)) & 1:
+        if blocks & _bit(block):
             _put(chains, block, VELOCITY, _get(chains, block, ACCELERATION))
 
 
@@ -560,7 +567,7 @@ def _keep_accelerations(chains, blocks):
 def _find_velocities(chains, blocks):
     """Velocities of the same blocks after the step."""
     for block in range(1, chains.n_blocks + 1):
-        if (blocks >> (block - 1)) & 1:
+        if blocks & _bit(block):
             before = _get(chains, block, VELOCITY)
             a = _get(chains, block, ACCELERATION)
             w = _get(chains, block, SLIP_STEP)

@@ -13,7 +13,7 @@ from beltrepro.base.checks import is_infinite, is_sequence, shown, whole_number,
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import one_of
 
-MAXIMUM_BLOCKS = 64
+MAXIMUM_BLOCKS = 1_000_000  # a thousand chains of so many fill any memory
 LARGEST = 1e9  # of every number: beyond it forces and positions have no digits left for the motion
 LONGEST = 1e12  # model time: instants beyond are not told apart to 1e-4
 
@@ -60,7 +60,7 @@ class ChainParameters:
     Attributes
     ----------
     n_blocks : int
-        Number of blocks N, 1 to 64.
+        Number of blocks N, 1 to a million; cost: docs/explanation/integrators.md.
     belt_velocity : float
         Velocity u of the belt, > 0.
     noise : float

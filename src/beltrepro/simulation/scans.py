@@ -32,7 +32,7 @@ from beltrepro.simulation.setup import (
 )
 from beltrepro.simulation.sum_rule import mean_wall_tension, sum_rule_residual
 
-MAXIMUM_BLOCKS = 10  # columns of slip_count
+SLIP_COLUMNS = 10  # of slip_count, at least: results of chains of few blocks are of one shape
 MOST_VALUES = 100_000  # of each chain at the section: they are kept in memory
 SETTLE_SHARE = 0.1  # of the duration, over which the final state is measured unless told otherwise
 
@@ -54,7 +54,7 @@ def scan(
     Parameters
     ----------
     chains : ChainParameters, sequence of them, Grid or Setup
-        P chains of at most 10 blocks, of any mixture of sizes.
+        P chains of any mixture of sizes.
     duration, transient : float
         As in `simulate`, also where too few samples are left for r.
     section_position : float, or a sequence of P
@@ -73,9 +73,10 @@ def scan(
         mean_length, disorder_parameter (Eq. 4), minimum_length, maximum_length; energy_residual,
         mean_wall_tension and sum_rule_residual as `Run` has them, of the whole run;
         section_position, section_count (all downward crossings of x_N after the transient),
-        section_velocity (P, section_values) v_N at the first of them, NaN padded; slip_count (P,
-        10); laminar_fraction, laminar_count, laminar_mean, laminar_longest; last_stick_time of the
-        last block, NaN if it never stuck. Model units, laboratory frame.
+        section_velocity (P, section_values) v_N at the first of them, NaN padded; slip_count
+        (P, N), N that of the longest chain or 10; laminar_fraction, laminar_count, laminar_mean,
+        laminar_longest; last_stick_time of the last block, NaN if it never stuck. Model units,
+        laboratory frame.
 
     Raises
     ------
@@ -91,7 +92,8 @@ def scan(
     settings: dict[str, Any] = {"duration": duration, "transient": transient}
     settings |= {"section_values": section_values, "laminar_time": laminar_time}
     sections, loading = _section_positions(section_position, made.cases), LoadingWatch(made.cases)
-    measure = partial(_scanned, sections, loading, **settings)
+    columns = max(SLIP_COLUMNS, *(case.parameters.n_blocks for case in made.cases))
+    measure = partial(_scanned, sections, loading, columns, **settings)
     results = gathered("scan", made, measure, progress, **settings)
     loading.warn(duration, transient)
     return results
@@ -99,9 +101,6 @@ def scan(
 
 def _section_positions(positions: Any, cases: tuple[Case, ...]) -> np.ndarray:
     """Positions (P,) of the section, by the rule of the model if none are given."""
-    most = max(case.parameters.n_blocks for case in cases)
-    if most > MAXIMUM_BLOCKS:
-        raise InputError(f"n_blocks = {most}: a scan takes at most {MAXIMUM_BLOCKS} blocks")
     if positions is None:
         return np.array([section_rule(case.parameters) for case in cases])
     return np.array(for_each("section_position", positions, len(cases), checks.positive))
@@ -110,6 +109,7 @@ def _section_positions(positions: Any, cases: tuple[Case, ...]) -> np.ndarray:
 def _scanned(
     sections: np.ndarray,
     loading: LoadingWatch,
+    slip_columns: int,
     group: np.ndarray,
     members: list[Case],
     report: Report,
@@ -133,7 +133,7 @@ def _scanned(
     observe(integrator, duration, [moments, section, slips, forward, *histories], report)
     loading.judge(group, histories)
     end = integrator.state()
-    counts = np.zeros((width, MAXIMUM_BLOCKS), dtype=np.int64)
+    counts = np.zeros((width, slip_columns), dtype=np.int64)
     counts[:, : chain.n_blocks] = slips.slip_count
     return {
         **moments_of(moments, members, for_moments(members), start, integrator.time),

@@ -10,7 +10,6 @@
 #define LINEAR_LIMIT 20.0
 #define COMPRESSION_RATE 0.2
 #define EXTENSION_RATE 0.01
-#define MAXIMUM_BLOCKS 64
 
 enum { HAS_SPARE, SPARE, SUM, SUM_OF_SQUARES }; /* of `carry` */
 
@@ -77,7 +76,7 @@ void advance_chain(int64_t n_blocks, double belt_velocity, double noise, double 
     double *x = state, *before = state + n_blocks, *v = state + 2 * n_blocks;
     double *a_before = state + 3 * n_blocks, *threshold = state + 4 * n_blocks;
     double *direction = state + 5 * n_blocks;
-    double springs[MAXIMUM_BLOCKS + 1];
+    double springs[n_blocks + 1];
 
     for (int64_t step = 0; step < n_steps; step++) {
         for (int64_t i = 0; i < n_blocks; i++)
