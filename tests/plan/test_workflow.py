@@ -1,7 +1,6 @@
 """The workflow: targets, reruns after a change of code, errors, and (slow) the smoke preset."""
 
 import ast
-import base64
 import html
 import json
 import logging
@@ -705,18 +704,6 @@ def test_smoke_datasets_hold_their_points_in_order_and_say_what_they_are(smoke):
                 said = dict(array.attrs)
                 assert said["unit"] and said["description"], (path, array_name)
                 assert len(said["dimensions"].split(", ")) == array.ndim, (path, array_name)
-
-
-@pytest.mark.slow
-def test_snakemake_report_holds_the_figures_of_smoke_themselves(tree, smoke):
-    done = snakemake(tree, "--report", "made.html")
-    assert done.returncode == 0, done.stderr
-    page = (tree / "made.html").read_text()
-    shown = json.loads(re.search(r"var results = (\{.*\});\n", page)[1])
-    for name in FIGURES:
-        picture = shown[f"results/smoke/figures/{name}.png"]["data_uri"]
-        content = base64.b64decode(picture.partition("base64,")[2])
-        assert content == (smoke / "figures" / f"{name}.png").read_bytes()
 
 
 @pytest.mark.slow

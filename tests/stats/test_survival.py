@@ -130,14 +130,6 @@ def test_the_interval_of_runs_that_all_end_is_exact_above():
     assert within(below, trials, 0.025)
 
 
-def test_counting_begins_when_runs_have_spread():
-    """Nothing ends in the first 30: counted from 0 the mean is 80, from 30 it is 50."""
-    lifetime, ended = followed(30 + RNG(2).exponential(50, 4000), 200.0)
-    estimate = survival.mean_lifetime(lifetime, ended, start=30)
-    assert estimate.lower < 50 < estimate.upper and estimate.upper - estimate.lower < 4
-    assert survival.mean_lifetime(lifetime, ended).lower > 70
-
-
 @pytest.mark.parametrize(("mean", "runs"), [(0.15, 24), (0.4, 48), (0.4, 400)])
 def test_escapes_are_known_though_some_runs_never_escape(mean, runs):
     """The interval of the runs that ended holds the mean in 95 of 100; that of all never does."""
