@@ -9,10 +9,12 @@ import cv2
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
 from beltrepro.replication.camera.camera import Framing, pictures
 from beltrepro.replication.camera.scene import Camera, Scene
 from beltrepro.replication.camera.track_file import read_track
+from beltrepro.replication.camera.tracking import Track, track
 from beltrepro.replication.camera.video import Frame, write_video
 from filming import FRAMES_PER_SECOND, swaying
 
@@ -363,3 +365,10 @@ def test_films_that_are_not_made(tmp_path, capsys, monkeypatch, options, words):
     chain = ["--n-blocks=2", "--belt-velocity=15", "--duration=5"]
     refused(run(capsys, options[0], *chain, *options[1:]), "", words)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("path", [None, 5, "a\0b"])
+def test_a_path_that_is_none_is_refused(path):
+    for function in (track, Track.load):
+        with pytest.raises(InputError, match="the path of a file is needed"):
+            function(path)

@@ -1,13 +1,14 @@
 """Approximate Bayesian computation on a grid: known posteriors, coverage, pairs of recordings."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy import stats
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.model.units import TIME_S
-from beltrepro.replication.studies.experiment import inference, measure, observations
+from beltrepro.replication.studies.experiment import inference, measure, observations, runs
 from beltrepro.replication.studies.experiment.inference import (
     Recorded,
     Simulated,
@@ -240,3 +241,26 @@ def test_the_odds_are_those_of_a_plain_loop():
         assert row["runs"] == chosen.size
         for name, count in counts.items():
             assert row[name] == pytest.approx(count / chosen.size), name
+
+
+# --- viscous friction beside the dry one ----------------------------------------------------------
+
+
+def test_viscous_trials_are_counted_for_each_recording(monkeypatch):
+    monkeypatch.setattr(runs, "RUNS", 3)
+    monkeypatch.setattr(runs, "LENGTH", runs.LENGTH | {"duration": 1500.0, "transient": 500.0})
+    rows = list(runs.viscous_trials(noise=2.0, friction_ratio=0.45, viscosity=0.05))
+    assert [row["speed_m_s"] for row in rows] == [0.22, 0.28]
+    for row in rows:
+        assert row["runs"] == 3 and row["agrees"] <= row["shows"] <= 3
+        assert 0.06 < row["r_lower"] <= row["r"] <= row["r_upper"] < 0.12
+
+
+def test_published_viscous_trials_fall_through_the_recorded_r():
+    table = pd.read_csv(runs.FILE)
+    assert len(table) == 2 * np.prod([len(levels) for levels in runs.LEVELS.values()])
+    for observation in observations.EXPERIMENT:
+        here = table[table["speed_m_s"] == observation.speed_m_s]
+        for _, line in here[here["friction_ratio"] == 0.45].groupby("noise"):
+            r = line.sort_values("viscosity")["r"].to_numpy()
+            assert r[0] > observation.disorder_parameter > r[-1]

@@ -68,7 +68,7 @@ class Track:
         """Read a CSV file with the columns time_s, x_m and, if known, error_m."""
         from beltrepro.replication.camera.track_file import read_track
 
-        (time_s, x_m, error_m), settings = read_track(Path(path))
+        (time_s, x_m, error_m), settings = read_track(checks.path("path", path))
         numbers: dict[str, Any] = {}
         lost_s = np.empty((0, 2))
         try:

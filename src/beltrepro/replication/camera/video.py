@@ -11,7 +11,7 @@ import av
 import numpy as np
 from av.video.reformatter import ColorRange
 
-from beltrepro.base import reading
+from beltrepro.base import checks, reading
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 
@@ -63,7 +63,7 @@ def read_video(path: str | Path) -> Iterator[Frame]:
     Colours become brightness, 16 bits become 8, and a picture that a phone marks as turned is
     turned. A video that breaks off ends there. Of frames of the same instant the first counts.
     """
-    path = Path(path)
+    path = checks.path("video", path)
     reading.check(path)
     try:
         with av.open(str(path)) as container:

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from beltrepro.base import atomic
+
 
 def extend(
     path: Path, points: Iterable[dict], rows_of: Callable[..., Iterable[dict]]
@@ -17,6 +19,7 @@ def extend(
             continue
         rows = pd.DataFrame([point | row for row in rows_of(**point)])
         table = pd.concat([table, rows], ignore_index=True)
-        table.to_csv(path, index=False, float_format="%.6g")
+        with atomic.replacing(path) as unfinished:
+            table.to_csv(unfinished, index=False, float_format="%.6g")
         print(rows.to_string(), flush=True)
     return table
