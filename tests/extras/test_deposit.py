@@ -112,9 +112,6 @@ def test_figures_of_other_data_have_other_bytes_and_of_the_same_the_same(made, t
     assert (tmp_path / "some.png").read_bytes() != (made / "some.png").read_bytes()
 
 
-# --- the commit where there is no git ---
-
-
 # --- a small project with a finished run ---
 
 

@@ -217,26 +217,11 @@ def test_values_are_taken_up_to_their_limits(name, inner, outer):
 
 
 @pytest.mark.parametrize(
-    ("path", "where"),
-    [
-        ("presett", ""),
-        ("model.static_fricton", "model"),
-        ("presets.standard.defaults.transiet", "presets.standard.defaults"),
-        (f"{DATASET}.belt_velocty", DATASET),
-        ("presets.smoke.datasets.n5_map.noise.stpe", "presets.smoke.datasets.n5_map.noise"),
-        ("datasets.pairs_r_event.seed.ofset", "datasets.pairs_r_event.seed"),
-    ],
-)
-def test_misspelt_key_is_refused_at_every_level(path, where):
-    message = complaint(changed(CONFIG, path, 1), f"unknown key {path.rsplit('.', 1)[-1]!r}")
-    assert "did you mean" in message
-    assert (f" in {where};" in message) == bool(where)
-
-
-@pytest.mark.parametrize(
     ("path", "value", "words"),
     [
         ("foo", 1, "config.yaml: unknown key 'foo'"),
+        (f"{DATASET}.noise.stpe", 1, f"unknown key 'stpe' in {DATASET}.noise; did you mean"),
+        ("datasets.pairs_r_event.seed.ofset", 1, "in datasets.pairs_r_event.seed; did you mean"),
         ("preset", "smok", "'smok': allowed are smoke, standard, paper; did you mean 'smoke'?"),
         (
             "datasets.u1.section_values",
@@ -249,11 +234,9 @@ def test_misspelt_key_is_refused_at_every_level(path, where):
         ("run", "r" * 101, "run has 101 characters: allowed are 100"),
         ("run", "../f06", "must begin with a letter or digit"),
         ("model.friction_ratio", 1.5, "must be less than 1"),
-        ("defaults.time_step", 0, "must be at least 1e-09"),
         ("datasets.n5_map.kind", "scam", "did you mean 'scan'"),
         ("datasets.n5_map.kind", REMOVED, "n5_map of preset standard has no kind"),
         ("datasets.n5_map.n_blocks", REMOVED, "n5_map of preset standard has no n_blocks"),
-        ("datasets.n5_map.method", {"without_noise": "event"}, "method.with_noise is missing"),
         ("datasets.n5_map.method", {"with_noise": "event"}, "method.without_noise is missing"),
         ("datasets.n5_map.method", {"event": "event"}, "allowed are verlet, event"),
         ("datasets.N5", {}, "unknown key 'N5' in datasets: a name that matches ^[a-z]"),
@@ -265,7 +248,6 @@ def test_misspelt_key_is_refused_at_every_level(path, where):
         ("datasets.lifetimes.kick", 0.1, "kick = 0.1: kind escapes has none"),
         ("datasets.kicked.method", "verlet", "method verlet has none, only event"),
         ("datasets.motion_map.method", "verlet", "method = verlet: only event has a tangent"),
-        ("datasets.u1.tolerance", 1e-6, "u1.tolerance = 1e-06: method verlet has none, only event"),
         ("datasets.u17.friction_ratio", 0.9, "u17.noise = 2.2: with friction_ratio = 0.9 and"),
         ("datasets.u1.sample_interval", 0.0015, "0.0015: method verlet needs a multiple of time_"),
         ("presets.standard.based_on", "smok", "did you mean 'smoke'"),
@@ -278,19 +260,16 @@ def test_misspelt_key_is_refused_at_every_level(path, where):
         (f"{DATASET}.noise", [1, 1], "occurs twice"),
         (f"{DATASET}.noise", "much", "must be a number"),
         (f"{DATASET}.noise", float("nan"), "a finite number is needed"),
-        (f"{DATASET}.noise.step", 0, "must be greater than 0"),
         (f"{DATASET}.noise.step", 1e-9, "at most 100000"),
         (f"{DATASET}.noise.start", 11, "must not be less than start = 11"),
         (f"{DATASET}.noise.stop", REMOVED, "noise.stop is missing"),
         (f"{DATASET}.transient", 60000, "n5_map.transient = 60000: must be less"),
         ("camera.width", 641, "camera.width = 641: must be a multiple of 2"),
-        ("camera.compression", 52, "camera.compression = 52: must be at most 51"),
         ("camera.exposure", 0.05, "films.belt_022: exposure = 0.05: must be at most 0.04167"),
         ("films.belt_028.of", "belt_29", "films.belt_028.of = 'belt_29': preset standard has no"),
         ("films.belt_028.of", "n5_u7", "= 'n5_u7': must be a series of one point"),
         ("films.belt_028.of", "u17", "sample_interval is 0.1, 24 frames a second need 0.5448376"),
         ("films.belt_028.of", REMOVED, "films.belt_028.of is missing"),
-        ("films.belt_028.seconds", 0, "films.belt_028.seconds = 0: must be greater than 0"),
         ("datasets.belt_022.samples", ["positions"], "its samples lack velocities"),
         ("datasets.a_track", {"like": "u1"}, "only films have names that end in _film or _track"),
         ("presets.standard.datasets.size_columns.n_blocks", [5, 6, 7], "entry for n_blocks = 10"),

@@ -15,7 +15,6 @@ import pytest
 import damages
 from beltrepro.base import atomic, provenance, seal, store
 from beltrepro.base.errors import InputError
-from beltrepro.cli import app as cli
 from beltrepro.extras import verification
 from beltrepro.replication.plan import files, inputs
 from beltrepro.replication.plan.plan import make_plan
@@ -92,12 +91,6 @@ def test_a_file_that_is_opened_for_writing_loses_the_trailer(copy):
     assert path.read_bytes()[-seal.LENGTH :].find(seal.MARKER) < 0
     seal.put(path)
     assert path.read_bytes() == content
-
-
-def test_the_same_content_has_the_same_bytes(made, tmp_path):
-    path, _ = made
-    write(tmp_path / "again.h5")
-    assert (tmp_path / "again.h5").read_bytes() == path.read_bytes()
 
 
 def test_no_flipped_bit_reaches_the_library(made, copy):
@@ -181,18 +174,6 @@ def test_nobody_else_opens_a_file_of_the_workflow():
         "replication/plan/files.py",
         "simulation/run_file.py",  # a run of the user
     ]
-
-
-def test_the_command_verify_names_the_damage_and_the_remedy(tmp_path, capsys):
-    results = tmp_path / "own"
-    path = results / "datasets" / "rows.h5"
-    write(path)
-    verification.write_list(tmp_path / "own.json", results)
-    flip(path, 8 * 100)
-    assert cli.main(["verify", str(results), "--list", str(tmp_path / "own.json")]) == 1
-    shown = capsys.readouterr()
-    assert shown.err.startswith(f"error: {path}: {DAMAGED}{path} && snakemake --cores 2")
-    assert shown.out.startswith("1 wrong\n")
 
 
 @pytest.mark.parametrize("place", ["base.store.look_for_room", "base.seal.put"])

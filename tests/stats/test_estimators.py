@@ -423,22 +423,6 @@ def henon(size):
     return orbit[100:]
 
 
-def scan(**arrays):
-    """A scan in the layout of `scan`, filled with defaults."""
-    size = len(arrays["belt_velocity"])
-    defaults = {
-        "n_blocks": np.full(size, 5),
-        "noise": np.zeros(size),
-        "replicate": np.zeros(size, dtype=int),
-        "disorder_parameter": np.full(size, 0.1),
-        "section_velocity": np.full((size, 100), np.nan),
-        "laminar_fraction": np.zeros(size),
-        "laminar_count": np.zeros(size, dtype=int),
-        "last_stick_time": np.full(size, 1000.0),
-    }
-    return defaults | {name: np.asarray(values) for name, values in arrays.items()}
-
-
 @pytest.mark.parametrize(("rate", "period"), [(2.8, 1), (3.2, 2), (3.5, 4), (3.83, 3), (3.55, 8)])
 def test_periods_of_the_logistic_map(rate, period):
     orbit = logistic(rate, 120)
@@ -448,13 +432,6 @@ def test_periods_of_the_logistic_map(rate, period):
 def test_chaos_and_quasi_periodic_motion_have_no_period():
     assert sections.find_period(100 * logistic(4.0, 200)) == 0
     assert sections.find_period(10 * np.cos(2 * np.pi * 0.618034 * np.arange(200))) == 0
-
-
-def test_the_period_tolerates_the_scatter_of_the_scheme_and_no_more():
-    scatter = np.random.default_rng(0).uniform(-0.5, 0.5, 120)
-    orbit = np.tile([-50.0, -10.0, -30.0], 40)
-    assert sections.find_period(orbit + 0.7 * scatter) == 3
-    assert sections.find_period(orbit + 4.0 * scatter) == 0
 
 
 def test_the_0_1_test_tells_chaos_from_regular_motion():
@@ -494,31 +471,6 @@ def test_laminar_phases_of_a_series_are_those_of_its_last_block():
     np.testing.assert_array_equal(phases, [[5, 41], [60, 100]])
     phases = intermittency.last_block_phases(events, 2, 30.0, start=5.0, stop=100.0)
     np.testing.assert_array_equal(phases, [[5, 40]])
-
-
-def test_states_of_points():
-    velocities = np.full((7, 300), np.nan)
-    velocities[0] = -50 * logistic(4.0, 300)
-    velocities[1] = np.tile([-20.0, -40.0], 150)
-    velocities[2] = -20 + 9 * np.cos(2 * np.pi * 0.618034 * np.arange(300))
-    velocities[3:6] = velocities[0]
-    points = scan(
-        belt_velocity=np.arange(1.0, 8),
-        section_velocity=velocities,
-        last_stick_time=[999, 999, 999, 400, 600, 999, 999],
-        laminar_fraction=[0, 0, 0, 1, 0.8, 0.5, 0],
-        laminar_count=[0, 0, 0, 1, 1, 4, 0],
-    )
-    labels = states.label_states(points, transient=500.0, duration=1000.0)
-    assert labels.tolist() == [
-        states.CHAOTIC,
-        states.PERIODIC,
-        states.QUASI_PERIODIC,
-        states.CONTINUOUS,
-        states.TRANSIENT,
-        states.INTERMITTENT,
-        states.UNDECIDED,
-    ]
 
 
 def test_states_near_an_earlier_one_are_repeated():
@@ -594,24 +546,6 @@ def test_power_law_exponents_are_recovered_over_less_than_a_decade(exponent):
     histogram = avalanches.log_histogram(values, bins_per_decade=20, low=60, high=400)
     line = avalanches.fit_density(*histogram, low=65, high=350)
     assert line.exponent == pytest.approx(exponent, abs=0.1)
-
-
-def test_log_histogram_is_a_density_and_keeps_the_extremes():
-    values = bounded_power_law(-1.5, 1, 1000, 5000)
-    centre, density, count = avalanches.log_histogram(values, bins_per_decade=10)
-    width = centre * (10**0.05 - 10**-0.05)
-    assert count.sum() == values.size
-    assert np.sum(density * width) == pytest.approx(1, rel=1e-6)
-    assert avalanches.log_histogram([100.0, -3.0], bins_per_decade=10)[2].sum() == 1
-
-
-def test_slip_sizes_in_both_frames():
-    slips = np.array(
-        [(0, 5, 1.0, 3.0, 600.0, 500.0, 9.0), (0, 4, 1.0, 2.0, 0.0, 1.0, 1.0)], dtype=SLIP
-    )
-    sizes = avalanches.last_block_slip_sizes(slips, 5, 2.0)
-    assert sizes.tolist() == [100.0]
-    assert avalanches.last_block_slip_sizes(slips, 5, 2.0, frame="belt").tolist() == [104.0]
 
 
 def test_errors_of_a_density_come_from_the_scatter_of_runs():

@@ -28,7 +28,7 @@ def add(commands: Any) -> None:
     option("--seed", type=int, default=1, help="fixes the random numbers (1)")
     option("--speed", type=float, default=1.0, help="seconds of the chain in a second shown (1)")
     option("--fps", type=float, default=24.0, help="frames in a second (24)")
-    shared.add_output(parser, "write a film, .mp4 or .gif")
+    shared.add_output(parser, "write a film, .mp4")
     option("--duration", type=float, help="seconds of the film (20)")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -10,11 +9,9 @@ from typing import Any
 import matplotlib.style
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from beltrepro.base import checks
-from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.extras.watch import look
 from beltrepro.extras.watch.player import KEPT, Clock, Player
@@ -135,17 +132,14 @@ def _settings(player: Player, clock: Clock) -> str:
 
 def check_film(path: Path, duration: float, clock: Clock) -> None:
     """Check the settings of a film before anything is simulated."""
-    if path.suffix.lower() not in (".mp4", ".gif"):
-        raise InputError(f"output = {path}: must end in .mp4 or .gif")
+    if path.suffix.lower() != ".mp4":
+        raise InputError(f"output = {path}: must end in .mp4")
     checks.positive("duration", duration)
     if round(duration * clock.frames_per_second) < 1:
         raise InputError(
             f"duration = {duration:g}: a film of at least one frame needs "
             f"{1 / clock.frames_per_second:.3g} s"
         )
-    if path.suffix.lower() == ".gif" and clock.frames_per_second > 50:
-        # browsers show shorter frames of a gif longer
-        raise InputError(f"fps = {clock.frames_per_second:g}: a gif has at most 50")
 
 
 def span_of(clock: Clock, duration: float) -> float:
@@ -168,12 +162,8 @@ def write_film(
     count = round(duration * rate)
     view = View(player, clock, span=span_of(clock, duration))
     pictures = _pictures(view, player, clock, count, progress or (lambda fraction: None))
-    if path.suffix.lower() == ".gif":
-        with replacing(path) as part:
-            _write_gif(part, pictures, count, rate)
-    else:
-        frames = (Frame(number / rate, picture) for number, picture in enumerate(pictures))
-        write_video(path, frames, frames_per_second=rate, preset="medium")
+    frames = (Frame(number / rate, picture) for number, picture in enumerate(pictures))
+    write_video(path, frames, frames_per_second=rate, preset="medium")
     return view
 
 
@@ -185,32 +175,3 @@ def _pictures(
         view.draw(player, clock)
         yield view.pixels()
         progress((number + 1) / count)
-
-
-def _write_gif(path: Path, shown: Iterator[np.ndarray], count: int, rate: float) -> None:
-    from PIL import Image
-
-    # a gif counts in hundredths of a second; rounded instants, not durations, keep its length
-    instants = np.round(100 * np.arange(count + 1) / rate)
-    first = next(shown)
-    palette = _palette(first)
-    pictures = (
-        Image.fromarray(picture).quantize(palette=palette, dither=Image.Dither.NONE)
-        for picture in itertools.chain([first], shown)
-    )
-    durations = [10 * int(length) for length in np.diff(instants)]
-    how: Any = {"save_all": True, "duration": durations, "loop": 0}
-    next(pictures).save(path, append_images=pictures, **how)
-
-
-def _palette(picture: np.ndarray) -> Any:
-    """The 256 colours of a gif: those that tell something exactly, and those of a frame."""
-    from PIL import Image
-
-    exact = [*map(to_rgb, (look.STUCK, look.SLIPPING)), *look.SPRINGS(np.linspace(0, 1, 62))]
-    others = 256 - len(exact)
-    common = Image.fromarray(picture).quantize(others).getpalette() or []
-    palette = Image.new("P", (1, 1))
-    levels = [round(255 * part) for colour in exact for part in colour[:3]]
-    palette.putpalette([*levels, *common[: 3 * others]])
-    return palette

@@ -18,7 +18,7 @@ from beltrepro.extras.watch.view import SIZE, View
 from beltrepro.simulation.picture import find_display
 
 KEYS = "space: pause     →: one step     ↑ ↓: faster, slower     c: r from here on     q: close"
-NO_DISPLAY = "no display to open a window on: write a film with --output chain.mp4 or chain.gif"
+NO_DISPLAY = "no display to open a window on: write a film with --output chain.mp4"
 
 
 class Window:

@@ -136,8 +136,8 @@ def sweeps(
     done = 0
     for way, columns in ways:
         for points in columns:
-            told = _going_on([setup.cases[point] for point in points], states)
-            runs = simulate(told, duration=duration, transient=transient, sample_interval=None)
+            continued = _going_on([setup.cases[point] for point in points], states)
+            runs = simulate(continued, duration=duration, transient=transient, sample_interval=None)
             assert isinstance(runs, list)  # as the chains are one
             states = [run.final_state for run in runs]
             disorder[list(points), way] = [run.disorder_parameter for run in runs]
