@@ -165,7 +165,7 @@ def test_the_site(tmp_path):
     public_names_lead_to_their_docstrings(site)
     the_command_has_every_option(site)
     if not browser.BROWSER:
-        pytest.skip("no chromium here: see README, Tests in a browser")
+        pytest.skip("no Chromium is installed")
     pages_fit_a_phone_and_ask_nobody(site, tmp_path)
 
 

@@ -163,6 +163,7 @@ CALLS = {
     "PeriodicOrbit.run": (ORBIT.run, {}),
     "Run.plot": (RUN.plot, {"path": "run.png"}),
     "Run.load": (Run.load, {"path": "run.h5"}),
+    "Results.load": (Results.load, {"path": "results.h5"}),
     "Run.save": (RUN.save, {"path": "run.h5"}),
     "analyse": (recording.analyse, {"time_s": TIME, "x_m": 1 + 0.1 * np.sin(TIME)}),
     "audit": (beltrepro.audit, {"run": RUN}),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, Unpack
+from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 import numpy as np
 
@@ -20,11 +20,11 @@ from beltrepro.model import ChainParameters
 from beltrepro.simulation.groups import Report, check_progress
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import Chains, Keywords, Setup, setup_of, with_setup
+from beltrepro.simulation.tables import Tabled
 from beltrepro.stats import estimates
 from beltrepro.stats.motion import EQUILIBRIUM
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure
 
 _RUNS = 0.8  # share of the work, about, that the runs are
@@ -49,7 +49,7 @@ class Attractor(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Basins:
+class Basins(Tabled):
     """Which attractor each of P starts reaches.
 
     Attractors are `periodic`, `irregular` (not settled within the duration: a transient perhaps)
@@ -85,23 +85,8 @@ class Basins:
         """Labels of all attractors."""
         return np.unique([attractor.label for attractor in self.attractors])
 
-    def table(self) -> pd.DataFrame:
-        """The attractors as a table of pandas.
-
-        Returns
-        -------
-        pandas.DataFrame
-            A row for each attractor at each value: what it is, and the share of the starts that
-            reach it with the exact 95 % interval (Clopper and Pearson).
-
-        Raises
-        ------
-        InputError
-            pandas is not installed.
-        """
-        with needing("the table of basins"):
-            import pandas as pd
-
+    def _columns(self) -> dict[str, Any]:
+        """What each attractor is, and the share of the starts that reach it with its interval."""
         rows = []
         for attractor in self.attractors:
             value, *columns = attractor[:-1]
@@ -109,7 +94,8 @@ class Basins:
             size = np.nan if attractor.orbit is None else abs(attractor.orbit.largest_multiplier)
             rows.append((value, *columns, size, *share.numbers))
         named = (self.quantity, *Attractor._fields[1:-1], "largest_multiplier")
-        return pd.DataFrame(rows, columns=[*named, "share", "share_low", "share_high"])
+        named += ("share", "share_low", "share_high")
+        return dict(zip(named, zip(*rows, strict=True), strict=True))
 
     @names.checked
     def plot(self, path: str | Path | None = None) -> Figure:

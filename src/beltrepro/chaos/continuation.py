@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from beltrepro.base import checks, names
-from beltrepro.base.errors import InputError, ModelStateError, needing
+from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.chaos import words
 from beltrepro.chaos.periodic_orbits import (
     PeriodicOrbit,
@@ -24,9 +24,7 @@ from beltrepro.model import ChainParameters
 from beltrepro.model.parameters import LIMITS
 from beltrepro.simulation.groups import Report, check_progress
 from beltrepro.simulation.setup import check_tolerance
-
-if TYPE_CHECKING:
-    import pandas as pd
+from beltrepro.simulation.tables import Tabled
 
 QUANTITIES = tuple(
     field.name for field in fields(ChainParameters) if field.name not in ("n_blocks", "noise")
@@ -57,7 +55,7 @@ class SpecialPoint(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OrbitBranch:
+class OrbitBranch(Tabled):
     """A periodic orbit along a constant of the chain: a branch of P orbits.
 
     An end is a `SpecialPoint`, with `parameter`, `kind`, `block` (from 1; 0 if it is no single one)
@@ -142,24 +140,8 @@ class OrbitBranch:
         """<x_N> (P,) of each orbit."""
         return np.array([orbit.mean_length for orbit in self.orbits])
 
-    def table(self) -> pd.DataFrame:
-        """The branch as a table of pandas.
-
-        Returns
-        -------
-        pandas.DataFrame
-            A row for each orbit: the quantity, period, slips, modulus of the largest multiplier,
-            whether it attracts, r and <x_N>.
-
-        Raises
-        ------
-        InputError
-            pandas is not installed.
-        """
-        with needing("the table of a branch"):
-            import pandas as pd
-
-        columns = {
+    def _columns(self) -> dict[str, Any]:
+        return {
             self.quantity: self.parameter,
             "period_time": self.period_time,
             "period_events": [orbit.period_events for orbit in self.orbits],
@@ -168,7 +150,6 @@ class OrbitBranch:
             "disorder_parameter": self.disorder_parameter,
             "mean_length": self.mean_length,
         }
-        return pd.DataFrame(columns)
 
     def __repr__(self) -> str:
         ends = f"{self.lower:.9g} ({self.lower_end.kind}) to "

@@ -26,13 +26,14 @@ from beltrepro.observe.slips import MostStuck
 from beltrepro.simulation.groups import Report, integrator_of, observe
 from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.setup import Case, Chains, Keywords, check_lengths, setup_of, with_setup
+from beltrepro.simulation.tables import Tabled
 
 _ALIGNED = 0.2  # last share of the transient, in which the vectors turn to their directions
 _ERRORS = 3.0  # standard errors that the exponent of the motion itself may be from zero
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LyapunovSpectrum:
+class LyapunovSpectrum(Tabled):
     """Lyapunov exponents of a chain, per unit of model time.
 
     Attributes
@@ -65,6 +66,9 @@ class LyapunovSpectrum:
     interval: float
     most_stuck: np.ndarray
     noise_clock: str = REST
+
+    def _columns(self) -> dict[str, np.ndarray]:
+        return {"exponent": self.exponents, "standard_error": self.standard_error}
 
     @property
     def erased(self) -> int:

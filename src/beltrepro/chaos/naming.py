@@ -20,6 +20,7 @@ from beltrepro.observe.length import LengthMoments
 from beltrepro.simulation.groups import Report, integrator_of, observe
 from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.setup import Case, Chains, Keywords, check_lengths, setup_of, with_setup
+from beltrepro.simulation.tables import Tabled
 from beltrepro.stats.motion import name_motion
 from beltrepro.stats.recurrence import find_recurrence
 
@@ -31,7 +32,7 @@ _END = 0.5  # last share of it, in which blocks must turn for the motion not to 
 
 
 @dataclass(frozen=True)
-class Motion:
+class Motion(Tabled):
     """The motion in which a chain ends.
 
     Attributes

@@ -33,6 +33,7 @@ from beltrepro.simulation.setup import (
     setup_of,
     with_setup,
 )
+from beltrepro.simulation.tables import Tabled
 from beltrepro.stats.recurrence import CLOSED, find_recurrence
 
 TIME_STEP = 0.001  # of no effect without noise
@@ -43,7 +44,7 @@ _SAMPLE_INTERVAL = 0.1  # model time, about: of the samples of x_N for r
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PeriodicOrbit:
+class PeriodicOrbit(Tabled):
     """A closed orbit of a chain without noise.
 
     Attributes

@@ -21,6 +21,7 @@ from beltrepro.model import ChainParameters
 from beltrepro.model.accuracy import NOISE_CELL
 from beltrepro.model.friction import kinetic_friction, next_direction
 from beltrepro.model.spring import external_force
+from beltrepro.simulation.tables import Tabled
 
 if TYPE_CHECKING:
     from beltrepro.simulation import Run
@@ -36,7 +37,7 @@ _LONGEST_INTERVAL = 0.25  # model time: the interpolation between samples must b
 
 
 @dataclass(frozen=True)
-class Audit:
+class Audit(Tabled):
     """What the audits of a run have found; NaN where one does not apply.
 
     Attributes

@@ -15,6 +15,7 @@ from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.grid import QUANTITIES
 from beltrepro.simulation.groups import Report, in_groups
 from beltrepro.simulation.setup import Case, Setup, columns
+from beltrepro.simulation.tables import frame, html
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -43,6 +44,15 @@ class Results(dict[str, np.ndarray]):
         chains = len(self["replicate"])
         return f"Results({chains} of {', '.join(self.axes) or 'one chain'}: {', '.join(self)})"
 
+    def __getitem__(self, name: Any) -> Any:
+        """The array of this name, or by the number of a chain what was measured of it."""
+        if not isinstance(name, int | np.integer):
+            return super().__getitem__(name)
+        chains = len(self["replicate"])
+        if not -chains <= name < chains:
+            raise IndexError(f"chain {name} of {chains}")  # it ends a loop over the chains
+        return {word: array[name] for word, array in self.items() if array.shape[:1] == (chains,)}
+
     @property
     def axes(self) -> list[str]:
         """Names of the quantities of a chain that have more than one value, with the replicate."""
@@ -62,11 +72,31 @@ class Results(dict[str, np.ndarray]):
         InputError
             pandas is not installed.
         """
-        with needing("the table of a scan"):
-            import pandas as pd
-
         shape = self["replicate"].shape
-        return pd.DataFrame({name: array for name, array in self.items() if array.shape == shape})
+        return frame({name: array for name, array in self.items() if array.shape == shape})
+
+    def to_xarray(self) -> Any:
+        """The table as a grid of xarray, with an axis for each quantity that varies.
+
+        Returns
+        -------
+        xarray.Dataset
+            An array for each column of the table; NaN at points of the grid without a chain.
+
+        Raises
+        ------
+        InputError
+            Two chains stand at one point, or pandas or xarray is not installed.
+        """
+        with needing("a grid of results"):
+            import xarray  # noqa: F401
+        grid = self.table().set_index(self.axes or ["replicate"])
+        if not grid.index.is_unique:
+            raise InputError("chains: some are alike in every quantity, and share a point")
+        return grid.to_xarray()
+
+    def _repr_html_(self) -> str:
+        return html(self)
 
     @names.checked
     def save(self, path: str | Path) -> None:
@@ -90,6 +120,31 @@ class Results(dict[str, np.ndarray]):
                 self.table().to_csv(unfinished, index=False)
             return
         store.write(path, dict(self), provenance.origin() | self.settings)
+
+    @classmethod
+    @names.checked
+    def load(cls, path: str | Path) -> Results:
+        """Read results that `save` wrote as HDF5.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+
+        Returns
+        -------
+        Results
+            With the arrays that were saved; its settings say too what made the file.
+
+        Raises
+        ------
+        InputError
+            The file is missing, damaged, or holds something else.
+        """
+        data = store.read(checks.path("path", path))
+        if "replicate" not in data.arrays:
+            raise InputError(f"{path}: not a file of results")
+        return cls(data.arrays, data.attributes)
 
 
 def gathered(

@@ -15,6 +15,7 @@ from beltrepro.model import ChainParameters
 from beltrepro.observe.forward_slip import ForwardSlip
 from beltrepro.simulation import sum_rule
 from beltrepro.simulation.run_file import load_run, save_run
+from beltrepro.simulation.tables import Tabled, blocks
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,7 +25,7 @@ EVENT = np.dtype([("time", "f8"), ("block", "i8"), ("kind", "U5"), *_NUMBERS])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Run:
+class Run(Tabled):
     """One simulated chain, in model units.
 
     Attributes
@@ -94,6 +95,10 @@ class Run:
             f"r={self.disorder_parameter:.6g}, <x_N>={self.mean_length:.6g}, "
             f"{len(self.time)} samples, {len(self.events)} events)"
         )
+
+    def _columns(self) -> dict[str, np.ndarray]:
+        moving = blocks("position", self.positions) | blocks("velocity", self.velocities)
+        return {"time": self.time, **moving, **blocks("friction", self.friction)}
 
     def __eq__(self, other: object) -> bool:
         """Whether all numbers are the same bit by bit; NaN equals NaN."""

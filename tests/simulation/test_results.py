@@ -1,0 +1,109 @@
+"""Everything that a public function returns: table, fields by name, a short line, notebooks."""
+
+import dataclasses
+import sys
+
+import numpy as np
+import pytest
+
+import beltrepro
+from beltrepro import (
+    ChainParameters,
+    Grid,
+    Results,
+    audit,
+    basins,
+    classify,
+    lyapunov_spectrum,
+    orbit_branch,
+    periodic_orbit,
+    scan,
+    simulate,
+    slipping_state,
+)  # fmt: skip
+from beltrepro.base.errors import InputError
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*loading is measured:UserWarning")
+CHAIN = ChainParameters(2, 10.0)
+ONES = ("Setup", "Grid", "Progress", "ChainParameters", "ChainState")  # given, not returned
+
+
+@pytest.fixture(scope="module")
+def returned():
+    """A result of each public type, by the name of the type."""
+    run = simulate(CHAIN, duration=50, transient=20)
+    orbit = periodic_orbit(ChainParameters(1, 5.0), duration=200, transient=100)
+    results = [
+        run,
+        audit(run),
+        scan([CHAIN], duration=50, transient=20),
+        classify(CHAIN, duration=60, transient=20),
+        lyapunov_spectrum(CHAIN, duration=60, transient=20),
+        orbit,
+        orbit_branch(orbit, lower=4.9, upper=5.1),
+        basins(ChainParameters(1, 5.0), duration=1000),
+    ]
+    return {type(result).__name__: result for result in results}
+
+
+def test_every_public_type_of_result_is_here(returned):
+    types = {name for name in beltrepro.__all__ if name[0].isupper()}
+    assert types - set(returned) == set(ONES)
+
+
+@pytest.mark.parametrize(
+    "kind",
+    ["Audit", "Basins", "LyapunovSpectrum", "Motion", "OrbitBranch", "PeriodicOrbit", "Results",
+     "Run"],
+)  # fmt: skip
+def test_a_result_has_a_table_a_line_and_its_parts_by_name(kind, returned):
+    result = returned[kind]
+    table = result.table()
+    assert len(table) and table.columns.is_unique and len(repr(result)) < 1000
+    assert "<table" in result._repr_html_() and "Traceback" not in result._repr_html_()
+    if dataclasses.is_dataclass(result):
+        name = dataclasses.fields(result)[0].name
+        assert result[name] is getattr(result, name)
+        with pytest.raises(InputError, match="did you mean"):
+            result[name + "x"]
+
+
+def test_results_by_chain_and_from_a_file(returned, tmp_path):
+    results = scan(Grid(2, [5.0, 10.0], replicates=2), duration=50, initial_spread=1)
+    assert results[2]["belt_velocity"] == 10.0 and results[-1]["replicate"] == 1
+    assert len(list(results[0]["slip_count"])) == 10
+    with pytest.raises(IndexError):
+        results[4]
+    results.save(tmp_path / "r.h5")
+    loaded = Results.load(tmp_path / "r.h5")
+    assert loaded.settings.items() >= results.settings.items()
+    for name, array in results.items():
+        np.testing.assert_array_equal(loaded[name], array)
+    returned["Run"].save(tmp_path / "run.h5")
+    with pytest.raises(InputError, match="not a file of results"):
+        Results.load(tmp_path / "run.h5")
+
+
+def test_a_grid_is_one_of_xarray():
+    pytest.importorskip("xarray")
+    results = scan(Grid([1, 2], [5.0, 10.0]), duration=50)
+    grid = results.to_xarray()
+    assert grid["disorder_parameter"].dims == ("n_blocks", "belt_velocity")
+    assert grid["mean_length"].sel(n_blocks=2, belt_velocity=10.0) == results["mean_length"][3]
+
+
+def test_without_xarray_one_line_says_so(returned, monkeypatch):
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(InputError, match="xarray"):
+        returned["Results"].to_xarray()
+
+
+def test_samples_of_a_run_have_a_column_for_each_block(returned):
+    run = returned["Run"]
+    table = run.table()
+    np.testing.assert_array_equal(table["position_2"], run.positions[:, 1])
+    assert len(table) == len(run.time) and "velocity_1" in table
+
+
+def test_a_state_is_shown_in_a_line():
+    assert len(repr(slipping_state(CHAIN, 20.0))) < 200
