@@ -33,7 +33,7 @@ def chain_of(record):
 def once_around(record, *, tangent=False):
     """Follow an orbit for its period: the chain, by how much it misses its start, tangent map.
 
-    In the coordinates of docs/chaos.md; the map (D, D) is None if not asked for.
+    In the coordinates of docs/tangent.md; the map (D, D) is None if not asked for.
     """
     chain = chain_of(record)
     begin, free = _numbers(chain), _free(chain)
@@ -96,7 +96,7 @@ def largest_modulus(record):
 
 
 def table():
-    """The orbits of the file as a table for docs/chaos.md."""
+    """The orbits of the file as a table for docs/tangent.md."""
     lines = [
         "| N | u | period | slips | largest multiplier besides 1 | misses itself by |",
         "| --- | --- | --- | --- | --- | --- |",
@@ -177,7 +177,7 @@ def multipliers_of(record):
 
 
 def test_the_page_shows_them():
-    page = TESTS.parent / "docs" / "chaos.md"
+    page = TESTS.parent / "docs" / "tangent.md"
     assert table() in page.read_text()
 
 

@@ -2,7 +2,7 @@
 
 `event` begins the noise anew with the slip that ends a rest of the whole chain. If the second chain
 ends its rest later, its noise is later too: `TangentIntegrator` carries that delay. Here the noise
-stays where it is in time, and only its begin is later (docs/chaos.md).
+stays where it is in time, and only its begin is later (docs/tangent.md).
 """
 
 from beltrepro.base import names

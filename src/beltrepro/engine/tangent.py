@@ -7,7 +7,7 @@ T'(D) and of dD. On the linear branch T' = 1, on a curved one T' = c G
 
 At an event the chains beside the one followed change their rules a little earlier or later, which
 adds the jump of the vector field times the shift of the instant (Aizerman and Gantmakher 1958;
-docs/chaos.md derives the formulas):
+docs/tangent.md derives the formulas):
 
 - stick: dv = 0;
 - slip: dv = a dF_ex / (dF_ex/dt), a the acceleration with which the slip starts;
