@@ -99,7 +99,7 @@ def test_the_library_stands_alone(strangers, tmp_path):
     said = run_without(strangers | above, LIBRARY, tmp_path).stdout.splitlines()
     assert said == [
         "a picture of a run needs matplotlib: pip install 'beltrepro[replication]'",
-        "the table of a scan needs pandas: pip install 'beltrepro[replication]'",
+        "a table needs pandas: pip install 'beltrepro[replication]'",
     ]
 
 
