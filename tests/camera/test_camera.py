@@ -122,6 +122,8 @@ def test_a_run_is_filmed_at_its_instants(tmp_path):
     with pytest.raises(InputError, match=r"sample_interval = 0.5448\d+"):
         film(wrong, tmp_path / "film.mp4", camera=camera)
     none = simulate(chain, duration=10.0, method="event", sample_interval=None)
+    with pytest.raises(InputError, match="motion = None: a Run or a Movement is needed"):
+        film(None, tmp_path / "film.mp4")
     with pytest.raises(InputError, match="no samples"):
         film(none, tmp_path / "film.mp4")
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import numpy as np
 
+from beltrepro.base.checks import shown
 from beltrepro.base.errors import InputError
 from beltrepro.model.units import LENGTH_M, TIME_S, VELOCITY_M_S
 from beltrepro.replication.camera.scene import Camera, Scene
@@ -36,6 +37,8 @@ class Movement:
     @classmethod
     def of(cls, run: Run) -> Movement:
         """The movement that the samples of a run show."""
+        if not hasattr(run, "positions"):
+            raise InputError(f"motion = {shown(run)}: a Run or a Movement is needed")
         if not len(run.time):
             raise InputError("the run has no samples to film: simulate with a sample_interval")
         return cls(run.time * TIME_S, run.positions * LENGTH_M, run.velocities * VELOCITY_M_S)
