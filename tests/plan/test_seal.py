@@ -172,6 +172,7 @@ def test_nobody_else_opens_a_file_of_the_workflow():
     reading = [path for path, text in texts.items() if "store.read(" in text]
     assert sorted(path.relative_to(root).as_posix() for path in reading) == [
         "replication/plan/files.py",
+        "simulation/results.py",  # results of the user
         "simulation/run_file.py",  # a run of the user
     ]
 
