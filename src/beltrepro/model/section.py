@@ -8,6 +8,7 @@ from beltrepro.model.parameters import ChainParameters
 from beltrepro.model.spring import balance_tension, spring_extension
 
 PAPER_POSITION = 615.0  # of the last of five blocks (Sec. IV.A, Fig. 12)
+_PAPER = ChainParameters(n_blocks=5, belt_velocity=1.0)
 
 
 def section_position(parameters: ChainParameters, block: int | None = None) -> float:
@@ -17,19 +18,19 @@ def section_position(parameters: ChainParameters, block: int | None = None) -> f
     the kinetic friction of all blocks. For other blocks and chains the same share of that place is
     taken.
     """
-    # only friction that depends on the velocity lets the balance depend on the belt
-    speed = parameters.belt_velocity if parameters.friction_varies else 1.0
-    n_blocks = parameters.n_blocks
-    return _position(block or n_blocks, n_blocks, speed, parameters.law)
-
-
-@cache  # a scan asks for that of each of its chains
-def _position(block: int, n_blocks: int, speed: float, law: tuple) -> float:
-    share = PAPER_POSITION / balance_length(ChainParameters(n_blocks=5, belt_velocity=1.0))
-    return round(share * balance_length(ChainParameters(n_blocks, speed, 0.0, *law), block), 1)
+    share = PAPER_POSITION / balance_length(_PAPER)
+    return round(share * balance_length(parameters, block or parameters.n_blocks), 1)
 
 
 def balance_length(parameters: ChainParameters, blocks: int | None = None) -> float:
     """Length of the chain, or of its first blocks, at which springs balance kinetic friction."""
-    extension = spring_extension(balance_tension(parameters), parameters)
-    return float(np.sum((np.asarray(parameters.rest_length) + extension)[:blocks]))
+    # only friction that depends on the velocity lets the balance depend on the belt
+    speed = parameters.belt_velocity if parameters.friction_varies else 1.0
+    return _balance_length(parameters.n_blocks, speed, parameters.law, blocks)
+
+
+@cache  # a scan asks for that of each of its chains
+def _balance_length(n_blocks: int, speed: float, law: tuple, blocks: int | None) -> float:
+    chain = ChainParameters(n_blocks, speed, 0.0, *law)
+    extension = spring_extension(balance_tension(chain), chain)
+    return float(np.sum((np.asarray(chain.rest_length) + extension)[:blocks]))
