@@ -9,6 +9,7 @@ from importlib import import_module as _import_module
 _HOMES = {
     "Audit": "simulation.audit",
     "Basins": "chaos.basins",
+    "Catalogue": "simulation.catalogues",
     "ChainParameters": "model.parameters",
     "ChainState": "engine.state",
     "Grid": "simulation.grid",

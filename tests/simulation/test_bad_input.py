@@ -141,6 +141,7 @@ RESULTS = Results({}, {})
 ORBIT = PeriodicOrbit(CHAIN, STATE, 20.0, *[None] * 7)
 REACHED = Results({"belt_velocity": np.array([5.0]), "attractor": np.array([1])}, {})
 BASINS = Basins("belt_velocity", (), {}, REACHED)
+CATALOGUE = simulation.Catalogue({"slips": np.zeros(1, [("point", "i4")])})
 RUN = Run(CHAIN, *[None] * 20)
 SHORT = {"chains": CHAIN, "duration": 20.0}
 LONG = SHORT | {"transient": 10.0}
@@ -150,6 +151,7 @@ TIME = np.arange(100.0)
 # Public name: what is called, and arguments that it takes.
 CALLS = {
     "Basins.plot": (BASINS.plot, {"path": "basins.png"}),
+    "Catalogue.table": (CATALOGUE.table, {}),
     "ChainParameters": (ChainParameters, {"n_blocks": 2, "belt_velocity": 5.0}),
     "ChainParameters.by_block": (CHAIN.by_block, {"quantity": "mass"}),
     "ChainState.at_rest": (ChainState.at_rest, {"parameters": CHAIN}),

@@ -13,6 +13,7 @@ from beltrepro import (
     Results,
     audit,
     basins,
+    catalogue,
     classify,
     lyapunov_spectrum,
     orbit_branch,
@@ -37,6 +38,7 @@ def returned():
         run,
         audit(run),
         scan([CHAIN], duration=50, transient=20),
+        catalogue(CHAIN, duration=50, transient=20),
         classify(CHAIN, duration=60, transient=20),
         lyapunov_spectrum(CHAIN, duration=60, transient=20),
         orbit,
@@ -53,8 +55,8 @@ def test_every_public_type_of_result_is_here(returned):
 
 @pytest.mark.parametrize(
     "kind",
-    ["Audit", "Basins", "LyapunovSpectrum", "Motion", "OrbitBranch", "PeriodicOrbit", "Results",
-     "Run"],
+    ["Audit", "Basins", "Catalogue", "LyapunovSpectrum", "Motion", "OrbitBranch", "PeriodicOrbit",
+     "Results", "Run"],
 )  # fmt: skip
 def test_a_result_has_a_table_a_line_and_its_parts_by_name(kind, returned):
     result = returned[kind]
@@ -103,6 +105,19 @@ def test_samples_of_a_run_have_a_column_for_each_block(returned):
     table = run.table()
     np.testing.assert_array_equal(table["position_2"], run.positions[:, 1])
     assert len(table) == len(run.time) and "velocity_1" in table
+
+
+def test_a_catalogue_has_a_table_of_each_array(returned):
+    catalogue = returned["Catalogue"]
+    for name in ("slips", "avalanches"):
+        table = catalogue.table(name)
+        assert table.columns.tolist() == list(catalogue[name].dtype.names)
+        np.testing.assert_array_equal(table["start_time"], catalogue[name]["start_time"])
+    section = catalogue.table("section")
+    np.testing.assert_array_equal(section["velocity_2"], catalogue["section"]["velocities"][:, 1])
+    with pytest.raises(InputError, match=r"kind = 'slip': allowed are .* did you mean 'slips'"):
+        catalogue.table("slip")
+    assert repr(catalogue).startswith(f"Catalogue({len(catalogue['slips'])} slips, ")
 
 
 def test_a_state_is_shown_in_a_line():

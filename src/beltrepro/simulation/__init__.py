@@ -6,7 +6,7 @@ parameters, method, seed and replicate only, never on the chains beside it.
 """
 
 from beltrepro.engine.state import ChainState
-from beltrepro.simulation.catalogues import catalogue
+from beltrepro.simulation.catalogues import Catalogue, catalogue
 from beltrepro.simulation.grid import Grid
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.run import Run
@@ -18,6 +18,7 @@ from beltrepro.simulation.trajectories import simulate
 __all__ = [
     "METHODS",
     "TOLERANCES",
+    "Catalogue",
     "ChainState",
     "Grid",
     "Results",

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from beltrepro.base import checks
+from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
@@ -29,6 +29,52 @@ from beltrepro.simulation.setup import (
     setup_of,
     with_setup,
 )
+from beltrepro.simulation.tables import blocks, frame, html
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+_ONE = {"positions": "position", "velocities": "velocity"}
+
+
+class Catalogue(dict[str, np.ndarray]):
+    """Slips, avalanches and section points of P chains: a dict of structured arrays.
+
+    In all of them `point` is the number of the chain. Model units, laboratory frame.
+    """
+
+    def __repr__(self) -> str:
+        return f"Catalogue({', '.join(f'{len(rows)} {name}' for name, rows in self.items())})"
+
+    @names.checked
+    def table(self, kind: str = "avalanches") -> pd.DataFrame:
+        """One of the arrays as a table of pandas.
+
+        Parameters
+        ----------
+        kind : str
+            slips, avalanches or section.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each, a column for each field, and for each block where a field has N numbers.
+
+        Raises
+        ------
+        InputError
+            There is no such array, or pandas is not installed.
+        """
+        rows = self[names.one_of("kind", kind, self)]
+        columns: dict[str, np.ndarray] = {}
+        for field in rows.dtype.names or ():
+            values = rows[field]
+            columns |= {field: values} if values.ndim == 1 else blocks(_ONE[field], values)
+        return frame(columns)
+
+    def _repr_html_(self) -> str:
+        return html(self)
 
 
 @with_setup
@@ -41,7 +87,7 @@ def catalogue(
     section_position: PerChain[float] | None = None,
     progress: Report | None = None,
     **setup: Unpack[Keywords],
-) -> dict[str, np.ndarray]:
+) -> Catalogue:
     """Slips, avalanches and section points of P chains (Figs. 9 and 10).
 
     Parameters
@@ -61,11 +107,10 @@ def catalogue(
 
     Returns
     -------
-    dict of structured arrays
-        slips, avalanches : those that start after the transient, see `beltrepro.observe.slips`.
-        section : point, time, positions (N,), velocities (N,) of each crossing after the transient,
-        N that of the longest chain, NaN padded. In all of them `point` is the number of the chain.
-        Model units, laboratory frame.
+    Catalogue
+        A dict of structured arrays. slips, avalanches : those that start after the transient, see
+        `beltrepro.observe.slips`. section : point, time, positions (N,), velocities (N,) of each
+        crossing after the transient, N that of the longest chain, NaN padded.
 
     Raises
     ------
@@ -87,7 +132,7 @@ def catalogue(
     loading.warn(**lengths)
     width = max(case.parameters.n_blocks for case in cases)
     dtypes = {"slips": SLIP, "avalanches": AVALANCHE, "section": _section_dtype(width)}
-    return {name: _joined(tables[name], dtype) for name, dtype in dtypes.items()}
+    return Catalogue({name: _joined(tables[name], dtype) for name, dtype in dtypes.items()})
 
 
 def _section_dtype(n_blocks: int) -> np.dtype:
