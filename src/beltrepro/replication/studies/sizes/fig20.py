@@ -11,12 +11,14 @@ FIGURE = Figure(
     uses=("n10_u28", "n10_u31", "n10_u34", "n10_u38", "size_replicates"),
     words=(
         "Ten blocks without noise at four belt velocities in their transition region: quiet "
-        "stretches, longer and longer as the belt runs faster. Of each series the part is shown in "
-        "which both motions are seen best; where all of it is shaded, the block had begun to slip "
-        "for good before. Shaded: laminar phases, that is, slips of the last block longer than "
-        "200. e: whether the alternation lasts, in runs from starts of their own. A run whose last "
-        "stick comes before its end slips for good: its alternation was a transient, which ends at "
-        "once in some runs and late in others. What lies below the dotted line is left out."
+        "stretches, longer and longer as the belt runs faster. Of each series the part is shown "
+        "in which both motions are seen best. Chains a and b begin at rest; c and d begin at "
+        "random, from a start whose alternation lasts in the preset paper. Where all of a panel "
+        "is shaded, the block had begun to slip for good before. Shaded: laminar phases, that is,"
+        " slips of the last block longer than 200. e: whether the alternation lasts, in runs from"
+        " starts of their own. A run whose last stick comes before its end slips for good: its "
+        "alternation was a transient, which ends at once in some runs and late in others. What "
+        "lies below the dotted line is left out."
     ),
     alt=(
         "Five panels: in four of them the position of the last of ten blocks against time, with "
