@@ -147,7 +147,7 @@ def test_mean_lifetimes_have_their_intervals_and_limits_arrows():
     assert set(table.loc[table["dataset"] == "survival_long", "lifetime"]) <= set(unlabelled)
     for spread in (1, 10):
         points = table[(table["initial_spread"] == spread) & np.isfinite(table["lifetime"])]
-        near(by_size, f"initial spread {spread}", points["n_blocks"], points["lifetime"])
+        near(by_size, f"spread {spread}", points["n_blocks"], points["lifetime"])
 
 
 def shares_are(panel, data, level, ways, words):

@@ -290,7 +290,7 @@ COMMANDS = next(
 )
 RUNS = {"n_blocks": 2, "belt_velocity": 5, "duration": 20}
 GIVEN = {command: {} for command in COMMANDS} | {"simulate": RUNS, "classify": RUNS, "scan": RUNS}
-GIVEN |= {"branch": RUNS | {"lower": 4, "upper": 6}}
+GIVEN |= {"branch": RUNS | {"transient": 10, "lower": 4, "upper": 6}}
 GIVEN |= {"watch": RUNS | {"output": "film.mp4", "duration": 1}}
 GIVEN |= {"film": RUNS | {"output": "film.mp4"}, "track": {"output": "track.csv"}}
 FILES = {"track": ["film.mp4"], "analyse": ["track.csv"], "plot": ["run.h5"]}

@@ -150,7 +150,9 @@ def _curves(axes):
         if not columns[0].size or _across(axes, line):
             continue
         if line in bars and len(bars[line].lines[2]) == 1:
-            ends = np.array(bars[line].lines[2][0].get_segments())
+            # a bar without length (NaN) has no ends
+            segments = bars[line].lines[2][0].get_segments()
+            ends = np.array([bar if len(bar) == 2 else np.full((2, 2), np.nan) for bar in segments])
             columns += [ends[:, 0, 1], ends[:, 1, 1]]
         label = str(bars.get(line, line).get_label())
         marker, dash = (

@@ -159,6 +159,25 @@ class OrbitBranch(Tabled):
 
 
 @names.checked
+def check_course(
+    parameters: ChainParameters, quantity: str, lower: float, upper: float, step: float | None
+) -> tuple[str, float, float, float]:
+    """Quantity, range and largest step, checked; the range holds the chain's value."""
+    quantity = names.one_of("quantity", quantity, QUANTITIES)
+    limits = LIMITS[quantity]
+    lower, upper = checks.within("lower", lower, **limits), checks.within("upper", upper, **limits)
+    value = getattr(parameters, quantity)
+    if isinstance(value, tuple):
+        raise InputError(f"quantity = {quantity!r}: differs among the blocks, one number is needed")
+    if not lower <= value <= upper or lower == upper:
+        raise InputError(
+            f"lower = {lower:g}, upper = {upper:g}: must have the {quantity} of the orbit, "
+            f"{value:g}, between them"
+        )
+    largest = (upper - lower) / _STEPS if step is None else checks.positive("step", step)
+    return quantity, lower, upper, largest
+
+
 def orbit_branch(
     orbit: PeriodicOrbit,
     quantity: str = "belt_velocity",
@@ -207,18 +226,8 @@ def orbit_branch(
     """
     if not isinstance(orbit, PeriodicOrbit):
         raise InputError(f"orbit = {checks.shown(orbit)}: a PeriodicOrbit is needed")
-    quantity = names.one_of("quantity", quantity, QUANTITIES)
-    limits = LIMITS[quantity]
-    lower, upper = checks.within("lower", lower, **limits), checks.within("upper", upper, **limits)
+    quantity, lower, upper, largest = check_course(orbit.parameters, quantity, lower, upper, step)
     value = getattr(orbit.parameters, quantity)
-    if isinstance(value, tuple):
-        raise InputError(f"quantity = {quantity!r}: differs among the blocks, one number is needed")
-    if not lower <= value <= upper or lower == upper:
-        raise InputError(
-            f"lower = {lower:g}, upper = {upper:g}: must have the {quantity} of the orbit, "
-            f"{value:g}, between them"
-        )
-    largest = (upper - lower) / _STEPS if step is None else checks.positive("step", step)
     if not isinstance(unstable, bool | np.bool_):
         raise InputError(f"unstable = {checks.shown(unstable)}: must be True or False")
     tolerance = check_tolerance("tolerance", tolerance)

@@ -36,11 +36,13 @@ def add(commands: Any) -> None:
 def run(options: argparse.Namespace) -> None:
     """Find the orbit, follow it, and print its ends and the table."""
     chain = shared.chain_of(options)
-    from beltrepro.chaos import orbit_branch, periodic_orbit
+    from beltrepro.chaos import continuation, orbit_branch, periodic_orbit
 
+    course = {name: getattr(options, name) for name in ("lower", "upper", "step")}
+    continuation.check_course(chain, options.quantity, **course)  # before the orbit is sought
     settings = shared.settings_of(options) | {"initial_spread": options.initial_spread}
     orbit = periodic_orbit(chain, **settings)
-    course = {name: getattr(options, name) for name in ("lower", "upper", "step", "unstable")}
+    course["unstable"] = options.unstable
     progress = shared.progress_of("branch")
     branch = orbit_branch(
         orbit, options.quantity, tolerance=options.tolerance, progress=progress, **course

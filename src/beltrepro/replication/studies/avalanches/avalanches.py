@@ -73,6 +73,7 @@ def _cutoffs(axes, samples):
     axes.plot(n_blocks, growth.line(n_blocks), **look)
     axes.set_xticks(n_blocks, [f"{n:g}" for n in n_blocks])
     axes.minorticks_off()
+    panels.plain_log(axes.yaxis)
     for text in axes.legend(loc="upper left").get_texts():
         if "propto" in text.get_text():
             marks.shown(text, "soc-cutoff", "energy: growth with N")

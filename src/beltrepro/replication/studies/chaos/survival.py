@@ -15,7 +15,8 @@ FIGURE = Figure(
         "share left at the end is nearest to one half. Dotted curves start from larger "
         "displacements. b: the same for many runs, on a logarithmic scale. Dashed lines in a and b "
         "are exponentials with the mean lifetime. c: mean lifetimes against belt velocity, with "
-        "95 % intervals, and d: at all belt velocities, against N. Where no run ended, an arrow "
+        "95 % intervals; the colours are those of a. d: the same at all belt velocities, against "
+        "N; the spread is that of the displacements at the start. Where no run ended, an arrow "
         "begins at the lower limit. Open marks in c are longer runs. The grey line is the time up "
         "to which ends are counted in the others."
     ),
@@ -34,7 +35,7 @@ _POINT = ("n_blocks", "belt_velocity", "initial_spread")
 def draw(data):
     """Top: survival of each N at one u, and of many runs; bottom: mean lifetimes."""
     panels.require(data, FIGURE)
-    figure = style.page(5.6)
+    figure = style.page(4.8)
     (single, many), (by_velocity, by_size) = figure.subplots(2, 2, width_ratios=(1.35, 1))
     table, sizes = data["mean_lifetimes"], panels.levels(data["survival"], "n_blocks")
     colours = dict(zip(sizes, style.shades(sizes.size), strict=True))
@@ -105,7 +106,10 @@ def _draw_many(axes, runs, table):
         _draw_curve(axes, runs, table, point, colour, label)
     counted = np.minimum(runs.arrays["lifetime"], _horizon(runs))
     axes.set_xlim(0, counted.max())
-    axes.set_ylim(0.5 / max(_at(runs.arrays, *point).sum() for point in points), 1.2)
+    least = 0.5 / max(_at(runs.arrays, *point).sum() for point in points)
+    axes.set_ylim(least, 1 / least**0.35)  # room for the legend
+    panels.plain_log(axes.yaxis)
+    axes.set_yticks([tick for tick in (0.001, 0.01, 0.1, 1) if tick > least])
     axes.locator_params(axis="x", nbins=4)
     axes.legend(loc="upper right")
 
@@ -196,12 +200,12 @@ def _draw_by_size(axes, table):
         ended = np.isfinite(rows["lifetime"])
         look = {"linestyle": "none", "color": style.BLUE, "markersize": 3.5}
         look |= {"markerfacecolor": "none"} if index else {}
-        label = f"initial spread {spread:g}"
+        label = f"spread {spread:g}"
         axes.plot(place[ended], rows["lifetime"][ended], "o", label=label, **look)
         _draw_limits(axes, place[~ended], rows["lifetime_lower"][~ended], style.BLUE)
     axes.set_xticks(sizes)
     axes.set_xlim(sizes[0] - 0.6, sizes[-1] + 0.6)
-    axes.legend(loc="lower right")
+    panels.legend_above(axes, ncols=2, handletextpad=0.1, columnspacing=0.6)
 
 
 def _draw_limits(axes, place, lower, colour):

@@ -40,6 +40,9 @@ def draw(data):
         look |= {"elinewidth": 0.5, "label": f"$u = {velocity}$"}
         _draw_lifetimes(lifetimes, place, points, look)
         _draw_exponents(exponents, place, points, look)
+    if table.empty:
+        panels.note(lifetimes, "no runs in this table")
+        panels.note(exponents, "no runs in this table")
     lifetimes.set(xlabel="$N$", ylabel="mean lifetime", yscale="log")
     lifetimes.minorticks_off()
     lifetimes.set_yticks([100, 1e4, 1e6], ["100", "10,000", "1,000,000"])

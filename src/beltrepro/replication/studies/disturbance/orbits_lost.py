@@ -45,15 +45,18 @@ def draw(data):
         for kind in _LOOKS:
             _draw_sizes(axes, orbits, name, kind)
     margins = orbits["margin"][np.isfinite(orbits["margin"])]
-    ends = np.array([margins.min() / 2, margins.max() * 2])
-    by_margin.plot(ends, lines["share"]["kick"] * ends, color="0.5", linewidth=1, zorder=0)
+    if margins.empty or "kick" not in lines.index:
+        panels.note(by_margin, "no orbits in this table")
+        panels.note(by_slips, "no orbits in this table")
+    else:
+        ends = np.array([margins.min() / 2, margins.max() * 2])
+        by_margin.plot(ends, lines["share"]["kick"] * ends, color="0.5", linewidth=1, zorder=0)
+        _scale(by_margin, by_slips)
     by_margin.set(xlabel="margin", ylabel="disturbance")
     by_slips.set(xlabel="slips in a period")
     by_margin.legend(loc="lower right", handletextpad=0.1, borderaxespad=0.1)
     for axes, name in ((by_margin, "a"), (by_slips, "b")):
-        axes.set(xscale="log", yscale="log")
         panels.letter(axes, name)
-    _finish(by_margin, by_slips)
     return figure
 
 
@@ -73,8 +76,10 @@ def _draw_sizes(axes, orbits, name, kind):
     axes.errorbar(orbits[name][shown], size[shown], bars, fmt=marker, label=words, **look)
 
 
-def _finish(by_margin, by_slips):
-    """Plain numbers, since powers are written smaller than the rest."""
+def _scale(by_margin, by_slips):
+    """Logarithmic axes with plain numbers, since powers are written smaller than the rest."""
+    for axes in (by_margin, by_slips):
+        axes.set(xscale="log", yscale="log")
     for axis in (by_margin.xaxis, by_margin.yaxis, by_slips.xaxis):
         axis.set_minor_formatter(NullFormatter())
     by_margin.set_xticks([1e-4, 1e-2, 1], ["0.0001", "0.01", "1"])

@@ -14,13 +14,14 @@ FIGURE = Figure(
     words=(
         "Not in the paper. a: r of trials with the printed constants, at the two belt speeds of "
         "the experiment; x_5 holds the lengths of the blocks, as in a recording. Dots are medians, "
-        "bars hold 95 % of the trials, and triangles are the smallest r of any trial. Lines are "
-        "the values of the experiment. b: share of the trials "
-        "that show both regimes, each for 15 s or more, with f_s = 0.45, and 95 % intervals. Lines "
-        "are the belt speeds of the experiment. c: which friction ratio and which factor on the "
-        "belt speed agree with both recordings, whatever the noise. The darker, the more probable. "
-        "The cross stands for the printed values. d: how probable each noise is, if one or both of "
-        "them are free. The grey line is what was assumed before. The paper says 1 to 2 (shaded)."
+        "bars hold 95 % of the trials, and triangles are the smallest r of any trial. Dashed lines are "
+        "the values of the experiment, in the colours of the speeds. b: share of the trials that "
+        "show both regimes, each for 15 s or more, with f_s = 0.45, and 95 % intervals, moved "
+        "aside a little. Dashed lines are the belt speeds of the experiment. c: which friction "
+        "ratio and which factor on the belt speed agree with both recordings, whatever the noise. "
+        "The darker, the more probable. The cross stands for the printed values. d: how probable "
+        "each noise is, if the friction ratio, the belt speed or both are free. The grey line is "
+        "what was assumed before. The paper says 1 to 2 (shaded)."
     ),
     alt=(
         "Four panels: r of trials against noise at both belt speeds, share of trials with both "
@@ -31,6 +32,7 @@ FIGURE = Figure(
 )
 
 _LINES = 4  # most noises shown as lines
+_ASIDE = 0.25  # of u, by which the marks of one noise lie beside those of the next
 _SHADE = LinearSegmentedColormap.from_list("posterior", ["#ffffff", style.SKY, style.BLUE])
 _COLOURS = (style.BLUE, style.VERMILION)
 _FREE = {
@@ -44,7 +46,7 @@ _FREE = {
 def draw(data):
     """Top: r against noise, alternation against u; bottom: posteriors."""
     panels.require(data, FIGURE)
-    figure = style.page(7.0)
+    figure = style.page(5.6)
     (disorder, share), (plane, noise) = figure.subplots(2, 2)
     _draw_disorder(disorder, data["experiment_odds"])
     _draw_alternation(share, data["alternation"])
@@ -91,13 +93,13 @@ def _draw_alternation(axes, table):
     chosen = levels[np.unique(np.linspace(0, levels.size - 1, _LINES).round().astype(int))]
     for number, (noise, colour) in enumerate(zip(chosen, style.shades(chosen.size), strict=True)):
         at_noise = rows[rows["noise"] == noise]
-        columns = at_noise["belt_velocity"], at_noise["share"], _reaches(at_noise, "share")
+        place = at_noise["belt_velocity"] + _ASIDE * (number - (chosen.size - 1) / 2)
         look = {"fmt": style.MARKERS[number] + "-", "label": rf"$\sigma = {noise:g}$"}
-        look |= {"color": colour, "markersize": 4, "linewidth": 1.4, "elinewidth": 0.5}
-        axes.errorbar(*columns, **look)
+        look |= {"color": colour, "markersize": 3, "linewidth": 0.9, "elinewidth": 0.7}
+        axes.errorbar(place, at_noise["share"], _reaches(at_noise, "share"), **look)
     for observation, colour in zip(observations.EXPERIMENT, _COLOURS, strict=True):
         axes.axvline(observation.belt_velocity, color=colour, linestyle="--", linewidth=1.2)
-    axes.legend(loc="upper left", handlelength=1.2)
+    panels.legend_above(axes, ncols=2, handlelength=1.2, columnspacing=0.8)
 
 
 def _reaches(rows, name):

@@ -43,6 +43,8 @@ def draw(data):
             look = look | {"markerfacecolor": "white", "label": f"{words}, middle"}
             _draw_marks(axes, rows, "critical", aside + _ASIDE, look)
         _draw_arrows(axes, rows[rows[["begin", "critical"]].isna().all(axis=1)], aside, look)
+    if table.empty:
+        panels.note(axes, "no runs in this table")
     axes.axvline(0.45, color="0.7", linewidth=0.8, zorder=0)
     axes.set(xlim=(0, 1), ylim=(0, 1.05), xlabel="$f_s$")
     axes.set_ylabel(r"$u\,/\,[(1 - f_s)\,F_{\mathrm{st}}]$")
