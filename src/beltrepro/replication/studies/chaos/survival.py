@@ -47,7 +47,7 @@ def draw(data):
         axes.axhline(_horizon(data["survival"]), color="0.6", linewidth=0.8, zorder=0)
         axes.set(yscale="log", ylabel=r"mean lifetime $\tau$")
     single.set(xlabel=panels.TIME, ylabel="share still irregular", ylim=(-0.03, 1.03))
-    many.set(xlabel=panels.TIME, ylabel="share still irregular", yscale="log")
+    many.set(xlabel=panels.TIME, ylabel="share still irregular")
     by_velocity.set(xlabel=panels.BELT_VELOCITY)
     by_size.set(xlabel="$N$")
     for axes, name in zip((single, many, by_velocity, by_size), "abcd", strict=True):
@@ -106,6 +106,7 @@ def _draw_many(axes, runs, table):
         _draw_curve(axes, runs, table, point, colour, label)
     counted = np.minimum(runs.arrays["lifetime"], _horizon(runs))
     axes.set_xlim(0, counted.max())
+    axes.set_yscale("log")
     least = 0.5 / max(_at(runs.arrays, *point).sum() for point in points)
     axes.set_ylim(least, 1 / least**0.35)  # room for the legend
     panels.plain_log(axes.yaxis)
@@ -205,7 +206,7 @@ def _draw_by_size(axes, table):
         _draw_limits(axes, place[~ended], rows["lifetime_lower"][~ended], style.BLUE)
     axes.set_xticks(sizes)
     axes.set_xlim(sizes[0] - 0.6, sizes[-1] + 0.6)
-    panels.legend_above(axes, ncols=2, handletextpad=0.1, columnspacing=0.6)
+    axes.legend(loc="lower right", handletextpad=0.1)
 
 
 def _draw_limits(axes, place, lower, colour):
