@@ -112,7 +112,7 @@ def _draw_many(axes, runs, table):
     panels.plain_log(axes.yaxis)
     axes.set_yticks([tick for tick in (0.001, 0.01, 0.1, 1) if tick > least])
     axes.locator_params(axis="x", nbins=4)
-    axes.legend(loc="upper right")
+    axes.legend(loc="upper right", handlelength=1.0)
 
 
 def _draw_curve(axes, runs, table, point, colour, label):
