@@ -16,6 +16,7 @@ from beltrepro.cli import app as cli
 from beltrepro.replication.plan import manifest
 from beltrepro.replication.report import findings, publishing
 from beltrepro.replication.report.claim_results import count, read
+from beltrepro.replication.verdicts.criteria import VERDICTS
 from beltrepro.replication.verdicts.ledger import load_ledger
 
 ROOT = Path(__file__).parents[2]
@@ -185,9 +186,9 @@ def test_the_block_takes_its_numbers_from_the_tables(block, said):
     words = number.words.replace("-", "−")
     assert f"| slips | −1.47 | {words} | " in text
     counts = count(results)
-    assert f"Of {counts.testable} statements that can be tested" in text
+    assert f"Of {counts.total} statements of the paper" in text
     numbers = counts.verdicts["robust"]
-    row = " | ".join(str(numbers[verdict]) for verdict in ("yes", "in part", "no", "open"))
+    row = " | ".join(str(numbers[verdict]) for verdict in VERDICTS)
     assert f"| robust | {row} |" in text and numbers["no"] == 1
     assert "docs/results/paper/report.html" in text
 

@@ -23,7 +23,7 @@ from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.report import article, findings
 from beltrepro.replication.report.claim_results import count, read
-from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, QUESTIONS, YES
+from beltrepro.replication.verdicts.criteria import QUESTIONS, VERDICTS
 
 PLACE = Path("docs/results")
 LIMIT = 20_000_000  # bytes of a published run, as repositories and their readers bear them
@@ -104,12 +104,12 @@ def _block(folder: Path) -> Iterator[str]:
         yield f"| {' | '.join(cells)} |"
     counts = count(results)
     yield ""
-    yield f"Of {counts.testable} statements that can be tested:"
+    yield f"Of {counts.total} statements of the paper that could have come out otherwise:"
     yield ""
-    yield "| | yes | in part | no | open |"
-    yield "| --- | --- | --- | --- | --- |"
+    yield f"| | {' | '.join(VERDICTS)} |"
+    yield "| --- |" + " --- |" * len(VERDICTS)
     for question in QUESTIONS:
-        numbers = (str(counts.verdicts[question][word]) for word in (YES, IN_PART, NO, OPEN))
+        numbers = (str(counts.verdicts[question][word]) for word in VERDICTS)
         yield f"| {question} | {' | '.join(numbers)} |"
     yield ""
     pages = {"Report": "report.html", "article": ARTICLE}
