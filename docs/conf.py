@@ -16,6 +16,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx_argparse_cli",
+    "extensions.accessible",
     "extensions.api",
     "extensions.claims_and_figures",
     "extensions.configuration",
