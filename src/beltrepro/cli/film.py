@@ -16,13 +16,14 @@ def add(commands: Any) -> None:
         "film one chain, as a camera above the treadmill would",
         "Simulate one chain and write what a camera above the belt would take of it: an ordinary "
         "video, which `beltrepro track` can measure. The transient is not filmed.",
-        epilog=shared.UNITS,
+        epilog=f"{shared.UNITS} Only the camera's are in seconds, metres and pixels.",
     )
     shared.add_run(parser, seed=1, replicate=0)
     shared.add_output(parser, "the video, .mp4, .mov or .mkv", required=True)
     camera = parser.add_argument_group("camera")
     for setting in camera_settings().values():
-        shared.add_field(camera, setting, setting.metadata["words"])
+        words = setting.metadata["words"].replace("null for", "if not given,")
+        shared.add_field(camera, setting, words)
 
 
 def run(options: argparse.Namespace) -> None:
