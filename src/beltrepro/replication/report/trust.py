@@ -46,9 +46,9 @@ def dates(results: Results) -> str:
     seen = Counter(result.claim.seen for result in dated(results))
     numbers = [seen[name] or "none" for name in SEEN]
     return (
-        f"Of the criteria of {seen.total()} statements that can be tested, {numbers[0]} were "
-        f"written before any run had been seen, {numbers[1]} after short runs and {numbers[2]} "
-        f"after long ones; {numbers[3]} were written or changed after the published run."
+        f"Of the criteria of {seen.total()} statements that can be tested, {numbers[3]} were "
+        f"written or changed after the published run had been seen, {numbers[2]} after long runs, "
+        f"{numbers[1]} after short ones and {numbers[0]} before any."
     )
 
 
