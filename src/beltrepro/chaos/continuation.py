@@ -158,7 +158,6 @@ class OrbitBranch(Tabled):
         return f"OrbitBranch({slips} slips, {self.quantity} {ends}, {len(self.orbits)} orbits)"
 
 
-@names.checked
 def check_course(
     parameters: ChainParameters, quantity: str, lower: float, upper: float, step: float | None
 ) -> tuple[str, float, float, float]:
@@ -178,6 +177,7 @@ def check_course(
     return quantity, lower, upper, largest
 
 
+@names.checked
 def orbit_branch(
     orbit: PeriodicOrbit,
     quantity: str = "belt_velocity",
