@@ -89,3 +89,14 @@ def test_what_is_not_there_is_named(capsys, results, tmp_path):
     manifest.add(tmp_path, tmp_path.iterdir())
     status, said = printed(capsys, "--results", tmp_path)
     assert status == 2 and "made by an earlier version" in said.err
+
+
+@pytest.mark.parametrize("published", [False, True])
+def test_a_run_that_was_not_made_yet(capsys, tmp_path, monkeypatch, published):
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "docs/results/paper"
+    if published:
+        folder.mkdir(parents=True)
+    status, said = printed(capsys, "--preset", "paper")
+    assert status == 2 and "--config preset=paper" in said.err
+    assert ("--results docs/results/paper" in said.err) == published

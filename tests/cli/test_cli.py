@@ -62,6 +62,11 @@ def test_the_output_file_holds_the_samples_and_stays_unless_forced(tmp_path):
     assert len(data.arrays["events"]) == json.loads(done.stdout)["events"]
 
 
+def test_a_warning_is_one_line_without_a_place_in_the_code():
+    said = command(n_blocks=7, belt_velocity=12, duration=300, transient=0).stderr
+    assert said.startswith("warning: loading is measured too") and said.count("\n") == 1
+
+
 def test_classify_prints_the_motion():
     settings = {"action": "classify", "n_blocks": 2, "belt_velocity": 5, "noise": 0}
     done = command("--json", duration=2000, transient=1000, seed=4, **settings)

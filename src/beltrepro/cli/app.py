@@ -3,6 +3,8 @@
 import argparse
 import os
 import sys
+import warnings
+from typing import Any
 
 from beltrepro import __version__
 from beltrepro.base.errors import InputError, ModelStateError, needing
@@ -34,7 +36,8 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command."""
     options = parser().parse_args(arguments)
     try:
-        with needing(f"beltrepro {options.command}"):
+        with needing(f"beltrepro {options.command}"), warnings.catch_warnings():
+            warnings.showwarning = _warning
             status = options.action(options)
         sys.stdout.flush()
         return status or 0
@@ -51,6 +54,11 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return 130
+
+
+def _warning(message: Warning | str, *_: Any, **__: Any) -> None:
+    """A warning in one line, without the place in the code that a shell's user never called."""
+    print(f"warning: {message}", file=sys.stderr)
 
 
 def parser() -> argparse.ArgumentParser:

@@ -43,7 +43,7 @@ def run(options: argparse.Namespace) -> None:
     """Print the table."""
     from beltrepro.replication.report.claim_results import count, read
 
-    results = read(options.results or Path("results", options.preset))
+    results = read(options.results or _made(options.preset))
     shown = results
     for question in QUESTIONS:
         if word := getattr(options, question):
@@ -92,6 +92,19 @@ def _answer(answer: Answer) -> dict[str, Any]:
         numbers.append({"name": number.name} | finite | {"verdict": number.verdict})
     texts = {name: text for name, text in vars(answer).items() if name != "numbers"}
     return texts | {"estimates": numbers}
+
+
+def _made(preset: str) -> Path:
+    """The folder of a run by the name of its preset."""
+    folder = Path("results", preset)
+    if not folder.exists():
+        published = Path("docs", "results", preset)
+        other = f"; to read the published one: --results {published}" if published.is_dir() else ""
+        raise InputError(
+            f"preset = {preset!r}: {folder} is not made yet: "
+            f"snakemake --cores 2 --config preset={preset}{other}"
+        )
+    return folder
 
 
 def _table(results: Results) -> str:
