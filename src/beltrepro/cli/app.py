@@ -4,7 +4,6 @@ import argparse
 import os
 import sys
 import warnings
-from typing import Any
 
 from beltrepro import __version__
 from beltrepro.base.errors import InputError, ModelStateError, needing
@@ -36,9 +35,10 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command."""
     options = parser().parse_args(arguments)
     try:
-        with needing(f"beltrepro {options.command}"), warnings.catch_warnings():
-            warnings.showwarning = _warning
+        with needing(f"beltrepro {options.command}"), warnings.catch_warnings(record=True) as heard:
             status = options.action(options)
+        for warning in heard:  # not before, as what is refused gets one line
+            print(f"warning: {warning.message}", file=sys.stderr)
         sys.stdout.flush()
         return status or 0
     except InputError as error:
@@ -54,11 +54,6 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return 130
-
-
-def _warning(message: Warning | str, *_: Any, **__: Any) -> None:
-    """A warning in one line, without the place in the code that a shell's user never called."""
-    print(f"warning: {message}", file=sys.stderr)
 
 
 def parser() -> argparse.ArgumentParser:
