@@ -9,7 +9,6 @@ import pytest
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.model import ChainParameters, spring, units
-from beltrepro.replication.studies.laws import measure
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, NOT_TESTABLE, OPEN, YES
 from beltrepro.stats import estimates
 from made_up import LAW, LEDGER, SETTINGS, both, few_resamples, grades, measured, scan_of_laws  # noqa: F401
@@ -168,19 +167,6 @@ def test_the_smallest_gap_decides_whether_blocks_collide(gap, verdict):
     assert centres.judged["smallest gap"].value == pytest.approx(smallest.value - CONTACT)
     with pytest.raises(NotEnoughDataError, match="no sampled run by verlet"):
         measured("no-collisions", u17=sampled(70, "event"))
-
-
-def test_the_interval_of_the_smallest_gap_is_that_of_the_force():
-    """One stretch of twenty is compressed more, as in a chain that alternates."""
-    chain = ChainParameters(n_blocks=2, belt_velocity=1)
-    gap = np.full(2000, 21.0)
-    gap[150] = 15.0
-    estimate = measure.smallest_gap(gap, chain, chain.rest_length)
-    forces = spring.spring_force(np.array([15.0, 21.0]) - 50, chain)
-    most = forces[0] + 19 * (forces[0] - forces[1])
-    assert estimate.value == estimate.high == pytest.approx(15)
-    assert spring.spring_force(estimate.low - 50, chain) == pytest.approx(most)
-    assert 0 < estimate.low < 2
 
 
 def test_the_interval_of_the_smallest_value_covers_it():

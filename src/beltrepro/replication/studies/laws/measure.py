@@ -93,15 +93,9 @@ def _correlation(one, other):
     return np.corrcoef(one, other)[0, 1] if one.std() > 0 else 1.0
 
 
-def smallest_gap(gap: np.ndarray, chain: ChainParameters, undeformed: float) -> Estimate:
-    """Of a run; its interval from stretches of that run.
-
-    It is made for the force in the spring: where that grows exponentially, lengths hardly differ.
-    """
-    shortest = np.array([part.min() for part in np.array_split(gap, STRETCHES)]) - undeformed
-    force = smallest(-spring.spring_force(shortest, chain))
-    value, low = spring.spring_extension([force.value, force.low], chain) + undeformed
-    return Estimate(float(value), float(low), float(value), force.runs)
+def smallest_gap(gap: np.ndarray) -> Estimate:
+    """Of a run; its interval from stretches of that run."""
+    return smallest([part.min() for part in np.array_split(gap, STRETCHES)])
 
 
 # --- order of the scheme --------------------------------------------------------------------------
