@@ -14,7 +14,9 @@ from beltrepro.replication.camera.tape import WIDE_GAP, Tape
 # What cameras are like, where few marks tell little: tilts of some degrees, lenses that move the
 # end of the picture by some hundredths. One standard deviation of c and k.
 _TILT, _LENS = 0.05, 0.02
-_ALIKE = 4  # neighbouring marks that share their error
+# Neighbouring marks that share their error, at least: where marks lie nearly whole pixels apart,
+# more of them are off to one side, which is seen in the map's residuals.
+_ALIKE = 4
 _LEAST = 0.005  # error of a mark's place, in their distances
 # Other numbers that are tried beyond a wide gap; the best must fit so many times better than the
 # next one.
@@ -53,7 +55,8 @@ class Ruler:
             raise NotEnoughDataError(
                 f"{gap.max() - 1:.0f} marks of the tape are hidden side by side, too many to count"
             )
-        information = _slopes(fit.values, places) / (fit.error * np.sqrt(_ALIKE))
+        alike = max(_ALIKE, _longest_side(fit.residuals))
+        information = _slopes(fit.values, places) / (fit.error * np.sqrt(alike))
         prior = np.diag([0.0, 0.0, _TILT**-2, _LENS**-2])
         covariance = np.linalg.inv(information.T @ information + prior)
         return cls(half, fit.values, covariance, spacing_m, first_m, fit.residuals)
@@ -96,6 +99,11 @@ class Ruler:
         return float(self.scale(np.zeros(1))[0])
 
     @property
+    def distance_m(self) -> float:
+        """From the camera to the tape, if its lens is that of a phone."""
+        return _FOCAL * self.half_width * self.metres_per_pixel
+
+    @property
     def tilt(self) -> float:
         """Degrees by which the camera is tilted along the belt, if its lens is that of a phone."""
         return float(np.degrees(np.arctan(self.values[2] * _FOCAL)))
@@ -130,6 +138,12 @@ class _Fit(NamedTuple):
             residuals = numbers - _numbers(fit.x, places)
             error = max(_LEAST, 1.4826 * float(np.median(np.abs(residuals))))
         return cls(fit.x, residuals, error)
+
+
+def _longest_side(residuals: np.ndarray) -> int:
+    """Most marks in a row that lie to the same side of the map."""
+    changes = np.flatnonzero(np.diff(residuals > 0)) + 1
+    return int(np.diff(np.concatenate([[0], changes, [len(residuals)]])).max())
 
 
 def _numbers(values: np.ndarray, places: np.ndarray) -> np.ndarray:
