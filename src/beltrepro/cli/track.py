@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from beltrepro.cli import options as shared
-from beltrepro.replication.camera.scene import Scene
+from beltrepro.replication.camera.scene import TAPE_HEIGHT_ERROR, Scene
 
 _SIZES = ("block_length", "block_width", "mark_spacing")
 
@@ -31,7 +31,7 @@ def add(commands: Any) -> None:
     option(
         "--tape-height-error",
         type=float,
-        default=0.0035,
+        default=TAPE_HEIGHT_ERROR,
         help="how far the tape's face may lie above or below the tops of the blocks: one standard "
         "error, m",
     )

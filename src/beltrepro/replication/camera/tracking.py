@@ -17,7 +17,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.replication.camera import tape, white_block
 from beltrepro.replication.camera.following import ACROSS, SHIFT, Follower, Motion, settled
 from beltrepro.replication.camera.reading import read
-from beltrepro.replication.camera.scene import Scene
+from beltrepro.replication.camera.scene import TAPE_HEIGHT_ERROR, Scene
 from beltrepro.replication.camera.survey import SUPPORTS, Survey
 from beltrepro.replication.camera.video import Frame, read_video
 from beltrepro.replication.camera.white_block import Place, Region
@@ -31,9 +31,6 @@ _SIZE = 0.0125  # share by which the block may look larger or smaller than it is
 _SCALES = (1e-6, 0.1)  # metres per pixel that a camera above a treadmill can have
 # Fields of a track that its file has in the first line.
 _NUMBERS = ("metres_per_pixel", "angle", "scale_error", "zero_error_m")
-# Metres that the face of a tape lies above or below the tops of the blocks where it was laid by
-# eye, one standard error: three of them are the centimetre of which the recipe warns.
-TAPE_HEIGHT_ERROR = 0.0035
 _FIRST_MARK = 5.0  # metres: no tape beside a chain reads more where the picture begins
 
 
