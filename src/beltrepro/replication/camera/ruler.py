@@ -14,9 +14,7 @@ from beltrepro.replication.camera.tape import WIDE_GAP, Tape
 # What cameras are like, where few marks tell little: tilts of some degrees, lenses that move the
 # end of the picture by some hundredths. One standard deviation of c and k.
 _TILT, _LENS = 0.05, 0.02
-# Neighbouring marks that share their error, at least: where marks lie nearly whole pixels apart,
-# more of them are off to one side, which is seen in the map's residuals.
-_ALIKE = 4
+_ALIKE = 4  # neighbouring marks that share their error
 _LEAST = 0.005  # error of a mark's place, in their distances
 # Other numbers that are tried beyond a wide gap; the best must fit so many times better than the
 # next one.
@@ -55,8 +53,7 @@ class Ruler:
             raise NotEnoughDataError(
                 f"{gap.max() - 1:.0f} marks of the tape are hidden side by side, too many to count"
             )
-        alike = max(_ALIKE, _longest_side(fit.residuals))
-        information = _slopes(fit.values, places) / (fit.error * np.sqrt(alike))
+        information = _slopes(fit.values, places) / (fit.error * np.sqrt(_ALIKE))
         prior = np.diag([0.0, 0.0, _TILT**-2, _LENS**-2])
         covariance = np.linalg.inv(information.T @ information + prior)
         return cls(half, fit.values, covariance, spacing_m, first_m, fit.residuals)
@@ -138,12 +135,6 @@ class _Fit(NamedTuple):
             residuals = numbers - _numbers(fit.x, places)
             error = max(_LEAST, 1.4826 * float(np.median(np.abs(residuals))))
         return cls(fit.x, residuals, error)
-
-
-def _longest_side(residuals: np.ndarray) -> int:
-    """Most marks in a row that lie to the same side of the map."""
-    changes = np.flatnonzero(np.diff(residuals > 0)) + 1
-    return int(np.diff(np.concatenate([[0], changes, [len(residuals)]])).max())
 
 
 def _numbers(values: np.ndarray, places: np.ndarray) -> np.ndarray:
