@@ -12,6 +12,7 @@ from beltrepro.replication.camera.tracking import track
 from optics import COMBINED, DISTURBANCES, Pose, Shot, chain_motion, film, pictures
 
 FILMS = DISTURBANCES | COMBINED
+HEIGHTS = (0.01, 0.005, -0.005, -0.01)  # metres of the tops of the blocks above the tape
 # A film of these must be measured; others may be refused.
 MEASURED = {"clean", "mirrored", "vignetted", "jpeg", "hands", "dropped", "cloth along 1"}
 # What cannot be measured, and what is said of it.
@@ -21,14 +22,14 @@ REFUSED = {
 }
 
 
-def judge(path, time, truth):
+def judge(path, time, truth, **how):
     """Refusal in one line, or nothing where the track holds what it promises.
 
     99 of 100 frames are within three times the error that is told, or half a millimetre where that
     is more, and none is farther off than twice that.
     """
     try:
-        tracked = track(path)
+        tracked = track(path, **how)
     except InputError as refusal:
         assert str(path) in str(refusal)
         assert "\n" not in str(refusal)
@@ -54,9 +55,18 @@ def case(name):
 @pytest.mark.parametrize("name", [case(name) for name in FILMS])
 def test_a_disturbed_film_is_measured_as_well_as_it_says_or_refused(tmp_path, name):
     path = tmp_path / "film.mp4"
-    refusal = judge(path, *film(chain_motion(), path, FILMS[name]))
+    # its tape is as high as the blocks, or too far off to be measured
+    refusal = judge(path, *film(chain_motion(), path, FILMS[name]), tape_height_error=0.0)
     assert not (refusal and name in MEASURED), refusal
     assert REFUSED.get(name, "") in (refusal or "")
+
+
+@pytest.mark.parametrize(
+    "height", [pytest.param(z, marks=[] if z == 0.01 else [pytest.mark.slow]) for z in HEIGHTS]
+)
+def test_the_error_holds_a_tape_that_lies_a_little_too_high_or_deep(tmp_path, height):
+    path = tmp_path / "film.mp4"
+    assert judge(path, *film(chain_motion(), path, Shot(block_height=height))) is None
 
 
 # --- the films themselves -------------------------------------------------------------------------

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from beltrepro.cli import options as shared
-from beltrepro.replication.camera.scene import Scene
+from beltrepro.replication.camera.scene import TAPE_HEIGHT_ERROR, Scene
 
 _SIZES = ("block_length", "block_width", "mark_spacing")
 
@@ -28,6 +28,13 @@ def add(commands: Any) -> None:
     words = "scale, if there is no tape"
     option("--scale", type=float, metavar="METRES_PER_PIXEL", help=words)
     option("--first-mark", type=float, help="what the tape reads at the first mark seen, m")
+    option(
+        "--tape-height-error",
+        type=float,
+        default=TAPE_HEIGHT_ERROR,
+        help="how far the tape's face may lie above or below the tops of the blocks: one standard "
+        "error, m",
+    )
     option("--support", default="auto", help="side where the chain is held: left, right or auto")
     for size in fields(Scene):
         if size.name in _SIZES:
@@ -49,6 +56,7 @@ def run(options: argparse.Namespace) -> None:
         metres_per_pixel=options.scale,
         first_mark=options.first_mark,
         support=options.support,
+        tape_height_error=options.tape_height_error,
         scene=Scene(**{name: getattr(options, name) for name in _SIZES}),
     )
     tracked.save(options.output)

@@ -38,7 +38,11 @@ class Reading(NamedTuple):
 
 
 def read(
-    survey: Survey, blocks: list[Place], moved: np.ndarray, moved_error: np.ndarray
+    survey: Survey,
+    blocks: list[Place],
+    moved: np.ndarray,
+    moved_error: np.ndarray,
+    tape_height_error: float,
 ) -> Reading:
     """Read the tape beside blocks in pictures that have moved by (T, 5), with errors (T, 5)."""
     ruler, half = survey.ruler, survey.ruler.half_width
@@ -65,6 +69,8 @@ def read(
     off, middle = size - 1, ruler.metres(np.zeros(1))[0]
     if not abs(off) > _FINEST + 2 * size_error:
         off = 0.0
+    if survey.measure:  # the size of the block does not tell a height of some millimetres
+        off = float(np.hypot(off, tape_height_error / ruler.distance_m))
     variance = common.variance + (off * (x - middle)) ** 2
     level = across - following.across(moved, along, half)
     return Reading(

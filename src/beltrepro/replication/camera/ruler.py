@@ -96,6 +96,11 @@ class Ruler:
         return float(self.scale(np.zeros(1))[0])
 
     @property
+    def distance_m(self) -> float:
+        """From the camera to the tape, if its lens is that of a phone."""
+        return _FOCAL * self.half_width * self.metres_per_pixel
+
+    @property
     def tilt(self) -> float:
         """Degrees by which the camera is tilted along the belt, if its lens is that of a phone."""
         return float(np.degrees(np.arctan(self.values[2] * _FOCAL)))

@@ -17,7 +17,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.replication.camera import tape, white_block
 from beltrepro.replication.camera.following import ACROSS, SHIFT, Follower, Motion, settled
 from beltrepro.replication.camera.reading import read
-from beltrepro.replication.camera.scene import Scene
+from beltrepro.replication.camera.scene import TAPE_HEIGHT_ERROR, Scene
 from beltrepro.replication.camera.survey import SUPPORTS, Survey
 from beltrepro.replication.camera.video import Frame, read_video
 from beltrepro.replication.camera.white_block import Place, Region
@@ -89,18 +89,21 @@ def track(
     first_mark: float | None = None,
     support: str = "auto",
     scene: Scene | None = None,
+    tape_height_error: float = TAPE_HEIGHT_ERROR,
     progress: Callable[[float], None] | None = None,
 ) -> Track:
     """Track the white block in a video from above the belt.
 
     Belt, tape and block are looked for in the first ten seconds or so; then the block is followed
-    from frame to frame (docs/experiment.md).
+    from frame to frame (docs/experiment.md). The face of the tape may lie above or below the tops
+    of the blocks, with a standard error of `tape_height_error` in metres.
     """
     scene = scene or Scene()
     if metres_per_pixel is not None:
         checks.within("metres_per_pixel", metres_per_pixel, ge=_SCALES[0], le=_SCALES[1])
     if first_mark is not None:
         checks.within("first_mark", first_mark, ge=-_FIRST_MARK, le=_FIRST_MARK)
+    tape_height_error = checks.not_negative("tape_height_error", tape_height_error)
     if support not in SUPPORTS:
         raise InputError(f"support = {support!r}: allowed are {', '.join(SUPPORTS)}")
     beginning = itertools.islice(read_video(video), 0, _SURVEY, _EVERY)
@@ -119,7 +122,7 @@ def track(
             f"{video}: the white block is found in {seen.sum()} of the frames, of which there are "
             f"{len(seen)}: half of them are needed, and two at least{advice if side else ''}"
         )
-    return _measured(frames, seen, survey, str(video))
+    return _measured(frames, seen, survey, tape_height_error, str(video))
 
 
 class _Frame(NamedTuple):
@@ -130,13 +133,15 @@ class _Frame(NamedTuple):
     motion: Motion  # of the picture since the survey
 
 
-def _measured(frames: list[_Frame], seen: np.ndarray, survey: Survey, name: str) -> Track:
+def _measured(
+    frames: list[_Frame], seen: np.ndarray, survey: Survey, tape_height_error: float, name: str
+) -> Track:
     """The track that the frames show."""
     time = np.array([frame.time_s for frame in frames])
     motions = np.array([frame.motion.values for frame in frames])
     moved, moved_error = settled(motions, np.array([frame.motion.errors for frame in frames]))
     blocks = [frame.place for frame in frames if frame.place]
-    reading = read(survey, blocks, moved[seen], moved_error[seen])
+    reading = read(survey, blocks, moved[seen], moved_error[seen], tape_height_error)
     if abs(reading.size - 1) > _SIZE + reading.size_error:
         sides = " x ".join(f"{100 * side * reading.size:.2f}" for side in survey.sides_m)
         raise InputError(
