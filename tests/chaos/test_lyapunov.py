@@ -1,5 +1,6 @@
 """Lyapunov exponents: closed forms, twins followed by `simulate`, and errors on made-up growth."""
 
+import dataclasses
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -41,6 +42,8 @@ def test_one_block_has_a_limit_cycle_that_erases_all_but_the_phase():
     assert abs(spectrum.exponents[0]) < 3 * spectrum.standard_error[0] < 1e-3
     assert (spectrum.exponents[1], spectrum.standard_error[1]) == (-np.inf, 0.0)
     assert (spectrum.trivial, spectrum.erased) == (0, 1)
+    far = dataclasses.replace(spectrum, exponents=np.array([-0.5]))
+    assert far.trivial is None
 
 
 @pytest.mark.parametrize(

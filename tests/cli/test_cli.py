@@ -60,6 +60,8 @@ def test_the_output_file_holds_the_samples_and_stays_unless_forced(tmp_path):
     assert data.arrays["positions"].shape == (61, 3)
     assert (data.attributes["belt_velocity"], data.attributes["kind"]) == (20, "run")
     assert len(data.arrays["events"]) == json.loads(done.stdout)["events"]
+    assert command("--force", output=path).returncode == 0  # ten samples a unit of time
+    assert store.read(path).arrays["positions"].shape == (301, 3)
 
 
 def test_a_warning_is_one_line_without_a_place_in_the_code():

@@ -18,9 +18,9 @@ from beltrepro.cli import app as cli
 from beltrepro.extras import watch
 from beltrepro.extras.watch import Clock, Player, View, Window, begin, look, write_film
 from beltrepro.extras.watch.player import KEPT
-from beltrepro.extras.watch.scenery import BLOCK_ALONG
+from beltrepro.extras.watch.scenery import BLOCK_ALONG, visible_length
 from beltrepro.extras.watch.view import span_of
-from beltrepro.model.spring import chain_deformations, spring_force
+from beltrepro.model.spring import chain_deformations, spring_extension, spring_force
 from beltrepro.model.units import FORCE_N, LENGTH_M, TIME_S
 
 CHAIN = ChainParameters(3, 15.0, 1.0)
@@ -369,3 +369,23 @@ def test_a_toolkit_without_a_display_is_one_line(capsys, monkeypatch):
         status = cli.main(["watch", "--n-blocks=2", "--belt-velocity=15"])
     said = capsys.readouterr()
     assert status == 2 and "no display" in said.err and len(said.err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("u", "noise", "ends"), [(15.0, 1.0, (50.0, 10.0)), (80.0, 10.5, (80.0, 10.5))]
+)
+def test_sliders_reach_over_the_scans_of_the_paper_and_to_the_chain(u, noise, ends):
+    figure = Figure()
+    FigureCanvasAgg(figure)
+    window = Window(player(ChainParameters(3, u, noise)), CLOCK, figure)
+    assert (window.velocity.valmax, window.noise.valmax) == ends
+
+
+def test_the_belt_holds_a_chain_each_of_whose_springs_pulls_all_blocks_behind_it():
+    chain = ChainParameters(3, 15.0, static_friction=(40.0, 70.0, 130.0))
+    extensions = spring_extension(np.array([40 + 70 + 130, 70 + 130, 130.0]), chain)
+    assert spring_force(extensions, chain) == pytest.approx([-240, -200, -130])
+    longest = LENGTH_M * (150 + extensions.sum())
+    assert longest < visible_length(chain) < 1.1 * longest
+    other = replace(chain, static_friction=(130.0, 70.0, 40.0))
+    assert visible_length(other) < visible_length(chain)

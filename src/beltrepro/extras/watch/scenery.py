@@ -36,7 +36,7 @@ _NUMBERED = (10, 20, 50, 100, 200, 500)  # marks from one number to the next
 
 def visible_length(chain: ChainParameters) -> float:
     """Length of belt that a chain needs, in metres."""
-    pulls = np.cumsum(chain.by_block("static_friction"))[::-1]
+    pulls = np.cumsum(chain.by_block("static_friction")[::-1])[::-1]
     stretched = (chain.by_block("rest_length") + spring_extension(pulls, chain)).sum()
     return float(LENGTH_M * stretched * _ROOM_BEYOND)
 
