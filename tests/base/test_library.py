@@ -98,8 +98,8 @@ def test_the_library_stands_alone(strangers, tmp_path):
     above = {"beltrepro.replication", "beltrepro.extras"}
     said = run_without(strangers | above, LIBRARY, tmp_path).stdout.splitlines()
     assert said == [
-        "a picture of a run needs matplotlib: pip install 'beltrepro[results]'",
-        "a table needs pandas: pip install 'beltrepro[results]'",
+        "a picture of a run needs matplotlib: pip install 'beltrepro[replication]'",
+        "a table needs pandas: pip install 'beltrepro[replication]'",
     ]
 
 

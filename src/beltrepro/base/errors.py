@@ -26,11 +26,10 @@ def require(condition: object, reason: str) -> None:
 
 
 @contextmanager
-def needing(purpose: str, extra: str = "results") -> Iterator[None]:
-    """Say in one line which extra, if one, brings what is imported within this block."""
+def needing(purpose: str, extra: str = "replication") -> Iterator[None]:
+    """Say in one line which extra of the package brings what is imported within this block."""
     try:
         yield
     except ModuleNotFoundError as error:
         module = (error.name or "").partition(".")[0]
-        named = f"'beltrepro[{extra}]'" if extra else module
-        raise InputError(f"{purpose} needs {module}: pip install {named}") from None
+        raise InputError(f"{purpose} needs {module}: pip install 'beltrepro[{extra}]'") from None

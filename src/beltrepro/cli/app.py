@@ -35,10 +35,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command."""
     options = parser().parse_args(arguments)
     try:
-        with (
-            needing(f"beltrepro {options.command}", "replication"),
-            warnings.catch_warnings(record=True) as heard,
-        ):
+        with needing(f"beltrepro {options.command}"), warnings.catch_warnings(record=True) as heard:
             status = options.action(options)
         for warning in heard:  # not before, as what is refused gets one line
             print(f"warning: {warning.message}", file=sys.stderr)

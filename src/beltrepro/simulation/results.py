@@ -88,7 +88,7 @@ class Results(dict[str, np.ndarray]):
         InputError
             Two chains stand at one point, or pandas or xarray is not installed.
         """
-        with needing("a grid of results", extra=""):
+        with needing("a grid of results"):
             import xarray  # noqa: F401
         grid = self.table().set_index(self.axes or ["replicate"])
         if not grid.index.is_unique:
