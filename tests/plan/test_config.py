@@ -15,7 +15,7 @@ from pydantic import TypeAdapter
 
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import config
-from beltrepro.replication.plan.kinds import KINDS, MAXIMUM_SCAN_BLOCKS, SETTINGS
+from beltrepro.replication.plan.kinds import KINDS, SETTINGS
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import LAW, QUANTITIES, REQUIRED
 
@@ -254,7 +254,6 @@ def test_values_are_taken_up_to_their_limits(name, inner, outer):
         (f"{DATASET}.belt_velocity", -2, "must be greater than 0"),
         (f"{DATASET}.belt_velocity", [3, -2], "belt_velocity[1] = -2"),
         (f"{DATASET}.n_blocks", 2.5, "must be a whole number"),
-        (f"{DATASET}.n_blocks", 11, "n5_map.n_blocks = 11: a scan takes at most 10 blocks"),
         (f"{DATASET}.noise", [], "is empty"),
         (f"{DATASET}.noise", [1, 1], "occurs twice"),
         (f"{DATASET}.noise", "much", "must be a number"),
@@ -334,12 +333,3 @@ def test_what_yaml_1_1_reads_in_its_own_way_is_refused(tmp_path, word):
     path.write_text(f"run: '{word}'  # {word}\nseed: [-0.5, +1.5e+3, .5, 0, true, 2e6]")
     numbers = [-0.5, 1500, 0.5, 0, True, "2e6"]
     assert config.load_config(path) == {"run": word, "seed": numbers}
-
-
-# --- the same facts elsewhere ---------------------------------------------------------------------
-
-
-def test_datasets_of_scans_have_the_columns_of_the_simulation():
-    from beltrepro.simulation import scans
-
-    assert MAXIMUM_SCAN_BLOCKS == scans.SLIP_COLUMNS

@@ -146,6 +146,22 @@ def test_a_dataset_is_joined_from_its_batches_in_their_order(tmp_path):
         join(paths, expected[:1], spec, tmp_path / "wrong.h5")
 
 
+@pytest.mark.filterwarnings("ignore:loading is measured")
+def test_chains_of_more_blocks_than_the_papers_are_joined_with_shorter_ones():
+    lengths = {"duration": 900, "transient": 340}
+    plan = planned(n_blocks=[3, 13], belt_velocity={3: [5, 7], 13: 6}, **lengths)
+    specs = [plan.batch_spec("one", number) for number in range(2)]
+    parts = []
+    for spec in specs:
+        arrays = kinds.record("scan", points_of(spec["points"]), spec["settings"])
+        parts.append(store.Dataset(arrays, {}))
+    joined = files.join(parts, KINDS["scan"].arrays)
+    slips = joined["slip_count"]
+    assert joined["n_blocks"].tolist() == [3, 3, 13]
+    assert slips.shape == (3, 13) and slips.dtype == parts[0].arrays["slip_count"].dtype
+    assert slips[:2, :3].all() and not slips[:2, 3:].any() and slips[2].all()
+
+
 @pytest.mark.slow
 def test_a_film_is_taken_as_told(tmp_path):
     plan = planned("series", n_blocks=2, belt_velocity=5, sample_interval=0.5448376, noise=0)

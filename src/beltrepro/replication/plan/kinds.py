@@ -30,7 +30,6 @@ from beltrepro.replication.plan.points import (
 )
 
 POINT = "point"  # name of the axis along which batches are joined
-MAXIMUM_SCAN_BLOCKS = 10  # columns of slip_count
 
 Arrays = dict[str, np.ndarray]
 Progress = Callable[[float], None]
@@ -230,13 +229,6 @@ def _shorter(name: str, settings: dict, points: Sequence[Point]) -> Complaint:
 _transient, _settle_time = (partial(_shorter, name) for name in ("transient", "settle_time"))
 
 
-def _scanned_blocks(settings: dict, points: Sequence[Point]) -> Complaint:
-    largest = max(point.n_blocks for point in points)
-    if largest <= MAXIMUM_SCAN_BLOCKS:
-        return None
-    return "n_blocks", f"= {largest}: a scan takes at most {MAXIMUM_SCAN_BLOCKS} blocks"
-
-
 def _section(settings: dict, points: Sequence[Point]) -> Complaint:
     block, smallest = settings["section_block"], min(point.n_blocks for point in points)
     if block is None:
@@ -399,7 +391,7 @@ SCAN = Kind(
             "stuck.",
         ),
     ),
-    (_transient, _scanned_blocks),
+    (_transient,),
 )
 
 SERIES = Kind(
