@@ -81,17 +81,17 @@ STUDIES = {
 }
 
 
-def coverage(name, studies):
+def coverage(names):
     """Shares of studies whose intervals of u_c, width and of differences cover; error of u_c."""
     places, truths, inside, errors = [], [], [], []
-    width = PER_WIDTH * STUDIES[name]["w"]
-    for seed in range(studies):
+    for seed, name in enumerate(names):
         u, r, critical = made(RNG(seed), **STUDIES[name])
         fit = branches._fit(branches.Row.of(u, r))
         numbers = {
             key: branches._open_ends(key, branches._of_draws(values, 8), fit)
             for key, values in branches._quantities(fit).items()
         }
+        width = PER_WIDTH * STUDIES[name]["w"]
         inside.append([covers(numbers["critical"], critical), covers(numbers["width"], width)])
         places.append(numbers["critical"])
         truths.append(critical)
@@ -273,12 +273,19 @@ def test_one_run_left_at_a_place_does_not_make_it_a_row_of_single_runs():
 
 @pytest.mark.parametrize("name", ["two branches, wide", "clustered"])
 def test_intervals_of_few_studies_cover(name):
-    assert min(coverage(name, 20)[:3]) >= 0.7
+    assert min(coverage([name] * 20)[:3]) >= 0.7
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", STUDIES)
 def test_intervals_cover_as_measured(name):
-    *shares, error = coverage(name, 500)
+    *shares, error = coverage([name] * 500)
     assert np.all(np.array(shares) >= np.array(MEASURED[name]) / 100 - 0.02), shares
     assert abs(error) < 0.4
+
+
+@pytest.mark.thorough
+def test_intervals_cover_studies_of_any_kind():
+    # One does not know of which kind a row is: the kind of each study is drawn by lot.
+    critical, width, shift, _ = coverage(RNG(20261124).choice(list(STUDIES), 5000))
+    assert 0.93 <= critical <= 0.97 and 0.93 <= width <= 0.97 and 0.93 <= shift <= 0.98

@@ -36,7 +36,8 @@ KINDS = {  # signal, and whether to all processes
 }
 # what differs between two undisturbed runs too
 OWN = ("logs", "benchmarks", ".lock")
-TIMES = re.compile(r'<section id="times".*?</section>', re.S)
+# the pages' times, and what the manifest says of such a page
+TIMES = re.compile(r'<section id="times".*?</section>|^[0-9a-f]{64}  \S+\.html$', re.S | re.M)
 
 
 def copy_of_project(place: Path) -> Path:
@@ -98,7 +99,7 @@ def wait(workflow: Workflow, seconds: float, unfinished_in: Path | None) -> None
 
 
 def differences(whole: Path, killed: Path) -> list[str]:
-    """Files that are not the same, without those that say how long something took."""
+    """Files that are not the same, without what says how long something took."""
 
     def contents(folder):
         paths = {path.relative_to(folder): path for path in folder.rglob("*") if path.is_file()}
@@ -106,7 +107,7 @@ def differences(whole: Path, killed: Path) -> list[str]:
             name: path.read_bytes() for name, path in paths.items() if name.parts[0] not in OWN
         }
         return {
-            name: TIMES.sub("", content.decode()) if name.suffix == ".html" else content
+            name: TIMES.sub("", content.decode()) if name.suffix in (".html", ".txt") else content
             for name, content in files.items()
         }
 
