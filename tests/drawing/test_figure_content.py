@@ -245,14 +245,14 @@ def test_fig20_is_a_panel_for_each_belt_velocity_and_the_last_sticks_of_runs():
     for panel, u in zip(stack, (28, 31, 34, 38), strict=True):
         arrays = dataset(f"n10_u{u}").arrays
         part = (arrays["time"] >= 1500) & (arrays["time"] <= 11500)
-        xlabel = "$t$ from the begin of each panel" if u == 38 else ""
+        xlabel = "$t$ since the left edge of the panel" if u == 38 else ""
         curve = arrays["time"][part] - 1500, arrays["positions"][part, 9]
         panel.draws(xlabel, "$x_N$", curve)
         are_laminar(panel, dataset(f"n10_u{u}"), (1500, 11500), zero=1500)
     u = SCANS["size_replicates"][1]
     stick = np.where(u > 30, [[0.25], [0.88], [0.92]], 0.92)
     share = (u, np.where(u > 30, 1 / 3, 1), "share that sticks to the end")
-    last.draws("$u$", "last stick / duration", (np.tile(u, 3), stick.ravel(), "a run"), share)
+    last.draws("$u$", "last stick / length of run", (np.tile(u, 3), stick.ravel(), "a run"), share)
     assert last.guides == [("y", 0.25)]
 
 
@@ -346,7 +346,7 @@ def test_fig12_is_the_row_without_noise_with_the_other_method_over_it():
     single = row("n5_rows", 5, 0.0)
     starts = (*runs(*row("n5_replicates_check", 5, 0.0)), "other starts")
     disorder.draws("", "$r$", single, row("n5_rows_check", 5, 0.0), starts, more=0)
-    assert disorder.legend == ["other starts", "as in the paper", "method event"]
+    assert disorder.legend == ["other starts", "as in the paper", "exact motion"]
     assert disorder.spans[-1] == ("x", 15, 18)  # Sec. IV.A
     data = made.data_of("fig12")
     del data["n5_replicates_check"], data["n5_rows_check"]
@@ -399,13 +399,15 @@ def test_fig13_is_single_runs_and_independent_ones_for_each_noise():
     curves = [(*row("n5_rows", 5, s), rf"$\sigma = {s:g}$") for s in NOISES]
     curves += [row("n5_rows_check", 5, s) for s in (0.0, 1.0)]
     above.draws("$u$", "$r$", *curves)
-    assert "method event" in above.legend
+    assert "exact motion" in above.legend
     assert above.guides == [("x", 16.5), ("x", 19)]  # critical velocities, Sec. IV
     rows = {s: row("n5_replicates", 5, s) for s in NOISES[:4]}
     curves = [(*mean(*points), rf"$\sigma = {s:g}$") for s, points in rows.items()]
-    check = mean(*row("n5_replicates_check", 5, 0.0))
+    # without noise branches coexist: no means
+    curves[0] = curves[0][0], np.full(curves[0][0].size, np.nan), curves[0][2]
+    check = runs(*row("n5_replicates_check", 5, 0.0))
     dots = [runs(*points) for points in rows.values()]
-    below.draws("$u$", "$r$", *curves, *dots, (*check, "method event"))
+    below.draws("$u$", "$r$", *curves, *dots, (*check, "exact motion"))
 
 
 def test_means_are_drawn_only_where_all_runs_lie_on_one_branch():
@@ -446,7 +448,7 @@ def test_fig15_and_fig21_are_a_run_each_and_a_panel_of_runs_for_each_point(
     for index, (panel, (n, u)) in enumerate(zip(grid, places, strict=True)):
         points, over = column(name, n, u), []
         if n in sizes and u in velocities:
-            over = [(*mean(*column(f"{name}_check", n, u)), "method event")]
+            over = [(*runs(*column(f"{name}_check", n, u)), "exact motion")]
         xlabel = r"$\sigma$" if index >= len(grid) - across else panel.xlabel
         ylabel = "" if index % across else "$r$"
         panel.draws(xlabel, ylabel, runs(*points), mean(*points), *over)

@@ -21,9 +21,10 @@ def draw_runs(axes, abscissa, values, index, *, label=None, apart=ONE_BRANCH, **
         return
     look = style.line_style(index) | {"markersize": 2.6, "markeredgewidth": 0.3} | changes
     measured = np.isfinite(values)
-    dots = {"marker": ".", "markersize": 2.2, "markeredgewidth": 0, "zorder": 1.5, "alpha": 0.7}
+    dots = {"markersize": 1.5, "markeredgewidth": 0, "zorder": 1.5, "alpha": 0.7}
+    dots |= {name: look[name] for name in ("color", "marker")}
     place, value = np.asarray(abscissa)[measured], np.asarray(values)[measured]
-    axes.plot(place, value, linestyle="none", color=look["color"], **dots)
+    axes.plot(place, value, linestyle="none", **dots)
     joined = spread.mean
     if np.isfinite(apart):
         joined = np.where(spread.high <= apart * spread.low, joined, np.nan)
@@ -31,10 +32,10 @@ def draw_runs(axes, abscissa, values, index, *, label=None, apart=ONE_BRANCH, **
 
 
 def crosses(axes, abscissa, values, colour, overlay):
-    """Means of runs by the other integrator, over those of `draw_runs`, named in the legend."""
-    spread = replicates.spread(abscissa, values)
+    """A cross for each run by the other integrator, over those of `draw_runs`."""
     label = overlay if overlay not in axes.get_legend_handles_labels()[1] else None
-    axes.plot(spread.place, spread.mean, "x", color=colour, markersize=3.5, label=label)
+    look = {"markersize": 2.6, "markeredgewidth": 0.5, "label": label}
+    axes.plot(abscissa, values, "x", color=colour, **look)
 
 
 def against_noise(figure, data, name, places, *, across):

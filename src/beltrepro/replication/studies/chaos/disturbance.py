@@ -12,14 +12,14 @@ FIGURE = Figure(
     title="What the time step does: growth by size, and periodic motion under disturbance.",
     uses=("growth", "steps", "kicked", "weak_noise"),
     words=(
-        "Not in the paper. (a) Rate at which the distance of two runs grows, against the distance: "
-        "dots by the exact motion (event), crosses by the paper's scheme (verlet); triangles are "
-        "upper limits where no run went further, empty for the scheme. (b) Share of the runs that "
-        "are not on a periodic orbit at the end, against the disturbance of each slip: dots with "
-        "lines for random kicks of the exact motion, squares for the scheme, whose disturbance is "
-        "u dt divided by the square root of 3. Bars are 95 % intervals. (c) r at the end of these "
-        "runs, means. (d) The same for noise, whose disturbance is sigma, at two or more time "
-        "steps, over the line of the kicks."
+        "Not in the paper. a: rate at which the distance of two runs grows, against the distance: "
+        "dots by the exact motion, crosses by the paper's scheme; triangles are upper limits where "
+        "no run went further, empty for the scheme. b: share of the runs that are not on a "
+        "periodic orbit at the end, against the disturbance of each slip: dots with lines for "
+        "random kicks of the exact motion, squares for the scheme, whose disturbance is u dt "
+        "divided by the square root of 3. Bars are 95 % intervals. c: r at the end of these runs, "
+        "means with their errors. d: the same for noise, whose disturbance is sigma, at two or "
+        "more time steps, over the line of the kicks. Colours in b to d are those above b."
     ),
     alt=(
         "Four panels: rates of growth against the distance of two runs, shares of irregular runs "
@@ -31,14 +31,15 @@ FIGURE = Figure(
 _FEWEST = 5  # passages that a rate of growth rests on
 _SKIPPED = 1  # levels of a twin in which it turns to the direction that grows
 _DISTURBANCE = "disturbance of a slip"
+_METHODS = {"event": "exact", "verlet": "scheme"}
 
 
 @style.styled
 def draw(data):
     """Growth by size; irregular runs and r against the disturbance; r against weak noise."""
     panels.require(data, FIGURE)
-    figure = style.page(5.2)
-    growth, share, disorder, noise = figure.subplots(2, 2).flat
+    figure = style.page(6.6)
+    growth, share, disorder, noise = figure.subplots(4, 1)
     steps, kicked, noisy = (data[name].arrays for name in ("steps", "kicked", "weak_noise"))
     _draw_growth(growth, data["growth"])
     velocities = np.unique(np.concatenate([kicked["belt_velocity"], noisy["belt_velocity"]]))
@@ -51,10 +52,14 @@ def draw(data):
             look |= {"color": colour, "elinewidth": 0.6, "markersize": 3.5}
             runs = (arrays["belt_velocity"] == velocity) & (disturbance > 0)
             irregular = arrays["state"][runs].astype(str) == "irregular"
-            label = f"$u = {velocity:g}$" if arrays is kicked else None
-            _draw_shares(share, disturbance[runs], irregular, label=label, **look)
+            _draw_shares(share, disturbance[runs], irregular, **look)
             _draw_means(disorder, disturbance[runs], arrays["disorder_parameter"][runs], **look)
+        share.plot([], [], color=colour, linewidth=2, label=f"$u = {velocity:g}$")
         _draw_noise(noise, noisy, kicked, velocity, colour)
+    _name_marks(disorder, {"o": "kicks", "s": "time step of the scheme"})
+    steps = np.unique(noisy["time_step"])
+    marks = zip(style.MARKERS[2:], steps, strict=False)
+    _name_marks(noise, {marker: f"$dt = {panels.power(step)}$" for marker, step in marks})
     _finish(growth, share, disorder, noise)
     return figure
 
@@ -66,13 +71,19 @@ def _finish(growth, share, disorder, noise):
     share.set(xlabel=_DISTURBANCE, ylabel="share of irregular runs", ylim=(-0.05, 1.05))
     disorder.set(xlabel=_DISTURBANCE, ylabel=panels.DISORDER)
     noise.set(xlabel=panels.NOISE, ylabel=panels.DISORDER)
-    disorder.set_xlim(share.get_xlim())
+    for axes in (disorder, noise):
+        axes.set_xlim(share.get_xlim())
     for axes in (growth, share, disorder, noise):
         if not axes.has_data():
             panels.note(axes, "no runs")
-    for axes in (growth, share, noise):
-        if axes.get_legend_handles_labels()[1]:
-            axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
+        panels.legend_above(axes, ncols=2 if axes is growth else 5)
+
+
+def _name_marks(axes, words):
+    """What the marks of a panel stand for, whatever their colour."""
+    for marker, label in words.items():
+        look = {"color": style.GREY, "markerfacecolor": "none" if marker == "s" else None}
+        axes.plot([], [], marker, markersize=3.5, label=label, **look)
 
 
 def _draw_growth(axes, dataset):
@@ -81,13 +92,13 @@ def _draw_growth(axes, dataset):
     observed = dataset.attributes["duration"] - dataset.attributes["transient"]
     levels = arrays["levels"]
     for index, n_blocks in enumerate(np.unique(arrays["n_blocks"])):
-        for method, marker in (("event", "o"), ("verlet", "x")):
+        for method, marker in zip(_METHODS, "ox", strict=True):
             runs = (arrays["n_blocks"] == n_blocks) & (arrays["method"].astype(str) == method)
             if not runs.any():
                 continue
             times = arrays["passage_time"][runs].reshape(-1, len(levels))
             look = {"color": style.COLOURS[index], "markersize": 3.5}
-            label = f"$N = {n_blocks}$, {method}"
+            label = f"$N = {n_blocks}$, {_METHODS[method]}"
             _draw_rates(axes, levels, times, observed, fmt=marker, label=label, **look)
             none = finite_size_exponents(levels, times, observed)
             still = none.passed == 0
@@ -137,6 +148,5 @@ def _draw_noise(axes, noisy, kicked, velocity, colour):
     )
     for step, marker in zip(np.unique(noisy["time_step"]), style.MARKERS[2:], strict=False):
         runs = near & (noisy["time_step"] == step)
-        label = f"$u = {velocity:g}$, $dt = {panels.power(step)}$"
         measured = noisy["disorder_parameter"][runs]
-        _draw_means(axes, noisy["noise"][runs], measured, fmt=marker, label=label, **look)
+        _draw_means(axes, noisy["noise"][runs], measured, fmt=marker, **look)

@@ -17,8 +17,8 @@ FIGURE = Figure(
         "kicks that it is worth, squares; for noise, as the kicks that move slips as much, "
         "triangles. Bars go from the largest size that no run leaves at to the smallest that all "
         "leave at. The line in a is a fixed share of the margin, the geometric mean for kicks. "
-        "What to see: one line holds all three over five decades, and the length of the orbit "
-        "does not give it."
+        "What to see: one line holds kicks and noise over five decades and time steps over three, "
+        "and the length of the orbit does not give it."
     ),
     alt=(
         "Two panels: the size of a disturbance that loses an orbit, against the margin of the "

@@ -20,7 +20,8 @@ FIGURE = Figure(
         "intervals, moved aside a little. Dashed lines are the belt speeds of the experiment. c: "
         "which friction ratio and which factor on the belt speed agree with both recordings, "
         "whatever the noise. The darker, the more probable. The cross stands for the printed "
-        "values. d: how probable each noise is, if the friction ratio, the belt speed or both are"
+        "values. The probability is highest at the upper end of the speeds that were tried. d: how "
+        "probable each noise is, if the friction ratio, the belt speed or both are"
         " free. The grey line is what was assumed before. The paper says 1 to 2 (shaded)."
     ),
     alt=(

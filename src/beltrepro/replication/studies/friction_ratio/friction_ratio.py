@@ -11,7 +11,9 @@ FIGURE = Figure(
     words=(
         "Not in the paper. a: r against belt velocity, medians over the replicates, for several "
         "ratios f_s of kinetic to static friction; the paper has 0.45. b: the belt velocity at "
-        "which r falls, with its 95 % interval, against f_s; bars span the transition region."
+        "which r falls, with its 95 % interval, against f_s; bars span the transition region, and "
+        "the line is the friction ratio of the paper. No fall is found at the ratios that b leaves "
+        "out."
     ),
     alt=(
         "Two panels: marks of r against belt velocity, one for each friction ratio, and the belt "
@@ -52,4 +54,5 @@ def _draw_falls(axes, falls):
     look = {"color": style.BLUE, "markersize": 3, "elinewidth": 0.8}
     ends = falls["critical"] - falls["low"], falls["high"] - falls["critical"]
     axes.errorbar(ratio, falls["critical"], ends, fmt="o", **look)
+    axes.axvline(0.45, color="0.7", linewidth=0.8, zorder=0)
     axes.set_xlim(0, 1)

@@ -1,5 +1,7 @@
 """Comparison of integrators: the attractors reached without noise."""
 
+import string
+
 import numpy as np
 
 from beltrepro.replication.drawing import panels, style
@@ -10,8 +12,8 @@ FIGURE = Figure(
     title="States reached without noise by the two integrators, from near and from distant states.",
     uses=("pairs_states_verlet", "pairs_states_event", "agreement"),
     words=(
-        "Each row has another spread of initial states. Left: share of runs in which the last "
-        "block still sticks at the end. Right: r over the end of each run, a dot a run, side by "
+        "Each row has another spread of initial states. a and c: share of runs in which the last "
+        "block still sticks at the end. b and d: r over the end of each run, a dot a run, side by "
         "side for the time steps of the tested integrator and, black, the reference. Where dots "
         "line up level, all runs reach one attractor."
     ),
@@ -52,13 +54,14 @@ def draw(data):
         left.set(ylabel="share still sticking", ylim=(-0.05, 1.05))
         right.set(ylabel="$r$ at the end")
         right.set_ylim(bottom=0)
-        left.set_title(f"initial spread {spread:g}", loc="left")
+        panels.remark(left, f"initial spread {spread:g}")
     for panel in rows[-1]:
         every = max(1, -(-velocities.size // TICKS))
         words = [f"{velocity:g}" for velocity in velocities[::every]]
         panel.set_xticks(range(0, velocities.size, every), words)
-        panel.set_xlabel(panels.BELT_VELOCITY)
-    for panel in rows.flat:
+        panel.set_xlabel(f"{panels.BELT_VELOCITY} (not to scale)")
+    for panel, name in zip(rows.flat, string.ascii_lowercase, strict=False):
+        panels.letter(panel, name)
         if not panel.has_data():
             panels.note(panel, "no runs")
     handles, labels = rows[0][0].get_legend_handles_labels()

@@ -77,5 +77,4 @@ def _p_values(axes, rows):
             share = (np.arange(values.size) + 0.5) / values.size
             axes.plot(share, values, marker, markersize=3.5, label=label)
     axes.set(xlabel="expected in order", ylabel="p-value")
-    if axes.get_legend_handles_labels()[1]:
-        axes.legend(loc="upper left")
+    panels.legend_above(axes, ncols=1)

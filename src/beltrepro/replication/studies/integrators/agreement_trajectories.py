@@ -13,6 +13,7 @@ FIGURE = Figure(
     uses=("pairs_paths_verlet", "pairs_paths_event", "convergence"),
     words=(
         "a: largest distance of any block between the two runs, median over the runs of a point; "
+        "the colour says N, the dashes u; "
         "the dotted line marks where we call them parted. b: shift in time of the events that "
         "both runs have. c: error after a number of events against the time step, beside a line "
         "of first order. d: error of the integrator that has a tolerance, against its runs with "
@@ -76,8 +77,14 @@ def _paths(left, right, tested, reference):
         rows=divergence.equal(tested["time_step"], nearest),
         reference_rows=divergence.equal(reference["time_step"], base),
     )
-    for index, (point, members) in enumerate(sorted(by_point.items())):
-        look = style.line_style(index) | {"marker": "", "linewidth": 0.9}
+    sizes, velocities = (sorted({point[axis] for point in by_point}) for axis in (0, 1))
+    for point, members in sorted(by_point.items()):
+        # The colour says N, the dashes u.
+        look = {
+            "color": style.COLOURS[sizes.index(point[0])],
+            "linestyle": style.DASHES[velocities.index(point[1]) % len(style.DASHES)],
+            "linewidth": 0.9,
+        }
         _separation(left, members, look)
         _shifts(right, members, look | {"label": f"$N = {point[0]}$, $u = {point[1]:g}$"})
     left.axhline(divergence.PARTED, color=style.GREY, linewidth=0.6, linestyle=":")

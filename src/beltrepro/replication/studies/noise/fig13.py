@@ -11,10 +11,12 @@ FIGURE = Figure(
     words=(
         "The fall of r with belt velocity for several noise levels: little changes at weak noise;"
         " stronger noise moves the fall to higher velocities and makes it gradual. a: single runs, "
-        "as in the paper, and black the critical velocities that it prints for the noises 0 and "
-        "2.2. Without noise a run ends on one of several attractors, and beyond u = 37 on those of "
-        "large amplitude again. b: independent runs from starts of their own, a dot each, and "
-        "lines for their means where all lie on one branch; crosses: means by the paper's scheme."
+        "as in the paper, without noise by its scheme and with noise by the exact motion; crosses "
+        "are the other way round. Black strokes are the critical velocities that it prints for the "
+        "noises 0 and 2.2. Without noise a run ends on one of several attractors, and beyond u = "
+        "37 on those of large amplitude again. b: independent runs of the exact motion from starts "
+        "of their own, a small mark each. With noise, lines join their means where all lie on one "
+        "branch. Crosses are runs without noise by the paper's scheme."
     ),
     alt=(
         "Two panels of r against belt velocity, a colour for each noise level: above, marks of "
@@ -48,13 +50,15 @@ def draw(data):
 
 
 def _replicates(axes, points, noise, index, overlay):
-    """Dots and their means; crosses for the other integrator."""
+    """Runs, and their means with noise; crosses for the other integrator."""
     colour = style.line_style(index)["color"]
     if overlay:
         replicate_panels.crosses(axes, *points, colour, overlay)
     else:
+        # Without noise several branches coexist at most u.
+        alone = {} if noise else {"linestyle": "none", "apart": 0.0}
         label = rf"$\sigma = {noise:g}$"
-        replicate_panels.draw_runs(axes, *points, index, label=label)
+        replicate_panels.draw_runs(axes, *points, index, label=label, **alone)
 
 
 def _single_runs(axes, points, noise, index, overlay):
@@ -70,7 +74,8 @@ def _printed(axes):
         (printed("u-critical"), r"paper: $u_c$ at $\sigma = 0$", "right"),
         (printed("uc-sigma22")["u_c"], r"at $\sigma = 2.2$", "left"),
     ):
-        axes.plot(velocity, 0.94, "x", color=style.BLACK, transform=axes.get_xaxis_transform())
+        look = {"color": style.BLACK, "markersize": 7, "markeredgewidth": 1.4}
+        axes.plot(velocity, 0.94, "|", transform=axes.get_xaxis_transform(), **look)
         shift = (-4 if side == "right" else 4), 0
         axes.annotate(words, (velocity, 0.94), xytext=shift, ha=side, **place)
 

@@ -14,7 +14,7 @@ FIGURE = Figure(
     words=(
         "Bifurcation diagrams at several noise levels, the weakest on top: the periodic windows "
         "wash out. b, in the paper an inset: at u = 7, inside a window, r jumps up at some noise. "
-        "Dots are runs, and the line their mean where all lie on one branch."
+        "Small marks are runs, and the line their mean where all lie on one branch."
     ),
     alt=(
         "Two panels: bifurcation diagrams for several noises over each other, and r against noise "
@@ -42,6 +42,9 @@ def draw(data):
         panels.band_diagram(above, row, colour=colour, size=1.3, label=rf"$\sigma = {noise:g}$")
     panels.finish_diagram(above)
     panels.legend_above(above, ncols=max(levels.size, 1), markerscale=7)
+    if legend := above.get_legend():
+        for handle in legend.legend_handles:
+            handle.set_alpha(1)  # dots over each other in the panel are as dark
     above.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.VELOCITY)
     above.set_xlim(left=0)
     _column(below, data["n5_u7"])

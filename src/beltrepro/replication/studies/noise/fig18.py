@@ -18,7 +18,8 @@ FIGURE = Figure(
         "each; small dots are those between them. A point is intermittent if its run takes turns "
         "for a share of the time within the dotted lines of b. b: the share of time in laminar "
         "phases, that is, slips of the last block longer than 200, in runs from starts of their "
-        "own, with its mean; without noise a run has one of both motions for good."
+        "own, with its mean; without noise a run has one of both motions for good, and there is no "
+        "line."
     ),
     alt=(
         "Two panels: a colour map of r over belt velocity and noise, with white dots about the "
@@ -91,8 +92,8 @@ def _shares(axes, scan):
         share = row["belt_velocity"], row["laminar_fraction"]
         label = rf"$\sigma = {noise:g}$"
         # without noise a run has one of both motions for good
-        apart = np.inf if noise > 0 else 0.0
-        replicate_panels.draw_runs(axes, *share, index, label=label, apart=apart)
+        look = {"apart": np.inf} if noise > 0 else {"apart": 0.0, "linestyle": "none"}
+        replicate_panels.draw_runs(axes, *share, index, label=label, **look)
     for limit in intermittency.LAMINAR_SHARE:
         axes.axhline(limit, color="0.5", linewidth=0.8, linestyle=":")
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.04, 1.04))

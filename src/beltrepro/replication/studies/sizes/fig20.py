@@ -11,18 +11,21 @@ FIGURE = Figure(
     uses=("n10_u28", "n10_u31", "n10_u34", "n10_u38", "size_replicates"),
     words=(
         "Ten blocks without noise at four belt velocities in their transition region: quiet "
-        "stretches, longer and longer as the belt runs faster. Of each series the part is shown "
-        "in which both motions are seen best. Chains a and b begin at rest; c and d begin at "
-        "random, from a start whose alternation lasts in the preset paper. Where all of a panel "
-        "is shaded, the block had begun to slip for good before. Shaded: laminar phases, that is,"
-        " slips of the last block longer than 200. e: whether the alternation lasts, in runs from"
-        " starts of their own. A run whose last stick comes before its end slips for good: its "
-        "alternation was a transient, which ends at once in some runs and late in others. What "
-        "lies below the dotted line is left out."
+        "stretches between bursts. In the preset paper they are short and rare at the two lower "
+        "velocities, and take about a fifth of the time at the two higher ones. Of each series "
+        "that part is shown that is nearest to half quiet. Chains a and b begin at rest; c and d "
+        "begin at random, from a start whose alternation lasts in the preset paper. Shaded: "
+        "laminar phases, that is, slips of the last block longer than 200. In a quiet part "
+        "without shade the last block sticks now and then. Where all of a panel is shaded, the "
+        "block had begun to slip for good before. e: when the last block sticks for the last "
+        "time, in runs from starts of their own, as a share of the length of the run. One that "
+        "sticks for the last time before the end slips for good: its alternation was a transient, "
+        "which ends at once in some runs and late in others. The red line is the share of runs "
+        "that stick to the end. Below the dotted line runs are still taken to settle."
     ),
     alt=(
         "Five panels: in four of them the position of the last of ten blocks against time, with "
-        "shaded quiet stretches that lengthen from one to the next. Below, dots for the last stick "
+        "shaded quiet stretches, more of them in the lower two. Below, dots for the last stick "
         "of each of several runs against belt velocity, with the share that sticks to the end."
     ),
     number="20",
@@ -49,7 +52,7 @@ def draw(data):
         panels.letter(axes, mark)
         begin, _ = alternation.half_laminar(series, laminar_time, SHOWN)
         alternation.trace(axes, series, laminar_time, (begin, begin + SHOWN), zero=begin)
-    stack[-1].set_xlabel("$t$ from the begin of each panel")
+    stack[-1].set_xlabel("$t$ since the left edge of the panel")
     panels.letter(below, "e")
     _last_sticks(below, scan, laminar_time)
     return figure
@@ -60,7 +63,7 @@ def _last_sticks(axes, scan, laminar_time):
     row = sections.rows(scan, n_blocks=N_BLOCKS, noise=0.0)
     velocity, transient = row["belt_velocity"], float(scan.attributes["transient"])
     duration = float(scan.attributes["duration"])
-    axes.set(xlabel=panels.BELT_VELOCITY, ylabel="last stick / duration", ylim=(-0.05, 1.12))
+    axes.set(xlabel=panels.BELT_VELOCITY, ylabel="last stick / length of run", ylim=(-0.05, 1.12))
     if not velocity.size:
         panels.note(axes, f"no run with N = {N_BLOCKS}")
         return
