@@ -130,7 +130,8 @@ def is_spectrum(panel, data, *, printed=None):
     frequency, power = spectra.power_spectrum(position, time[1] - time[0])
     lines = 0 if printed is None else 2
     shown = power if printed is None else np.sqrt(2 * power / 1e6)
-    panel.draws(r"$\nu$", r"$S(\nu)$", (frequency, shown), scales="log log", more=lines)
+    quantity = r"power $S(\nu)$" if printed is None else r"amplitude $A(\nu)$"
+    panel.draws(r"$\nu$", quantity, (frequency, shown), scales="log log", more=lines)
     if printed is not None:
         # of the mean of the spectra of stretches of ten cycles of the lowest frequency
         count = int(position.size * (time[1] - time[0]) * 0.003 / 10)
@@ -139,7 +140,7 @@ def is_spectrum(panel, data, *, printed=None):
         law = spectra.fit_power_law(*np.mean(powers, axis=0), low=0.003, high=0.3)
         assert 4 <= count <= 20
         ends = np.array([0.003, 0.3])
-        fitted, paper = panel.curve("$S = "), panel.curve("paper: $S = ")
+        fitted, paper = panel.curve("fit: "), panel.curve("paper: $0.0016")
         assert f"{law.exponent / 2:.2f}" in fitted.label
         np.testing.assert_allclose(fitted.y, np.sqrt(2 * law(ends) / 1e6))
         np.testing.assert_allclose(paper.y, printed[0] * ends ** printed[1])

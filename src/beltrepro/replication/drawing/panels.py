@@ -144,9 +144,9 @@ def zoom(axes, inner, time, values, window):
     inner.set_title("enlarged", size=6.2, color="0.35")
 
 
-def spectrum(axes, series, shown=np.asarray):
+def spectrum(axes, series, shown=np.asarray, *, ylabel=r"power $S(\nu)$"):
     """Power spectrum of x_N after the transient, or what a function makes of it."""
-    axes.set(xlabel=r"$\nu$", ylabel=r"$S(\nu)$")
+    axes.set(xlabel=r"$\nu$", ylabel=ylabel)
     time, position, _ = last_block(series)
     chosen = time >= series.attributes["transient"]
     with shortage_on(axes):
