@@ -13,12 +13,12 @@ FIGURE = Figure(
     title="Position and relative velocity of the last block at u = 1, with the spectrum.",
     uses=("u1",),
     words=(
-        "At low belt speed and without noise the last block moves in a sawtooth of unequal teeth."
-        " Its velocity relative to the belt is zero between bursts. Below are the insets of the "
-        "paper: the spectrum of the whole series and the fastest slip. The spectrum A is that of the "
-        "amplitude, 2|X|/n of n samples over a time of 1e6: so the fitted line (solid) comes close "
-        "to the one that the paper prints (dashed), where it is called S. A is flat below 0.003 "
-        "and bends downwards above it, so that no straight line fits it."
+        "At low belt speed and without noise the last block moves in a sawtooth of unequal teeth. "
+        "Its velocity relative to the belt is zero between bursts. Below are the insets of the "
+        "paper: the spectrum of the whole series and the fastest slip. The spectrum A is that of "
+        "the amplitude, 2|X|/n of n samples over a time of 1e6: so the fitted line (solid) comes "
+        "close to the one that the paper prints (dashed), where it is called S. A is flat below "
+        "0.003 and bends downwards above it, so that no straight line fits it."
     ),
     alt=(
         "Four panels: an irregular sawtooth of the position against time, bursts of relative "
