@@ -520,7 +520,12 @@ def test_fig19_is_replicates_of_three_sizes_and_single_runs_of_all():
     names = {5: "n5_replicates", 7: "size_replicates", 10: "size_replicates"}
     rows = {n: row(name, n, 1.0) for n, name in names.items()}
     curves = [(*mean(*points), f"$N = {n}$") for n, points in rows.items()]
-    above.draws("", "$r$", *curves, *(runs(*points) for points in rows.values()))
+    curves += [runs(*points) for points in rows.values()]
+    above.draws("", "$r$", *curves)
+    # u_c and its ends; the made-up table has none for seven and ten blocks
+    assert sorted(above.guides) == [("x", u) for u in (18.2, 18.5, 18.8)]
+    marks = {curve.marker for curve in above.curves if curve.label == "" and len(curve.x) > 1}
+    assert len(marks) == 3  # which tell the runs of the three apart in grey
     assert above.spans == [("x", 15, 18), ("x", 23, 32), ("x", 27, 40)]  # caption of Fig. 19
     curves = [(*row("n5_rows", n, 1.0), f"$N = {n}$") for n in (4, 5)]
     curves += [(*row("size_rows", n, 1.0), f"$N = {n}$") for n in made.SIZES]
@@ -528,6 +533,7 @@ def test_fig19_is_replicates_of_three_sizes_and_single_runs_of_all():
     curves += [(*row("size_rows_check", n, 1.0), "") for n in (2, 6)]
     below.draws("$u$", "$r$", *curves)
     assert above.texts == ["paper: $N = 5$", "$N = 7$", "$N = 10$"]
+    assert "$N = 5$, method event" in below.legend  # with the colour of its crosses
 
 
 def test_fig22_is_a_diagram_of_all_noises_for_each_number_of_blocks():

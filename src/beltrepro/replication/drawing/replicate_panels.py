@@ -10,20 +10,21 @@ from beltrepro.stats import replicates, sections
 ONE_BRANCH = 1.5
 
 
-def draw_runs(axes, abscissa, values, index, *, label=None, apart=ONE_BRANCH, **changes):
+def draw_runs(axes, abscissa, values, index, *, label=None, apart=ONE_BRANCH, dots=None, **changes):
     """A dot for each run; a line of their means where they lie on one branch.
 
     apart : largest ratio of the values of one branch; infinite for what always has a mean, 0 for
     what never has.
+    dots : changes to the look of the dots.
     """
     spread = replicates.spread(abscissa, values, share=1.0)
     if not spread.place.size:
         return
     look = style.line_style(index) | {"markersize": 2.6, "markeredgewidth": 0.3} | changes
     measured = np.isfinite(values)
-    dots = {"marker": ".", "markersize": 2.2, "markeredgewidth": 0, "zorder": 1.5, "alpha": 0.7}
+    dot = {"marker": ".", "markersize": 2.2, "markeredgewidth": 0, "zorder": 1.5, "alpha": 0.7}
     place, value = np.asarray(abscissa)[measured], np.asarray(values)[measured]
-    axes.plot(place, value, linestyle="none", color=look["color"], **dots)
+    axes.plot(place, value, linestyle="none", color=look["color"], **(dot | (dots or {})))
     joined = spread.mean
     if np.isfinite(apart):
         joined = np.where(spread.high <= apart * spread.low, joined, np.nan)
