@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from beltrepro.replication.drawing import marks, panels, replicate_panels, style
+from beltrepro.replication.drawing import panels, replicate_panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.stats import sections
@@ -32,7 +32,6 @@ FIGURE = Figure(
         "below each; below, marks for all."
     ),
     number="19",
-    shows={"transition-width": ("middle, N = *",)},
 )
 
 NOISE = 1.0
@@ -99,5 +98,4 @@ def _strips(axes, table):
             reach = [[row.critical - row.low], [row.high - row.critical]]
             look = style.line_style(_index(n_blocks)) | {"markersize": 3, "linestyle": "none"}
             look |= {"capsize": 1.5, "elinewidth": 0.8, "transform": axes.get_xaxis_transform()}
-            middle = axes.errorbar([row.critical], [top - 0.06], xerr=np.nan_to_num(reach), **look)
-            marks.shown(middle, "transition-width", f"middle, N = {n_blocks}")
+            axes.errorbar([row.critical], [top - 0.06], xerr=np.nan_to_num(reach), **look)
