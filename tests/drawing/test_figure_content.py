@@ -149,7 +149,7 @@ def is_spectrum(panel, data, *, printed=None):
 
 def is_slope(panel, printed, ends, law):
     """A dashed line of the printed slope through the middle of a law."""
-    paper = panel.curve(f"paper: {printed:g}")
+    paper = panel.curve(f"paper: {printed:g}".replace("-", "\N{MINUS SIGN}"))
     np.testing.assert_allclose(paper.x, ends)
     assert np.diff(np.log(paper.y)) / np.diff(np.log(paper.x)) == pytest.approx(printed)
     assert np.prod(paper.y) == pytest.approx(np.prod(law(ends))) and paper.line == "--"
@@ -601,6 +601,7 @@ def test_fig04_is_two_recordings_with_spectra_of_small_and_large_amplitudes():
         analysis = recording.analyse(track.time_s, track.x_m)
         np.testing.assert_allclose(trace.curves[0].points.T, [analysis.time_s, 100 * analysis.x_m])
         assert f"$r$ = {analysis.disorder_parameter:.3g} (" in trace.title
+        assert ("(paper, recorded: 0.052)" in trace.title) == (name == "belt_028")  # Sec. II
         for panel, part in ((small, "small"), (large, "large")):
             is_part(panel, analysis.spectra[part])
         steps = [place for axis, place in small.guides if axis == "x"]
@@ -612,7 +613,7 @@ def test_fig04_is_two_recordings_with_spectra_of_small_and_large_amplitudes():
 
 
 def test_fig05_is_the_recording_with_the_spectrum_of_all_of_it():
-    data, (trace, enlarged, below) = filmed("fig05")
+    data, (trace, below, enlarged) = filmed("fig05")
     time, x = data["belt_022_track"].time_s, 100 * data["belt_022_track"].x_m
     analysis = recording.analyse(time, x / 100)
     minute = np.abs(time - (time[0] + time[-1]) / 2) <= 30
@@ -620,3 +621,4 @@ def test_fig05_is_the_recording_with_the_spectrum_of_all_of_it():
     np.testing.assert_allclose(trace.curves[0].points.T, [analysis.time_s, 100 * analysis.x_m])
     is_part(below, analysis.spectra["whole"])
     assert "slip at once for 1.2e+02 s at most" in trace.title
+    assert "(paper, recorded: 0.072)" in trace.title  # Sec. II
