@@ -130,7 +130,8 @@ def is_spectrum(panel, data, *, printed=None):
     frequency, power = spectra.power_spectrum(position, time[1] - time[0])
     lines = 0 if printed is None else 2
     shown = power if printed is None else np.sqrt(2 * power / 1e6)
-    panel.draws(r"$\nu$", r"$S(\nu)$", (frequency, shown), scales="log log", more=lines)
+    quantity = r"power $S(\nu)$" if printed is None else r"amplitude $A(\nu)$"
+    panel.draws(r"$\nu$", quantity, (frequency, shown), scales="log log", more=lines)
     if printed is not None:
         # of the mean of the spectra of stretches of ten cycles of the lowest frequency
         count = int(position.size * (time[1] - time[0]) * 0.003 / 10)
@@ -139,7 +140,7 @@ def is_spectrum(panel, data, *, printed=None):
         law = spectra.fit_power_law(*np.mean(powers, axis=0), low=0.003, high=0.3)
         assert 4 <= count <= 20
         ends = np.array([0.003, 0.3])
-        fitted, paper = panel.curve("$S = "), panel.curve("paper: $S = ")
+        fitted, paper = panel.curve("fit: "), panel.curve("paper: $0.0016")
         assert f"{law.exponent / 2:.2f}" in fitted.label
         np.testing.assert_allclose(fitted.y, np.sqrt(2 * law(ends) / 1e6))
         np.testing.assert_allclose(paper.y, printed[0] * ends ** printed[1])
@@ -148,7 +149,7 @@ def is_spectrum(panel, data, *, printed=None):
 
 def is_slope(panel, printed, ends, law):
     """A dashed line of the printed slope through the middle of a law."""
-    paper = panel.curve(f"paper: {printed:g}")
+    paper = panel.curve(f"paper: {printed:g}".replace("-", "\N{MINUS SIGN}"))
     np.testing.assert_allclose(paper.x, ends)
     assert np.diff(np.log(paper.y)) / np.diff(np.log(paper.x)) == pytest.approx(printed)
     assert np.prod(paper.y) == pytest.approx(np.prod(law(ends))) and paper.line == "--"
@@ -223,18 +224,20 @@ def are_laminar(panel, data, window, *, zero=0.0):
 
 
 def test_fig16_is_a_part_with_both_motions_of_two_series_with_their_spectra_and_laminar_shares():
-    above, below, first, second, shares = shown("fig16")
-    # the first part of 10000, in steps of a tenth from the transient on, with both long slips
+    data = {"u17": made.series(5, 17.5, 2.2, length=39400)}
+    data |= {"u19": made.series(5, 19.0, 2.2, length=42400)}
+    above, below, first, second, shares = shown("fig16", **data)
+    # the first part of 60000, in steps of a tenth from the transient on, with both long slips
     for panel, spectrum, name, begin in (
-        (above, first, "u17", 5500),
-        (below, second, "u19", 7500),
+        (above, first, "u17", 18500),
+        (below, second, "u19", 24500),
     ):
-        arrays, end = dataset(name).arrays, begin + 10000
+        arrays, end = data[name].arrays, begin + 60000
         part = (arrays["time"] >= begin) & (arrays["time"] <= end)
-        panel.draws(panel.xlabel, "$x_N$", (arrays["time"][part], arrays["positions"][part, 4]))
-        are_laminar(panel, dataset(name), (begin, end))
-        is_spectrum(spectrum, dataset(name))
-    assert below.xlabel == "$t$" and shares.guides == [("x", 17.5), ("x", 19.0)]
+        panel.draws("$t$", "$x_N$", (arrays["time"][part], arrays["positions"][part, 4]))
+        are_laminar(panel, data[name], (begin, end))
+        is_spectrum(spectrum, data[name])
+    assert shares.guides == [("x", 17.5), ("x", 19.0)]
     u = SCANS["n5_replicates"][1]
     share = made.laminar(u, 2.2)
     shares.draws("$u$", "laminar share", (np.repeat(u, 3), np.repeat(share, 3)), (u, share))
@@ -519,7 +522,12 @@ def test_fig19_is_replicates_of_three_sizes_and_single_runs_of_all():
     names = {5: "n5_replicates", 7: "size_replicates", 10: "size_replicates"}
     rows = {n: row(name, n, 1.0) for n, name in names.items()}
     curves = [(*mean(*points), f"$N = {n}$") for n, points in rows.items()]
-    above.draws("", "$r$", *curves, *(runs(*points) for points in rows.values()))
+    curves += [runs(*points) for points in rows.values()]
+    above.draws("", "$r$", *curves)
+    # u_c and its ends; the made-up table has none for seven and ten blocks
+    assert sorted(above.guides) == [("x", u) for u in (18.2, 18.5, 18.8)]
+    marks = {curve.marker for curve in above.curves if curve.label == "" and len(curve.x) > 1}
+    assert len(marks) == 3  # which tell the runs of the three apart in grey
     assert above.spans == [("x", 15, 18), ("x", 23, 32), ("x", 27, 40)]  # caption of Fig. 19
     curves = [(*row("n5_rows", n, 1.0), f"$N = {n}$") for n in (4, 5)]
     curves += [(*row("size_rows", n, 1.0), f"$N = {n}$") for n in made.SIZES]
@@ -527,6 +535,7 @@ def test_fig19_is_replicates_of_three_sizes_and_single_runs_of_all():
     curves += [(*row("size_rows_check", n, 1.0), "") for n in (2, 6)]
     below.draws("$u$", "$r$", *curves)
     assert above.texts == ["paper: $N = 5$", "$N = 7$", "$N = 10$"]
+    assert "$N = 5$, method event" in below.legend  # with the colour of its crosses
 
 
 def test_fig22_is_a_diagram_of_all_noises_for_each_number_of_blocks():
@@ -594,6 +603,7 @@ def test_fig04_is_two_recordings_with_spectra_of_small_and_large_amplitudes():
         analysis = recording.analyse(track.time_s, track.x_m)
         np.testing.assert_allclose(trace.curves[0].points.T, [analysis.time_s, 100 * analysis.x_m])
         assert f"$r$ = {analysis.disorder_parameter:.3g} (" in trace.title
+        assert ("(paper, recorded: 0.052)" in trace.title) == (name == "belt_028")  # Sec. II
         for panel, part in ((small, "small"), (large, "large")):
             is_part(panel, analysis.spectra[part])
         steps = [place for axis, place in small.guides if axis == "x"]
@@ -605,7 +615,7 @@ def test_fig04_is_two_recordings_with_spectra_of_small_and_large_amplitudes():
 
 
 def test_fig05_is_the_recording_with_the_spectrum_of_all_of_it():
-    data, (trace, enlarged, below) = filmed("fig05")
+    data, (trace, below, enlarged) = filmed("fig05")
     time, x = data["belt_022_track"].time_s, 100 * data["belt_022_track"].x_m
     analysis = recording.analyse(time, x / 100)
     minute = np.abs(time - (time[0] + time[-1]) / 2) <= 30
@@ -613,3 +623,4 @@ def test_fig05_is_the_recording_with_the_spectrum_of_all_of_it():
     np.testing.assert_allclose(trace.curves[0].points.T, [analysis.time_s, 100 * analysis.x_m])
     is_part(below, analysis.spectra["whole"])
     assert "slip at once for 1.2e+02 s at most" in trace.title
+    assert "(paper, recorded: 0.072)" in trace.title  # Sec. II

@@ -1,5 +1,6 @@
 """Parts that several figures share: curves, diagrams, traces, spectra, words on panels."""
 
+import re
 import textwrap
 from contextlib import contextmanager
 
@@ -67,6 +68,11 @@ def power(value):
     digits, exponent = f"{value:e}".split("e")
     factor = "" if float(digits) == 1 else rf"{float(digits):g} \times "
     return f"{factor}10^{{{int(exponent)}}}"
+
+
+def true_minus(text):
+    """A text whose negative numbers have the sign of minus in place of a hyphen."""
+    return re.sub(r"-(?=\d)", "\N{MINUS SIGN}", text)
 
 
 def letter(axes, text):
@@ -145,9 +151,9 @@ def zoom(axes, inner, time, values, window):
     inner.set_title("enlarged", size=6.2, color="0.35")
 
 
-def spectrum(axes, series, shown=np.asarray):
+def spectrum(axes, series, shown=np.asarray, *, ylabel=r"power $S(\nu)$"):
     """Power spectrum of x_N after the transient, or what a function makes of it."""
-    axes.set(xlabel=r"$\nu$", ylabel=r"$S(\nu)$")
+    axes.set(xlabel=r"$\nu$", ylabel=ylabel)
     time, position, _ = last_block(series)
     chosen = time >= series.attributes["transient"]
     with shortage_on(axes):
@@ -170,7 +176,8 @@ def printed_slope(axes, law, exponent):
     ends = np.array([law.low, law.high])
     middle = np.sqrt(law.low * law.high)
     line = law(middle) * (ends / middle) ** exponent
-    axes.loglog(ends, line, "--", color=style.BLACK, linewidth=1.0, label=f"paper: {exponent:g}")
+    label = true_minus(f"paper: {exponent:g}")
+    axes.loglog(ends, line, "--", color=style.BLACK, linewidth=1.0, label=label)
 
 
 def printed_range(axes, low, high, words, *, top=0.96):

@@ -11,7 +11,7 @@ ONE_BRANCH = 1.5
 
 
 def draw_runs(axes, abscissa, values, index, *, label=None, apart=ONE_BRANCH, **changes):
-    """A dot for each run; a line of their means where they lie on one branch.
+    """A small mark for each run; a line of their means where they lie on one branch.
 
     apart : largest ratio of the values of one branch; infinite for what always has a mean, 0 for
     what never has.

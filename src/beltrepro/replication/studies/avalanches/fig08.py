@@ -13,11 +13,12 @@ FIGURE = Figure(
     title="Position and relative velocity of the last block at u = 1, with the spectrum.",
     uses=("u1",),
     words=(
-        "At low belt speed and without noise the last block moves in a sawtooth of unequal teeth."
-        " Its velocity relative to the belt is zero between bursts. Below are the insets of the "
-        "paper: the spectrum of the whole series and the fastest slip. The spectrum is that of the "
-        "amplitude, 2|X|/n of n samples over a time of 1e6, which gives the printed line (dashed)."
-        " It is flat below 0.003 and bends downwards above it, so that no straight line fits it."
+        "At low belt speed and without noise the last block moves in a sawtooth of unequal teeth. "
+        "Its velocity relative to the belt is zero between bursts. Below are the insets of the "
+        "paper: the spectrum of the whole series and the fastest slip. The spectrum A is that of "
+        "the amplitude, 2|X|/n of n samples over a time of 1e6: so the fitted line (solid) comes "
+        "close to the one that the paper prints (dashed), where it is called S. A is flat below "
+        "0.003 and bends downwards above it, so that no straight line fits it."
     ),
     alt=(
         "Four panels: an irregular sawtooth of the position against time, bursts of relative "
@@ -29,6 +30,8 @@ FIGURE = Figure(
 
 SHOWN = 3000.0  # last part of the series that is drawn
 ZOOM = 30.0  # length of the enlarged part, around the fastest slip
+_ROOM = 5000  # factor by which the axis of the spectrum is longer, for the legend
+_DASHED = {"linestyle": "--", "color": style.BLACK, "linewidth": 1.0}
 
 
 @style.styled
@@ -46,7 +49,7 @@ def draw(data):
     for mark, axes in places.items():
         panels.letter(axes, mark)
     panels.trace(upper, time, position, ylabel=panels.POSITION)
-    panels.spectrum(spectrum, series, measure.as_amplitude)
+    panels.spectrum(spectrum, series, measure.as_amplitude, ylabel=r"amplitude $A(\nu)$")
     with panels.shortage_on(spectrum):
         _law(spectrum, series)
     panels.trace(lower, time, relative, ylabel=panels.RELATIVE_VELOCITY)
@@ -65,12 +68,12 @@ def _law(axes, series):
     """The power law of the mean spectrum of its stretches, beside the printed one."""
     fit, paper = measure.amplitude_law(series), printed("spectrum-exponent")
     for exponent, prefactor, words, look in (
-        (fit.exponent.value, fit.prefactor.value, "", {}),
-        (paper["exponent"], paper["prefactor"], "paper: ", {"linestyle": "--", "color": "black"}),
+        (fit.exponent.value, fit.prefactor.value, "fit: ", {}),
+        (paper["exponent"], paper["prefactor"], "paper: ", _DASHED),
     ):
         law = PowerLawFit(exponent, np.nan, prefactor, *FIT_BAND)
-        label = rf"{words}$S = {prefactor:.2g}\,\nu^{{{exponent:.2f}}}$"
+        label = rf"{words}${prefactor:.2g}\,\nu^{{{exponent:.2f}}}$"
         panels.power_law(axes, law, label=label, **look)
-    panels.legend_above(axes, ncols=1)
-    first, *_ = axes.get_legend().get_texts()
+    axes.set_ylim(bottom=axes.get_ylim()[0] / _ROOM)
+    first, *_ = axes.legend(loc="lower left").get_texts()
     marks.shown(first, "spectrum-exponent", "exponent")

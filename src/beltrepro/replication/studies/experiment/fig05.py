@@ -10,10 +10,13 @@ FIGURE = Figure(
     words=(
         "Tracked in a film of the virtual experiment, at the noise that the paper assigns to the "
         "experiment. There, avalanches were broken by more than a minute in which all blocks "
-        "slip. Shaded: small amplitude; x_5 and r as in Fig. 4. The middle panel is a minute "
-        "of a, in which single slips are seen. The spectrum is that of the whole."
+        "slip. Shaded green: small amplitude; x_5 and r as in Fig. 4. b: the spectrum of the "
+        "whole. c: a minute of a, shaded orange there, in which single slips are seen."
     ),
-    alt="Position of the last block against time, a sawtooth without rest, above its spectrum.",
+    alt=(
+        "Three panels: the position of the last block against time, its spectrum, and a minute of "
+        "it, a sawtooth without rest."
+    ),
     number="5",
 )
 
@@ -23,13 +26,13 @@ _ENLARGED_S = 60.0  # in which single slips are seen
 
 @style.styled
 def draw(data):
-    """a: x_5(t), and a minute of it; b: the spectrum of all of it."""
+    """a: x_5(t); b: the spectrum of all of it; c: a minute of it."""
     panels.require(data, FIGURE)
     figure = style.page(4.4)
     filmed.mark(figure)
-    above, enlarged, below = figure.subplots(3, 1)
-    panels.letter(above, "a")
-    panels.letter(below, "b")
+    above, below, enlarged = figure.subplots(3, 1)
+    for axes, mark in zip((above, below, enlarged), "abc", strict=True):
+        panels.letter(axes, mark)
     filmed.draw_recording(above, (below,), data, "belt_022")
     filmed.say_longest_slip(above, data["belt_022"])
     track = data["belt_022_track"]

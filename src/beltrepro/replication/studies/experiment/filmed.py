@@ -1,6 +1,7 @@
 """Parts that the figures of the virtual experiment share (Figs. 2 to 5)."""
 
 import itertools
+import textwrap
 from dataclasses import dataclass
 
 import cv2
@@ -15,13 +16,14 @@ from beltrepro.replication.camera.survey import Survey
 from beltrepro.replication.camera.tracking import SPRING
 from beltrepro.replication.camera.white_block import has_size
 from beltrepro.replication.drawing import panels, style
-from beltrepro.replication.studies.experiment import films
+from beltrepro.replication.studies.experiment import films, observations
 from beltrepro.replication.studies.experiment import recording_figure as drawing
 from beltrepro.replication.studies.experiment.lines import BAND_HZ, LEAST_PEAKS, lines, spacing
 
 SECONDS = r"$t$ (s)"
 LENGTH = "$x_5$ (cm)"
 
+_LETTERS = 24  # in a line of words on a narrow panel
 _SURVEYED = 24  # frames from which it is told where things are
 _WORDS = "virtual experiment: simulated chain, simulated camera"
 
@@ -97,9 +99,10 @@ def draw_recording(trace, spectra, data, film):
         return
     drawing.draw_trace(trace, recording)
     trace.set(xlabel=SECONDS, ylabel=LENGTH)
-    words = trace.get_title()
+    disorder, *others = trace.get_title().split("\n")
     trace.set_title("")
-    panels.remark(trace, f"{speed(data[film])}; {words}")
+    printed = _printed_disorder(data[film])
+    panels.remark(trace, "\n".join([speed(data[film]), disorder + printed, *others]))
     names = (SMALL, LARGE) if len(spectra) == 2 else (WHOLE,)
     for axes, name in zip(spectra, names, strict=True):
         spectrum = recording.spectra.get(name)
@@ -120,6 +123,15 @@ def draw_recording(trace, spectra, data, film):
                 _draw_multiples(axes, recording, spectrum)
 
 
+def _printed_disorder(run):
+    """Words for r of the recording at the belt speed of a run, if the paper prints one."""
+    velocity = run.attributes["belt_velocity"]
+    for recorded in observations.EXPERIMENT:
+        if np.isclose(velocity, recorded.belt_velocity, rtol=observations.ALIKE, atol=0):
+            return f" (paper, recorded: {recorded.disorder_parameter:g})"
+    return ""
+
+
 def say_longest_slip(axes, run):
     """How long all blocks of a run slip at once, at most."""
     longest = films.longest_slip_of_all_s(run)
@@ -131,11 +143,16 @@ def _draw_multiples(axes, recording, spectrum):
     """The frequency whose multiples lie nearest to the peaks of a spectrum, if it has peaks."""
     values = recording.evenly(spectrum.begin_s, spectrum.end_s)
     with panels.shortage_on(axes, place=(0.3, 0.85)):
-        peaks = lines(values, recording.interval_s).peaks_hz
-        words = "peaks (Hz): " + (", ".join(f"{peak:.2f}" for peak in peaks) or "none")
+        seen = BAND_HZ[0], drawing.HIGHEST_HZ
+        peaks = lines(values, recording.interval_s, band_hz=seen).peaks_hz
+        found = "peaks (Hz): " + (", ".join(f"{peak:.2f}" for peak in peaks) or "none")
+        words = textwrap.wrap(found, _LETTERS)
+        peaks = peaks[peaks <= BAND_HZ[1]]  # those that are judged
         if peaks.size >= LEAST_PEAKS:
             best = spacing(peaks)
             for number in range(1, int(BAND_HZ[1] / best.step_hz) + 1):
                 axes.axvline(number * best.step_hz, color=style.GREY, linewidth=0.7, linestyle=":")
-            words += f"\nmultiples of {best.step_hz:.3g} Hz: p = {best.p:.2g}"
-        axes.text(0.03, 0.92, words, transform=axes.transAxes, va="top")
+            words += [f"multiples of {best.step_hz:.3g} Hz:", f"p = {best.p:.2g}"]
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high * (high / low) ** (0.15 * len(words)))
+        axes.text(0.03, 0.96, "\n".join(words), transform=axes.transAxes, va="top")

@@ -44,8 +44,10 @@ class Spacing(NamedTuple):
     p: float
 
 
-def lines(values: npt.ArrayLike, interval_s: float) -> Lines:
-    """Find the lines in the spectrum of a series."""
+def lines(
+    values: npt.ArrayLike, interval_s: float, *, band_hz: tuple[float, float] = BAND_HZ
+) -> Lines:
+    """Find the lines in a band of the spectrum of a series."""
     values = np.asarray(values, dtype=float)
     segment = round(SEGMENT_S / interval_s)
     require(
@@ -55,7 +57,7 @@ def lines(values: npt.ArrayLike, interval_s: float) -> Lines:
     frequency, power = power_spectrum(values, interval_s, segment=segment)
     size = round(_SURROUNDINGS_HZ / (frequency[1] - frequency[0]))
     level = np.exp(scipy.ndimage.median_filter(np.log(power), size, mode="nearest"))
-    inside = (frequency >= BAND_HZ[0]) & (frequency <= BAND_HZ[1])
+    inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
     excess = power / level
     flatness = np.exp(np.log(excess[inside]).mean()) / excess[inside].mean()
     peaks, _ = scipy.signal.find_peaks(excess, height=HEIGHT, distance=_APART)

@@ -12,7 +12,7 @@ from beltrepro.replication.camera.recording import LASTING_S
 from beltrepro.replication.camera.scene import Scene, lengths_of_blocks
 from beltrepro.replication.studies.experiment.inference import Posterior, Recorded, Simulated
 
-_ALIKE = 1e-3  # share by which two belt velocities of a grid count as one
+ALIKE = 1e-3  # share by which two belt velocities of a grid count as one
 FRICTION_RATIO = 0.45  # printed, and measured (Sec. II)
 TOLERANCE = 0.1  # of ln r: within 10 % of what is printed
 MINIMUM_AGREED = 20  # trials that agree with a recording; fewer make no posterior
@@ -77,7 +77,7 @@ def agrees(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.nda
 
 def at_speed(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
     """Which trials have the belt velocity of a recording."""
-    return np.isclose(arrays["belt_velocity"], observation.belt_velocity, rtol=_ALIKE, atol=0)
+    return np.isclose(arrays["belt_velocity"], observation.belt_velocity, rtol=ALIKE, atol=0)
 
 
 def alternates(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -143,7 +143,7 @@ def on_grid(arrays: Mapping[str, np.ndarray]) -> Simulated:
 def _pairs(velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Indices of the velocities that stand in the ratio of the speeds of the experiment."""
     wanted = velocity * EXPERIMENT[1].speed_m_s / EXPERIMENT[0].speed_m_s
-    alike = np.isclose(wanted[:, np.newaxis], velocity, rtol=_ALIKE, atol=0)
+    alike = np.isclose(wanted[:, np.newaxis], velocity, rtol=ALIKE, atol=0)
     require(alike.any(), "no two belt velocities have the ratio of those of the experiment")
     first, second = np.nonzero(alike)
     return first, second

@@ -11,7 +11,7 @@ from beltrepro.replication.drawing import panels, style
 SUFFIXES = (".png", ".pdf", ".svg")
 _COLOURS = {WHOLE: style.SKY, SMALL: style.GREEN, LARGE: style.BLUE}
 _WORDS = {WHOLE: "whole", SMALL: "small amplitude", LARGE: "large amplitude"}
-_HIGHEST_HZ = 8.0  # beyond it lies only the noise of the picture
+HIGHEST_HZ = 8.0  # beyond it lies only the noise of the picture
 
 
 @style.styled
@@ -55,16 +55,16 @@ def draw_trace(axes, recording):
 
 def draw_spectrum(axes, spectrum, name):
     """Power spectrum of a stretch of a recording, with its power law if it has one."""
-    shown = spectrum.frequency_hz <= _HIGHEST_HZ
+    shown = spectrum.frequency_hz <= HIGHEST_HZ
     frequency, power = spectrum.frequency_hz[shown], spectrum.power[shown]
     axes.loglog(frequency, power, color=_COLOURS[name], linewidth=0.6, rasterized=True)
-    axes.set(xlabel=r"$\nu$ (Hz)", ylabel=r"$S(\nu)$ (m$^2$/Hz)", xlim=(frequency[0], _HIGHEST_HZ))
+    axes.set(xlabel=r"$\nu$ (Hz)", ylabel=r"$S(\nu)$ (m$^2$/Hz)", xlim=(frequency[0], HIGHEST_HZ))
     axes.set_ylim(np.quantile(power, 0.02), 5 * power.max())
-    if 100 * frequency[0] > _HIGHEST_HZ:
+    if 100 * frequency[0] > HIGHEST_HZ:
         panels.plain_log(axes.xaxis)
     title = [_WORDS[name], f"{spectrum.begin_s:.0f} to {spectrum.end_s:.0f} s"]
     if spectrum.law:
         band = np.array([spectrum.law.low, spectrum.law.high])
         axes.plot(band, spectrum.law(band), color=style.VERMILION, linewidth=1.4)
-        title.insert(1, f"$p$ = {spectrum.exponent.words}")
+        title.insert(1, panels.true_minus(f"$p$ = {spectrum.exponent.words}"))
     panels.remark(axes, "\n".join(title))  # the letter is beside the last line

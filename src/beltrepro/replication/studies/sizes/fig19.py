@@ -1,5 +1,7 @@
 """Fig. 19: the fall of r for several system sizes."""
 
+import numpy as np
+
 from beltrepro.replication.drawing import panels, replicate_panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.verdicts.ledger import printed
@@ -8,6 +10,7 @@ from beltrepro.stats import sections
 FIGURE = Figure(
     title="Disorder parameter r(u) for several numbers of blocks.",
     uses=(
+        "critical_velocities",
         "n5_replicates",
         "size_replicates",
         "n5_rows",
@@ -16,15 +19,17 @@ FIGURE = Figure(
         "size_rows_check",
     ),
     words=(
-        "The fall of r with belt velocity for several numbers of blocks: it moves up and becomes "
-        "more gradual as blocks are added, here at the noise 1. a: the numbers of blocks whose "
-        "transition regions the paper prints (black). Dots are independent runs from starts of "
-        "their own, and lines their means where all lie on one branch. b: single runs of all "
-        "numbers of blocks."
+        "The fall of r with belt velocity lies far higher for seven and ten blocks than for five, "
+        "here at the noise 1. a: the numbers of blocks whose transition regions the paper prints "
+        "(black). The mark below each is the middle of the fall that we find, u_c, with its 95 % "
+        "interval. Small marks are independent runs from starts of their own, and lines join their "
+        "means where all lie on one branch. b: single runs of all numbers of blocks; crosses: "
+        "five blocks by the other integrator."
     ),
     alt=(
-        "Two panels of r against belt velocity, a colour for each number of blocks: above, dots "
-        "and lines for 5, 7 and 10 blocks under three black strips; below, marks for all."
+        "Two panels of r against belt velocity, a colour for each number of blocks: above, marks "
+        "and lines for 5, 7 and 10 blocks under three black strips, with a mark and an error bar "
+        "below each; below, marks for all."
     ),
     number="19",
 )
@@ -49,12 +54,17 @@ def draw(data):
             for n_blocks in panels.levels(scan, "n_blocks"):
                 row = sections.rows(scan, n_blocks=n_blocks, noise=NOISE)
                 points = row["belt_velocity"], row["disorder_parameter"], _index(n_blocks)
-                label = f"$N = {n_blocks}$"
-                panels.single_runs(below, *points, label=label, overlay=overlay)
+                look = {"label": f"$N = {n_blocks}$"}
+                if overlay:
+                    look = {
+                        "overlay": f"$N = {n_blocks}$, {overlay}",
+                        "color": style.line_style(_index(n_blocks))["color"],
+                    }
+                panels.single_runs(below, *points, **look)
     for axes in (above, below):
         panels.finish_curves(axes, xlabel=panels.BELT_VELOCITY)
         axes.label_outer()
-    _strips(above)
+    _strips(above, data["critical_velocities"])
     above.set_xlim(left=0)
     return figure
 
@@ -65,16 +75,25 @@ def _index(n_blocks):
 
 
 def _runs(axes, data, n_blocks):
+    """Runs of a number of blocks and the line of their means."""
     for name in ("n5_replicates", "size_replicates"):
         row = sections.rows(data[name], n_blocks=n_blocks, noise=NOISE)
         points = row["belt_velocity"], row["disorder_parameter"], _index(n_blocks)
         replicate_panels.draw_runs(axes, *points, label=f"$N = {n_blocks}$")
 
 
-def _strips(axes):
-    """The printed regions as strips at the top."""
-    axes.set_ylim(top=axes.get_ylim()[1] * 1.35)
+def _strips(axes, table):
+    """The printed regions as strips at the top; below each the middle of the fall that we find."""
+    axes.set_ylim(top=axes.get_ylim()[1] * 1.5)
+    in_scans = table["dataset"].isin(["n5_replicates", "size_replicates"])
+    table = table[in_scans & (table["noise"] == NOISE) & table["critical"].notna()]
     for place, n_blocks in enumerate(SHOWN):
         low, high = printed("transition-width")[str(n_blocks)]
         words = f"{'' if place else 'paper: '}$N = {n_blocks}$"
-        panels.printed_range(axes, low, high, words, top=0.98 - 0.09 * place)
+        top = 0.98 - 0.11 * place
+        panels.printed_range(axes, low, high, words, top=top)
+        for row in table[table["n_blocks"] == n_blocks].itertuples():
+            reach = [[row.critical - row.low], [row.high - row.critical]]
+            look = style.line_style(_index(n_blocks)) | {"markersize": 3, "linestyle": "none"}
+            look |= {"capsize": 1.5, "elinewidth": 0.8, "transform": axes.get_xaxis_transform()}
+            axes.errorbar([row.critical], [top - 0.06], xerr=np.nan_to_num(reach), **look)
