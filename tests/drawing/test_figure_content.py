@@ -535,7 +535,7 @@ def test_fig19_is_replicates_of_three_sizes_and_single_runs_of_all():
     curves += [(*row("size_rows_check", n, 1.0), "") for n in (2, 6)]
     below.draws("$u$", "$r$", *curves)
     assert above.texts == ["paper: $N = 5$", "$N = 7$", "$N = 10$"]
-    assert "$N = 5$, method event" in below.legend  # with the colour of its crosses
+    assert "$N = 5$, exact motion" in below.legend  # with the colour of its crosses
 
 
 def test_fig22_is_a_diagram_of_all_noises_for_each_number_of_blocks():
@@ -564,7 +564,7 @@ def test_fig02_is_the_first_frame_with_a_line_to_each_part():
     # lines end at the blocks: what is white under the last one, and black under the others
     ends = {words: getattr(text, "xy", None)
             for words, text in zip(panel.texts, panel.axes.texts, strict=True)}  # fmt: skip
-    places = [ends[words] for words in ("1", "2", "3", "4", "block 5, white")]
+    places = [ends[words] for words in ("1", "2", "3", "4", "white block")]
     beneath = [int(image.values[round(y) + 8, round(x)]) for x, y in places]
     assert beneath[-1] > 150 > 25 > max(beneath[:-1])
     metres = data["belt_028"].arrays["positions"][0] * LENGTH_M

@@ -18,7 +18,7 @@ POSITION, VELOCITY, RELATIVE_VELOCITY = "$x_N$", "$v_N$", "$v_{rN}$"
 DISORDER = "$r$"
 
 CHECK = "_check"  # suffix of a scan with some of the points by the other integrator
-_METHODS = {"event": "exact motion", "verlet": "paper's scheme"}
+METHODS = {"event": "exact motion", "verlet": "paper's scheme"}
 _SPECTRUM_TO = 2.0  # highest frequency shown: beyond it lies only the smoothness of slips
 _PLAIN = 1e-4  # smaller numbers are written as powers of ten
 _RASTER_FROM = 5000  # more points than this are an image in the PDF
@@ -42,7 +42,7 @@ def layers(data, name):
         over = data[name + CHECK]
         method = over.attributes["method"]
         # one that differs with the noise has several names
-        scans.append((over, _METHODS.get(method, "other integrator")))
+        scans.append((over, METHODS.get(method, "other integrator")))
     return scans
 
 

@@ -13,10 +13,10 @@ FIGURE = Figure(
     words=(
         "Points where the second block passes a fixed place backwards, drawn as position and "
         "relative velocity of the last block, lie on a folded, layered set as for a simple "
-        "chaotic oscillator. a: the scheme of the paper; b: the exact motion. Orange: states that "
-        "are there already, to half a percent of the extent of the section, from this run or from "
-        "another. They are no new points: the runs start within 0.001 of each other, and those of "
-        "the exact motion stay together for long."
+        "chaotic oscillator. a: the scheme of the paper; b: the exact motion. Blue points are new. "
+        "Orange points lie within half a percent of the extent of the section of an earlier one, "
+        "of this run or of another, and tell nothing new: the runs start within 0.001 of each "
+        "other, and those of the exact motion stay together for long."
     ),
     alt=(
         "Two panels of section points in the plane of position and relative velocity of the last "
@@ -58,7 +58,8 @@ def _section(figure, axes, catalogue):
     runs = np.unique(points["point"]).size
     place = f"$x_{{{about['section_block']}}} = {about['section_position']:g}$"
     axes.set_xlabel(f"{panels.POSITION} at {place}")
-    words = f"{about['method']}, {runs} runs:\n{new.sum()} of {slipping.sum()} points new"
+    method = panels.METHODS[about["method"]]
+    words = f"{method}, {runs} runs:\n{new.sum()} of {slipping.sum()} points new"
     panels.remark(axes, words)
 
 

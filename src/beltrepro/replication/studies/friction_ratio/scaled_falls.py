@@ -13,7 +13,8 @@ FIGURE = Figure(
         "drives a chain of linear springs, with 95 % intervals. Filled: half of the runs from rest "
         "first have less than half the fluctuation of slow belts. Open: the middle of the fall, "
         "where there is one. Arrows: neither up to there. The line is the paper's friction ratio. "
-        "What to see: linear springs have one value from f_s = 0.4 on, the paper's springs none."
+        "What to see: linear springs have one value from f_s = 0.4 on, those of the paper, which "
+        "stiffen, none."
     ),
     alt=(
         "Marks of scaled belt velocity against the friction ratio: those of linear springs lie on "
@@ -33,7 +34,7 @@ def draw(data):
     figure = style.page(2.2)
     axes = figure.subplots()
     table = data["scaled_falls"]
-    for index, (springs, words) in enumerate((("linear", "linear"), ("exponential", "paper's"))):
+    for index, (springs, words) in enumerate((("linear", "linear"), ("exponential", "stiffening"))):
         rows = table[table["springs"] == springs]
         look = style.line_style(index) | {"linestyle": "none", "elinewidth": 0.6}
         look |= {"markersize": 3, "label": words}

@@ -20,8 +20,8 @@ FIGURE = Figure(
         "numbers of blocks. a: the belt velocity in the middle of the fall of r, five blocks, from "
         "independent runs at each u. Error bars: 95 % intervals, by drawing runs anew; pale "
         "bars: the transition region. Without noise also by the paper's scheme, from starts of two "
-        "spreads. b: against the number of blocks. Where words stand instead, r of the "
-        "replicates falls by less than a factor of two, and there is no such velocity."
+        "spreads. b: against the number of blocks. Where r of the runs falls by less than a factor "
+        "of two there is no such velocity, and words say so."
     ),
     alt=(
         "Two panels of the critical velocity with error bars, against noise and against the number "
