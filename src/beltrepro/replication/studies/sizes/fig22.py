@@ -8,9 +8,10 @@ FIGURE = Figure(
     title="Bifurcation diagrams for 2, 3, 4, 6, 7 and 10 blocks.",
     uses=("size_rows",),
     words=(
-        "Bifurcation diagrams for two to ten blocks, the weakest noise on top: regular lines up to "
-        "four blocks, broad bands from five on, with fewer windows and less effect of noise as "
-        "blocks are added."
+        "Without noise the section holds mostly lines up to four blocks, and bands from six on, "
+        "which reach to higher belt velocities the more blocks there are. Noise spreads the "
+        "lines, and changes little where there are bands. Bifurcation diagrams, the weakest noise "
+        "on top."
     ),
     alt=(
         "Six panels for 2, 3, 4, 6, 7 and 10 blocks: bifurcation diagrams, a colour for each noise."
