@@ -564,7 +564,7 @@ def test_fig02_is_the_first_frame_with_a_line_to_each_part():
     # lines end at the blocks: what is white under the last one, and black under the others
     ends = {words: getattr(text, "xy", None)
             for words, text in zip(panel.texts, panel.axes.texts, strict=True)}  # fmt: skip
-    places = [ends[words] for words in ("1", "2", "3", "4", "white block")]
+    places = [ends[words] for words in ("block 1", "2", "3", "4", "5, white")]
     beneath = [int(image.values[round(y) + 8, round(x)]) for x, y in places]
     assert beneath[-1] > 150 > 25 > max(beneath[:-1])
     metres = data["belt_028"].arrays["positions"][0] * LENGTH_M

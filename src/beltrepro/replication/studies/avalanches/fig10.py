@@ -11,12 +11,12 @@ FIGURE = Figure(
     title="Poincaré section of the chaotic attractor at u = 1, by both integrators.",
     uses=("slips_u1", "slips_u1_event"),
     words=(
-        "Points where the second block passes a fixed place backwards, drawn as position and "
-        "relative velocity of the last block, lie on a folded, layered set as for a simple "
-        "chaotic oscillator. a: the scheme of the paper; b: the exact motion. Blue points are new. "
-        "Orange points lie within half a percent of the extent of the section of an earlier one, "
-        "of this run or of another, and tell nothing new: the runs start within 0.001 of each "
-        "other, and those of the exact motion stay together for long."
+        "The last block, its position and its velocity relative to the belt, lies on a folded, "
+        "layered set as for a simple chaotic oscillator at the moments when the second block "
+        "passes a fixed place backwards. a: motion by the scheme of the paper; b: exact motion. "
+        "Orange: points that repeat an earlier one, of the same run or another, to half a percent "
+        "of the extent of the section. They are no new points: the runs start within 0.001 of "
+        "each other, and in exact motion they stay together for long."
     ),
     alt=(
         "Two panels of section points in the plane of position and relative velocity of the last "
@@ -58,8 +58,8 @@ def _section(figure, axes, catalogue):
     runs = np.unique(points["point"]).size
     place = f"$x_{{{about['section_block']}}} = {about['section_position']:g}$"
     axes.set_xlabel(f"{panels.POSITION} at {place}")
-    method = panels.METHODS[about["method"]]
-    words = f"{method}, {runs} runs:\n{new.sum()} of {slipping.sum()} points new"
+    motion = panels.METHODS[about["method"]]
+    words = f"{motion}, {runs} runs:\n{new.sum()} of {slipping.sum()} points are new"
     panels.remark(axes, words)
 
 

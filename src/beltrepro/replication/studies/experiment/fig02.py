@@ -49,8 +49,8 @@ def _name_parts(axes, picture, blocks_m):
     scene = Scene()
     half = scene.block_width / 2
     for number, place in enumerate(blocks_m, 1):
-        last = number == len(blocks_m)
-        words = "white block" if last else f"{number}"
+        # a long word beside another would run into it: only the first has room
+        words = {1: "block 1", len(blocks_m): f"{number}, white"}.get(number, f"{number}")
         _point(axes, words, picture.place(place, -half), -35)
     tape = half + scene.tape_gap + scene.tape_width / 2
     _point(axes, "fixed point", picture.place(0.0, tape), 35, align="left")

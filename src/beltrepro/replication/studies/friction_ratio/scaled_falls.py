@@ -1,4 +1,4 @@
-"""Not in the paper: where r falls without noise, for linear springs and the paper's."""
+"""Not in the paper: where r falls without noise, for linear springs and stiffening ones."""
 
 import numpy as np
 
@@ -9,20 +9,21 @@ FIGURE = Figure(
     title="Where r falls without noise, for two kinds of springs and all friction ratios.",
     uses=("scaled_falls",),
     words=(
-        "Not in the paper. Belt velocities of the fall in units of the force (1 - f_s) F_st that "
-        "drives a chain of linear springs, with 95 % intervals. Filled: half of the runs from rest "
-        "first have less than half the fluctuation of slow belts. Open: the middle of the fall, "
-        "where there is one. Arrows: neither up to there. The line is the paper's friction ratio. "
-        "What to see: linear springs have one value from f_s = 0.4 on, those of the paper, which "
-        "stiffen, none."
+        "Not in the paper. Linear springs have one scaled velocity of the fall from f_s = 0.4 on; "
+        "springs that stiffen as in the paper have none. The scale is the force (1 - f_s) F_st "
+        "that drives a chain of linear springs. Filled: half of the runs from rest first have "
+        "less than half the fluctuation of slow belts. Open: the middle of the fall, where there "
+        "is one. Bars: 95 % intervals. Arrows: neither up to there. The grey line is the paper's "
+        "friction ratio."
     ),
     alt=(
         "Marks of scaled belt velocity against the friction ratio: those of linear springs lie on "
-        "a level line from 0.4 on, those of the paper's springs rise; below 0.2 there are arrows."
+        "a level line from 0.4 on, those of stiffening springs rise; below 0.2 there are arrows."
     ),
     category="Further studies",
 )
 
+_SPRINGS = {"linear": "linear springs", "exponential": "stiffening springs"}
 _ASIDE = 0.008  # by which marks of one friction ratio lie beside each other
 _TOP = 0.92  # the largest velocity that was run
 
@@ -34,7 +35,7 @@ def draw(data):
     figure = style.page(2.2)
     axes = figure.subplots()
     table = data["scaled_falls"]
-    for index, (springs, words) in enumerate((("linear", "linear"), ("exponential", "stiffening"))):
+    for index, (springs, words) in enumerate(_SPRINGS.items()):
         rows = table[table["springs"] == springs]
         look = style.line_style(index) | {"linestyle": "none", "elinewidth": 0.6}
         look |= {"markersize": 3, "label": words}

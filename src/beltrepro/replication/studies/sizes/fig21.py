@@ -11,7 +11,7 @@ FIGURE = Figure(
         "out, and at ten (e) most runs have the larger r already without noise. Six blocks (c) do "
         "not rise, because their r has not yet fallen at this belt velocity. a: one run at each "
         "point, as in the paper, where chance hides much of this. b to e: all runs with random "
-        "numbers of their own, a dot each, and their mean where they lie on one branch."
+        "numbers of their own, a small mark each, and their mean where they lie on one branch."
     ),
     alt=(
         "A panel of r against noise with marks for each number of blocks, and below it a panel for "

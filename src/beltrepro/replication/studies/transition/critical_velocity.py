@@ -16,12 +16,12 @@ FIGURE = Figure(
         "size_replicates",
     ),
     words=(
-        "The paper prints critical velocities at two noises, and transition regions for three "
-        "numbers of blocks. a: the belt velocity in the middle of the fall of r, five blocks, from "
-        "independent runs at each u. Error bars: 95 % intervals, by drawing runs anew; pale "
-        "bars: the transition region. Without noise also by the paper's scheme, from starts of two "
-        "spreads. b: against the number of blocks. Where r of the runs falls by less than a factor "
-        "of two there is no such velocity, and words say so."
+        "Strong noise and blocks beyond five move the fall of r to higher belt velocities. a: the "
+        "middle of the fall against noise, five blocks, from independent runs at each u. Without "
+        "noise it is also given for the paper's scheme, from starts of two spreads. b: the same "
+        "against the number of blocks, at two noises. Error bars: 95 % intervals, by drawing runs "
+        "anew. Pale bars: the transition region. Black: what the paper prints, critical "
+        "velocities at two noises in a, and transition regions of three numbers of blocks in b."
     ),
     alt=(
         "Two panels of the critical velocity with error bars, against noise and against the number "
