@@ -322,7 +322,7 @@ def test_fig10_is_the_points_at_which_the_last_block_slips_by_both_integrators()
         slips, new = relative < 0, np.arange(900) < 900 - repeats
         curves = [(position[slips & part], relative[slips & part]) for part in (~new, new)]
         panel.draws("$x_N$ at $x_{3} = 271.5$", panel.ylabel, *curves[not repeats :])
-        assert f"{(slips & new).sum()} of {slips.sum()} points new" in panel.title
+        assert f"{(slips & new).sum()} of {slips.sum()} points are new" in panel.title
 
 
 def test_fig10_is_a_density_where_points_are_many():

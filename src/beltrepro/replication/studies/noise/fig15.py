@@ -10,8 +10,8 @@ FIGURE = Figure(
         "At belt velocities of 20 and more, r rises with noise: steeply at 20, and at higher "
         "velocities more gradually, its middle at stronger noise. a: one run at each point, as in "
         "the paper; the dashed line guides the eye there too. Below: all runs with random numbers "
-        "of their own, a small mark each, and their mean where they lie on one branch. At weak noise "
-        "they end on several."
+        "of their own, a small mark each, and their mean where they lie on one branch. At weak "
+        "noise they end on several."
     ),
     alt=(
         "A panel of r against noise with marks for each belt velocity, and below it a panel for "
