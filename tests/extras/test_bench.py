@@ -1,5 +1,6 @@
 """The benchmark: what it compares with computes the same motion; the command; no speeds."""
 
+import argparse
 import json
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import pytest
 import naive
 from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import InputError
+from beltrepro.cli import bench as command
 from beltrepro.engine.vector import zeros
 from beltrepro.extras.bench import plain, smooth, table
 from beltrepro.extras.bench.competitors import LABELS
@@ -57,6 +59,24 @@ def test_no_compiler_is_no_error(monkeypatch):
     monkeypatch.setattr(plain.shutil, "which", lambda program: None)
     assert plain.c_loop.__wrapped__() is None
     assert plain.compiler.__wrapped__() is None
+
+
+def test_a_compiler_is_told_by_the_first_line_of_its_version(monkeypatch):
+    monkeypatch.setattr(plain, "_compiler", lambda: sys.executable)
+    assert plain.compiler.__wrapped__().startswith(f"Python 3.{sys.version_info.minor}")
+
+
+def test_two_trees_have_no_page(monkeypatch, tmp_path):
+    def measured(**settings):
+        raise InputError("measured")
+
+    monkeypatch.setattr("beltrepro.extras.bench.measuring.measure", measured)
+    page = f"--output={tmp_path / 'page.md'}"
+    for options, words in (([page], "measured"), ([page, "--against=."], "not with --against")):
+        parser = argparse.ArgumentParser()
+        command.add(parser.add_subparsers())
+        with pytest.raises(InputError, match=words):
+            command.run(parser.parse_args(["bench", *options]))
 
 
 def test_solve_ivp_follows_the_exact_dynamics():

@@ -280,6 +280,11 @@ def test_bad_value_is_refused(path, value, words):
     complaint(changed(CONFIG, path, value), words)
 
 
+def test_the_last_block_of_the_shortest_chain_may_make_the_section():
+    # datasets of three blocks are like slips_u1
+    make_plan(changed(CONFIG, "presets.standard.datasets.slips_u1.section_block", 3))
+
+
 def test_a_preset_that_nobody_asks_for_needs_no_points():
     whole = changed(CONFIG, "presets.mine", {"defaults": {}})
     assert make_plan(whole).preset == "standard"

@@ -27,7 +27,7 @@ def threads() -> int:
     return sum(thread.name.startswith("beltrepro") for thread in threading.enumerate())
 
 
-@pytest.mark.parametrize(
+functions = pytest.mark.parametrize(
     ("called", "settings"),
     [
         (scan, SHORT),
@@ -40,6 +40,17 @@ def threads() -> int:
     ],
     ids=lambda value: getattr(value, "__name__", ""),
 )
+
+
+@functions
+@pytest.mark.filterwarnings("ignore")
+def test_progress_of_every_function_rises_to_one(called, settings):
+    fractions: list[float] = []
+    called(GRID, progress=fractions.append, **settings)
+    assert fractions == sorted(fractions) and fractions[0] >= 0 and fractions[-1] == 1
+
+
+@functions
 @pytest.mark.filterwarnings("ignore")
 def test_no_bit_depends_on_the_cores(called, settings):
     alone, together = (called(GRID, workers=workers, **settings) for workers in (1, 3))
