@@ -13,7 +13,7 @@ from beltrepro import ChainParameters, Setup
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.model import section_position, units
-from beltrepro.model.friction import friction_force, next_direction
+from beltrepro.model.friction import friction_force, next_direction, start_noise
 from beltrepro.model.spring import (
     chain_deformations,
     external_force,
@@ -202,3 +202,15 @@ def test_the_section_follows_every_constant_of_the_law(field):
     share = 615 / balance_by_search(usual)
     assert abs(section_position(other) - share * balance_by_search(other)) <= 0.05 + 1e-9
     assert (section_position(other) != 615.0) == (field not in ("compression_rate", "mass"))
+
+
+def test_of_blocks_that_differ_the_noisiest_start_counts():
+    alike = {"n_blocks": 3, "belt_velocity": 5.0, "noise": 2.0}
+    each = [start_noise(ChainParameters(**alike, friction_ratio=f)) for f in (0.2, 0.6, 0.4)]
+    assert start_noise(ChainParameters(**alike, friction_ratio=(0.2, 0.6, 0.4))) == pytest.approx(
+        max(each), rel=1e-12
+    )
+    # closed form: sigma sqrt(1 + f_s^2) / ((1 - f_s) F_st)
+    assert each[1] == pytest.approx(
+        2.0 * 1.36**0.5 / (0.4 * ChainParameters(3, 5.0).static_friction)
+    )
