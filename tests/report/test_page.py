@@ -426,9 +426,10 @@ def test_time_is_summed_by_rule(text, tmp_path):
     ]
     (tmp_path / "benchmarks" / "a").mkdir(parents=True)
     table = tmp_path / "benchmarks" / "a" / "1.tsv"
-    table.write_text("s\tmax_rss\n1.5\t10\n2.5\t-\n")  # of a short job there is no memory
+    # of a short job there is no memory
+    table.write_text("s\tmax_rss\n1.5\t90\n2.5\t-\n0.5\t100\n")
     (row,) = conduct.times(pages.material(tmp_path))["rules"]
-    assert row == {"rule": "a", "jobs": 2, "seconds": 4.0, "longest": 2.5, "memory_mb": 10.0}
+    assert row == {"rule": "a", "jobs": 3, "seconds": 4.5, "longest": 2.5, "memory_mb": 100.0}
 
 
 def test_environment_lists_what_differs(text):

@@ -38,6 +38,16 @@ def test_the_motion_computed_anew_has_the_closed_form_of_one_block():
     assert velocities[0] == 1.0
 
 
+@pytest.mark.filterwarnings("ignore:loading")
+def test_events_within_one_step_are_taken_in_their_order(monkeypatch):
+    chain = ChainParameters(7, 10.0)
+    run = simulate(chain, duration=90.0, sample_interval=1.0)
+    # so long a step has two events now and then
+    monkeypatch.setattr("beltrepro.simulation.audit._STEP", 0.05)
+    positions, _ = motion(run.positions[60], run.velocities[60], 30.0, chain)
+    np.testing.assert_allclose(positions, run.positions[90], atol=0.01)
+
+
 def test_sound_runs_pass(quiet):
     audited = audit(quiet, windows=8)
     exact = quiet.method == "event"
