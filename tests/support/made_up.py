@@ -5,9 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import fingerprint
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.every_claim import REGISTRY
-from beltrepro.replication.verdicts.criteria import QUESTIONS, judge
+from beltrepro.replication.verdicts.criteria import QUESTIONS, judge, sentence
 from beltrepro.replication.verdicts.evidence import Evidence
 from beltrepro.replication.verdicts.ledger import load_ledger
 from beltrepro.stats import estimates
@@ -51,14 +52,19 @@ def readings(name, datasets=None, settings=SETTINGS):
 def measured(name, reading=None, /, settings=SETTINGS, **datasets):
     """Measurement of a claim, in the first reading or another one."""
     functions = readings(name, datasets, settings)
-    return functions[reading if reading is not None else next(iter(functions))]()
+    measurement = functions[reading if reading is not None else next(iter(functions))]()
+    fingerprint.see([measurement.judged, measurement.also, measurement.note])
+    return measurement
 
 
 def judgement(name, question="replicated", /, settings=SETTINGS, **datasets):
     """What the criterion of a question makes of its reading: verdict, and that of each number."""
     criterion = LEDGER[name].criteria[question]
     measurement = measured(name, criterion.reading or None, settings=settings, **datasets)
-    return judge(criterion, measurement)
+    answer = judge(criterion, measurement)
+    words = sentence(criterion.found, measurement.numbers)
+    fingerprint.see([answer.verdict, answer.components, answer.reason, words])
+    return answer
 
 
 def grades(name, question="replicated", /, settings=SETTINGS, **datasets):
