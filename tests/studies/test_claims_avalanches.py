@@ -328,6 +328,7 @@ def test_densities_of_one_law_collapse_and_others_do_not():
     chain = np.repeat(np.arange(8), 750)
     one, power = avalanches.collapse({n: critical(n, chain) for n in (5, 7, 10)})
     assert power == pytest.approx(2.4, abs=0.2) and one.value < 1.1 and one.high < 1.2
+    assert avalanches.unscaled({n: critical(n, chain) for n in (5, 7, 10)}) > 1.08 * one.value
     tilted = {n: critical(n, chain, exponent=-1.4 - 0.2 * (n - 5)) for n in (5, 7, 10)}
     assert avalanches.collapse(tilted)[0].low > 1.15
     humped = {n: critical(n, chain) for n in (5, 7, 10)}

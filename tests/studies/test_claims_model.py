@@ -151,22 +151,48 @@ def sampled(smallest, method="verlet", *, size=4000, seed=0):
 CONTACT = 0.04 / 1.4e-3
 
 
-@pytest.mark.parametrize(("gap", "verdict"), [(1, YES), (-1, NO), (1e-6, OPEN)])
-def test_the_smallest_gap_decides_whether_blocks_collide(gap, verdict):
+@pytest.mark.parametrize(("gap", "seen", "bound"), [(1, YES, YES), (-1, NO, NO), (1e-6, YES, OPEN)])
+def test_blocks_collide_where_a_gap_is_negative_and_may_where_the_extremes_allow_it(
+    gap, seen, bound
+):
     """Of all runs by a method, wherever it is; between any two neighbours."""
-    made = {"u1": sampled(60), "u20": sampled(gap), "n10_u28": sampled(9, seed=3)}
-    made |= {"u17": sampled(70, "event"), "belt_028": sampled(2, "event", seed=1)}
-    assert both("no-collisions", **made) == (verdict, YES)
+    near = {"u20": sampled(gap), "belt_028": sampled(2, "event", seed=1)}
+    made = near | {"u1": sampled(60), "n10_u28": sampled(9, seed=3), "u17": sampled(70, "event")}
+    verdict = grades("no-collisions", **made)
+    assert verdict == {"collision": seen, "": seen}
     swapped = {"u1": sampled(60), "u17": sampled(70, "event"), "belt_028": sampled(gap, "event")}
-    assert both("no-collisions", **swapped) == (YES, verdict)
-    measurement = measured("no-collisions", **made)
-    smallest = measurement.judged["smallest gap"]
-    assert smallest.value == pytest.approx(gap, abs=0.1) and smallest.high == smallest.value
-    assert measurement.note == "of 3 runs, in u20"
-    centres = measured("no-collisions", "centres, the paper's scheme", **made)
-    assert centres.judged["smallest gap"].value == pytest.approx(smallest.value - CONTACT)
+    verdict = grades("no-collisions", "robust", **swapped)
+    assert verdict == {"collision": seen, "smallest gap": bound, "": bound}
+    numbers = measured("no-collisions", **made).numbers
+    assert (
+        numbers["smallest gap"].value == pytest.approx(gap, abs=0.1) and numbers["runs"].value == 3
+    )
+    assert (
+        numbers["limit of the gap"].value
+        == numbers["smallest gap"].low
+        < numbers["smallest gap"].value
+    )
+    centres = measured("no-collisions", "centres, the paper's scheme", **made).numbers
+    nearer = numbers["smallest gap"].value - CONTACT
+    assert centres["smallest gap"].value == pytest.approx(nearer)
+    assert centres["collision"].value == (nearer < 0)
     with pytest.raises(NotEnoughDataError, match="no sampled run by verlet"):
         measured("no-collisions", u17=sampled(70, "event"))
+
+
+def test_another_run_may_allow_a_smaller_gap_than_the_one_that_came_nearest():
+    wide = np.array(
+        [6.0, 9.0, *np.full(38, 30.0)]
+    )  # stretches of 100 samples each, two of them low
+    gaps = np.repeat(wide, 100)[:, np.newaxis] + np.zeros((1, 2))
+    positions = np.cumsum(np.column_stack([gaps[:, :1], gaps]), axis=1)
+    far = Dataset({"positions": positions}, {"method": "event"})
+    both_runs = {"u17": sampled(5, "event"), "belt_028": far}
+    measurement = measured("no-collisions", "faces, exact dynamics", **both_runs)
+    assert measurement.numbers["smallest gap"].value == pytest.approx(5, abs=0.1)
+    assert measurement.numbers["limit of the gap"].value < 0
+    assert measurement.note.startswith("the smallest gap is in u17,")
+    assert measurement.note.endswith("in belt_028")
 
 
 def test_the_interval_of_the_smallest_value_covers_it():

@@ -137,7 +137,7 @@ def test_values_in_words():
     ranges = ([1, 2], [1, math.inf], [-math.inf, 0.5], True, False)
     assert [*map(range_in_words, ranges)] == ["1 to 2", "1 or more", "0.5 or less", "yes", "no"]
     criterion = Criterion({"a": [1, 2], "b": True}, {"a": [0, 3]})
-    assert criterion.ranges == "a: 1 to 2 (at most 0 to 3); b: yes"
+    assert criterion.ranges == "a: 1 to 2 (lenient: 0 to 3); b: yes"
 
 
 @pytest.mark.parametrize(

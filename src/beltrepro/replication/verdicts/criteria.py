@@ -59,7 +59,7 @@ class Criterion:
         """The allowed ranges as short text."""
         return "; ".join(
             f"{name}: {range_in_words(allowed)}"
-            + (f" (at most {range_in_words(self.lenient[name])})" if name in self.lenient else "")
+            + (f" (lenient: {range_in_words(self.lenient[name])})" if name in self.lenient else "")
             for name, allowed in self.allowed.items()
         )
 

@@ -188,8 +188,11 @@ def _growth(evidence):
 def _collapse(evidence):
     """Of avalanches of two blocks or more: what one block does alone knows no N."""
     energies = partial(measure.all_energies, least_blocks=2)
-    factor, power = measure.collapse(_by_n(evidence, EXACT_CATALOGUES, energies))
-    return Measurement({"distance from one curve": factor}, {"power of N": estimates.sure(power)})
+    samples = _by_n(evidence, EXACT_CATALOGUES, energies)
+    factor, power = measure.collapse(samples)
+    also = {"power of N": power, "distance without scaling": measure.unscaled(samples)}
+    sure = {name: estimates.sure(value) for name, value in also.items()}
+    return Measurement({"distance from one curve": factor}, sure)
 
 
 def _by_n(evidence, catalogues, sample):

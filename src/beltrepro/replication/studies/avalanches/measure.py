@@ -380,10 +380,17 @@ def collapse(samples: dict[int, Sample]) -> tuple[Estimate, float]:
     return factor, apart(*chains)[1]
 
 
-def _apart(values_by_n: dict[int, np.ndarray]) -> tuple[float, float]:
+def unscaled(samples: dict[int, Sample]) -> float:
+    """Factor by which the densities differ from one curve if their sizes are not scaled with N."""
+    values = {n: np.concatenate(list(_chains(sample))) for n, sample in samples.items()}
+    return _apart(values, power=0.0)[0]
+
+
+def _apart(values_by_n: dict[int, np.ndarray], power: float | None = None) -> tuple[float, float]:
     logs = np.log(list(values_by_n))
-    cutoffs = [np.mean(values**2) / np.mean(values) for values in values_by_n.values()]
-    power = float(np.polyfit(logs, np.log(cutoffs), 1)[0])
+    if power is None:
+        cutoffs = [np.mean(values**2) / np.mean(values) for values in values_by_n.values()]
+        power = float(np.polyfit(logs, np.log(cutoffs), 1)[0])
     density = pd.DataFrame(
         {n: _scaled_density(values, n**power) for n, values in values_by_n.items()}
     )

@@ -91,15 +91,25 @@ def r_jump(evidence):
 
     def reading(scan):
         numbers = _plateaus(evidence, scan)
-        return Measurement(numbers | {"ratio": estimates.ratio(*numbers.values())})
+        small = _beyond(evidence, scan) < transients.LARGE_AMPLITUDE
+        return Measurement(
+            numbers | {"ratio": estimates.ratio(*numbers.values())},
+            {"small r": estimates.share_of(small)},
+        )
 
     return {name: partial(reading, scan) for name, scan in RUNS.items()}
+
+
+def _beyond(evidence, scan):
+    """r of the runs at 18 <= u <= 21."""
+    row = evidence.replicates(N_BLOCKS, 0.0, scan=scan)
+    return row.disorder[row.between(18, 21)]
 
 
 def _plateaus(evidence, scan):
     """Medians of r at 12 <= u <= 15, and of the runs of small r, if there are, at 18 <= u <= 21."""
     row = evidence.replicates(N_BLOCKS, 0.0, scan=scan)
-    before, after = row.disorder[row.between(12, 15)], row.disorder[row.between(18, 21)]
+    before, after = row.disorder[row.between(12, 15)], _beyond(evidence, scan)
     counts = f"{before.size} runs below the transition, {after.size} beyond it"
     require(min(before.size, after.size) >= LEAST_RUNS, f"{counts}, {LEAST_RUNS} are needed")
     low = after[after < transients.LARGE_AMPLITUDE]  # others are on attractors of large amplitude
