@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
+import fingerprint
 from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.model.units import TIME_S
@@ -68,6 +69,8 @@ def test_the_block_is_placed_to_parts_of_a_pixel(tmp_path, camera, limit):
     # The error told is that of the scatter about the mean, within a factor of three.
     assert rms(error - error.mean()) < 3 * np.median(tracked.error_m) / scale
     assert np.median(tracked.error_m) / scale < 0.2
+    place = [tracked.time_s, tracked.x_m, tracked.metres_per_pixel, tracked.angle, tracked.lost_s]
+    fingerprint.see([*place, tracked.error_m], within=1e-6)
 
 
 def test_r_of_the_film_is_r_of_the_run(tmp_path):
