@@ -65,7 +65,7 @@ from beltrepro.engine.law import (
     stiffness,
 )
 from beltrepro.engine.noise import normal_pair, normal_pairs_where
-from beltrepro.engine.records import CONTACT, DONE, STORM, full_buffer, record_event
+from beltrepro.engine.records import CONTACT, DONE, STORM, full_buffer, record_event, write_samples
 from beltrepro.engine.simd import (
     LANES,
     extract,
@@ -74,12 +74,10 @@ from beltrepro.engine.simd import (
     load,
     lowest_lane,
     mask_bits,
-    minimum,
     select,
     spread,
     square_root,
     store,
-    store_where,
     to_float,
 )
 from beltrepro.engine.taylor import (
@@ -95,13 +93,9 @@ from beltrepro.engine.taylor import (
     mean_change,
     new_series,
     start_springs,
+    value_and_slope,
 )
-from beltrepro.engine.vector import (
-    inlined,
-    kernel,
-    separate_arrays,
-    zeros,
-)
+from beltrepro.engine.vector import inlined, kernel, minimum, separate_arrays, zeros
 from beltrepro.model.accuracy import NOISE_CELL, NOISY_ORDER, ORDER
 
 # Cells of the noise are shorter where v_r is nearer to zero than so many standard deviations.
@@ -305,40 +299,21 @@ def choose_step(order, noisy, lane, moving, remaining, group, series):
 @inlined
 def find_first_event(order, resolution, lane, moving, step, group, scratch):
     """Write the first event of each moving chain, or the end of its step, to `scratch.end`."""
-    n_columns = find_candidates(
-        order,
-        False,
-        lane,
-        step,
-        moving,
-        group.law,
-        group.varied,
-        group.chains,
-        scratch.series,
-        scratch.candidates,
-    )
+    n_columns = find_candidates(order, False, lane, step, moving, group.varied, group, scratch)
     step, source = first_events(order, resolution, n_columns, step, scratch.candidates)
     store(scratch.end.step, (0,), step)
     store(scratch.end.source, (0,), source)
 
 
 @inlined
-def wait_on_belt(lane, resting, end, group, scratch):
-    """The same for chains at rest on the belt, by closed forms: only the first spring stretches."""
-    while resting:
-        i = lowest_lane(resting)
-        resting &= resting - 1
-        _wait_on_belt(lane, i, end, group, scratch)
-
-
-@inlined
-def _wait_on_belt(lane, i, end, group, scratch):
-    law, chains, series = group.law, group.chains, scratch.series
+def wait_on_belt(lane, i, end, group, scratch):
+    """The same for a chain at rest on the belt, in closed form: only the first spring stretches."""
+    chains, series = group.chains, scratch.series
     chain = lane + i
     pull = series.force[at(0, 0) + i] + series.wall_pull[i] + chains.threshold[0, chain]
     pull = pull / stiffness(group.varied, 0)
-    here = chains.displacement[0, chain]
-    wait = max((extension(pull, law) - here) / group.conditions.belt_velocity[chain], 0.0)
+    way = extension(pull, group.law) - chains.displacement[0, chain]
+    wait = max(way / group.conditions.belt_velocity[chain], 0.0)
     first = 0
     # only a start beyond the threshold can put a block here, at time 0
     for block in range(chains.direction.shape[0] - 1, -1, -1):
@@ -362,22 +337,14 @@ def record_crossings(order, lane, moving, step, start, group, scratch, crossings
     while crossing:
         i = lowest_lane(crossing)
         crossing &= crossing - 1
-        _record_crossings(
-            order,
-            lane,
-            i,
-            scratch.end.step[i],
-            start + group.chains.time[lane + i],
-            group.conditions.belt_velocity[lane + i],
-            scratch.series,
-            crossings,
-        )
+        _cross(order, lane, i, start + group.chains.time[lane + i], group, scratch, crossings)
 
 
 @inlined
-def _record_crossings(order, lane, i, step, start, belt_velocity, series, crossings):
+def _cross(order, lane, i, start, group, scratch, crossings):
     """Downward crossings of the section within the step of one chain."""
-    chain = lane + i
+    chain, series, step = lane + i, scratch.series, scratch.end.step[i]
+    belt_velocity = group.conditions.belt_velocity[chain]
     resolution = 1e-14 * max(step, 1.0)
     above = series.position[at(0, crossings.block + 1) + i] >= crossings.level[chain]
     passed = 0.0
@@ -393,13 +360,21 @@ def _record_crossings(order, lane, i, step, start, belt_velocity, series, crossi
         while changed & 1 == 0:
             changed >>= 1
             low += eighth
+        high = low + eighth
         place = _locate_crossing(
-            order, chain, i, low, eighth, above, resolution, belt_velocity, series, crossings
+            order, chain, i, low, high, above, resolution, belt_velocity, series, crossings
         )
         if above:
-            if crossings.count[chain] == crossings.rows.shape[1]:
+            slot = crossings.count[chain]
+            if slot == crossings.rows.shape[1]:
                 return
-            _record_crossing(order, chain, i, place, start, belt_velocity, series, crossings)
+            n_blocks = group.chains.direction.shape[0]
+            crossings.rows[chain, slot, 0] = start + place
+            for block in range(n_blocks):
+                value, slope = value_and_slope(order, series.position, block + 1, i, place)
+                crossings.rows[chain, slot, 1 + block] = value + belt_velocity * place
+                crossings.rows[chain, slot, 1 + n_blocks + block] = slope
+            crossings.count[chain] = slot + 1
         above = not above
         passed = place + resolution
 
@@ -417,13 +392,12 @@ def _sides(order, chain, i, passed, eighth, belt_velocity, series, crossings):
 
 @inlined
 def _locate_crossing(
-    order, chain, i, low, length, above, resolution, belt_velocity, series, crossings
+    order, chain, i, low, high, above, resolution, belt_velocity, series, crossings
 ):
     """Instant of a crossing: Newton's method in its bracket, by halves where it leaves it."""
-    high = low + length
     place = 0.5 * (low + high)
     for _ in range(60):
-        value, slope = _value_and_slope(order, place, crossings.block + 1, i, series)
+        value, slope = value_and_slope(order, series.position, crossings.block + 1, i, place)
         value += belt_velocity * place - crossings.level[chain]
         if (value >= 0.0) != above:
             high = place
@@ -440,30 +414,6 @@ def _locate_crossing(
 
 
 @inlined
-def _record_crossing(order, chain, i, place, start, belt_velocity, series, crossings):
-    """Record a crossing `place` after the start of the step."""
-    n_blocks = (crossings.rows.shape[2] - 1) // 2
-    slot = crossings.count[chain]
-    crossings.rows[chain, slot, 0] = start + place
-    for block in range(n_blocks):
-        value, slope = _value_and_slope(order, place, block + 1, i, series)
-        crossings.rows[chain, slot, 1 + block] = value + belt_velocity * place
-        crossings.rows[chain, slot, 1 + n_blocks + block] = slope
-    crossings.count[chain] = slot + 1
-
-
-@inlined
-def _value_and_slope(order, time, column, i, series):
-    """Position and relative velocity of one chain in a column of the series."""
-    value = series.position[at(order, column) + i]
-    slope = 0.0
-    for k in range(order - 1, -1, -1):
-        slope = fma(slope, time, value)
-        value = fma(value, time, series.position[at(k, column) + i])
-    return value, slope
-
-
-@inlined
 def record_samples(order, noisy, lane, active, later, end, group, series, samples):
     """Samples of active chains until the instants `later`."""
     row = load(samples.following, (lane,))
@@ -472,11 +422,11 @@ def record_samples(order, noisy, lane, active, later, end, group, series, sample
     while sampled:
         i = lowest_lane(sampled)
         sampled &= sampled - 1
-        _record_samples(order, noisy, lane, i, extract(later, i), end, group, series, samples)
+        _sample(order, noisy, lane, i, extract(later, i), end, group, series, samples)
 
 
 @inlined
-def _record_samples(order, noisy, lane, i, until, end, group, series, samples):
+def _sample(order, noisy, lane, i, until, end, group, series, samples):
     """Samples of one chain until `until`, eight at a time: they lie side by side."""
     chains = group.chains
     chain = lane + i
@@ -490,7 +440,6 @@ def _record_samples(order, noisy, lane, i, until, end, group, series, samples):
         since = instants - chains.time[chain]
         for block in range(samples.first_block, chains.direction.shape[0]):
             position, relative = evaluate_one(order, series, block, i, since)
-            shown = block - samples.first_block
             heading = chains.direction[block, chain]
             kinetic = braking(group.law, group.varied, block, abs(relative))
             friction = spread(-heading) * kinetic
@@ -501,9 +450,7 @@ def _record_samples(order, noisy, lane, i, until, end, group, series, samples):
                 slope = slips * chains.noise_force[1, block, chain]
                 friction = friction + fma(slope, since, level)
             shifted = fma(belt_velocity, since, position)
-            store_where(samples.values, (0, shown, chain, row), shifted, due)
-            store_where(samples.values, (1, shown, chain, row), relative, due)
-            store_where(samples.values, (2, shown, chain, row), friction, due)
+            write_samples(samples, chain, block, row, shifted, relative, friction, due)
         count = lowest_lane(~mask_bits(due))
         row += count
     samples.following[chain] = row
@@ -563,16 +510,6 @@ def _move_noise(order, lane, block, step, shift, chains, series):
     return fma(level, shift, slope * step * (shift - mean_shift))
 
 
-@inlined
-def move_clocks(noisy, lane, sliding, step, later, chains):
-    """Time, and the rest of the cells of the noise, which end with the slips."""
-    store(chains.time, (lane,), later)
-    if noisy:
-        rest = load(chains.cell, (lane,))
-        rest = select(step >= rest, 0.0, rest - step)
-        store(chains.cell, (lane,), select(sliding, rest, 0.0))
-
-
 # --- what the events change ---
 
 
@@ -583,43 +520,38 @@ def apply_event(order, noisy, rests, lane, i, start, group, scratch, events):
     Returns the kind of the event and the block, or the spring for BRANCH.
     """
     source = scratch.end.source[i]
-    n_blocks = group.chains.direction.shape[0]
+    chains, chain = group.chains, lane + i
+    n_blocks = chains.direction.shape[0]
     if rests:
-        _end_rest(lane, i, group, scratch)
+        _end_rest(chain, scratch.end.step[i], group)
         if source < 0:
             return NOTHING, 0
-        _start_from_rest(lane, i, source, start, group, scratch, events)
+        external = -chains.threshold[0, chain]
+        if scratch.end.step[i] == 0.0:
+            external = scratch.series.force[at(0, source) + i]
+        chains.direction[source, chain] = slip_direction(external, -1.0)
+        _record(chain, source, 1.0, external, start, chains, events)
         return SLIP, source
     if source >= n_blocks:
-        _change_branch(lane + i, source - n_blocks, group.chains)
-        return BRANCH, source - n_blocks
+        spring = source - n_blocks
+        way = 1.0 if stretch(spring, chain, chains.displacement) > 0.0 else -1.0
+        chains.branch[spring, chain] = way if chains.branch[spring, chain] == 0.0 else 0.0
+        chains.branch_changed[spring, chain] = 1.0
+        return BRANCH, spring
     return _turn(order, noisy, lane, i, source, start, group, scratch, events), source
 
 
 @inlined
-def _end_rest(lane, i, group, scratch):
+def _end_rest(chain, waited, group):
     """The first spring after a rest on the belt: what it has pulled and where it is."""
     law, chains = group.law, group.chains
-    chain = lane + i
     belt_velocity = group.conditions.belt_velocity[chain]
     here = chains.displacement[0, chain]
-    before = here - belt_velocity * scratch.end.step[i]
+    before = here - belt_velocity * waited
     gained = spring_energy(0, here, law, group.varied)
     gained -= spring_energy(0, before, law, group.varied)
     chains.wall_impulse[chain] += gained / belt_velocity
     chains.branch[0, chain] = branch_at(here, law)
-
-
-@inlined
-def _start_from_rest(lane, i, block, start, group, scratch, events):
-    """The first slip after a rest on the belt."""
-    chains = group.chains
-    chain = lane + i
-    external = -chains.threshold[0, chain]
-    if scratch.end.step[i] == 0.0:
-        external = scratch.series.force[at(0, block) + i]
-    chains.direction[block, chain] = slip_direction(external, -1.0)
-    _record(chain, block, 1.0, external, start, chains, events)
 
 
 @inlined
@@ -629,32 +561,24 @@ def _record(chain, block, slips, external, start, chains, events):
 
 
 @inlined
-def _change_branch(chain, spring, chains):
-    stretch = chains.displacement[spring, chain]
-    if spring > 0:
-        stretch -= chains.displacement[spring - 1, chain]
-    if chains.branch[spring, chain] == 0.0:
-        chains.branch[spring, chain] = 1.0 if stretch > 0.0 else -1.0
-    else:
-        chains.branch[spring, chain] = 0.0
-    chains.branch_changed[spring, chain] = 1.0
+def stretch(spring, chain, displacement):
+    """Deformation of a spring of one chain, from displacements (N, W)."""
+    here = displacement[spring, chain]
+    return here - displacement[spring - 1, chain] if spring > 0 else here
 
 
 @inlined
 def _turn(order, noisy, lane, i, block, start, group, scratch, events):
     """A slip that ends, or starts, or ends and starts at once; returns which."""
-    law, chains, force = group.law, group.chains, scratch.series.force
+    chains, since = group.chains, scratch.end.step[i]
     chain = lane + i
-    since = scratch.end.step[i]
-    external = force[at(force_order(order), block) + i]
-    for k in range(force_order(order) - 1, -1, -1):
-        external = fma(external, since, force[at(k, block) + i])
+    external, _ = value_and_slope(force_order(order), scratch.series.force, block, i, since)
     kind, way = SLIP, slip_direction(external, -1.0)
     if chains.direction[block, chain] != 0.0:
         if noisy:
             first, _ = normal_pair(chains.streams, chain)
             noise = group.conditions.noise[chain]
-            mean = mean_threshold(law, group.varied, block)
+            mean = mean_threshold(group.law, group.varied, block)
             chains.threshold[block, chain] = mean + noise * first
         way = slip_direction(external, chains.threshold[block, chain])
         kind = STICK if way == 0.0 else REVERSAL
@@ -750,7 +674,11 @@ def _advance_kernel(order, resolution, noisy, hooks):
                 step = choose_step(order, noisy, lane, moving, remaining, group, series)
                 find_first_event(order, resolution, lane, moving, step, group, scratch)
                 resting = mask_bits(active & ~sliding)
-                wait_on_belt(lane, resting, span.end, group, scratch)
+                waiting = resting
+                while waiting:
+                    i = lowest_lane(waiting)
+                    waiting &= waiting - 1
+                    wait_on_belt(lane, i, span.end, group, scratch)
                 step = load(scratch.end.step, (0,))
                 later = select(step >= remaining, span.end, now + step)
 
@@ -762,7 +690,12 @@ def _advance_kernel(order, resolution, noisy, hooks):
                     order, noisy, lane, active, later, span.end, group, series, records.samples
                 )
                 move(order, noisy, lane, moving, step, group, series)
-                move_clocks(noisy, lane, sliding, step, later, chains)
+                store(chains.time, (lane,), later)
+                if noisy:
+                    # cells of the noise end with the slips
+                    rest = load(chains.cell, (lane,))
+                    rest = select(step >= rest, 0.0, rest - step)
+                    store(chains.cell, (lane,), select(sliding, rest, 0.0))
                 moved(order, lane, active, sliding, step, group, scratch, companion)
 
                 source = load(scratch.end.source, (0,))

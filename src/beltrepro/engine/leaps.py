@@ -39,7 +39,7 @@ from beltrepro.engine.law import (
     tension,
 )
 from beltrepro.engine.noise import normal_pairs_where
-from beltrepro.engine.records import CONTACT, DONE, full_buffer, record_event
+from beltrepro.engine.records import CONTACT, DONE, full_buffer, record_event, write_samples
 from beltrepro.engine.simd import (
     LANES,
     extract,
@@ -48,12 +48,9 @@ from beltrepro.engine.simd import (
     load,
     lowest_lane,
     mask_bits,
-    maximum,
-    minimum,
     select,
     spread,
     store,
-    store_where,
     to_float,
 )
 from beltrepro.engine.taylor import (
@@ -67,13 +64,11 @@ from beltrepro.engine.taylor import (
     integral,
     new_series,
     polynomial,
+    push_positions,
+    store_pull,
+    value_and_slope,
 )
-from beltrepro.engine.vector import (
-    inlined,
-    kernel,
-    separate_arrays,
-    zeros,
-)
+from beltrepro.engine.vector import inlined, kernel, maximum, minimum, separate_arrays, zeros
 from beltrepro.engine.verlet import scheme_velocity
 from beltrepro.model.accuracy import ORDER
 
@@ -180,18 +175,9 @@ def _start_springs(lane, law, chains, scratch):
         store(series.rate, (spring * LANES,), rate)
         store(scratch.slopes, (spring * LANES,), slope)
         store(series.growth, (at(0, spring),), select(rate != 0.0, slope * softness, 0.0))
-        _store_pull(0, spring, pull, tension_before, series)
+        store_pull(0, spring, pull, tension_before, series)
         tension_before = pull
     store(series.force, (at(0, n_blocks - 1),), -tension_before)
-
-
-@inlined
-def _store_pull(k, spring, pull, pull_before, series):
-    """Level k of the pull of a spring: of the force on the block before it, or of the wall's."""
-    if spring == 0:
-        store(series.wall_pull, (at(k, 0),), pull)
-    else:
-        store(series.force, (at(k, spring - 1),), pull - pull_before)
 
 
 @inlined
@@ -239,7 +225,7 @@ def _start_rates(lane, chains, scratch):
         newest = load(series.rate, (spring * LANES,)) * change
         store(series.stretching, (at(1, spring),), newest)
         store(series.growth, (at(1, spring),), pull)
-        _store_pull(1, spring, pull, tension_before, series)
+        store_pull(1, spring, pull, tension_before, series)
         tension_before = pull
     store(series.force, (at(1, n_blocks - 1),), -tension_before)
     for block in range(n_blocks):
@@ -298,9 +284,7 @@ def _correct(k, share, lane, direction, scratch):
             pull_rise = load(force, (at(k + 1, block),)) + (rise - rise_before)
             store(force, (at(k, block),), pull)
             store(force, (at(k + 1, block),), pull_rise)
-            weight, weight_next = 1.0 / ((k + 1.0) * (k + 2.0)), 1.0 / ((k + 2.0) * (k + 3.0))
-            store(position, (at(k + 2, spring),), select(slipping, pull * weight, 0.0))
-            store(position, (at(k + 3, spring),), select(slipping, pull_rise * weight_next, 0.0))
+            push_positions(k, spring, slipping, pull, pull_rise, scratch.series)
         tension_before, rise_before = tension, rise
 
 
@@ -353,29 +337,15 @@ def _too_stiff(group, scratch):
 
 @inlined
 def _choose_leap(lane, leaping, remaining, group, scratch):
-    """Whole steps (float64x8) that the series serve, the chains with a turn at their end, and those
-    with a contact.
-    """
+    """Whole steps that the series serve; chains with a turn at their end, or a contact."""
     inverse_step = 1.0 / group.time_step
     n_blocks = group.chains.direction.shape[0]
     reach = taylor_step(ORDER, math.log2(_TOLERANCE), None, scratch.series) * inverse_step
     reach = maximum(_round_down(minimum(reach, remaining)), 1.0)
     reach = select(leaping, reach, 0.0)
     longest = reach * group.time_step
-    candidates = scratch.candidates
-    n_columns = find_candidates(
-        ORDER,
-        True,
-        lane,
-        longest,
-        leaping,
-        group.law,
-        None,
-        group.chains,
-        scratch.series,
-        candidates,
-    )
-    instant, source = first_events(ORDER, _RESOLUTION, n_columns, longest, candidates)
+    n_columns = find_candidates(ORDER, True, lane, longest, leaping, None, group, scratch)
+    instant, source = first_events(ORDER, _RESOLUTION, n_columns, longest, scratch.candidates)
     turning = leaping & (source >= 0) & (source < n_blocks)
     ending = leaping & (source >= n_blocks)
     # the next whole step; without a source, the last one before the place reached
@@ -646,11 +616,8 @@ def _cross_in_leap(lane, i, leap, first_step, group, series, crossings):
 @inlined
 def _height(chain, i, steps, group, series, crossings):
     """Distance of the section's block of one chain from its level, some steps after the start."""
-    column = crossings.block + 1
     time = steps * group.time_step
-    value = series.position[at(ORDER, column) + i]
-    for k in range(ORDER - 1, -1, -1):
-        value = fma(value, time, series.position[at(k, column) + i])
+    value, _ = value_and_slope(ORDER, series.position, crossings.block + 1, i, time)
     return fma(group.belt_velocity[chain], time, value) - crossings.level[chain]
 
 
@@ -756,15 +723,13 @@ def _sample_leap(lane, i, leap, group, series, samples):
         due = steps <= leap
         since = steps * dt
         for block in range(samples.first_block, chains.direction.shape[0]):
-            shown = block - samples.first_block
             heading = chains.direction[block, chain]
             position, relative = evaluate_one(ORDER, series, block, i, since)
             if heading != 0.0:
                 relative = fma(_bend_one(block, i, since, series.force), -0.25 * cube, relative)
             shifted = fma(group.belt_velocity[chain], since, position)
-            store_where(samples.values, (0, shown, chain, row), shifted, due)
-            store_where(samples.values, (1, shown, chain, row), relative, due)
-            store_where(samples.values, (2, shown, chain, row), spread(heading * -kinetic), due)
+            friction = spread(heading * -kinetic)
+            write_samples(samples, chain, block, row, shifted, relative, friction, due)
         count = lowest_lane(~mask_bits(due))
         row += count
     samples.following[chain] = row
@@ -842,9 +807,8 @@ def leap_steps(span, group, scratch, records):
             leaping = active & ~due
             leap, turning, meeting = _choose_leap(lane, leaping, remaining, group, scratch)
             if sectioned:
-                _record_crossings(
-                    lane, leaping, leap, first_step, group, scratch, records.crossings
-                )
+                crossings = records.crossings
+                _record_crossings(lane, leaping, leap, first_step, group, scratch, crossings)
             _record_samples(lane, leaping, leap, group, series, records.samples)
             _leap(lane, leaping, leap, group, scratch)
             taken = (due | turning) & (load(chains.steps_done, (lane,)) < n_steps)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltrepro.engine.simd import load, mask_bits
+from beltrepro.engine.simd import load, mask_bits, store_where
 from beltrepro.engine.vector import inlined
 
 EVENT_TIME, EVENT_BLOCK, EVENT_SLIP, EVENT_FORCE, EVENT_POSITION, EVENT_DISSIPATED = range(6)
@@ -68,6 +68,15 @@ def record_event(chain, time, block, slips, force, position, loss, events):
     events.rows[chain, slot, EVENT_POSITION] = position
     events.rows[chain, slot, EVENT_DISSIPATED] = loss
     events.count[chain] = slot + 1
+
+
+@inlined
+def write_samples(samples, chain, block, row, position, relative, friction, due):
+    """Write those of eight samples of a block of a chain, from a row on, that are due."""
+    shown = block - samples.first_block
+    store_where(samples.values, (0, shown, chain, row), position, due)
+    store_where(samples.values, (1, shown, chain, row), relative, due)
+    store_where(samples.values, (2, shown, chain, row), friction, due)
 
 
 @inlined

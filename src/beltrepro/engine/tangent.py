@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltrepro.engine.event import REVERSAL, SLIP, STICK, Hooks
+from beltrepro.engine.event import REVERSAL, SLIP, STICK, Hooks, stretch
 from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.law import braking, inverse_mass, pull_and_slope, stiffness
 from beltrepro.engine.simd import LANES, fma, load, mask_bits, select, spread, store
@@ -214,17 +214,16 @@ def apply_jumps(kind, block, lane, i, group, scratch, deviations):
 def _pull(block, chain, group):
     """F_ex on a block of one chain, dF_ex/dt, and the slopes of the springs before and after it."""
     chains = group.chains
-    last = chains.direction.shape[0] - 1
-    here, speed = chains.displacement[block, chain], chains.velocity[block, chain]
-    before, speed_before = 0.0, -group.conditions.belt_velocity[chain]
+    speed = chains.velocity[block, chain]
+    speed_before = -group.conditions.belt_velocity[chain]
     if block > 0:
-        before = chains.displacement[block - 1, chain]
         speed_before = chains.velocity[block - 1, chain]
-    pull, slope_before = pull_and_slope(block, here - before, group.law, group.varied)
+    deformation = stretch(block, chain, chains.displacement)
+    pull, slope_before = pull_and_slope(block, deformation, group.law, group.varied)
     external, rate, following = -pull, -slope_before * (speed - speed_before), 0.0
-    if block < last:
-        stretch = chains.displacement[block + 1, chain] - here
-        pull, following = pull_and_slope(block + 1, stretch, group.law, group.varied)
+    if block < chains.direction.shape[0] - 1:
+        deformation = stretch(block + 1, chain, chains.displacement)
+        pull, following = pull_and_slope(block + 1, deformation, group.law, group.varied)
         external += pull
         rate += following * (chains.velocity[block + 1, chain] - speed)
     return external, rate, slope_before, following
@@ -233,14 +232,10 @@ def _pull(block, chain, group):
 @inlined
 def _pull_change(vector, block, chain, slope_before, following, deviations):
     """dF_ex on a block."""
-    displacement = deviations.displacement
-    here = displacement[vector, block, chain]
-    before = 0.0
-    if block > 0:
-        before = displacement[vector, block - 1, chain]
-    change = -slope_before * (here - before)
-    if block < displacement.shape[1] - 1:
-        change += following * (displacement[vector, block + 1, chain] - here)
+    displacement = deviations.displacement[vector]
+    change = -slope_before * stretch(block, chain, displacement)
+    if block < displacement.shape[0] - 1:
+        change += following * stretch(block + 1, chain, displacement)
     return change
 
 

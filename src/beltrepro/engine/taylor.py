@@ -22,8 +22,8 @@ from typing import NamedTuple
 import numpy as np
 
 from beltrepro.engine.law import curved_branch, stiffness
-from beltrepro.engine.simd import LANES, fma, load, maximum, minimum, select, spread, store
-from beltrepro.engine.vector import inlined, zeros
+from beltrepro.engine.simd import LANES, fma, load, select, spread, store
+from beltrepro.engine.vector import inlined, maximum, minimum, zeros
 from beltrepro.model.accuracy import ORDER
 
 # Functions take the order of the positions as an argument, a constant of the kernel that calls
@@ -144,16 +144,29 @@ def start_springs(law, varied, regime, lane, series):
         store(series.stretching, (at(1, spring),), newest)
         store(series.growth, (at(0, spring),), start)
         store(series.growth, (at(1, spring),), tension_growth)
-        if spring == 0:
-            store(series.wall_pull, (at(0, 0),), tension)
-            store(series.wall_pull, (at(1, 0),), tension_growth)
-        else:
-            store(series.force, (at(0, spring - 1),), tension - tension_before)
-            store(series.force, (at(1, spring - 1),), tension_growth - growth_before)
+        store_pull(0, spring, tension, tension_before, series)
+        store_pull(1, spring, tension_growth, growth_before, series)
         tension_before = tension
         growth_before = tension_growth
     store(series.force, (at(0, n_blocks - 1),), -tension_before)
     store(series.force, (at(1, n_blocks - 1),), -growth_before)
+
+
+@inlined
+def store_pull(k, spring, pull, pull_before, series):
+    """Level k of the pull of a spring: of the wall's, or of the force on the block before it."""
+    if spring == 0:
+        store(series.wall_pull, (at(k, 0),), pull)
+    else:
+        store(series.force, (at(k, spring - 1),), pull - pull_before)
+
+
+@inlined
+def push_positions(k, column, slipping, pull, pull_rise, series):
+    """Levels k+2 and k+3 of a slipping block of mass 1, from k and k+1 of the force on it."""
+    weight, weight_next = 1.0 / ((k + 1.0) * (k + 2.0)), 1.0 / ((k + 2.0) * (k + 3.0))
+    store(series.position, (at(k + 2, column),), select(slipping, pull * weight, 0.0))
+    store(series.position, (at(k + 3, column),), select(slipping, pull_rise * weight_next, 0.0))
 
 
 @inlined
@@ -199,26 +212,15 @@ def extend_pair(k, varied, direction, lane, series):
             store(series.growth, (at(k + 1, spring),), grown_next)
             tension = select(curved, grown, tension)
             rise = select(curved, grown_next, rise)
-        if spring == 0:
-            store(series.wall_pull, (at(k, 0),), tension)
-            store(series.wall_pull, (at(k + 1, 0),), rise)
-        else:
-            block = spring - 1
-            heading = load(direction, (block, lane))
-            slipping = heading != 0.0
+        store_pull(k, spring, tension, tension_before, series)
+        store_pull(k + 1, spring, rise, rise_before, series)
+        if spring > 0:
+            heading = load(direction, (spring - 1, lane))
             pull, pull_rise = tension - tension_before, rise - rise_before
-            store(series.force, (at(k, block),), pull)
-            store(series.force, (at(k + 1, block),), pull_rise)
             if varied is not None:
-                _extend_varied(k, block, pull, pull_rise, heading, varied, series)
+                _extend_varied(k, spring - 1, pull, pull_rise, heading, varied, series)
             else:
-                weight, weight_next = 1.0 / ((k + 1.0) * (k + 2.0)), 1.0 / ((k + 2.0) * (k + 3.0))
-                store(series.position, (at(k + 2, spring),), select(slipping, pull * weight, 0.0))
-                store(
-                    series.position,
-                    (at(k + 3, spring),),
-                    select(slipping, pull_rise * weight_next, 0.0),
-                )
+                push_positions(k, spring, heading != 0.0, pull, pull_rise, series)
         tension_before, rise_before = tension, rise
 
 
@@ -242,49 +244,64 @@ def extend_series(order, varied, direction, lane, series):
         extend_pair(16, varied, direction, lane, series)
 
 
+def _evaluating(read):
+    """Value and slope of polynomials of odd order at `time` (float64x8): even and odd powers apart.
+
+    read : of coefficients at an index; those of one power more lie LANES further on.
+    """
+
+    def _evaluate(order, coefficients, first, time):
+        square = time * time
+        even = read(coefficients, (first + (order - 1) * LANES,))
+        odd = read(coefficients, (first + order * LANES,))
+        even_slope, odd_slope = spread(0.0), spread(0.0)
+        for k in range(order - 3, -1, -2):
+            even_slope = fma(even_slope, square, even)
+            odd_slope = fma(odd_slope, square, odd)
+            even = fma(even, square, read(coefficients, (first + k * LANES,)))
+            odd = fma(odd, square, read(coefficients, (first + (k + 1) * LANES,)))
+        slope = fma(2.0 * time, fma(odd_slope, time, even_slope), odd)
+        return fma(odd, time, even), slope
+
+    return inlined(_evaluate)
+
+
+@inlined
+def _read_one(coefficients, indices):
+    return spread(coefficients[indices[0]])
+
+
+_evaluate_all, _evaluate_lane = _evaluating(load), _evaluating(_read_one)
+
+
 @inlined
 def polynomial(order, coefficients, column, time):
-    """Value and slope at `time` (float64x8) of the polynomials in a column of an array of series.
-
-    Even and odd powers apart: chains of half the length.
-    """
-    square = time * time
-    even = load(coefficients, (at(order - 1, column),))
-    odd = load(coefficients, (at(order, column),))
-    even_slope, odd_slope = spread(0.0), spread(0.0)
-    for k in range(order - 3, -1, -2):
-        even_slope = fma(even_slope, square, even)
-        odd_slope = fma(odd_slope, square, odd)
-        even = fma(even, square, load(coefficients, (at(k, column),)))
-        odd = fma(odd, square, load(coefficients, (at(k + 1, column),)))
-    slope = fma(2.0 * time, fma(odd_slope, time, even_slope), odd)
-    return fma(odd, time, even), slope
-
-
-@inlined
-def evaluate_one(order, series, block, i, times):
-    """Position and relative velocity of a block of the chain in lane i at eight times.
-
-    As `evaluate`, bit by bit.
-    """
-    first = at(0, block + 1) + i
-    square = times * times
-    even = spread(series.position[first + (order - 1) * LANES])
-    odd = spread(series.position[first + order * LANES])
-    even_slope, odd_slope = spread(0.0), spread(0.0)
-    for k in range(order - 3, -1, -2):
-        even_slope = fma(even_slope, square, even)
-        odd_slope = fma(odd_slope, square, odd)
-        even = fma(even, square, series.position[first + k * LANES])
-        odd = fma(odd, square, series.position[first + (k + 1) * LANES])
-    slope = fma(2.0 * times, fma(odd_slope, times, even_slope), odd)
-    return fma(odd, times, even), slope
+    """Value and slope at `time` (float64x8) of the polynomials in a column of coefficients."""
+    return _evaluate_all(order, coefficients, at(0, column), time)
 
 
 @inlined
 def evaluate(order, series, block, time):
     """Position and relative velocity of a block at `time` (float64x8) after the start."""
-    return polynomial(order, series.position, block + 1, time)
+    return _evaluate_all(order, series.position, at(0, block + 1), time)
+
+
+@inlined
+def evaluate_one(order, series, block, i, times):
+    """The same of the chain in lane i alone at eight times."""
+    return _evaluate_lane(order, series.position, at(0, block + 1) + i, times)
+
+
+@inlined
+def value_and_slope(order, coefficients, column, i, time):
+    """Value and slope of the polynomial of the chain in lane i at one time (float64)."""
+    first = at(0, column) + i
+    value = coefficients[first + order * LANES]
+    slope = 0.0
+    for k in range(order - 1, -1, -1):
+        slope = fma(slope, time, value)
+        value = fma(value, time, coefficients[first + k * LANES])
+    return value, slope
 
 
 @inlined

@@ -120,6 +120,18 @@ def aligned(values) -> np.ndarray:
     return copy
 
 
+@inlined
+def minimum(a, b):
+    """The smaller one, lane by lane for vectors; the second where one of them is NaN."""
+    return select(a < b, a, b)
+
+
+@inlined
+def maximum(a, b):
+    """The greater one; as `minimum`."""
+    return select(a > b, a, b)
+
+
 # 1.5 * 2^52: adding it leaves the nearest integer in the low bits of the sum.
 _ROUNDING = 6755399441055744.0
 LOG2_E = 1.4426950408889634

@@ -27,12 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltrepro.engine.law import (
-    Law,
-    expand_spring,
-    next_direction,
-    tension,
-)
+from beltrepro.engine.law import Law, expand_spring, next_direction, tension
 from beltrepro.engine.noise import normal_pairs_wide
 from beltrepro.engine.records import Crossings, Events, record_event
 from beltrepro.engine.simd import (
@@ -41,12 +36,10 @@ from beltrepro.engine.simd import (
     fma,
     load_wide,
     mask_bits,
-    maximum,
-    minimum,
     select,
     store,
 )
-from beltrepro.engine.vector import inlined, kernel, zeros
+from beltrepro.engine.vector import inlined, kernel, maximum, minimum, zeros
 
 LANES = WIDE_LANES
 STRETCH = 10  # steps
@@ -124,18 +117,6 @@ class Records(NamedTuple):
     crossings: Crossings
 
 
-class BlockState(NamedTuple):
-    """The blocks of W chains at the start of a step; arrays (N, W)."""
-
-    displacement: np.ndarray
-    velocity: np.ndarray  # v_r dt
-    direction: np.ndarray
-    threshold: np.ndarray
-    dissipated: np.ndarray  # friction loss times dt^2
-    slip_step: np.ndarray  # w
-    acceleration: np.ndarray  # a(t-dt) dt^2
-
-
 def empty_state(n_blocks, belt_step):
     """State (W/16, N + 2 rows) of W chains, without its blocks.
 
@@ -148,31 +129,43 @@ def empty_state(n_blocks, belt_step):
     return state.reshape(len(state), -1)
 
 
-def write_blocks(group, step, blocks):
-    """Let the chains be in other states at the start of the step of that index.
+def write_blocks(
+    group,
+    step,
+    *,
+    displacement,
+    velocity,
+    direction,
+    threshold,
+    dissipated,
+    slip_step,
+    acceleration,
+):
+    """Let the blocks be in other states (N, W) at the start of the step of that index.
 
+    velocity : v_r dt; dissipated : loss times dt^2; slip_step : w; acceleration : a(t-dt) dt^2.
     In the middle of a stretch it goes on without series, as if the stretch had begun without slip.
     """
     state = group.chains.state.reshape(len(group.chains.state), -1, _ROW)
     rows = state[:, 1 : group.n_blocks + 1]
     square = group.time_step * group.time_step
-    kinetic = blocks.direction * (group.law.friction_ratio * square)
-    start = blocks.displacement - group.belt_step * float(step % STRETCH)
+    kinetic = direction * (group.law.friction_ratio * square)
+    start = displacement - group.belt_step * float(step % STRETCH)
     rows[...] = 0.0
     for field, values in (
-        (DISPLACEMENT, blocks.displacement),
-        (VELOCITY, blocks.velocity),
-        (DIRECTION, blocks.direction),
-        (DISSIPATED, blocks.dissipated),
-        (SLIP_STEP, blocks.slip_step),
-        (ACCELERATION, blocks.acceleration),
-        (_PUSH, np.where(blocks.direction != 0, square, 0.0)),
+        (DISPLACEMENT, displacement),
+        (VELOCITY, velocity),
+        (DIRECTION, direction),
+        (DISSIPATED, dissipated),
+        (SLIP_STEP, slip_step),
+        (ACCELERATION, acceleration),
+        (_PUSH, np.where(direction != 0, square, 0.0)),
         (_KINETIC, kinetic * group.law.static_friction),
         (_KINETIC_NOISE, kinetic * group.noise),
         (_START, start),
         (_DEFORMATION, np.diff(start, axis=0, prepend=0.0)),
-        (_LOSS, blocks.dissipated),
-        (THRESHOLD, blocks.threshold),
+        (_LOSS, dissipated),
+        (THRESHOLD, threshold),
     ):
         columns = values.reshape(group.n_blocks, -1, LANES)
         rows[..., field : field + LANES] = columns.swapaxes(0, 1)
