@@ -1,4 +1,4 @@
-"""The integrator: closed forms, naive twin, order, energy, random streams, invariance."""
+"""Both integrators against closed forms and the naive loop: order, energy, turns, branches."""
 
 import itertools
 
@@ -8,11 +8,9 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import naive
-from beltrepro import ChainParameters, ChainState, simulate
-from beltrepro.engine.integrator import Sampling, Section
+from beltrepro import ChainParameters, simulate
 from beltrepro.engine.law import law_constants, tension
 from beltrepro.engine.vector import kernel
-from beltrepro.engine.verlet_integrators import SteppingVerlet
 from beltrepro.model.spring import chain_deformations, spring_energy, spring_extension, spring_force
 
 SINGLE = ChainParameters(1, 1.0)
@@ -169,98 +167,3 @@ def test_reversals_and_ends_of_the_branches_follow_the_naive_loop(time_step):
     deformations = chain_deformations(positions, chain)
     branch = np.sign(deformations) * (np.abs(deformations) > 2.0)
     assert np.abs(np.diff(branch, axis=0)).sum() > 20 and (branch < 0).any()
-
-
-# --- the same bits ---
-
-
-def small_buffers(integrator, events, crossings):
-    """Leave an integrator room for a few records of each chain only."""
-    for name, rows in (("_events", events), ("_crossings", crossings)):
-        buffer = getattr(integrator, name)
-        setattr(integrator, name, buffer._replace(rows=buffer.rows[:, :rows].copy()))
-
-
-def recorded(integrator, duration):
-    """Events, crossings, samples and audit of each chain, over one or more chunks."""
-    lanes = [[] for _ in integrator.parameters]
-    for chunk in integrator.advance(duration):
-        values = chunk.displacement, chunk.relative_velocity, chunk.kinetic_friction
-        samples = np.stack(values, axis=1)
-        for lane, parts in enumerate(lanes):
-            events = chunk.events[lane, : chunk.event_count[lane]]
-            crossings = chunk.crossings[lane, : chunk.crossing_count[lane]]
-            parts.append([part.copy() for part in (events, crossings, samples[..., lane])])
-    audit = integrator.energy_residual(), integrator.positions(), integrator.velocities()
-    return [
-        (*map(np.concatenate, zip(*parts, strict=True)), *last)
-        for parts, *last in zip(lanes, *audit, strict=True)
-    ]
-
-
-def assert_equal_bits(arrays, expected):
-    for one, other in zip(arrays, expected, strict=True):
-        for a, b in zip(one, other, strict=True):
-            np.testing.assert_array_equal(a, b)
-
-
-def stepping(chains, *, time_step, stride, section, numbers=None):
-    """Chains from random starts; `numbers`: those of the chains among all, for start and noise."""
-    rest = chains[0].rest_positions
-    starts = rest + np.random.default_rng(5).uniform(-1, 1, (64, len(rest)))
-    return SteppingVerlet(
-        [
-            ChainState.at_rest(chain, starts[number], replicate=number)
-            for number, chain in zip(numbers or range(len(chains)), chains, strict=True)
-        ],
-        time_step=time_step,
-        sampling=Sampling(stride, time_step),
-        sampled_blocks=len(rest),
-        section=Section(section[0], np.full(len(chains), section[1])),
-    )
-
-
-@pytest.mark.parametrize("noise", [0.0, 3.0])
-def test_width_and_buffers_change_nothing(noise):
-    chains = [ChainParameters(3, 12.0 + i % 7, noise) for i in range(37)]
-
-    def in_parts(width, *rows):
-        results = []
-        for first in range(0, 37, width):
-            numbers = range(37)[first : first + width]
-            options = {"time_step": 0.01, "stride": 7, "section": (3, 330.0)}
-            part = stepping([chains[n] for n in numbers], numbers=numbers, **options)
-            if rows:
-                small_buffers(part, *rows)
-            results += recorded(part, 120.0)
-        return results
-
-    expected = in_parts(32)
-    assert min(len(events) for events, *_ in expected) > 10
-    assert sum(len(crossings) for _, crossings, *_ in expected) > 10
-    assert max(abs(audit) for *_, audit, _, _ in expected) < 1e-2
-    for results in (in_parts(37), in_parts(5), in_parts(32, 30, 6)):
-        assert_equal_bits(results, expected)
-
-
-def test_neither_sample_stride_nor_neighbours_change_a_bit():
-    # chains of all kinds: nearly always stuck, laminar, noisy, beyond the reach of the series
-    kinds = [(0.3, 0.0), (12.0, 0.0), (30.0, 0.0), (45.0, 2.0), (20.0, 15.0), (90.0, 0.0), (8, 1.0)]
-    chains = [ChainParameters(4, u, sigma) for u, sigma in kinds]
-
-    def followed(part, stride):
-        result = recorded(stepping(part, time_step=0.004, stride=stride, section=(2, 190.0)), 56.0)
-        # of the samples those at multiples of 700 steps
-        return [
-            (events, crossings, samples[700 // stride - 1 :: 700 // stride], *last)
-            for events, crossings, samples, *last in result
-        ]
-
-    expected = followed(chains, 700)
-    assert sum(len(events) for events, *_ in expected) > 50
-    assert sum(len(crossings) for _, crossings, *_ in expected) > 5
-    assert len(expected[0][2]) == 20
-    for stride in (1, 7, 10, 100):
-        assert_equal_bits(followed(chains, stride), expected)
-    for last in range(1, len(chains)):
-        assert_equal_bits(followed(chains[:last], 50), expected[:last])

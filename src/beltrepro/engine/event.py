@@ -12,27 +12,23 @@ the others, and moves every chain to its first event or to the end of its step:
 A function that is zero at the start because its own event has just happened is divided by t. What
 is exact and what is approximate, see docs/event.md.
 
-Another computation can follow the chains, for instance a deviation from their motion: `Hooks` are
-functions that the kernel calls on the way, and `companion` is whatever they keep, a named tuple of
-arrays with the chains along the last axis. `EventIntegrator._hooks` and `_companion` hand them to
-the kernel; without hooks it is the same as if there were no place for them.
+Another computation can follow the chains: `Hooks` are functions that the kernel calls on the way,
+and `companion` is whatever they keep, a named tuple of arrays with the chains along the last axis.
 
     series_made(order, lane, active, sliding, group, scratch, companion)
     moved(order, lane, active, sliding, step, group, scratch, companion)
     event_applied(kind, block, lane, i, group, scratch, companion)
 
-`order` is that of the series, a constant; `lane` is the first of the eight chains; `active` and
-`sliding` are masks, the chains that move in this pass and those of which a block slips. (The others
-wait on the belt: all blocks move with it, and their series serve only until the first spring
-changes its branch.) `step` is the time that they have moved. `kind` is SLIP, STICK, REVERSAL or
-BRANCH, of the chain `lane + i` and the block, or the spring, `block`.
+`order` is that of the series; `lane` is the first of the eight chains; `active` are those that move
+in this pass, `sliding` those of which a block slips. (The others wait on the belt: their series
+serve only until the first spring changes its branch.) `step` is the time that they have moved.
+`kind` is SLIP, STICK, REVERSAL or BRANCH, of the chain `lane + i` and the block, or the spring.
 
-`scratch.series` holds the series about the start of the step in all three, also after the move and
-the event, and `scratch.end.step[i]` its length: so the state, the forces and their rates at the
-event are at hand. After the move `group.chains` holds the new positions and velocities with the old
-directions, branches and thresholds; after the event, all that it has changed. The force of the
-noise on a block is a + b t, `group.chains.noise_force`: a at the start of the step when the series
-are made, at its end after the move.
+`scratch.series` is about the start of the step in all three, and `scratch.end.step[i]` its length.
+After the move `group.chains` holds the new positions and velocities with the old directions,
+branches and thresholds; after the event, all that it has changed. The force of the noise is
+a + b t, `group.chains.noise_force`: a at the start of the step when series are made, at its end
+after.
 """
 
 import functools
@@ -65,7 +61,15 @@ from beltrepro.engine.law import (
     stiffness,
 )
 from beltrepro.engine.noise import normal_pair, normal_pairs_where
-from beltrepro.engine.records import CONTACT, DONE, STORM, full_buffer, record_event, write_samples
+from beltrepro.engine.records import (
+    CONTACT,
+    CROSSINGS_AT_ONCE,
+    DONE,
+    STORM,
+    full_buffer,
+    record_event,
+    write_samples,
+)
 from beltrepro.engine.simd import (
     LANES,
     extract,
@@ -287,18 +291,16 @@ def _cell_length(lane, drawing, power, group, series):
 
 
 @inlined
-def choose_step(order, noisy, lane, moving, remaining, group, series):
-    """How far the series of moving chains may serve: within the tolerance, the cell, the span."""
+def find_first_event(order, noisy, resolution, lane, moving, remaining, group, scratch):
+    """Write the first event of each moving chain, or the end of its step, to `scratch.end`.
+
+    A step ends within the tolerance, the cell of the noise and the span.
+    """
     accuracy = load(group.conditions.log_tolerance, (lane,))
-    step = minimum(taylor_step(order, accuracy, group.varied, series), remaining)
+    step = minimum(taylor_step(order, accuracy, group.varied, scratch.series), remaining)
     if noisy:
         step = minimum(step, load(group.chains.cell, (lane,)))
-    return select(moving, step, 0.0)
-
-
-@inlined
-def find_first_event(order, resolution, lane, moving, step, group, scratch):
-    """Write the first event of each moving chain, or the end of its step, to `scratch.end`."""
+    step = select(moving, step, 0.0)
     n_columns = find_candidates(order, False, lane, step, moving, group.varied, group, scratch)
     step, source = first_events(order, resolution, n_columns, step, scratch.candidates)
     store(scratch.end.step, (0,), step)
@@ -595,26 +597,16 @@ def _turn(order, noisy, lane, i, block, start, group, scratch, events):
 
 
 @inlined
-def _no_series_hook(order, lane, active, sliding, group, scratch, companion):
-    """Nothing follows the chains."""
-
-
-@inlined
-def _no_move_hook(order, lane, active, sliding, step, group, scratch, companion):
-    """Nothing follows the chains."""
-
-
-@inlined
-def _no_event_hook(kind, block, lane, i, group, scratch, companion):
+def _no_hook(*arguments):
     """Nothing follows the chains."""
 
 
 class Hooks(NamedTuple):
     """Functions, made with `inlined`, that the kernel calls on the way; see above."""
 
-    series_made: Callable = _no_series_hook
-    moved: Callable = _no_move_hook
-    event_applied: Callable = _no_event_hook
+    series_made: Callable = _no_hook
+    moved: Callable = _no_hook
+    event_applied: Callable = _no_hook
 
 
 NO_HOOKS = Hooks()
@@ -664,15 +656,14 @@ def _advance_kernel(order, resolution, noisy, hooks):
                 store(chains.passes, (lane,), passes)
                 if mask_bits(passes > fma(now, span.passes_per_time, span.passes_at_once)) != 0:
                     return STORM
-                status = full_buffer(lane, _EVENTS_AT_ONCE, records)
+                status = full_buffer(lane, _EVENTS_AT_ONCE, CROSSINGS_AT_ONCE, records)
                 if status != DONE:
                     return status
 
                 sliding = make_series(order, noisy, lane, active, group, series)
                 series_made(order, lane, active, sliding, group, scratch, companion)
                 moving = active & sliding
-                step = choose_step(order, noisy, lane, moving, remaining, group, series)
-                find_first_event(order, resolution, lane, moving, step, group, scratch)
+                find_first_event(order, noisy, resolution, lane, moving, remaining, group, scratch)
                 resting = mask_bits(active & ~sliding)
                 waiting = resting
                 while waiting:

@@ -18,10 +18,8 @@ _STORM = f"more than {_PASSES_PER_TIME} steps a unit of time are needed"
 class EventIntegrator(SeriesIntegrator):
     """Chains integrated exactly between located events; parameters as for `Integrator`.
 
-    time_step sets the strength of the noise, which the paper draws anew at every step of its
-    scheme; the steps taken are longer. Samples may be taken at any interval.
-    tolerance : force allowed in the last terms of the series at the end of a step; with noise of
-    intensity q it is noise_share sqrt(q) where that is more, see docs/event.md.
+    time_step sets the strength of the noise. tolerance : force allowed in the last terms of the
+    series; with noise of intensity q it is noise_share sqrt(q) where that is more (docs/event.md).
     """
 
     name = "event"

@@ -1,15 +1,12 @@
 """The paper's scheme without noise, many steps at a leap.
 
-Between two turns (stick to slip, slip to stick, reversal) and on one branch of every spring the
-scheme x(t+dt) - 2 x(t) + x(t-dt) = dt^2 a(x(t)) has smooth solutions, whose Taylor series are known
-like those of the equation of motion: y = x + dt^2/12 a(x) obeys y'' = a(x) up to dt^4/240 a''''
-(Numerov's transformation). Eight chains are advanced together, each with its own step index. One
-pass of the loop makes the series, finds for how many whole steps no turn can happen and no spring
-changes its branch, and goes there at once. Where a turn may be due the next step is taken
-literally, with the stick and slip rules (`beltrepro.model.friction.next_direction`) applied at its
-start. So is every step while a spring is too stiff; and, by a kernel of its own, every step of a
-chain whose blocks differ or whose friction depends on the velocity. What is exact and what is
-approximate, see docs/verlet.md.
+Between two turns and on one branch of every spring the scheme
+x(t+dt) - 2 x(t) + x(t-dt) = dt^2 a(x(t)) has smooth solutions, whose Taylor series are known:
+y = x + dt^2/12 a(x) obeys y'' = a(x) up to dt^4/240 a'''' (Numerov's transformation). One pass of
+the loop makes the series of eight chains, finds for how many whole steps no turn can happen and no
+spring changes its branch, and goes there at once. Where a turn may be due the next step is taken
+literally. So is every step while a spring is too stiff; and, by a kernel of its own, every step of
+a chain whose blocks differ or whose friction depends on the velocity (docs/verlet.md).
 """
 
 import math
@@ -39,7 +36,14 @@ from beltrepro.engine.law import (
     tension,
 )
 from beltrepro.engine.noise import normal_pairs_where
-from beltrepro.engine.records import CONTACT, DONE, full_buffer, record_event, write_samples
+from beltrepro.engine.records import (
+    CONTACT,
+    CROSSINGS_AT_ONCE,
+    DONE,
+    full_buffer,
+    record_event,
+    write_samples,
+)
 from beltrepro.engine.simd import (
     LANES,
     extract,
@@ -664,26 +668,21 @@ def _shifted(time, column, i, series):
 @inlined
 def _record_literal_crossings(lane, taken, first_step, group, crossings):
     """Crossings of the section in the single steps that some of the chains have just done."""
-    stepping = mask_bits(taken)
-    while stepping:
-        i = lowest_lane(stepping)
-        stepping &= stepping - 1
-        _cross_in_step(lane + i, first_step, group, crossings)
-
-
-@inlined
-def _cross_in_step(chain, first_step, group, crossings):
     chains, dt = group.chains, group.time_step
     n_blocks = chains.direction.shape[0]
-    now = first_step + chains.steps_done[chain]
-    belt_step = group.belt_velocity[chain] * dt
-    after = chains.displacement[crossings.block, chain] - crossings.level[chain]
-    move = chains.slip_step[crossings.block, chain] + belt_step
-    if after < 0.0 and after - move >= 0.0:
+    stepping = mask_bits(taken)
+    while stepping:
+        chain = lane + lowest_lane(stepping)
+        stepping &= stepping - 1
+        belt_step = group.belt_velocity[chain] * dt
+        after = chains.displacement[crossings.block, chain] - crossings.level[chain]
+        move = chains.slip_step[crossings.block, chain] + belt_step
+        if not (after < 0.0 and after - move >= 0.0):
+            continue
         slot = crossings.count[chain]
         crossings.count[chain] = slot + 1
         share = after / move
-        crossings.rows[chain, slot, 0] = (now - share) * dt
+        crossings.rows[chain, slot, 0] = (first_step + chains.steps_done[chain] - share) * dt
         for block in range(n_blocks):
             w, a = chains.slip_step[block, chain], chains.acceleration[block, chain]
             place = chains.displacement[block, chain] - share * (w + belt_step)
@@ -748,28 +747,23 @@ def _bend_one(block, i, times, force):
 @inlined
 def _record_literal_samples(lane, taken, group, samples):
     """Samples after the single steps that some of the chains have just done."""
+    chains, inverse_step = group.chains, 1.0 / group.time_step
     row = load(samples.following, (lane,))
     following = fma(to_float(row), samples.interval, samples.first)
-    sampled = mask_bits(taken & (following == load(group.chains.steps_done, (lane,))))
+    sampled = mask_bits(taken & (following == load(chains.steps_done, (lane,))))
     while sampled:
-        i = lowest_lane(sampled)
+        chain = lane + lowest_lane(sampled)
         sampled &= sampled - 1
-        _sample_state(lane + i, group, samples)
-
-
-@inlined
-def _sample_state(chain, group, samples):
-    chains = group.chains
-    inverse_step = 1.0 / group.time_step
-    row = samples.following[chain]
-    for block in range(samples.first_block, chains.direction.shape[0]):
-        shown = block - samples.first_block
-        samples.values[0, shown, chain, row] = chains.displacement[block, chain]
-        relative = chains.velocity[block, chain] * inverse_step
-        samples.values[1, shown, chain, row] = relative
-        kinetic = braking(group.law, group.varied, block, abs(relative))
-        samples.values[2, shown, chain, row] = chains.direction[block, chain] * -kinetic
-    samples.following[chain] = row + 1
+        row_of_chain = samples.following[chain]
+        for block in range(samples.first_block, chains.direction.shape[0]):
+            shown = block - samples.first_block
+            relative = chains.velocity[block, chain] * inverse_step
+            kinetic = braking(group.law, group.varied, block, abs(relative))
+            friction = chains.direction[block, chain] * -kinetic
+            samples.values[0, shown, chain, row_of_chain] = chains.displacement[block, chain]
+            samples.values[1, shown, chain, row_of_chain] = relative
+            samples.values[2, shown, chain, row_of_chain] = friction
+        samples.following[chain] = row_of_chain + 1
 
 
 # --- the kernel ---
@@ -787,6 +781,7 @@ def leap_steps(span, group, scratch, records):
     """
     separate_arrays()
     chains, series = group.chains, scratch.series
+    n_blocks = chains.direction.shape[0]
     n_steps = float(span.n_steps)
     first_step = span.first_step
     sectioned = records.crossings.block >= 0
@@ -797,7 +792,7 @@ def leap_steps(span, group, scratch, records):
             active = remaining > 0.0
             if mask_bits(active) == 0:
                 break
-            status = full_buffer(lane, 2 * chains.direction.shape[0], records)
+            status = full_buffer(lane, 2 * n_blocks, CROSSINGS_AT_ONCE, records)
             if status != DONE:
                 return status
 
@@ -828,15 +823,16 @@ def literal_steps(span, group, scratch, records):
     """As `leap_steps`, for chains of any law, with noise or without: every step taken literally."""
     separate_arrays()
     chains = group.chains
+    n_blocks = chains.direction.shape[0]
     for lane in range(0, chains.steps_done.size, LANES):
         while True:
             taken = load(chains.steps_done, (lane,)) < float(span.n_steps)
             if mask_bits(taken) == 0:
                 break
-            status = full_buffer(lane, 2 * chains.direction.shape[0], records)
+            status = full_buffer(lane, 2 * n_blocks, CROSSINGS_AT_ONCE, records)
             if status != DONE:
                 return status
-            _draw(lane, taken, chains.direction.shape[0], group.noise)
+            _draw(lane, taken, n_blocks, group.noise)
             met = _literal_step(lane, taken, span.first_step, group, scratch, records.events)
             if records.crossings.block >= 0:
                 _record_literal_crossings(lane, taken, span.first_step, group, records.crossings)

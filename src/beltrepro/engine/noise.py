@@ -1,10 +1,9 @@
 """Random numbers for many chains at once: one independent stream of normal deviates a chain.
 
-A stream is keyed by the physics of its chain (seed, N, u, sigma, replicate) through NumPy's
-SeedSequence and advanced by xoshiro256++ (Blackman and Vigna, ACM TOMS 47, 36, 2021), so it does
-not depend on the order of the chains, on the block of work or on the lane. Normal deviates come
-from the Box-Muller transform with polynomial logarithm, sine and cosine (absolute error below
-1e-8). The functions take one lane or a vector of them.
+A stream is keyed by the physics of its chain (seed, N, u, sigma, constants, replicate) through
+NumPy's SeedSequence and advanced by xoshiro256++ (Blackman and Vigna, ACM TOMS 47, 36, 2021).
+Normal deviates come from the Box-Muller transform with polynomial logarithm, sine and cosine
+(absolute error below 1e-8). The functions take one lane or a vector of them.
 """
 
 import hashlib

@@ -12,7 +12,7 @@ from beltrepro.engine.vector import inlined
 
 EVENT_TIME, EVENT_BLOCK, EVENT_SLIP, EVENT_FORCE, EVENT_POSITION, EVENT_DISSIPATED = range(6)
 EVENT_FIELDS = 6
-_CROSSINGS_AT_ONCE = 8  # of one chain in one step of the kernels; more wait for the next chunk
+CROSSINGS_AT_ONCE = 8  # of one chain in one step of the series; more wait for the next chunk
 
 # What a kernel says when it returns: all is done; a buffer is full; a chain hardly advances; two
 # blocks, or a block and the wall, meet.
@@ -80,15 +80,12 @@ def write_samples(samples, chain, block, row, position, relative, friction, due)
 
 
 @inlined
-def full_buffer(lane, at_once, records):
-    """EVENTS_FULL or CROSSINGS_FULL if one of eight chains might find no room in a step, else DONE.
-
-    at_once : events that a chain may have in a step.
-    """
+def full_buffer(lane, n_events, n_crossings, records):
+    """What is full if one of eight chains has no room for so many more, else DONE."""
     events, crossings = records.events, records.crossings
-    if mask_bits(load(events.count, (lane,)) + at_once > events.rows.shape[1]) != 0:
+    if mask_bits(load(events.count, (lane,)) + n_events > events.rows.shape[1]) != 0:
         return EVENTS_FULL
-    crossed = load(crossings.count, (lane,)) + _CROSSINGS_AT_ONCE > crossings.rows.shape[1]
+    crossed = load(crossings.count, (lane,)) + n_crossings > crossings.rows.shape[1]
     if crossings.block >= 0 and mask_bits(crossed) != 0:
         return CROSSINGS_FULL
     return DONE

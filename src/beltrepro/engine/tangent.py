@@ -1,26 +1,16 @@
 """Deviations from chains that `event` advances: the tangent dynamics of the hybrid motion.
 
-A deviation (dx, dv) obeys the linearised equations of motion between events. The tension of a
-spring is T(D), so dT = T'(D) dD, and the Taylor coefficients of dT are sums of products of those of
-T'(D) and of dD. On the linear branch T' = 1, on a curved one T' = c G
-(`beltrepro.engine.taylor`). A stuck block keeps its place on the belt, so dv = 0 and dx stays.
-
-At an event the chains beside the one followed change their rules a little earlier or later, which
-adds the jump of the vector field times the shift of the instant (Aizerman and Gantmakher 1958;
-docs/tangent.md derives the formulas):
+A deviation (dx, dv) obeys the linearised equations of motion between events: dT = T'(D) dD, with
+T' = 1 on the linear branch of a spring and c G on a curved one (`beltrepro.engine.taylor`). A stuck
+block has dv = 0. Friction that depends on the velocity brakes by R'(v_r) dv, R' with the series of
+eta - (K / v_w) w^2. At an event dv jumps:
 
 - stick: dv = 0;
 - slip: dv = a dF_ex / (dF_ex/dt), a the acceleration with which the slip starts;
-- reversal: dv is multiplied by the ratio of the accelerations after and before;
-- change of branch: nothing, since force and slope are continuous.
+- reversal: dv is multiplied by the ratio of the accelerations after and before.
 
-Friction that depends on the velocity brakes the deviation by R'(v_r) dv as well
-(`beltrepro.engine.law.Varied`); R' has the series of eta - (K / v_w) w^2.
-
-With noise, all random numbers are given: the threshold of each stick, and the force on each block
-as a function of the time since the last rest of the whole chain, at whose end it begins. If the
-chain beside the one followed ends its rest later by s, the same noise acts on it later by s: its
-force at one time differs by -s times its rate, and by a jump where a cell of the noise ends.
+With noise all random numbers are given, as functions of the time since the last rest of the whole
+chain. docs/tangent.md derives all that.
 """
 
 from typing import NamedTuple

@@ -1,16 +1,10 @@
 """Taylor series of the motion of eight chains between two events.
 
-While no block changes between stick and slip and no spring crosses the end of its linear branch,
-Eq. 1 is an analytic ODE. In every spring the tension is T = D (linear branch) or
-T = const + G with G' = c D' G (exponential branch of signed rate c), D the deformation, so the
-coefficients follow from each other: k G_k = sum_{j=1..k} (c j D_j) G_{k-j}, and
-(k+1)(k+2) X_{k+2} = F_k + friction_k for a slipping block (Griewank and Walther, Evaluating
-Derivatives, SIAM 2008, ch. 13).
-
-Where blocks differ or friction depends on the velocity (`beltrepro.engine.law.Varied`) tensions get
-the factor of their spring and accelerations are forces over masses. Friction R = K w + eta s at the
-speed s over the belt, with w = 1 / (1 + s / v_w), follows from q w = 1, q = 1 + s / v_w:
-w_k = -w_0 sum_{j=1..k} q_j w_{k-j}.
+In every spring the tension is T = D (linear branch) or T = const + G with G' = c D' G (exponential
+branch of signed rate c), D the deformation. So the coefficients follow from each other
+(docs/event.md): k G_k = sum_{j=1..k} (c j D_j) G_{k-j}, and (k+1)(k+2) X_{k+2} = F_k + friction_k
+for a slipping block. Friction that depends on the velocity has the series of K w + eta s at the
+speed s over the belt, w = 1 / q, q = 1 + s / v_w: w_k = -w_0 sum_{j=1..k} q_j w_{k-j}.
 
 Positions are those in the frame of the belt, from the rest positions at the start of the step; the
 wall is column 0 of the series, block i (from 0) is column i+1. So X_1 is the relative velocity of a

@@ -10,17 +10,13 @@ which rounds better than 2x(t) - x(t-dt) and is the same scheme. Velocities are 
 accelerations times dt^2. A stuck block has w, push and kinetic friction zero, so that one formula
 moves all blocks.
 
-A run is cut into stretches of ten steps, at multiples of ten of the step's index. At the start of
-one, `_prepare` finds for every spring its tension as a power series of the deformation, and bounds
-on how far the chain can go before the end. They tell which blocks might turn (stick to slip, slip
-to stick, or reversal): only those are watched, in every step, and `_turn` applies the stick and
-slip rules (`beltrepro.model.friction.next_direction`) where one is due. They also tell which
-springs the series serves: its error must stay below rounding, and the spring on its branch of the
-law. Elsewhere the law itself is evaluated in every step.
+A run is cut into stretches of ten steps. At the start of one, `_prepare` finds the tensions as
+series of the deformations, and bounds on how far the chain can go before the end. They tell which
+blocks might turn (stick to slip, slip to stick, or reversal): only those are watched. They also
+tell which springs the series serves. Elsewhere the law itself is evaluated in every step.
 
-Both decisions, series or law and turn or no turn, follow from the chain's own state at the start of
-the stretch. Which blocks of a vector are watched, and what is evaluated and then not used, depends
-on the neighbours and on where a run is cut into pieces; the numbers of a chain do not.
+Both decisions follow from the chain's own state at the start of the stretch. What is watched or
+evaluated and then not used depends on the neighbours; the numbers of a chain do not.
 """
 
 from typing import NamedTuple
@@ -29,7 +25,8 @@ import numpy as np
 
 from beltrepro.engine.law import Law, expand_spring, next_direction, tension
 from beltrepro.engine.noise import normal_pairs_wide
-from beltrepro.engine.records import Crossings, Events, record_event
+from beltrepro.engine.records import DONE, Crossings, Events, full_buffer, record_event
+from beltrepro.engine.simd import LANES as HALF
 from beltrepro.engine.simd import (
     WIDE_LANES,
     extract,
@@ -118,12 +115,8 @@ class Records(NamedTuple):
 
 
 def empty_state(n_blocks, belt_step):
-    """State (W/16, N + 2 rows) of W chains, without its blocks.
-
-    Row 0 is the wall, which slips by -u dt in every step; row N + 1 is a spring that never pulls.
-
-    belt_step : (W,) u dt.
-    """
+    """State (W/16, N + 2 rows) of W chains, without its blocks; belt_step : (W,) u dt."""
+    # row 0 is the wall, which slips by -u dt in every step; row N + 1 a spring that never pulls
     state = zeros((len(belt_step) // LANES, n_blocks + 2, _ROW))
     state[:, 0, SLIP_STEP : SLIP_STEP + LANES] = -belt_step.reshape(-1, LANES)
     return state.reshape(len(state), -1)
@@ -206,15 +199,12 @@ def _expand(chains, spring, deformation, law):
     pull, slope, rate, _ = expand_spring(deformation, law)
     _put(chains, spring, _DEFORMATION, deformation)
     _put(chains, spring, _SERIES, pull)
-    # every derivative is `rate` times the one before
     _put(chains, spring, _SERIES + LANES, slope)
-    second = slope * rate * (1.0 / 2.0)
-    _put(chains, spring, _SERIES + 2 * LANES, second)
-    third = second * rate * (1.0 / 3.0)
-    _put(chains, spring, _SERIES + 3 * LANES, third)
-    fourth = third * rate * (1.0 / 4.0)
-    _put(chains, spring, _SERIES + 4 * LANES, fourth)
-    _put(chains, spring, _SERIES + 5 * LANES, fourth * rate * (1.0 / 5.0))
+    coefficient = slope
+    for power in range(2, 6):
+        # every derivative is `rate` times the one before
+        coefficient = coefficient * rate * (1.0 / power)
+        _put(chains, spring, _SERIES + power * LANES, coefficient)
     return pull
 
 
@@ -222,8 +212,8 @@ def _expand(chains, spring, deformation, law):
 def _prepare(chains, strongest, square, law):
     """Start a stretch: write the series, bound the motion.
 
-    strongest : kinetic friction. Returns the bound A on |a| dt^2, and bits: springs that need the
-    law, blocks that might turn, and whether the bounds fail for some chain.
+    strongest : kinetic friction. Returns the bound A on |a| dt^2, bits of the springs that need the
+    law and of the blocks that might turn, and whether the bounds fail for some chain.
 
     While tensions change by at most `change`, F_ex changes by twice as much, which bounds a. Slips
     then change by less than K |w| + K (K + 11)/2 A in K steps, of which 5 A a step are for blocks
@@ -387,12 +377,11 @@ def _tension(chains, spring, growth):
 
 
 @inlined
-def _apply_law(chains, bent, law):
+def _apply_law(chains, bent, step, law, contact):
     """Find the tensions of the springs in `bent` by the law, in the lanes without a series.
 
-    Returns bits of the chains of which a spring has no length.
+    Where one has no length its chain has a contact, in the first such step.
     """
-    meeting = 0
     for spring in range(1, chains.n_blocks + 1):
         if bent & _bit(spring):
             deformation = _get(chains, spring, _DEFORMATION) + (
@@ -402,17 +391,11 @@ def _apply_law(chains, bent, law):
             pull = _get(chains, spring, _SERIES)
             pull = select(without, tension(deformation, law), pull)
             _put(chains, spring, _SERIES, pull)
-            meeting |= mask_bits(without & ~(deformation > -law.rest_length))
-    return meeting
-
-
-@inlined
-def _note_contacts(chains, meeting, step, contact):
-    """Note the step of the first contact of some of sixteen chains."""
-    for lane in range(LANES):
-        if (meeting >> lane) & 1:
-            chain = chains.vector * LANES + lane
-            contact[chain] = min(contact[chain], float(step))
+            meeting = mask_bits(without & ~(deformation > -law.rest_length))
+            for lane in range(LANES * (meeting != 0)):
+                if (meeting >> lane) & 1:
+                    chain = chains.vector * LANES + lane
+                    contact[chain] = min(contact[chain], float(step))
 
 
 @inlined
@@ -510,21 +493,16 @@ def _record_turns(chains, block, changed, old, new, time, time_step, events):
     sticks = mask_bits(changed & (old != 0.0))
     slips = mask_bits(changed & (new != 0.0))
     for lane in range(LANES):
-        if (sticks >> lane) & 1:
-            _record(chains, block, lane, 0, time, time_step, events)
-        if (slips >> lane) & 1:
-            _record(chains, block, lane, 1, time, time_step, events)
-
-
-@inlined
-def _record(chains, block, lane, slips, time, time_step, events):
-    """Record the start (slips 1) or end (slips 0) of a slip."""
-    place = block * _ROW + lane
-    force = chains.state[chains.vector, place + _FORCE]
-    here = chains.state[chains.vector, place + DISPLACEMENT]
-    loss = chains.state[chains.vector, place + DISSIPATED] / (time_step * time_step)
-    chain = chains.vector * LANES + lane
-    record_event(chain, time, block - 1, slips, force, here, loss, events)
+        if ((sticks | slips) >> lane) & 1:
+            place = block * _ROW + lane
+            force = chains.state[chains.vector, place + _FORCE]
+            here = chains.state[chains.vector, place + DISPLACEMENT]
+            loss = chains.state[chains.vector, place + DISSIPATED] / (time_step * time_step)
+            chain = chains.vector * LANES + lane
+            if (sticks >> lane) & 1:
+                record_event(chain, time, block - 1, 0.0, force, here, loss, events)
+            if (slips >> lane) & 1:
+                record_event(chain, time, block - 1, 1.0, force, here, loss, events)
 
 
 @inlined
@@ -703,9 +681,7 @@ def _advance(chains, start, stop, group, records):
             belt_travel = belt * float(step - base)
             _put(chains, 0, _SLIP, -belt_travel)
             if bent:
-                meeting = _apply_law(chains, bent, group.law)
-                if meeting:
-                    _note_contacts(chains, meeting, step, group.chains.contact)
+                _apply_law(chains, bent, step, group.law, group.chains.contact)
             if watched:
                 time = step * time_step
                 _check_turns(chains, watched, belt_travel, time, noise, group, records.events)
@@ -721,18 +697,6 @@ def _advance(chains, start, stop, group, records):
         now = end
         _conclude(chains, belt * float(end - base), end == base + STRETCH)
     store(group.chains.wall_pull, (lane,), pull)
-
-
-@inlined
-def _nearly_full(vector, visit, n_blocks, events, crossings):
-    """Whether a buffer of one of sixteen chains might not hold what another visit records."""
-    full = False
-    for chain in range(vector * LANES, (vector + 1) * LANES):
-        if events.count[chain] + 2 * n_blocks * visit > events.rows.shape[1]:
-            full = True
-        if crossings.count[chain] + visit > crossings.rows.shape[1]:
-            full = True
-    return full
 
 
 @kernel
@@ -761,6 +725,8 @@ def verlet_steps(first_step, n_steps, group, records):
             _advance(chains, start, step, group, records)
             if sampled:
                 _sample(chains, group.time_step, samples, row)
-            full = full or _nearly_full(vector, visit, n_blocks, events, crossings)
+            for lane in range(vector * LANES, (vector + 1) * LANES, HALF):
+                if full_buffer(lane, 2 * n_blocks * visit, visit, records) != DONE:
+                    full = True
         row += sampled
     return step - first_step
