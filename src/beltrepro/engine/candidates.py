@@ -339,17 +339,19 @@ def first_events(order, resolution, n_columns, step, candidates):
 
 
 @inlined
-def may_pass(block, level, belt, step, series, candidates):
-    """Lanes where a block may be at a level (float64x8, from the rest position) within the step.
+def may_pass(lane, moving, step, group, scratch, crossings):
+    """Bits of the moving chains whose block may be at the section within the step.
 
-    candidates : as `find_candidates` has left them.
+    After `find_candidates`, which has left bounds of the positions.
     """
-    column = block + 1
-    c0 = load(series.position, (at(0, column),))
-    c1 = load(series.position, (at(1, column),)) + belt
-    c2 = load(series.position, (at(2, column),))
-    least, greatest = bounds(c0, c1, c2, load(candidates.tails, (block * LANES,)) * step, step)
-    return ~((least >= level) | (greatest < level))
+    position, column = scratch.series.position, crossings.block + 1
+    level = load(crossings.level, (lane,))
+    c0 = load(position, (at(0, column),))
+    c1 = load(position, (at(1, column),)) + load(group.belt_velocity, (lane,))
+    c2 = load(position, (at(2, column),))
+    tail = load(scratch.candidates.tails, (crossings.block * LANES,))
+    least, greatest = bounds(c0, c1, c2, tail * step, step)
+    return mask_bits(moving & ~((least >= level) | (greatest < level)))
 
 
 @inlined

@@ -24,7 +24,7 @@ in this pass, `sliding` those of which a block slips. (The others wait on the be
 serve only until the first spring changes its branch.) `step` is the time that they have moved.
 `kind` is SLIP, STICK, REVERSAL or BRANCH, of the chain `lane + i` and the block, or the spring.
 
-`scratch.series` is about the start of the step in all three, and `scratch.end.step[i]` its length.
+`scratch.series` is about the start of the step in all three, and `scratch.step[i]` its length.
 After the move `group.chains` holds the new positions and velocities with the old directions,
 branches and thresholds; after the event, all that it has changed. The force of the noise is
 a + b t, `group.chains.noise_force`: a at the start of the step when series are made, at its end
@@ -113,15 +113,6 @@ _EVENTS_AT_ONCE = 2  # of a chain at one instant: the end of a slip and the star
 SLIP, STICK, REVERSAL, BRANCH, NOTHING = range(5)  # kinds of events, as the hooks are told
 
 
-class Conditions(NamedTuple):
-    """What W chains are driven by; arrays (W,)."""
-
-    belt_velocity: np.ndarray
-    noise: np.ndarray  # sigma
-    noise_power: np.ndarray  # q = f_s^2 sigma^2 dt, of the block with the greatest f_s
-    log_tolerance: np.ndarray  # log2 of the force that the last terms may reach in a step
-
-
 class Chains(NamedTuple):
     """State of W chains, W a multiple of 8; positions are displacements from the rest positions."""
 
@@ -141,19 +132,15 @@ class Chains(NamedTuple):
 
 
 class Group(NamedTuple):
-    """Chains of one law with all that moves them."""
+    """W chains of one law with all that moves them; arrays (W,)."""
 
     law: Law
     varied: Varied | None
-    conditions: Conditions
+    belt_velocity: np.ndarray
+    noise: np.ndarray  # sigma
+    noise_power: np.ndarray  # q = f_s^2 sigma^2 dt, of the block with the greatest f_s
+    log_tolerance: np.ndarray  # log2 of the force that the last terms may reach in a step
     chains: Chains
-
-
-class StepEnd(NamedTuple):
-    """What ends the steps of eight chains."""
-
-    step: np.ndarray  # (8,) time to the event, or to the end of the step
-    source: np.ndarray  # (8,) as `Candidates.sources`
 
 
 class Scratch(NamedTuple):
@@ -161,13 +148,14 @@ class Scratch(NamedTuple):
 
     series: Series
     candidates: Candidates
-    end: StepEnd
+    step: np.ndarray  # (8,) time to the first event, or to the end of the step
+    source: np.ndarray  # (8,) of that event, as `Candidates.sources`
 
 
 def new_scratch(n_blocks: int, varied: bool = False) -> Scratch:
     """Room for eight chains of N blocks."""
-    end = StepEnd(zeros(LANES), zeros(LANES, dtype=np.int64))
-    return Scratch(new_series(n_blocks, varied), new_candidates(n_blocks), end)
+    end = zeros(LANES), zeros(LANES, dtype=np.int64)
+    return Scratch(new_series(n_blocks, varied), new_candidates(n_blocks), *end)
 
 
 class Span(NamedTuple):
@@ -237,7 +225,7 @@ def _start_accelerations(lane, law, varied, chains, series):
 def _draw_cells(lane, drawing, group, series):
     """New noise cells for the chains of a mask: force a + b t until `cell` runs out."""
     chains = group.chains
-    power = load(group.conditions.noise_power, (lane,))
+    power = load(group.noise_power, (lane,))
     length = _cell_length(lane, drawing, power, group, series)
     rate = 1.0 / length
     strength = square_root(power * rate)
@@ -292,19 +280,19 @@ def _cell_length(lane, drawing, power, group, series):
 
 @inlined
 def find_first_event(order, noisy, resolution, lane, moving, remaining, group, scratch):
-    """Write the first event of each moving chain, or the end of its step, to `scratch.end`.
+    """Write the first event of each moving chain, or the end of its step, to the scratch.
 
     A step ends within the tolerance, the cell of the noise and the span.
     """
-    accuracy = load(group.conditions.log_tolerance, (lane,))
+    accuracy = load(group.log_tolerance, (lane,))
     step = minimum(taylor_step(order, accuracy, group.varied, scratch.series), remaining)
     if noisy:
         step = minimum(step, load(group.chains.cell, (lane,)))
     step = select(moving, step, 0.0)
     n_columns = find_candidates(order, False, lane, step, moving, group.varied, group, scratch)
     step, source = first_events(order, resolution, n_columns, step, scratch.candidates)
-    store(scratch.end.step, (0,), step)
-    store(scratch.end.source, (0,), source)
+    store(scratch.step, (0,), step)
+    store(scratch.source, (0,), source)
 
 
 @inlined
@@ -315,15 +303,15 @@ def wait_on_belt(lane, i, end, group, scratch):
     pull = series.force[at(0, 0) + i] + series.wall_pull[i] + chains.threshold[0, chain]
     pull = pull / stiffness(group.varied, 0)
     way = extension(pull, group.law) - chains.displacement[0, chain]
-    wait = max(way / group.conditions.belt_velocity[chain], 0.0)
+    wait = max(way / group.belt_velocity[chain], 0.0)
     first = 0
     # only a start beyond the threshold can put a block here, at time 0
     for block in range(chains.direction.shape[0] - 1, -1, -1):
         if abs(series.force[at(0, block) + i]) > chains.threshold[block, chain]:
             first, wait = block, 0.0
     rest = end - chains.time[chain]
-    scratch.end.source[i] = first if wait <= rest else -1
-    scratch.end.step[i] = min(wait, rest)
+    scratch.source[i] = first if wait <= rest else -1
+    scratch.step[i] = min(wait, rest)
 
 
 @inlined
@@ -332,10 +320,7 @@ def record_crossings(order, lane, moving, step, start, group, scratch, crossings
 
     When all blocks are stuck the last one only moves up.
     """
-    level = load(crossings.level, (lane,))
-    belt = load(group.conditions.belt_velocity, (lane,))
-    passing = may_pass(crossings.block, level, belt, step, scratch.series, scratch.candidates)
-    crossing = mask_bits(moving & passing)
+    crossing = may_pass(lane, moving, step, group, scratch, crossings)
     while crossing:
         i = lowest_lane(crossing)
         crossing &= crossing - 1
@@ -345,8 +330,8 @@ def record_crossings(order, lane, moving, step, start, group, scratch, crossings
 @inlined
 def _cross(order, lane, i, start, group, scratch, crossings):
     """Downward crossings of the section within the step of one chain."""
-    chain, series, step = lane + i, scratch.series, scratch.end.step[i]
-    belt_velocity = group.conditions.belt_velocity[chain]
+    chain, series, step = lane + i, scratch.series, scratch.step[i]
+    belt_velocity = group.belt_velocity[chain]
     resolution = 1e-14 * max(step, 1.0)
     above = series.position[at(0, crossings.block + 1) + i] >= crossings.level[chain]
     passed = 0.0
@@ -432,7 +417,7 @@ def _sample(order, noisy, lane, i, until, end, group, series, samples):
     """Samples of one chain until `until`, eight at a time: they lie side by side."""
     chains = group.chains
     chain = lane + i
-    belt_velocity = group.conditions.belt_velocity[chain]
+    belt_velocity = group.belt_velocity[chain]
     row = samples.following[chain]
     count = LANES
     while count == LANES:
@@ -465,7 +450,7 @@ def _sample(order, noisy, lane, i, until, end, group, series, samples):
 def move(order, noisy, lane, moving, step, group, series):
     """Advance the blocks by the steps; those of chains at rest move with the belt."""
     chains = group.chains
-    belt = load(group.conditions.belt_velocity, (lane,))
+    belt = load(group.belt_velocity, (lane,))
     impulse = select(moving, integral(force_order(order), series.wall_pull, 0, step), 0.0)
     store(chains.wall_impulse, (lane,), load(chains.wall_impulse, (lane,)) + impulse)
     for block in range(chains.direction.shape[0]):
@@ -521,15 +506,15 @@ def apply_event(order, noisy, rests, lane, i, start, group, scratch, events):
 
     Returns the kind of the event and the block, or the spring for BRANCH.
     """
-    source = scratch.end.source[i]
+    source = scratch.source[i]
     chains, chain = group.chains, lane + i
     n_blocks = chains.direction.shape[0]
     if rests:
-        _end_rest(chain, scratch.end.step[i], group)
+        _end_rest(chain, scratch.step[i], group)
         if source < 0:
             return NOTHING, 0
         external = -chains.threshold[0, chain]
-        if scratch.end.step[i] == 0.0:
+        if scratch.step[i] == 0.0:
             external = scratch.series.force[at(0, source) + i]
         chains.direction[source, chain] = slip_direction(external, -1.0)
         _record(chain, source, 1.0, external, start, chains, events)
@@ -547,7 +532,7 @@ def apply_event(order, noisy, rests, lane, i, start, group, scratch, events):
 def _end_rest(chain, waited, group):
     """The first spring after a rest on the belt: what it has pulled and where it is."""
     law, chains = group.law, group.chains
-    belt_velocity = group.conditions.belt_velocity[chain]
+    belt_velocity = group.belt_velocity[chain]
     here = chains.displacement[0, chain]
     before = here - belt_velocity * waited
     gained = spring_energy(0, here, law, group.varied)
@@ -572,14 +557,14 @@ def stretch(spring, chain, displacement):
 @inlined
 def _turn(order, noisy, lane, i, block, start, group, scratch, events):
     """A slip that ends, or starts, or ends and starts at once; returns which."""
-    chains, since = group.chains, scratch.end.step[i]
+    chains, since = group.chains, scratch.step[i]
     chain = lane + i
     external, _ = value_and_slope(force_order(order), scratch.series.force, block, i, since)
     kind, way = SLIP, slip_direction(external, -1.0)
     if chains.direction[block, chain] != 0.0:
         if noisy:
             first, _ = normal_pair(chains.streams, chain)
-            noise = group.conditions.noise[chain]
+            noise = group.noise[chain]
             mean = mean_threshold(group.law, group.varied, block)
             chains.threshold[block, chain] = mean + noise * first
         way = slip_direction(external, chains.threshold[block, chain])
@@ -640,10 +625,10 @@ def _advance_kernel(order, resolution, noisy, hooks):
         hooks need, () without any.
         """
         separate_arrays()
-        conditions, chains, series = group.conditions, group.chains, scratch.series
+        chains, series = group.chains, scratch.series
         for lane in range(0, chains.time.size, LANES):
-            store(series.position, (at(1, WALL),), -load(conditions.belt_velocity, (lane,)))
-            served = load(conditions.noise, (lane,)) > 0.0
+            store(series.position, (at(1, WALL),), -load(group.belt_velocity, (lane,)))
+            served = load(group.noise, (lane,)) > 0.0
             if not noisy:
                 served = ~served
             while True:
@@ -670,7 +655,7 @@ def _advance_kernel(order, resolution, noisy, hooks):
                     i = lowest_lane(waiting)
                     waiting &= waiting - 1
                     wait_on_belt(lane, i, span.end, group, scratch)
-                step = load(scratch.end.step, (0,))
+                step = load(scratch.step, (0,))
                 later = select(step >= remaining, span.end, now + step)
 
                 if records.crossings.block >= 0:
@@ -689,7 +674,7 @@ def _advance_kernel(order, resolution, noisy, hooks):
                     store(chains.cell, (lane,), select(sliding, rest, 0.0))
                 moved(order, lane, active, sliding, step, group, scratch, companion)
 
-                source = load(scratch.end.source, (0,))
+                source = load(scratch.source, (0,))
                 changing = mask_bits(source >= 0) | resting
                 if changing and mask_bits(source >= 2 * chains.direction.shape[0]) != 0:
                     return CONTACT

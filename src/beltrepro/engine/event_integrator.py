@@ -54,13 +54,11 @@ class EventIntegrator(SeriesIntegrator):
         self._group = event.Group(
             self._law,
             self._varied,
-            event.Conditions(
-                belt_velocity=self._belt_velocity,
-                noise=self._noise,
-                noise_power=power,
-                log_tolerance=aligned(np.log2(tolerances)),
-            ),
-            self._chains,
+            belt_velocity=self._belt_velocity,
+            noise=self._noise,
+            noise_power=power,
+            log_tolerance=aligned(np.log2(tolerances)),
+            chains=self._chains,
         )
         self._scratch = event.new_scratch(self.n_blocks, chain.varied)
         # chains with noise and without have kernels of their own, which leave the others alone

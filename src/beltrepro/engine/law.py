@@ -15,7 +15,7 @@ from numba.extending import overload
 from beltrepro.engine.simd import fma, select
 from beltrepro.engine.vector import LOG2_E, exp2, inlined
 from beltrepro.model import ChainParameters
-from beltrepro.model.friction import next_direction_rule, slip_direction_rule
+from beltrepro.model.friction import direction_rules
 
 
 class Law(NamedTuple):
@@ -151,8 +151,7 @@ def branch_at(deformation, law):
     return -1.0 if deformation < -law.linear_limit else 0.0
 
 
-slip_direction = inlined(slip_direction_rule(select))
-next_direction = inlined(next_direction_rule(select, slip_direction))
+slip_direction, next_direction = direction_rules(select, inlined)
 
 
 @inlined

@@ -134,13 +134,6 @@ def new_scratch(n_blocks: int) -> Scratch:
     return Scratch(new_series(n_blocks), slopes, pulls, new_candidates(n_blocks))
 
 
-class Span(NamedTuple):
-    """Which steps a call of the kernel is about."""
-
-    first_step: int  # time = index * dt
-    n_steps: int
-
-
 @inlined
 def _round_down(x):
     """Greatest whole number up to x, |x| < 2^51."""
@@ -319,24 +312,22 @@ def _add(array, place, value):
 
 
 @inlined
-def _turn_due(lane, law, chains, series):
-    """Lanes where the rules may change the direction of a block in the step that starts now."""
+def _literal_due(lane, group, scratch):
+    """Lanes whose next step is taken literally.
+
+    There the rules may change the direction of a block, or a spring is so stiff that leaps would
+    differ from steps.
+    """
+    chains = group.chains
     due = spread(0.0) > 1.0
     for block in range(chains.direction.shape[0]):
         heading = load(chains.direction, (block, lane))
         turned = heading * load(chains.velocity, (block, lane)) <= 0.0
-        beyond = abs(load(series.force, (at(0, block),))) > law.static_friction
+        external = load(scratch.series.force, (at(0, block),))
+        beyond = abs(external) > group.law.static_friction
         due = due | (turned & ((heading != 0.0) | beyond))
+        due = due | (load(scratch.slopes, (block * LANES,)) > group.stiffest)
     return due
-
-
-@inlined
-def _too_stiff(group, scratch):
-    """Lanes where a spring is so stiff that leaps would differ from steps."""
-    slope = load(scratch.slopes, (0,))
-    for spring in range(1, group.chains.direction.shape[0]):
-        slope = maximum(slope, load(scratch.slopes, (spring * LANES,)))
-    return slope > group.stiffest
 
 
 @inlined
@@ -571,11 +562,7 @@ def _record_turns(lane, block, changed, old, new, external, first_step, group, e
 @inlined
 def _record_crossings(lane, leaping, leap, first_step, group, scratch, crossings):
     """Crossings of the section within the leaps of eight chains."""
-    step = leap * group.time_step
-    level = load(crossings.level, (lane,))
-    belt = load(group.belt_velocity, (lane,))
-    passing = may_pass(crossings.block, level, belt, step, scratch.series, scratch.candidates)
-    crossing = mask_bits(leaping & passing)
+    crossing = may_pass(lane, leaping, leap * group.time_step, group, scratch, crossings)
     while crossing:
         i = lowest_lane(crossing)
         crossing &= crossing - 1
@@ -770,20 +757,18 @@ def _record_literal_samples(lane, taken, group, samples):
 
 
 @kernel
-def leap_steps(span, group, scratch, records):
-    """Advance the chains of a group by `span.n_steps` steps of the Appendix.
+def leap_steps(first_step, n_steps, group, scratch, records):
+    """Advance the chains of a group by n_steps steps of the Appendix.
 
     Returns DONE; EVENTS_FULL or CROSSINGS_FULL, to be called again with a larger buffer; or CONTACT
     when blocks meet.
 
-    span : Span; group : Group; scratch : Scratch; records : Records, with samples at instants
-    counted in steps.
+    first_step : index of the first (time = index * dt); records : with samples at instants counted
+    in steps.
     """
     separate_arrays()
     chains, series = group.chains, scratch.series
     n_blocks = chains.direction.shape[0]
-    n_steps = float(span.n_steps)
-    first_step = span.first_step
     sectioned = records.crossings.block >= 0
     for lane in range(0, chains.steps_done.size, LANES):
         store(series.position, (at(1, WALL),), -load(group.belt_velocity, (lane,)))
@@ -797,8 +782,7 @@ def leap_steps(span, group, scratch, records):
                 return status
 
             _make_series(lane, group, scratch)
-            due = _turn_due(lane, group.law, chains, series) | _too_stiff(group, scratch)
-            due = active & due
+            due = active & _literal_due(lane, group, scratch)
             leaping = active & ~due
             leap, turning, meeting = _choose_leap(lane, leaping, remaining, group, scratch)
             if sectioned:
@@ -819,23 +803,23 @@ def leap_steps(span, group, scratch, records):
 
 
 @kernel
-def literal_steps(span, group, scratch, records):
+def literal_steps(first_step, n_steps, group, scratch, records):
     """As `leap_steps`, for chains of any law, with noise or without: every step taken literally."""
     separate_arrays()
     chains = group.chains
     n_blocks = chains.direction.shape[0]
     for lane in range(0, chains.steps_done.size, LANES):
         while True:
-            taken = load(chains.steps_done, (lane,)) < float(span.n_steps)
+            taken = load(chains.steps_done, (lane,)) < n_steps
             if mask_bits(taken) == 0:
                 break
             status = full_buffer(lane, 2 * n_blocks, CROSSINGS_AT_ONCE, records)
             if status != DONE:
                 return status
             _draw(lane, taken, n_blocks, group.noise)
-            met = _literal_step(lane, taken, span.first_step, group, scratch, records.events)
+            met = _literal_step(lane, taken, first_step, group, scratch, records.events)
             if records.crossings.block >= 0:
-                _record_literal_crossings(lane, taken, span.first_step, group, records.crossings)
+                _record_literal_crossings(lane, taken, first_step, group, records.crossings)
             _record_literal_samples(lane, taken, group, records.samples)
             if mask_bits(met) != 0:
                 return CONTACT

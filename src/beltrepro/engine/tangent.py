@@ -42,7 +42,7 @@ class Deviations(NamedTuple):
 def carry(order, lane, active, sliding, step, group, scratch, deviations):
     """Hook: carries the deviations of eight chains through their steps."""
     n_blocks = group.chains.direction.shape[0]
-    noisy = mask_bits(load(group.conditions.noise_power, (lane,)) > 0.0) != 0
+    noisy = mask_bits(load(group.noise_power, (lane,)) > 0.0) != 0
     if noisy:
         _delay_noise(lane, sliding, step, group, deviations)
     _find_slopes(order, n_blocks, group.varied, scratch.series, deviations)
@@ -196,7 +196,7 @@ def apply_jumps(kind, block, lane, i, group, scratch, deviations):
             else:
                 change = _pull_change(vector, block, chain, slope_before, following, deviations)
                 velocity[vector, block, chain] = starts * change / rate
-                if begins and group.conditions.noise_power[chain] > 0.0:
+                if begins and group.noise_power[chain] > 0.0:
                     deviations.delay[vector, chain] = -change / rate
 
 
@@ -205,7 +205,7 @@ def _pull(block, chain, group):
     """F_ex on a block of one chain, dF_ex/dt, and the slopes of the springs before and after it."""
     chains = group.chains
     speed = chains.velocity[block, chain]
-    speed_before = -group.conditions.belt_velocity[chain]
+    speed_before = -group.belt_velocity[chain]
     if block > 0:
         speed_before = chains.velocity[block - 1, chain]
     deformation = stretch(block, chain, chains.displacement)

@@ -110,11 +110,11 @@ class LeapingVerlet(_InSteps, SeriesIntegrator):
         # half a step on: the end of the last chunk may have been rounded down
         end = self._chunk_end((start + 0.5) * self.time_step)
         n_steps = min(self._step(until), self._step(end)) - start
-        span, stride = leaps.Span(start, n_steps), self._sampling.steps
+        stride = self._sampling.steps
         first = (start // stride + 1) * stride - start
         self._chains.steps_done[:] = 0.0
         self._advance(
-            lambda records: self._kernel(span, self._group, self._scratch, records),
+            lambda records: self._kernel(start, n_steps, self._group, self._scratch, records),
             float(first),
             float(stride),
             (n_steps - first) // stride + 1,
