@@ -9,9 +9,22 @@ from scipy.optimize import brentq
 
 import naive
 from beltrepro import ChainParameters, simulate
-from beltrepro.engine.law import law_constants, tension
+from beltrepro.engine.law import (
+    branch_at,
+    expand_spring,
+    extension,
+    law_constants,
+    stored_energy,
+    tension,
+)
 from beltrepro.engine.vector import kernel
-from beltrepro.model.spring import chain_deformations, spring_energy, spring_extension, spring_force
+from beltrepro.model.spring import (
+    chain_deformations,
+    spring_energy,
+    spring_extension,
+    spring_force,
+    spring_stiffness,
+)
 
 SINGLE = ChainParameters(1, 1.0)
 
@@ -105,17 +118,41 @@ def test_energy_audit_closes_and_improves_with_the_step():
 
 
 @kernel
-def fill_tensions(x, law, y):
+def fill_law(x, law, columns):
     for i in range(len(x)):
-        y[i] = tension(x[i], law)
+        columns[0, i], columns[1, i], rate, softness = expand_spring(x[i], law)
+        columns[2, i] = tension(x[i], law)
+        columns[3, i] = extension(columns[2, i], law)
+        columns[4, i] = stored_energy(x[i], law)
+        columns[5, i] = branch_at(x[i], law)
+        columns[6, i] = rate
+        columns[7, i] = rate * softness
 
 
-def test_kernel_spring_law_is_the_model():
+@pytest.mark.parametrize(
+    "law",
+    [{}, {"linear_limit": 7.0, "compression_rate": 0.1, "extension_rate": 0.03},
+     {"linear_limit": np.inf}],
+)  # fmt: skip
+def test_the_spring_law_of_kernels_is_the_model(law):
+    chain = ChainParameters(1, 1.0, **law)
     x = np.linspace(-60, 300, 3601)
-    y = np.empty_like(x)
-    fill_tensions(x, law_constants(SINGLE), y)
-    np.testing.assert_allclose(y, -spring_force(x), rtol=2e-14, atol=2e-13)
-    np.testing.assert_allclose(y, [-naive.spring_force(value) for value in x], atol=1e-10)
+    columns = np.empty((8, len(x)))
+    fill_law(x, law_constants(chain), columns)
+    pull, slope, again, inverse, energy, branch, rate, product = columns
+    for values, expected in (
+        (pull, -spring_force(x, chain)),
+        (slope, spring_stiffness(x, chain)),
+        (inverse, x),
+        (energy, spring_energy(x, chain)),
+    ):
+        np.testing.assert_allclose(values, expected, rtol=3e-14, atol=3e-13)
+    np.testing.assert_array_equal(again, pull)
+    curved = np.abs(x) > chain.linear_limit
+    np.testing.assert_array_equal(branch, np.sign(x) * curved)
+    rates = np.where(x < 0, -chain.compression_rate, chain.extension_rate)
+    np.testing.assert_array_equal(rate, np.where(curved, rates, 0.0))
+    np.testing.assert_allclose(product[curved], 1.0)
 
 
 # --- against the naive loop ---

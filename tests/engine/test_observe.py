@@ -1,6 +1,7 @@
 """Observers on chunks made by hand: edges, ties, several chunks, reversals."""
 
 import dataclasses
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,9 +12,16 @@ from beltrepro import ChainParameters
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.state import ChainState
 from beltrepro.model.spring import potential_energy
-from beltrepro.observe.crossings import CrossingLog, SectionValues
-from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.slips import EventLog, SlipActivity, slips_and_avalanches
+from beltrepro.observe.crossings import CrossingLog, ReturnLog, SectionValues
+from beltrepro.observe.forward_slip import ForwardSlip
+from beltrepro.observe.length import LengthHistory, LengthMoments
+from beltrepro.observe.slips import (
+    EventLog,
+    MostStuck,
+    SlipActivity,
+    SlipOrder,
+    slips_and_avalanches,
+)
 
 # --- length ---------------------------------------------------------------------------------------
 
@@ -23,15 +31,26 @@ def test_moments_are_those_of_the_samples_from_the_start_on():
     rng = np.random.default_rng(0)
     time = 0.5 * np.arange(20)
     displacement = rng.normal(3.0, 2.0, (20, 2, 3)) + np.array([0.0, 50.0, -7.0])
-    moments = LengthMoments(3, start=2.5)
+    moments, history = LengthMoments(3, start=2.5), LengthHistory(3, 2.5, 10.0)
     for part in (slice(0, 4), slice(4, 7), slice(7, 8), slice(8, 20)):
-        moments.observe(SimpleNamespace(time=time[part], displacement=displacement[part]))
+        for observer in (moments, history):
+            observer.observe(SimpleNamespace(time=time[part], displacement=displacement[part]))
     length = 250.0 + displacement[time >= 2.5, -1]
     measured, mean = moments.result(250.0), length.mean(axis=0)
     np.testing.assert_allclose(measured["mean_length"], mean, rtol=1e-14)
     np.testing.assert_allclose(measured["disorder_parameter"], length.std(axis=0) / mean)
     np.testing.assert_array_equal(measured["minimum_length"], length.min(axis=0))
     np.testing.assert_array_equal(measured["maximum_length"], length.max(axis=0))
+    edges = history.edges
+    assert (edges[0], edges[-1]) == (2.5, 10.0) and history.count.tolist()[:2] == [2, 3]
+    np.testing.assert_allclose(np.diff(edges)[1:-1] / np.diff(edges)[:-2], 1.15)
+    for bin_number, (low, high) in enumerate(pairwise(edges)):
+        binned = displacement[(low <= time) & (time < high), -1]
+        assert history.count[bin_number] == len(binned) > 0
+        np.testing.assert_allclose(history.mean[bin_number], binned.mean(axis=0))
+        np.testing.assert_allclose(history.squares[bin_number], (binned**2).mean(axis=0))
+        np.testing.assert_array_equal(history.low[bin_number], binned.min(axis=0))
+        np.testing.assert_array_equal(history.high[bin_number], binned.max(axis=0))
 
 
 # --- sections -------------------------------------------------------------------------------------
@@ -224,3 +243,73 @@ def test_from_a_state_on_only_what_begins_later_counts(cut):
         assert len(expected) == len(one) > 3
         for name in one.dtype.names:
             np.testing.assert_allclose(one[name], expected[name], atol=1e-9, err_msg=name)
+
+
+def test_a_block_that_reverses_does_not_count_as_stuck():
+    stuck_blocks = MostStuck(np.array([1, 1, 0]))
+    reversal = [(1.0, 0, 0), (1.0, 0, 1)]
+    for events in (reversal, [], [(2.0, 1, 1), (3.0, 2, 0)]):
+        stuck_blocks.observe(chunk_of(0.0, events, [*events, (4.0, 1, 0)], events))
+    assert stuck_blocks.most.tolist() == [1, 4, 0]
+
+
+# --- any observer, however a run is cut -----------------------------------------------------------
+
+
+def cut_run(events, crossings, ends):
+    """Chunks of two chains, of which the first has no event, that end at these instants."""
+    start = 0.0
+    for end in ends:
+        rows, crossed = (
+            table[(start < table[:, 0]) & (table[:, 0] <= end)] for table in (events, crossings)
+        )
+        yield SimpleNamespace(
+            end=end,
+            events=np.stack([np.full_like(rows, np.nan), rows]),
+            event_count=np.array([0, len(rows)]),
+            crossings=np.stack([np.full_like(crossed, np.nan), crossed]),
+            crossing_count=np.array([0, len(crossed)]),
+        )
+        start = end
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_observers_are_plain_twins_wherever_a_run_is_cut(seed):
+    events, initial = random_events(seed, count=200)
+    random = np.random.default_rng(seed)
+    events[:, 3] = random.choice([-1.0, 1.0], len(events))  # forces: forward slips, and backward
+    events[:, 4] -= CHAIN.rest_positions[events[:, 1].astype(int)]
+    time, block, slips = events[:, 0], events[:, 1].astype(int), events[:, 2] > 0
+    whole = time[-1] + 1.0
+    crossings = random.uniform(0, whole, (30, 7))
+    crossings = crossings[np.argsort(crossings[:, 0])]
+    # blocks count in proportion to their friction: 1/2, 1 and 3/2 of the mean
+    differ = dataclasses.replace(CHAIN, friction_ratio=(0.2, 0.4, 0.6))
+    states = [stuck(initial), ChainState.at_rest(differ, initial)]
+
+    # plain twins
+    place, way = [None] * 3, 0.0
+    for t, b, slipping, force, x, _ in events:
+        if slipping and force > 0:
+            place[int(b)] = x - 2.0 * t
+        elif not slipping and place[int(b)] is not None:
+            way += (1 + b) / 2 * (x - 2.0 * t - place[int(b)])
+            place[int(b)] = None
+    before = [np.count_nonzero(slips & (time < t)) for t in crossings[:, 0]]
+    own = time[block == 2][1::2]  # slip, stick, slip, ...
+
+    for ends in ([whole], [0.3 * whole, 0.35 * whole, whole], np.linspace(1.0, whole, 50)):
+        order, log, returns = SlipOrder(2), EventLog(2, CHAIN.rest_positions), ReturnLog(2)
+        forward, activity = ForwardSlip(states), SlipActivity(2, 3, 0.0, 1.0)
+        for chunk in cut_run(events, crossings, ends):
+            for observer in (order, log, returns, forward, activity):
+                observer.observe(chunk)
+        np.testing.assert_array_equal(order.slips(1), [time[slips], block[slips]])
+        np.testing.assert_array_equal(log.events(1)[:, 4], events[:, 4] + 50.0 * (block + 1))
+        np.testing.assert_array_equal(returns.returns(1)[1], crossings[:, 1:])
+        np.testing.assert_array_equal(returns.returns(1)[2], before)
+        np.testing.assert_array_equal(returns.last_event, [-np.inf, time[-1]])
+        assert forward._way[1] == pytest.approx(way, abs=1e-9) and forward._way[0] == 0.0
+        np.testing.assert_array_equal(activity.slip_count[1], np.bincount(block[slips]))
+        np.testing.assert_array_equal(activity.last_stick_time, [np.nan, own[-1]])
+        assert log.nbytes == events.nbytes and not order.slips(0)[0].size

@@ -52,7 +52,7 @@ class KernelCacheFile:
         """What was saved under this key, or None: then the caller compiles, and saves."""
         data = self._read(key)
         if data is None:
-            _announce()
+            _announce(COMPILING)
         if data is None and self._wait_for_lock(key):
             data = self._read(key)  # another process may have saved it meanwhile
             if data is not None:
@@ -68,7 +68,7 @@ class KernelCacheFile:
             draft.write_bytes(self._seal(key, content) + content)
             draft.replace(path)
         except OSError as error:
-            _announce_loss(self._folder, error.strerror)
+            _announce(NOT_KEPT.format(self._folder, error.strerror))
         finally:
             with contextlib.suppress(OSError):
                 draft.unlink(missing_ok=True)
@@ -118,15 +118,9 @@ class KernelCacheFile:
 
 
 @functools.cache
-def _announce():
+def _announce(message):
     """Say once in a process why it takes so long: in the log of a job, otherwise on stderr."""
-    logger.warning(COMPILING)
-
-
-@functools.cache
-def _announce_loss(folder, reason):
-    """Say once in a process that it compiles in vain."""
-    logger.warning(NOT_KEPT.format(folder, reason))
+    logger.warning(message)
 
 
 def _is_trusted(status):

@@ -68,7 +68,7 @@ from beltrepro.engine.taylor import (
     integral,
     new_series,
     polynomial,
-    push_positions,
+    push_position,
     store_pull,
     value_and_slope,
 )
@@ -281,7 +281,8 @@ def _correct(k, share, lane, direction, scratch):
             pull_rise = load(force, (at(k + 1, block),)) + (rise - rise_before)
             store(force, (at(k, block),), pull)
             store(force, (at(k + 1, block),), pull_rise)
-            push_positions(k, spring, slipping, pull, pull_rise, scratch.series)
+            push_position(k, spring, slipping, pull, scratch.series)
+            push_position(k + 1, spring, slipping, pull_rise, scratch.series)
         tension_before, rise_before = tension, rise
 
 

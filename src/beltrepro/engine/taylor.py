@@ -90,16 +90,11 @@ def friction_term(k, block, heading, varied, series):
 
 
 @inlined
-def _extend_varied(k, block, pull, pull_rise, heading, varied, series):
-    """X_{k+2} and X_{k+3} of a block that has a mass, braked by friction that depends on v_r."""
-    slipping, column = heading != 0.0, block + 1
-    inverse = varied.inverse_mass[block]
+def _push_varied(k, block, pull, heading, varied, series):
+    """X_{k+2} of a block that has a mass, braked by friction that depends on v_r."""
     net = pull - heading * friction_term(k, block, heading, varied, series)
-    weight = inverse / ((k + 1.0) * (k + 2.0))
-    store(series.position, (at(k + 2, column),), select(slipping, net * weight, 0.0))
-    net = pull_rise - heading * friction_term(k + 1, block, heading, varied, series)
-    weight = inverse / ((k + 2.0) * (k + 3.0))
-    store(series.position, (at(k + 3, column),), select(slipping, net * weight, 0.0))
+    weight = varied.inverse_mass[block] / ((k + 1.0) * (k + 2.0))
+    store(series.position, (at(k + 2, block + 1),), select(heading != 0.0, net * weight, 0.0))
 
 
 @inlined
@@ -156,11 +151,10 @@ def store_pull(k, spring, pull, pull_before, series):
 
 
 @inlined
-def push_positions(k, column, slipping, pull, pull_rise, series):
-    """Levels k+2 and k+3 of a slipping block of mass 1, from k and k+1 of the force on it."""
-    weight, weight_next = 1.0 / ((k + 1.0) * (k + 2.0)), 1.0 / ((k + 2.0) * (k + 3.0))
+def push_position(k, column, slipping, pull, series):
+    """X_{k+2} of a slipping block of mass 1, from level k of the force on it."""
+    weight = 1.0 / ((k + 1.0) * (k + 2.0))
     store(series.position, (at(k + 2, column),), select(slipping, pull * weight, 0.0))
-    store(series.position, (at(k + 3, column),), select(slipping, pull_rise * weight_next, 0.0))
 
 
 @inlined
@@ -212,9 +206,11 @@ def extend_pair(k, varied, direction, lane, series):
             heading = load(direction, (spring - 1, lane))
             pull, pull_rise = tension - tension_before, rise - rise_before
             if varied is not None:
-                _extend_varied(k, spring - 1, pull, pull_rise, heading, varied, series)
+                _push_varied(k, spring - 1, pull, heading, varied, series)
+                _push_varied(k + 1, spring - 1, pull_rise, heading, varied, series)
             else:
-                push_positions(k, spring, heading != 0.0, pull, pull_rise, series)
+                push_position(k, spring, heading != 0.0, pull, series)
+                push_position(k + 1, spring, heading != 0.0, pull_rise, series)
         tension_before, rise_before = tension, rise
 
 

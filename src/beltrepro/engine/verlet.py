@@ -399,24 +399,6 @@ def _apply_law(chains, bent, step, law, contact):
 
 
 @inlined
-def _force(chains, block):
-    """F_ex on a block."""
-    slip = _get(chains, block, _SLIP)
-    pull = _tension(chains, block, slip - _get(chains, block - 1, _SLIP))
-    growth = _get(chains, block + 1, _SLIP) - slip
-    return _tension(chains, block + 1, growth) - pull
-
-
-@inlined
-def _margin(chains, block, force):
-    """How far a block is from a turn: not where it is positive."""
-    direction = _get(chains, block, DIRECTION)
-    threshold = _get(chains, block, THRESHOLD)
-    velocity = _get(chains, block, VELOCITY)
-    return select(direction == 0.0, threshold - abs(force), direction * velocity)
-
-
-@inlined
 def _move(chains, noisy):
     """Advance all blocks by the scheme; returns the pull of the first spring."""
     slip = _get(chains, chains.n_blocks, _SLIP)
@@ -451,8 +433,13 @@ def _check_turns(chains, watched, belt_travel, time, noise, group, events):
     """Apply the stick and slip rules to the watched blocks."""
     for block in range(1, chains.n_blocks + 1):
         if watched & _bit(block):
-            force = _force(chains, block)
-            if mask_bits(_margin(chains, block, force) <= 0.0):
+            slip = _get(chains, block, _SLIP)
+            pull = _tension(chains, block, slip - _get(chains, block - 1, _SLIP))
+            force = _tension(chains, block + 1, _get(chains, block + 1, _SLIP) - slip) - pull
+            direction = _get(chains, block, DIRECTION)
+            ahead = direction * _get(chains, block, VELOCITY)
+            holds = _get(chains, block, THRESHOLD) - abs(force)
+            if mask_bits(select(direction == 0.0, holds, ahead) <= 0.0):
                 _turn(chains, block, force, belt_travel, time, noise, group, events)
 
 
