@@ -1,12 +1,10 @@
 """What a chain does depends on nothing but itself: not on its company, buffers or samples."""
 
-from functools import partial
-
 import numpy as np
 import pytest
 
 from advancing import assert_equal_bits, at_rest, integrator, recorded, small_buffers
-from beltrepro import ChainParameters, simulate
+from beltrepro import ChainParameters
 from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.kicks import KickedIntegrator
 from beltrepro.engine.tangent import TangentIntegrator
@@ -59,17 +57,6 @@ def test_company_and_buffers_change_no_bit(name):
     for first, width, *rows in ((0, 9, 30, 4), (9, 1, 30, 4), (10, 27)):
         part = range(first, first + width)
         assert_equal_bits(followed(name, part, rows), expected[first : first + width])
-
-
-@pytest.mark.parametrize("chain", [ChainParameters(5, 20.0), ChainParameters(5, 7.0, 1.0)])
-def test_in_a_call_for_many_chains_each_is_as_if_alone(chain):
-    run_of = partial(simulate, duration=60.0, method="event", sample_interval=0.5)
-    alone, random = run_of(chain), np.random.default_rng(4)
-    others = [
-        ChainParameters(5, u, random.choice([0.0, 0.5, 5.0])) for u in random.uniform(2, 40, 40)
-    ]
-    for lane in (0, 17, 31, 32, 40):
-        assert run_of([*others[:lane], chain, *others[lane:]])[lane] == alone
 
 
 def test_neither_sample_stride_nor_neighbours_change_a_bit():

@@ -103,13 +103,6 @@ def test_first_order_convergence_in_the_time_step():
     assert errors[0] < octaves[0, -1]
 
 
-def test_without_samples_any_time_step_will_do():
-    """The samples behind r are then about 0.1 apart, whatever the step."""
-    options = {"duration": 30, "method": "verlet", "sample_interval": None}
-    odd, usual = simulate([ChainParameters(3, 20.0)] * 2, time_step=[0.0013, 0.001], **options)
-    assert odd.mean_length == pytest.approx(usual.mean_length, rel=1e-3)
-
-
 def test_energy_audit_closes_and_improves_with_the_step():
     options = {"duration": 200, "sample_interval": None, "method": "verlet"}
     runs = [simulate(ChainParameters(5, 20.0, 1.0), time_step=h, **options) for h in (0.01, 0.001)]

@@ -61,10 +61,6 @@ def test_friction_rule(direction, relative_velocity, force, expected, sign):
     assert friction_force([sign, 0], 30.0, 70.0, 0.5).tolist() == [-sign * 35, -30]
 
 
-def test_a_negative_threshold_holds_nothing():
-    assert next_direction(0, 0.0, [0.0, -0.0, 2.0, -2.0], -1.0).tolist() == [1, 1, 1, -1]
-
-
 # --- other laws, edges ----------------------------------------------------------------------------
 
 USUAL = ChainParameters(1, 1.0)
