@@ -8,7 +8,9 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import naive
+from advancing import at_rest, integrator, recorded
 from beltrepro import ChainParameters, simulate
+from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.law import (
     branch_at,
     expand_spring,
@@ -18,6 +20,7 @@ from beltrepro.engine.law import (
     tension,
 )
 from beltrepro.engine.vector import kernel
+from beltrepro.engine.verlet_integrators import LeapingVerlet, LiteralVerlet, SteppingVerlet
 from beltrepro.model.spring import (
     chain_deformations,
     spring_energy,
@@ -197,3 +200,25 @@ def test_reversals_and_ends_of_the_branches_follow_the_naive_loop(time_step):
     deformations = chain_deformations(positions, chain)
     branch = np.sign(deformations) * (np.abs(deformations) > 2.0)
     assert np.abs(np.diff(branch, axis=0)).sum() > 20 and (branch < 0).any()
+
+
+# --- states that go on ---
+
+KINDS = (EventIntegrator, LeapingVerlet, SteppingVerlet, LiteralVerlet)
+
+
+@pytest.mark.parametrize("maker", KINDS)
+def test_a_state_goes_on_in_any_scheme_and_step(maker):
+    """The variables of another scheme, or of another time step, are made anew."""
+    chains = [ChainParameters(3, u) for u in (20.0, 35.0, 60.0)]
+    made = integrator(maker, at_rest(chains), time_step=0.001)
+    for until in (6.0, 11.0):
+        recorded(made, until)
+        states = made.state()
+        assert any(state.directions.any() for state in states)
+        exact = recorded(integrator(EventIntegrator, states), until + 1.0)
+        for kind in KINDS:
+            for time_step in (0.002, 0.001, 0.0005):
+                on = recorded(integrator(kind, states, time_step=time_step), until + 1.0)
+                for one, other in zip(on, exact, strict=True):
+                    assert np.abs(one.positions - other.positions).max() < 0.02

@@ -380,7 +380,7 @@ def first_roots(order, resolution, polynomials, column, length, wanted):
     length : float64x8; wanted : lanes to look at; resolution : share of the length by which a root
     may be missed.
 
-    Returns place (float64x8), hit, undecided (mask8): a root at `place`; or none up to `place`,
+    Returns place (float64x8), hit, undecided (masks): a root at `place`; or none up to `place`,
     but not all of the interval could be searched.
 
     With q'' >= -M on the interval, q(t+s) >= q(t) + q'(t) s - M s^2/2, so the root of that parabola

@@ -178,7 +178,12 @@ def make_series(order, noisy, lane, active, group, series):
     Returns the chains of which a block slips.
     """
     chains = group.chains
-    sliding = _start_positions(lane, chains, series)
+    sliding = load(chains.cell, (lane,)) < 0.0  # none: a rest is not negative
+    for block in range(chains.direction.shape[0]):
+        place = (block, lane)
+        sliding = sliding | (load(chains.direction, place) != 0.0)
+        store(series.position, (at(0, block + 1),), load(chains.displacement, place))
+        store(series.position, (at(1, block + 1),), load(chains.velocity, place))
     start_springs(group.law, group.varied, chains.branch, lane, series)
     if noisy:
         drawing = active & sliding & (load(chains.cell, (lane,)) <= 0.0)
@@ -186,18 +191,6 @@ def make_series(order, noisy, lane, active, group, series):
             _draw_cells(lane, drawing, group, series)
     _start_accelerations(lane, group.law, group.varied, chains, series)
     extend_series(order, group.varied, chains.direction, lane, series)
-    return sliding
-
-
-@inlined
-def _start_positions(lane, chains, series):
-    """X_0 and X_1; returns the chains of which a block slips."""
-    sliding = load(chains.cell, (lane,)) < 0.0  # none: a rest is not negative
-    for block in range(chains.direction.shape[0]):
-        place = (block, lane)
-        sliding = sliding | (load(chains.direction, place) != 0.0)
-        store(series.position, (at(0, block + 1),), load(chains.displacement, place))
-        store(series.position, (at(1, block + 1),), load(chains.velocity, place))
     return sliding
 
 

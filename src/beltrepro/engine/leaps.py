@@ -360,28 +360,20 @@ def _choose_leap(lane, leaping, remaining, group, scratch):
 @inlined
 def _leap(lane, leaping, leap, group, scratch):
     """Write the state after a leap: the scheme's variables of the smooth solution."""
-    chains, series = group.chains, scratch.series
-    step = leap * group.time_step
+    chains, series, dt = group.chains, scratch.series, group.time_step
+    step = leap * dt
     belt = load(group.belt_velocity, (lane,))
     moved = leaping & (leap > 0.0)
-    _add_impulse(lane, leaping, step, group, series)
-    for block in range(chains.direction.shape[0]):
-        _leap_block(lane, block, moved, step, belt, group, series)
-    store(chains.steps_done, (lane,), load(chains.steps_done, (lane,)) + leap)
-
-
-@inlined
-def _add_impulse(lane, leaping, step, group, series):
-    """Impulse of the wall: a sum over steps instead of an integral, by Euler and Maclaurin."""
-    dt = group.time_step
+    # impulse of the wall: a sum over steps instead of an integral, by Euler and Maclaurin
     impulse = integral(force_order(ORDER), series.wall_pull, 0, step)
     pull, rise = polynomial(ORDER, series.wall_pull, 0, step)
     impulse = impulse - 0.5 * dt * (pull - load(series.wall_pull, (at(0, 0),)))
     rise = rise - load(series.wall_pull, (at(1, 0),))
-    impulse = fma(rise, dt * dt * (1.0 / 12.0), impulse)
-    impulse = select(leaping, impulse, 0.0)
-    sums = group.chains.wall_impulse
-    store(sums, (lane,), load(sums, (lane,)) + impulse)
+    impulse = select(leaping, fma(rise, dt * dt * (1.0 / 12.0), impulse), 0.0)
+    store(chains.wall_impulse, (lane,), load(chains.wall_impulse, (lane,)) + impulse)
+    for block in range(chains.direction.shape[0]):
+        _leap_block(lane, block, moved, step, belt, group, series)
+    store(chains.steps_done, (lane,), load(chains.steps_done, (lane,)) + leap)
 
 
 @inlined

@@ -1,6 +1,6 @@
 """Vectors of eight or sixteen chains as values inside kernels.
 
-`float64x8`, `int64x8` and `mask8` compile to one vector register (or to more that are narrower),
+`float64x8`, `int64x8` and masks of eight compile to one vector register (or to narrower ones),
 those of sixteen to two: so the processor has work while it waits for a result. They take the usual
 operators, and scalars spread over all lanes, so a kernel reads like the formula for one chain.
 Operations round lane by lane as IEEE arithmetic does: no chain depends on its neighbours.
@@ -33,7 +33,7 @@ _FLOATS, _INTEGERS, _MASKS = (
     {lanes: _VectorType(scalar, element, lanes) for lanes in (LANES, WIDE_LANES)}
     for scalar, element in (("float64", _DOUBLE), ("int64", _INT64), ("mask", _BIT))
 )
-float64x8, int64x8, mask8 = _FLOATS[LANES], _INTEGERS[LANES], _MASKS[LANES]
+float64x8, int64x8 = _FLOATS[LANES], _INTEGERS[LANES]
 
 
 def _llvm(vector):

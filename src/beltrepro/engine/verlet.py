@@ -32,6 +32,7 @@ from beltrepro.engine.simd import (
     extract,
     fma,
     load_wide,
+    lowest_lane,
     mask_bits,
     select,
     store,
@@ -552,36 +553,28 @@ def _record_crossings(chains, belt, belt_travel, time, time_step, crossings):
     """
     block = crossings.block + 1
     level = load_wide(crossings.level, (chains.vector * LANES,))
-    slip = _get(chains, block, _SLIP)
-    after = _get(chains, block, _START) + (belt_travel + slip) - level
+    after = _get(chains, block, _START) + (belt_travel + _get(chains, block, _SLIP)) - level
     move = _get(chains, block, SLIP_STEP) + belt
     hits = mask_bits((after < 0.0) & (after - move >= 0.0))
-    if hits:
-        back = after / move
-        for lane in range(LANES):
-            if (hits >> lane) & 1:
-                share = extract(back, lane)
-                belt_step, travel = extract(belt, lane), extract(belt_travel, lane)
-                _cross(chains, lane, share, belt_step, travel, time, time_step, crossings)
-
-
-@inlined
-def _cross(chains, lane, share, belt_step, belt_travel, time, time_step, crossings):
-    """Record a crossing of one chain, `share` of a step before `time`: linear interpolation."""
-    n_blocks = chains.n_blocks
-    chain = chains.vector * LANES + lane
-    slot = crossings.count[chain]
-    crossings.count[chain] = slot + 1
-    crossings.rows[chain, slot, 0] = time - share * time_step
-    for block in range(1, n_blocks + 1):
-        place = block * _ROW + lane
-        slip = chains.state[chains.vector, place + _SLIP]
-        here = chains.state[chains.vector, place + _START] + (belt_travel + slip)
-        move = chains.state[chains.vector, place + SLIP_STEP] + belt_step
-        velocity = chains.state[chains.vector, place + VELOCITY]
-        velocity -= share * chains.state[chains.vector, place + ACCELERATION]
-        crossings.rows[chain, slot, block] = here - share * move
-        crossings.rows[chain, slot, n_blocks + block] = velocity / time_step
+    while hits:
+        lane = lowest_lane(hits)
+        hits &= hits - 1
+        # linear interpolation in the step
+        share = extract(after / move, lane)
+        belt_step, travel = extract(belt, lane), extract(belt_travel, lane)
+        chain = chains.vector * LANES + lane
+        slot = crossings.count[chain]
+        crossings.count[chain] = slot + 1
+        crossings.rows[chain, slot, 0] = time - share * time_step
+        for number in range(1, chains.n_blocks + 1):
+            place = number * _ROW + lane
+            slip = chains.state[chains.vector, place + _SLIP]
+            here = chains.state[chains.vector, place + _START] + (travel + slip)
+            moved = chains.state[chains.vector, place + SLIP_STEP] + belt_step
+            velocity = chains.state[chains.vector, place + VELOCITY]
+            velocity -= share * chains.state[chains.vector, place + ACCELERATION]
+            crossings.rows[chain, slot, number] = here - share * moved
+            crossings.rows[chain, slot, chains.n_blocks + number] = velocity / time_step
 
 
 @inlined
